@@ -1,0 +1,246 @@
+"""Cycles in a food chain: who cycles, with what period, who follows whom by how much, and is it real?
+
+Lags are shares of the period: .25 means that b peaks a quarter period after a. Two independent quasi-cycles of
+ten periods cross-correlate up to .5 by luck, so the coupling of two species is tested against pairs that cannot
+be coupled: species a of one run with species b of another (`cross_seed_surrogates`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, field
+from itertools import permutations
+from typing import Any
+
+import numpy as np
+from scipy.stats import binom, norm, t
+
+from ecs_eco.analysis.runs import Series, load_series
+from ecs_eco.analysis.spectrum import SHORTEST, Peak, detrend, fisher_g, smooth, spectral_peak, thin, transform
+
+__all__ = [
+    "CycleStatistics",
+    "Lag",
+    "Surrogates",
+    "cross_correlation",
+    "cross_seed_surrogates",
+    "cycle_statistics",
+    "fisher_g",
+    "lag",
+    "living_stretch",
+    "median_lag_interval",
+    "smooth",
+    "spectral_peak",
+    "thin",
+]
+
+BAND = 1.6
+"""The band around a period reaches from period / BAND to period × BAND."""
+LAG_SAMPLES = 2048
+BLK=2
+
+
+@dataclass(frozen=True)
+class Lag:
+    """Lag of b behind a as a share of the period in [0, 1), its 95 % interval and the coherence in [0, 1].
+
+    The interval may leave [0, 1): it is continuous around the share.
+    """
+
+    share: float
+    low: float
+    high: float
+    coherence: float
+
+
+@dataclass(frozen=True)
+class CycleStatistics:
+    """Everything about the cycles of one run; `as_dict` is fit for JSON."""
+
+    species: tuple[str, ...]
+    ticks: int  # of the stretch that was looked at: after the start, before the first extinction
+    enough: bool  # whether that stretch is long enough to look at all
+    peaks: dict[str, Peak | None] = field(default_factory=dict)  # against red noise that relaxes
+    p_ar1: dict[str, float | None] = field(default_factory=dict)  # against AR(1), the lenient null
+    period: float | None = None  # [ticks] of the clearest peak: the one at which lags are taken
+    lags: dict[str, Lag] = field(default_factory=dict)  # "grass→deer": …
+
+    def cycling(self, level: float = 0.05) -> tuple[str, ...]:
+        """Species with a peak beyond red noise at this level."""
+        return tuple(s for s in self.species if (peak := self.peaks.get(s)) is not None and peak.p <= level)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Numbers and strings only; the spectra are left out."""
+        peaks = {s: p and {k: getattr(p, k) for k in ("p", "period", "n_periods", "ratio")} for s, p in self.peaks.items()}
+        return {
+            "ticks": self.ticks,
+            "enough": self.enough,
+            "cycling": list(self.cycling()),
+            "peaks": peaks,
+            "p_ar1": self.p_ar1,
+            "period": self.period,
+            "lags": {pair: asdict(found) for pair, found in self.lags.items()},
+        }
+
+
+def living_stretch(series: Series, skip: float = 0.1) -> np.ndarray:
+    """Numbers (ticks, species) after the first `skip` of the run and before any species that lived reached 0."""
+    n = series.n[:, series.present]
+    gone = np.flatnonzero((n == 0).any(1))
+    end = gone[0] if len(gone) else len(n)
+    return n[min(int(skip * len(series.n)), end) : end]
+
+
+def cycle_statistics(
+    run: Any, species: Sequence[str] | None = None, *, skip: float = 0.1, n_boot: int = 499, seed: int = 0
+) -> CycleStatistics:
+    """Peaks, periods and lags of a run (folder, table or series); `species` from producers upwards."""
+    series = load_series(run, species)
+    names = tuple(s for s, here in zip(series.species, series.present, strict=True) if here)
+    n = living_stretch(series, skip)
+    if len(n) < SHORTEST:
+        return CycleStatistics(names, len(n), False)
+    peaks = {s: spectral_peak(x, n_boot=n_boot, seed=seed) for s, x in zip(names, n.T, strict=True)}
+    lenient = {s: spectral_peak(x, null="ar1", n_boot=n_boot, seed=seed) for s, x in zip(names, n.T, strict=True)}
+    p_ar1 = {s: peak and peak.p for s, peak in lenient.items()}
+    found = [peak for peak in peaks.values() if peak is not None]
+    if not found:
+        return CycleStatistics(names, len(n), True, peaks, p_ar1)
+    period = min(found, key=lambda peak: (peak.p, -peak.ratio)).period
+    log = transform(n)
+    pairs = [(i, j) for i in range(len(names)) for j in range(i + 1, len(names))]
+    lags = {f"{names[i]}→{names[j]}": lag(log[:, i], log[:, j], period, seed=seed) for i, j in pairs if np.ptp(n[:, [i, j]], 0).all()}
+    return CycleStatistics(names, len(n), True, peaks, p_ar1, period, lags)
+
+
+def waves(x: np.ndarray, period: float) -> np.ndarray:
+    """Analytic signal of the detrended series in the band around `period` [samples], along the last axis."""
+    n = x.shape[-1]
+    cycles = np.arange(n) * period / n  # frequency in units of the peak's
+    with np.errstate(divide="ignore"):
+        octave = np.abs(np.log(cycles)) / np.log(BAND)
+    gain = np.where((octave < 1) & (np.arange(n) <= n // 2), np.cos(np.pi / 2 * np.minimum(octave, 1)) ** 0.5, 0.0)
+    return np.fft.ifft(2 * np.fft.fft(detrend(np.asarray(x, float))) * gain)
+
+
+def lag(a: np.ndarray, b: np.ndarray, period: float, *, n_boot: int = 999, seed: int = 0) -> Lag:
+    """Lag of b behind a: phase of their cross-spectrum in the band around `period` [samples of a and b].
+
+    The interval comes from a circular block bootstrap with blocks of two periods, a percentile interval of the phase.
+    """
+    (a, factor), (b, _) = thin(a, LAG_SAMPLES), thin(b, LAG_SAMPLES)
+    period = period / factor
+    za, zb = waves(a, period), waves(b, period)
+    cross, weight = za * zb.conj(), np.sqrt((np.abs(za) ** 2).mean() * (np.abs(zb) ** 2).mean())
+    n = len(cross)
+    block = int(np.clip(round(BLK * period), 1, n // 2))
+    running = np.concatenate([[0], np.cumsum(np.concatenate([cross, cross[:block]]))])
+    sums = running[block : block + n] - running[:n]
+    starts = np.random.default_rng(seed).integers(0, n, (n_boot, -(-n // block)))
+    phase = np.angle(cross.mean())
+    off = np.angle(sums[starts].sum(1) * np.exp(-1j * phase)) / (2 * np.pi)
+    share = float(phase / (2 * np.pi) % 1)
+    blocks = max(n / block, 2.0)
+    wider = t.ppf(0.975, blocks - 1) / norm.ppf(0.975) * np.sqrt(blocks / (blocks - 1))
+    low, high = np.clip(np.quantile(off, [0.025, 0.975]) * wider, -0.5, 0.5)
+    return Lag(share, share + float(low), share + float(high), float(np.abs(cross.mean()) / weight) if weight else 0.0)
+
+
+def median_lag_interval(lags: Sequence[float], level: float = 0.95) -> dict[str, float]:
+    """Circular median of lags over seeds with a distribution-free interval between order statistics.
+
+    The interval is the narrowest with at least `level` of coverage, or the range where there are too few seeds for
+    that; `coverage` says what it has: six seeds give their range with .97.
+    """
+    x = np.asarray(lags, float)
+    if not len(x):
+        return {"n": 0, "median": np.nan, "low": np.nan, "high": np.nan, "coverage": 0.0}
+    centre = np.angle(np.exp(2j * np.pi * x).mean()) / (2 * np.pi)
+    near = np.sort((x - centre + 0.5) % 1 - 0.5)
+    off = (centre % 1) if (centre % 1) + near.min() > -0.5 else centre
+    n, out = len(x), 1
+    while out < n // 2 and 1 - 2 * binom.cdf(out, n, 0.5) >= level:
+        out += 1
+    return {
+        "n": n,
+        "median": float((np.median(near) + off) % 1),
+        "low": float(near[out - 1] + off),
+        "high": float(near[n - out] + off),
+        "coverage": float(1 - 2 * binom.cdf(out - 1, n, 0.5)),
+    }
+
+
+def cross_correlation(a: np.ndarray, b: np.ndarray, reach: int) -> tuple[np.ndarray, np.ndarray]:
+    """Correlation of detrended a(t) with b(t + lag) for lags −reach … reach [samples]; (lags, correlation)."""
+    a, b = detrend(np.asarray(a, float)), detrend(np.asarray(b, float))
+    n = len(a)
+    full = np.fft.irfft(np.fft.rfft(a, 2 * n).conj() * np.fft.rfft(b, 2 * n), 2 * n)
+    lags = np.arange(-min(reach, n - 1), min(reach, n - 1) + 1)
+    return lags, full[lags] / (np.sqrt((a @ a) * (b @ b)) or 1.0)
+
+
+@dataclass(frozen=True)
+class Surrogates:
+    """Real pairs (a and b of one run) against pairs of different runs."""
+
+    n: int  # runs
+    coherency: float  # |mean over real pairs of the complex coherency|: high where pairs are coherent at one lag
+    p: float  # chance of it when runs are paired at random
+    share: float  # the pooled lag, share of the period
+    lags: np.ndarray  # [periods] of the cross-correlations
+    real: np.ndarray  # (runs, lags)
+    low: np.ndarray  # 95 % band of the cross-seed pairs at each lag
+    high: np.ndarray
+
+
+def cross_seed_surrogates(
+    runs: Sequence[Any], a: str, b: str, period: float | None = None, *, skip: float = 0.1, n_shuffles: int = 9999, seed: int = 0
+) -> Surrogates:
+    """Are a and b of the same run coupled more than a of run i with b of run j?
+
+    The runs are cut to the shortest living stretch and filtered around one period (the median of their clearest
+    peaks where none is given). p is a permutation test over the pairings of runs, exact up to seven runs; with n runs
+    it cannot go below 1/n!, so four runs are the fewest that can show anything.
+    """
+    if len(runs) < 4:
+        raise ValueError(f"cross-seed surrogates need at least 4 runs, got {len(runs)}: one run a seed")
+    loaded = [load_series(run) for run in runs]
+    if period is None:
+        found = [p for s in loaded if (p := cycle_statistics(s, (a, b), skip=skip, n_boot=99, seed=seed).period)]
+        if not found:
+            raise ValueError(f"none of the {len(runs)} runs is long enough for a cycle of {a} and {b}")
+        period = float(np.median(found))
+    pairs = [living_stretch(load_series(s, (a, b)), skip) for s in loaded]
+    n = min(map(len, pairs))
+    if n < 2 * period:
+        raise ValueError(f"the shortest run lives {n} ticks: fewer than two periods of {period:.0f} ticks")
+    numbers, factor = thin(transform(np.stack([x[len(x) - n :].T for x in pairs])), LAG_SAMPLES)
+    z = waves(numbers, period / factor)
+    z = z / np.linalg.norm(z, axis=-1, keepdims=True)
+    coherency = z[:, 0] @ z[:, 1].conj().T  # (run of a, run of b)
+    pooled = np.trace(coherency) / len(runs)
+    order = _pairings(len(runs), n_shuffles, seed)
+    null = np.abs(coherency[np.arange(len(runs)), order].mean(1))
+    reach = int(round(period / factor))
+    curves = np.array([[cross_correlation(x[0], y[1], reach)[1] for y in numbers] for x in numbers])
+    lags = np.arange(-(curves.shape[-1] // 2), curves.shape[-1] // 2 + 1) * factor / period
+    same = np.eye(len(runs), dtype=bool)
+    low, high = np.quantile(curves[~same], [0.025, 0.975], axis=0)
+    return Surrogates(
+        n=len(runs),
+        coherency=float(np.abs(pooled)),
+        p=float(np.mean(null >= np.abs(pooled) - 1e-12)),
+        share=float(np.angle(pooled) / (2 * np.pi) % 1),
+        lags=lags,
+        real=curves[same],
+        low=low,
+        high=high,
+    )
+
+
+def _pairings(n: int, n_shuffles: int, seed: int) -> np.ndarray:
+    """Every pairing of n runs, or the real one and `n_shuffles` random ones where there are too many."""
+    if n <= 7:
+        return np.array(list(permutations(range(n))))
+    rng = np.random.default_rng(seed)
+    return np.vstack([np.arange(n), rng.permuted(np.tile(np.arange(n), (n_shuffles, 1)), axis=1)])

@@ -1,0 +1,140 @@
+"""Reading the per-tick series of a run, as arrays of shape (ticks, species)."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from difflib import get_close_matches
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+DIED = "died: "
+"""Prefix of the series columns that count deaths by cause."""
+
+
+@dataclass(frozen=True)
+class Series:
+    """The per-tick series of one run: `columns[name]` is a float64 array of shape (ticks, species)."""
+
+    ticks: np.ndarray
+    species: tuple[str, ...]
+    columns: dict[str, np.ndarray]
+    manifest: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def n(self) -> np.ndarray:
+        """Number of organisms, (ticks, species)."""
+        return self.columns["n"]
+
+    @property
+    def causes(self) -> tuple[str, ...]:
+        """The causes of death that have a column."""
+        return tuple(name[len(DIED) :] for name in self.columns if name.startswith(DIED))
+
+    @property
+    def dt(self) -> float:
+        """Length of a tick [s]."""
+        return float(self.manifest.get("dt", 1.0))
+
+    def index(self, species: str) -> int:
+        """Column of a species; KeyError names the known ones."""
+        if species not in self.species:
+            near = get_close_matches(species, self.species, 1)
+            hint = f"; did you mean {near[0]!r}?" if near else ""
+            raise KeyError(f"no species {species!r} in this run: it has {', '.join(self.species)}{hint}")
+        return self.species.index(species)
+
+    def of(self, species: str, column: str = "n") -> np.ndarray:
+        """One column of one species, (ticks,)."""
+        return self.columns[column][:, self.index(species)]
+
+    @cached_property
+    def extinct(self) -> np.ndarray:
+        """Tick since which each species is gone for good, NaN where it lives at the end, (species,)."""
+        when = np.full(len(self.species), np.nan)
+        for j, n in enumerate(self.n.T):
+            if len(n) and n[-1] == 0:
+                lived = np.flatnonzero(n)
+                when[j] = self.ticks[lived[-1] + 1] if len(lived) else self.ticks[0]
+        return when
+
+    @property
+    def present(self) -> np.ndarray:
+        """Whether a species ever had a member, (species,) bool."""
+        return (self.n > 0).any(axis=0)
+
+    @property
+    def persisted(self) -> bool:
+        """Whether every species that was ever present lives at the end."""
+        return bool(np.isnan(self.extinct[self.present]).all())
+
+
+def read_manifest(run: Path | str) -> dict[str, Any]:
+    """The manifest of a run folder; FileNotFoundError says what a run folder is."""
+    path = Path(run) / "manifest.json"
+    if not path.is_file():
+        raise FileNotFoundError(f"{run} is no run folder: it has no manifest.json (a folder that `ecs-eco run --out` left)")
+    return json.loads(path.read_text(encoding="utf-8"))
+
+
+def parts(run: Path | str, kind: str) -> list[Path]:
+    """The Parquet parts of one kind (series, births, deaths, snapshots) of a run folder, in order."""
+    return sorted((Path(run) / kind).glob("part-*.parquet"))
+
+
+def load_series(run: Series | pa.Table | Mapping[str, Any] | Path | str, species: Sequence[str] | None = None) -> Series:
+    """Series of a run folder, of a table with the columns of `world.series()`, or of a mapping species → numbers.
+
+    `species` chooses and orders the species, producers first; the default is the run's own order.
+    """
+    if isinstance(run, Series):
+        found = run
+    elif isinstance(run, Mapping):
+        numbers = np.column_stack([np.asarray(v, float) for v in run.values()])
+        found = Series(np.arange(len(numbers)), tuple(run), {"n": numbers})
+    elif isinstance(run, pa.Table):
+        found = _pivot(run, {})
+    else:
+        manifest = read_manifest(run)
+        files = parts(run, "series")
+        if not files:
+            raise FileNotFoundError(f"{run} holds no series: expected series/part-00000.parquet")
+        found = _pivot(pa.concat_tables([_plain(pq.ParquetFile(f).read()) for f in files]), manifest)
+    if species is None or tuple(species) == found.species:
+        return found
+    order = [found.index(name) for name in species]
+    columns = {name: values[:, order] for name, values in found.columns.items()}
+    return Series(found.ticks, tuple(species), columns, found.manifest)
+
+
+def _plain(table: pa.Table) -> pa.Table:
+    """The table with strings in place of dictionaries, which differ from part to part."""
+    at = table.schema.get_field_index("species")
+    return table.set_column(at, "species", table["species"].cast(pa.string()))
+
+
+def _pivot(table: pa.Table, manifest: dict[str, Any]) -> Series:
+    for name in ("tick", "species", "n"):
+        if name not in table.column_names:
+            raise ValueError(f"the series has no column {name!r}: it has {', '.join(table.column_names)}")
+    table = _plain(table)
+    names = table["species"].combine_chunks().dictionary_encode()
+    if isinstance(names, pa.ChunkedArray):
+        names = names.combine_chunks()
+    seen = names.dictionary.to_pylist()
+    species = [*manifest.get("species", []), *(s for s in seen if s not in manifest.get("species", []))]
+    ticks, row = np.unique(table["tick"].to_numpy(), return_inverse=True)
+    code = np.array([species.index(s) for s in seen], dtype=np.int64)
+    column = code[names.indices.to_numpy(zero_copy_only=False)] if len(seen) else np.zeros(0, np.int64)
+    columns = {}
+    for name in table.column_names:
+        if name not in ("tick", "species"):
+            columns[name] = np.zeros((len(ticks), len(species)))
+            columns[name][row, column] = table[name].to_numpy()
+    return Series(ticks, tuple(species), columns, manifest)

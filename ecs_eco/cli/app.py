@@ -1,0 +1,135 @@
+"""`ecs-eco run | train | report | compare | list | check`."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ecs_eco.cli.terminal import exits, say
+
+app = typer.Typer(
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,  # rich is loaded by the commands that draw with it
+    help="Ecosystems whose animals sense, learn and evolve.",
+)
+
+World = Annotated[str, typer.Argument(metavar="WORLD", help="Name of a shipped world (see `list`), or a TOML file.")]
+Ticks = Annotated[int | None, typer.Option(min=1, help="Length [ticks]; the world's own where absent.")]
+Seed = Annotated[int | None, typer.Option(min=0, max=2**63 - 1, help="Seed of all chance; else the world's own.")]
+Set = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="KEY=VALUE", help="Change a value of the world: species.deer.count=500. Repeatable."),
+]
+Out = Annotated[Path | None, typer.Option(help="Folder for the results: new or empty. Default: in runs/.")]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar.")]
+Threads = Annotated[int, typer.Option(min=1, max=1024, help="Threads; they change the speed and no result.")]
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        from importlib.metadata import PackageNotFoundError, version
+
+        try:
+            say(f"ecs-eco {version('ecs-eco')}")
+        except PackageNotFoundError:
+            say("ecs-eco, not installed: the version is unknown")
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    version: Annotated[
+        bool, typer.Option("--version", is_eager=True, callback=_version, help="Say the version and stop.")
+    ] = False,
+) -> None:
+    pass
+
+
+@app.command()
+@exits
+def run(
+    world: World,
+    ticks: Ticks = None,
+    seed: Seed = None,
+    set_: Set = None,
+    out: Out = None,
+    quiet: Quiet = False,
+    threads: Threads = 1,
+    learn: Annotated[
+        bool | None, typer.Option("--learn/--no-learn", help="Whether policies learn; else as the world says.")
+    ] = None,
+    policies: Annotated[
+        str, typer.Option(metavar="trained|random|DIR", help="What policies start from: a folder that `train` left.")
+    ] = "trained",
+    report: Annotated[bool, typer.Option("--report/--no-report", help="Draw figures at the end.")] = True,
+) -> None:
+    """Run a world and record it in a folder."""
+    from ecs_eco.cli.simulate import run_world
+
+    run_world(world, set_ or [], ticks, seed, out, quiet, threads, learn, policies, report)
+
+
+@app.command()
+@exits
+def train(
+    world: World, ticks: Ticks = None, seed: Seed = None, set_: Set = None, out: Out = None, quiet: Quiet = False
+) -> None:
+    """Train a world's policies and save them."""
+    from ecs_eco.cli.simulate import train_world
+
+    train_world(world, set_ or [], ticks, seed, out, quiet)
+
+
+@app.command()
+@exits
+def report(folder: Annotated[Path, typer.Argument(metavar="DIR", help="A folder that `run` left.")]) -> None:
+    """Draw the figures of a run."""
+    from ecs_eco.cli.simulate import report_run
+
+    report_run(folder)
+
+
+@app.command()
+@exits
+def compare(
+    world: World,
+    control: Annotated[
+        list[str] | None,
+        typer.Option(metavar="NAME|KEY=VALUE", help="A control: random-policy, or a changed value. Repeatable."),
+    ] = None,
+    seeds: Annotated[int, typer.Option(min=1, max=10_000, help="Runs of each arm, with seeds from 1.")] = 8,
+    ticks: Ticks = None,
+    set_: Set = None,
+    workers: Annotated[int, typer.Option(min=1, max=1024, help="Processes, of one thread each.")] = 2,
+    out: Out = None,
+    quiet: Quiet = False,
+) -> None:
+    """Compare a world with its controls."""
+    from ecs_eco.cli.arms import compare_arms
+
+    compare_arms(world, set_ or [], control or ["random-policy"], seeds, ticks, workers, out, quiet)
+
+
+@app.command("list")
+def list_() -> None:
+    """List worlds, sensors, components and systems."""
+    from ecs_eco.cli.listing import listing
+
+    say(listing())
+
+
+@app.command()
+@exits
+def check(world: World, set_: Set = None) -> None:
+    """Check a world file and say what is in it."""
+    from ecs_eco.cli.summary import summary
+    from ecs_eco.config import load
+
+    say(summary(load(world, set_ or [])))
+
+
+def main() -> None:
+    """Entry point of the command `ecs-eco`."""
+    app(prog_name="ecs-eco")

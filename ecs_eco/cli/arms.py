@@ -1,0 +1,129 @@
+"""compare: a world and its controls, each run with the same seeds in processes of one thread."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+from collections.abc import Iterator
+from concurrent.futures import Future, ProcessPoolExecutor, as_completed
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import typer
+
+from ecs_eco.cli.folders import results
+from ecs_eco.cli.terminal import INTERRUPTED, complain, progress, refuse, say
+from ecs_eco.config import WorldConfig, load
+from ecs_eco.errors import nearest
+
+CONTROLS = {"random-policy": "random", "untrained-policy": "untrained"}  # by the policies that they run with
+PINS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
+
+
+@dataclass(frozen=True)
+class Arm:
+    """One side of a comparison."""
+
+    name: str
+    config: WorldConfig
+    policies: str = "trained"
+
+
+def compare_arms(
+    world: str,
+    changes: list[str],
+    controls: list[str],
+    seeds: int,
+    ticks: int | None,
+    workers: int,
+    out: Path | None,
+    quiet: bool,
+) -> None:
+    """Run all arms with all seeds, and write and say what differs."""
+    arms = arms_of(world, changes, controls)
+    config = arms[0].config
+    ticks = ticks or config.ticks
+    out = results(out, f"{config.name}-compare")
+    jobs = {(arm.name, seed): (arm, seed, ticks, out / arm.name / f"seed-{seed}") for arm in arms for seed in range(1, seeds + 1)}
+    done = run_all(jobs, workers, quiet)
+    if len(done) < len(jobs):
+        complain(f"{len(jobs) - len(done)} of {len(jobs)} runs failed; what the others recorded is in {out}.")
+        raise typer.Exit(1)
+    tell(out, {arm.name: [str(jobs[arm.name, seed][3]) for seed in range(1, seeds + 1)] for arm in arms})
+
+
+def arms_of(world: str, changes: list[str], controls: list[str]) -> list[Arm]:
+    """The world as it is and one arm for each control: a name, or a value changed; raises ConfigError."""
+    arms = [Arm("world", load(world, changes))]
+    for control in controls:
+        name = control.strip().replace("=", "-").replace("/", "-").replace(" ", "")
+        if control in CONTROLS:
+            arm = Arm(name, arms[0].config, CONTROLS[control])
+        elif "=" in control:
+            arm = Arm(name, load(world, [*changes, control]))
+        else:
+            allowed = f"{', '.join(CONTROLS)}, or a value: key=value"
+            refuse("--control", "no such control", control, allowed, nearest(control, CONTROLS))
+        if any(a.name == name for a in arms):
+            refuse("--control", "named twice", control, "each control once")
+        arms.append(arm)
+    if "random" in {a.policies for a in arms} and not any(s.policy.kind != "none" for s in arms[0].config.species.values()):
+        refuse("--control", "no species has a policy", "random-policy", "a changed value: key=value")
+    return arms
+
+
+def run_all(jobs: dict[tuple[str, int], tuple[Any, ...]], workers: int, quiet: bool) -> dict[tuple[str, int], Any]:
+    """Manifests of the runs that succeeded; says why the others did not."""
+    done: dict[tuple[str, int], Any] = {}
+    with one_thread_each(), ProcessPoolExecutor(min(workers, len(jobs)), multiprocessing.get_context("spawn")) as pool:
+        futures: dict[Future[Any], tuple[str, int]] = {pool.submit(run_one, *job): name for name, job in jobs.items()}
+        try:
+            with progress("comparing", quiet, "runs") as bar:
+                bar(0, len(jobs))
+                for future in as_completed(futures):
+                    arm, seed = futures[future]
+                    if error := future.exception():
+                        complain(f"{arm}, seed {seed}: {type(error).__name__}: {error}")
+                    else:
+                        done[arm, seed] = future.result()
+                    bar(len(done), len(jobs))
+        except KeyboardInterrupt:
+            pool.shutdown(wait=False, cancel_futures=True)
+            for process in multiprocessing.active_children():
+                os.kill(process.pid or 0, signal.SIGINT) if process.pid else None
+            folder = next(iter(jobs.values()))[3].parent.parent
+            complain(f"Stopped after {len(done)} of {len(jobs)} runs; what was recorded until then is in {folder}.")
+            raise typer.Exit(INTERRUPTED) from None
+    return done
+
+
+def run_one(arm: Arm, seed: int, ticks: int, out: Path) -> Any:
+    """One run, in a process of its own."""
+    from ecs_eco.record import run_to_folder
+
+    return run_to_folder(arm.config, seed=seed, ticks=ticks, out=out, policies=arm.policies, report=False)
+
+
+@contextmanager
+def one_thread_each() -> Iterator[None]:
+    """Processes that start within use one thread each."""
+    before = {name: os.environ.get(name) for name in PINS}
+    os.environ.update(dict.fromkeys(PINS, "1"))
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value
+
+
+def tell(out: Path, runs: dict[str, list[str]]) -> None:
+    """Compare the arms, write the comparison, and say it."""
+    from ecs_eco.analysis import compare
+
+    say(compare(out, runs))

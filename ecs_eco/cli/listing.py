@@ -1,0 +1,60 @@
+"""What there is: read from the files' text, so that nothing is imported."""
+
+from __future__ import annotations
+
+import ast
+import tomllib
+from pathlib import Path
+
+from ecs_eco.config.shipped import shipped
+
+ROOT = Path(__file__).parent.parent
+
+
+def listing() -> str:
+    """Worlds, sensors, components and systems, a line each."""
+    sections = {
+        "Worlds": _worlds(),
+        "Sensors": dict(_classes(ROOT / "config" / "sensors.py", "kind")),
+        "Components": dict(_folder("components")),
+        "Systems": dict(_folder("systems")),
+    }
+    return "\n\n".join(_table(title, rows) for title, rows in sections.items())
+
+
+def _worlds() -> dict[str, str]:
+    found = {}
+    for name, path in shipped().items():
+        try:
+            found[name] = str(tomllib.loads(path.read_text(encoding="utf-8")).get("title", ""))
+        except (OSError, ValueError) as error:
+            found[name] = f"cannot be read: {error}"
+    return found
+
+
+def _folder(name: str) -> list[tuple[str, str]]:
+    """Public classes of a folder and the first line of what they say of themselves."""
+    return [row for path in sorted((ROOT / name).glob("[!_]*.py")) for row in _classes(path)]
+
+
+def _classes(path: Path, label: str = "") -> list[tuple[str, str]]:
+    """(name, first line) of the public classes of a file; named by their one choice of the field `label` if given."""
+    rows = []
+    for node in ast.parse(path.read_text(encoding="utf-8")).body:
+        if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
+            name = _choice(node, label) if label else node.name
+            if name:
+                rows.append((name, (ast.get_docstring(node) or "").partition("\n")[0]))
+    return rows
+
+
+def _choice(node: ast.ClassDef, label: str) -> str:
+    for line in node.body:
+        if isinstance(line, ast.AnnAssign) and ast.unparse(line.target) == label:
+            return next((c.value for c in ast.walk(line.annotation) if isinstance(c, ast.Constant)), "")  # type: ignore[return-value]
+    return ""
+
+
+def _table(title: str, rows: dict[str, str]) -> str:
+    width = max(map(len, rows), default=0)
+    return "\n".join([title, *(f"  {name:<{width}}  {text}".rstrip() for name, text in rows.items())])

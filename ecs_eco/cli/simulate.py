@@ -1,0 +1,106 @@
+"""run, train and report."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import typer
+
+from ecs_eco.cli.folders import results
+from ecs_eco.cli.terminal import INTERRUPTED, complain, progress, refuse, say
+from ecs_eco.config import WorldConfig, load
+from ecs_eco.errors import nearest
+
+POLICIES = ("trained", "random", "untrained")
+
+
+def run_world(
+    world: str,
+    changes: list[str],
+    ticks: int | None,
+    seed: int | None,
+    out: Path | None,
+    quiet: bool,
+    threads: int,
+    learn: bool | None,
+    policies: str,
+    report: bool,
+) -> None:
+    """Run a world into a folder, and draw its figures."""
+    config = load(world, changes)
+    seed, ticks = config.seed if seed is None else seed, ticks or config.ticks
+    known_policies(policies, config)
+    out = results(out, f"{config.name}-{seed}")
+    from ecs_eco.record import run_to_folder
+
+    with progress(config.name, quiet) as bar:
+        try:
+            found = run_to_folder(
+                config, seed=seed, ticks=ticks, out=out, policies=policies, learn=learn, progress=bar, threads=threads
+            )
+        except KeyboardInterrupt:
+            stopped(f"at tick {bar.done} of {ticks}", out)
+    if report:
+        from ecs_eco.record.report import write_report
+
+        write_report(out)
+    say(f"{ticks} ticks of {config.name}, seed {seed}, in {out}{numbers(found)}")
+
+
+def train_world(
+    world: str, changes: list[str], ticks: int | None, seed: int | None, out: Path | None, quiet: bool
+) -> None:
+    """Pre-train the policies of a world into a folder."""
+    config = load(world, changes)
+    seed, ticks = config.seed if seed is None else seed, ticks or config.training.ticks
+    if not any(species.policy.kind != "none" for species in config.species.values()):
+        refuse("WORLD", "no species has a policy to train", world, 'a world with policy.kind = "shared"')
+    out = results(out, f"{config.name}-policies-{seed}")
+    from ecs_eco.learning import pretrain
+
+    with progress(f"training {config.name}", quiet) as bar:
+        try:
+            found = pretrain(config, seed=seed, ticks=ticks, out=out, progress=bar)
+        except KeyboardInterrupt:
+            stopped(f"at tick {bar.done} of {ticks}", out)
+    say(f"policies of {config.name}, {ticks} ticks, seed {seed}, in {out}{numbers(found)}")
+    say(f"use them: ecs-eco run {world} --policies {out}")
+
+
+def report_run(folder: Path) -> None:
+    """Write the report of a run folder."""
+    if not (folder / "manifest.json").is_file():
+        what = "has no manifest.json" if folder.is_dir() else "no such folder"
+        refuse("DIR", what, str(folder), "a folder that `ecs-eco run` left")
+    from ecs_eco.record.report import write_report
+
+    write_report(folder)
+    say(f"written: {folder / 'report.html'}")
+
+
+def known_policies(policies: str, config: WorldConfig) -> None:
+    """Refuses what is neither a word for policies nor a folder with one for each species that has a policy."""
+    allowed = f"{', '.join(POLICIES)}, or a folder that `ecs-eco train` left"
+    if policies in POLICIES:
+        return
+    if not Path(policies).is_dir():
+        refuse("--policies", "no such folder", policies, allowed, nearest(policies, POLICIES))
+    for name, species in config.species.items():
+        if species.policy.kind != "none" and not (Path(policies) / f"{name}.safetensors").is_file():
+            refuse("--policies", f"{name}.safetensors is missing in the folder", policies, allowed)
+
+
+def stopped(where: str, out: Path) -> None:
+    """Ends a command after Ctrl-C."""
+    kept = f"what was recorded until then is in {out}" if out.exists() else "nothing was recorded"
+    complain(f"Stopped {where}; {kept}.")
+    raise typer.Exit(INTERRUPTED)
+
+
+def numbers(found: Any) -> str:
+    """What a run says of itself in numbers, one a line: seconds, populations."""
+    found = found if isinstance(found, dict) else {}
+    lines = [f"{word}: {found[word]:.1f} s" for word in ("wall_seconds", "compile_seconds") if word in found]
+    lines += [f"{name}: {n}" for name, n in (found.get("n") or {}).items()]
+    return "".join(f"\n  {line}" for line in lines)

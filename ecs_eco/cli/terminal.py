@@ -1,0 +1,94 @@
+"""What the commands say, and how they end."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import wraps
+from typing import Any, NoReturn
+
+import typer
+
+REFUSED, INTERRUPTED = 2, 130  # exit codes
+
+
+def say(text: str) -> None:
+    """A line on stdout."""
+    typer.echo(text)
+
+
+def complain(text: str) -> None:
+    """A line on stderr."""
+    typer.echo(text, err=True)
+
+
+def exits(command: Callable[..., None]) -> Callable[..., None]:
+    """The command, which ends with code 2 and one screen of text where its input is refused, with 130 after Ctrl-C."""
+
+    @wraps(command)
+    def wrapped(*args: Any, **kwargs: Any) -> None:
+        from ecs_eco.errors import ConfigError
+
+        try:
+            command(*args, **kwargs)
+        except ConfigError as error:
+            complain(str(error))
+            raise typer.Exit(REFUSED) from None
+        except KeyboardInterrupt:
+            complain("Stopped before anything was recorded.")
+            raise typer.Exit(INTERRUPTED) from None
+
+    return wrapped
+
+
+def refuse(source: str, what: str, value: object, allowed: str, near: str = "") -> NoReturn:
+    """Refuses an argument of the command line."""
+    from ecs_eco.errors import ConfigError, Problem
+
+    raise ConfigError([Problem((), what, value, allowed, near, source)])
+
+
+class Progress:
+    """How far a command is: call it with done and total. Remembers both."""
+
+    def __init__(self, show: Callable[[int, int], None] | None = None) -> None:
+        self.done = self.total = 0
+        self._show = show
+
+    def __call__(self, done: int, total: int) -> None:
+        self.done, self.total = done, total
+        if self._show:
+            self._show(done, total)
+
+
+@contextmanager
+def progress(word: str, quiet: bool, unit: str = "ticks") -> Iterator[Progress]:
+    """A progress bar on stderr where that is a terminal, a line now and then where it is not, nothing when quiet."""
+    if quiet:
+        yield Progress()
+    elif not sys.stderr.isatty():
+        yield Progress(_lines(word, unit))
+    else:
+        from rich.console import Console
+        from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
+        from rich.progress import Progress as Bar
+
+        columns = (TextColumn(word), BarColumn(), MofNCompleteColumn(), TextColumn(unit), TimeRemainingColumn())
+        with Bar(*columns, console=Console(stderr=True), transient=True) as bar:
+            task = bar.add_task(word, total=None)
+            yield Progress(lambda done, total: bar.update(task, completed=done, total=total))
+
+
+def _lines(word: str, unit: str, every: float = 30.0) -> Callable[[int, int], None]:
+    """Shows progress as a line every so many seconds."""
+    last = time.monotonic()
+
+    def show(done: int, total: int) -> None:
+        nonlocal last
+        if time.monotonic() - last >= every:
+            last = time.monotonic()
+            complain(f"{word}: {done} of {total} {unit}")
+
+    return show

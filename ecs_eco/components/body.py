@@ -1,0 +1,11 @@
+"""The conformation of an entity and its mass."""
+
+from ecs_eco.schema import component, f32
+
+
+@component
+class Body:
+    """A sphere, or a disc on a plane (the paper's conformation), and its mass."""
+
+    radius: f32 = 0.5  # [m]
+    mass: f32 = 1.0  # [kg]

@@ -1,0 +1,10 @@
+"""What an entity is made of, chemically."""
+
+from ecs_eco.schema import component, f32
+
+
+@component
+class Chemistry:
+    """Concentrations of the substances that the world declares, in the order of their declaration."""
+
+    molarity: f32["substances"] = 0.0  # [mol/L]  # noqa: F821

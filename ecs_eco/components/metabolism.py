@@ -1,0 +1,14 @@
+"""The energy budget of one organism."""
+
+from ecs_eco.schema import component, f32
+
+
+@component
+class Metabolism:
+    """Energy held, and the flows of the last tick, which the ledger adds up. The unit of energy is the world's own."""
+
+    energy: f32 = 1.0  # [energy]
+    digesting: f32 = 0.0  # [s] until it can eat again
+    taken: f32 = 0.0  # [energy] taken in during this tick
+    burnt: f32 = 0.0  # [energy] burnt during this tick
+    given: f32 = 0.0  # [energy] passed to offspring during this tick

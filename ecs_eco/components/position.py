@@ -1,0 +1,13 @@
+"""Where an entity is and which way it faces."""
+
+from ecs_eco.schema import component, f32
+
+
+@component
+class Position:
+    """The place of an entity's centre and its heading; z is 0 on a plane."""
+
+    x: f32 = 0.0  # [m]
+    y: f32 = 0.0  # [m]
+    z: f32 = 0.0  # [m]
+    heading: f32 = 0.0  # [rad] counter-clockwise from the x axis

@@ -1,0 +1,12 @@
+"""How fast an entity moves."""
+
+from ecs_eco.schema import component, f32
+
+
+@component
+class Velocity:
+    """The motion of the last tick: along the heading and upward, and what it cost."""
+
+    speed: f32 = 0.0  # [m/s]
+    climb: f32 = 0.0  # [m/s] upward, in a volume
+    cost: f32 = 0.0  # [energy/s] of locomotion, slope included

@@ -1,0 +1,50 @@
+"""What all sections of a world file share: strict models and the kinds of numbers."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Callable
+from typing import Annotated, Any
+
+from pydantic import BaseModel, ConfigDict, Field
+
+LARGEST = 1e30  # numbers become float32, which ends at 3.4e38
+
+Real = Annotated[float, Field(ge=-LARGEST, le=LARGEST)]
+NonNegative = Annotated[float, Field(ge=0.0, le=LARGEST)]
+Positive = Annotated[float, Field(gt=0.0, le=LARGEST)]
+Share = Annotated[float, Field(ge=0.0, le=1.0)]
+Count = Annotated[int, Field(ge=1, le=50_000_000)]
+Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$", max_length=40)]
+FunctionName = Annotated[str, Field(pattern=r"^[A-Za-z_][\w.]*:[A-Za-z_]\w*$")]
+Point = Annotated[list[Real], Field(min_length=2, max_length=3)]
+
+# what a formula needs for itself cannot name anything
+RESERVED = frozenset({"and", "or", "not", "if", "else", "in", "is", "lambda", "for", "None", "True", "False"})
+
+
+class Section(BaseModel):
+    """A section of the file: unknown keys are refused, true is no number, and nothing changes after loading."""
+
+    model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False, frozen=True)
+
+
+def quantity(text: str, unit: str, default: Any = ..., **limits: Any) -> Any:
+    """A field of a section with its description and its unit ("1": a pure number)."""
+    return Field(default, description=f"{text} [{unit}]", json_schema_extra={"unit": unit}, **limits)
+
+
+def about(text: str, default: Any = ..., **limits: Any) -> Any:
+    """A field of a section that has no unit: a name, a choice, a table."""
+    return Field(default, description=text, **limits)
+
+
+def table(text: str, factory: Any) -> Any:
+    """A section or list that may be left out, and what is made then."""
+    return Field(default_factory=factory, description=text)
+
+
+def named_function(name: str) -> Callable[..., Any]:
+    """The function that "module:name" stands for; raises ImportError or AttributeError."""
+    module, _, attribute = name.partition(":")
+    return getattr(importlib.import_module(module), attribute)

@@ -1,0 +1,128 @@
+"""Checks of one species' body, chemistry, food, reproduction and death."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from ecs_eco.config.check_matter import Key, check_matter, check_size, unknown
+from ecs_eco.config.reproduction import Bearing, Spread
+from ecs_eco.config.species import Species
+from ecs_eco.config.world import WorldConfig
+from ecs_eco.errors import Problem
+
+JAMMED = {2: 0.547 / (math.pi / 4), 3: 0.384 / (math.pi / 6)}  # spheres put at random until none fits, per spacing^dims
+
+
+def check_body(config: WorldConfig, name: str) -> Iterator[Problem]:
+    """All problems of the species besides those of its nerves."""
+    species, key = config.species[name], ("species", name)
+    yield from check_matter(config, key, species.properties, species.substances)
+    yield from check_size(config, key, species.body.radius)
+    if species.max_count is not None and species.count > species.max_count:
+        yield Problem((*key, "count"), "more than max_count", species.count, f"at most {species.max_count}")
+    if species.metabolism.energy > species.metabolism.energy_max:
+        allowed = f"at most energy_max, {species.metabolism.energy_max:g}"
+        yield Problem((*key, "metabolism", "energy"), "more than energy_max", species.metabolism.energy, allowed)
+    for field in species.emits:
+        if field not in config.fields:
+            yield unknown((*key, "emits", field), "field", field, config.fields)
+    if species.remains is not None and species.remains not in config.objects:
+        yield unknown((*key, "remains"), "object type", species.remains, config.objects)
+    yield from _check_locomotion(config, key, species)
+    yield from _check_diet(config, key, species)
+    yield from _check_reproduction(config, key, species)
+    yield from _check_lethal(key, species)
+
+
+def _check_locomotion(config: WorldConfig, key: Key, species: Species) -> Iterator[Problem]:
+    if species.locomotion is None:
+        return
+    key, most = (*key, "locomotion"), min(config.space.size) / 2
+    for gait, speed in species.locomotion.speed.items():
+        if speed * config.dt > most:
+            allowed = f"at most {most / config.dt:g} m/s"
+            yield Problem((*key, "speed", gait), "further than half of the world in one tick", speed, allowed)
+    for gait in species.locomotion.cost:
+        if gait not in species.locomotion.speed:
+            yield unknown((*key, "cost", gait), "gait", gait, species.locomotion.speed)
+
+
+def _check_diet(config: WorldConfig, key: Key, species: Species) -> Iterator[Problem]:
+    food = [*config.species, *config.objects]
+    eaten: set[str] = set()
+    for i, diet in enumerate(species.diet):
+        at = (*key, "diet", i)
+        if diet.eats not in food:
+            yield unknown((*at, "eats"), "species or object type", diet.eats, food)
+        elif diet.eats in eaten:
+            yield Problem((*at, "eats"), "named twice in this diet", diet.eats, "one entry for each food")
+        eaten.add(diet.eats)
+        if diet.reach > widest(config):
+            yield Problem((*at, "reach"), too_wide(config), diet.reach, f"at most {widest(config):g} m")
+
+
+def _check_reproduction(config: WorldConfig, key: Key, species: Species) -> Iterator[Problem]:
+    way, key = species.reproduction, (*key, "reproduction")
+    if way is None:
+        return
+    if way.rate * config.dt > 1:
+        yield Problem((*key, "rate"), "more than one birth a tick", way.rate, f"at most {1 / config.dt:g} per second")
+    if way.place == "near" and way.dispersal is None:
+        yield Problem((*key, "dispersal"), 'is missing with place = "near"', allowed="a distance [m]")
+    if way.dispersal is not None and way.dispersal > widest(config):
+        yield Problem((*key, "dispersal"), too_wide(config), way.dispersal, f"at most {widest(config):g} m")
+    if isinstance(way, Bearing):
+        most = species.metabolism.energy_max
+        if way.energy_min > most:
+            what = "more than energy_max: nobody would be born"
+            yield Problem((*key, "energy_min"), what, way.energy_min, f"at most {most:g}")
+        if way.energy_given > way.energy_min:
+            allowed = f"at most energy_min, {way.energy_min:g}"
+            yield Problem((*key, "energy_given"), "more than the parent needs to have", way.energy_given, allowed)
+        if way.energy_given > most:
+            yield Problem((*key, "energy_given"), "more than energy_max", way.energy_given, f"at most {most:g}")
+    room = _room(config, species)
+    if species.count > room:
+        what = f"cannot hold count = {species.count}: there is room for {room}"
+        yield Problem((*key, "spacing"), what, way.spacing, "a smaller spacing, or fewer organisms")
+
+
+def _room(config: WorldConfig, species: Species) -> float:
+    """How many organisms the spacing of the newborn leaves room for: sites, or random places until none is free."""
+    way, size = species.reproduction, config.space.size
+    if way is None or way.spacing == 0:
+        return math.inf
+    if isinstance(way, Spread):
+        return math.prod(max(1, round(s / way.spacing)) for s in size[:2])
+    return int(JAMMED[len(size)] * math.prod(max(s / way.spacing, 1.0) for s in size))
+
+
+def _check_lethal(key: Key, species: Species) -> Iterator[Problem]:
+    born = {"energy": species.metabolism.energy, "age": 0.0, "fertility": species.fertility}
+    born |= species.properties | species.substances
+    for i, lethal in enumerate(species.lethal):
+        at, value = (*key, "lethal", i), born.get(lethal.property)
+        low = -math.inf if lethal.min is None else lethal.min
+        high = math.inf if lethal.max is None else lethal.max
+        if value is None:
+            yield unknown((*at, "property"), "property or substance of the species", lethal.property, species.own())
+        elif lethal.min is None and lethal.max is None:
+            yield Problem((*at, "min"), "is missing, and max too", allowed="min, max or both")
+        elif low >= high:
+            yield Problem((*at, "min"), "not below max", low, f"less than {high:g}")
+        elif not low < value < high and not (lethal.property == "age" and value == 0.0 < high):
+            end = "min" if value <= low else "max"
+            what = f"deadly at birth, when {lethal.property} is {value:g}"
+            yield Problem((*at, end), what, getattr(lethal, end), "an interval around the value at birth")
+
+
+def widest(config: WorldConfig) -> float:
+    """The largest distance that is looked up: half of the shorter side of a torus, or the diagonal between walls."""
+    size = config.space.size
+    return min(size[:2]) / 2 if config.space.edges == "torus" else math.hypot(*size)
+
+
+def too_wide(config: WorldConfig) -> str:
+    """What a distance beyond `widest` is."""
+    return "larger than half of the torus" if config.space.edges == "torus" else "larger than the world"

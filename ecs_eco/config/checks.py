@@ -1,0 +1,103 @@
+"""Checks across the sections of a world: what is named exists, what is said together fits together."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from pathlib import Path
+
+from ecs_eco.config.base import RESERVED
+from ecs_eco.config.check_body import check_body
+from ecs_eco.config.check_matter import check_matter, check_size
+from ecs_eco.config.check_nerves import check_nerves
+from ecs_eco.config.surroundings import ObjectType
+from ecs_eco.config.world import WorldConfig
+from ecs_eco.errors import Problem
+
+Key = tuple[str | int, ...]
+MOST_CELLS = 100_000_000  # of one field
+MOST_STEPS = 1000  # of diffusion in a tick
+
+
+def check(config: WorldConfig, folder: Path) -> list[Problem]:
+    """All problems between the sections of a world whose files are named from `folder`."""
+    found = [*_check_names(config), *_check_space(config), *_check_fields(config), *_check_terrain(config)]
+    for name, kind in config.objects.items():
+        found += _check_object(config, name, kind)
+    for name in config.species:
+        found += [*check_body(config, name), *check_nerves(config, name, folder)]
+    return found
+
+
+def _check_names(config: WorldConfig) -> Iterator[Problem]:
+    for section in ("species", "objects", "fields", "substances"):
+        for name in getattr(config, section):
+            if name in RESERVED or (section in ("species", "objects") and name in ("any", "wall")):
+                yield Problem((section, name), "a reserved word", name, "any other name")
+    for name in config.objects:
+        if name in config.species:
+            yield Problem(("objects", name), "a species has the same name", name, "a name of its own")
+
+
+def _check_space(config: WorldConfig) -> Iterator[Problem]:
+    space = config.space
+    if space.cell is not None and space.cell > min(space.size):
+        yield Problem(("space", "cell"), "larger than the world", space.cell, f"at most {min(space.size):g} m")
+
+
+def _check_fields(config: WorldConfig) -> Iterator[Problem]:
+    space = config.space
+    most = min(space.size[:2]) / 2 if space.edges == "torus" else min(space.size[:2])
+    for name, field in config.fields.items():
+        cells = math.prod(max(1.0, s / field.cell) for s in space.size)
+        steps = field.diffusion * config.dt * sum(2 / 0.9 / min(field.cell, s) ** 2 for s in space.size)
+        if field.cell > most:
+            what = "larger than half of the torus" if space.edges == "torus" else "larger than the world"
+            yield Problem(("fields", name, "cell"), what, field.cell, f"at most {most:g} m")
+        elif cells > MOST_CELLS:
+            what = f"too small: the field would have {cells:.3g} cells"
+            yield Problem(("fields", name, "cell"), what, field.cell, f"at most {MOST_CELLS:.0e} cells")
+        elif steps > MOST_STEPS:
+            what = f"too fast for these cells: {steps:.3g} steps a tick"
+            allowed = f"at most {field.diffusion * MOST_STEPS / steps:.3g} m^2/s"
+            yield Problem(("fields", name, "diffusion"), what, field.diffusion, allowed)
+
+
+def _check_terrain(config: WorldConfig) -> Iterator[Problem]:
+    terrain, size = config.terrain, config.space.size
+    if terrain is None:
+        return
+    most = min(size[:2]) / 2
+    if terrain.cell > most:
+        yield Problem(("terrain", "cell"), "larger than half of the world", terrain.cell, f"at most {most:g} m")
+    if (cells := size[0] * size[1] / terrain.cell**2) > MOST_CELLS:
+        what = f"too small: {cells:.3g} cells"
+        yield Problem(("terrain", "cell"), what, terrain.cell, f"at most {MOST_CELLS:.0e} cells")
+    for group in ("mountains", "rocks", "lakes"):
+        for i, mark in enumerate(getattr(terrain, group)):
+            key = ("terrain", group, i)
+            yield from _outside((*key, "at"), mark.at, size[:2])
+            if mark.radius > most:
+                yield Problem((*key, "radius"), "larger than half of the world", mark.radius, f"at most {most:g} m")
+            if group == "mountains" and mark.height == 0:
+                yield Problem((*key, "height"), "a mountain without height", mark.height, "more than 0 m")
+
+
+def _check_object(config: WorldConfig, name: str, kind: ObjectType) -> Iterator[Problem]:
+    key = ("objects", name)
+    if kind.count and kind.at:
+        yield Problem((*key, "count"), "given together with at", kind.count, "one of count and at")
+    if not kind.count and not kind.at and all(s.remains != name for s in config.species.values()):
+        allowed = "at least 1, or a list at, or a species that leaves it as remains"
+        yield Problem((*key, "count"), "none of these would ever exist", kind.count, allowed)
+    for i, at in enumerate(kind.at):
+        yield from _outside((*key, "at", i), at, config.space.size)
+    yield from check_matter(config, key, kind.properties, kind.substances)
+    yield from check_size(config, key, kind.body.radius)
+
+
+def _outside(key: Key, at: list[float], size: list[float]) -> Iterator[Problem]:
+    if len(at) != len(size):
+        yield Problem(key, "wrong number of coordinates", at, f"{len(size)} numbers [m]")
+    elif not all(0 <= x < length for x, length in zip(at, size, strict=True)):
+        yield Problem(key, "outside of the world", at, " and ".join(f"0 to {s:g} m" for s in size))

@@ -1,0 +1,166 @@
+"""Puts what pydantic found into words: key, value, what is allowed, the nearest right name."""
+
+from __future__ import annotations
+
+import types
+import typing
+from typing import Any
+
+from pydantic import ValidationError
+from pydantic.fields import FieldInfo
+
+from ecs_eco.config.base import Section
+from ecs_eco.config.world import WorldConfig
+from ecs_eco.errors import MISSING, Problem, listed, nearest
+
+Key = tuple[str | int, ...]
+WORDS: dict[Any, str] = {
+    float: "a finite number",
+    int: "a whole number",
+    bool: "true or false",
+    str: "a text",
+    list: "a list",
+    dict: "a table",
+}
+LIMITS = {
+    "greater_than": "more than {gt:g}",
+    "greater_than_equal": "at least {ge:g}",
+    "less_than": "less than {lt:g}",
+    "less_than_equal": "at most {le:g}",
+    "too_short": "at least {min_length} entries",
+    "too_long": "at most {max_length} entries",
+    "string_too_long": "at most {max_length} characters",
+    "string_pattern_mismatch": "a text like {pattern}",
+}
+
+
+def problems_of(error: ValidationError, data: dict[str, Any]) -> list[Problem]:
+    """One problem for each error of pydantic."""
+    return [_problem(e, data) for e in error.errors(include_url=False)]
+
+
+def value_at(data: Any, key: Key) -> Any:
+    """What stands at a key, or MISSING."""
+    for part in key:
+        try:
+            data = data[part]
+        except (KeyError, IndexError, TypeError):
+            return MISSING
+    return data
+
+
+def _problem(error: Any, data: dict[str, Any]) -> Problem:
+    key, kind, context = _key(error["loc"], data), error["type"], error.get("ctx", {})
+    value = value_at(data, key)
+    info, parent = field_at(key, data)
+    about = f" ({info.description})" if info is not None and info.description else ""
+    if kind == "missing":
+        return Problem(key, "is missing", allowed=_words(info) + about)
+    if kind == "extra_forbidden":
+        known = tuple(parent.model_fields) if parent else ()
+        return Problem(key, "unknown key", value, listed(known, 40), nearest(key[-1], known))
+    if kind.startswith("union_tag"):
+        tags = _tags(info)
+        tag = value.get("kind", MISSING) if isinstance(value, dict) else MISSING
+        what = "is missing" if tag is MISSING else "unknown kind"
+        return Problem((*key, "kind"), what, tag, listed(tags), nearest(tag, tags))
+    if kind in ("literal_error", "enum"):
+        choices = [str(c) for c in _choices(info)]
+        return Problem(key, "no such choice", value, listed(choices) + about, nearest(value, choices))
+    if error["loc"] and error["loc"][-1] == "[key]":
+        return Problem(key, "not a name", allowed="a letter, then letters, digits or _ (at most 40)")
+    if kind in LIMITS:
+        what = {"string_pattern_mismatch": "not of this form"}.get(kind, "out of range")
+        return Problem(key, what, value, LIMITS[kind].format(**context) + about)
+    if kind == "value_error":
+        return Problem(key, str(context.get("error", error["msg"])), value, about.strip(" ()"))
+    what = "not a finite number" if kind == "finite_number" else "wrong type"
+    return Problem(key, what, value, _expected(kind, info) + about, _spelled(kind, value))
+
+
+def _key(loc: tuple[Any, ...], data: Any) -> Key:
+    """The location without the tags of unions, which pydantic puts between."""
+    key: list[str | int] = []
+    for part in loc:
+        if part == "[key]" or (isinstance(data, dict) and part not in data and data.get("kind") == part):
+            continue
+        key.append(part)
+        data = value_at(data, (part,))
+    return tuple(key)
+
+
+def field_at(key: Key, data: Any) -> tuple[FieldInfo | None, type[Section] | None]:
+    """The field that a key names, and the section that holds it."""
+    kind: Any = WorldConfig
+    info: FieldInfo | None = None
+    parent: type[Section] | None = None
+    for part in key:
+        if isinstance(kind, type) and issubclass(kind, Section):
+            parent, info = kind, kind.model_fields.get(str(part))
+            kind = info.annotation if info else None
+        else:
+            kind = typing.get_args(kind)[-1] if typing.get_args(kind) else None
+        data = value_at(data, (part,))
+        kind = _plain(kind, data)
+    return info, parent
+
+
+def _plain(kind: Any, data: Any) -> Any:
+    """The type without Annotated and None; of a union of sections the one that `kind` in the data names."""
+    while typing.get_origin(kind) is typing.Annotated:
+        kind = typing.get_args(kind)[0]
+    if typing.get_origin(kind) in (types.UnionType, typing.Union):
+        members = [_plain(m, data) for m in typing.get_args(kind) if m is not type(None)]
+        tag = data.get("kind") if isinstance(data, dict) else None
+        return next((m for m in members if tag is not None and tag in _tags_of(m)), members[0])
+    return kind
+
+
+def _tags_of(section: Any) -> tuple[Any, ...]:
+    info = getattr(section, "model_fields", {}).get("kind")
+    return typing.get_args(info.annotation) if info else ()
+
+
+def _tags(info: FieldInfo | None) -> list[str]:
+    """All kinds of the union that a field holds, or holds a list of."""
+    found: list[str] = []
+
+    def walk(kind: Any) -> None:
+        found.extend(_tags_of(kind))
+        for part in typing.get_args(kind):
+            walk(part)
+
+    walk(info.annotation if info else None)
+    return found
+
+
+def _choices(info: FieldInfo | None) -> tuple[Any, ...]:
+    kind = _plain(info.annotation, None) if info else None
+    return typing.get_args(kind) if typing.get_origin(kind) is typing.Literal else ()
+
+
+def _words(info: FieldInfo | None) -> str:
+    """What a field takes, in words."""
+    kind = _plain(info.annotation, None) if info else None
+    if typing.get_origin(kind) is typing.Literal:
+        return listed(map(str, typing.get_args(kind)))
+    return WORDS.get(typing.get_origin(kind) or kind, "a table")
+
+
+def _expected(kind: str, info: FieldInfo | None) -> str:
+    start: dict[str, Any] = {
+        "float": float,
+        "int": int,
+        "bool": bool,
+        "string": str,
+        "list": list,
+        "dict": dict,
+        "model": dict,
+    }
+    found = next((t for word, t in start.items() if kind.startswith(word)), None)
+    return WORDS[found] if found else _words(info)
+
+
+def _spelled(kind: str, value: Any) -> str:
+    """true or false where the value is one of them in other letters."""
+    return str(value).lower() if kind.startswith("bool") and str(value).lower() in ("true", "false") else ""

@@ -1,0 +1,165 @@
+"""A small language of expressions over named arrays, for happiness and reflexes.
+
+Numbers, names, + − * / **, comparisons (also chained), and, or, not, `a if b else c`, and the functions below.
+Everything is float32; what is true is 1, what is false is 0, and any number but 0 counts as true (not-a-number too).
+Nothing is ever evaluated by Python itself: the text becomes a tree of the operations listed here.
+"""
+
+from __future__ import annotations
+
+import ast
+import operator
+from collections.abc import Callable, Iterable, Mapping
+
+import numpy as np
+
+from ecs_eco.errors import listed, nearest
+
+Values = Mapping[str, np.ndarray]
+Node = Callable[[Values], np.ndarray]
+LONGEST = 1000  # characters
+
+FUNCTIONS: dict[str, tuple[Callable[..., np.ndarray], int, int]] = {  # name: (what, fewest, most arguments)
+    "min": (lambda *x: _fold(np.minimum, x), 2, 20),
+    "max": (lambda *x: _fold(np.maximum, x), 2, 20),
+    "abs": (np.abs, 1, 1),
+    "exp": (np.exp, 1, 1),
+    "log": (np.log, 1, 1),
+    "sqrt": (np.sqrt, 1, 1),
+    "tanh": (np.tanh, 1, 1),
+    "clip": (lambda x, low, high: np.minimum(np.maximum(x, low), high), 3, 3),
+}
+OPERATIONS: dict[type[ast.AST], Callable[..., np.ndarray]] = {
+    ast.Add: np.add, ast.Sub: np.subtract, ast.Mult: np.multiply, ast.Div: np.divide, ast.Pow: np.power,
+    ast.USub: np.negative, ast.UAdd: np.positive, ast.Not: np.logical_not,
+    ast.Lt: operator.lt, ast.LtE: operator.le, ast.Gt: operator.gt, ast.GtE: operator.ge,
+    ast.Eq: operator.eq, ast.NotEq: operator.ne, ast.And: np.logical_and, ast.Or: np.logical_or,
+}  # fmt: skip
+ALLOWED = f"numbers, names of sensors, + - * / **, comparisons, and, or, not, a if b else c, {', '.join(FUNCTIONS)}"
+
+
+class FormulaError(ValueError):
+    """A formula that is refused: what, where (characters from 1), what is allowed, the nearest right name."""
+
+    def __init__(self, what: str, position: int, allowed: str = ALLOWED, close: str = "") -> None:
+        self.what, self.position = f"{what} at character {position}", position
+        self.allowed, self.nearest = allowed, close
+        hint = f'; did you mean "{close}"?' if close else ""
+        super().__init__(f"{self.what}; allowed: {allowed}{hint}")
+
+
+class Formula:
+    """A compiled formula: call it with arrays by name; `names` are those that it uses."""
+
+    def __init__(self, text: str, run: Node, names: frozenset[str]) -> None:
+        self.text, self.names, self._run = text, names, run
+
+    def __call__(self, values: Values) -> np.ndarray:
+        """The value at every place: float32, in the common shape of the arrays given."""
+        given = {name: np.asarray(values[name], np.float32) for name in self.names}
+        with np.errstate(all="ignore"):
+            result = np.asarray(self._run(given), np.float32)
+        shape = np.broadcast_shapes(*(np.shape(v) for v in values.values()))
+        return np.ascontiguousarray(np.broadcast_to(result, shape))
+
+    def __repr__(self) -> str:
+        return f"Formula({self.text!r})"
+
+
+def compile_formula(text: str, names: Iterable[str]) -> Formula:
+    """The text as a function of arrays by name; raises FormulaError for unknown names and everything not allowed."""
+    line = " ".join(text.split("\n"))
+    if len(line) > LONGEST:
+        raise FormulaError("a formula that is too long ends", LONGEST, f"{LONGEST} characters")
+    lead = len(line) - len(line.lstrip())
+    try:
+        tree = ast.parse(line.strip(), mode="eval")
+        compiler = _Compiler(line, lead, tuple(names))
+        return Formula(text, compiler.node(tree.body), frozenset(compiler.used))
+    except FormulaError:
+        raise
+    except (SyntaxError, ValueError) as error:
+        raise FormulaError("not an expression", max(getattr(error, "offset", None) or 1, 1) + lead) from None
+    except (RecursionError, MemoryError):
+        raise FormulaError("too deeply nested", 1) from None
+
+
+class _Compiler:
+    """Turns the tree of one text into nested functions."""
+
+    def __init__(self, line: str, lead: int, names: tuple[str, ...]) -> None:
+        self.line, self.lead, self.names, self.used = line, lead, names, set[str]()
+
+    def node(self, tree: ast.AST) -> Node:
+        method = getattr(self, "_" + type(tree).__name__.lower(), None)
+        if method is None:
+            raise self._error(f"{type(tree).__name__.lower()} is not allowed", tree)
+        return method(tree)
+
+    def _error(self, what: str, tree: ast.AST, allowed: str = ALLOWED, close: str = "") -> FormulaError:
+        before = self.line.strip().encode()[: getattr(tree, "col_offset", 0)].decode(errors="ignore")
+        return FormulaError(what, len(before) + 1 + self.lead, allowed, close)
+
+    def _constant(self, tree: ast.Constant) -> Node:
+        if isinstance(tree.value, bool) or not isinstance(tree.value, int | float) or abs(tree.value) > 3e38:
+            raise self._error(f"{tree.value!r:.40} is no finite number", tree)
+        value = np.asarray(tree.value, np.float32)
+        return lambda values: value
+
+    def _name(self, tree: ast.Name) -> Node:
+        name = tree.id
+        if name not in self.names:
+            raise self._error(f'unknown name "{name}"', tree, listed(self.names, 30), nearest(name, self.names))
+        self.used.add(name)
+        return lambda values: values[name]
+
+    def _call(self, tree: ast.Call) -> Node:
+        name = tree.func.id if isinstance(tree.func, ast.Name) else ""
+        if name not in FUNCTIONS:
+            raise self._error(f'unknown function "{name}"', tree, listed(FUNCTIONS), nearest(name, FUNCTIONS))
+        function, fewest, most = FUNCTIONS[name]
+        if tree.keywords or not fewest <= len(tree.args) <= most:
+            number = str(fewest) if fewest == most else f"{fewest} to {most}"
+            raise self._error(f"{len(tree.args)} arguments for {name}", tree, f"{name} with {number}")
+        arguments = [self.node(a) for a in tree.args]
+        return lambda values: function(*(a(values) for a in arguments))
+
+    def _operation(self, tree: ast.AST, kind: ast.AST) -> Callable[..., np.ndarray]:
+        if type(kind) not in OPERATIONS:
+            raise self._error(f"{type(kind).__name__.lower()} is not allowed", tree)
+        return OPERATIONS[type(kind)]
+
+    def _binop(self, tree: ast.BinOp) -> Node:
+        operation, left, right = self._operation(tree, tree.op), self.node(tree.left), self.node(tree.right)
+        return lambda values: operation(left(values), right(values))
+
+    def _unaryop(self, tree: ast.UnaryOp) -> Node:
+        operation, operand = self._operation(tree, tree.op), self.node(tree.operand)
+        return lambda values: np.asarray(operation(operand(values)), np.float32)
+
+    def _boolop(self, tree: ast.BoolOp) -> Node:
+        operation, operands = self._operation(tree, tree.op), [self.node(v) for v in tree.values]
+        return lambda values: np.asarray(_fold(operation, [o(values) for o in operands]), np.float32)
+
+    def _compare(self, tree: ast.Compare) -> Node:
+        operations = [self._operation(tree, op) for op in tree.ops]
+        operands = [self.node(x) for x in (tree.left, *tree.comparators)]
+
+        def run(values: Values) -> np.ndarray:
+            read = [o(values) for o in operands]
+            pairs = [op(a, b) for op, a, b in zip(operations, read, read[1:], strict=False)]
+            return np.asarray(_fold(np.logical_and, pairs), np.float32)
+
+        return run
+
+    def _ifexp(self, tree: ast.IfExp) -> Node:
+        test, yes, no = self.node(tree.test), self.node(tree.body), self.node(tree.orelse)
+        return lambda values: np.where(test(values) != 0, yes(values), no(values))
+
+
+def _fold(operation: Callable[..., np.ndarray], operands: Iterable[np.ndarray]) -> np.ndarray:
+    """The operation applied from left to right."""
+    first, *rest = operands
+    for operand in rest:
+        first = operation(first, operand)
+    return first

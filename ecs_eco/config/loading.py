@@ -1,0 +1,237 @@
+"""Reads a world: a shipped one by name, a file or a dict, with values set from outside; or says all that is wrong."""
+
+from __future__ import annotations
+
+import copy
+import re
+import tomllib
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from ecs_eco.config.checks import check
+from ecs_eco.config.explain import problems_of, value_at
+from ecs_eco.config.lines import key_lines
+from ecs_eco.config.shipped import shipped
+from ecs_eco.config.world import WorldConfig
+from ecs_eco.errors import MISSING, ConfigError, Problem, listed, nearest
+
+Key = tuple[str | int, ...]
+Overrides = Mapping[str, Any] | Iterable[str] | None
+NAMED = ("species", "fields", "objects", "substances")  # tables whose keys are names that the world gives
+ALIASES: dict[str, Key] = {"birth_rate": ("reproduction", "rate")}  # short for keys of a species, in --set only
+
+
+@dataclass
+class _Document:
+    """A world before it is checked, and where each part of it comes from."""
+
+    data: dict[str, Any]
+    source: str
+    folder: Path
+    text: str = ""
+    set_by: str = "--set"
+
+    def __post_init__(self) -> None:
+        self.set: dict[Key, Key] = {}  # key, and the key as it was written
+
+
+def load(world: str | Path | Mapping[str, Any] | WorldConfig, overrides: Overrides = None) -> WorldConfig:
+    """The checked world; `overrides` are dotted keys with values, or texts like "species.deer.count=50".
+
+    Raises ConfigError with every problem found.
+    """
+    document = _read(world)
+    problems = _apply(document, overrides)
+    config, found = _validate(document)
+    problems += found
+    if config is None or problems:
+        raise ConfigError([_placed(p, document) for p in problems], _title(document, len(problems)))
+    config._folder, config._source = document.folder, document.source
+    problems = _check_training(config)
+    if problems:
+        raise ConfigError([_placed(p, document) for p in problems], _title(document, len(problems)))
+    return config
+
+
+def for_training(config: WorldConfig) -> WorldConfig:
+    """The world with what [training] sets."""
+    data = config.resolved()
+    wanted, data["training"]["set"] = data["training"]["set"], {}
+    return load(_Document(data, config._source, config._folder, set_by="[training] set"), wanted)  # type: ignore[arg-type]
+
+
+def _check_training(config: WorldConfig) -> list[Problem]:
+    if not config.training.set:
+        return []
+    try:
+        for_training(config)
+    except ConfigError as error:
+        return [_moved_to_training(p, config.training.set) for p in error.problems]
+    return []
+
+
+def _moved_to_training(problem: Problem, wanted: Mapping[str, Any]) -> Problem:
+    """The problem at the entry of [training] set that it comes from."""
+    written = next((k for k in wanted if ".".join(map(str, problem.key)) == k), None)
+    key = ("training", "set") if written is None else ("training", "set", written)
+    what = problem.what if written is not None else f"{problem.what}, at {problem.path} while training"
+    return problem.moved(key=key, what=what, source="", line=None)
+
+
+def _title(document: _Document, n: int) -> str:
+    return f"{document.source}: {n} problem{'s' if n > 1 else ''}"
+
+
+# reading
+
+
+def _read(world: Any) -> _Document:
+    if isinstance(world, _Document):
+        return world
+    if isinstance(world, WorldConfig):
+        return _Document(world.resolved(), world._source, world._folder)
+    if isinstance(world, Mapping):
+        return _Document(copy.deepcopy(dict(world)), "dict", Path())
+    path = _path(world)
+    try:
+        text = path.read_text(encoding="utf-8")
+        return _Document(tomllib.loads(text), path.name, path.parent, text)
+    except tomllib.TOMLDecodeError as error:
+        raise _syntax(path, error) from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise ConfigError([Problem((), f"cannot be read: {error}", str(path), "a TOML file in UTF-8")]) from None
+
+
+def _path(world: str | Path) -> Path:
+    """The file of a world: the name of a shipped one, a file, or a folder with one world file."""
+    worlds = shipped()
+    if str(world).replace("_", "-") in worlds:
+        return worlds[str(world).replace("_", "-")]
+    path = Path(world)
+    if path.is_dir() and len(found := sorted(path.glob("*.toml"))) == 1:
+        return found[0]
+    if path.is_file():
+        return path
+    what = "no world file in this folder" if path.is_dir() else "no such world, and no such file"
+    allowed = f"a path, or one of {listed(worlds)}"
+    problem = Problem((), what, str(world), allowed, nearest(world, worlds), "WORLD")
+    raise ConfigError([problem], "cannot load the world")
+
+
+def _syntax(path: Path, error: tomllib.TOMLDecodeError) -> ConfigError:
+    found = re.search(r"^(.*) \(at line (\d+), column (\d+)\)$", str(error))
+    what, line, column = (found[1], int(found[2]), int(found[3])) if found else (str(error), None, None)
+    problem = Problem((), f"not TOML: {what}", allowed="TOML 1.0", source=path.name, line=line, column=column)
+    return ConfigError([problem], f"{path.name}: 1 problem")
+
+
+# values set from outside
+
+
+def _apply(document: _Document, overrides: Overrides) -> list[Problem]:
+    problems: list[Problem] = []
+    pairs = overrides.items() if isinstance(overrides, Mapping) else [_parse(text) for text in overrides or ()]
+    for name, value in pairs:
+        if isinstance(value, Problem):
+            problems.append(value)
+            continue
+        written: Key = tuple(part.strip('"') for part in re.findall(r'"[^"]*"|[^.]+', name))
+        key = written
+        if len(key) == 3 and key[0] == "species" and key[2] in ALIASES:
+            key = (*key[:2], *ALIASES[str(key[2])])
+        problem = _put(document, key, value)
+        if problem:
+            problems.append(problem.moved(key=written, value=value, source=document.set_by))
+    return problems
+
+
+def _parse(text: str) -> tuple[str, Any]:
+    """Key and value of "a.b=c"; the value is TOML, and a bare word is a text."""
+    name, equals, value = (part.strip() for part in text.partition("="))
+    if not equals or not name.strip(". "):
+        return name, Problem((), "not of the form key=value", text, "for example species.deer.count=50", source="--set")
+    try:
+        parsed = tomllib.loads(f"v = {value}")
+        if parsed.keys() == {"v"}:
+            return name, parsed["v"]
+    except tomllib.TOMLDecodeError:
+        if re.fullmatch(r"[A-Za-z_#][\w-]*", value):
+            return name, value
+    example = 'for example 0.5, true, "text", [1, 2]'
+    return name, Problem((name,), "the value is not TOML", value, example, source="--set")
+
+
+def _put(document: _Document, key: Key, value: Any) -> Problem | None:
+    """Sets one value in the data, or says why not."""
+    node: Any = document.data
+    real: list[str | int] = []
+    for depth, part in enumerate(key):
+        last = depth == len(key) - 1
+        if isinstance(node, list):
+            if not str(part).isdigit() or int(part) >= len(node):
+                allowed = f"0 to {len(node) - 1}" if node else "none, the list is empty"
+                return Problem(key, f"no entry {part}", allowed=allowed)
+            part = int(part)
+        elif not isinstance(node, dict):
+            return Problem(key, f"{'.'.join(map(str, real))} has no parts", allowed="the key of a table or list")
+        elif not last and depth == 1 and key[0] in NAMED and part not in node:
+            return Problem(key, f'no {key[0]} named "{part}"', allowed=listed(node), nearest=nearest(part, node))
+        real.append(part)
+        if last:
+            node[part] = copy.deepcopy(value)
+        else:
+            if isinstance(node, dict) and node.get(part) is None:
+                node[part] = {}
+            node = node[part]
+    document.set[tuple(real)] = key
+    return None
+
+
+# checking
+
+
+def _validate(document: _Document) -> tuple[WorldConfig | None, list[Problem]]:
+    """The world and the problems across its sections, or no world and the problems within its sections."""
+    try:
+        config = WorldConfig.model_validate(document.data)
+    except ValidationError as error:
+        return None, _with_checks(problems_of(error, document.data), document)
+    return config, check(config, document.folder)
+
+
+def _with_checks(problems: list[Problem], document: _Document) -> list[Problem]:
+    """Also what the checks across sections find, once the tables with problems are mended as well as can be."""
+    data = copy.deepcopy(document.data)
+    for p in problems:
+        holder = value_at(data, p.key[:-1])
+        if p.key[0] in ("space", "dt") or not isinstance(holder, dict):
+            return problems  # too much depends on it
+        if isinstance(p.value, int | float) and not isinstance(p.value, bool) and p.what != "unknown key":
+            holder[p.key[-1]] = 1
+        else:
+            holder.pop(p.key[-1], None)
+    try:
+        found = check(WorldConfig.model_validate(data), document.folder)
+    except ValidationError:
+        return problems
+    broken = [p.key[:-1] for p in problems]
+    return problems + [f for f in found if not any(f.key[: len(b)] == b for b in broken)]
+
+
+def _placed(problem: Problem, document: _Document) -> Problem:
+    """The problem with its source and line, and the value where it lacks one."""
+    if problem.source:
+        return problem
+    value = problem.value
+    if value is MISSING and problem.what != "is missing":
+        value = value_at(document.data, problem.key)
+    written = [k for k in document.set if problem.key[: len(k)] == k or k[: len(problem.key)] == problem.key]
+    if written:
+        return problem.moved(source=document.set_by, value=value, key=document.set.get(problem.key, problem.key))
+    lines = key_lines(document.text) if document.text else {}
+    line = next((lines[problem.key[:n]] for n in range(len(problem.key), 0, -1) if problem.key[:n] in lines), None)
+    return problem.moved(source=document.source, value=value, line=line)

@@ -1,0 +1,76 @@
+"""The whole world file."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, PrivateAttr
+
+from ecs_eco.config.base import Name, Positive, Section, about, quantity, table
+from ecs_eco.config.species import Species
+from ecs_eco.config.surroundings import Ambient, ObjectType, ScalarField, Space, Terrain
+
+
+class Training(Section):
+    """Pre-training: how policies are learnt before the ecosystem runs."""
+
+    ticks: Annotated[int, Field(ge=1, le=10**12)] = quantity("length", "ticks", 1000)
+    average: Annotated[float, Field(ge=0, le=1)] = quantity("last share of the training over which weights are averaged", "1", 0.2)
+    respawn: bool = about("whether the dead are replaced at once, and nobody is born", True)
+    set: dict[str, Any] = table("dotted key = value that holds while training", dict)
+
+
+class WorldConfig(Section):
+    """A world: space, species and objects, and everything that happens to them."""
+
+    format: Literal[1] = about("version of this format")
+    name: Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_-]*$", max_length=60)] = about("name, used for folders")
+    title: str = about("name for people", "")
+    description: str = about("a few sentences", "")
+    ticks: Annotated[int, Field(ge=1, le=10**12)] = quantity("length of a run when none is asked for", "ticks", 1000)
+    dt: Positive = quantity("length of a tick", "s", 1.0)
+    seed: Annotated[int, Field(ge=0, lt=2**63)] = about("seed of a run when none is asked for", 1)
+    space: Space = about("the space that everything is in")
+    terrain: Terrain | None = about("the shape of the ground; absent: flat", None)
+    ambient: Ambient = table("state of the environment", Ambient)
+    substances: dict[Name, str] = table("name = description of every chemical substance", dict)
+    fields: dict[Name, ScalarField] = table("scalar fields by name", dict)
+    objects: dict[Name, ObjectType] = table("types of inanimate objects by name", dict)
+    species: Annotated[dict[Name, Species], Field(min_length=1)] = about("species by name")
+    training: Training = table("pre-training", Training)
+
+    _folder: Path = PrivateAttr(default_factory=Path)  # where relative file names start
+    _source: str = PrivateAttr(default="dict")  # for messages
+
+    @property
+    def dims(self) -> int:
+        """2 in a plane, 3 in a volume."""
+        return len(self.space.size)
+
+    @property
+    def folder(self) -> Path:
+        """Folder of the world file, where relative file names start."""
+        return self._folder
+
+    def file(self, name: str) -> Path:
+        """Path of a file that the world names."""
+        return self._folder / name
+
+    def resolved(self) -> dict[str, Any]:
+        """Every value, also those left out in the file, as JSON can hold it; loads as a world with the same hash."""
+        return self.model_dump(mode="json")
+
+    @property
+    def config_hash(self) -> str:
+        """SHA-256 of the resolved configuration, 64 hexadecimal digits."""
+        text = json.dumps(self.resolved(), separators=(",", ":"), allow_nan=False)
+        return hashlib.sha256(text.encode()).hexdigest()
+
+    def for_training(self) -> WorldConfig:
+        """The world as it is while training: with the values of [training] set."""
+        from ecs_eco.config.loading import for_training
+
+        return for_training(self)

@@ -1,0 +1,96 @@
+"""Errors that name the place, the value, what is allowed and the nearest right name."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from difflib import get_close_matches
+
+MISSING = type("Missing", (), {"__repr__": lambda self: "missing", "__bool__": lambda self: False})()
+SHOWN = 15  # problems on one screen
+
+
+def nearest(name: object, known: Iterable[str]) -> str:
+    """The known name most like `name`, or "" where none is like it."""
+    known = list(known)
+    lower = {k.lower(): k for k in known}
+    found = get_close_matches(str(name).lower(), lower, n=1, cutoff=0.5)
+    return lower[found[0]] if found else ""
+
+
+def listed(names: Iterable[str], most: int = 12) -> str:
+    """Names with commas, cut after `most`."""
+    names = [str(n) for n in names]
+    return ", ".join(names[:most]) + (f", … ({len(names)} in all)" if len(names) > most else "") or "none"
+
+
+@dataclass(frozen=True)
+class Problem:
+    """One thing that is wrong with a configuration."""
+
+    key: tuple[str | int, ...]  # where, for example ("species", "deer", "sensors", 1, "target")
+    what: str  # what is wrong, in words
+    value: object = MISSING  # what stands there
+    allowed: str = ""  # what may stand there
+    nearest: str = ""  # the right name most like the value
+    source: str = ""  # file, "--set", or a word for a dict
+    line: int | None = None  # in the file, from 1
+    column: int | None = None  # in the file, from 1
+
+    def moved(self, **changes: object) -> Problem:
+        """The same problem with some fields changed."""
+        return replace(self, **changes)  # type: ignore[arg-type]
+
+    @property
+    def path(self) -> str:
+        """The key with dots, as `--set` takes it."""
+        return ".".join(f'"{k}"' if isinstance(k, str) and "." in k else str(k) for k in self.key)
+
+    def __str__(self) -> str:
+        place = self.source
+        if self.line is not None:
+            place += f", line {self.line}" + (f", column {self.column}" if self.column is not None else "")
+        head = ": ".join(part for part in (place, self.path) if part)
+        if self.value is not MISSING:
+            head += (" = " if self.path else ": ") + _short(self.value)
+        tail = f"  {self.what}"
+        if self.allowed:
+            tail += f"; allowed: {self.allowed}"
+        if self.nearest:
+            tail += f'; did you mean "{self.nearest}"?'
+        return f"{head}\n{tail}" if head else tail.strip()
+
+
+class ConfigError(ValueError):
+    """A configuration that is refused, with every problem found in it."""
+
+    def __init__(self, problems: Iterable[Problem], title: str = "") -> None:
+        self.problems = list(problems)
+        self.title = title
+        super().__init__(self.render())
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return type(self), (self.problems, self.title)
+
+    def render(self, most: int = SHOWN) -> str:
+        """All problems on one screen: at most `most` of them, then how many more."""
+        n = len(self.problems)
+        head = self.title or ("1 problem" if n == 1 else f"{n} problems")
+        shown = [str(p) for p in self.problems[:most]]
+        return "\n".join([head, *shown, *([f"… and {n - most} more"] if n > most else [])])
+
+
+def _short(value: object, width: int = 90) -> str:
+    """A value as TOML writes it, cut to `width` characters."""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    text = '"' + value.replace("\n", "\\n") + '"' if isinstance(value, str) else repr(value)
+    return text if len(text) <= width else text[: width - 1] + "…"
+
+
+def unknown_name(place: str, kind: str, name: object, known: Iterable[str]) -> str:
+    """The message for a name that nobody declared: the place, the name, what is known, the nearest."""
+    known = [str(k) for k in known]
+    guess = nearest(name, known)
+    hint = f'; did you mean "{guess}"?' if guess else ""
+    return f"{place}: unknown {kind} {str(name)!r}; known: {listed(known)}{hint}"

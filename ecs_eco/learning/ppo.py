@@ -1,0 +1,215 @@
+"""Proximal policy optimisation (Schulman et al. 2017) for a population that is born and dies while it learns.
+
+Read `Learner.update` from top to bottom: advantages, epochs of minibatches, the gradient of the loss by each logit
+and value (`_slopes`), the network's backward pass (`Brain.back`), and one step of Adam (`_adam`). The hyperparameters
+are in settings.py, the log of transitions in rollout.py, the network in brain.py.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from .arithmetic import KERNEL, exp, softmax
+from .brain import CHUNK, Brain, in_parallel
+from .rollout import Rollout
+from .settings import PPO
+
+_TERMS = ("policy_loss", "value_loss", "entropy", "approx_kl", "clip_fraction")
+
+
+class Learner:
+    """Trains a brain on what the population lived through; `store`, `credit`, `end`, `cut` are those of `rollout`.
+
+    A tick is: sense; credit, end, cut; if `full`, update with the values of what is sensed; decide; store.
+    Results are the same bits for any number of `workers` (threads).
+    """
+
+    def __init__(self, brain: Brain, ppo: PPO, seed: int, workers: int = 1) -> None:
+        import torch
+
+        self.brain, self.ppo, self.seed, self.workers = brain, ppo, seed, workers
+        self.rollout = Rollout(brain.n_observations, len(brain.groups), ppo.discount)
+        self.updates = 0
+        self.steps = 0  # of Adam
+        self.moment_1, self.moment_2 = torch.zeros(brain.size), torch.zeros(brain.size)
+        self._gradient = torch.zeros(0, brain.size)  # a row per chunk of a minibatch
+        self._layers: list = []  # its views
+
+    @property
+    def full(self) -> bool:
+        """Whether the rollout has its horizon's ticks."""
+        return self.rollout.ticks >= self.ppo.horizon
+
+    def update(self, rows: np.ndarray, values: np.ndarray) -> dict[str, float]:
+        """Learn from the rollout and clear it; `values` f32[n] are those of what the living `rows` i64[n] sense now.
+
+        Returns means over all gradient steps: policy_loss, value_loss, entropy [nat], approx_kl [nat], clip_fraction,
+        gradient_norm; and explained_variance, reward (per transition), learning_rate, n_transitions.
+        """
+        ppo, rollout = self.ppo, self.rollout
+        rollout.advantages(rows, values, ppo.gae_lambda)
+        done = min(1.0, self.updates * ppo.horizon / ppo.anneal) if ppo.anneal else 0.0
+        rate, clip = ppo.learning_rate * (1 - done), ppo.clip * (1 - done)
+        report = _summary(rollout.steps) | {"learning_rate": rate, "n_transitions": rollout.n}
+        shift, scale = 0.0, 1.0
+        if ppo.normalise_advantage and rollout.n > 1:
+            advantage = rollout.steps["advantage"]
+            shift, scale = advantage.mean(dtype=float), 1 / (advantage.std(dtype=float) + 1e-8)
+        generator = np.random.Generator(np.random.Philox(key=[self.seed, self.updates]))
+        parts = max(1, -(-rollout.n // ppo.minibatch))
+        edges = [rollout.n * i // parts for i in range(parts + 1)]
+        terms = np.zeros(len(_TERMS) + 1)
+        for _ in range(ppo.epochs if rollout.n else 0):
+            order = generator.permutation(rollout.n)
+            for start, stop in zip(edges, edges[1:], strict=False):
+                terms += self._step(order[start:stop], rate, clip, shift, scale)
+        terms /= max(1, ppo.epochs * parts)
+        rollout.clear()
+        self.updates += 1
+        return dict(zip((*_TERMS, "gradient_norm"), terms.tolist(), strict=True)) | report
+
+    def state(self) -> dict[str, np.ndarray]:
+        """Return copies of all that learning goes on from: weights, Adam, rollout, counters."""
+        return {
+            **{f"brain.{name}": array for name, array in self.brain.state().items()},
+            **{f"rollout.{name}": array for name, array in self.rollout.state().items()},
+            "moment_1": self.moment_1.numpy().copy(),
+            "moment_2": self.moment_2.numpy().copy(),
+            "updates": np.array(self.updates),
+            "steps": np.array(self.steps),
+        }
+
+    def load(self, state: dict[str, np.ndarray]) -> None:
+        """Go on from a `state()`; raises ValueError where the network or the rollout is of another shape."""
+
+        def part(name: str) -> dict[str, np.ndarray]:
+            return {key.removeprefix(name): array for key, array in state.items() if key.startswith(name)}
+
+        self.brain.load(part("brain."))
+        self.rollout.load(part("rollout."))
+        self.moment_1.numpy()[...], self.moment_2.numpy()[...] = state["moment_1"], state["moment_2"]
+        self.updates, self.steps = int(state["updates"]), int(state["steps"])
+
+    def _step(self, index: np.ndarray, rate: float, clip: float, shift: float, scale: float) -> np.ndarray:
+        """Take one step of Adam down the mean loss over the transitions `index`; return the terms and the norm."""
+        brain, ppo, rollout = self.brain, self.ppo, self.rollout
+        n_chunks = -(-len(index) // CHUNK)
+        self._reserve(n_chunks)
+        terms = np.zeros((n_chunks, len(_TERMS) + 1))
+        weights = np.array([clip, ppo.clip_value, ppo.entropy, ppo.value_weight, shift, scale, 1 / len(index)], "f4")
+
+        def work(worker: int) -> None:
+            for chunk in range(worker, n_chunks, self.workers):
+                chosen = index[chunk * CHUNK : (chunk + 1) * CHUNK]
+                rows = brain.rows(worker, len(chosen))
+                np.take(rollout.observations, chosen, 0, out=rows.observations, mode="clip")
+                brain.run(rows)
+                _slopes(
+                    rows.logits, rows.values, brain.offsets, rollout.choices, rollout.steps, chosen,
+                    *weights, rows.d_logits, rows.d_values, terms[chunk],
+                )  # fmt: skip
+                brain.back(rows, self._layers[chunk])
+
+        in_parallel(work, self.workers)
+        self.steps += 1
+        total = terms.sum(axis=0) / len(index)
+        total[-1] = _adam(
+            brain.weights.numpy(), self._gradient.numpy()[:n_chunks], self.moment_1.numpy(), self.moment_2.numpy(),
+            self.steps, rate, ppo.adam_epsilon, ppo.max_grad_norm,
+        )  # fmt: skip
+        return total
+
+    def _reserve(self, n_chunks: int) -> None:
+        """Have a row of gradient for each chunk of a minibatch."""
+        if n_chunks > len(self._layers):
+            self._gradient = self._gradient.new_zeros(n_chunks, self.brain.size)
+            self._layers = [self.brain.views(row) for row in self._gradient]
+
+
+@njit(**KERNEL)
+def _slopes(
+    logits, values, offsets, choices, steps, index, clip, clip_value, entropy_weight, value_weight, shift, scale, share,
+    d_logits, d_values, terms,
+):  # fmt: skip
+    """Write the slope of the loss by each logit [k, n] and value [n], `share` per transition; add up the loss's terms.
+
+    Loss = -min(r A, clip(r) A) - entropy_weight H + value_weight (V - R)^2, with r the ratio of the choice's
+    probabilities now and then, A the advantage, R = A + V then (Schulman et al. 2017, eq. 7 and 9).
+    """
+    n, n_groups = len(index), len(offsets) - 1
+    taken = np.empty((n_groups, n), np.int64)
+    level, spread = np.empty((n_groups, n), np.float32), np.empty((n_groups, n), np.float32)
+    ratio, pull = np.zeros(n, np.float32), np.empty(n, np.float32)
+    for g in range(n_groups):
+        softmax(logits, offsets[g], offsets[g + 1], d_logits, level[g], spread[g])
+        for i in range(n):
+            taken[g, i] = offsets[g] + choices[index[i], g]
+            ratio[i] += logits[taken[g, i], i] - level[g, i]
+    for i in range(n):
+        ratio[i] -= steps[index[i]].log_probability
+        terms[3] -= ratio[i]
+    for i in range(n):
+        ratio[i] = exp(ratio[i])
+    for i in range(n):
+        step = steps[index[i]]
+        gain, r = (step.advantage - shift) * scale, ratio[i]
+        bound = min(max(r, 1 - clip), 1 + clip)
+        pull[i] = gain * r * share if r * gain <= bound * gain else np.float32(0)
+        terms[0] -= min(r * gain, bound * gain)
+        terms[3] += r - 1
+        terms[4] += r != bound
+        d_values[i], error = _value_slope(values[i], step.value, step.value + step.advantage, clip_value)
+        d_values[i] *= value_weight * share
+        terms[1] += error
+    for g in range(n_groups):
+        for i in range(n):
+            terms[2] += spread[g, i]
+        for k in range(offsets[g], offsets[g + 1]):
+            for i in range(n):
+                bonus = entropy_weight * share * (logits[k, i] - level[g, i] + spread[g, i])
+                d_logits[k, i] *= pull[i] + bonus
+        for i in range(n):
+            d_logits[taken[g, i], i] -= pull[i]
+
+
+@njit(**KERNEL)
+def _value_slope(value, old, target, clip_value):
+    """Return slope and size of the squared error; with clip_value, that of the worse of the free and the held value."""
+    error = value - target
+    if clip_value > 0:
+        held = old + min(max(value - old, -clip_value), clip_value)
+        if (held - target) ** 2 > error**2:
+            return np.float32(0), (held - target) ** 2
+    return 2 * error, error**2
+
+
+@njit(**{**KERNEL, "fastmath": True})
+def _adam(weights, gradients, moment_1, moment_2, step, rate, epsilon, max_norm):
+    """Take Adam's step (Kingma and Ba 2015, algorithm 1) down the sum of the gradients' rows; return its length."""
+    gradient = gradients[0]
+    for c in range(1, len(gradients)):
+        for i in range(len(gradient)):
+            gradient[i] += gradients[c, i]
+    square = 0.0
+    for i in range(len(gradient)):
+        square += np.float64(gradient[i]) ** 2
+    norm = np.sqrt(square)
+    hold = np.float32(max_norm / (norm + 1e-6) if 0 < max_norm < norm else 1.0)
+    scale, root = np.float32(rate / (1 - 0.9**step)), np.float32(1 / np.sqrt(1 - 0.999**step))
+    for i in range(len(gradient)):
+        slope = gradient[i] * hold
+        moment_1[i] += np.float32(0.1) * (slope - moment_1[i])
+        moment_2[i] += np.float32(0.001) * (slope * slope - moment_2[i])
+        weights[i] -= scale * moment_1[i] / (np.sqrt(moment_2[i]) * root + np.float32(epsilon))
+    return norm
+
+
+def _summary(steps: np.ndarray) -> dict[str, float]:
+    """Return what the rollout says before it is learnt from; NaN where it says nothing."""
+    if not len(steps):
+        return {"explained_variance": float("nan"), "reward": float("nan")}
+    target_variance = float((steps["advantage"] + steps["value"]).var(dtype=float))
+    left = float(steps["advantage"].var(dtype=float))
+    explained = 1 - left / target_variance if target_variance > 0 else float("nan")
+    return {"explained_variance": explained, "reward": float(steps["reward"].mean(dtype=float))}

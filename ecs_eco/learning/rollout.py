@@ -1,0 +1,167 @@
+"""Rollout: the transitions of a population that changes while they are collected, one flat log in order of time."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from .arithmetic import KERNEL
+
+STEP = np.dtype(
+    [
+        ("row", "i4"),  # of the table; a newborn may take the row of one that died in the same rollout
+        ("log_probability", "f4"),  # of the choice when it was made
+        ("value", "f4"),  # expected then
+        ("reward", "f4"),  # that followed, known a tick later
+        ("advantage", "f4"),  # filled in by `advantages`
+    ]
+)
+
+
+class Rollout:
+    """An append-only log; what follows an action is added to the row's last record when it becomes known.
+
+    A tick is: credit, end and cut what the last actions led to; then store the new ones.
+    Transitions must be stored in an order that does not depend on rows, if results are not to depend on them.
+    """
+
+    def __init__(self, n_observations: int, n_groups: int, discount: float) -> None:
+        self.discount = discount
+        self.n, self.ticks = 0, 0
+        self._observations = np.empty((0, n_observations), np.float32)
+        self._choices = np.empty((0, n_groups), np.int16)
+        self._steps = np.empty(0, STEP)
+        self._ended = np.empty(0, bool)  # nothing follows: the next record of the row is another animal's
+        self.last = np.empty(0, np.int64)  # row -> its open record, -1: none
+
+    observations = property(lambda self: self._observations[: self.n], doc="f32[n, n_observations]")
+    choices = property(lambda self: self._choices[: self.n], doc="i16[n, n_groups]")
+    steps = property(lambda self: self._steps[: self.n], doc="STEP[n]")
+    ended = property(lambda self: self._ended[: self.n], doc="bool[n]")
+
+    @property
+    def nbytes_per_transition(self) -> int:
+        """Memory of one transition [bytes]."""
+        return sum(a[:1].nbytes for a in self._columns()) if len(self._ended) else sum(
+            a.dtype.itemsize * int(np.prod(a.shape[1:])) for a in self._columns()
+        )
+
+    def store(self, rows, observations, choices, log_probabilities, values) -> None:
+        """Append one tick: i64[n] rows that act, f32[n, n_observations], int[n, n_groups], f32[n], f32[n]."""
+        start, stop = self.n, self.n + len(rows)
+        if stop > len(self._ended):
+            self._grow(stop)
+        self._cover(rows)
+        self._observations[start:stop] = observations
+        self._choices[start:stop] = choices
+        steps = self._steps[start:stop]
+        steps["row"], steps["log_probability"], steps["value"] = rows, log_probabilities, values
+        steps["reward"] = 0
+        self._ended[start:stop] = False
+        self.last[rows] = np.arange(start, stop)
+        self.n = stop
+        self.ticks += 1
+
+    def credit(self, rows, rewards) -> None:
+        """Add rewards f32[n] to the open records of rows i64[n]; rows without one (newborn) are passed over."""
+        self._cover(rows)
+        _credit(self._steps, self.last, rows, rewards)
+
+    def end(self, rows, rewards) -> None:
+        """Add the last rewards f32[n] of rows that died, and forget them: nothing follows."""
+        self._cover(rows)
+        _end(self._steps, self._ended, self.last, rows, rewards)
+
+    def cut(self, rows, rewards, values) -> None:
+        """Add the last rewards f32[n] of rows that a time limit takes away, whose last observations have values f32[n]."""
+        self.end(rows, rewards + np.float32(self.discount) * values)
+
+    def advantages(self, rows, values, gae_lambda: float) -> None:
+        """Fill in the advantages (Schulman et al. 2016, eq. 16); rows now alive expect values f32[n] of what comes."""
+        self._cover(rows)
+        later = np.full(len(self.last), np.nan, np.float32)
+        later[rows] = values
+        if (lost := np.flatnonzero((self.last >= 0) & np.isnan(later))).size:
+            raise ValueError(
+                f"rows {lost[:5].tolist()} ({lost.size} in all) have open records but no finite value: "
+                "hand in the values of all the living, and end or cut the others first"
+            )
+        _sweep(self.steps, self.ended, later, np.float32(self.discount), np.float32(gae_lambda))
+
+    def clear(self) -> None:
+        """Forget all transitions, keep the memory."""
+        self.n, self.ticks = 0, 0
+        self.last[:] = -1
+
+    def state(self) -> dict[str, np.ndarray]:
+        """Return copies of all that is needed to go on from here."""
+        return {
+            "observations": self.observations.copy(),
+            "choices": self.choices.copy(),
+            **{name: self.steps[name].copy() for name in STEP.names},
+            "ended": self.ended.copy(),
+            "last": self.last.copy(),
+            "ticks": np.array(self.ticks),
+        }
+
+    def load(self, state: dict[str, np.ndarray]) -> None:
+        """Go on from a `state()` of a rollout with the same numbers of observations and groups."""
+        for name in ("observations", "choices"):
+            have, need = np.shape(state[name])[1:], getattr(self, name).shape[1:]
+            if have != need:
+                raise ValueError(f"{name} of the rollout have {have} columns; this one needs {need}")
+        self.n, self.ticks = len(state["ended"]), int(state["ticks"])
+        if self.n > len(self._ended):
+            self._grow(self.n)
+        self.observations[...], self.choices[...] = state["observations"], state["choices"]
+        self.ended[...], self.last = state["ended"], np.array(state["last"])
+        for name in STEP.names:
+            self.steps[name] = state[name]
+
+    def _columns(self) -> tuple[np.ndarray, ...]:
+        return self._observations, self._choices, self._steps, self._ended
+
+    def _grow(self, need: int) -> None:
+        """Make room for `need` records and half as many more; what is stored moves once."""
+        size = need + need // 2
+        grown = []
+        for column in self._columns():
+            grown.append(np.empty((size, *column.shape[1:]), column.dtype))
+            grown[-1][: self.n] = column[: self.n]
+        self._observations, self._choices, self._steps, self._ended = grown
+
+    def _cover(self, rows) -> None:
+        """Let `last` reach all rows."""
+        need = int(rows.max()) + 1 if len(rows) else 0
+        if need > len(self.last):
+            self.last = np.concatenate([self.last, np.full(need - len(self.last), -1)])
+
+
+@njit(**KERNEL)
+def _credit(steps, last, rows, rewards):
+    for i in range(len(rows)):
+        if last[rows[i]] >= 0:
+            steps[last[rows[i]]].reward += rewards[i]
+
+
+@njit(**KERNEL)
+def _end(steps, ended, last, rows, rewards):
+    for i in range(len(rows)):
+        at = last[rows[i]]
+        if at >= 0:
+            steps[at].reward += rewards[i]
+            ended[at] = True
+            last[rows[i]] = -1
+
+
+@njit(**KERNEL)
+def _sweep(steps, ended, later, discount, gae_lambda):
+    """Go back in time; `later` and `gain` hold the value and the advantage of what each row did next."""
+    gain = np.zeros_like(later)
+    for i in range(len(steps) - 1, -1, -1):
+        step = steps[i]
+        if ended[i]:
+            later[step.row], gain[step.row] = 0, 0
+        surprise = step.reward + discount * later[step.row] - step.value
+        step.advantage = surprise + discount * gae_lambda * gain[step.row]
+        later[step.row], gain[step.row] = step.value, step.advantage

@@ -1,0 +1,54 @@
+"""The hyperparameters of PPO, each with its default, what is allowed, and a line of documentation."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, fields
+
+
+def _setting(default: float, low: float, high: float, doc: str, above: bool = False) -> float:
+    """Declare a hyperparameter in [low, high], or in (low, high] with `above`."""
+    return field(default=default, metadata={"low": low, "high": high, "above": above, "doc": doc})
+
+
+@dataclass(frozen=True)
+class PPO:
+    """Hyperparameters of PPO (Schulman et al. 2017); `fields(PPO)[i].metadata["doc"]` documents each.
+
+    Raises ValueError that names the field, the value and what is allowed.
+    """
+
+    horizon: int = _setting(64, 1, math.inf, "ticks of one rollout")
+    learning_rate: float = _setting(3e-4, 0, math.inf, "step size of Adam", above=True)
+    discount: float = _setting(0.99, 0, 1, "weight of a reward one tick later")
+    gae_lambda: float = _setting(0.95, 0, 1, "0: one-step advantages; 1: Monte Carlo (Schulman et al. 2016, eq. 16)")
+    epochs: int = _setting(3, 1, math.inf, "how often each transition is used")
+    minibatch: int = _setting(8192, 1, math.inf, "most transitions per gradient step: a rollout is cut into equal parts")
+    clip: float = _setting(0.2, 0, math.inf, "how far the ratio of probabilities may leave 1 with profit", above=True)
+    clip_value: float = _setting(0.0, 0, math.inf, "how far the value may leave its old one with profit; 0: any way")
+    entropy: float = _setting(0.01, 0, math.inf, "weight of the entropy bonus")
+    value_weight: float = _setting(0.5, 0, math.inf, "weight of the mean squared error of the value")
+    max_grad_norm: float = _setting(0.5, 0, math.inf, "longest gradient of a minibatch; 0: any length")
+    normalise_advantage: bool = _setting(True, False, True, "shift and scale a rollout's advantages to mean 0, deviation 1")
+    anneal: int = _setting(0, 0, math.inf, "ticks over which learning rate and clip fall linearly to 0; 0: constant")
+    adam_epsilon: float = _setting(1e-5, 0, math.inf, "added to the root of Adam's second moment", above=True)
+
+    def __post_init__(self) -> None:
+        for f in fields(self):
+            object.__setattr__(self, f.name, _checked(f, getattr(self, f.name)))
+
+
+def _checked(f, value):
+    """Return the value as the field's type, or raise ValueError."""
+    m, kind = f.metadata, {"int": int, "float": float, "bool": bool}[f.type]
+    right_type = {
+        int: isinstance(value, int) and not isinstance(value, bool),
+        float: isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value),
+        bool: isinstance(value, bool),
+    }[kind]
+    if right_type and (m["low"] < value if m["above"] else m["low"] <= value) and value <= m["high"]:
+        return kind(value)
+    allowed = {bool: "true or false", int: "a whole number", float: "a finite number"}[kind]
+    if kind is not bool:
+        allowed += f" {'>' if m['above'] else '>='} {m['low']}" + ("" if math.isinf(m["high"]) else f" and <= {m['high']}")
+    raise ValueError(f"PPO.{f.name} = {value!r}: allowed is {allowed} ({m['doc']})")

@@ -1,0 +1,117 @@
+"""PPO on plain Gymnasium vector environments: each environment is a row of the rollout, and dies when its episode ends."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from .brain import Brain, choose, choose_best
+from .ppo import Learner
+from .settings import PPO
+
+if TYPE_CHECKING:
+    from gymnasium.vector import VectorEnv
+
+
+@dataclass
+class Training:
+    """What a training leaves: the brain, each finished episode's return, and the environment steps taken by its end."""
+
+    brain: Brain
+    returns: list[float] = field(default_factory=list)
+    steps: list[int] = field(default_factory=list)
+    reports: list[dict[str, float]] = field(default_factory=list)  # of each update
+
+    def steps_to(self, threshold: float, episodes: int = 100) -> int | None:
+        """Return the environment steps at which the mean return of the last `episodes` first reached the threshold."""
+        if len(self.returns) < episodes:
+            return None
+        sums = np.cumsum([0.0, *self.returns])
+        reached = np.flatnonzero((sums[episodes:] - sums[:-episodes]) / episodes >= threshold)
+        return self.steps[int(reached[0]) + episodes - 1] if len(reached) else None
+
+
+def train(
+    envs: VectorEnv,
+    ppo: PPO,
+    total_steps: int,
+    seed: int,
+    hidden: tuple[int, ...] = (64, 64),
+    trunk: str = "separate",
+    workers: int = 1,
+    stop: Callable[[Training], bool] | None = None,
+) -> Training:
+    """Train a new brain for `total_steps` steps of all environments together, or until `stop(training)` after an update.
+
+    Takes Discrete or MultiDiscrete actions and array observations, with autoreset in the next or in the same step.
+    A time limit is no death: what would have followed is estimated by the value of the final observation.
+    Every step of every environment counts, also those that only reset it. Raises ValueError for other spaces or modes.
+    """
+    groups, first = _groups(envs)
+    resets_itself = _resets_in_same_step(envs)
+    brain = Brain(int(np.prod(envs.single_observation_space.shape)), groups, hidden, seed, trunk)
+    learner, training = Learner(brain, ppo, seed, workers), Training(brain)
+    rollout, n = learner.rollout, envs.num_envs
+    generator = np.random.Generator(np.random.Philox(key=[seed, 2**63]))
+    choice, log_probability = np.empty((n, len(groups)), np.int16), np.empty(n, np.float32)
+    score, over, everyone = np.zeros(n), np.zeros(n, bool), np.arange(n)
+    seen = _flat(envs.reset(seed=seed)[0])
+    for step in range(-(-total_steps // n)):
+        logits, values = brain.forward(seen, workers)
+        if learner.full:
+            training.reports.append(learner.update(everyone[~over], values[~over]))
+            if stop and stop(training):
+                break
+            logits, values = brain.forward(seen, workers)
+        choose(logits, brain.offsets, generator.random(choice.shape, dtype=np.float32), choice, log_probability)
+        live = everyone[~over]  # the others only reset in this step, and ignore their action
+        rollout.store(live, seen[live], choice[live], log_probability[live], values[live])
+        observed, rewards, dead, late, info = envs.step(choice + first if choice.shape[1] > 1 else choice[:, 0] + first[0])
+        seen, rewards = _flat(observed), np.asarray(rewards, np.float32)
+        score[live] += rewards[live]
+        over = (dead | late) & ~over
+        rollout.credit(everyone[live][~over[live]], rewards[live][~over[live]])
+        rollout.end(everyone[over & dead], rewards[over & dead])
+        if len(cut := everyone[over & ~dead]):
+            final = _flat(np.stack([info["final_obs"][i] for i in cut])) if resets_itself else seen[cut]
+            rollout.cut(cut, rewards[cut], brain.forward(final)[1])
+        training.returns += score[over].tolist()
+        training.steps += [(step + 1) * n] * int(over.sum())
+        score[over] = 0
+        over &= not resets_itself
+    return training
+
+
+def act(brain: Brain, observations: np.ndarray) -> np.ndarray:
+    """Return the likeliest choices int[n, G], counted from 0."""
+    logits, _ = brain.forward(_flat(observations))
+    choice = np.empty((len(logits), len(brain.groups)), np.int64)
+    choose_best(logits, brain.offsets, choice)
+    return choice
+
+
+def _flat(observations: Any) -> np.ndarray:
+    """Return f32[n, everything else]."""
+    return np.asarray(observations, np.float32).reshape(len(observations), -1)
+
+
+def _groups(envs: VectorEnv) -> tuple[tuple[int, ...], np.ndarray]:
+    """Return the sizes of the action groups and the number of each one's first action."""
+    space, kind = envs.single_action_space, type(envs.single_action_space).__name__
+    if kind == "Discrete":
+        return (int(space.n),), np.array([space.start])
+    if kind == "MultiDiscrete" and space.nvec.ndim == 1:
+        return tuple(int(n) for n in space.nvec), np.asarray(space.start)
+    raise ValueError(f"action space {space}: allowed is Discrete or MultiDiscrete with one axis")
+
+
+def _resets_in_same_step(envs: VectorEnv) -> bool:
+    if envs.single_observation_space.shape is None:
+        raise ValueError(f"observation space {envs.single_observation_space}: allowed are arrays (Box); flatten others")
+    mode = getattr(envs.metadata.get("autoreset_mode"), "name", None)
+    if mode not in ("NEXT_STEP", "SAME_STEP"):
+        raise ValueError(f"metadata['autoreset_mode'] of {envs} is {mode}: allowed is NEXT_STEP or SAME_STEP")
+    return mode == "SAME_STEP"

@@ -1,0 +1,46 @@
+"""The decision: H(y + z), with y from the reflex and z from the policy (the paper's section on decision-making)."""
+
+import numpy as np
+
+from ecs_eco import random
+from ecs_eco._numba import njit
+from ecs_eco.random import draw
+
+
+@njit
+def uniforms(first, last, key, uid, out):
+    """Draw the numbers that actions are chosen with: out f32[n, groups], the same for the same uid."""
+    for i in range(first, last):
+        for g in range(out.shape[1]):
+            out[i, g] = draw(key, uid[i], random.DECIDE + (g << 8))
+
+
+@njit
+def decide(first, last, choice, offsets, targets, has_policy, y, has_reflex, automatic, rows, decision):
+    """Write H(y + z) of organism i to decision[rows[i]]: u8[capacity, actions].
+
+    z is 1 for the chosen action of each group (choice[i, g] indexes the group's options, targets maps options to
+    actions) and for automatic actions; y is −1, 0 or 1; H(v) = 1 where v > 0.
+    """
+    n_actions = decision.shape[1]
+    for i in range(first, last):
+        row = rows[i]
+        for a in range(n_actions):
+            decision[row, a] = 1 if automatic[a] else 0
+        if has_policy:
+            for g in range(choice.shape[1]):
+                a = targets[offsets[g] + choice[i, g]]
+                if a >= 0:
+                    decision[row, a] = 1
+        if has_reflex:
+            for a in range(n_actions):
+                decision[row, a] = 1 if np.int32(decision[row, a]) + np.int32(y[i, a]) > 0 else 0
+
+
+@njit
+def first_on(decision, row, start, n, neutral):
+    """Return which action of a group is done: the first that is on, in declared order; the neutral one where none is."""
+    for a in range(n):
+        if decision[row, start + a]:
+            return a
+    return neutral

@@ -1,0 +1,281 @@
+"""Senses: each fills its channels, some columns of the observation matrix f32[n, channels], for all seekers of a table."""
+
+import importlib
+import math
+from typing import TYPE_CHECKING, Any, Callable
+
+import numpy as np
+
+from ecs_eco._numba import njit
+from ecs_eco.components import Biology, Body, Chemistry, Metabolism, Physical, Position
+from ecs_eco.space import sight
+from ecs_eco.space.field import at as field_at
+from ecs_eco.space.geometry import into
+from ecs_eco.space.nearest import nearest
+
+if TYPE_CHECKING:
+    from ecs_eco.table import Table
+    from ecs_eco.world import World
+
+
+class Seekers:
+    """Those of a table that sense now, in canonical order: rows i64[n], the index, cosine and sine of the headings f32[n]."""
+
+    def __init__(self, world: "World", table: "Table") -> None:
+        self.index = world.index(table)
+        self.rows = self.index.rows.copy()
+        heading = table[Position].heading[self.rows]
+        self.cos, self.sin = np.cos(heading), np.sin(heading)
+        self.n = self.rows.size
+
+
+Sense = Callable[["World", "Table", Seekers, np.ndarray, int], None]
+"""sense(world, table, seekers, observations f32[n, channels], first column): writes its channels for every seeker."""
+
+
+def own_column(table: "Table", name: str, substances: list[str]) -> np.ndarray:
+    """Return the column of a property or substance by name: f32[capacity]."""
+    if name == "energy":
+        return table[Metabolism].energy
+    if name in ("age", "fertility"):
+        return getattr(table[Biology], name)
+    if name in substances:
+        return table[Chemistry].molarity[:, substances.index(name)]
+    return getattr(table[Physical], name)
+
+
+def own(property: str, scale: float, substances: list[str]) -> Sense:
+    """Feel a property of the own body, as a share of `scale`."""
+    factor = np.float32(1.0 / scale)
+
+    def sense(world: "World", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
+        np.multiply(own_column(table, property, substances)[seekers.rows], factor, out=out[:, column])
+
+    return sense
+
+
+def see_nearest(target: str, radius: float, fov: float, occlusion: bool) -> Sense:
+    """See the nearest of a kind: its direction in the body's frame, as a unit vector, and 1 − distance/radius."""
+    cos_half_fov = np.float32(-2.0 if fov >= 2 * math.pi - 1e-5 else math.cos(fov / 2))
+
+    def sense(world: "World", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
+        targets, mine = world.index(world.tables[target]), seekers.index
+        found, distance2 = np.empty(seekers.n, np.int32), np.empty(seekers.n, np.float32)
+        nearest(mine, targets, radius, found, distance2, world.split)
+        if occlusion or cos_half_fov > -1:
+            space, ground, inverse = world.space, *rocks(world)
+            bodies = opaque(world) if occlusion else targets
+            radii = bodies.radius if occlusion else targets.x
+            reach = space.reach(radius + (bodies.largest if occlusion else 0.0))
+            world.split(sight.nearest_visible, seekers.n, mine.x, mine.y, mine.z, mine.uid, seekers.cos, seekers.sin,
+                        targets.x, targets.y, targets.z, targets.uid, targets.start, bodies.x, bodies.y, bodies.z, radii, bodies.uid,
+                        bodies.start, occlusion, *space.shape, space.inverse, space.lengths, space.torus, reach, np.float32(radius),
+                        cos_half_fov, ground, inverse, found, distance2)
+        world.split(_bearings, seekers.n, mine.x, mine.y, mine.z, seekers.cos, seekers.sin, targets.x, targets.y, targets.z, found,
+                    distance2, world.space.lengths, world.space.torus, world.space.volume, np.float32(radius), out, column)
+
+    return sense
+
+
+def cast_rays(targets: list[str], count: int, fov: float, radius: float, report: str) -> Sense:
+    """Cast rays that stop at the first body, rock or wall; report closeness per ray, or the closest hit of each type."""
+    turn = fov if fov >= 2 * math.pi - 1e-5 else fov * count / max(count - 1, 1)  # no ray twice on a full circle
+    angles = (np.arange(count) - (count - 1) / 2) * (turn / count)
+    ray_cos, ray_sin = np.cos(angles).astype(np.float32), np.sin(angles).astype(np.float32)
+
+    def sense(world: "World", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
+        space, mine, (ground, inverse) = world.space, seekers.index, rocks(world)
+        names = [n for n, t in world.tables.items() if Body in t and (n in targets or t.traits.get("opaque", True))]
+        bodies = merged(world, names)
+        hit = np.empty((seekers.n, count), np.int32)
+        distance = np.empty((seekers.n, count), np.float32)
+        world.split(sight.cast, seekers.n, mine.x, mine.y, mine.z, mine.uid, seekers.cos, seekers.sin, mine.x, bodies.x, bodies.y,
+                    bodies.z, bodies.radius, bodies.uid, bodies.kind, bodies.start, *space.shape, space.inverse, space.lengths,
+                    space.torus, space.reach(radius + bodies.largest), np.float32(radius), ray_cos, ray_sin, ground, inverse, hit, distance)
+        near = np.float32(1) - distance / np.float32(radius)
+        width = count if report == "per_ray" else (4 if space.volume else 3)
+        for i, target in enumerate(targets):
+            of_kind = hit == (-2 if target == "wall" else names.index(target))
+            closeness = np.where(of_kind, near, np.float32(0))
+            c = column + i * width
+            if report == "per_ray":
+                out[:, c : c + count] = closeness
+                continue
+            best = closeness.argmax(axis=1)
+            value = closeness[np.arange(seekers.n), best]
+            out[:, c] = np.where(value > 0, ray_cos[best], 0)
+            out[:, c + 1] = np.where(value > 0, ray_sin[best], 0)
+            out[:, c + 2 : c + width - 1] = 0
+            out[:, c + width - 1] = value
+
+    return sense
+
+
+def smell(field: str, at: list[float], scale: float) -> Sense:
+    """Smell a field at a place of the body: c/(c + scale), the occupancy of receptors that are half bound at `scale`."""
+    forward, left, up = (np.float32(v) for v in [*at, 0.0, 0.0, 0.0][:3])
+
+    def sense(world: "World", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
+        f, mine, space = world.fields[field], seekers.index, world.space
+        world.split(_sniff, seekers.n, f.value, f.inverse, mine.x, mine.y, mine.z, seekers.rows, table[Body].radius, seekers.cos, seekers.sin,
+                    forward, left, up, np.float32(scale), space.lengths, space.torus, space.volume, out, column)
+
+    return sense
+
+
+def touch(targets: list[str] | None, wall: bool, at: list[float], reach: float = 0.0) -> Sense:
+    """Feel whether a body of a kind, or a wall, touches the own body within a sector of directions."""
+
+    def sense(world: "World", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
+        out[:, column] = 0
+        mine, space = seekers.index, world.space
+        names = [n for n, t in world.tables.items() if Body in t and Position in t] if targets is None else targets
+        if names:
+            bodies = merged(world, names)
+            widest = float(table[Body].radius[seekers.rows].max(initial=0.0)) + bodies.largest + reach
+            world.split(_touch, seekers.n, mine.x, mine.y, mine.z, mine.uid, seekers.rows, table[Body].radius, table[Position].heading,
+                        bodies.x, bodies.y, bodies.z, bodies.radius, bodies.uid, bodies.start, *space.shape, space.inverse, space.lengths,
+                        space.torus, space.reach(widest), np.float32(reach), np.float32(at[0]), np.float32(at[1]), out, column)
+        if wall and (space.volume or not space.torus):
+            _touch_walls(mine.x, mine.y, mine.z, seekers.rows, table[Body].radius, table[Position].heading, space.lengths, space.torus,
+                         space.volume, np.float32(at[0]), np.float32(at[1]), out, column)
+
+    return sense
+
+
+def ambient(quantity: str, zero: float, scale: float) -> Sense:
+    """Read light, temperature or pressure of the surroundings at the body's place, as (value − zero)/scale."""
+
+    def sense(world: "World", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
+        value = world.surroundings(quantity, seekers.index.x, seekers.index.y, seekers.index.z)
+        out[:, column] = (value - np.float32(zero)) / np.float32(scale)
+
+    return sense
+
+
+def rocks(world: "World") -> tuple[np.ndarray, np.ndarray]:
+    """Return the ground map and its scale; a map of one cell stands for open ground."""
+    if world.terrain is None:
+        return sight.NO_GROUND, np.zeros(2, np.float32)
+    return world.terrain.ground, world.terrain.inverse
+
+
+def opaque(world: "World") -> sight.Bodies:
+    """Return all bodies that hide what is behind them."""
+    return merged(world, [n for n, t in world.tables.items() if Body in t and t.traits.get("opaque", True)])
+
+
+def merged(world: "World", names: list[str]) -> sight.Bodies:
+    """Return the bodies of several tables in one index, rebuilt when one of them has changed."""
+    tables = [world.tables[n] for n in names]
+    key, version = tuple(names), tuple(t.version for t in tables)
+    if world._merged.get(key, (None, None))[0] != version:
+        parts = []
+        for table in tables:
+            rows, p = world.index(table).rows, table[Position]
+            parts.append((p.x[rows], p.y[rows], p.z[rows], table[Body].radius[rows], table.uid[rows]))
+        world._merged[key] = (version, sight.Bodies(world.space, parts))
+    return world._merged[key][1]
+
+
+def senses_of(species: Any, dims: int, substances: list[str]) -> list[tuple[Sense, int]]:
+    """Return (sense, number of channels) for each sensor of a species' configuration."""
+    return [(_sense_of(s, substances), len(s.channels(dims))) for s in species.sensors]
+
+
+def _sense_of(s: Any, substances: list[str]) -> Sense:
+    if s.kind == "own":
+        return own(s.property, s.scale, substances)
+    if s.kind == "nearest":
+        return see_nearest(s.target, s.radius, s.fov, s.occlusion)
+    if s.kind == "rays":
+        return cast_rays(s.targets, s.count, s.fov, s.radius, s.report)
+    if s.kind == "smell":
+        return smell(s.field, s.at, s.scale)
+    if s.kind == "touch":
+        names = None if s.target == "any" else ([] if s.target == "wall" else [s.target])
+        return touch(names, s.target in ("any", "wall"), s.at)
+    if s.kind == "custom":
+        module, _, name = s.function.partition(":")
+        return getattr(importlib.import_module(module), name)
+    return ambient(s.kind, s.zero, s.scale)
+
+
+@njit
+def _bearings(first, last, ox, oy, oz, cos, sin, tx, ty, tz, found, distance2, lengths, torus, volume, radius, out, column):
+    for i in range(first, last):
+        j = found[i]
+        if j < 0:
+            out[i, column] = 0
+            out[i, column + 1] = 0
+            out[i, column + 2] = 0
+            if volume:
+                out[i, column + 3] = 0
+            continue
+        dx, dy, dz = sight.offset(ox[i], oy[i], oz[i], tx[j], ty[j], tz[j], lengths, torus)
+        distance = np.sqrt(distance2[i])
+        inverse = np.float32(1.0) / max(distance, np.float32(1e-6))
+        out[i, column] = (dx * cos[i] + dy * sin[i]) * inverse
+        out[i, column + 1] = (dy * cos[i] - dx * sin[i]) * inverse
+        c = column + 2
+        if volume:
+            out[i, c] = dz * inverse
+            c += 1
+        out[i, c] = np.float32(1.0) - distance / radius
+
+
+@njit
+def _sniff(first, last, value, inverse, ox, oy, oz, rows, radius, cos, sin, forward, left, up, scale, lengths, torus, volume, out, column):
+    for i in range(first, last):
+        r = radius[rows[i]]
+        x = into(ox[i] + r * (forward * cos[i] - left * sin[i]), lengths[0], torus)
+        y = into(oy[i] + r * (forward * sin[i] + left * cos[i]), lengths[1], torus)
+        z = into(oz[i] + r * up, lengths[2], False) if volume else oz[i]
+        c = field_at(value, x, y, z, inverse, torus)
+        out[i, column] = c / (c + scale)
+
+
+@njit
+def within(angle, begin, end):
+    """Return whether an angle lies in the sector from `begin` counter-clockwise to `end` (a whole circle where they span it)."""
+    turn = np.float32(6.2831855)
+    width = end - begin
+    if width >= turn - np.float32(1e-5):
+        return True
+    a = angle - begin
+    a -= turn * np.float32(np.floor(a / turn))
+    if width < 0:
+        width += turn
+    return a <= width
+
+
+@njit
+def _touch(first, last, ox, oy, oz, ou, rows, radius, heading, bx, by, bz, br, bu, bstart, nx, ny, nz, inverse, lengths, torus, reach_cells,
+           reach, begin, end, out, column):
+    near = np.empty(4096, np.int64)
+    for i in range(first, last):
+        r = radius[rows[i]]
+        n = sight.gather(ox[i], oy[i], oz[i], reach_cells, bstart, bx, by, bz, nx, ny, nz, inverse, lengths, torus, near)
+        for q in range(n):
+            e = near[q]
+            if bu[e] == ou[i]:
+                continue
+            dx, dy, dz = sight.offset(ox[i], oy[i], oz[i], bx[e], by[e], bz[e], lengths, torus)
+            s = r + br[e] + reach
+            if dx * dx + dy * dy + dz * dz <= s * s and within(np.float32(np.arctan2(dy, dx)) - heading[rows[i]], begin, end):
+                out[i, column] = 1
+                break
+
+
+@njit
+def _touch_walls(ox, oy, oz, rows, radius, heading, lengths, torus, volume, begin, end, out, column):
+    half = np.float32(1.5707964)
+    for i in range(rows.size):
+        r, h = radius[rows[i]], heading[rows[i]]
+        if volume and (oz[i] <= r or oz[i] >= lengths[2] - r):
+            out[i, column] = 1
+        if torus:
+            continue
+        if ((ox[i] >= lengths[0] - r and within(-h, begin, end)) or (ox[i] <= r and within(half + half - h, begin, end))
+                or (oy[i] >= lengths[1] - r and within(half - h, begin, end)) or (oy[i] <= r and within(-half - h, begin, end))):
+            out[i, column] = 1

@@ -1,0 +1,41 @@
+"""Columns to Arrow and Parquet: floats byte by byte, ids and ticks as differences, all of it zstd."""
+
+import os
+from pathlib import Path
+from typing import Any, Mapping, Sequence
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+
+def to_arrow(columns: Mapping[str, np.ndarray], words: Mapping[str, Sequence[str]]) -> pa.Table:
+    """Return a table; a column named in `words` holds indices into its list of words and becomes a dictionary column."""
+    arrays = {}
+    for name, array in columns.items():
+        if name in words:
+            indices = pa.array(array.astype(np.int32))
+            arrays[name] = pa.DictionaryArray.from_arrays(indices, pa.array(list(words[name]) or [""]))
+        else:
+            arrays[name] = pa.array(np.ascontiguousarray(array))
+    return pa.table(arrays)
+
+
+def write_part(table: pa.Table, path: Path) -> None:
+    """Write one Parquet part so that it is whole or not there: temporary file, fsync, rename."""
+    floats = [f.name for f in table.schema if pa.types.is_floating(f.type)]
+    words = [f.name for f in table.schema if pa.types.is_dictionary(f.type)]
+    deltas = {f.name: "DELTA_BINARY_PACKED" for f in table.schema if pa.types.is_integer(f.type) and f.type.bit_width >= 32}
+    deltas |= {name: "BYTE_STREAM_SPLIT" for name in floats}
+    temporary = path.with_suffix(".tmp")
+    with open(temporary, "wb") as file:
+        pq.write_table(table, file, compression="zstd", compression_level=3, use_dictionary=words, column_encoding=deltas or None)
+        file.flush()
+        os.fsync(file.fileno())
+    os.replace(temporary, path)
+
+
+def read_parts(folder: Path, columns: Sequence[str] | None = None) -> Any:
+    """Return all parts of a folder as one table, columns that a part lacks filled with null."""
+    parts = sorted(folder.glob("part-*.parquet"))
+    return pa.concat_tables([pq.read_table(p, columns=columns) for p in parts], promote_options="permissive")

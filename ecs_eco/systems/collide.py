@@ -1,0 +1,86 @@
+"""Bodies do not share a place."""
+
+from typing import Any
+
+import numpy as np
+
+from ecs_eco._numba import njit
+from ecs_eco.components import Body, Position, Velocity
+from ecs_eco.nervous.senses import merged, rocks
+from ecs_eco.space.geometry import into
+from ecs_eco.space.sight import gather, offset
+from ecs_eco.space.terrain import OPEN, ground_at
+from ecs_eco.system import System
+
+
+class Collide(System):
+    """Overlapping spheres push each other apart, each by half of the overlap; what cannot move pushes by the whole.
+
+    All pushes follow from the places before any: the outcome does not depend on who comes first.
+    """
+
+    needs = (Position, Velocity, Body)
+    phase = "interact"
+
+    def process(self, *_: Any) -> None:
+        """Push all solid bodies apart, once."""
+        world = self.world
+        solid = [t for t in world.tables.values() if t.has((Position, Body)) and t.traits.get("solid", False)]
+        pushes = []
+        for table in solid:
+            if Velocity not in table or not table.n:
+                continue
+            index = world.index(table)
+            push = np.zeros((index.n, 3), np.float32)
+            for other in solid:
+                bodies = merged(world, [other.name])
+                share = np.float32(0.5 if Velocity in other else 1.0)
+                reach = world.space.reach(table.traits["radius"] + bodies.largest)
+                world.split(push_apart, index.n, index.x, index.y, index.z, index.uid, index.rows, table[Body].radius, bodies.x, bodies.y,
+                            bodies.z, bodies.radius, bodies.uid, bodies.start, *world.space.shape, world.space.inverse,
+                            world.space.lengths, world.space.torus, reach, share, push)
+            pushes.append((table, index.rows.copy(), push))
+        ground, inverse = rocks(world)
+        for table, rows, push in pushes:
+            p = table[Position]
+            _displace(rows, push, world.space.lengths, world.space.torus, world.space.volume, ground, inverse, p.x, p.y, p.z)
+            table.version += 1
+
+
+@njit
+def push_apart(first, last, ox, oy, oz, ou, rows, radius, bx, by, bz, br, bu, bstart, nx, ny, nz, inverse, lengths, torus, reach, share, push):
+    """Add to push[i] the way out of every body that overlaps i; concentric ones part along a direction given by their uids."""
+    near = np.empty(4096, np.int64)
+    for i in range(first, last):
+        r = radius[rows[i]]
+        n = gather(ox[i], oy[i], oz[i], reach, bstart, bx, by, bz, nx, ny, nz, inverse, lengths, torus, near)
+        for q in range(n):
+            e = near[q]
+            if bu[e] == ou[i]:
+                continue
+            dx, dy, dz = offset(bx[e], by[e], bz[e], ox[i], oy[i], oz[i], lengths, torus)
+            s = r + br[e]
+            d2 = dx * dx + dy * dy + dz * dz
+            if d2 >= s * s:
+                continue
+            d = np.sqrt(d2)
+            if d < np.float32(1e-6):
+                dx, d = (np.float32(1.0) if ou[i] > bu[e] else np.float32(-1.0)), np.float32(1.0)
+                depth = s
+            else:
+                depth = s - d
+            push[i, 0] += share * depth * dx / d
+            push[i, 1] += share * depth * dy / d
+            push[i, 2] += share * depth * dz / d
+
+
+@njit
+def _displace(rows, push, lengths, torus, volume, ground, inverse, x, y, z):
+    for i in range(rows.size):
+        row = rows[i]
+        nx, ny = into(x[row] + push[i, 0], lengths[0], torus), into(y[row] + push[i, 1], lengths[1], torus)
+        if ground.size == 1 or ground_at(ground, inverse, nx, ny) == OPEN:
+            x[row] = nx
+            y[row] = ny
+        if volume:
+            z[row] = into(z[row] + push[i, 2], lengths[2], False)

@@ -1,0 +1,80 @@
+"""Animals ingest what they touch."""
+
+from typing import Any
+
+import numpy as np
+
+from ecs_eco import random
+from ecs_eco._numba import njit
+from ecs_eco.components import Body, Metabolism, Nervous, Position
+from ecs_eco.random import draw
+from ecs_eco.space.nearest import nearest
+from ecs_eco.system import System
+
+
+class Feed(System):
+    """An animal that eats, and digests nothing, takes the nearest food within reach, with the diet's chance of success.
+
+    Each proposes one item; an item goes to the nearest of those that want it, equals to the lower uid; the eaten die.
+    """
+
+    needs = (Position, Body, Metabolism, Nervous)
+    phase = "interact"
+
+    def start(self, world: Any) -> None:
+        """Make the causes of death known in the order of species."""
+        for table in world.tables.values():
+            for food in table.traits.get("diet", ()):
+                world.cause(f"eaten by {table.name}")
+
+    def update(self, table: Any, world: Any) -> None:
+        """Let one species eat, one kind of food after the other."""
+        for number, food in enumerate(table.traits.get("diet", ())):
+            self.eat(table, world.tables[food.eats], food, number, world)
+
+    def eat(self, table: Any, prey: Any, food: Any, number: int, world: Any) -> None:
+        """Let all of `table` that want to eat take from `prey`."""
+        if not table.n or not prey.n:
+            return
+        eaters, foods = world.index(table), world.index(prey)
+        b, m, nerves, species = table[Body], table[Metabolism], table.traits["nerves"], table.traits["species"]
+        widest = table.traits["radius"] + prey.traits["radius"] + food.reach
+        found, distance2 = np.empty(eaters.n, np.int32), np.empty(eaters.n, np.float32)
+        nearest(eaters, foods, widest, found, distance2, world.split)
+        column = next((i for i, (_, a) in enumerate(nerves.actions) if a == "eat"), -1)
+        chance = np.float32(1 - (1 - min(food.chance, 1.0)) ** world.dt)
+        ceiling = species.metabolism.energy_max if food.until is None else food.until
+        best = np.full(foods.n, -1, np.int32)
+        ingest(found, distance2, eaters.rows, eaters.uid, foods.rows, b.radius, prey[Body].radius, np.float32(food.reach),
+               table[Nervous].decision, column, chance, np.float32(ceiling), np.float32(food.gain), np.float32(species.metabolism.energy_max),
+               np.float32(species.metabolism.digestion), world.key, random.FEED + (number << 8), world.cause(f"eaten by {table.name}"),
+               table.cause, best, m.energy, m.digesting, m.taken, prey.cause, prey.killer, table.uid)
+
+
+@njit
+def ingest(found, distance2, rows, uid, food_rows, radius, food_radius, reach, decision, column, chance, until, gain, ceiling, digestion,
+           key, purpose, cause, eater_cause, best, energy, digesting, taken, food_cause, killer, uids):
+    """Resolve the wishes of all eaters, in canonical order, and apply them."""
+    for i in range(found.size):
+        j, row = found[i], rows[i]
+        if j < 0 or eater_cause[row] or food_cause[food_rows[j]] or digesting[row] > 0 or energy[row] >= until:
+            continue
+        if column >= 0 and not decision[row, column]:
+            continue
+        s = radius[row] + food_radius[food_rows[j]] + reach
+        if distance2[i] > s * s or draw(key, uid[i], purpose) >= chance:
+            continue
+        other = best[j]
+        if other < 0 or distance2[i] < distance2[other] or (distance2[i] == distance2[other] and uid[i] < uid[other]):
+            best[j] = i
+    for j in range(best.size):
+        i = best[j]
+        if i < 0:
+            continue
+        row, food = rows[i], food_rows[j]
+        before = energy[row]
+        energy[row] = max(before, min(before + gain, ceiling))
+        taken[row] += energy[row] - before
+        digesting[row] = digestion
+        food_cause[food] = cause
+        killer[food] = uids[row]

@@ -1,0 +1,42 @@
+"""Organisms feel: happiness, and the reward, which is its change."""
+
+from typing import Any
+
+import numpy as np
+
+from ecs_eco._numba import njit
+from ecs_eco.components import Nervous
+from ecs_eco.system import System
+
+
+class Feel(System):
+    """The happiness network reads the sensors; the change since the last tick rewards the last decision.
+
+    Happiness at t is a function of what is sensed at t, so feeling follows sensing. A newborn has no earlier
+    happiness and no reward.
+    """
+
+    needs = (Nervous,)
+    phase = "feel"
+
+    def update(self, table: Any, world: Any) -> None:
+        """Update happiness and reward of one species; hand the rewards to its learner."""
+        nerves = table.traits["nerves"]
+        if nerves.happiness is None:
+            return
+        happiness, reward = nerves.happiness(nerves.x), np.empty(len(nerves.x), np.float32)
+        n = table[Nervous]
+        feel(nerves.rows, happiness, n.happiness, n.reward, n.awake, reward)
+        if nerves.learning:
+            nerves.learner.rollout.credit(nerves.rows, reward)
+
+
+@njit
+def feel(rows, now, happiness, reward, awake, credit):
+    """Store happiness and its change; the first feeling of a life changes nothing."""
+    for i in range(rows.size):
+        row = rows[i]
+        credit[i] = now[i] - happiness[row] if awake[row] else np.float32(0.0)
+        reward[row] = credit[i]
+        happiness[row] = now[i]
+        awake[row] = True

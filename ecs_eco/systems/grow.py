@@ -1,0 +1,36 @@
+"""Plants make energy from light."""
+
+from typing import Any
+
+import numpy as np
+
+from ecs_eco._numba import njit
+from ecs_eco.components import Metabolism, Position
+from ecs_eco.system import System
+
+
+class Grow(System):
+    """A plant gains `growth` [energy/s] in full light, in proportion where there is less, until it is full."""
+
+    needs = (Position, Metabolism)
+    phase = "environment"
+
+    def update(self, table: Any, world: Any) -> None:
+        """Let one species grow; those without `growth` stay as they are."""
+        species = table.traits.get("species")
+        if species is None or species.metabolism.growth == 0:
+            return
+        p, m, high = table[Position], table[Metabolism], table.high
+        light = world.surroundings("light", p.x[:high], p.y[:high], p.z[:high])
+        world.split(grow, high, table.alive, light, np.float32(species.metabolism.growth * world.dt),
+                    np.float32(species.metabolism.energy_max), m.energy, m.taken)
+
+
+@njit
+def grow(first, last, alive, light, growth, ceiling, energy, taken):
+    """Add light[row] × growth to the energy of the living, up to the ceiling."""
+    for row in range(first, last):
+        if alive[row]:
+            before = energy[row]
+            energy[row] = max(before, min(before + growth * light[row], ceiling))
+            taken[row] += energy[row] - before

@@ -1,0 +1,71 @@
+"""Organisms move as they decided."""
+
+from typing import Any
+
+import numpy as np
+
+from ecs_eco._numba import njit
+from ecs_eco.components import Nervous, Position, Velocity
+from ecs_eco.nervous.decision import first_on
+from ecs_eco.space.geometry import into
+from ecs_eco.space.terrain import OPEN, ground_at, height_at
+from ecs_eco.system import System
+
+FLAT, OPEN_GROUND = np.zeros((1, 1), np.float32), np.zeros((1, 1), np.uint8)
+
+
+class Move(System):
+    """An animal turns, then goes ahead at the speed of its gait, and pays for it; uphill costs more.
+
+    Water, rock and walls stop it where they begin. In a volume the group `climb` moves it up and down.
+    """
+
+    needs = (Position, Velocity, Nervous)
+    phase = "move"
+
+    def update(self, table: Any, world: Any) -> None:
+        """Move one species."""
+        gaits = table.traits.get("gaits")
+        if gaits is None:
+            return
+        p, v, space, terrain = table[Position], table[Velocity], world.space, world.terrain
+        height, ground, inverse, slope_cost = (
+            (FLAT, OPEN_GROUND, np.zeros(2, np.float32), 0.0) if terrain is None
+            else (terrain.height, terrain.ground, terrain.inverse, terrain.slope_cost))
+        world.split(move, table.high, table.alive, table[Nervous].decision, *gaits, np.float32(world.dt), space.lengths, space.torus,
+                    space.volume, height, ground, inverse, np.float32(slope_cost), p.x, p.y, p.z, p.heading, v.speed, v.climb, v.cost)
+        table.version += 1
+
+
+@njit
+def move(first, last, alive, decision, layout, speeds, costs, turns, climbs, dt, lengths, torus, volume, height, ground, inverse,
+         slope_cost, x, y, z, heading, speed, climb, cost):
+    """Move the living rows first … last − 1; layout i64[3, 3] is (start, n, neutral) of speed, turn and climb."""
+    for row in range(first, last):
+        if not alive[row]:
+            continue
+        if layout[1, 1]:
+            way = first_on(decision, row, layout[1, 0], layout[1, 1], layout[1, 2])
+            if way >= 0:
+                h = heading[row] + turns[way] * dt
+                heading[row] = h - np.float32(6.2831855) * np.float32(np.floor(h / np.float32(6.2831855)))
+        gait = first_on(decision, row, layout[0, 0], layout[0, 1], layout[0, 2])
+        v = speeds[gait] if gait >= 0 else np.float32(0.0)
+        c = costs[gait] if gait >= 0 else np.float32(0.0)
+        if volume and layout[2, 1]:
+            way = first_on(decision, row, layout[2, 0], layout[2, 1], layout[2, 2])
+            climb[row] = climbs[way] if way >= 0 else np.float32(0.0)
+            z[row] = into(z[row] + climb[row] * dt, lengths[2], False)
+        if v > 0:
+            nx = into(x[row] + v * dt * np.cos(heading[row]), lengths[0], torus)
+            ny = into(y[row] + v * dt * np.sin(heading[row]), lengths[1], torus)
+            if ground.size > 1 and ground_at(ground, inverse, nx, ny) != OPEN:
+                v = np.float32(0.0)
+            else:
+                if height.size > 1:
+                    rise = height_at(height, inverse, nx, ny, torus) - height_at(height, inverse, x[row], y[row], torus)
+                    c += c * slope_cost * max(rise, np.float32(0.0)) / (v * dt)
+                x[row] = nx
+                y[row] = ny
+        speed[row] = v
+        cost[row] = c

@@ -1,0 +1,62 @@
+"""Organisms die when a property leaves the interval in which they can live."""
+
+from typing import Any
+
+import numpy as np
+
+from ecs_eco._numba import njit
+from ecs_eco.components import Nervous
+from ecs_eco.nervous.senses import own_column
+from ecs_eco.system import System
+
+
+class Perish(System):
+    """Too cold, too acid, too old, starved: each end of each interval is a cause of death of its own.
+
+    Dying is felt: the last reward of the dead is the minimum of happiness minus what they last felt.
+    """
+
+    phase = "die"
+
+    def start(self, world: Any) -> None:
+        """Make the causes of death known in the order of species."""
+        for table in world.tables.values():
+            for limit in table.traits.get("lethal", ()):
+                for cause, bound in ((limit.low, limit.min), (limit.high, limit.max)):
+                    if bound is not None:
+                        world.cause(cause)
+
+    def process(self, *_: Any) -> None:
+        """Mark those beyond a limit, then let learners know who died."""
+        for table in self.world.tables.values():
+            for limit in table.traits.get("lethal", ()):
+                low, high = limit.min, limit.max
+                column = own_column(table, limit.property, self.world.substances)
+                perish(table.alive[: table.high], column,
+                       np.float32(-np.inf if low is None else low), np.float32(np.inf if high is None else high),
+                       0 if low is None else self.world.cause(limit.low), 0 if high is None else self.world.cause(limit.high), table.cause)
+            if table.cause[: table.high].any():
+                self.mourn(table)
+
+    def mourn(self, table: Any) -> None:
+        """Give the dying of one species their last reward."""
+        nerves = table.traits.get("nerves")
+        if nerves is None or nerves.happiness is None:
+            return
+        rows = np.flatnonzero(table.cause[: table.high])
+        rows = rows[np.argsort(table.uid[rows])]
+        n = table[Nervous]
+        n.reward[rows] = nerves.minimum - n.happiness[rows]
+        if nerves.learning:
+            nerves.learner.rollout.end(rows, n.reward[rows])
+
+
+@njit
+def perish(alive, value, low, high, too_low, too_high, cause):
+    """Mark the living whose value is at or beyond a limit; who is dying already keeps the first cause."""
+    for row in range(alive.size):
+        if alive[row] and cause[row] == 0:
+            if value[row] <= low:
+                cause[row] = too_low
+            elif value[row] >= high:
+                cause[row] = too_high

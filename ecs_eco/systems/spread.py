@@ -1,0 +1,95 @@
+"""Plants spread over free sites."""
+
+from typing import Any
+
+import numpy as np
+
+from ecs_eco import random
+from ecs_eco._numba import njit
+from ecs_eco.components import Metabolism, Position
+from ecs_eco.nervous.senses import rocks
+from ecs_eco.random import draw
+from ecs_eco.space.terrain import OPEN, ground_at
+from ecs_eco.system import System
+
+
+class Spread(System):
+    """The ground is cut into sites of side `spacing`, one plant each: logistic growth without any rule that says so.
+
+    In a tick a free site receives a seed of a random other site, anywhere or within `dispersal`, with probability
+    rate·dt, which sprouts if a plant stands there; and one of the seed rain with probability seed_rain·dt.
+    """
+
+    needs = (Position, Metabolism)
+    phase = "reproduce"
+
+    def update(self, table: Any, world: Any) -> None:
+        """Let one species of plants spread."""
+        way = table.traits.get("reproduction")
+        if way is None or way.kind != "spread":
+            return
+        space, p = world.space, table[Position]
+        nx, ny = (max(1, round(s / way.spacing)) for s in space.size[:2])
+        taken = table.traits.get("sites")
+        if taken is None or taken.shape != (ny, nx):
+            taken = table.traits["sites"] = np.empty((ny, nx), np.int64)
+        inverse = np.array([nx / space.size[0], ny / space.size[1]], np.float32)
+        stands(table.alive[: table.high], p.x, p.y, inverse, taken)
+        site, parent = np.empty(taken.size, np.int64), np.empty(taken.size, np.int64)
+        ground, ground_inverse = rocks(world)
+        reach = 0 if way.place == "anywhere" else max(1, round((way.dispersal or way.spacing) / way.spacing))
+        n = sprout(taken, np.float32(way.rate * world.dt), np.float32(way.seed_rain * world.dt), reach, space.torus, ground, ground_inverse,
+                   inverse, world.key, site, parent)
+        room = n if table.traits["max_count"] is None else max(0, min(n, table.traits["max_count"] - table.n))
+        if room == 0:
+            return
+        site, parent = site[:room], parent[:room]
+        who = site.astype(np.uint64)
+        u, v = random.draw_many(world.key, who, random.PLACE), random.draw_many(world.key, who, random.PLACE + (1 << 8))
+        x = np.minimum(((site % nx) + u) / inverse[0], np.nextafter(space.lengths[0], np.float32(0))).astype(np.float32)
+        y = np.minimum(((site // nx) + v) / inverse[1], np.nextafter(space.lengths[1], np.float32(0))).astype(np.float32)
+        z = np.zeros(room, np.float32)
+        parents = np.where(parent >= 0, table.uid[np.maximum(parent, 0)], np.uint64(0))
+        table.request(parents, {(Position, "x"): x, (Position, "y"): y, (Position, "z"): z})
+
+
+@njit
+def stands(alive, x, y, inverse, taken):
+    """Write which row stands on each site: i64[ny, nx], −1 where none does."""
+    taken[:] = -1
+    for row in range(alive.size):
+        if alive[row]:
+            taken[min(int(y[row] * inverse[1]), taken.shape[0] - 1), min(int(x[row] * inverse[0]), taken.shape[1] - 1)] = row
+
+
+@njit
+def sprout(taken, rate, rain, reach, torus, ground, ground_inverse, inverse, key, site, parent):
+    """List the free sites on which a seed sprouts, and the row of its parent (−1: seed rain); return how many."""
+    ny, nx = taken.shape
+    n = 0
+    for s in range(taken.size):
+        j, i = s // nx, s % nx
+        if taken[j, i] >= 0:
+            continue
+        u = draw(key, s, random.SPREAD)
+        if u >= rate + rain:
+            continue
+        if ground.size > 1 and ground_at(ground, ground_inverse, (i + np.float32(0.5)) / inverse[0], (j + np.float32(0.5)) / inverse[1]) != OPEN:
+            continue
+        row = np.int64(-1)
+        if u < rate:
+            a, b = draw(key, s, random.SPREAD + (1 << 8)), draw(key, s, random.SPREAD + (2 << 8))
+            if reach == 0:
+                row = taken[min(int(a * ny), ny - 1), min(int(b * nx), nx - 1)]
+            else:
+                jj, ii = j + int(a * (2 * reach + 1)) - reach, i + int(b * (2 * reach + 1)) - reach
+                if torus:
+                    row = taken[jj % ny, ii % nx]
+                elif 0 <= jj < ny and 0 <= ii < nx:
+                    row = taken[jj, ii]
+            if row < 0:
+                continue
+        site[n] = s
+        parent[n] = row
+        n += 1
+    return n

@@ -1,0 +1,358 @@
+"""A World: its tables, clock, space and schedule; one esper context of its own."""
+
+import hashlib
+import itertools
+import threading
+import weakref
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any, Callable, Iterator, Mapping, Sequence
+
+import esper
+import numpy as np
+
+from ecs_eco import random
+from ecs_eco.errors import unknown_name
+from ecs_eco.schema import Handle
+from ecs_eco.space import Index, Space
+from ecs_eco.system import PHASES, System
+from ecs_eco.table import Table
+
+_serial = itertools.count(1)
+PARALLEL_FROM = 3000  # organisms below which a second thread does not pay
+
+
+class World:
+    """Organisms and objects in one space, and the systems that act on them.
+
+    `size` [m] and `edges` describe the space, `dt` [s] the length of a tick, `seed` all chance. `threads` changes the
+    speed and no result. Worlds do not mix: each has its own esper context, which `with world:` enters.
+    """
+
+    def __init__(self, size: Sequence[float] = (100.0, 100.0), *, edges: str = "torus", dt: float = 1.0, seed: int = 0,
+                 cell: float | None = None, threads: int = 1, name: str = "world") -> None:
+        if not dt > 0:
+            raise ValueError(f"dt is {dt}; a tick must last a positive number of seconds")
+        if threads < 1:
+            raise ValueError(f"threads is {threads}; it must be at least 1")
+        self.name, self.dt, self.seed, self.threads = name, float(dt), int(seed), int(threads)
+        self.space = Space(size, edges, cell)
+        self.tick = 0
+        self.tables: dict[str, Table] = {}
+        self.systems: list[System] = []
+        self.fields: dict[str, Any] = {}
+        self.terrain: Any = None
+        self.ambient: dict[str, float] = {"temperature": 285.0, "pressure": 101_325.0, "light": 1.0}
+        self.environment: dict[str, Callable[..., np.ndarray]] = {}
+        self.substances: list[str] = []
+        self.reproduction = True  # switched off while policies are pre-trained
+        self.causes: list[str] = ["culled"]
+        self.config: Any = None
+        self.recorder: Any = None
+        self.next_uid = 1
+        self.on_death: list[Callable[[Table, np.ndarray], None]] = []
+        self.on_birth: list[Callable[[Table, np.ndarray, np.ndarray, np.ndarray], None]] = []
+        self._indexes: dict[str, Index] = {}
+        self._merged: dict[tuple[str, ...], Any] = {}
+        self._thread = threading.get_ident()
+        self._context = f"ecs-eco {next(_serial)}"
+        self._pool = ThreadPoolExecutor(threads) if threads > 1 else None
+        self._enter(_Deaths(self), "die", 999_999)
+        self._enter(_Births(self), "reproduce", 999_999)
+        weakref.finalize(self, _forget, self._context, self._pool)
+
+    @classmethod
+    def from_config(cls, config: Any, *, seed: int | None = None, policies: Any = "trained", threads: int = 1, **options: Any) -> "World":
+        """Build a world from a shipped world's name, a TOML file, a dict or a WorldConfig; see `ecs_eco.worlds.build`."""
+        from ecs_eco.worlds.build import build
+
+        return build(cls, config, seed=seed, policies=policies, threads=threads, **options)
+
+    def __repr__(self) -> str:
+        return f"<World {self.name!r} at tick {self.tick}: {', '.join(f'{t.n} {n}' for n, t in self.tables.items())}>"
+
+    @property
+    def time(self) -> float:
+        """Seconds since the start."""
+        return self.tick * self.dt
+
+    @property
+    def key(self) -> np.uint64:
+        """The key of this tick's random numbers."""
+        return random.tick_key(self.seed, self.tick)
+
+    # --- what there is ---------------------------------------------------------------------------------------------
+
+    def add_table(self, name: str, *components: type[Handle], capacity: int = 64, dims: Mapping[str, int] | None = None) -> Table:
+        """Declare a kind of entity with these components; `dims` gives the sizes that their shapes name."""
+        if name in self.tables:
+            raise ValueError(f"table {name!r} exists already; choose another name")
+        table = Table(name, components, capacity=capacity, dims=dims, place=len(self.tables))
+        self.tables[name] = table
+        return table
+
+    def add_system(self, system: System | esper.Processor, phase: str | None = None) -> System:
+        """Add a system at the end of its phase; a plain esper.Processor goes to `interact` unless `phase` says otherwise."""
+        phase = phase or getattr(system, "phase", "interact")
+        if phase not in PHASES:
+            raise ValueError(unknown_name(f"system {type(system).__name__}", "phase", phase, PHASES))
+        system.phase = phase  # type: ignore[attr-defined]
+        system.world = self  # type: ignore[attr-defined]
+        self.systems.append(system)  # type: ignore[arg-type]
+        if not isinstance(system, System):
+            self._enter(_Registry(self), phase, 2 * len(self.systems) - 1)  # it looks at the world through esper
+        self._enter(system, phase, 2 * len(self.systems))
+        if isinstance(system, System):
+            system.start(self)
+        return system  # type: ignore[return-value]
+
+    def table(self, name: str) -> Table:
+        """Return the table of this name; KeyError names the nearest."""
+        try:
+            return self.tables[name]
+        except KeyError:
+            raise KeyError(unknown_name("world", "table", name, self.tables)) from None
+
+    def cause(self, name: str) -> int:
+        """Return the code of a cause of death, making it known where it is new."""
+        if name not in self.causes:
+            if len(self.causes) == 255:
+                raise ValueError(f"cause {name!r}: a world knows at most 255 causes of death")
+            self.causes.append(name)
+        return self.causes.index(name) + 1
+
+    def spawn(self, name: str, *components: Handle, n: int = 1, parent: int = 0, **columns: Any) -> None:
+        """Ask for `n` newborn of a kind, with these components' values (the table's defaults for the others).
+
+        They come to life at the end of the phase `reproduce`, or at `flush`.
+        """
+        table = self.table(name)
+        values = {}
+        for handle in components:
+            if type(handle) not in table:
+                table[type(handle)]  # raises the error that names what there is
+            for field, array in vars(handle._columns).items():
+                values[type(handle), field] = np.repeat(array, n, axis=0)
+        table.request(np.full(n, parent, np.uint64), values)
+
+    def kill(self, who: int, cause: str = "culled", killer: int = 0) -> None:
+        """Let an organism die of a cause at the end of the phase `die`; `who` is a uid. Killing twice changes nothing."""
+        table, row = self.locate(who)
+        if not table.cause[row]:
+            table.cause[row] = self.cause(cause)
+            table.killer[row] = killer
+
+    def locate(self, uid: int) -> tuple[Table, int]:
+        """Return the table and the row of a living entity; KeyError where there is none."""
+        for table in self.tables.values():
+            row = np.flatnonzero(table.uid[: table.high] == np.uint64(uid))
+            if row.size and uid:
+                return table, int(row[0])
+        raise KeyError(f"no living entity has the uid {uid}")
+
+    def get(self, uid: int, component: type[Handle]) -> Any:
+        """Return the handle of one living entity's component."""
+        table, row = self.locate(uid)
+        return component.attach(table[component], row)
+
+    def each(self, *components: type[Handle]) -> Iterator[tuple[Any, ...]]:
+        """Yield (uid, handle, …) for all living entities that have these components, in the order of uids."""
+        found = [(int(t.uid[r]), t, int(r)) for t in self.tables.values() if t.has(components) for r in t.rows()]
+        for uid, table, row in sorted(found, key=lambda f: f[0]):
+            yield uid, *(c.attach(table[c], row) for c in components)
+
+    # --- time ------------------------------------------------------------------------------------------------------
+
+    def step(self) -> None:
+        """Let one tick pass."""
+        self.run(1)
+
+    def run(self, ticks: int, progress: Callable[[int, int], None] | None = None) -> "World":
+        """Let `ticks` ticks pass; `progress(done, ticks)` is called now and then. Returns the world."""
+        if ticks < 0:
+            raise ValueError(f"ticks is {ticks}; time does not run backwards")
+        if threading.get_ident() != self._thread:
+            raise RuntimeError("one thread alone touches a world: the one that made it")
+        before = esper.current_world
+        esper.switch_world(self._context)
+        try:
+            if self.tick == 0:
+                self.flush()
+            every = max(1, ticks // 200)
+            for done in range(1, ticks + 1):
+                esper.process()
+                self.tick += 1
+                if progress is not None and (done % every == 0 or done == ticks):
+                    progress(done, ticks)
+            self.sync()
+        finally:
+            if before in esper.list_worlds():
+                esper.switch_world(before)
+        return self
+
+    def _enter(self, processor: esper.Processor, phase: str, place: int) -> None:
+        """Hand a processor to esper with a priority that follows from its phase and its place in it."""
+        with _Inside(self._context):
+            esper.add_processor(processor, priority=-(PHASES.index(phase) * 1_000_000 + place))
+
+    def flush(self) -> None:
+        """Carry out the deaths, then the births asked for so far."""
+        self.flush_deaths()
+        self.flush_births()
+
+    def flush_deaths(self) -> None:
+        """Free the rows of all that have a cause of death; listeners see them, in the order of uids, before."""
+        for table in self.tables.values():
+            rows = np.flatnonzero(table.cause[: table.high])
+            if rows.size:
+                rows = rows[np.argsort(table.uid[rows])]
+                for listen in self.on_death:
+                    listen(table, rows)
+                table.vacate(rows)
+
+    def flush_births(self) -> None:
+        """Bring the newborn to life, table by table, in the order in which they were asked for."""
+        for table in self.tables.values():
+            requests, table.births = table.births, []
+            for parents, second, values in requests:
+                if parents.size:
+                    rows = table.occupy(parents.size, self.next_uid, self.tick, values)
+                    self.next_uid += parents.size
+                    for listen in self.on_birth:
+                        listen(table, rows, parents, second)
+
+    # --- esper -----------------------------------------------------------------------------------------------------
+
+    def sync(self) -> None:
+        """Bring esper's registry up to date: it then has one entity for each living one, with a handle per component.
+
+        Done at the end of `run` and `step`, on `with world:`, and before each plain esper.Processor of the schedule.
+        """
+        with _Inside(self._context):
+            for table in self.tables.values():
+                for row in np.flatnonzero(table.entity_uid != table.uid):
+                    if table.entity_uid[row] and esper.entity_exists(int(table.entity[row])):
+                        esper.delete_entity(int(table.entity[row]), immediate=True)
+                    if table.uid[row]:
+                        table.entity[row] = esper.create_entity(*[c.attach(columns, row) for c, columns in table.columns.items()])
+                table.entity_uid[:] = table.uid
+
+    def entity(self, uid: int) -> int:
+        """Return esper's number of a living entity: local to this process, never saved."""
+        table, row = self.locate(uid)
+        if table.entity_uid[row] != table.uid[row]:
+            self.sync()
+        return int(table.entity[row])
+
+    def __enter__(self) -> "World":
+        self._outer = esper.current_world
+        esper.switch_world(self._context)
+        self.sync()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        esper.switch_world(self._outer)
+
+    # --- for systems -----------------------------------------------------------------------------------------------
+
+    def index(self, table: Table) -> Index:
+        """Return the neighbour index of a table that has Position, as things stand now."""
+        from ecs_eco.components.position import Position
+
+        index = self._indexes.get(table.name)
+        if index is None or index.space is not self.space:
+            index = self._indexes[table.name] = Index(self.space)
+        if index.version != table.version:
+            p = table[Position]
+            high = table.high
+            index.build(table.alive[:high], p.x[:high], p.y[:high], p.z[:high], table.uid[:high], table.n)
+            index.version = table.version
+        return index
+
+    def surroundings(self, quantity: str, x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
+        """Return light, temperature [K] or pressure [Pa] at places f32[n] [m]: f32[n].
+
+        `environment[quantity]`, a function (world, x, y, z), replaces the constant in `ambient`.
+        """
+        if quantity in self.environment:
+            return self.environment[quantity](self, x, y, z)
+        return np.full(x.size, self.ambient[quantity], np.float32)
+
+    def split(self, kernel: Callable[..., Any], n: int, *arguments: Any, work: int | None = None) -> None:
+        """Run `kernel(first, last, *arguments)` over 0…n, in parts on all threads where `work` items are worth it."""
+        if self._pool is None or (n if work is None else work) < PARALLEL_FROM:
+            kernel(0, n, *arguments)
+            return
+        bounds = np.linspace(0, n, 2 * self.threads + 1).astype(int)
+        for part in [self._pool.submit(kernel, int(a), int(b), *arguments) for a, b in zip(bounds, bounds[1:], strict=False)]:
+            part.result()
+
+    def series(self) -> Any:
+        """Return the recorded series as a pyarrow.Table: a row per tick and species; see `ecs_eco.record`."""
+        if self.recorder is None:
+            raise RuntimeError("this world has no recorder; build it with World.from_config, or add one: ecs_eco.record.Recorder(world)")
+        return self.recorder.series()
+
+    def digest(self) -> str:
+        """Return a hash of all that decides this world's future: columns by uid, fields, weights, optimiser states, clock."""
+        digest = hashlib.sha256(f"{self.seed} {self.tick} {self.next_uid} {self.dt}".encode())
+        for table in self.tables.values():
+            rows = table.by_uid()
+            digest.update(table.name.encode())
+            for array in (table.uid, table.born):
+                digest.update(array[rows].tobytes())
+            for columns in table.columns.values():
+                for name, array in sorted(vars(columns).items()):
+                    digest.update(name.encode() + np.ascontiguousarray(array[rows]).tobytes())
+            for name, part in sorted(table.traits.items()):
+                if hasattr(part, "state"):
+                    for key, array in sorted(part.state().items()):
+                        digest.update(f"{name}.{key}".encode() + np.ascontiguousarray(array).tobytes())
+        for name, field in sorted(self.fields.items()):
+            digest.update(name.encode() + field.value.tobytes())
+        return digest.hexdigest()
+
+
+class _Flush(esper.Processor):
+    def __init__(self, world: World) -> None:
+        self.world = weakref.proxy(world)
+
+
+class _Deaths(_Flush):
+    def process(self, *_: Any) -> None:
+        self.world.flush_deaths()
+
+
+class _Births(_Flush):
+    def process(self, *_: Any) -> None:
+        self.world.flush_births()
+
+
+class _Registry(_Flush):
+    def process(self, *_: Any) -> None:
+        self.world.sync()
+
+
+class _Inside:
+    """Within one esper context, and back."""
+
+    def __init__(self, context: str) -> None:
+        self.context = context
+
+    def __enter__(self) -> None:
+        self.outer = esper.current_world
+        if self.outer != self.context:
+            esper.switch_world(self.context)
+
+    def __exit__(self, *_: object) -> None:
+        if self.outer != self.context:
+            esper.switch_world(self.outer)
+
+
+def _forget(context: str, pool: ThreadPoolExecutor | None) -> None:
+    if pool is not None:
+        pool.shutdown(wait=False)
+    if context in esper.list_worlds():
+        if esper.current_world == context:
+            esper.switch_world("default")
+        esper.delete_world(context)
+

@@ -1,0 +1,220 @@
+"""From a world file to a World: tables with their species' values, nervous systems, and the list of systems in order."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ecs_eco import random
+from ecs_eco.components import Biology, Body, Chemistry, Metabolism, Nervous, Physical, Position, Velocity
+from ecs_eco.config import WorldConfig, load
+from ecs_eco.errors import unknown_name
+from ecs_eco.nervous.nerves import Nerves, happiness_of, reflex_of
+from ecs_eco.nervous.senses import senses_of
+from ecs_eco.space import Field, Terrain
+from ecs_eco.systems.respawn import scatter
+
+SEXES = {"none": 0, "female": 1, "male": 2, "random": 0}
+POLICIES = ("trained", "random", "untrained")
+
+
+def schedule(training: bool = False) -> list[Any]:
+    """Return the systems of a world in the order of a tick."""
+    from ecs_eco import systems as s
+
+    return [
+        s.Reckon(), s.Grow(), s.Diffuse(),  # environment
+        s.Sense(), s.Feel(), s.Learn(), s.Decide(), s.Move(),  # nerves
+        s.Collide(), s.Feed(),  # interact
+        s.Metabolise(), s.Age(),
+        s.Perish(), s.Leave(),  # die
+        s.Respawn() if training else s.Reproduce(), s.Spread(),
+    ]  # fmt: skip
+
+
+def build(cls: Any, config: Any, *, seed: int | None = None, policies: Any = "trained", threads: int = 1, learn: bool | None = None,
+          training: bool = False, record: bool = True) -> Any:
+    """Return a new world.
+
+    `policies`: "trained" (the files that the world names; untrained where it names none), "random" (every action with
+    equal chance), "untrained" (fresh networks), a folder of <species>.safetensors, or a dict species → one of these.
+    `learn` overrides the species' own `policy.learn`. `training`: numbers held constant by respawn, no births.
+    Raises ConfigError for a configuration that is wrong.
+    """
+    config = config if isinstance(config, WorldConfig) else load(config)
+    if training:
+        config = config.for_training()
+    world = cls(config.space.size, edges=config.space.edges, dt=config.dt, seed=config.seed if seed is None else seed,
+                cell=config.space.cell or _cell(config), threads=threads, name=config.name)
+    world.config = config
+    world.substances = list(config.substances)
+    world.ambient = config.ambient.model_dump()
+    world.reproduction = not training
+    world.fields = {name: Field(world.space, f.cell, f.diffusion, f.decay) for name, f in config.fields.items()}
+    if config.terrain is not None:
+        t = config.terrain.model_dump(exclude_none=True)
+        world.terrain = Terrain(world.space, t.pop("cell"), **t)
+    for name, kind in config.objects.items():
+        _object_table(world, name, kind)
+    for name, species in config.species.items():
+        _species_table(world, name, species)
+    for number, (name, species) in enumerate(config.species.items()):
+        _networks(world, world.tables[name], species, policies, learn, number)
+    for system in schedule(training):
+        world.add_system(system)
+    for name, kind in [*config.objects.items(), *config.species.items()]:
+        _populate(world, world.tables[name], kind)
+    world.flush()
+    if record:
+        from ecs_eco.record.recorder import Recorder
+
+        Recorder(world)
+    return world
+
+
+def _cell(config: WorldConfig) -> float:
+    """Choose the side of the index cells: a third of the widest sense, so that a look takes about 7 × 7 of them."""
+    radii = [getattr(s, "radius", 0.0) for sp in config.species.values() for s in sp.sensors]
+    shortest = min(config.space.size)
+    return min(max(max(radii, default=0.0) / 3, shortest / 500), shortest)
+
+
+def _matter(table: Any, kind: Any, substances: list[str]) -> None:
+    """Set mass, radius, physical and chemical properties that a newborn has."""
+    table.set_defaults(Body, radius=kind.body.radius, mass=kind.body.mass)
+    table.traits |= {"opaque": kind.body.opaque, "solid": kind.body.solid, "radius": kind.body.radius, "color": kind.color}
+    if kind.properties:
+        table.add_component(Physical, **kind.properties)
+    if kind.substances:
+        table.add_component(Chemistry, molarity=[kind.substances.get(s, 0.0) for s in substances])
+
+
+def _object_table(world: Any, name: str, kind: Any) -> None:
+    table = world.add_table(name, Position, Body, dims={"substances": len(world.substances)}, capacity=max(16, kind.count + len(kind.at)))
+    _matter(table, kind, world.substances)
+    table.traits["object"] = True
+
+
+def _species_table(world: Any, name: str, species: Any) -> None:
+    actions = species.action_list()
+    table = world.add_table(name, Position, Body, Metabolism, Biology, capacity=max(64, int(species.count * 1.5)),
+                            dims={"substances": len(world.substances), "actions": len(actions)})
+    _matter(table, species, world.substances)
+    table.set_defaults(Metabolism, energy=species.metabolism.energy)
+    table.set_defaults(Biology, sex=SEXES[species.sex], fertility=species.fertility)
+    table.traits |= {"species": species, "emits": dict(species.emits), "diet": list(species.diet), "lethal": list(species.lethal),
+                     "reproduction": species.reproduction, "remains": species.remains, "sex": species.sex, "max_count": species.max_count}
+    if species.sensors or actions:
+        table.add_component(Nervous)
+        dims = world.config.dims
+        table.traits["nerves"] = Nerves(species.channels(dims), senses_of(species, dims, world.substances), species.actions,
+                                        species.neutral, species.automatic, species.readings(dims))
+    if species.locomotion is not None and "nerves" in table.traits:
+        table.add_component(Velocity)
+        table.traits["gaits"] = _gaits(species.locomotion, table.traits["nerves"])
+
+
+def _gaits(way: Any, nerves: Nerves) -> tuple[np.ndarray, ...]:
+    """Return layout i64[3, 3] and the speeds, costs, turns and climbs of the actions that move a body."""
+    layout = np.zeros((3, 3), np.int64)
+    values = []
+    for i, group in enumerate(("speed", "turn", "climb")):
+        names = nerves.groups.get(group, [])
+        if names:
+            layout[i] = (*nerves.columns[group], nerves.neutral[group])
+        values.append(names)
+    speeds, turns, climbs = values
+    turning = {"left": way.turn, "right": -way.turn}
+    climbing = {"up": way.climb, "down": -way.climb}
+    arrays = ([way.speed.get(a, 0.0) for a in speeds], [way.cost.get(a, 0.0) for a in speeds],
+              [turning.get(a, 0.0) for a in turns], [climbing.get(a, 0.0) for a in climbs])
+    return layout, *(np.array(a or [0.0], np.float32) for a in arrays)
+
+
+def _networks(world: Any, table: Any, species: Any, policies: Any, learn: bool | None, number: int) -> None:
+    """Build the reflex, happiness and policy networks of one species."""
+    nerves = table.traits.get("nerves")
+    if nerves is None:
+        return
+    if species.reflex is not None:
+        nerves.reflex = reflex_of(species.reflex, nerves, species.action_rows())
+    if species.happiness is not None:
+        nerves.happiness = happiness_of(species.happiness, nerves)
+        nerves.minimum = np.float32(species.happiness.minimum)
+    if species.policy.kind == "none" or not nerves.choices:
+        return
+    nerves.policy = True
+    source = policies.get(table.name, "trained") if isinstance(policies, dict) else policies
+    if source == "random":
+        return
+    from ecs_eco.learning import PPO, Brain, Learner
+
+    seed = (random.mix_int(world.seed) + number) & 0x7FFFFFFFFFFFFFFF
+    nerves.brain = Brain(len(nerves.channels), nerves.choices, tuple(species.policy.hidden), seed=seed)
+    path = _weights_file(world, species, table.name, source)
+    if path is not None:
+        from safetensors.numpy import load_file
+
+        try:
+            nerves.brain.load(load_file(path))
+        except ValueError as error:
+            raise ValueError(f"{path}: {error}") from None
+    nerves.learning = species.policy.learn if learn is None else learn
+    if nerves.learning:
+        if nerves.happiness is None:
+            raise ValueError(f"species.{table.name}: it cannot learn without a happiness network; declare `happiness`, or learn = false")
+        nerves.learner = Learner(nerves.brain, PPO(**species.ppo), seed=seed, workers=world.threads)
+
+
+def _weights_file(world: Any, species: Any, name: str, source: Any) -> Path | None:
+    if source == "trained":
+        return world.config.file(species.policy.file) if species.policy.file else None
+    if source == "untrained":
+        return None
+    folder = Path(source)
+    if not folder.is_dir():
+        raise ValueError(unknown_name("policies", "source", source, POLICIES) + ", or a folder of <species>.safetensors")
+    path = folder / f"{name}.safetensors"
+    if not path.is_file():
+        raise ValueError(f"policies: {path} is missing; the folder must hold <species>.safetensors for every species with a policy")
+    return path
+
+
+def _populate(world: Any, table: Any, kind: Any) -> None:
+    """Ask for the first generation: at the places named, the rest at random."""
+    if len(getattr(kind, "at", ())):
+        place = np.array([[*at, 0.0][:3] for at in kind.at], np.float32)
+        none = np.zeros(len(place), np.uint64)
+        table.request(none, {(Position, axis): place[:, i] for i, axis in enumerate("xyz")})
+    if kind.count:
+        who = np.arange(1, kind.count + 1, dtype=np.uint64)
+        values = scatter(table, world, who)
+        way = getattr(kind, "reproduction", None)
+        if way is not None and way.kind == "spread":
+            _one_a_site(world, table, way.spacing, values)
+        count = values[Position, "x"].size
+        if Metabolism in table and "nerves" in table.traits:  # of all stages between hungry and newborn, so that they do not die as one
+            u = random.draw_many(world.key, who, random.BIRTH + ((table.place + 1) << 20))
+            values[Metabolism, "energy"] = (np.float32(kind.metabolism.energy) * (np.float32(0.75) + np.float32(0.5) * u)).clip(
+                0, kind.metabolism.energy_max).astype(np.float32)
+        table.request(np.zeros(count, np.uint64), values)
+
+
+def _one_a_site(world: Any, table: Any, spacing: float, values: dict) -> None:
+    """Move the first plants to sites of their own, drawn without replacement."""
+    nx, ny = (max(1, round(s / spacing)) for s in world.space.size[:2])
+    k = min(values[Position, "x"].size, nx * ny)
+    order = np.argsort(random.draw_many(world.key, np.arange(nx * ny, dtype=np.uint64), random.SPREAD), kind="stable")
+    if world.terrain is not None:
+        x, y = ((order % nx) + 0.5) * world.space.size[0] / nx, ((order // nx) + 0.5) * world.space.size[1] / ny
+        order = order[world.terrain.free(x, y)]
+    site = np.sort(order[:k])
+    who = site.astype(np.uint64)
+    u, v = random.draw_many(world.key, who, random.PLACE), random.draw_many(world.key, who, random.PLACE + (1 << 8))
+    near = np.nextafter(world.space.lengths, np.float32(0))
+    for axis, cells, fraction, n, i in (("x", site % nx, u, nx, 0), ("y", site // nx, v, ny, 1)):
+        values[Position, axis] = np.minimum((cells + fraction) * np.float32(world.space.size[i] / n), near[i]).astype(np.float32)
+    for name in ("z", "heading"):
+        values[Position, name] = values[Position, name][: site.size]
+    for key in [k for k in values if k[0] is Biology]:
+        values[key] = values[key][: site.size]
