@@ -1,5 +1,6 @@
 """A World: its tables, clock, space and schedule; one esper context of its own."""
 
+import gc
 import hashlib
 import itertools
 import threading
@@ -227,6 +228,11 @@ class World:
 
         Done at the end of `run` and `step`, on `with world:`, and before each plain esper.Processor of the schedule.
         """
+        changed = sum(int((t.entity_uid != t.uid).sum()) for t in self.tables.values())
+        if not changed:
+            return
+        collecting = gc.isenabled()
+        gc.disable()  # a collection while 100,000 handles are made would look at all of them, again and again
         with _Inside(self._context):
             for table in self.tables.values():
                 for row in np.flatnonzero(table.entity_uid != table.uid):
@@ -235,6 +241,10 @@ class World:
                     if table.uid[row]:
                         table.entity[row] = esper.create_entity(*[c.attach(columns, row) for c, columns in table.columns.items()])
                 table.entity_uid[:] = table.uid
+        if changed > 10_000:
+            gc.freeze()
+        if collecting:
+            gc.enable()
 
     def entity(self, uid: int) -> int:
         """Return esper's number of a living entity: local to this process, never saved."""

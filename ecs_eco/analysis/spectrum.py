@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import combinations_with_replacement
 
 import numpy as np
 
@@ -25,6 +26,8 @@ SHORTEST = 96
 MIN_CYCLES = 3
 """Fewest periods in the series for a peak to count."""
 TAPERS = 2
+ROOTS = {"ar1": 1, "relaxation": 2, "r3":3}
+GRID = {"ar1": 100, "relaxation": 24, "r3":14}
 
 
 def thin(series: np.ndarray, samples: int = SAMPLES) -> tuple[np.ndarray, int]:
@@ -81,45 +84,56 @@ def spectrum(x: np.ndarray) -> np.ndarray:
 
 
 class RedNoise:
-    """Red noise with roots on a grid, fitted to spectra by Whittle likelihood (Whittle 1953)."""
+    """Red noise per tick, seen as block means over `factor` ticks, fitted to spectra by Whittle likelihood (Whittle 1953).
 
-    def __init__(self, n: int, null: str):
-        if null not in ("ar1", "relaxation"):
-            raise ValueError(f'null {null!r}: allowed are "ar1" and "relaxation"')
-        grid = 1 - np.geomspace(1e-3, 1.0, 24)
-        if null == "ar1":
-            grid = 1 - np.geomspace(1e-3, 1.0, 100)
-        self.roots = np.array([(a, b) for i, a in enumerate(grid) for b in (grid[i:] if null == "relaxation" else [0.0])])
-        self.n = n
-        shape = self.shape(self.roots, n)[:, 2:]  # the lowest two frequencies went with the trend
-        self._inverse = (1 / shape).astype(np.float32)
-        self._log = np.log(shape).mean(1)
+    The shapes are those of the block means, aliasing included: block means of AR(1) are not AR(1), and taking them for
+    it calls 37 % of them periodic. Roots are given per block: root ** (1 / factor) per tick.
+    """
 
-    @staticmethod
-    def shape(roots: np.ndarray, n: int) -> np.ndarray:
-        """Spectrum of unit innovations at the Fourier frequencies of n samples, (…, n // 2 + 1)."""
-        turn = np.exp(-2j * np.pi * np.arange(n // 2 + 1) / n)
-        return 1 / np.abs((1 - roots[..., :1] * turn) * (1 - roots[..., 1:] * turn)) ** 2
+    def __init__(self, n: int, factor: int, null: str):
+        if null not in ROOTS:
+            raise ValueError(f"null {null!r}: allowed are {', '.join(map(repr, ROOTS))}")
+        self.n, self.factor = n, factor
+        grid = 1 - np.geomspace(1e-3, 1.0, GRID[null])
+        self.roots = np.array(list(combinations_with_replacement(grid, ROOTS[null])))
+        self._shape = self.shape(self.roots, n)
+        used = self._shape[:, 2:]  # the lowest two frequencies went with the trend
+        self._inverse = (1 / used).astype(np.float32)
+        self._log = np.log(used).mean(1)
+
+    def shape(self, roots: np.ndarray, n: int) -> np.ndarray:
+        """Spectrum of unit innovations at the Fourier frequencies of n block means, (len(roots), n // 2 + 1)."""
+        per_tick = roots ** (1 / self.factor)
+        total = np.zeros((len(roots), n // 2 + 1))
+        for alias in range(self.factor):
+            f = (np.arange(n // 2 + 1) / n + alias) / self.factor  # [1/tick]
+            with np.errstate(invalid="ignore"):
+                block = np.sin(np.pi * self.factor * f) / (self.factor * np.sin(np.pi * f))
+            block[f == 0] = 1.0
+            turn = np.exp(-2j * np.pi * f)
+            relax = np.ones((len(roots), len(f)))
+            for root in per_tick.T:
+                relax *= np.abs(1 - root[:, None] * turn) ** 2
+            total += block**2 / relax
+        return total
 
     def fit(self, spectra: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Roots (…, 2) of the best null, and the ratio of each spectrum to it."""
+        """Roots of the best null of each spectrum, and the ratio of the spectrum to it."""
         used = spectra[:, 2:].astype(np.float32)
         scale = used @ self._inverse.T / used.shape[1]
         best = (np.log(scale) + self._log).argmin(1)
-        roots = self.roots[best]
-        rows = np.arange(len(best))
-        return roots, spectra / (self.shape(roots, self.n) * scale[rows, best][:, None])
+        return self.roots[best], spectra / (self._shape[best] * scale[np.arange(len(best)), best][:, None])
 
     def draw(self, roots: np.ndarray, noise: np.ndarray) -> np.ndarray:
         """Series of n samples cut from circular ones four times as long, from standard normal `noise` (…, 4 n)."""
         long = noise.shape[-1]
-        wave = np.fft.rfft(noise) * np.sqrt(self.shape(roots, long))
+        wave = np.fft.rfft(noise) * np.sqrt(self.shape(roots[None], long)[0])
         return np.fft.irfft(wave, long)[..., : self.n]
 
 
 @lru_cache(maxsize=8)
-def _red_noise(n: int, null: str) -> RedNoise:
-    return RedNoise(n, null)
+def _red_noise(n: int, factor: int, null: str) -> RedNoise:
+    return RedNoise(n, factor, null)
 
 
 @dataclass(frozen=True)
@@ -157,7 +171,7 @@ def spectral_peak(
     n = x.shape[-1]
     if n < SHORTEST or np.ptp(x) < 1e-12 or not np.isfinite(x).all():
         return None
-    red = _red_noise(n, null)
+    red = _red_noise(n, factor, null)
     power = spectrum(x[None])
     power /= power.mean()
     roots, ratio = red.fit(power)

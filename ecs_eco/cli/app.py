@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from ecs_eco.cli.terminal import exits, say
+from ecs_eco.cli.terminal import exits, say, whole
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -16,15 +16,21 @@ app = typer.Typer(
 )
 
 World = Annotated[str, typer.Argument(metavar="WORLD", help="Name of a shipped world (see `list`), or a TOML file.")]
-Ticks = Annotated[int | None, typer.Option(min=1, help="Length [ticks]; the world's own where absent.")]
-Seed = Annotated[int | None, typer.Option(min=0, max=2**63 - 1, help="Seed of all chance; else the world's own.")]
+Ticks = Annotated[
+    int | None, typer.Option(parser=whole(1), metavar="N", help="Length [ticks]; the world's own where absent.")
+]
+Seed = Annotated[
+    int | None, typer.Option(parser=whole(0, 2**63 - 1), metavar="N", help="Seed of all chance; else the world's own.")
+]
 Set = Annotated[
     list[str] | None,
     typer.Option("--set", metavar="KEY=VALUE", help="Change a value of the world: species.deer.count=500. Repeatable."),
 ]
 Out = Annotated[Path | None, typer.Option(help="Folder for the results: new or empty. Default: in runs/.")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar.")]
-Threads = Annotated[int, typer.Option(min=1, max=1024, help="Threads; they change the speed and no result.")]
+Threads = Annotated[
+    int, typer.Option(parser=whole(1, 1024), metavar="N", help="Threads; they change the speed and no result.")
+]
 
 
 def _version(wanted: bool) -> None:
@@ -99,10 +105,14 @@ def compare(
         list[str] | None,
         typer.Option(metavar="NAME|KEY=VALUE", help="A control: random-policy, or a changed value. Repeatable."),
     ] = None,
-    seeds: Annotated[int, typer.Option(min=1, max=10_000, help="Runs of each arm, with seeds from 1.")] = 8,
+    seeds: Annotated[
+        int, typer.Option(parser=whole(1, 10_000), metavar="N", help="Runs of each arm, with seeds from 1.")
+    ] = 8,
     ticks: Ticks = None,
     set_: Set = None,
-    workers: Annotated[int, typer.Option(min=1, max=1024, help="Processes, of one thread each.")] = 2,
+    workers: Annotated[
+        int, typer.Option(parser=whole(1, 1024), metavar="N", help="Processes, of one thread each.")
+    ] = 2,
     out: Out = None,
     quiet: Quiet = False,
 ) -> None:

@@ -47,7 +47,11 @@ def compare_arms(
     config = arms[0].config
     ticks = ticks or config.ticks
     out = results(out, f"{config.name}-compare")
-    jobs = {(arm.name, seed): (arm, seed, ticks, out / arm.name / f"seed-{seed}") for arm in arms for seed in range(1, seeds + 1)}
+    jobs = {
+        (arm.name, seed): (arm, seed, ticks, out / arm.name / f"seed-{seed}")
+        for arm in arms
+        for seed in range(1, seeds + 1)
+    }
     done = run_all(jobs, workers, quiet)
     if len(done) < len(jobs):
         complain(f"{len(jobs) - len(done)} of {len(jobs)} runs failed; what the others recorded is in {out}.")
@@ -70,7 +74,9 @@ def arms_of(world: str, changes: list[str], controls: list[str]) -> list[Arm]:
         if any(a.name == name for a in arms):
             refuse("--control", "named twice", control, "each control once")
         arms.append(arm)
-    if "random" in {a.policies for a in arms} and not any(s.policy.kind != "none" for s in arms[0].config.species.values()):
+    if "random" in {a.policies for a in arms} and not any(
+        s.policy.kind != "none" for s in arms[0].config.species.values()
+    ):
         refuse("--control", "no species has a policy", "random-policy", "a changed value: key=value")
     return arms
 

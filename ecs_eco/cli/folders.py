@@ -15,9 +15,9 @@ def results(out: Path | None, default: str) -> Path:
     """
     if out is None:
         out = _free(Path("runs") / default)
-    if out.exists() and not out.is_dir():
-        refuse("--out", "is a file", str(out), "a folder, new or empty")
     try:
+        if out.exists() and not out.is_dir():
+            refuse("--out", "is a file", str(out), "a folder, new or empty")
         if out.is_dir() and any(out.iterdir()):
             refuse("--out", "is not empty", str(out), "a folder, new or empty", str(_free(out)))
         _try_out(out)

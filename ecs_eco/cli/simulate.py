@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Any
 
@@ -36,16 +37,10 @@ def run_world(
 
     with progress(config.name, quiet) as bar:
         try:
-            found = run_to_folder(
-                config, seed=seed, ticks=ticks, out=out, policies=policies, learn=learn, progress=bar, threads=threads
-            )
+            found = run_to_folder(config, seed, ticks, out, policies, learn, bar, threads=threads, report=report)
         except KeyboardInterrupt:
             stopped(f"at tick {bar.done} of {ticks}", out)
-    if report:
-        from ecs_eco.record.report import write_report
-
-        write_report(out)
-    say(f"{ticks} ticks of {config.name}, seed {seed}, in {out}{numbers(found)}")
+    say(f"{ticks} ticks of {config.name}, seed {seed}, in {out}{numbers(found)}{populations(out)}")
 
 
 def train_world(
@@ -84,7 +79,7 @@ def known_policies(policies: str, config: WorldConfig) -> None:
     allowed = f"{', '.join(POLICIES)}, or a folder that `ecs-eco train` left"
     if policies in POLICIES:
         return
-    if not Path(policies).is_dir():
+    if not os.path.isdir(policies):
         refuse("--policies", "no such folder", policies, allowed, nearest(policies, POLICIES))
     for name, species in config.species.items():
         if species.policy.kind != "none" and not (Path(policies) / f"{name}.safetensors").is_file():
@@ -98,9 +93,16 @@ def stopped(where: str, out: Path) -> None:
     raise typer.Exit(INTERRUPTED)
 
 
-def numbers(found: Any) -> str:
-    """What a run says of itself in numbers, one a line: seconds, populations."""
-    found = found if isinstance(found, dict) else {}
-    lines = [f"{word}: {found[word]:.1f} s" for word in ("wall_seconds", "compile_seconds") if word in found]
-    lines += [f"{name}: {n}" for name, n in (found.get("n") or {}).items()]
-    return "".join(f"\n  {line}" for line in lines)
+def numbers(found: dict[str, Any]) -> str:
+    """How long a run took, a line each."""
+    return "".join(f"\n  {word.replace('_', ' ')}: {found[word]:.1f}" for word in found if word.endswith("_seconds"))
+
+
+def populations(out: Path) -> str:
+    """The numbers of each species at the end of a run, in a line."""
+    from ecs_eco.analysis.runs import load_series
+
+    series = load_series(out)
+    return "\n  at the end: " + ", ".join(
+        f"{n:.0f} {name}" for name, n in zip(series.species, series.n[-1], strict=True)
+    )

@@ -50,6 +50,22 @@ def refuse(source: str, what: str, value: object, allowed: str, near: str = "") 
     raise ConfigError([Problem((), what, value, allowed, near, source)])
 
 
+def whole(least: int, most: int = 10**12) -> Callable[[str | int], int]:
+    """Reads a whole number from the command line, and says the value where it is none or out of range."""
+
+    def read(text: str | int) -> int:
+        try:
+            number = int(text)
+        except ValueError:
+            number = least - 1
+        if not least <= number <= most:
+            raise typer.BadParameter(f"{text!r} is not possible; allowed: a whole number from {least} to {most}")
+        return number
+
+    read.__name__ = "number"
+    return read
+
+
 class Progress:
     """How far a command is: call it with done and total. Remembers both."""
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from collections import Counter
 from collections.abc import Iterable, Iterator
@@ -168,7 +169,7 @@ def _check_function(key: Key, function: str | None) -> Iterator[Problem]:
 
 def _check_policy(key: Key, species: Species, folder: Path) -> Iterator[Problem]:
     policy = species.policy
-    if policy.file is not None and not (folder / policy.file).is_file():
+    if policy.file is not None and not os.path.isfile(folder / policy.file):
         near = nearest(policy.file, (p.name for p in folder.glob("*.safetensors")))
         yield Problem((*key, "policy", "file"), "no such file", policy.file, "a file beside the world file", near)
     if policy.kind == "none":

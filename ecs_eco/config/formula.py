@@ -79,7 +79,8 @@ def compile_formula(text: str, names: Iterable[str]) -> Formula:
     except FormulaError:
         raise
     except (SyntaxError, ValueError) as error:
-        raise FormulaError("not an expression", max(getattr(error, "offset", None) or 1, 1) + lead) from None
+        offset = getattr(error, "offset", None) or 0  # 0 or less: at the end
+        raise FormulaError("not an expression", lead + (offset if offset > 0 else len(line.strip()) + 1)) from None
     except (RecursionError, MemoryError):
         raise FormulaError("too deeply nested", 1) from None
 

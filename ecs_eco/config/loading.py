@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import os
 import re
 import tomllib
 from collections.abc import Iterable, Mapping
@@ -101,7 +102,7 @@ def _read(world: Any) -> _Document:
         text = path.read_text(encoding="utf-8")
         return _Document(tomllib.loads(text), path.name, path.parent, text)
     except tomllib.TOMLDecodeError as error:
-        raise _syntax(path, error) from None
+        raise _syntax(path, text, error) from None
     except (OSError, UnicodeDecodeError) as error:
         raise ConfigError([Problem((), f"cannot be read: {error}", str(path), "a TOML file in UTF-8")]) from None
 
@@ -112,19 +113,22 @@ def _path(world: str | Path) -> Path:
     if str(world).replace("_", "-") in worlds:
         return worlds[str(world).replace("_", "-")]
     path = Path(world)
-    if path.is_dir() and len(found := sorted(path.glob("*.toml"))) == 1:
+    if os.path.isdir(path) and len(found := sorted(path.glob("*.toml"))) == 1:
         return found[0]
-    if path.is_file():
+    if os.path.isfile(path):
         return path
-    what = "no world file in this folder" if path.is_dir() else "no such world, and no such file"
+    what = "no world file in this folder" if os.path.isdir(path) else "no such world, and no such file"
     allowed = f"a path, or one of {listed(worlds)}"
     problem = Problem((), what, str(world), allowed, nearest(world, worlds), "WORLD")
     raise ConfigError([problem], "cannot load the world")
 
 
-def _syntax(path: Path, error: tomllib.TOMLDecodeError) -> ConfigError:
+def _syntax(path: Path, text: str, error: tomllib.TOMLDecodeError) -> ConfigError:
     found = re.search(r"^(.*) \(at line (\d+), column (\d+)\)$", str(error))
-    what, line, column = (found[1], int(found[2]), int(found[3])) if found else (str(error), None, None)
+    lines = text.rstrip("\n").split("\n")  # where the error is at the end of the document
+    what, line, column = (
+        (found[1], int(found[2]), int(found[3])) if found else (str(error), len(lines), len(lines[-1]) + 1)
+    )
     problem = Problem((), f"not TOML: {what}", allowed="TOML 1.0", source=path.name, line=line, column=column)
     return ConfigError([problem], f"{path.name}: 1 problem")
 
@@ -143,7 +147,7 @@ def _apply(document: _Document, overrides: Overrides) -> list[Problem]:
         key = written
         if len(key) == 3 and key[0] == "species" and key[2] in ALIASES:
             key = (*key[:2], *ALIASES[str(key[2])])
-        problem = _put(document, key, value)
+        problem = _put(document, key, written, value)
         if problem:
             problems.append(problem.moved(key=written, value=value, source=document.set_by))
     return problems
@@ -165,7 +169,7 @@ def _parse(text: str) -> tuple[str, Any]:
     return name, Problem((name,), "the value is not TOML", value, example, source="--set")
 
 
-def _put(document: _Document, key: Key, value: Any) -> Problem | None:
+def _put(document: _Document, key: Key, written: Key, value: Any) -> Problem | None:
     """Sets one value in the data, or says why not."""
     node: Any = document.data
     real: list[str | int] = []
@@ -187,7 +191,7 @@ def _put(document: _Document, key: Key, value: Any) -> Problem | None:
             if isinstance(node, dict) and node.get(part) is None:
                 node[part] = {}
             node = node[part]
-    document.set[tuple(real)] = key
+    document.set[tuple(real)] = written
     return None
 
 

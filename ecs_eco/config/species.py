@@ -128,10 +128,10 @@ class Species(Section):
 
     def action_rows(self) -> dict[str, int]:
         """Row in the decision vector by group.action, and by the plain name where only one group has it."""
-        pairs = self.action_list()
-        plain = [action for _, action in pairs]
-        rows = {f"{group}.{action}": row for row, (group, action) in enumerate(pairs)}
-        return rows | {action: row for row, action in enumerate(plain) if plain.count(action) == 1}
+        rows = {pair: row for row, pair in enumerate(self.action_list())}
+        plain = [action for _, action in rows]
+        full = {f"{group}.{action}": row for (group, action), row in rows.items()}
+        return full | {action: row for (_, action), row in rows.items() if plain.count(action) == 1}
 
     def own(self) -> tuple[str, ...]:
         """Names of what the species can feel of itself or die of."""

@@ -18,7 +18,9 @@ class Training(Section):
     """Pre-training: how policies are learnt before the ecosystem runs."""
 
     ticks: Annotated[int, Field(ge=1, le=10**12)] = quantity("length", "ticks", 1000)
-    average: Annotated[float, Field(ge=0, le=1)] = quantity("last share of the training over which weights are averaged", "1", 0.2)
+    average: Annotated[float, Field(ge=0, le=1)] = quantity(
+        "last share of the training over which weights are averaged", "1", 0.2
+    )
     respawn: bool = about("whether the dead are replaced at once, and nobody is born", True)
     set: dict[str, Any] = table("dotted key = value that holds while training", dict)
 

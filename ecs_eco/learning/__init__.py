@@ -1,4 +1,4 @@
-"""Learning while alive: an actor-critic network and PPO, for a population whose members are born and die in mid-rollout.
+"""Learning while alive: a small actor-critic network and PPO, for populations that are born and die in mid-rollout.
 
 Here belong optimisers of policies and what they need; how an organism senses, decides and is rewarded belongs to
 `nervous` and `systems`. Nothing here knows biology, and the parts also train plain Gymnasium vector environments.
@@ -9,19 +9,20 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from .brain import Brain, choose, choose_best
-    from .ppo import Learner
-    from .rollout import Rollout
-    from .settings import PPO
-    from .vector_env import Training, train
+    from ecs_eco.learning.brain import Brain
+    from ecs_eco.learning.choice import choose, choose_best
+    from ecs_eco.learning.ppo import Learner
+    from ecs_eco.learning.rollout import Rollout
+    from ecs_eco.learning.settings import PPO
+    from ecs_eco.learning.vector_env import Training, train
 
 __all__ = ["PPO", "Brain", "Learner", "Rollout", "Training", "choose", "choose_best", "train"]
 
 _HOME = {
     "PPO": "settings",
     "Brain": "brain",
-    "choose": "brain",
-    "choose_best": "brain",
+    "choose": "choice",
+    "choose_best": "choice",
     "Rollout": "rollout",
     "Learner": "ppo",
     "Training": "vector_env",

@@ -1,4 +1,4 @@
-"""Brain: an actor-critic network of small tanh layers, its sampling, and its backward pass written by hand.
+"""Brain: an actor-critic network of small tanh layers, with its backward pass written by hand.
 
 A layer's product is one torch call into a buffer that exists already; everything between the products is a numba
 kernel. Autograd spends most of its time on launching, on new tensors and on tanh (benchmarks/ppo.py has the ratio).
@@ -12,15 +12,14 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from numba import njit
 
-from .arithmetic import KERNEL, softmax, tanh
+from ecs_eco.learning.arithmetic import fused_njit, tanh
+from ecs_eco.learning.choice import choose as choose  # until decide.py takes it from ecs_eco.learning
 
 if TYPE_CHECKING:
     import torch
 
 CHUNK = 2048  # rows that go through the network at once: fixed, so that sums do not depend on the number of workers
-BLOCK = 128  # rows that sampling turns on their side at once
 
 
 class Layer(NamedTuple):
@@ -35,7 +34,8 @@ class Brain:
     """A policy with one categorical choice per action group, and a value, over the same observations.
 
     `trunk` is "shared" (policy and value read the same hidden layers) or "separate" (each has its own).
-    Weights are orthogonal, drawn from Philox keyed by (seed, layer): gain sqrt(2), 0.01 for the policy, 1 for the value.
+    Weights are orthogonal, drawn from Philox keyed by (seed, layer), with gain sqrt(2); 0.01 for the policy's head and
+    1 for the value's.
     """
 
     def __init__(
@@ -64,7 +64,7 @@ class Brain:
         """Return the layers of each tower as views of a row of `size` numbers: the weights, or a gradient."""
         at, towers = 0, []
         for tower in self.towers:
-            layers = []
+            layers: list[Layer] = []
             for a, b in tower:
                 head = len(layers) == len(tower) - 1
                 matrix = row[at : at + a * b].view((b, a) if head else (a, b))
@@ -78,7 +78,8 @@ class Brain:
     def named(self) -> dict[str, torch.Tensor]:
         """Return views of the weights by name, in torch's convention: weight (out, in), bias (out)."""
         names, n = {}, self.n_logits
-        for layers, name in zip(self.layers, ("trunk",) if self.trunk == "shared" else ("policy", "value"), strict=True):
+        towers = ("trunk",) if self.trunk == "shared" else ("policy", "value")
+        for layers, name in zip(self.layers, towers, strict=True):
             for level, layer in enumerate(layers[:-1]):
                 names[f"{name}.{level}.weight"], names[f"{name}.{level}.bias"] = layer.matrix.t(), layer.bias
             parts = {"policy": slice(0, n), "value": slice(n, n + 1)} if name == "trunk" else {name: slice(None)}
@@ -163,7 +164,8 @@ class Brain:
         matrices = ((name, t) for name, t in self.named().items() if name.endswith("weight"))
         for number, (name, tensor) in enumerate(matrices):
             gain = {"policy.head.weight": 0.01, "value.head.weight": 1.0}.get(name, 2**0.5)
-            tensor.numpy()[...] = gain * _orthogonal(np.random.Generator(np.random.Philox(key=[seed, number])), *tensor.shape)
+            generator = np.random.Generator(np.random.Philox(key=[seed, number]))
+            tensor.numpy()[...] = gain * _orthogonal(generator, *tensor.shape)
 
 
 class _Level(NamedTuple):
@@ -184,7 +186,7 @@ class _Rows:
     def __init__(self, brain: Brain, n: int, whole: _Rows | None = None) -> None:
         import torch
 
-        self.memory = whole.memory if whole else []
+        self.memory: list[torch.Tensor] = whole.memory if whole else []
         slot = iter(range(len(self.memory)))
 
         def buffer(*shape: int) -> torch.Tensor:
@@ -206,50 +208,7 @@ class _Rows:
         self.values, self.d_values = self.outs[-1].numpy()[-1], self.d_outs[-1].numpy()[-1]
 
 
-@njit(**KERNEL)
-def choose(logits, offsets, uniforms, choice, log_probability):
-    """Draw each row's choice int[n, G] and its log-probability f32[n] by inverting the distribution at uniforms f32[n, G].
-
-    `offsets` are the brain's. Rows go in blocks turned on their side, so that loops along them become vectors.
-    """
-    n, width = logits.shape
-    side, p = np.zeros((width, BLOCK), np.float32), np.empty((width, BLOCK), np.float32)
-    level, spread = np.empty(BLOCK, np.float32), np.empty(BLOCK, np.float32)
-    for start in range(0, n, BLOCK):
-        size = min(BLOCK, n - start)
-        for i in range(size):
-            log_probability[start + i] = 0
-            for k in range(width):
-                side[k, i] = logits[start + i, k]
-        for g in range(len(offsets) - 1):
-            softmax(side, offsets[g], offsets[g + 1], p, level, spread)
-            for i in range(size):
-                left, pick = uniforms[start + i, g], offsets[g]
-                for k in range(offsets[g], offsets[g + 1] - 1):
-                    left -= p[k, i]
-                    pick += left >= 0
-                choice[start + i, g] = pick - offsets[g]
-                log_probability[start + i] += side[pick, i] - level[i]
-
-
-@njit(**KERNEL)
-def choose_best(logits, offsets, choice):
-    """Write each row's likeliest choice of every group into int[n, G]; the first of equals."""
-    for i in range(logits.shape[0]):
-        for g in range(len(offsets) - 1):
-            choice[i, g] = _highest(logits, i, offsets[g], offsets[g + 1]) - offsets[g]
-
-
-@njit(**KERNEL)
-def _highest(logits, i, low, high):
-    top = low
-    for k in range(low + 1, high):
-        if logits[i, k] > logits[i, top]:
-            top = k
-    return top
-
-
-@njit(**KERNEL)
+@fused_njit
 def _tanh_all(h):
     """Replace h by tanh(h)."""
     flat = h.reshape(h.size)
@@ -257,7 +216,7 @@ def _tanh_all(h):
         flat[i] = tanh(flat[i])
 
 
-@njit(**KERNEL)
+@fused_njit
 def _through_tanh(d, h, d_bias):
     """Turn slopes by h = tanh(a) into slopes by a, and sum them over the rows."""
     d_bias[:] = 0

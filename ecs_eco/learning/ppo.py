@@ -7,14 +7,19 @@ are in settings.py, the log of transitions in rollout.py, the network in brain.p
 
 from __future__ import annotations
 
+from itertools import pairwise
+from typing import Any
+
 import numpy as np
 from numba import njit
 
-from .arithmetic import KERNEL, exp, softmax
-from .brain import CHUNK, Brain, in_parallel
-from .rollout import Rollout
-from .settings import PPO
+from ecs_eco.learning.arithmetic import exp, fused_njit, softmax
+from ecs_eco.learning.brain import CHUNK, Brain, in_parallel
+from ecs_eco.learning.rollout import Rollout
+from ecs_eco.learning.settings import PPO
 
+# sums may be taken in any order here: always the same one for the same number of weights
+_summing_njit: Any = njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "reassoc"})
 _TERMS = ("policy_loss", "value_loss", "entropy", "approx_kl", "clip_fraction")
 
 
@@ -62,7 +67,7 @@ class Learner:
         terms = np.zeros(len(_TERMS) + 1)
         for _ in range(ppo.epochs if rollout.n else 0):
             order = generator.permutation(rollout.n)
-            for start, stop in zip(edges, edges[1:], strict=False):
+            for start, stop in pairwise(edges):
                 terms += self._step(order[start:stop], rate, clip, shift, scale)
         terms /= max(1, ppo.epochs * parts)
         rollout.clear()
@@ -118,6 +123,10 @@ class Learner:
             brain.weights.numpy(), self._gradient.numpy()[:n_chunks], self.moment_1.numpy(), self.moment_2.numpy(),
             self.steps, rate, ppo.adam_epsilon, ppo.max_grad_norm,
         )  # fmt: skip
+        if not np.isfinite(total[-1]):
+            raise FloatingPointError(
+                f"update {self.updates}: the gradient is {total[-1]}; observations, rewards and values must be finite"
+            )
         return total
 
     def _reserve(self, n_chunks: int) -> None:
@@ -127,7 +136,7 @@ class Learner:
             self._layers = [self.brain.views(row) for row in self._gradient]
 
 
-@njit(**KERNEL)
+@fused_njit
 def _slopes(
     logits, values, offsets, choices, steps, index, clip, clip_value, entropy_weight, value_weight, shift, scale, share,
     d_logits, d_values, terms,
@@ -155,7 +164,8 @@ def _slopes(
         step = steps[index[i]]
         gain, r = (step.advantage - shift) * scale, ratio[i]
         bound = min(max(r, 1 - clip), 1 + clip)
-        pull[i] = gain * r * share if r * gain <= bound * gain else np.float32(0)
+        clipped = (r > bound and gain > 0) or (r < bound and gain < 0)
+        pull[i] = np.float32(0) if clipped else gain * r * share
         terms[0] -= min(r * gain, bound * gain)
         terms[3] += r - 1
         terms[4] += r != bound
@@ -173,7 +183,7 @@ def _slopes(
             d_logits[taken[g, i], i] -= pull[i]
 
 
-@njit(**KERNEL)
+@fused_njit
 def _value_slope(value, old, target, clip_value):
     """Return slope and size of the squared error; with clip_value, that of the worse of the free and the held value."""
     error = value - target
@@ -184,9 +194,12 @@ def _value_slope(value, old, target, clip_value):
     return 2 * error, error**2
 
 
-@njit(**{**KERNEL, "fastmath": True})
+@_summing_njit
 def _adam(weights, gradients, moment_1, moment_2, step, rate, epsilon, max_norm):
-    """Take Adam's step (Kingma and Ba 2015, algorithm 1) down the sum of the gradients' rows; return its length."""
+    """Take Adam's step (Kingma and Ba 2015, algorithm 1) down the sum of the gradients' rows; return its length.
+
+    If that is not finite, nothing changes.
+    """
     gradient = gradients[0]
     for c in range(1, len(gradients)):
         for i in range(len(gradient)):
@@ -195,6 +208,8 @@ def _adam(weights, gradients, moment_1, moment_2, step, rate, epsilon, max_norm)
     for i in range(len(gradient)):
         square += np.float64(gradient[i]) ** 2
     norm = np.sqrt(square)
+    if not np.isfinite(norm):
+        return norm
     hold = np.float32(max_norm / (norm + 1e-6) if 0 < max_norm < norm else 1.0)
     scale, root = np.float32(rate / (1 - 0.9**step)), np.float32(1 / np.sqrt(1 - 0.999**step))
     for i in range(len(gradient)):

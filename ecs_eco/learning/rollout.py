@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
-from .arithmetic import KERNEL
+from ecs_eco.learning.arithmetic import fused_njit
 
 STEP = np.dtype(
     [
@@ -16,6 +15,7 @@ STEP = np.dtype(
         ("advantage", "f4"),  # filled in by `advantages`
     ]
 )
+_FIELDS = tuple(STEP.fields or ())
 
 
 class Rollout:
@@ -42,11 +42,16 @@ class Rollout:
     @property
     def nbytes_per_transition(self) -> int:
         """Memory of one transition [bytes]."""
-        return sum(a[:1].nbytes for a in self._columns()) if len(self._ended) else sum(
-            a.dtype.itemsize * int(np.prod(a.shape[1:])) for a in self._columns()
-        )
+        return sum(column.itemsize * int(np.prod(column.shape[1:])) for column in self._columns())
 
-    def store(self, rows, observations, choices, log_probabilities, values) -> None:
+    def store(
+        self,
+        rows: np.ndarray,
+        observations: np.ndarray,
+        choices: np.ndarray,
+        log_probabilities: np.ndarray,
+        values: np.ndarray,
+    ) -> None:
         """Append one tick: i64[n] rows that act, f32[n, n_observations], int[n, n_groups], f32[n], f32[n]."""
         start, stop = self.n, self.n + len(rows)
         if stop > len(self._ended):
@@ -62,21 +67,21 @@ class Rollout:
         self.n = stop
         self.ticks += 1
 
-    def credit(self, rows, rewards) -> None:
+    def credit(self, rows: np.ndarray, rewards: np.ndarray) -> None:
         """Add rewards f32[n] to the open records of rows i64[n]; rows without one (newborn) are passed over."""
         self._cover(rows)
         _credit(self._steps, self.last, rows, rewards)
 
-    def end(self, rows, rewards) -> None:
+    def end(self, rows: np.ndarray, rewards: np.ndarray) -> None:
         """Add the last rewards f32[n] of rows that died, and forget them: nothing follows."""
         self._cover(rows)
         _end(self._steps, self._ended, self.last, rows, rewards)
 
-    def cut(self, rows, rewards, values) -> None:
-        """Add the last rewards f32[n] of rows that a time limit takes away, whose last observations have values f32[n]."""
+    def cut(self, rows: np.ndarray, rewards: np.ndarray, values: np.ndarray) -> None:
+        """Add the last rewards f32[n] of rows that a time limit takes away; they expected values f32[n] of the rest."""
         self.end(rows, rewards + np.float32(self.discount) * values)
 
-    def advantages(self, rows, values, gae_lambda: float) -> None:
+    def advantages(self, rows: np.ndarray, values: np.ndarray, gae_lambda: float) -> None:
         """Fill in the advantages (Schulman et al. 2016, eq. 16); rows now alive expect values f32[n] of what comes."""
         self._cover(rows)
         later = np.full(len(self.last), np.nan, np.float32)
@@ -98,7 +103,7 @@ class Rollout:
         return {
             "observations": self.observations.copy(),
             "choices": self.choices.copy(),
-            **{name: self.steps[name].copy() for name in STEP.names},
+            **{name: self.steps[name].copy() for name in _FIELDS},
             "ended": self.ended.copy(),
             "last": self.last.copy(),
             "ticks": np.array(self.ticks),
@@ -115,7 +120,7 @@ class Rollout:
             self._grow(self.n)
         self.observations[...], self.choices[...] = state["observations"], state["choices"]
         self.ended[...], self.last = state["ended"], np.array(state["last"])
-        for name in STEP.names:
+        for name in _FIELDS:
             self.steps[name] = state[name]
 
     def _columns(self) -> tuple[np.ndarray, ...]:
@@ -130,21 +135,21 @@ class Rollout:
             grown[-1][: self.n] = column[: self.n]
         self._observations, self._choices, self._steps, self._ended = grown
 
-    def _cover(self, rows) -> None:
+    def _cover(self, rows: np.ndarray) -> None:
         """Let `last` reach all rows."""
         need = int(rows.max()) + 1 if len(rows) else 0
         if need > len(self.last):
             self.last = np.concatenate([self.last, np.full(need - len(self.last), -1)])
 
 
-@njit(**KERNEL)
+@fused_njit
 def _credit(steps, last, rows, rewards):
     for i in range(len(rows)):
         if last[rows[i]] >= 0:
             steps[last[rows[i]]].reward += rewards[i]
 
 
-@njit(**KERNEL)
+@fused_njit
 def _end(steps, ended, last, rows, rewards):
     for i in range(len(rows)):
         at = last[rows[i]]
@@ -154,7 +159,7 @@ def _end(steps, ended, last, rows, rewards):
             last[rows[i]] = -1
 
 
-@njit(**KERNEL)
+@fused_njit
 def _sweep(steps, ended, later, discount, gae_lambda):
     """Go back in time; `later` and `gain` hold the value and the advantage of what each row did next."""
     gain = np.zeros_like(later)

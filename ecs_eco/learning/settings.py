@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, fields
+from dataclasses import Field, dataclass, field, fields
+from typing import Any
 
 
-def _setting(default: float, low: float, high: float, doc: str, above: bool = False) -> float:
+def _setting(default: float, low: float, high: float, doc: str, above: bool = False) -> Any:
     """Declare a hyperparameter in [low, high], or in (low, high] with `above`."""
     return field(default=default, metadata={"low": low, "high": high, "above": above, "doc": doc})
 
@@ -23,13 +24,13 @@ class PPO:
     discount: float = _setting(0.99, 0, 1, "weight of a reward one tick later")
     gae_lambda: float = _setting(0.95, 0, 1, "0: one-step advantages; 1: Monte Carlo (Schulman et al. 2016, eq. 16)")
     epochs: int = _setting(3, 1, math.inf, "how often each transition is used")
-    minibatch: int = _setting(8192, 1, math.inf, "most transitions per gradient step: a rollout is cut into equal parts")
+    minibatch: int = _setting(8192, 1, math.inf, "most transitions per gradient step; parts are equal")
     clip: float = _setting(0.2, 0, math.inf, "how far the ratio of probabilities may leave 1 with profit", above=True)
     clip_value: float = _setting(0.0, 0, math.inf, "how far the value may leave its old one with profit; 0: any way")
     entropy: float = _setting(0.01, 0, math.inf, "weight of the entropy bonus")
     value_weight: float = _setting(0.5, 0, math.inf, "weight of the mean squared error of the value")
     max_grad_norm: float = _setting(0.5, 0, math.inf, "longest gradient of a minibatch; 0: any length")
-    normalise_advantage: bool = _setting(True, False, True, "shift and scale a rollout's advantages to mean 0, deviation 1")
+    normalise_advantage: bool = _setting(True, False, True, "bring a rollout's advantages to mean 0, deviation 1")
     anneal: int = _setting(0, 0, math.inf, "ticks over which learning rate and clip fall linearly to 0; 0: constant")
     adam_epsilon: float = _setting(1e-5, 0, math.inf, "added to the root of Adam's second moment", above=True)
 
@@ -38,9 +39,9 @@ class PPO:
             object.__setattr__(self, f.name, _checked(f, getattr(self, f.name)))
 
 
-def _checked(f, value):
+def _checked(f: Field, value: Any) -> Any:
     """Return the value as the field's type, or raise ValueError."""
-    m, kind = f.metadata, {"int": int, "float": float, "bool": bool}[f.type]
+    m, kind = f.metadata, {"int": int, "float": float, "bool": bool}[str(f.type)]
     right_type = {
         int: isinstance(value, int) and not isinstance(value, bool),
         float: isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value),
@@ -50,5 +51,6 @@ def _checked(f, value):
         return kind(value)
     allowed = {bool: "true or false", int: "a whole number", float: "a finite number"}[kind]
     if kind is not bool:
-        allowed += f" {'>' if m['above'] else '>='} {m['low']}" + ("" if math.isinf(m["high"]) else f" and <= {m['high']}")
+        allowed += f" {'>' if m['above'] else '>='} {m['low']}"
+        allowed += "" if math.isinf(m["high"]) else f" and <= {m['high']}"
     raise ValueError(f"PPO.{f.name} = {value!r}: allowed is {allowed} ({m['doc']})")

@@ -1,4 +1,4 @@
-"""PPO on plain Gymnasium vector environments: each environment is a row of the rollout, and dies when its episode ends."""
+"""PPO on plain Gymnasium vector environments: each is a row of the rollout, and its episode a life."""
 
 from __future__ import annotations
 
@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .brain import Brain, choose, choose_best
-from .ppo import Learner
-from .settings import PPO
+from ecs_eco.learning.brain import Brain
+from ecs_eco.learning.choice import choose, choose_best
+from ecs_eco.learning.ppo import Learner
+from ecs_eco.learning.settings import PPO
 
 if TYPE_CHECKING:
     from gymnasium.vector import VectorEnv
@@ -44,7 +45,7 @@ def train(
     workers: int = 1,
     stop: Callable[[Training], bool] | None = None,
 ) -> Training:
-    """Train a new brain for `total_steps` steps of all environments together, or until `stop(training)` after an update.
+    """Train a new brain for `total_steps` steps of all environments together, or until an update after which `stop`.
 
     Takes Discrete or MultiDiscrete actions and array observations, with autoreset in the next or in the same step.
     A time limit is no death: what would have followed is estimated by the value of the final observation.
@@ -52,13 +53,13 @@ def train(
     """
     groups, first = _groups(envs)
     resets_itself = _resets_in_same_step(envs)
-    brain = Brain(int(np.prod(envs.single_observation_space.shape)), groups, hidden, seed, trunk)
+    seen = _flat(envs.reset(seed=seed)[0])
+    brain = Brain(seen.shape[1], groups, hidden, seed, trunk)
     learner, training = Learner(brain, ppo, seed, workers), Training(brain)
     rollout, n = learner.rollout, envs.num_envs
     generator = np.random.Generator(np.random.Philox(key=[seed, 2**63]))
     choice, log_probability = np.empty((n, len(groups)), np.int16), np.empty(n, np.float32)
     score, over, everyone = np.zeros(n), np.zeros(n, bool), np.arange(n)
-    seen = _flat(envs.reset(seed=seed)[0])
     for step in range(-(-total_steps // n)):
         logits, values = brain.forward(seen, workers)
         if learner.full:
@@ -69,7 +70,7 @@ def train(
         choose(logits, brain.offsets, generator.random(choice.shape, dtype=np.float32), choice, log_probability)
         live = everyone[~over]  # the others only reset in this step, and ignore their action
         rollout.store(live, seen[live], choice[live], log_probability[live], values[live])
-        observed, rewards, dead, late, info = envs.step(choice + first if choice.shape[1] > 1 else choice[:, 0] + first[0])
+        observed, rewards, dead, late, info = envs.step((choice + first).reshape(envs.action_space.shape))
         seen, rewards = _flat(observed), np.asarray(rewards, np.float32)
         score[live] += rewards[live]
         over = (dead | late) & ~over
@@ -98,7 +99,7 @@ def _flat(observations: Any) -> np.ndarray:
     return np.asarray(observations, np.float32).reshape(len(observations), -1)
 
 
-def _groups(envs: VectorEnv) -> tuple[tuple[int, ...], np.ndarray]:
+def _groups(envs: Any) -> tuple[tuple[int, ...], np.ndarray]:
     """Return the sizes of the action groups and the number of each one's first action."""
     space, kind = envs.single_action_space, type(envs.single_action_space).__name__
     if kind == "Discrete":

@@ -66,10 +66,11 @@ def see_nearest(target: str, radius: float, fov: float, occlusion: bool) -> Sens
             space, ground, inverse = world.space, *rocks(world)
             bodies = opaque(world) if occlusion else targets
             radii = bodies.radius if occlusion else targets.x
-            reach = space.reach(radius + (bodies.largest if occlusion else 0.0))
+            largest = np.float32(bodies.largest if occlusion else 0.0)
             world.split(sight.nearest_visible, seekers.n, mine.x, mine.y, mine.z, mine.uid, seekers.cos, seekers.sin,
                         targets.x, targets.y, targets.z, targets.uid, targets.start, bodies.x, bodies.y, bodies.z, radii, bodies.uid,
-                        bodies.start, occlusion, *space.shape, space.inverse, space.lengths, space.torus, reach, np.float32(radius),
+                        bodies.start, occlusion, largest, *space.shape, space.inverse, space.lengths, space.torus, space.reach(radius),
+                        np.float32(radius),
                         cos_half_fov, ground, inverse, found, distance2)
         world.split(_bearings, seekers.n, mine.x, mine.y, mine.z, seekers.cos, seekers.sin, targets.x, targets.y, targets.z, found,
                     distance2, world.space.lengths, world.space.torus, world.space.volume, np.float32(radius), out, column)
@@ -252,7 +253,7 @@ def within(angle, begin, end):
 @njit
 def _touch(first, last, ox, oy, oz, ou, rows, radius, heading, bx, by, bz, br, bu, bstart, nx, ny, nz, inverse, lengths, torus, reach_cells,
            reach, begin, end, out, column):
-    near = np.empty(4096, np.int64)
+    near = np.empty(bx.size, np.int64)
     for i in range(first, last):
         r = radius[rows[i]]
         n = sight.gather(ox[i], oy[i], oz[i], reach_cells, bstart, bx, by, bz, nx, ny, nz, inverse, lengths, torus, near)

@@ -77,7 +77,8 @@ def at(value, x, y, z, inverse, torus):
     fx, fy = gx - np.float32(i0), gy - np.float32(j0)
     i1, j1 = i0 + 1, j0 + 1
     if torus:
-        i0, i1, j0, j1 = i0 % nx, i1 % nx, j0 % ny, j1 % ny
+        i0, i1 = (i0 + nx if i0 < 0 else i0), (i1 - nx if i1 >= nx else i1)
+        j0, j1 = (j0 + ny if j0 < 0 else j0), (j1 - ny if j1 >= ny else j1)
     else:
         i0, i1, j0, j1 = min(max(i0, 0), nx - 1), min(max(i1, 0), nx - 1), min(max(j0, 0), ny - 1), min(max(j1, 0), ny - 1)
     one = np.float32(1.0)

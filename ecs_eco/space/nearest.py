@@ -16,7 +16,7 @@ LANES = 16
 def nearest(seekers: Index, targets: Index, radius: float, found: np.ndarray, distance2: np.ndarray, split=None) -> None:
     """Write for each seeker the entry of the nearest target closer than `radius` [m], −1 if none, and its distance squared.
 
-    `found` is i32[n seekers], `distance2` f32[n seekers] [m^2], radius^2 where none is. A seeker is not its own target
+    `found` is i32[n seekers], `distance2` f32[n seekers] [m^2], radius^2 where none is (entries are exact up to 2^24 targets). A seeker is not its own target
     where both indexes are the same. `split(kernel, n, *arguments)` runs a kernel over 0…n in parts.
     """
     space = seekers.space
@@ -31,10 +31,40 @@ def nearest(seekers: Index, targets: Index, radius: float, found: np.ndarray, di
 
 
 @njit
+def _compare(a, b, i0, same, tx, ty, tz, shift_x, shift_y, block):
+    """Offer the targets a … b − 1 to all lanes of a block whose first seeker is i0."""
+    for j in range(a, b):
+        own = j - i0 if same else -1
+        xj, yj, zj, fj = tx[j] + shift_x, ty[j] + shift_y, tz[j], np.float32(j)
+        for lane in range(LANES):
+            dx, dy, dz = xj - block[lane], yj - block[LANES + lane], zj - block[2 * LANES + lane]
+            d = dx * dx + dy * dy + dz * dz
+            closer = (d < block[3 * LANES + lane]) & (lane != own)
+            block[3 * LANES + lane] = d if closer else block[3 * LANES + lane]
+            block[4 * LANES + lane] = fj if closer else block[4 * LANES + lane]
+
+
+@njit
+def _compare_wrapped(a, b, i0, same, tx, ty, tz, shift_x, shift_y, Lx, Ly, block):
+    """`_compare` where a block spans the torus: every difference is wrapped by itself."""
+    half = np.float32(0.5)
+    for j in range(a, b):
+        own = j - i0 if same else -1
+        xj, yj, zj, fj = tx[j] + shift_x, ty[j] + shift_y, tz[j], np.float32(j)
+        for lane in range(LANES):
+            dx, dy, dz = xj - block[lane], yj - block[LANES + lane], zj - block[2 * LANES + lane]
+            dx -= Lx * np.float32(np.floor(dx / Lx + half))
+            dy -= Ly * np.float32(np.floor(dy / Ly + half))
+            d = dx * dx + dy * dy + dz * dz
+            closer = (d < block[3 * LANES + lane]) & (lane != own)
+            block[3 * LANES + lane] = d if closer else block[3 * LANES + lane]
+            block[4 * LANES + lane] = fj if closer else block[4 * LANES + lane]
+
+
+@njit
 def seek(first, last, ox, oy, oz, ostart, tx, ty, tz, tstart, same, k, nx, ny, nz, lengths, torus, radius2, found, distance2):
     """`nearest` for the seekers in the rows of cells first … last − 1."""
-    lx, ly, lz = np.empty(LANES, np.float32), np.empty(LANES, np.float32), np.empty(LANES, np.float32)
-    best, best_j = np.empty(LANES, np.float32), np.empty(LANES, np.int32)
+    block = np.empty(5 * LANES, np.float32)  # x, y, z, best, whose: one array, so that no check for overlap is compiled in
     Lx, Ly = lengths[0], lengths[1]
     all_rows = torus and 2 * k + 1 >= ny
     y_low, y_high = (0, ny) if all_rows else (-k, k + 1)
@@ -47,8 +77,8 @@ def seek(first, last, ox, oy, oz, ostart, tx, ty, tz, tstart, same, k, nx, ny, n
             m = min(LANES, end - i0)
             for lane in range(LANES):
                 i = i0 + min(lane, m - 1)
-                lx[lane], ly[lane], lz[lane] = ox[i], oy[i], oz[i]
-                best[lane], best_j[lane] = radius2, -1
+                block[lane], block[LANES + lane], block[2 * LANES + lane] = ox[i], oy[i], oz[i]
+                block[3 * LANES + lane], block[4 * LANES + lane] = radius2, -1
             while ostart[r * nx + ca + 1] <= i0:
                 ca += 1
             cb = ca
@@ -83,30 +113,10 @@ def seek(first, last, ox, oy, oz, ostart, tx, ty, tz, tstart, same, k, nx, ny, n
                             a, b = tstart[base], tstart[base + high - nx + 1]
                             shift_x = Lx
                         if whole or all_rows:
-                            for j in range(a, b):
-                                own = j - i0 if same else -1
-                                xj, yj, zj = tx[j] + shift_x, ty[j] + shift_y, tz[j]
-                                for lane in range(LANES):
-                                    dx = xj - lx[lane]
-                                    dx -= Lx * np.float32(np.floor(dx / Lx + np.float32(0.5)))
-                                    ddy = yj - ly[lane]
-                                    ddy -= Ly * np.float32(np.floor(ddy / Ly + np.float32(0.5)))
-                                    dz = zj - lz[lane]
-                                    d = dx * dx + ddy * ddy + dz * dz
-                                    closer = (d < best[lane]) & (lane != own)
-                                    best[lane] = d if closer else best[lane]
-                                    best_j[lane] = np.int32(j) if closer else best_j[lane]
+                            _compare_wrapped(a, b, i0, same, tx, ty, tz, shift_x, shift_y, Lx, Ly, block)
                         else:
-                            for j in range(a, b):
-                                own = j - i0 if same else -1
-                                xj, yj, zj = tx[j] + shift_x, ty[j] + shift_y, tz[j]
-                                for lane in range(LANES):
-                                    dx, ddy, dz = xj - lx[lane], yj - ly[lane], zj - lz[lane]
-                                    d = dx * dx + ddy * ddy + dz * dz
-                                    closer = (d < best[lane]) & (lane != own)
-                                    best[lane] = d if closer else best[lane]
-                                    best_j[lane] = np.int32(j) if closer else best_j[lane]
+                            _compare(a, b, i0, same, tx, ty, tz, shift_x, shift_y, block)
             for lane in range(m):
-                found[i0 + lane] = best_j[lane]
-                distance2[i0 + lane] = best[lane]
+                found[i0 + lane] = int(block[4 * LANES + lane])
+                distance2[i0 + lane] = block[3 * LANES + lane]
             i0 += m

@@ -86,49 +86,69 @@ def rock_between(x, y, dx, dy, ground, ground_inverse, lengths, torus):
 
 
 @njit
-def hidden(x, y, z, dx, dy, dz, me, it, near, n, bx, by, bz, br, bu, lengths, torus):
-    """Return whether one of the bodies `near` cuts the line from (x, y, z) along (dx, dy, dz), other than its two ends."""
+def hidden(x, y, z, dx, dy, dz, me, it, margin, bx, by, bz, br, bu, start, nx, ny, nz, lengths, torus):
+    """Return whether a body cuts the line from (x, y, z) along (dx, dy, dz), other than its two ends, `me` and `it`.
+
+    Looks at the cells of the box around the line, widened by `margin` [m], the largest radius of a body.
+    """
+    zero = np.float32(0.0)
+    ax, ay = nx / lengths[0], ny / lengths[1]
+    i0, i1 = int(np.floor((x + min(dx, zero) - margin) * ax)), int(np.floor((x + max(dx, zero) + margin) * ax))
+    j0, j1 = int(np.floor((y + min(dy, zero) - margin) * ay)), int(np.floor((y + max(dy, zero) + margin) * ay))
+    k0, k1 = 0, 0
+    if nz > 1:
+        az = nz / lengths[2]
+        k0 = max(int(np.floor((z + min(dz, zero) - margin) * az)), 0)
+        k1 = min(int(np.floor((z + max(dz, zero) + margin) * az)), nz - 1)
+    if torus:
+        i1, j1 = min(i1, i0 + nx - 1), min(j1, j0 + ny - 1)
+    else:
+        i0, i1, j0, j1 = max(i0, 0), min(i1, nx - 1), max(j0, 0), min(j1, ny - 1)
     d2 = dx * dx + dy * dy + dz * dz
-    for i in range(n):
-        e = near[i]
-        if bu[e] == me or bu[e] == it:
-            continue
-        ex, ey, ez = offset(x, y, z, bx[e], by[e], bz[e], lengths, torus)
-        along = ex * dx + ey * dy + ez * dz
-        if along <= 0 or along >= d2:
-            continue
-        away = ex * ex + ey * ey + ez * ez - along * along / d2
-        if away < br[e] * br[e]:
-            return True
+    for k in range(k0, k1 + 1):
+        for j in range(j0, j1 + 1):
+            row, fy = j, y
+            if j < 0:
+                row, fy = j + ny, y + lengths[1]
+            elif j >= ny:
+                row, fy = j - ny, y - lengths[1]
+            base = (k * ny + row) * nx
+            for i in range(i0, i1 + 1):
+                column, fx = i, x
+                if i < 0:
+                    column, fx = i + nx, x + lengths[0]
+                elif i >= nx:
+                    column, fx = i - nx, x - lengths[0]
+                for e in range(start[base + column], start[base + column + 1]):
+                    ex, ey, ez = bx[e] - fx, by[e] - fy, bz[e] - z
+                    along = ex * dx + ey * dy + ez * dz
+                    if along > 0 and along < d2 and (ex * ex + ey * ey + ez * ez - br[e] * br[e]) * d2 < along * along:
+                        if bu[e] != me and bu[e] != it:
+                            return True
     return False
 
 
 @njit
-def nearest_visible(first, last, ox, oy, oz, ou, cos, sin, tx, ty, tz, tu, tstart, bx, by, bz, br, bu, bstart, occlusion,
+def nearest_visible(first, last, ox, oy, oz, ou, cos, sin, tx, ty, tz, tu, tstart, bx, by, bz, br, bu, bstart, occlusion, largest,
                     nx, ny, nz, inverse, lengths, torus, reach, radius, cos_half_fov, ground, ground_inverse, found, distance2):
     """Replace found[i] by the nearest target that is in the field of view and not hidden by a body or rock, −1 if none.
 
     Seekers without any target in reach (found[i] < 0) are left as they are. Kernel over seekers first … last − 1.
     """
-    near = np.empty(4096, np.int64)
-    close = np.empty(4096, np.int64)
+    close = np.empty(tx.size, np.int64)
     for i in range(first, last):
         if found[i] < 0:
             continue
         x, y, z = ox[i], oy[i], oz[i]
-        n_near = -1
         best, best_j = radius * radius, -1
         j = found[i]
         dx, dy, dz = offset(x, y, z, tx[j], ty[j], tz[j], lengths, torus)
         seen = ahead(dx, dy, dz, cos[i], sin[i], cos_half_fov)
         if seen and occlusion:
-            n_near = gather(x, y, z, reach, bstart, bx, by, bz, nx, ny, nz, inverse, lengths, torus, near)
-            seen = not hidden(x, y, z, dx, dy, dz, ou[i], tu[j], near, n_near, bx, by, bz, br, bu, lengths, torus)
+            seen = not hidden(x, y, z, dx, dy, dz, ou[i], tu[j], largest, bx, by, bz, br, bu, bstart, nx, ny, nz, lengths, torus)
             seen = seen and rock_between(x, y, dx, dy, ground, ground_inverse, lengths, torus) > 1
         if seen:
             continue
-        if occlusion and n_near < 0:
-            n_near = gather(x, y, z, reach, bstart, bx, by, bz, nx, ny, nz, inverse, lengths, torus, near)
         n_close = gather(x, y, z, reach, tstart, tx, ty, tz, nx, ny, nz, inverse, lengths, torus, close)
         for c in range(n_close):
             e = close[c]
@@ -139,7 +159,7 @@ def nearest_visible(first, last, ox, oy, oz, ou, cos, sin, tx, ty, tz, tu, tstar
             if d2 >= best or not ahead(dx, dy, dz, cos[i], sin[i], cos_half_fov):
                 continue
             if occlusion:
-                if hidden(x, y, z, dx, dy, dz, ou[i], tu[e], near, n_near, bx, by, bz, br, bu, lengths, torus):
+                if hidden(x, y, z, dx, dy, dz, ou[i], tu[e], largest, bx, by, bz, br, bu, bstart, nx, ny, nz, lengths, torus):
                     continue
                 if rock_between(x, y, dx, dy, ground, ground_inverse, lengths, torus) <= 1:
                     continue
@@ -163,7 +183,7 @@ def cast(first, last, ox, oy, oz, ou, cos, sin, orad, bx, by, bz, br, bu, bkind,
 
     Rays start at the centre of the seeker and lie in the horizontal plane; `hit` i32[n, rays], `distance` f32[n, rays] [m].
     """
-    near = np.empty(4096, np.int64)
+    near = np.empty(bx.size, np.int64)
     for i in range(first, last):
         x, y, z = ox[i], oy[i], oz[i]
         n = gather(x, y, z, reach, bstart, bx, by, bz, nx, ny, nz, inverse, lengths, torus, near)

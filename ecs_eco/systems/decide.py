@@ -23,7 +23,7 @@ class Decide(System):
         n, groups = len(nerves.rows), len(nerves.choices)
         choice = np.zeros((n, groups), np.int16)
         if nerves.policy and n:
-            from ecs_eco.learning.brain import choose
+            from ecs_eco.learning import choose
 
             chance, log_probability = np.empty((n, groups), np.float32), np.empty(n, np.float32)
             world.split(uniforms, n, world.key, table.uid[nerves.rows], chance)

@@ -110,7 +110,7 @@ def _ready(alive, energy, age, fertility, uid, energy_min, age_min, chance, key,
 def _place(uid, px, py, pz, dispersal, spacing, ox, oy, oz, start, reach, nx, ny, nz, inverse, lengths, torus, volume, ground,
            ground_inverse, key, attempt, out):
     """Draw a place for each newborn; out[i, 3] is 1 where neither rock nor one of its kind within `spacing` forbids it."""
-    near = np.empty(4096, np.int64)
+    near = np.empty(ox.size, np.int64)
     for i in range(uid.size):
         u, v, w = (draw(key, uid[i], random.PLACE + (attempt << 10)), draw(key, uid[i], random.PLACE + (1 << 8) + (attempt << 10)),
                    draw(key, uid[i], random.PLACE + (2 << 8) + (attempt << 10)))
@@ -137,7 +137,7 @@ def _place(uid, px, py, pz, dispersal, spacing, ox, oy, oz, start, reach, nx, ny
 
 @njit
 def _occupied(places, ox, oy, oz, start, s, reach, nx, ny, nz, inverse, lengths, torus, taken):
-    near = np.empty(4096, np.int64)
+    near = np.empty(ox.size, np.int64)
     for i in range(taken.size):
         if places[i, 3] == 0 or taken[i]:
             continue

@@ -1,0 +1,253 @@
+"""Figures of a run. Each function returns a matplotlib Figure; `save` writes it. No global state, no display."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ecs_eco.analysis.cycles import Surrogates, cross_correlation, living_stretch
+from ecs_eco.analysis.runs import DIED, Series
+from ecs_eco.analysis.spectrum import Peak, smooth, thin, transform
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from ecs_eco.analysis.survival import SurvivalCurve
+
+PALETTE = ("#009E73", "#E69F00", "#0072B2", "#D55E00", "#CC79A7", "#56B4E9", "#000000", "#F0E442")
+"""Okabe and Ito's colours, told apart by colour-blind readers."""
+DASHES: tuple[Any, ...] = ("-", (0, (5, 1.5)), (0, (1.5, 1.2)), (0, (6, 1.5, 1.5, 1.5)))
+_STYLE = {
+    "font.size": 10,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.titlesize": 10.5,
+    "axes.titleweight": "bold",
+    "axes.titlelocation": "left",
+    "axes.grid": True,
+    "grid.color": "#e6eaee",
+    "grid.linewidth": 0.8,
+    "axes.axisbelow": True,
+    "axes.edgecolor": "#7a838c",
+    "legend.frameon": False,
+    "lines.linewidth": 1.4,
+    "path.simplify_threshold": 0.5,
+}
+
+
+def _grid(rows: int, columns: int, width: float, height: float, **more: Any) -> tuple[Figure, np.ndarray]:
+    import matplotlib
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    with matplotlib.rc_context(_STYLE):
+        figure = Figure(figsize=(width, height), layout="constrained")
+        FigureCanvasAgg(figure)
+        axes = figure.subplots(rows, columns, squeeze=False, **more)
+    return figure, axes
+
+
+def save(figure: Figure, path: Path | str, dpi: int = 110) -> Path:
+    """Write a PNG."""
+    import matplotlib
+
+    Path(path).parent.mkdir(parents=True, exist_ok=True)
+    with matplotlib.rc_context(_STYLE):
+        figure.savefig(path, dpi=dpi, facecolor="white", metadata={"Software": None})
+    return Path(path)
+
+
+def colors(species: Sequence[str], chosen: Mapping[str, str] | None = None) -> dict[str, str]:
+    """A colour for each species: the world's own where it names one."""
+    return {s: (chosen or {}).get(s, PALETTE[i % len(PALETTE)]) for i, s in enumerate(species)}
+
+
+def _colors(series: Series) -> dict[str, str]:
+    return colors(series.species, series.manifest.get("colors"))
+
+
+def _scale(x: float) -> str:
+    return f"{x:,.0f}"
+
+
+def populations(series: Series) -> Figure:
+    """Numbers over time; a species ten times as numerous as the rest has its own axis on the right."""
+    figure, ((ax,),) = _grid(1, 1, 9, 3.6)
+    hue, top = _colors(series), series.n.max(0, initial=0)
+    rest = np.sort(top)[:-1].max(initial=0)
+    alone = int(top.argmax()) if len(top) > 1 and rest and top.max() > 4 * rest else -1
+    right = ax.twinx() if alone >= 0 else None
+    for i, s in enumerate(series.species):
+        on = right if i == alone and right is not None else ax
+        on.plot(series.ticks, series.n[:, i], color=hue[s], ls=DASHES[i % len(DASHES)] if i == alone else "-", label=s)
+        if not np.isnan(series.extinct[i]) and series.present[i]:
+            on.plot(series.extinct[i], 0, "x", color=hue[s], ms=9, mew=2.2, clip_on=False, zorder=5)
+    ax.set(xlabel="tick", ylabel="number", ylim=(0, None))
+    if right is not None:
+        name = series.species[alone]
+        right.set(ylim=(0, None))
+        right.set_ylabel(f"number of {name}", color=hue[name])
+        right.tick_params(axis="y", colors=hue[name])
+        right.grid(visible=False)
+        right.spines["right"].set_visible(True)
+        ax.set_ylabel("number of " + ", ".join(s for i, s in enumerate(series.species) if i != alone))
+    lines = [line for a in figure.axes for line in a.get_lines() if not line.get_label().startswith("_")]
+    figure.legend(handles=lines, loc="outside upper center", ncols=max(1, len(lines)), frameon=False)
+    ax.margins(x=0)
+    return figure
+
+
+def phase(series: Series, pairs: Sequence[tuple[str, str]]) -> Figure:
+    """Trajectories of pairs of species (prey on x, consumer on y), coloured by time; smoothed over 1 % of the run."""
+    from matplotlib.collections import LineCollection
+
+    figure, axes = _grid(1, len(pairs), 4.4 * len(pairs) + 0.7, 3.9)
+    for ax, (a, b) in zip(axes[0], pairs, strict=True):
+        window = max(1, len(series.ticks) // 100)
+        x, y = (thin(smooth(series.of(s), window), 1500)[0] for s in (a, b))
+        points = np.stack([x, y], 1)
+        lines = LineCollection(np.stack([points[:-1], points[1:]], 1), cmap="viridis", array=np.linspace(0, 1, max(len(x) - 1, 1)))
+        lines.set_linewidth(1.3)
+        lines.set_clim(series.ticks[0], series.ticks[-1])
+        lines.set_array(np.linspace(series.ticks[0], series.ticks[-1], max(len(x) - 1, 1)))
+        ax.add_collection(lines)
+        ax.plot(*points[0], "o", color="#440154", ms=6, label="start")
+        ax.plot(*points[-1], "s", color="#d9a400", ms=6, label="end")
+        ax.autoscale_view()
+        ax.set(xlabel=a, ylabel=b, title=f"{a} and {b}")
+    axes[0, 0].legend(loc="upper right")
+    figure.colorbar(lines, ax=axes[0].tolist(), label="tick", pad=0.02)
+    return figure
+
+
+def spectra(peaks: Mapping[str, Peak], hue: Mapping[str, str] | None = None) -> Figure:
+    """Spectrum of each species with the fitted red noise and the ratio it passes at one frequency in twenty."""
+    figure, axes = _grid(1, len(peaks), 3.5 * len(peaks) + 0.6, 3.4)
+    hue = hue or colors(list(peaks))
+    for ax, (s, peak) in zip(axes[0], peaks.items(), strict=True):
+        used = slice(1, len(peak.frequency) // 2)
+        f = peak.frequency[used]
+        ax.fill_between(f, 1e-12, (peak.expected * peak.limit)[used], color="#dfe3e8", lw=0, label="red noise, 95 %")
+        ax.loglog(f, peak.expected[used], color="#7a838c", lw=1.1, ls="--", label="red noise, fitted")
+        ax.loglog(f, peak.power[used], color=hue[s], label=s)
+        ax.axvline(1 / peak.period, color="#1b1f23", lw=0.8, ls=":")
+        ax.set_ylim(max(peak.power[used].min(), 1e-7 * peak.power.max()) / 2, 3 * peak.power.max())
+        ax.set_title(f"{s}: {peak.period:,.0f} ticks, p {'≤' if peak.p <= 0.002 else '='} {peak.p:.2g}")
+        ax.set_xlabel("frequency [1/tick]")
+    axes[0, 0].set_ylabel("power")
+    axes[0, 0].legend(loc="lower left", fontsize=8.5)
+    return figure
+
+
+def lags(series: Series, pairs: Sequence[tuple[str, str]], period: float, surrogates: Mapping[str, Surrogates] | None = None) -> Figure:
+    """Cross-correlation of each pair over lags of ± one period, with the band of cross-seed pairs where given ("a→b")."""
+    figure, axes = _grid(1, len(pairs), 3.6 * len(pairs) + 0.6, 3.2, sharey=True)
+    for ax, (a, b) in zip(axes[0], pairs, strict=True):
+        found = (surrogates or {}).get(f"{a}→{b}")
+        if found is not None:
+            ax.fill_between(found.lags, found.low, found.high, color="#dfe3e8", lw=0, label=f"{a} and {b} of different runs, 95 %")
+            ax.plot(found.lags, found.real.T, color="#0072B2", lw=0.8, alpha=0.5)
+            x, y = found.lags, found.real.mean(0)
+        else:
+            chosen = Series(series.ticks, (a, b), {"n": np.stack([series.of(a), series.of(b)], 1)})
+            numbers, factor = thin(transform(living_stretch(chosen).T), 2048)
+            at, y = cross_correlation(numbers[0], numbers[1], round(period / factor))
+            x = at * factor / period
+        ax.plot(x, y, color="#0072B2", lw=2, label="same run")
+        after = x >= 0
+        best = x[after][y[after].argmax()]
+        ax.axvline(0, color="#7a838c", lw=0.8)
+        ax.axvline(best, color="#D55E00", lw=1.2, ls="--", label=f"highest at {best:.2f}")
+        ax.set(xlabel=f"{b} behind {a} [periods]", title=f"{a} → {b}", xlim=(-1, 1), ylim=(-1, 1.05))
+        ax.legend(loc="lower left", fontsize=8)
+    axes[0, 0].set_ylabel("correlation")
+    return figure
+
+
+def _binned(series: Series, columns: np.ndarray, bins: int = 120) -> tuple[np.ndarray, np.ndarray]:
+    """Mean per tick of columns (ticks, …) in at most `bins` bins, and the bins' middles."""
+    edges = np.unique(np.linspace(0, len(series.ticks), min(bins, len(series.ticks)) + 1).astype(int))
+    total = np.add.reduceat(columns, edges[:-1], axis=0)
+    width = np.diff(edges).reshape(-1, *[1] * (columns.ndim - 1))
+    return series.ticks[(edges[:-1] + edges[1:] - 1) // 2], total / width
+
+
+def deaths(series: Series) -> Figure:
+    """Deaths per tick by cause, stacked, one panel a species that died at all."""
+    counts = np.stack([series.columns[DIED + c] for c in series.causes], -1)  # (ticks, species, causes)
+    shown = [i for i in range(len(series.species)) if counts[:, i].any()]
+    used = [j for j in range(len(series.causes)) if counts[..., j].any()]
+    figure, axes = _grid(max(1, len(shown)), 1, 9, 1.9 * max(1, len(shown)) + 0.7, sharex=True)
+    hatches = ("", "////", "....", "\\\\\\\\", "xx", "++")
+    for ax, i in zip(axes[:, 0], shown, strict=False):
+        middle, rate = _binned(series, counts[:, i][:, used])
+        ax.stackplot(middle, rate.T, colors=[PALETTE[(k + 1) % len(PALETTE)] for k in range(len(used))], lw=0)
+        for k, area in enumerate(ax.collections):
+            area.set(hatch=hatches[k % len(hatches)], edgecolor="white", linewidth=0)
+        ax.set(ylabel="deaths per tick", title=series.species[i], ylim=(0, None))
+        ax.margins(x=0)
+    axes[-1, 0].set_xlabel("tick")
+    if shown:
+        areas = axes[0, 0].collections
+        figure.legend(areas, [series.causes[j] for j in used], loc="outside upper center", ncols=min(5, len(used)), frameon=False)
+    return figure
+
+
+FLOWS = (("taken_in", "taken in", 1), ("endowed", "endowed", 1), ("burnt", "burnt", -1), ("given", "given to offspring", -1), ("lost", "lost with the dead", -1))
+
+
+def energy(series: Series) -> Figure:
+    """Energy flows per tick of each species: what comes in above zero, what goes out below, and the net."""
+    figure, axes = _grid(len(series.species), 1, 9, 2.1 * len(series.species) + 0.6, sharex=True)
+    for ax, (i, s) in zip(axes[:, 0], enumerate(series.species), strict=True):
+        for sign in (1, -1):
+            flows = [(k, name) for k, (name, _, way) in enumerate(FLOWS) if way == sign and name in series.columns]
+            middle, rate = _binned(series, np.stack([series.columns[name][:, i] for _, name in flows], -1))
+            ax.stackplot(middle, sign * rate.T, colors=[PALETTE[(0, 1, 3, 4, 5)[k]] for k, _ in flows], labels=[FLOWS[k][1] for k, _ in flows], lw=0)
+        ax.axhline(0, color="#1b1f23", lw=0.8)
+        ax.set(title=s, ylabel="energy per tick")
+        ax.margins(x=0)
+    axes[-1, 0].set_xlabel("tick")
+    handles, labels = axes[0, 0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside upper center", ncols=5, frameon=False)
+    return figure
+
+
+def positions(at: Mapping[str, np.ndarray], size: Sequence[float], hue: Mapping[str, str], title: str = "") -> Figure:
+    """Where everybody is: positions (n, 3) [m] by species, later species on top; a volume is seen from the side (x, z)."""
+    volume = len(size) > 2 and size[2] > 0
+    figure, ((ax,),) = _grid(1, 1, 6.6, 6.0 * (min(max(size[2] / size[0], 0.3), 1.2) if volume else min(max(size[1] / size[0], 0.3), 1.2)) + 0.7)
+    for i, (s, xyz) in enumerate(at.items()):
+        area = float(np.clip(9000 / max(len(xyz), 1), 2, 26)) * (0.6, 1.0, 1.4)[min(i, 2)]
+        xy = xyz[:, [0, 2]] if volume else xyz[:, :2]
+        ax.scatter(*xy.T, s=area, color=hue[s], marker="os^Dv"[i % 5], lw=0.4, edgecolor="white", label=f"{s} ({len(xyz):,})", zorder=2 + i)
+    ax.set(xlim=(0, size[0]), ylim=(0, size[2] if volume else size[1]), xlabel="x [m]", ylabel="z [m]" if volume else "y [m]", aspect="equal", title=title)
+    ax.grid(visible=False)
+    for side in ("top", "right"):
+        ax.spines[side].set_visible(True)
+    figure.legend(loc="outside upper center", ncols=max(1, len(at)), frameon=False, markerscale=1.5)
+    return figure
+
+
+def survival(curves: Mapping[str, SurvivalCurve], until: float, title: str = "") -> Figure:
+    """Kaplan–Meier curves with their 95 % bands, one a group."""
+    figure, ((ax,),) = _grid(1, 1, 7, 3.4)
+    draw_survival(ax, curves, until)
+    ax.set(xlabel="tick", ylabel="share that survives", title=title)
+    ax.legend(loc="lower left")
+    return figure
+
+
+def draw_survival(ax: Axes, curves: Mapping[str, SurvivalCurve], until: float) -> None:
+    """Draw survival curves into axes."""
+    for k, (name, curve) in enumerate(curves.items()):
+        time = np.append(curve.time, max(until, curve.time[-1]))
+        steps = {part: np.append(getattr(curve, part), getattr(curve, part)[-1]) for part in ("survival", "low", "high")}
+        hue = PALETTE[(k + 2) % len(PALETTE)]
+        ax.fill_between(time, steps["low"], steps["high"], step="post", color=hue, alpha=0.15, lw=0)
+        ax.step(time, steps["survival"], where="post", color=hue, ls=DASHES[k % len(DASHES)], lw=2, label=f"{name} (n = {curve.at_risk[0]})")
+    ax.set(xlim=(0, until), ylim=(-0.02, 1.04))

@@ -1,0 +1,63 @@
+"""One self-contained HTML page: the frame, tables and embedded figures that reports share."""
+
+from __future__ import annotations
+
+import base64
+import os
+from collections.abc import Iterable, Sequence
+from html import escape
+from pathlib import Path
+from string import Template
+
+
+def page(title: str, *blocks: str) -> str:
+    """The whole page; blocks are HTML, the title is plain text."""
+    frame = Template(Path(__file__).with_name("page.html").read_text(encoding="utf-8"))
+    return frame.substitute(title=escape(title), body="\n".join(blocks))
+
+
+def table(head: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
+    """A table; cells that are `Markup` are HTML, all others plain text."""
+    top = "".join(f"<th>{_cell(x)}</th>" for x in head)
+    body = "\n".join("<tr>" + "".join(f"<td>{_cell(x)}</td>" for x in row) + "</tr>" for row in rows)
+    return f'<div class="wide"><table><thead><tr>{top}</tr></thead><tbody>\n{body}\n</tbody></table></div>'
+
+
+class Markup(str):
+    """Text that is HTML already."""
+
+
+def _cell(x: object) -> str:
+    return str(x) if isinstance(x, Markup) else escape(str(x))
+
+
+def picture(png: Path, caption: str) -> str:
+    """A figure with the PNG embedded, so that the page needs no other file."""
+    code = base64.b64encode(png.read_bytes()).decode("ascii")
+    text = escape(caption)
+    return f'<figure><img alt="{text}" src="data:image/png;base64,{code}"><figcaption>{text}</figcaption></figure>'
+
+
+def number(x: float, digits: int = 3) -> str:
+    """A number for readers: digits that mean something, thousands separated, an en dash where there is none."""
+    if x is None or x != x:
+        return "–"
+    if x in (float("inf"), float("-inf")):
+        return "∞" if x > 0 else "−∞"
+    if x == 0:
+        return "0"
+    if float(x).is_integer() or abs(x) >= 10**digits:
+        return f"{round(x):,}".replace("-", "−")
+    return (f"{x:.{digits - 1}e}" if abs(x) < 1e-4 else f"{x:.{digits}g}").replace("-", "−")
+
+
+def write_text(path: Path, text: str) -> Path:
+    """Write a file whole or not at all: beside it, then renamed."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    beside = path.with_name(f".{path.name}.{os.getpid()}")
+    with open(beside, "w", encoding="utf-8") as file:
+        file.write(text)
+        file.flush()
+        os.fsync(file.fileno())
+    os.replace(beside, path)
+    return path

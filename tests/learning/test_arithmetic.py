@@ -1,0 +1,78 @@
+import numpy as np
+import pytest
+from numba import njit
+
+from ecs_eco.learning.arithmetic import exp, fused_njit, log, softmax, tanh
+
+
+@fused_njit
+def _each_tanh(x, y):
+    for i in range(len(x)):
+        y[i] = tanh(x[i])
+
+
+@fused_njit
+def _each_exp(x, y):
+    for i in range(len(x)):
+        y[i] = exp(x[i])
+
+
+@fused_njit
+def _each_log(x, y):
+    for i in range(len(x)):
+        y[i] = log(x[i])
+
+
+def _of(kernel, x):
+    y = np.empty_like(x)
+    kernel(x, y)
+    return y
+
+
+def test_tanh_is_exact_to_4e_7_and_never_beyond_one():
+    x = np.linspace(-20, 20, 1_000_001).astype(np.float32)
+    y = _of(_each_tanh, x)
+    assert np.abs(y - np.tanh(x.astype(float))).max() < 4e-7
+    assert np.abs(y).max() <= 1
+    small = np.logspace(-30, -2, 1000).astype(np.float32)
+    np.testing.assert_allclose(_of(_each_tanh, small), np.tanh(small.astype(float)), rtol=4e-7)
+
+
+def test_exp_is_exact_to_a_relative_2e_7_and_bounded():
+    x = np.linspace(-87, 88, 1_000_001).astype(np.float32)
+    np.testing.assert_allclose(_of(_each_exp, x), np.exp(x.astype(float)), rtol=2e-7)
+    assert np.isfinite(_of(_each_exp, np.array([-1e30, 1e30], np.float32))).all()
+
+
+def test_log_is_exact_to_2e_7():
+    x = np.exp(np.linspace(-80, 80, 1_000_001)).astype(np.float32)
+    right = np.log(x.astype(float))
+    assert (np.abs(_of(_each_log, x) - right) / np.maximum(1, np.abs(right))).max() < 2e-7
+
+
+@pytest.mark.parametrize("kernel", [_each_tanh, _each_exp, _each_log])
+def test_result_does_not_depend_on_the_place_in_the_array(kernel):
+    x = np.abs(np.random.default_rng(1).standard_normal(1001).astype(np.float32)) + np.float32(0.01)
+    whole = _of(kernel, x)
+    for start in range(1, 40):
+        assert np.array_equal(_of(kernel, x[start:].copy()), whole[start:])
+
+
+def test_loops_become_vectors():
+    plain = njit(_each_tanh.py_func)
+    _of(plain, np.zeros(1, np.float32))
+    _of(_each_tanh, np.zeros(1, np.float32))
+    divides = ("vdivps",)
+    assert any(word in assembly for assembly in _each_tanh.inspect_asm().values() for word in divides)
+
+
+def test_softmax_agrees_with_its_definition():
+    logits = np.random.default_rng(2).normal(0, 5, (7, 50)).astype(np.float32)
+    p, level, spread = np.zeros_like(logits), np.empty(50, np.float32), np.empty(50, np.float32)
+    softmax(logits, 2, 6, p, level, spread)
+    e = np.exp(logits[2:6].astype(float))
+    np.testing.assert_allclose(p[2:6], e / e.sum(0), rtol=1e-5, atol=1e-9)
+    np.testing.assert_allclose(level, np.log(e.sum(0)), rtol=1e-5, atol=1e-5)
+    np.testing.assert_allclose(spread, -(e / e.sum(0) * np.log(e / e.sum(0))).sum(0), rtol=1e-4, atol=1e-5)
+    assert (p[:2] == 0).all()
+    assert (p[6:] == 0).all()

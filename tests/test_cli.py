@@ -1,0 +1,247 @@
+"""The command line: what commands call, say and leave; how they end; how quickly they start."""
+
+from __future__ import annotations
+
+import json
+import os
+import resource
+import signal
+import subprocess
+import sys
+import time
+import typing
+from pathlib import Path
+from typing import Any
+
+import pytest
+from typer.testing import CliRunner
+
+import ecs_eco
+from ecs_eco.cli import app
+from ecs_eco.config import load
+from ecs_eco.config.sensors import AnySensor
+from ecs_eco.config.shipped import shipped
+
+ROOT = Path(ecs_eco.__path__[0]).parent
+FEW = ["--set", "species.grass.count=60", "--set", "species.deer.count=12", "--set", "species.wolf.count=2"]
+MAIN = "from ecs_eco.cli import main; main()"
+
+
+@pytest.fixture(autouse=True)
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def invoke(*arguments: str, code: int = 0) -> str:
+    done = CliRunner().invoke(app, [*arguments])
+    assert done.exit_code == code, done.output + repr(done.exception)
+    return done.output
+
+
+def command(*arguments: str) -> list[str]:
+    return [sys.executable, "-c", MAIN, *arguments]
+
+
+def environment() -> dict[str, str]:
+    return os.environ | {"PYTHONPATH": str(ROOT)}
+
+
+# starting
+
+
+@pytest.mark.parametrize("arguments", [["--help"], ["list"], ["run", "--help"]])
+def test_it_starts_quickly_and_loads_nothing_heavy(arguments: list[str]) -> None:
+    code = f"""
+import sys
+sys.argv = ["ecs-eco", *{arguments}]
+try:
+    {MAIN.replace("; ", chr(10) + "    ")}
+except SystemExit:
+    heavy = ("torch", "numba", "matplotlib", "pyarrow", "numpy", "pydantic", "scipy", "rich")
+    print([m for m in heavy if m in sys.modules], file=sys.stderr)
+"""
+    seconds = []
+    for _ in range(3):
+        before = resource.getrusage(resource.RUSAGE_CHILDREN)
+        done = subprocess.run(
+            [sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=True, env=environment()
+        )
+        after = resource.getrusage(resource.RUSAGE_CHILDREN)
+        seconds.append(after.ru_utime - before.ru_utime + after.ru_stime - before.ru_stime)
+        assert done.stderr.strip() == "[]"
+    assert min(seconds) < 0.3
+
+
+def test_no_command_is_help() -> None:
+    assert "Usage" in invoke(code=2)
+
+
+def test_version_is_said() -> None:
+    assert invoke("--version").startswith("ecs-eco")
+
+
+def test_the_list_has_every_world_sensor_component_and_system() -> None:
+    from ecs_eco import components, systems
+
+    said = invoke("list")
+    union = typing.get_args(typing.get_args(AnySensor)[0])
+    kinds = [typing.get_args(sensor.model_fields["kind"].annotation)[0] for sensor in union]
+    words = {line.split()[0] for line in said.splitlines() if line.startswith("  ")}
+    assert {*shipped(), *kinds, *components.__all__, *systems.__all__} <= words
+
+
+def test_check_says_what_is_in_a_world() -> None:
+    said = invoke("check", "predator-prey", "--set", "species.deer.count=12")
+    assert "deer: 12" in said
+    assert "wolf_near" in said
+    assert "speed.run" in said
+
+
+# run
+
+
+def test_run_leaves_a_folder_with_what_was_asked_for(here: Path) -> None:
+    said = invoke("run", "predator-prey", *FEW, "--ticks", "3", "--seed", "5", "--out", "a/b", "--no-report", "--quiet")
+    manifest = json.loads((here / "a" / "b" / "manifest.json").read_text())
+    assert (manifest["seed"], manifest["ticks"], manifest["finished"]) == (5, 3, True)
+    assert manifest["config"]["species"]["deer"]["count"] == 12
+    assert load(manifest["config"]).config_hash == manifest["config_hash"]
+    assert "3 ticks of predator-prey, seed 5, in a/b" in said
+    assert "at the end: " in said
+
+
+def test_run_without_a_folder_makes_one_in_runs_and_never_writes_into_an_old_one(here: Path) -> None:
+    for _ in range(2):
+        invoke("run", "predator-prey", *FEW, "--ticks", "1", "--no-report")
+    assert sorted(p.name for p in (here / "runs").iterdir()) == ["predator-prey-1", "predator-prey-1-2"]
+
+
+class Caught(Exception):
+    """What a call was given."""
+
+
+def catch(monkeypatch: pytest.MonkeyPatch, place: str) -> None:
+    """Replaces a function by one that raises what it was given."""
+
+    def fake(*args: Any, **kwargs: Any) -> None:
+        raise Caught(args, kwargs)
+
+    monkeypatch.setattr(place, fake, raising=False)
+
+
+def caught(*arguments: str) -> tuple[tuple[Any, ...], dict[str, Any]]:
+    done = CliRunner().invoke(app, [*arguments])
+    assert isinstance(done.exception, Caught), done.output
+    return done.exception.args[0], done.exception.args[1]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "policies", "learn", "threads", "report"),
+    [
+        ([], "trained", None, 1, True),
+        (["--policies", "random", "--no-learn"], "random", False, 1, True),
+        (["--policies", "folder", "--learn", "--threads", "2", "--no-report"], "folder", True, 2, False),
+    ],
+)
+def test_run_hands_on_its_options(
+    arguments: list[str], policies: str, learn: bool | None, threads: int, report: bool,
+    here: Path, monkeypatch: pytest.MonkeyPatch,
+) -> None:  # fmt: skip
+    (here / "folder").mkdir()
+    for name in ("deer", "wolf"):
+        (here / "folder" / f"{name}.safetensors").write_bytes(b"")
+    catch(monkeypatch, "ecs_eco.record.run_to_folder")
+    args, kwargs = caught("run", "predator-prey", "--ticks", "7", "--seed", "3", *arguments)
+    config, seed, ticks, out, *rest = args
+    assert (config.name, seed, ticks, out) == ("predator-prey", 3, 7, Path("runs/predator-prey-3"))
+    assert (rest[0], rest[1], kwargs) == (policies, learn, {"threads": threads, "report": report})
+    assert not (here / "runs").exists()
+
+
+def test_the_world_has_ticks_and_seed_where_none_are_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    catch(monkeypatch, "ecs_eco.record.run_to_folder")
+    args, _ = caught("run", "predator-prey", "--set", "seed=9", "--set", "ticks=77")
+    assert args[1:3] == (9, 77)
+
+
+def test_an_interrupt_says_how_far_it_came(monkeypatch: pytest.MonkeyPatch) -> None:
+    def interrupted(config: Any, seed: int, ticks: int, out: Path, policies: Any, learn: Any, progress: Any, **_: Any) -> None:
+        progress(3, ticks)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("ecs_eco.record.run_to_folder", interrupted)
+    said = invoke("run", "predator-prey", "--ticks", "10", code=130)
+    assert "Stopped at tick 3 of 10; nothing was recorded." in said
+
+
+def test_ctrl_c_ends_a_run_and_keeps_what_was_recorded(here: Path) -> None:
+    run = subprocess.Popen(
+        command("run", "predator-prey", *FEW, "--ticks", "100000000", "--out", "out"),
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment(),
+    )  # fmt: skip
+    deadline = time.monotonic() + 60
+    while not (here / "out" / "manifest.json").exists() and time.monotonic() < deadline:
+        time.sleep(0.05)
+    time.sleep(0.5)
+    run.send_signal(signal.SIGINT)
+    out, err = run.communicate(timeout=60)
+    assert (run.returncode, out) == (130, "")
+    assert "Stopped at tick " in err
+    assert "is in out" in err
+    assert "Traceback" not in err
+
+    from ecs_eco.analysis.runs import load_series
+
+    manifest = json.loads((here / "out" / "manifest.json").read_text())
+    assert manifest["finished"] is False
+    assert load_series(here / "out").ticks[-1] == manifest["done"] > 0
+
+
+# train and report
+
+
+def test_train_hands_on_its_options(monkeypatch: pytest.MonkeyPatch) -> None:
+    catch(monkeypatch, "ecs_eco.learning.pretrain")
+    args, _ = caught("train", "predator-prey", "--seed", "3", "--out", "x")
+    assert (args[0].name, *args[1:4]) == ("predator-prey", 3, load("predator-prey").training.ticks, Path("x"))
+    args, _ = caught("train", "predator-prey", "--ticks", "5")
+    assert args[1:4] == (1, 5, Path("runs/predator-prey-policies-1"))
+
+
+def test_a_world_without_policies_is_not_trained(here: Path) -> None:
+    (here / "w.toml").write_text(
+        'format = 1\nname = "w"\nspace = { size = [9, 9] }\n[species.x]\ncount = 1\nbody = { radius = 1 }\n'
+    )
+    assert "no species has a policy" in invoke("train", "w.toml", code=2)
+
+
+def test_report_is_written_for_a_run_folder(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (here / "manifest.json").write_text("{}")
+    catch(monkeypatch, "ecs_eco.record.report.write_report")
+    assert caught("report", ".") == ((Path(),), {})
+
+
+# compare
+
+
+def test_controls_are_arms_of_their_own() -> None:
+    from ecs_eco.cli.arms import arms_of
+
+    arms = arms_of("predator-prey", ["seed=4"], ["random-policy", "species.deer.emits.deer_smell=0"])
+    assert [(a.name, a.policies) for a in arms] == [
+        ("world", "trained"), ("random-policy", "random"), ("species.deer.emits.deer_smell-0", "trained")
+    ]  # fmt: skip
+    assert {a.config.seed for a in arms} == {4}
+    assert [a.config.species["deer"].emits["deer_smell"] for a in arms] == [1.0, 1.0, 0.0]
+
+
+def test_processes_have_one_thread_each_and_the_own_one_keeps_its_own(monkeypatch: pytest.MonkeyPatch) -> None:
+    from ecs_eco.cli.arms import PINS, one_thread_each
+
+    monkeypatch.setenv("OMP_NUM_THREADS", "3")
+    monkeypatch.delenv("MKL_NUM_THREADS", raising=False)
+    with one_thread_each():
+        assert [os.environ[name] for name in PINS] == ["1"] * len(PINS)
+    assert os.environ["OMP_NUM_THREADS"] == "3"
+    assert "MKL_NUM_THREADS" not in os.environ

@@ -1,0 +1,475 @@
+"""World files: values, names of sensors, overrides, hashes, places of keys, and the language of formulas."""
+
+from __future__ import annotations
+
+import json
+import math
+import operator
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import ecs_eco
+from ecs_eco.config import FormulaError, WorldConfig, compile_formula, load
+from ecs_eco.config.base import Section
+from ecs_eco.config.lines import key_lines
+from ecs_eco.config.sensors import name_sensors
+from ecs_eco.config.shipped import shipped
+from ecs_eco.errors import ConfigError, Problem, nearest
+
+SMALL: dict[str, Any] = {
+    "format": 1,
+    "name": "small",
+    "space": {"size": [20.0, 20.0]},
+    "fields": {"smoke": {"cell": 1.0}},
+    "species": {"moss": {"count": 3, "body": {"radius": 0.1}}},
+}
+
+
+def small(**species: Any) -> dict[str, Any]:
+    """The small world with changes to its one species."""
+    return SMALL | {"species": {"moss": SMALL["species"]["moss"] | species}}
+
+
+# loading
+
+
+@pytest.mark.parametrize("name", shipped())
+def test_shipped_worlds_load(name: str) -> None:
+    config = load(name)
+    assert config.name == name
+    assert config.for_training().dims == config.dims
+
+
+def test_a_world_is_found_by_name_by_path_and_by_folder() -> None:
+    path = shipped()["predator-prey"]
+    hashes = {load(w).config_hash for w in ("predator-prey", "predator_prey", path, str(path), path.parent)}
+    assert len(hashes) == 1
+
+
+def test_the_numbers_of_the_file_arrive() -> None:
+    text = tomllib.loads(shipped()["predator-prey"].read_text())
+    wolf = load("predator-prey").species["wolf"]
+    given = text["species"]["wolf"]
+    assert wolf.count == given["count"]
+    assert wolf.diet[0].chance == given["diet"][0]["chance"]
+    assert wolf.locomotion is not None
+    assert wolf.locomotion.speed == given["locomotion"]["speed"]
+    assert wolf.happiness is not None
+    assert wolf.happiness.minimum == given["happiness"]["minimum"]
+
+
+def test_what_is_left_out_has_its_default_and_is_resolved() -> None:
+    config = load(SMALL)
+    moss = config.resolved()["species"]["moss"]
+    assert (config.dt, config.space.edges, config.seed) == (1.0, "torus", 1)
+    assert moss["metabolism"] == {"energy": 1.0, "energy_max": 1.0, "basal": 0.0, "growth": 0.0, "digestion": 0.0}
+    assert moss["policy"]["kind"] == "none"
+    assert moss["reproduction"] is None
+
+
+def test_hyperparameters_are_explicit_where_a_policy_learns() -> None:
+    config = load("predator-prey")
+    from ecs_eco.learning import PPO
+
+    assert PPO(**config.species["deer"].ppo).horizon == 64
+    assert set(config.species["deer"].ppo) == set(PPO.__dataclass_fields__)
+    assert config.species["grass"].ppo == {}
+
+
+def test_the_resolved_world_loads_as_the_same_world() -> None:
+    config = load("predator-prey")
+    again = load(json.loads(json.dumps(config.resolved())))
+    assert again.resolved() == config.resolved()
+    assert again.config_hash == config.config_hash
+
+
+def test_the_hash_tells_worlds_apart() -> None:
+    hashes = {load(SMALL, change).config_hash for change in ([], ["species.moss.count=4"], ["dt=0.5"], ["seed=2"])}
+    assert len(hashes) == 4
+    assert load(SMALL, ["dt=1"]).config_hash == load(SMALL, ["dt=1.0"]).config_hash == load(SMALL).config_hash
+
+
+def test_a_dict_is_not_changed_by_loading_it() -> None:
+    before = json.dumps(SMALL)
+    load(SMALL, ["species.moss.count=4", "fields.smoke.decay=0.5"])
+    assert json.dumps(SMALL) == before
+
+
+def test_a_loaded_world_cannot_be_changed() -> None:
+    with pytest.raises(ValueError, match="frozen"):
+        load(SMALL).species["moss"].count = 5  # type: ignore[misc]
+
+
+def test_whole_numbers_are_numbers_and_true_is_none() -> None:
+    assert load(small(body={"radius": 1})).species["moss"].body.radius == 1.0
+    for value in (True, "1", math.nan, math.inf, 1e31, None):
+        with pytest.raises(ConfigError):
+            load(small(body={"radius": value}))
+
+
+def test_files_are_named_from_the_folder_of_the_world(tmp_path: Path) -> None:
+    world = tmp_path / "here" / "world.toml"
+    world.parent.mkdir()
+    text = 'format = 1\nname = "w"\nspace = { size = [9, 9] }\n[species.x]\ncount = 1\nbody = { radius = 1 }\n'
+    world.write_text(text)
+    assert load(world).file("x.safetensors") == world.parent / "x.safetensors"
+    assert load(load(world), ["dt=2"]).folder == world.parent
+
+
+def test_training_sets_its_values_and_only_then() -> None:
+    config = load("predator-prey")
+    training = config.for_training()
+    assert config.species["grass"].reproduction is not None
+    assert training.species["grass"].reproduction is not None
+    assert config.species["grass"].reproduction.rate > 0
+    assert training.species["grass"].reproduction.rate == 0
+    assert training.species["deer"] == config.species["deer"]
+    assert training.folder == config.folder
+
+
+def sections(model: type[Section]) -> set[type[Section]]:
+    """The model and all models within it."""
+    found = {model}
+    stack = [f.annotation for f in model.model_fields.values()]
+    while stack:
+        kind = stack.pop()
+        stack += list(getattr(kind, "__args__", ()))
+        if isinstance(kind, type) and issubclass(kind, Section) and kind not in found:
+            found.add(kind)
+            stack += [f.annotation for f in kind.model_fields.values()]
+    return found
+
+
+def test_every_field_is_described_and_every_number_has_a_unit() -> None:
+    for model in sections(WorldConfig):
+        assert model.__doc__
+        for name, field in model.model_fields.items():
+            if name == "kind" and field.description is None:
+                continue
+            assert field.description, f"{model.__name__}.{name}"
+            if field.annotation in (float, float | None):
+                extra = field.json_schema_extra
+                assert isinstance(extra, dict), f"{model.__name__}.{name}"
+                assert extra["unit"], f"{model.__name__}.{name}"
+
+
+# values from outside
+
+
+@pytest.mark.parametrize(
+    ("change", "read"),
+    [
+        ("species.deer.reproduction.rate=0.02", lambda c: c.species["deer"].reproduction.rate == 0.02),
+        ("species.deer.birth_rate=0.02", lambda c: c.species["deer"].reproduction.rate == 0.02),
+        ("species.wolf.diet.0.chance = 0.25", lambda c: c.species["wolf"].diet[0].chance == 0.25),
+        ("space.edges=walls", lambda c: c.space.edges == "walls"),
+        ('space.edges="walls"', lambda c: c.space.edges == "walls"),
+        ("species.deer.policy.learn=true", lambda c: c.species["deer"].policy.learn),
+        ("species.deer.ppo.horizon=32", lambda c: c.species["deer"].ppo["horizon"] == 32),
+        ("terrain.hills={amplitude=2, scale=10}", lambda c: c.terrain.hills.amplitude == 2),
+        ("ambient.temperature=280", lambda c: c.ambient.temperature == 280),
+        ('training.set."species.deer.count"=7', lambda c: c.for_training().species["deer"].count == 7),
+        ("species.wolf.happiness.formula='energy = 1'", None),
+        ("species.wolf.happiness.formula='energy * (1 == 1)'", lambda c: "==" in c.species["wolf"].happiness.formula),
+    ],
+)
+def test_values_are_set_by_dotted_keys(change: str, read: Any) -> None:
+    if read is None:
+        with pytest.raises(ConfigError, match="not an expression"):
+            load("predator-prey", [change])
+    else:
+        assert read(load("predator-prey", [change]))
+
+
+def test_a_dict_of_values_does_the_same_as_texts() -> None:
+    by_text = load("predator-prey", ["species.deer.count=5", "space.edges=walls"])
+    by_dict = load("predator-prey", {"species.deer.count": 5, "space.edges": "walls"})
+    assert by_text.config_hash == by_dict.config_hash != load("predator-prey").config_hash
+
+
+def test_a_whole_species_can_be_set() -> None:
+    config = load(SMALL, {"species.fern": {"count": 2, "body": {"radius": 0.2}}})
+    assert list(config.species) == ["moss", "fern"]
+
+
+def test_the_last_of_two_values_holds() -> None:
+    assert load(SMALL, ["species.moss.count=4", "species.moss.count=5"]).species["moss"].count == 5
+
+
+# names of sensors
+
+SENSORS = [
+    {"kind": "own", "property": "energy"},
+    {"kind": "nearest", "target": "moss", "radius": 2.0},
+    {"kind": "smell", "field": "smoke"},
+    {"kind": "smell", "field": "smoke", "at": [0.0, 1.0]},
+    {"kind": "smell", "field": "smoke", "name": "tail"},
+    {"kind": "touch", "target": "wall"},
+    {"kind": "rays", "count": 2, "radius": 1.0, "targets": ["moss", "wall"], "report": "per_ray"},
+    {"kind": "light"},
+    {"kind": "custom", "function": "math:sqrt", "width": 2},
+]
+
+
+def test_channels_are_named_after_what_is_sensed() -> None:
+    moss = load(small(sensors=SENSORS)).species["moss"]
+    assert moss.channels(2) == (
+        *("energy", "moss_forward", "moss_left", "moss_near", "smoke_1", "smoke_2", "tail", "touch_wall"),
+        *("rays_moss_1", "rays_moss_2", "rays_wall_1", "rays_wall_2", "light", "sqrt_1", "sqrt_2"),
+    )
+
+
+def test_a_volume_adds_up_to_the_directions() -> None:
+    config = load(small(sensors=SENSORS[:2]) | {"space": {"size": [20.0, 20.0, 9.0]}})
+    assert config.species["moss"].channels(3) == ("energy", "moss_forward", "moss_left", "moss_up", "moss_near")
+
+
+def test_the_plain_name_of_a_smell_is_all_its_noses() -> None:
+    readings = load(small(sensors=SENSORS)).species["moss"].readings(2)
+    assert readings["smoke"] == (4, 5, 6)
+    assert readings["smoke_2"] == (5,)
+    assert readings["moss_near"] == (3,)
+
+
+def test_naming_twice_changes_nothing() -> None:
+    sensors = load(small(sensors=SENSORS)).species["moss"].sensors
+    assert name_sensors(list(sensors)) == sensors
+
+
+def test_actions_are_found_by_plain_and_by_full_name() -> None:
+    rows = load("predator-prey").species["deer"].action_rows()
+    assert rows["run"] == rows["speed.run"] == 2
+    assert rows["none"] == rows["turn.none"] == 4
+    assert rows["eat"] == 6
+
+
+# errors
+
+
+def test_problems_know_source_line_and_key(tmp_path: Path) -> None:
+    world = tmp_path / "w.toml"
+    world.write_text('format = 1\nname = "w"\n[space]\nsize = [9, 9]\n[species.x]\ncount = 0\nbody = { radius = 1 }\n')
+    with pytest.raises(ConfigError) as caught:
+        load(world, ["dt=-1"])
+    found = {(p.source, p.line, p.path, p.value) for p in caught.value.problems}
+    assert found == {("w.toml", 6, "species.x.count", 0), ("--set", None, "dt", -1)}
+
+
+def test_problems_within_and_between_sections_are_told_together() -> None:
+    wrong = small(emits={"smok": 1.0}) | {"fields": {"smoke": {"cell": 1.0, "decay": -1.0}}}
+    with pytest.raises(ConfigError) as caught:
+        load(wrong)
+    assert {p.path for p in caught.value.problems} == {"fields.smoke.decay", "species.moss.emits.smok"}
+
+
+def test_a_config_error_is_a_value_error_that_survives_a_process() -> None:
+    error = ConfigError([Problem(("a", 0), "wrong", 1, "2", "b", "f.toml", 3)], "title")
+    again, arguments = error.__reduce__()
+    copy = again(*arguments)  # type: ignore[operator, misc]
+    assert isinstance(copy, ValueError)
+    assert str(copy) == str(error) == 'title\nf.toml, line 3: a.0 = 1\n  wrong; allowed: 2; did you mean "b"?'
+
+
+@pytest.mark.parametrize(
+    ("name", "known", "right"),
+    [("dear", ["deer", "wolf"], "deer"), ("Deer", ["deer"], "deer"), ("zzz", ["deer"], ""), ("", [], "")],
+)
+def test_the_nearest_name_is_found(name: str, known: list[str], right: str) -> None:
+    assert nearest(name, known) == right
+
+
+# where keys stand
+
+AWKWARD = '''\
+a = 1 # [b]
+b.c = "x = 1"
+list = [
+  { kind = "one", at = [[1, 2], [3.5, 4]] }, # }
+  { kind = 'two ]', "quoted.key" = 1 },
+]
+
+text = """
+[not a table]
+x = 1
+"""
+[table]   # comment
+"key with = sign" = 1979-05-27
+[table.inner]
+empty = {}
+[[many]]
+x = [[1], [2]]
+[[many]]
+x = 2
+[many.sub]
+y = 3
+'''
+
+
+def test_every_key_is_found_on_its_line() -> None:
+    lines, found = AWKWARD.splitlines(), key_lines(AWKWARD)
+
+    def walk(node: Any, key: tuple[Any, ...]) -> None:
+        if key:
+            assert key in found, key
+            if isinstance(key[-1], str):
+                assert key[-1] in lines[found[key] - 1]
+        if isinstance(node, dict):
+            for name, value in node.items():
+                walk(value, (*key, name))
+        if isinstance(node, list):
+            for i, value in enumerate(node):
+                walk(value, (*key, i))
+
+    walk(tomllib.loads(AWKWARD), ())
+    assert found["list", 1, "kind"] == 5
+    assert found["many", 1, "x"] == 19
+    assert found["many", 1, "sub", "y"] == 21
+    assert found["text",] == 8
+
+
+# formulas
+
+NAMES = ("a", "b", "energy")
+BINARY = {
+    "+": operator.add, "-": operator.sub, "*": operator.mul,
+    "<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge, "==": operator.eq, "!=": operator.ne,
+    "and": lambda x, y: x != 0 and y != 0, "or": lambda x, y: x != 0 or y != 0,
+}  # fmt: skip
+
+
+def twin(tree: Any, values: dict[str, float]) -> np.float32:
+    """One number at a time, the obvious way: float32 after every operation."""
+    if isinstance(tree, float):
+        return np.float32(tree)
+    if isinstance(tree, str):
+        return np.float32(values[tree])
+    head, *rest = tree
+    read = [twin(part, values) for part in rest]
+    if head in BINARY:
+        return np.float32(BINARY[head](*read))
+    if head == "if":
+        return read[1] if read[0] != 0 else read[2]
+    if head == "clip":
+        return np.float32(min(max(read[0], read[1]), read[2]))
+    single = {"neg": operator.neg, "not": lambda x: x == 0, "abs": abs, "tanh": np.tanh, "min": min, "max": max}
+    return np.float32(single[head](*read))
+
+
+def write(tree: Any) -> str:
+    if isinstance(tree, float | str):
+        return repr(tree) if isinstance(tree, float) else tree
+    head, *rest = tree
+    parts = [write(part) for part in rest]
+    if head in BINARY:
+        return f"({parts[0]} {head} {parts[1]})"
+    if head == "if":
+        return f"({parts[1]} if {parts[0]} else {parts[2]})"
+    if head in ("neg", "not"):
+        return f"({'-' if head == 'neg' else 'not '}{parts[0]})"
+    return f"{head}({', '.join(parts)})"
+
+
+NUMBERS = st.floats(-8, 8, width=16)
+TREES = st.recursive(
+    st.sampled_from(NAMES) | st.floats(0, 8, width=16),
+    lambda inner: (
+        st.tuples(st.sampled_from([*BINARY, "min", "max"]), inner, inner)
+        | st.tuples(st.sampled_from(["neg", "not", "abs", "tanh"]), inner)
+        | st.tuples(st.sampled_from(["if", "clip"]), inner, inner, inner)
+    ),
+    max_leaves=12,
+)
+
+
+@given(TREES, st.lists(st.tuples(NUMBERS, NUMBERS, NUMBERS), min_size=1, max_size=5))
+def test_formulas_agree_with_a_scalar_twin(tree: Any, rows: list[tuple[float, float, float]]) -> None:
+    values = {name: np.array([row[i] for row in rows], np.float32) for i, name in enumerate(NAMES)}
+    found = compile_formula(write(tree), NAMES)(values)
+    expected = [twin(tree, dict(zip(NAMES, row, strict=True))) for row in rows]
+    assert found.dtype == np.float32
+    assert found.shape == (len(rows),)
+    np.testing.assert_allclose(found, expected, rtol=1e-6, atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("2 ** 3 - 1 / 4", 7.75),
+        ("-2 ** 2", -4.0),
+        ("1 < 2 < 3", 1.0),
+        ("1 < 3 < 2", 0.0),
+        ("exp(0) + log(1) + sqrt(9)", 4.0),
+        ("2 and 3", 1.0),
+        ("min(3, 1, 2) + max(1, 2)", 3.0),
+        ("1 if a > 1\n else 0", 1.0),
+        ("  a + \n b", 5.0),
+        ("1 / 0", math.inf),
+    ],
+)
+def test_formulas_have_the_usual_values(text: str, value: float) -> None:
+    found = compile_formula(text, ("a", "b"))({"a": np.full(2, 2.0), "b": np.full(2, 3.0)})
+    assert found.tolist() == [value, value]
+
+
+def test_a_formula_knows_which_names_it_uses() -> None:
+    formula = compile_formula("a + 2 * a", ("a", "b"))
+    assert formula.names == {"a"}
+    assert formula({"a": np.ones((2, 3))}).shape == (2, 3)
+
+
+@pytest.mark.parametrize(
+    ("text", "position", "word", "near"),
+    [
+        ("energi + 1", 1, "energi", "energy"),
+        ("1 + enrgy", 5, "enrgy", "energy"),
+        ("é + 1", 1, "é", ""),
+        ("1 + 2 + (a).b", 9, "attribute", ""),
+        ("__import__('os')", 1, "__import__", ""),
+        ("a[0]", 1, "subscript", ""),
+        ("lambda: 1", 1, "lambda", ""),
+        ("[a for a in b]", 1, "listcomp", ""),
+        ("(a := 1)", 2, "namedexpr", ""),
+        ("'text'", 1, "text", ""),
+        ("True", 1, "True", ""),
+        ("1e99", 1, "1e+99", ""),
+        ("1j", 1, "1j", ""),
+        ("a // b", 1, "floordiv", ""),
+        ("a in b", 1, "in", ""),
+        ("abs(a, b)", 1, "2 arguments for abs", ""),
+        ("max(a)", 1, "1 arguments for max", ""),
+        ("min(a, b, key=a)", 1, "arguments for min", ""),
+        ("max(*a)", 1, "arguments for max", ""),
+        ("a +", 4, "not an expression", ""),
+        ("", 1, "not an expression", ""),
+        ("a = 1", 3, "not an expression", ""),
+        ("a; b", 2, "not an expression", ""),
+        ("a" * 2000, 1000, "too long", ""),
+        ("(" * 300 + "a" + ")" * 300, 1, "", ""),
+        ("-" * 900 + "a", 1, "", ""),
+    ],
+)
+def test_what_is_no_formula_is_refused_with_its_place(text: str, position: int, word: str, near: str) -> None:
+    with pytest.raises(FormulaError) as caught:
+        compile_formula(text, NAMES)
+    assert word in caught.value.what
+    assert caught.value.nearest == near
+    if word:
+        assert caught.value.position == position
+
+
+def test_loading_a_world_loads_neither_torch_nor_numba() -> None:
+    code = (
+        "import sys; from ecs_eco.config import load; load('predator-prey');"
+        "print([m for m in ('torch', 'numba', 'pyarrow', 'matplotlib', 'scipy') if m in sys.modules])"
+    )
+    root = Path(ecs_eco.__path__[0]).parent
+    done = subprocess.run([sys.executable, "-c", code], cwd=root, capture_output=True, text=True, timeout=60, check=True)
+    assert done.stdout.strip() == "[]"
