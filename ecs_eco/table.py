@@ -125,28 +125,24 @@ class Table:
         """Bring `k` entities to life in the lowest free rows, with uids from `first_uid` on; return their rows."""
         self.reserve(self.n + k)
         rows = np.empty(k, np.int64)
-        _lowest_free(self.alive, rows)
-        self.alive[rows] = True
-        self.uid[rows] = np.arange(first_uid, first_uid + k, dtype=np.uint64)
-        self.born[rows] = tick
+        self.high = _occupy(rows, self.alive, self.uid, self.born, first_uid, tick, self.high)
         for component, columns in self.columns.items():
             defaults = self.defaults[component]
             for field in component.fields:
                 getattr(columns, field)[rows] = values.get((component, field), defaults[field])
         self.n += k
-        self.high = max(self.high, int(rows[-1]) + 1) if k else self.high
         self.version += 1
         return rows
 
+    def doomed(self) -> np.ndarray:
+        """Return the rows that have a cause of death, in the order of their uids: i64[k]."""
+        rows = self.cause[: self.high].nonzero()[0]
+        return rows[self.uid[rows].argsort()] if rows.size > 1 else rows
+
     def vacate(self, rows: np.ndarray) -> None:
         """Free the rows of the dead."""
-        self.alive[rows] = False
-        self.uid[rows] = 0
-        self.cause[rows] = 0
-        self.killer[rows] = 0
+        self.high = _vacate(rows, self.alive, self.uid, self.cause, self.killer, self.high)
         self.n -= rows.size
-        while self.high and not self.alive[self.high - 1]:
-            self.high -= 1
         self.version += 1
 
     def reorder(self, rows: np.ndarray) -> None:
@@ -176,11 +172,30 @@ def _grown(array: np.ndarray, n: int) -> np.ndarray:
 
 
 @njit
-def _lowest_free(alive, rows):
+def _occupy(rows, alive, uid, born, first_uid, tick, high):
+    """Fill `rows` with the lowest free rows and bring them to life; return the new end of the rows in use."""
     found = 0
     for row in range(alive.size):
         if found == rows.size:
             break
         if not alive[row]:
             rows[found] = row
+            alive[row] = True
+            uid[row] = first_uid + found
+            born[row] = tick
             found += 1
+            high = max(high, row + 1)
+    return high
+
+
+@njit
+def _vacate(rows, alive, uid, cause, killer, high):
+    """Free rows; return the new end of the rows in use."""
+    for row in rows:
+        alive[row] = False
+        uid[row] = 0
+        cause[row] = 0
+        killer[row] = 0
+    while high > 0 and not alive[high - 1]:
+        high -= 1
+    return high

@@ -184,7 +184,8 @@ class World:
                 self.tick += 1
                 if progress is not None and (done % every == 0 or done == ticks):
                     progress(done, ticks)
-            self.sync()
+            if before == self._context:
+                self.sync()
         finally:
             if before in esper.list_worlds():
                 esper.switch_world(before)
@@ -203,9 +204,8 @@ class World:
     def flush_deaths(self) -> None:
         """Free the rows of all that have a cause of death; listeners see them, in the order of uids, before."""
         for table in self.tables.values():
-            rows = np.flatnonzero(table.cause[: table.high])
+            rows = table.doomed()
             if rows.size:
-                rows = rows[np.argsort(table.uid[rows])]
                 for listen in self.on_death:
                     listen(table, rows)
                 table.vacate(rows)
@@ -226,7 +226,8 @@ class World:
     def sync(self) -> None:
         """Bring esper's registry up to date: it then has one entity for each living one, with a handle per component.
 
-        Done at the end of `run` and `step`, on `with world:`, and before each plain esper.Processor of the schedule.
+        Done on `with world:`, within it after `run` and `step`, and before each plain esper.Processor of the schedule: esper
+        is never looked at while it lags behind, and births and deaths that nobody looks at cost no handles.
         """
         changed = sum(int((t.entity_uid != t.uid).sum()) for t in self.tables.values())
         if not changed:

@@ -471,5 +471,6 @@ def test_loading_a_world_loads_neither_torch_nor_numba() -> None:
         "print([m for m in ('torch', 'numba', 'pyarrow', 'matplotlib', 'scipy') if m in sys.modules])"
     )
     root = Path(ecs_eco.__path__[0]).parent
-    done = subprocess.run([sys.executable, "-c", code], cwd=root, capture_output=True, text=True, timeout=60, check=True)
+    command = [sys.executable, "-c", code]
+    done = subprocess.run(command, cwd=root, capture_output=True, text=True, timeout=60, check=True)
     assert done.stdout.strip() == "[]"

@@ -8,7 +8,9 @@ nearly every such series periodic. The null here is a series that only relaxes. 
   fluctuating birth rate is smoother than AR(1), and AR(1) calls such a series periodic although it never
   turns by itself. This is the null whose p we quote.
 
-A peak beyond "relaxation" needs complex roots: a quasi-cycle or a limit cycle.
+A peak beyond "relaxation" needs complex roots: a quasi-cycle or a limit cycle. Births and deaths are noise in the
+numbers themselves, so two rates suffice; a series smoothed three times over (a running mean, say) would still be
+called periodic: test raw numbers, never smoothed ones.
 """
 
 from __future__ import annotations
@@ -26,8 +28,10 @@ SHORTEST = 96
 MIN_CYCLES = 3
 """Fewest periods in the series for a peak to count."""
 TAPERS = 2
-ROOTS = {"ar1": 1, "relaxation": 2, "r3":3}
-GRID = {"ar1": 100, "relaxation": 24, "r3":14}
+ROOTS = {"ar1": 1, "relaxation": 2}
+"""Real roots of each null."""
+GRID = {"ar1": 100, "relaxation": 24}
+"""Values tried for a root, from white noise to a memory of 1,000 samples."""
 
 
 def thin(series: np.ndarray, samples: int = SAMPLES) -> tuple[np.ndarray, int]:
@@ -66,7 +70,7 @@ def transform(numbers: np.ndarray, how: str = "log") -> np.ndarray:
 
 def detrend(x: np.ndarray) -> np.ndarray:
     """Residuals of a straight line, along the last axis."""
-    t = np.arange(x.shape[-1]) - (x.shape[-1] - 1) / 2
+    t = (np.arange(x.shape[-1]) - (x.shape[-1] - 1) / 2).astype(x.dtype)
     centred = x - x.mean(-1, keepdims=True)
     return centred - (centred @ t)[..., None] / (t @ t) * t
 
@@ -78,7 +82,7 @@ def spectrum(x: np.ndarray) -> np.ndarray:
     total = np.zeros((*x.shape[:-1], n // 2 + 1))
     for k in range(1, TAPERS + 1):
         taper = np.sqrt(2 / (n + 1)) * np.sin(np.pi * k * np.arange(1, n + 1) / (n + 1))
-        part = np.fft.rfft(x * taper)
+        part = np.fft.rfft(x * taper.astype(x.dtype))
         total += part.real**2 + part.imag**2
     return total / TAPERS
 
@@ -124,11 +128,16 @@ class RedNoise:
         best = (np.log(scale) + self._log).argmin(1)
         return self.roots[best], spectra / (self._shape[best] * scale[np.arange(len(best)), best][:, None])
 
-    def draw(self, roots: np.ndarray, noise: np.ndarray) -> np.ndarray:
-        """Series of n samples cut from circular ones four times as long, from standard normal `noise` (…, 4 n)."""
-        long = noise.shape[-1]
-        wave = np.fft.rfft(noise) * np.sqrt(self.shape(roots[None], long)[0])
-        return np.fft.irfft(wave, long)[..., : self.n]
+    def draw(self, roots: np.ndarray, waves: np.ndarray) -> np.ndarray:
+        """Series of n samples cut from circular ones four times as long, from the Fourier transform of white noise."""
+        gain = np.sqrt(self.shape(roots[None], 4 * self.n)[0]).astype(np.float32)
+        return np.fft.irfft(waves * gain, 4 * self.n)[:, : self.n]
+
+
+@lru_cache(maxsize=4)
+def _white(n_boot: int, length: int, seed: int) -> np.ndarray:
+    """Fourier transforms of series of white noise: shared by all series tested with one seed."""
+    return np.fft.rfft(np.random.default_rng(seed).standard_normal((n_boot, length), dtype=np.float32))
 
 
 @lru_cache(maxsize=8)
@@ -175,9 +184,9 @@ def spectral_peak(
     power = spectrum(x[None])
     power /= power.mean()
     roots, ratio = red.fit(power)
-    noise = np.random.default_rng(seed).standard_normal((n_boot, 4 * n), dtype=np.float32)
-    corrected = _unbias(roots[0], red.fit(spectrum(red.draw(roots[0], noise)))[0])
-    drawn = red.fit(spectrum(red.draw(corrected, noise)))[1]
+    white = _white(n_boot, 4 * n, seed)
+    corrected = _unbias(roots[0], red.fit(spectrum(red.draw(roots[0], white)))[0])
+    drawn = red.fit(spectrum(red.draw(corrected, white)))[1]
     low, high = int(np.ceil(min_cycles)), n // 4
     best = low + int(ratio[0, low : high + 1].argmax())
     p = (1 + np.count_nonzero(drawn[:, low : high + 1].max(1) >= ratio[0, best])) / (n_boot + 1)

@@ -56,7 +56,7 @@ def compare_arms(
     if len(done) < len(jobs):
         complain(f"{len(jobs) - len(done)} of {len(jobs)} runs failed; what the others recorded is in {out}.")
         raise typer.Exit(1)
-    tell(out, {arm.name: [str(jobs[arm.name, seed][3]) for seed in range(1, seeds + 1)] for arm in arms})
+    tell(out, {arm.name: [jobs[arm.name, seed][3] for seed in range(1, seeds + 1)] for arm in arms})
 
 
 def arms_of(world: str, changes: list[str], controls: list[str]) -> list[Arm]:
@@ -128,8 +128,17 @@ def one_thread_each() -> Iterator[None]:
                 os.environ[name] = value
 
 
-def tell(out: Path, runs: dict[str, list[str]]) -> None:
-    """Compare the arms, write the comparison, and say it."""
-    from ecs_eco.analysis import compare
+def tell(out: Path, runs: dict[str, list[Path]]) -> None:
+    """Compare the arms, write the comparison, and say it in a table."""
+    from rich.console import Console
+    from rich.table import Table
 
-    say(compare(out, runs))
+    from ecs_eco.analysis.compare import compare
+
+    found = compare(runs, out)
+    table = Table("arm", "runs", "all persist", *(f"{name}: mean number, extinct" for name in found["species"]))
+    for name, arm in found["arms"].items():
+        numbers = [f"{s['mean_number']:.1f}, {s['extinctions']} of {arm['n']}" for s in arm["per_species"].values()]
+        table.add_row(name, str(arm["n"]), f"{arm['persisted']} of {arm['n']}", *numbers)
+    Console().print(table)
+    say(f"written: {out / 'compare.html'}")

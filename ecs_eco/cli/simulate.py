@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 from pathlib import Path
 from typing import Any
@@ -39,7 +40,7 @@ def run_world(
         try:
             found = run_to_folder(config, seed, ticks, out, policies, learn, bar, threads=threads, report=report)
         except KeyboardInterrupt:
-            stopped(f"at tick {bar.done} of {ticks}", out)
+            stopped(bar.done, ticks, out)
     say(f"{ticks} ticks of {config.name}, seed {seed}, in {out}{numbers(found)}{populations(out)}")
 
 
@@ -56,9 +57,9 @@ def train_world(
 
     with progress(f"training {config.name}", quiet) as bar:
         try:
-            found = pretrain(config, seed=seed, ticks=ticks, out=out, progress=bar)
+            found = pretrain(config, seed, ticks, out, bar)
         except KeyboardInterrupt:
-            stopped(f"at tick {bar.done} of {ticks}", out)
+            stopped(bar.done, ticks, out)
     say(f"policies of {config.name}, {ticks} ticks, seed {seed}, in {out}{numbers(found)}")
     say(f"use them: ecs-eco run {world} --policies {out}")
 
@@ -86,10 +87,13 @@ def known_policies(policies: str, config: WorldConfig) -> None:
             refuse("--policies", f"{name}.safetensors is missing in the folder", policies, allowed)
 
 
-def stopped(where: str, out: Path) -> None:
+def stopped(done: int, ticks: int, out: Path) -> None:
     """Ends a command after Ctrl-C."""
+    manifest = out / "manifest.json"
+    if manifest.is_file():
+        done = json.loads(manifest.read_text(encoding="utf-8")).get("done", done)
     kept = f"what was recorded until then is in {out}" if out.exists() else "nothing was recorded"
-    complain(f"Stopped {where}; {kept}.")
+    complain(f"Stopped at tick {done} of {ticks}; {kept}.")
     raise typer.Exit(INTERRUPTED)
 
 

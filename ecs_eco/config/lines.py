@@ -29,7 +29,8 @@ def key_lines(text: str) -> dict[Key, int]:
                 counts[table] = counts.get(table, -1) + 1
                 found.setdefault(table, line)
                 table = (*table, counts[table])
-            found.setdefault(table, line)
+            for end in range(1, len(table) + 1):
+                found.setdefault(table[:end], line)
             tokens.take()
         else:
             _pair(tokens, table, found)

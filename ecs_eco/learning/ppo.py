@@ -187,8 +187,8 @@ def _slopes(
 def _value_slope(value, old, target, clip_value):
     """Return slope and size of the squared error; with clip_value, that of the worse of the free and the held value."""
     error = value - target
-    if clip_value > 0:
-        held = old + min(max(value - old, -clip_value), clip_value)
+    if 0 < clip_value < abs(value - old):
+        held = old + (clip_value if value > old else -clip_value)
         if (held - target) ** 2 > error**2:
             return np.float32(0), (held - target) ** 2
     return 2 * error, error**2

@@ -115,9 +115,10 @@ class Rollout:
             have, need = np.shape(state[name])[1:], getattr(self, name).shape[1:]
             if have != need:
                 raise ValueError(f"{name} of the rollout have {have} columns; this one needs {need}")
-        self.n, self.ticks = len(state["ended"]), int(state["ticks"])
-        if self.n > len(self._ended):
-            self._grow(self.n)
+        self.n, self.ticks = 0, int(state["ticks"])
+        if len(state["ended"]) > len(self._ended):
+            self._grow(len(state["ended"]))
+        self.n = len(state["ended"])
         self.observations[...], self.choices[...] = state["observations"], state["choices"]
         self.ended[...], self.last = state["ended"], np.array(state["last"])
         for name in _FIELDS:

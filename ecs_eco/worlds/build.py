@@ -73,10 +73,10 @@ def build(cls: Any, config: Any, *, seed: int | None = None, policies: Any = "tr
 
 
 def _cell(config: WorldConfig) -> float:
-    """Choose the side of the index cells: a third of the widest sense, so that a look takes about 7 × 7 of them."""
+    """Choose the side of the index cells: half the widest sense, so that a look takes about 5 × 5 of them."""
     radii = [getattr(s, "radius", 0.0) for sp in config.species.values() for s in sp.sensors]
     shortest = min(config.space.size)
-    return min(max(max(radii, default=0.0) / 3, shortest / 500), shortest)
+    return min(max(max(radii, default=0.0) / 2, shortest / 500), shortest)
 
 
 def _matter(table: Any, kind: Any, substances: list[str]) -> None:

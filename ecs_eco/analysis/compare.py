@@ -1,0 +1,234 @@
+"""Arms of an experiment side by side: who persists, for how long, how many, and do they cycle?
+
+An arm is a name and one run a seed. Seeds are the replicates; a run in which a species dies out is a result.
+Takes what runs left; it runs no world.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ecs_eco.analysis import figures
+from ecs_eco.analysis.cycles import CycleStatistics, cross_seed_surrogates, cycle_statistics, median_lag_interval
+from ecs_eco.analysis.page import number, page, picture, table, write_text
+from ecs_eco.analysis.runs import Series, load_series
+from ecs_eco.analysis.survival import SurvivalCurve, bootstrap_difference, difference_of_shares, kaplan_meier, log_rank, wilson
+
+
+def compare(
+    arms: Mapping[str, Sequence[Any]], out: Path | str | None = None, *, species: Sequence[str] | None = None, n_boot: int = 499, seed: int = 0
+) -> dict[str, Any]:
+    """Compare arms (name → run folders, series tables or `Series`, one a seed) with the first arm as the reference.
+
+    Returns what compare.json holds; with `out`, writes compare.json, compare.html and figures/ there.
+    """
+    if not arms:
+        raise ValueError("nothing to compare: give at least one arm, name → runs")
+    loaded = {arm: [load_series(run, species) for run in runs] for arm, runs in arms.items()}
+    for arm, runs in loaded.items():
+        if not runs:
+            raise ValueError(f"arm {arm!r} has no runs: give at least one, better ten")
+    names = next(iter(loaded.values()))[0].species
+    for arm, runs in loaded.items():
+        for run in runs:
+            if run.species != names:
+                raise ValueError(f"arm {arm!r} has a run of {', '.join(run.species)}, the first arm of {', '.join(names)}: compare runs of the same species")
+    curves = {s: {arm: extinction_curve(runs, s) for arm, runs in loaded.items()} for s in names}
+    cycles = {arm: [cycle_statistics(run, n_boot=n_boot, seed=seed) for run in runs] for arm, runs in loaded.items()}
+    reference = next(iter(loaded))
+    result = {
+        "format": 1,
+        "reference": reference,
+        "species": list(names),
+        "arms": {arm: _arm(runs, {s: curves[s][arm] for s in names}, cycles[arm], seed) for arm, runs in loaded.items()},
+        "effects": {arm: _effects(loaded[reference], runs, names, seed) for arm, runs in loaded.items() if arm != reference},
+    }
+    result = clean(result)
+    if out is not None:
+        _write(Path(out), result, loaded, curves)
+    return result
+
+
+def extinction_curve(runs: Sequence[Series], species: str) -> SurvivalCurve:
+    """Survival of a species over runs: time from the start to its extinction [ticks], censored at the end of the run."""
+    return kaplan_meier(*_lifetimes(runs, species))
+
+
+def _lifetimes(runs: Sequence[Series], species: str) -> tuple[list[float], list[bool]]:
+    gone = [run.extinct[run.index(species)] for run in runs]
+    lived = [float((run.ticks[-1] if np.isnan(t) else t) - run.ticks[0]) for run, t in zip(runs, gone, strict=True)]
+    return lived, [not np.isnan(t) for t in gone]
+
+
+def _arm(runs: Sequence[Series], curves: Mapping[str, SurvivalCurve], cycles: Sequence[CycleStatistics], seed: int) -> dict[str, Any]:
+    n, kept = len(runs), sum(run.persisted for run in runs)
+    names = runs[0].species
+    last = min(int(run.ticks[-1] - run.ticks[0]) for run in runs)
+    found = [c for c in cycles if c.enough]
+    pairs = [f"{a}→{b}" for i, a in enumerate(names) for b in names[i + 1 :]]
+    return {
+        "n": n,
+        "seeds": [run.manifest.get("seed") for run in runs],
+        "ticks": last,
+        "persisted": kept,
+        "persistence": wilson(kept, n),
+        "per_species": {
+            s: {
+                "extinctions": int(curves[s].died.sum()),
+                "median_extinction": curves[s].median,
+                "mean_time": curves[s].mean(last),
+                "mean_number": float(np.mean([run.of(s).mean() for run in runs])),
+                "long_enough": len(found),
+                "cycling": sum(s in c.cycling() for c in found),
+                "share_cycling": wilson(sum(s in c.cycling() for c in found), len(found)),
+                "median_period": _median([c.peaks[s].period for c in found if s in c.cycling()]),  # type: ignore[union-attr]
+                "cycling_ar1": sum((c.p_ar1.get(s) or 1.0) <= 0.05 for c in found),
+            }
+            for s in names
+        },
+        "lags": {pair: median_lag_interval([c.lags[pair].share for c in found if c.cycling() and pair in c.lags]) for pair in pairs},
+        "coupling": _coupling(runs, cycles, seed),
+        "runs": [{"seed": run.manifest.get("seed"), "persisted": run.persisted, **c.as_dict()} for run, c in zip(runs, cycles, strict=True)],
+    }
+
+
+def _median(values: Sequence[float]) -> float:
+    return float(np.median(values)) if len(values) else np.nan
+
+
+def _coupling(runs: Sequence[Series], cycles: Sequence[CycleStatistics], seed: int) -> dict[str, Any]:
+    """Cross-seed surrogates of each adjacent pair, over the runs in which everybody persisted."""
+    kept = [(run, c) for run, c in zip(runs, cycles, strict=True) if run.persisted and c.period]
+    if len(kept) < 4:
+        return {}
+    period = float(np.median([c.period for _, c in kept]))  # type: ignore[misc]
+    out = {}
+    for a, b in zip(runs[0].species, runs[0].species[1:], strict=False):
+        try:
+            found = cross_seed_surrogates([run for run, _ in kept], a, b, period, seed=seed)
+        except ValueError:
+            continue
+        out[f"{a}→{b}"] = {"n": found.n, "period": period, "coherency": found.coherency, "share": found.share, "p": found.p}
+    return out
+
+
+def _effects(reference: Sequence[Series], runs: Sequence[Series], names: Sequence[str], seed: int) -> dict[str, Any]:
+    """This arm minus the reference."""
+    out: dict[str, Any] = {
+        "persistence": difference_of_shares(sum(r.persisted for r in runs), len(runs), sum(r.persisted for r in reference), len(reference)),
+        "per_species": {},
+    }
+    for s in names:
+        a, b = _lifetimes(runs, s), _lifetimes(reference, s)
+        out["per_species"][s] = {
+            "lifetime": bootstrap_difference(a[0], b[0], seed=seed),
+            "log_rank_p": log_rank([a, b])[1],
+            "mean_number": bootstrap_difference([r.of(s).mean() for r in runs], [r.of(s).mean() for r in reference], seed=seed),
+        }
+    return out
+
+
+def clean(x: Any) -> Any:
+    """The same in types of JSON: intervals as [value, low, high], NaN and infinity as null."""
+    if isinstance(x, Mapping):
+        return {str(k): clean(v) for k, v in x.items()}
+    if isinstance(x, list | tuple | np.ndarray):
+        return [clean(v) for v in x]
+    if isinstance(x, np.bool_ | bool):
+        return bool(x)
+    if isinstance(x, int | np.integer):
+        return int(x)
+    if isinstance(x, float | np.floating):
+        return float(x) if np.isfinite(x) else None
+    return x
+
+
+def _interval(x: Sequence[float]) -> str:
+    return f"{number(x[0])} ({number(x[1])} … {number(x[2])})"
+
+
+def _write(out: Path, result: dict[str, Any], loaded: Mapping[str, Sequence[Series]], curves: Mapping[str, Mapping[str, SurvivalCurve]]) -> None:
+    write_text(out / "compare.json", json.dumps(result, indent=1, ensure_ascii=False, allow_nan=False) + "\n")
+    until = max(arm["ticks"] for arm in result["arms"].values())
+    shown = [s for s in result["species"] if any(c.died.any() for c in curves[s].values())]
+    pictures = [
+        picture(figures.save(figures.survival(curves[s], until, f"{s} persists"), out / "figures" / f"survival_{s}.png"), _CURVE.format(s)) for s in shown
+    ]
+    pictures.append(picture(figures.save(_means(loaded), out / "figures" / "numbers.png"), _MEANS))
+    write_text(out / "compare.html", page("Comparison of " + ", ".join(result["arms"]), *_blocks(result, pictures)))
+
+
+_CURVE = "Share of runs in which {} lives (Kaplan–Meier, 95 % bands)."
+_MEANS = "Numbers over time: every run thin, the median over runs thick."
+
+
+def _means(loaded: Mapping[str, Sequence[Series]]) -> Any:
+    first = next(iter(loaded.values()))[0]
+    hue = figures.colors(first.species, first.manifest.get("colors"))
+    figure, axes = figures.grid(len(first.species), len(loaded), 4 * len(loaded) + 1, 1.9 * len(first.species) + 0.6, sharex=True, sharey="row")
+    for column, (arm, runs) in enumerate(loaded.items()):
+        length = min(len(run.ticks) for run in runs)
+        for row, s in enumerate(first.species):
+            ax = axes[row, column]
+            thinned = [figures.thin(run.of(s)[:length], 400)[0] for run in runs]
+            x = np.linspace(runs[0].ticks[0], runs[0].ticks[length - 1], len(thinned[0]))
+            for y in thinned:
+                ax.plot(x, y, color=hue[s], lw=0.6, alpha=0.5)
+            ax.plot(x, np.median(thinned, axis=0), color=hue[s], lw=2)
+            ax.set(ylim=(0, None))
+            ax.margins(x=0)
+            if not row:
+                ax.set_title(f"{arm} (n = {len(runs)})")
+            if not column:
+                ax.set_ylabel(s)
+        axes[-1, column].set_xlabel("tick")
+    return figure
+
+
+def _blocks(result: dict[str, Any], pictures: Sequence[str]) -> list[str]:
+    arms, names = result["arms"], result["species"]
+    who = [
+        [arm, a["n"], f"{a['ticks']:,}", a["persisted"], _interval(a["persistence"])]
+        + [f"{a['per_species'][s]['extinctions']} of {a['n']}, median {number(a['per_species'][s]['median_extinction'])}" for s in names]
+        for arm, a in arms.items()
+    ]
+    cycling = [
+        [arm, s, f"{x['cycling']} of {x['long_enough']}", f"{x['cycling_ar1']} of {x['long_enough']}", number(x["median_period"]), number(x["mean_number"])]
+        for arm, a in arms.items()
+        for s, x in a["per_species"].items()
+    ]
+    lag = [
+        [arm, pair, x["n"], f"{number(x['median'])} ({number(x['low'])} … {number(x['high'])})", number(a["coupling"].get(pair, {}).get("p"))]
+        for arm, a in arms.items()
+        for pair, x in a["lags"].items()
+        if x["n"]
+    ]
+    gaps = [
+        [arm, s, _interval(x["lifetime"]), number(x["log_rank_p"]), _interval(x["mean_number"])]
+        for arm, e in result["effects"].items()
+        for s, x in e["per_species"].items()
+    ]
+    blocks = [
+        f"<h1>Comparison of {len(arms)} arms</h1><p class='under'>Seeds are the replicates. Intervals are 95 %.</p>",
+        "<h2>Who persists</h2>",
+        table(["arm", "runs", "ticks", "all persist", "share (Wilson)", *(f"{s} extinct" for s in names)], who),
+        *pictures[:-1],
+    ]
+    if gaps:
+        share = [[arm, _interval(e["persistence"])] for arm, e in result["effects"].items()]
+        blocks += [f"<h2>Against {result['reference']}</h2>", table(["arm", "share that persists, difference (Newcombe)"], share)]
+        blocks.append(table(["arm", "species", "ticks lived, difference", "log-rank p", "mean number, difference"], gaps))
+    blocks += ["<h2>Numbers</h2>", pictures[-1], "<h2>Cycles</h2>"]
+    blocks.append(
+        "<p>Runs whose spectrum has a peak beyond red noise that only relaxes (p ≤ .05 in each run; by luck 1 in 20), and beyond AR(1), which calls smooth series periodic.</p>"
+    )
+    blocks.append(table(["arm", "species", "cycling", "beyond AR(1)", "median period [ticks]", "mean number"], cycling))
+    if lag:
+        blocks += ["<p>Lags as share of the period, over cycling runs; p tests the pair against pairs from different runs.</p>"]
+        blocks.append(table(["arm", "pair", "runs", "median lag", "coupling p"], lag))
+    return blocks
