@@ -5,8 +5,9 @@ import math
 import os
 import platform
 import time
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any, Callable
+from typing import Any
 
 RESULTS = Path(__file__).parent / "results"
 
@@ -25,7 +26,8 @@ def machine() -> dict[str, Any]:
     if Path("/proc/cpuinfo").exists():
         lines = Path("/proc/cpuinfo").read_text().splitlines()
         model = next((line.split(":")[1].strip() for line in lines if line.startswith("model name")), platform.machine())
-    return {"processor": model, "cores": os.cpu_count(), "load": round(os.getloadavg()[0], 2), "versions": versions(), "commit": git_commit()}
+    return {"processor": model, "cores": os.cpu_count(),
+            "load": round(os.getloadavg()[0], 2), "versions": versions(), "commit": git_commit()}
 
 
 def best_of(work: Callable[[], None], repeats: int = 5) -> float:
@@ -67,7 +69,8 @@ def savanna(animals: int, plants_per_animal: float = 1.6, **space: Any) -> dict[
         {"kind": "nearest", "target": "plant", "radius": 6.0}, {"kind": "nearest", "target": "grazer", "radius": 6.0},
         {"kind": "nearest", "target": "hunter", "radius": 12.0},
         *({"kind": "smell", "field": f, "at": [1.0, side_]} for f in fields for side_ in (0.5, -0.5)),
-        {"kind": "own", "property": "energy"}, {"kind": "own", "property": "age", "scale": 1000.0}, {"kind": "own", "property": "fertility"},
+        {"kind": "own", "property": "energy"}, {"kind": "own", "property": "age", "scale": 1000.0},
+        {"kind": "own", "property": "fertility"},
         {"kind": "own", "property": "temperature", "scale": 300.0}, {"kind": "light"}, {"kind": "temperature", "zero": 285.0},
         {"kind": "pressure", "zero": 1e5, "scale": 1e4}, {"kind": "own", "property": "luminous_intensity", "name": "glow"},
         {"kind": "own", "property": "electric_current", "name": "charge"},

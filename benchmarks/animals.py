@@ -15,10 +15,10 @@ import _bench
 
 _bench.pin_threads()
 
-import numpy as np  # noqa: E402
+import numpy as np
 
-from ecs_eco import World  # noqa: E402
-from ecs_eco.components import Position  # noqa: E402
+from ecs_eco import World
+from ecs_eco.components import Position
 
 
 def in_reach(world: World, name: str, sample: int = 300) -> float:
@@ -51,7 +51,8 @@ def measure(animals: int, threads: int, learn: bool) -> dict[str, object]:
     n = world.tables["grazer"].n + world.tables["hunter"].n
     best = min(times)
     row = {"animals": n, "plants": world.tables["plant"].n, "threads": threads, "learning": learn,
-           "neighbours in reach": round(in_reach(world, "grazer"), 1), "ns per animal and tick": best / n * 1e9, "M organism-steps/s": n / best / 1e6}
+           "neighbours in reach": round(in_reach(world, "grazer"), 1),
+           "ns per animal and tick": best / n * 1e9, "M organism-steps/s": n / best / 1e6}
     if learn:
         row["rollout bytes per transition"] = world.tables["grazer"].traits["nerves"].learner.rollout.nbytes_per_transition
     return row

@@ -14,7 +14,7 @@ import _bench
 
 _bench.pin_threads()
 
-from ecs_eco import World  # noqa: E402
+from ecs_eco import World
 
 
 def meadow(plants: int) -> dict:
@@ -42,7 +42,8 @@ def main() -> None:
             start = time.perf_counter()
             world.run(ticks)
             times.append((time.perf_counter() - start) / ticks)
-        rows.append({"plants": world.tables["plant"].n, "ns per plant and tick": min(times) / n * 1e9, "M plant-steps/s": n / min(times) / 1e6})
+        rows.append({"plants": world.tables["plant"].n, "ns per plant and tick": min(times) / n * 1e9,
+                     "M plant-steps/s": n / min(times) / 1e6})
     _bench.save("plants", "Plants that grow and spread", rows)
 
 

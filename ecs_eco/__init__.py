@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 _HOME = {"World": "world", "System": "system", "PHASES": "system", "Table": "table", "njit": "_numba", "draw": "random"}
 _HOME |= dict.fromkeys(("component", "f32", "f64", "i8", "i16", "i32", "i64", "u8", "u16", "u32", "u64", "boolean"), "schema")
-__all__ = [*_HOME]  # noqa: PLE0604
+__all__ = [*_HOME]
 __version__ = "0.1.0"
 
 

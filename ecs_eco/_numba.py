@@ -6,8 +6,9 @@ hash of the package's sources.
 
 import hashlib
 import os
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any, Callable
+from typing import Any
 
 import numba
 
@@ -32,7 +33,7 @@ def cache_folder() -> Path:
     return Path(parent) / f"kernels-{_sources_hash()}"
 
 
-numba.config.CACHE_DIR = str(cache_folder())
+numba.config.CACHE_DIR = str(cache_folder())  # type: ignore[attr-defined]
 
 
 def njit(function: Callable[..., Any]) -> Any:

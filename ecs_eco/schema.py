@@ -1,5 +1,6 @@
 """`@component`: a class of annotated fields becomes a column layout and a handle type at once."""
 
+import inspect
 import sys
 from typing import TYPE_CHECKING, Any
 
@@ -70,7 +71,7 @@ class Handle:
                 continue  # its size belongs to the table
             array = np.asarray(value, kind.dtype)
             fixed = all(not isinstance(d, str) for d in kind.shape)
-            setattr(self._columns, name, np.broadcast_to(array, kind.shape)[None].copy() if fixed else array[None].copy())
+            setattr(self._columns, name, np.broadcast_to(array, kind.resolve({}, name))[None].copy() if fixed else array[None].copy())
 
     @classmethod
     def attach(cls, columns: Columns, row: int) -> "Handle":
@@ -122,4 +123,5 @@ def component(cls: type) -> Any:
 def _hints(cls: type) -> dict[str, Any]:
     """Return the annotations of a class, those written as strings evaluated where the class was written."""
     scope = vars(sys.modules.get(cls.__module__, object())) if cls.__module__ in sys.modules else {}
-    return {n: eval(k, dict(scope)) if isinstance(k, str) else k for n, k in cls.__dict__.get("__annotations__", {}).items()}  # noqa: S307
+    own = inspect.get_annotations(cls)
+    return {n: eval(k, dict(scope)) if isinstance(k, str) else k for n, k in own.items()}  # noqa: S307

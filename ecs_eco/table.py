@@ -1,6 +1,7 @@
 """A table holds all entities of one kind: an array per component field, rows stable for life, an alive mask."""
 
-from typing import Any, Iterable, Mapping
+from collections.abc import Iterable, Mapping
+from typing import Any
 
 import numpy as np
 
@@ -19,7 +20,7 @@ class Table:
     is a column. Columns move when the table grows: keep none past the tick.
     """
 
-    def __init__(self, name: str, components: Iterable[type[Handle]], *, capacity: int = 64, dims: Mapping[str, int] | None = None,
+    def __init__(self, name: str, components: Iterable[type[Any]], *, capacity: int = 64, dims: Mapping[str, int] | None = None,
                  place: int = 0) -> None:
         if capacity < 1:
             raise ValueError(f"table {name!r}: capacity is {capacity}; it must be at least 1")
@@ -37,8 +38,8 @@ class Table:
         self.killer = np.zeros(capacity, np.uint64)
         self.entity = np.zeros(capacity, np.int64)  # esper's number, local to the process
         self.entity_uid = np.zeros(capacity, np.uint64)  # who that number was made for
-        self.columns: dict[type[Handle], Columns] = {}
-        self.defaults: dict[type[Handle], dict[str, np.ndarray]] = {}
+        self.columns: dict[type[Any], Columns] = {}
+        self.defaults: dict[type[Any], dict[str, np.ndarray]] = {}
         self.births: list[tuple[np.ndarray, np.ndarray, dict[tuple[type, str], np.ndarray]]] = []
         self.traits: dict[str, Any] = {}  # what its systems keep per species: never per organism
         for component in components:
@@ -53,7 +54,7 @@ class Table:
     def __contains__(self, component: type) -> bool:
         return component in self.columns
 
-    def __getitem__(self, component: type[Handle]) -> Any:
+    def __getitem__(self, component: type[Any]) -> Any:
         try:
             return self.columns[component]
         except KeyError:
@@ -64,7 +65,7 @@ class Table:
         """Return whether the table has all these components."""
         return all(c in self.columns for c in components)
 
-    def add_component(self, component: type[Handle], **defaults: Any) -> None:
+    def add_component(self, component: type[Any], **defaults: Any) -> None:
         """Give every entity of this table, living or to come, a component; `defaults` replace the component's own."""
         if not (isinstance(component, type) and issubclass(component, Handle) and component.fields):
             raise TypeError(f"table {self.name!r}: {component!r} is not a component; declare it with @component")
@@ -81,14 +82,14 @@ class Table:
         self.set_defaults(component, **defaults)
         self.entity_uid[:] = np.where(self.entity_uid != 0, np.uint64(0xFFFFFFFFFFFFFFFF), self.entity_uid)  # handles are made anew
 
-    def set_defaults(self, component: type[Handle], **defaults: Any) -> None:
+    def set_defaults(self, component: type[Any], **defaults: Any) -> None:
         """Set what a newborn of this table has in these fields."""
         for field, value in defaults.items():
             if field not in component.fields:
                 raise KeyError(unknown_name(f"{component.__name__} in table {self.name!r}", "field", field, component.fields))
             self.defaults[component][field][...] = value
 
-    def field(self, component: type[Handle], name: str) -> np.ndarray:
+    def field(self, component: type[Any], name: str) -> np.ndarray:
         """Return one column: an array [capacity, …]."""
         return getattr(self[component], name)
 

@@ -5,8 +5,9 @@ import hashlib
 import itertools
 import threading
 import weakref
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from typing import Any, Callable, Iterator, Mapping, Sequence
+from typing import Any
 
 import esper
 import numpy as np
@@ -83,7 +84,7 @@ class World:
 
     # --- what there is ---------------------------------------------------------------------------------------------
 
-    def add_table(self, name: str, *components: type[Handle], capacity: int = 64, dims: Mapping[str, int] | None = None) -> Table:
+    def add_table(self, name: str, *components: type[Any], capacity: int = 64, dims: Mapping[str, int] | None = None) -> Table:
         """Declare a kind of entity with these components; `dims` gives the sizes that their shapes name."""
         if name in self.tables:
             raise ValueError(f"table {name!r} exists already; choose another name")
@@ -96,8 +97,8 @@ class World:
         phase = phase or getattr(system, "phase", "interact")
         if phase not in PHASES:
             raise ValueError(unknown_name(f"system {type(system).__name__}", "phase", phase, PHASES))
-        system.phase = phase  # type: ignore[attr-defined]
-        system.world = self  # type: ignore[attr-defined]
+        system.phase = phase  # type: ignore[union-attr]
+        system.world = self  # type: ignore[union-attr]
         self.systems.append(system)  # type: ignore[arg-type]
         if not isinstance(system, System):
             self._enter(_Registry(self), phase, 2 * len(self.systems) - 1)  # it looks at the world through esper
@@ -150,12 +151,12 @@ class World:
                 return table, int(row[0])
         raise KeyError(f"no living entity has the uid {uid}")
 
-    def get(self, uid: int, component: type[Handle]) -> Any:
+    def get(self, uid: int, component: type[Any]) -> Any:
         """Return the handle of one living entity's component."""
         table, row = self.locate(uid)
         return component.attach(table[component], row)
 
-    def each(self, *components: type[Handle]) -> Iterator[tuple[Any, ...]]:
+    def each(self, *components: type[Any]) -> Iterator[tuple[Any, ...]]:
         """Yield (uid, handle, …) for all living entities that have these components, in the order of uids."""
         found = [(int(t.uid[r]), t, int(r)) for t in self.tables.values() if t.has(components) for r in t.rows()]
         for uid, table, row in sorted(found, key=lambda f: f[0]):
@@ -240,7 +241,7 @@ class World:
                     if table.entity_uid[row] and esper.entity_exists(int(table.entity[row])):
                         esper.delete_entity(int(table.entity[row]), immediate=True)
                     if table.uid[row]:
-                        table.entity[row] = esper.create_entity(*[c.attach(columns, row) for c, columns in table.columns.items()])
+                        table.entity[row] = esper.create_entity(*[c.attach(columns, int(row)) for c, columns in table.columns.items()])
                 table.entity_uid[:] = table.uid
         if changed > 10_000:
             gc.freeze()

@@ -159,35 +159,12 @@ def _write(out: Path, result: dict[str, Any], loaded: Mapping[str, Sequence[Seri
     pictures = [
         picture(figures.save(figures.survival(curves[s], until, f"{s} persists"), out / "figures" / f"survival_{s}.png"), _CURVE.format(s)) for s in shown
     ]
-    pictures.append(picture(figures.save(_means(loaded), out / "figures" / "numbers.png"), _MEANS))
+    pictures.append(picture(figures.save(figures.arms(loaded), out / "figures" / "numbers.png"), _MEANS))
     write_text(out / "compare.html", page("Comparison of " + ", ".join(result["arms"]), *_blocks(result, pictures)))
 
 
 _CURVE = "Share of runs in which {} lives (Kaplan–Meier, 95 % bands)."
 _MEANS = "Numbers over time: every run thin, the median over runs thick."
-
-
-def _means(loaded: Mapping[str, Sequence[Series]]) -> Any:
-    first = next(iter(loaded.values()))[0]
-    hue = figures.colors(first.species, first.manifest.get("colors"))
-    figure, axes = figures.grid(len(first.species), len(loaded), 4 * len(loaded) + 1, 1.9 * len(first.species) + 0.6, sharex=True, sharey="row")
-    for column, (arm, runs) in enumerate(loaded.items()):
-        length = min(len(run.ticks) for run in runs)
-        for row, s in enumerate(first.species):
-            ax = axes[row, column]
-            thinned = [figures.thin(run.of(s)[:length], 400)[0] for run in runs]
-            x = np.linspace(runs[0].ticks[0], runs[0].ticks[length - 1], len(thinned[0]))
-            for y in thinned:
-                ax.plot(x, y, color=hue[s], lw=0.6, alpha=0.5)
-            ax.plot(x, np.median(thinned, axis=0), color=hue[s], lw=2)
-            ax.set(ylim=(0, None))
-            ax.margins(x=0)
-            if not row:
-                ax.set_title(f"{arm} (n = {len(runs)})")
-            if not column:
-                ax.set_ylabel(s)
-        axes[-1, column].set_xlabel("tick")
-    return figure
 
 
 def _blocks(result: dict[str, Any], pictures: Sequence[str]) -> list[str]:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import wraps
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ParamSpec
 
 import numpy as np
 
@@ -13,10 +14,11 @@ from ecs_eco.analysis.runs import DIED, Series
 from ecs_eco.analysis.spectrum import Peak, smooth, thin, transform
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
     from ecs_eco.analysis.survival import SurvivalCurve
+
+P = ParamSpec("P")
 
 PALETTE = ("#009E73", "#E69F00", "#0072B2", "#D55E00", "#CC79A7", "#56B4E9", "#000000", "#F0E442")
 """Okabe and Ito's colours, told apart by colour-blind readers."""
@@ -39,26 +41,40 @@ _STYLE = {
 }
 
 
-def grid(rows: int, columns: int, width: float, height: float, **more: Any) -> tuple[Figure, np.ndarray]:
+def _grid(rows: int, columns: int, width: float, height: float, **more: Any) -> tuple[Figure, np.ndarray]:
     """An empty figure [inches] with rows × columns of axes."""
-    import matplotlib
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    with matplotlib.rc_context(_STYLE):
-        figure = Figure(figsize=(width, height), layout="constrained")
-        FigureCanvasAgg(figure)
-        axes = figure.subplots(rows, columns, squeeze=False, **more)
-    return figure, axes
+    figure = Figure(figsize=(width, height), layout="constrained")
+    FigureCanvasAgg(figure)
+    return figure, figure.subplots(rows, columns, squeeze=False, **more)
+
+
+def _styled(draw: Callable[P, Figure]) -> Callable[P, Figure]:
+    """Draw in our style whatever the reader's own settings are."""
+
+    @wraps(draw)
+    def styled(*args: P.args, **kwargs: P.kwargs) -> Figure:
+        import matplotlib
+
+        with matplotlib.rc_context():
+            matplotlib.rcdefaults()
+            matplotlib.rcParams.update(_STYLE)
+            figure = draw(*args, **kwargs)
+        for ax in figure.axes:
+            for axis in (ax.xaxis, ax.yaxis):
+                if axis.get_scale() == "linear" and max(map(abs, axis.get_view_interval())) >= 1000:
+                    axis.set_major_formatter("{x:,.0f}")
+        return figure
+
+    return styled
 
 
 def save(figure: Figure, path: Path | str, dpi: int = 110) -> Path:
     """Write a PNG."""
-    import matplotlib
-
     Path(path).parent.mkdir(parents=True, exist_ok=True)
-    with matplotlib.rc_context(_STYLE):
-        figure.savefig(path, dpi=dpi, facecolor="white", metadata={"Software": None})
+    figure.savefig(path, dpi=dpi, facecolor="white", metadata={"Software": None}, pil_kwargs={"compress_level": 4})
     return Path(path)
 
 
@@ -71,20 +87,17 @@ def _colors(series: Series) -> dict[str, str]:
     return colors(series.species, series.manifest.get("colors"))
 
 
-def _scale(x: float) -> str:
-    return f"{x:,.0f}"
-
-
+@_styled
 def populations(series: Series) -> Figure:
     """Numbers over time; a species ten times as numerous as the rest has its own axis on the right."""
-    figure, ((ax,),) = grid(1, 1, 9, 3.6)
+    figure, ((ax,),) = _grid(1, 1, 9, 3.6)
     hue, top = _colors(series), series.n.max(0, initial=0)
     rest = np.sort(top)[:-1].max(initial=0)
     alone = int(top.argmax()) if len(top) > 1 and rest and top.max() > 4 * rest else -1
     right = ax.twinx() if alone >= 0 else None
     for i, s in enumerate(series.species):
         on = right if i == alone and right is not None else ax
-        on.plot(series.ticks, series.n[:, i], color=hue[s], ls=DASHES[i % len(DASHES)] if i == alone else "-", label=s)
+        on.plot(series.ticks, series.n[:, i], color=hue[s], label=s)
         if not np.isnan(series.extinct[i]) and series.present[i]:
             on.plot(series.extinct[i], 0, "x", color=hue[s], ms=9, mew=2.2, clip_on=False, zorder=5)
     ax.set(xlabel="tick", ylabel="number", ylim=(0, None))
@@ -97,16 +110,17 @@ def populations(series: Series) -> Figure:
         right.spines["right"].set_visible(True)
         ax.set_ylabel("number of " + ", ".join(s for i, s in enumerate(series.species) if i != alone))
     lines = [line for a in figure.axes for line in a.get_lines() if not line.get_label().startswith("_")]
-    figure.legend(handles=lines, loc="outside upper center", ncols=max(1, len(lines)), frameon=False)
+    figure.legend(handles=lines, loc="outside upper center", ncols=max(1, len(lines)))
     ax.margins(x=0)
     return figure
 
 
+@_styled
 def phase(series: Series, pairs: Sequence[tuple[str, str]]) -> Figure:
     """Trajectories of pairs of species (prey on x, consumer on y), coloured by time; smoothed over 1 % of the run."""
     from matplotlib.collections import LineCollection
 
-    figure, axes = grid(1, len(pairs), 4.4 * len(pairs) + 0.7, 3.9)
+    figure, axes = _grid(1, len(pairs), 4.4 * len(pairs) + 0.7, 3.9)
     for ax, (a, b) in zip(axes[0], pairs, strict=True):
         window = max(1, len(series.ticks) // 100)
         x, y = (thin(smooth(series.of(s), window), 1500)[0] for s in (a, b))
@@ -125,9 +139,10 @@ def phase(series: Series, pairs: Sequence[tuple[str, str]]) -> Figure:
     return figure
 
 
+@_styled
 def spectra(peaks: Mapping[str, Peak], hue: Mapping[str, str] | None = None) -> Figure:
     """Spectrum of each species with the fitted red noise and the ratio it passes at one frequency in twenty."""
-    figure, axes = grid(1, len(peaks), 3.5 * len(peaks) + 0.6, 3.4)
+    figure, axes = _grid(1, len(peaks), 3.5 * len(peaks) + 0.6, 3.4)
     hue = hue or colors(list(peaks))
     for ax, (s, peak) in zip(axes[0], peaks.items(), strict=True):
         used = slice(1, len(peak.frequency) // 2)
@@ -144,9 +159,10 @@ def spectra(peaks: Mapping[str, Peak], hue: Mapping[str, str] | None = None) -> 
     return figure
 
 
+@_styled
 def lags(series: Series, pairs: Sequence[tuple[str, str]], period: float, surrogates: Mapping[str, Surrogates] | None = None) -> Figure:
     """Cross-correlation of each pair over lags of ± one period, with the band of cross-seed pairs where given ("a→b")."""
-    figure, axes = grid(1, len(pairs), 3.6 * len(pairs) + 0.6, 3.2, sharey=True)
+    figure, axes = _grid(1, len(pairs), 3.6 * len(pairs) + 0.6, 3.2, sharey=True)
     for ax, (a, b) in zip(axes[0], pairs, strict=True):
         found = (surrogates or {}).get(f"{a}→{b}")
         if found is not None:
@@ -177,12 +193,13 @@ def _binned(series: Series, columns: np.ndarray, bins: int = 120) -> tuple[np.nd
     return series.ticks[(edges[:-1] + edges[1:] - 1) // 2], total / width
 
 
+@_styled
 def deaths(series: Series) -> Figure:
     """Deaths per tick by cause, stacked, one panel a species that died at all."""
     counts = np.stack([series.columns[DIED + c] for c in series.causes], -1)  # (ticks, species, causes)
     shown = [i for i in range(len(series.species)) if counts[:, i].any()]
     used = [j for j in range(len(series.causes)) if counts[..., j].any()]
-    figure, axes = grid(max(1, len(shown)), 1, 9, 1.9 * max(1, len(shown)) + 0.7, sharex=True)
+    figure, axes = _grid(max(1, len(shown)), 1, 9, 1.9 * max(1, len(shown)) + 0.7, sharex=True)
     hatches = ("", "////", "....", "\\\\\\\\", "xx", "++")
     for ax, i in zip(axes[:, 0], shown, strict=False):
         middle, rate = _binned(series, counts[:, i][:, used])
@@ -194,16 +211,17 @@ def deaths(series: Series) -> Figure:
     axes[-1, 0].set_xlabel("tick")
     if shown:
         areas = axes[0, 0].collections
-        figure.legend(areas, [series.causes[j] for j in used], loc="outside upper center", ncols=min(5, len(used)), frameon=False)
+        figure.legend(areas, [series.causes[j] for j in used], loc="outside upper center", ncols=min(5, len(used)))
     return figure
 
 
 FLOWS = (("taken_in", "taken in", 1), ("endowed", "endowed", 1), ("burnt", "burnt", -1), ("given", "given to offspring", -1), ("lost", "lost with the dead", -1))
 
 
+@_styled
 def energy(series: Series) -> Figure:
     """Energy flows per tick of each species: what comes in above zero, what goes out below, and the net."""
-    figure, axes = grid(len(series.species), 1, 9, 2.1 * len(series.species) + 0.6, sharex=True)
+    figure, axes = _grid(len(series.species), 1, 9, 2.1 * len(series.species) + 0.6, sharex=True)
     for ax, (i, s) in zip(axes[:, 0], enumerate(series.species), strict=True):
         for sign in (1, -1):
             flows = [(k, name) for k, (name, _, way) in enumerate(FLOWS) if way == sign and name in series.columns]
@@ -214,14 +232,15 @@ def energy(series: Series) -> Figure:
         ax.margins(x=0)
     axes[-1, 0].set_xlabel("tick")
     handles, labels = axes[0, 0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside upper center", ncols=5, frameon=False)
+    figure.legend(handles, labels, loc="outside upper center", ncols=5)
     return figure
 
 
+@_styled
 def positions(at: Mapping[str, np.ndarray], size: Sequence[float], hue: Mapping[str, str], title: str = "") -> Figure:
     """Where everybody is: positions (n, 3) [m] by species, later species on top; a volume is seen from the side (x, z)."""
     volume = len(size) > 2 and size[2] > 0
-    figure, ((ax,),) = grid(1, 1, 6.6, 6.0 * (min(max(size[2] / size[0], 0.3), 1.2) if volume else min(max(size[1] / size[0], 0.3), 1.2)) + 0.7)
+    figure, ((ax,),) = _grid(1, 1, 6.6, 6.0 * (min(max(size[2] / size[0], 0.3), 1.2) if volume else min(max(size[1] / size[0], 0.3), 1.2)) + 0.7)
     for i, (s, xyz) in enumerate(at.items()):
         area = float(np.clip(9000 / max(len(xyz), 1), 2, 26)) * (0.6, 1.0, 1.4)[min(i, 2)]
         xy = xyz[:, [0, 2]] if volume else xyz[:, :2]
@@ -230,25 +249,45 @@ def positions(at: Mapping[str, np.ndarray], size: Sequence[float], hue: Mapping[
     ax.grid(visible=False)
     for side in ("top", "right"):
         ax.spines[side].set_visible(True)
-    figure.legend(loc="outside upper center", ncols=max(1, len(at)), frameon=False, markerscale=1.5)
+    shown = figure.legend(loc="outside upper center", ncols=max(1, len(at)))
+    for handle in shown.legend_handles:
+        handle.set_sizes([28])
     return figure
 
 
+@_styled
 def survival(curves: Mapping[str, SurvivalCurve], until: float, title: str = "") -> Figure:
     """Kaplan–Meier curves with their 95 % bands, one a group."""
-    figure, ((ax,),) = grid(1, 1, 7, 3.4)
-    draw_survival(ax, curves, until)
-    ax.set(xlabel="tick", ylabel="share that survives", title=title)
+    figure, ((ax,),) = _grid(1, 1, 7, 3.4)
+    for k, (name, curve) in enumerate(curves.items()):
+        time = np.append(curve.time, max(until, curve.time[-1]))
+        share, low, high = (np.append(x, x[-1]) for x in (curve.survival, curve.low, curve.high))
+        hue = PALETTE[(k + 2) % len(PALETTE)]
+        ax.fill_between(time, low, high, step="post", color=hue, alpha=0.15, lw=0)
+        ax.step(time, share, where="post", color=hue, ls=DASHES[k % len(DASHES)], lw=2, label=f"{name} (n = {curve.at_risk[0]})")
+    ax.set(xlim=(0, until), ylim=(-0.02, 1.04), xlabel="tick", ylabel="share that survives", title=title)
     ax.legend(loc="lower left")
     return figure
 
 
-def draw_survival(ax: Axes, curves: Mapping[str, SurvivalCurve], until: float) -> None:
-    """Draw survival curves into axes."""
-    for k, (name, curve) in enumerate(curves.items()):
-        time = np.append(curve.time, max(until, curve.time[-1]))
-        steps = {part: np.append(getattr(curve, part), getattr(curve, part)[-1]) for part in ("survival", "low", "high")}
-        hue = PALETTE[(k + 2) % len(PALETTE)]
-        ax.fill_between(time, steps["low"], steps["high"], step="post", color=hue, alpha=0.15, lw=0)
-        ax.step(time, steps["survival"], where="post", color=hue, ls=DASHES[k % len(DASHES)], lw=2, label=f"{name} (n = {curve.at_risk[0]})")
-    ax.set(xlim=(0, until), ylim=(-0.02, 1.04))
+@_styled
+def arms(runs: Mapping[str, Sequence[Series]]) -> Figure:
+    """Numbers over time in each arm (columns): every run thin, the median over runs thick."""
+    first = next(iter(runs.values()))[0]
+    hue = _colors(first)
+    figure, axes = _grid(len(first.species), len(runs), 4 * len(runs) + 1, 1.9 * len(first.species) + 0.6, sharex=True, sharey="row")
+    for column, (arm, members) in enumerate(runs.items()):
+        length = min(len(run.ticks) for run in members)
+        for row, s in enumerate(first.species):
+            ax = axes[row, column]
+            numbers = [thin(run.of(s)[:length], 400)[0] for run in members]
+            x = np.linspace(members[0].ticks[0], members[0].ticks[length - 1], len(numbers[0]))
+            ax.plot(x, np.transpose(numbers), color=hue[s], lw=0.6, alpha=0.5)
+            ax.plot(x, np.median(numbers, axis=0), color=hue[s], lw=2)
+            ax.set_ylim(0, None)
+            ax.margins(x=0)
+        axes[0, column].set_title(f"{arm} (n = {len(members)})")
+        axes[-1, column].set_xlabel("tick")
+    for ax, s in zip(axes[:, 0], first.species, strict=True):
+        ax.set_ylabel(f"number of {s}")
+    return figure

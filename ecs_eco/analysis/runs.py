@@ -105,7 +105,8 @@ def load_series(run: Series | pa.Table | Mapping[str, Any] | Path | str, species
         files = parts(run, "series")
         if not files:
             raise FileNotFoundError(f"{run} holds no series: expected series/part-00000.parquet")
-        found = _pivot(pa.concat_tables([_plain(pq.ParquetFile(f).read()) for f in files]), manifest)
+        tables = [_plain(pq.ParquetFile(f).read()) for f in files]  # a cause that first occurs late has no column before
+        found = _pivot(pa.concat_tables(tables, promote_options="default"), manifest)
     if species is None or tuple(species) == found.species:
         return found
     order = [found.index(name) for name in species]
@@ -136,5 +137,5 @@ def _pivot(table: pa.Table, manifest: dict[str, Any]) -> Series:
     for name in table.column_names:
         if name not in ("tick", "species"):
             columns[name] = np.zeros((len(ticks), len(species)))
-            columns[name][row, column] = table[name].to_numpy()
+            columns[name][row, column] = table[name].fill_null(0).to_numpy()
     return Series(ticks, tuple(species), columns, manifest)

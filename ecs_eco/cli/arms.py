@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import multiprocessing
 import os
+import re
 import signal
 from collections.abc import Iterator
 from concurrent.futures import Future, ProcessPoolExecutor, as_completed
@@ -63,7 +64,7 @@ def arms_of(world: str, changes: list[str], controls: list[str]) -> list[Arm]:
     """The world as it is and one arm for each control: a name, or a value changed; raises ConfigError."""
     arms = [Arm("world", load(world, changes))]
     for control in controls:
-        name = control.strip().replace("=", "-").replace("/", "-").replace(" ", "")
+        name = re.sub(r"[^\w.-]+", "-", control.strip()).strip("-.")
         if control in CONTROLS:
             arm = Arm(name, arms[0].config, CONTROLS[control])
         elif "=" in control:
@@ -84,7 +85,8 @@ def arms_of(world: str, changes: list[str], controls: list[str]) -> list[Arm]:
 def run_all(jobs: dict[tuple[str, int], tuple[Any, ...]], workers: int, quiet: bool) -> dict[tuple[str, int], Any]:
     """Manifests of the runs that succeeded; says why the others did not."""
     done: dict[tuple[str, int], Any] = {}
-    with one_thread_each(), ProcessPoolExecutor(min(workers, len(jobs)), multiprocessing.get_context("spawn")) as pool:
+    context, n = multiprocessing.get_context("spawn"), min(workers, len(jobs))
+    with one_thread_each(), ProcessPoolExecutor(n, context, initializer=_obey) as pool:
         futures: dict[Future[Any], tuple[str, int]] = {pool.submit(run_one, *job): name for name, job in jobs.items()}
         try:
             with progress("comparing", quiet, "runs") as bar:
@@ -97,20 +99,43 @@ def run_all(jobs: dict[tuple[str, int], tuple[Any, ...]], workers: int, quiet: b
                         done[arm, seed] = future.result()
                     bar(len(done), len(jobs))
         except KeyboardInterrupt:
-            pool.shutdown(wait=False, cancel_futures=True)
             for process in multiprocessing.active_children():
-                os.kill(process.pid or 0, signal.SIGINT) if process.pid else None
+                process.terminate()
+            pool.shutdown(cancel_futures=True)
             folder = next(iter(jobs.values()))[3].parent.parent
             complain(f"Stopped after {len(done)} of {len(jobs)} runs; what was recorded until then is in {folder}.")
             raise typer.Exit(INTERRUPTED) from None
     return done
 
 
+_running = False  # in a worker: whether a run is to be finished off before the process ends
+
+
+def _obey() -> None:
+    """A worker leaves Ctrl-C to its parent, and ends once when told, after writing what it recorded."""
+
+    def end(*_: object) -> None:
+        signal.signal(signal.SIGTERM, signal.SIG_IGN)
+        if not _running:
+            os._exit(INTERRUPTED)
+        raise KeyboardInterrupt
+
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, end)
+
+
 def run_one(arm: Arm, seed: int, ticks: int, out: Path) -> Any:
     """One run, in a process of its own."""
+    global _running
     from ecs_eco.record import run_to_folder
 
-    return run_to_folder(arm.config, seed=seed, ticks=ticks, out=out, policies=arm.policies, report=False)
+    _running = True
+    try:
+        return run_to_folder(arm.config, seed=seed, ticks=ticks, out=out, policies=arm.policies, report=False)
+    except KeyboardInterrupt:
+        os._exit(INTERRUPTED)
+    finally:
+        _running = False
 
 
 @contextmanager
@@ -131,14 +156,17 @@ def one_thread_each() -> Iterator[None]:
 def tell(out: Path, runs: dict[str, list[Path]]) -> None:
     """Compare the arms, write the comparison, and say it in a table."""
     from rich.console import Console
+    from rich.markup import escape
     from rich.table import Table
 
     from ecs_eco.analysis.compare import compare
 
     found = compare(runs, out)
-    table = Table("arm", "runs", "all persist", *(f"{name}: mean number, extinct" for name in found["species"]))
+    table = Table("arm", "runs", "all persist", "species", "mean number", "died out in")
     for name, arm in found["arms"].items():
-        numbers = [f"{s['mean_number']:.1f}, {s['extinctions']} of {arm['n']}" for s in arm["per_species"].values()]
-        table.add_row(name, str(arm["n"]), f"{arm['persisted']} of {arm['n']}", *numbers)
+        first = [escape(name), str(arm["n"]), str(arm["persisted"])]
+        for species, row in arm["per_species"].items():
+            table.add_row(*first, escape(species), f"{row['mean_number']:.1f}", str(row["extinctions"]))
+            first = ["", "", ""]
     Console().print(table)
     say(f"written: {out / 'compare.html'}")

@@ -7,4 +7,4 @@ from ecs_eco.schema import component, f32
 class Chemistry:
     """Concentrations of the substances that the world declares, in the order of their declaration."""
 
-    molarity: f32["substances"] = 0.0  # [mol/L]  # noqa: F821
+    molarity: f32["substances"] = 0.0  # [mol/L]

@@ -7,4 +7,4 @@ from ecs_eco.schema import component, u8
 class Genome:
     """A string over a finite alphabet, a letter's number per locus."""
 
-    loci: u8["loci"] = 0  # from 0 to the size of the alphabet − 1  # noqa: F821
+    loci: u8["loci"] = 0  # from 0 to the size of the alphabet − 1

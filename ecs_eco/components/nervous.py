@@ -7,7 +7,7 @@ from ecs_eco.schema import boolean, component, f32, u8
 class Nervous:
     """The decision of this tick and the happiness that the sensors gave."""
 
-    decision: u8["actions"] = 0  # the multi-hot vector H(y + z)  # noqa: F821
+    decision: u8["actions"] = 0  # the multi-hot vector H(y + z)
     happiness: f32 = 0.0
     reward: f32 = 0.0  # change of happiness since the last tick
     awake: boolean = False  # whether it has sensed once: a newborn has no earlier happiness

@@ -1,7 +1,8 @@
 """The nervous system of a species: what its members sense, and the three networks over it (the paper's Definition 3)."""
 
 import importlib
-from typing import TYPE_CHECKING, Any, Callable, Sequence
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 

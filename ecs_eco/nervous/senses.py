@@ -2,7 +2,8 @@
 
 import importlib
 import math
-from typing import TYPE_CHECKING, Any, Callable
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -64,7 +65,7 @@ def see_nearest(target: str, radius: float, fov: float, occlusion: bool) -> Sens
         nearest(mine, targets, radius, found, distance2, world.split)
         if occlusion or cos_half_fov > -1:
             space, ground, inverse = world.space, *rocks(world)
-            bodies = opaque(world) if occlusion else targets
+            bodies: Any = opaque(world) if occlusion else targets
             radii = bodies.radius if occlusion else targets.x
             largest = np.float32(bodies.largest if occlusion else 0.0)
             world.split(sight.nearest_visible, seekers.n, mine.x, mine.y, mine.z, mine.uid, seekers.cos, seekers.sin,
@@ -118,7 +119,8 @@ def smell(field: str, at: list[float], scale: float) -> Sense:
 
     def sense(world: "World", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
         f, mine, space = world.fields[field], seekers.index, world.space
-        world.split(_sniff, seekers.n, f.value, f.inverse, mine.x, mine.y, mine.z, seekers.rows, table[Body].radius, seekers.cos, seekers.sin,
+        world.split(_sniff, seekers.n, f.value, f.inverse, mine.x, mine.y, mine.z, seekers.rows, table[Body].radius,
+                    seekers.cos, seekers.sin,
                     forward, left, up, np.float32(scale), space.lengths, space.torus, space.volume, out, column)
 
     return sense

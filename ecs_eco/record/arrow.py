@@ -1,8 +1,9 @@
 """Columns to Arrow and Parquet: floats byte by byte, ids and ticks as differences, all of it zstd."""
 
 import os
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 import pyarrow as pa
@@ -26,7 +27,7 @@ def write_part(table: pa.Table, path: Path) -> None:
     floats = [f.name for f in table.schema if pa.types.is_floating(f.type)]
     words = [f.name for f in table.schema if pa.types.is_dictionary(f.type)]
     deltas = {f.name: "DELTA_BINARY_PACKED" for f in table.schema if pa.types.is_integer(f.type) and f.type.bit_width >= 32}
-    deltas |= {name: "BYTE_STREAM_SPLIT" for name in floats}
+    deltas |= dict.fromkeys(floats, "BYTE_STREAM_SPLIT")
     temporary = path.with_suffix(".tmp")
     with open(temporary, "wb") as file:
         pq.write_table(table, file, compression="zstd", compression_level=3, use_dictionary=words, column_encoding=deltas or None)

@@ -1,6 +1,7 @@
 """The recorder: a row per tick and species, with the energy ledger and the causes of death; every birth and death on demand."""
 
-from typing import TYPE_CHECKING, Any, Callable
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -144,7 +145,7 @@ class Recorder(System):
     def _columns(self, n: int) -> dict[str, np.ndarray]:
         """Return copies of the first n ticks as flat columns, by tick, then species."""
         s = len(self.names)
-        out = {"tick": self._tick[:n].ravel().copy(), "species": np.tile(np.arange(s, dtype=np.int8), n)}
+        out: dict[str, np.ndarray] = {"tick": self._tick[:n].ravel().copy(), "species": np.tile(np.arange(s, dtype=np.int8), n)}
         out |= {name: self._counts[:n, :, i].ravel() for i, name in enumerate(("n", "births", "deaths"))}
         out |= {name: self._means[:n, :, i].ravel() for i, name in enumerate(("energy_mean", "happiness_mean"))}
         out |= {name: self._ledger[:n, :, i].ravel() for i, name in enumerate(LEDGER)}

@@ -1,7 +1,7 @@
 """The extent of a world, its edges, and the cells that neighbours are looked up in."""
 
 import math
-from typing import Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -46,7 +46,7 @@ class Space:
     def reach(self, radius: float) -> int:
         """Return how many cells a look of `radius` [m] spans to each side."""
         sides = [s / n for s, n in zip(self.size, self.shape, strict=False)]
-        return int(math.ceil(radius / min(sides) - 1e-6))
+        return math.ceil(radius / min(sides) - 1e-6)
 
     @property
     def largest_radius(self) -> float:

@@ -4,20 +4,22 @@ The lanes of a block are neighbours in a row of cells, so they share their candi
 what LLVM turns into vector instructions. About 45 ns a seeker with ten candidates in reach, a quarter of the obvious loop.
 """
 
+from collections.abc import Callable
+
 import numpy as np
 
 from ecs_eco._numba import njit
-from ecs_eco.space.geometry import Space
 from ecs_eco.space.index import Index
 
 LANES = 16
 
 
-def nearest(seekers: Index, targets: Index, radius: float, found: np.ndarray, distance2: np.ndarray, split=None) -> None:
+def nearest(seekers: Index, targets: Index, radius: float, found: np.ndarray, distance2: np.ndarray,
+            split: Callable[..., None] | None = None) -> None:
     """Write for each seeker the entry of the nearest target closer than `radius` [m], −1 if none, and its distance squared.
 
-    `found` is i32[n seekers], `distance2` f32[n seekers] [m^2], radius^2 where none is (entries are exact up to 2^24 targets). A seeker is not its own target
-    where both indexes are the same. `split(kernel, n, *arguments)` runs a kernel over 0…n in parts.
+    `found` is i32[n seekers], exact up to 2^24 targets; `distance2` f32[n seekers] [m^2], radius^2 where none is. A
+    seeker is not its own target where both indexes are the same. `split(kernel, n, *arguments)` runs a kernel over 0…n in parts.
     """
     space = seekers.space
     nx, ny, nz = space.shape

@@ -1,6 +1,6 @@
 """What is seen: rays and lines of sight that stop at the first opaque body or rock."""
 
-from typing import Sequence
+from collections.abc import Sequence
 
 import numpy as np
 

@@ -1,6 +1,7 @@
 """A height map with slopes that cost and cells that nothing walks into: lakes, rocks, steep mountains."""
 
-from typing import Any, Mapping, Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 

@@ -48,7 +48,8 @@ class Collide(System):
 
 
 @njit
-def push_apart(first, last, ox, oy, oz, ou, rows, radius, bx, by, bz, br, bu, bstart, nx, ny, nz, inverse, lengths, torus, reach, share, push):
+def push_apart(first, last, ox, oy, oz, ou, rows, radius, bx, by, bz, br, bu, bstart, nx, ny, nz, inverse, lengths, torus,
+               reach, share, push):
     """Add to push[i] the way out of every body that overlaps i; concentric ones part along a direction given by their uids."""
     near = np.empty(bx.size, np.int64)
     for i in range(first, last):

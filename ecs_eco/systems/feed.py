@@ -24,7 +24,7 @@ class Feed(System):
     def start(self, world: Any) -> None:
         """Make the causes of death known in the order of species."""
         for table in world.tables.values():
-            for food in table.traits.get("diet", ()):
+            if table.traits.get("diet"):
                 world.cause(f"eaten by {table.name}")
 
     def update(self, table: Any, world: Any) -> None:
@@ -46,7 +46,8 @@ class Feed(System):
         ceiling = species.metabolism.energy_max if food.until is None else food.until
         best = np.full(foods.n, -1, np.int32)
         ingest(found, distance2, eaters.rows, eaters.uid, foods.rows, b.radius, prey[Body].radius, np.float32(food.reach),
-               table[Nervous].decision, column, chance, np.float32(ceiling), np.float32(food.gain), np.float32(species.metabolism.energy_max),
+               table[Nervous].decision, column, chance, np.float32(ceiling), np.float32(food.gain),
+               np.float32(species.metabolism.energy_max),
                np.float32(species.metabolism.digestion), world.key, random.FEED + (number << 8), world.cause(f"eaten by {table.name}"),
                table.cause, best, m.energy, m.digesting, m.taken, prey.cause, prey.killer, table.uid)
 

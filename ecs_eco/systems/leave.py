@@ -28,8 +28,9 @@ class Leave(System):
             rows = rows[~eaten[table.cause[rows] - 1]]
             rows = rows[np.argsort(table.uid[rows])]
             if rows.size:
-                kept = [(Position, f) for f in ("x", "y", "z", "heading")] + [(Body, "radius"), (Body, "mass")]
-                kept += [(Physical, f) for f in Physical.fields] + [(Chemistry, "molarity")]
+                kept: list[tuple[Any, str]] = [(Position, f) for f in ("x", "y", "z", "heading")] + [(Body, "radius"), (Body, "mass")]
+                kept += [(Chemistry, "molarity")]
+            kept += [(Physical, f) for f in Physical.fields]  # type: ignore[attr-defined]
                 into = world.tables[remains]
                 values = {(c, f): table.field(c, f)[rows] for c, f in kept if c in table and c in into}
                 into.request(table.uid[rows], values)

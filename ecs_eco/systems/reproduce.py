@@ -7,11 +7,11 @@ import numpy as np
 from ecs_eco import random
 from ecs_eco._numba import njit
 from ecs_eco.components import Biology, Body, Metabolism, Position
+from ecs_eco.nervous.senses import rocks
 from ecs_eco.random import draw
 from ecs_eco.space.geometry import into
 from ecs_eco.space.sight import gather, offset
 from ecs_eco.space.terrain import OPEN, ground_at
-from ecs_eco.nervous.senses import rocks
 from ecs_eco.system import System
 
 TRIES = 8  # places looked at before a birth is given up for want of room
@@ -88,7 +88,8 @@ class Reproduce(System):
 def newborn(table: Any, world: Any, places: np.ndarray, parents: np.ndarray, energy: np.ndarray) -> dict[tuple[type, str], np.ndarray]:
     """Return the columns in which newborn differ from the table's defaults: place, heading, sex, energy."""
     turn = random.draw_many(world.key, parents, random.SEX + (1 << 8))
-    values = {(Position, "x"): places[:, 0], (Position, "y"): places[:, 1], (Position, "z"): places[:, 2],
+    values: dict[tuple[type, str], np.ndarray] = {(Position, "x"): places[:, 0], (Position, "y"): places[:, 1], (Position,
+                                                   "z"): places[:, 2],
               (Position, "heading"): turn * np.float32(6.2831855), (Metabolism, "energy"): energy}
     if table.traits.get("sex") == "random":
         values[Biology, "sex"] = np.where(random.draw_many(world.key, parents, random.SEX) < 0.5, 1, 2).astype(np.uint8)

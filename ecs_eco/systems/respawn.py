@@ -35,8 +35,9 @@ def scatter(table: Any, world: Any, who: np.ndarray) -> dict[tuple[type, str], n
         if not blocked.any():
             break
         for axis in range(2):
-            place[blocked, axis] = random.draw_many(key, who[blocked], random.PLACE + (axis << 8) + salt + (attempt << 12)) * space.lengths[axis]
-    values = {(Position, "x"): place[:, 0], (Position, "y"): place[:, 1], (Position, "z"): place[:, 2],
+            place[blocked, axis] = random.draw_many(key, who[blocked],
+                                                    random.PLACE + (axis << 8) + salt + (attempt << 12)) * space.lengths[axis]
+    values: dict[tuple[type, str], np.ndarray] = {(Position, "x"): place[:, 0], (Position, "y"): place[:, 1], (Position, "z"): place[:, 2],
               (Position, "heading"): random.draw_many(key, who, random.SEX + (1 << 8) + salt) * np.float32(6.2831855)}
     if Biology in table and table.traits.get("sex") == "random":
         values[Biology, "sex"] = np.where(random.draw_many(key, who, random.SEX + salt) < 0.5, 1, 2).astype(np.uint8)

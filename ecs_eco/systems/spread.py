@@ -74,8 +74,9 @@ def sprout(taken, rate, rain, reach, torus, ground, ground_inverse, inverse, key
         u = draw(key, s, random.SPREAD)
         if u >= rate + rain:
             continue
-        if ground.size > 1 and ground_at(ground, ground_inverse, (i + np.float32(0.5)) / inverse[0], (j + np.float32(0.5)) / inverse[1]) != OPEN:
-            continue
+        if ground.size > 1:
+            if ground_at(ground, ground_inverse, (i + np.float32(0.5)) / inverse[0], (j + np.float32(0.5)) / inverse[1]) != OPEN:
+                continue
         row = np.int64(-1)
         if u < rate:
             a, b = draw(key, s, random.SPREAD + (1 << 8)), draw(key, s, random.SPREAD + (2 << 8))

@@ -1,8 +1,9 @@
 """Pre-training: policies learn from random weights while respawn holds the numbers constant (the paper's protocol)."""
 
 import time
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any, Callable
+from typing import Any
 
 import numpy as np
 
@@ -56,7 +57,7 @@ def save(result: dict[str, Any], out: Path) -> None:
 
 def mean_weights(states: list[dict[str, np.ndarray]]) -> dict[str, np.ndarray]:
     """Return the average of several states of one network: steadier than the last of them (Polyak & Juditsky 1992)."""
-    return {k: np.mean([s[k] for s in states], axis=0, dtype=np.float64).astype(np.float32) for k in states[0]}
+    return {k: np.asarray(np.mean([s[k] for s in states], axis=0, dtype=np.float64), np.float32) for k in states[0]}
 
 
 def brains(world: Any) -> dict[str, Any]:
@@ -69,11 +70,11 @@ def _learns(table: Any) -> bool:
     return "nerves" in table.traits and table.traits["nerves"].learning
 
 
-def curves(world: Any, every: int) -> dict[str, dict[str, list[float]]]:
+def curves(world: Any, every: int) -> dict[str, dict[str, Any]]:
     """Return what the animals of each species did, averaged over blocks of `every` ticks."""
     series = world.series().to_pydict()
     s = len(world.recorder.names)
-    out = {}
+    out: dict[str, dict[str, Any]] = {}
     for i, name in enumerate(world.recorder.names):
         column = {k: np.asarray(series[k][i::s], float) for k in ("tick", "n", "taken_in", "deaths", "happiness_mean")}
         blocks = [slice(a, a + every) for a in range(0, len(column["n"]), every)]

@@ -1,0 +1,174 @@
+"""What does it cost to act and to learn: ns per row and tick, µs per transition with all its epochs.
+
+    python benchmarks/ppo.py [--sizes 1000 10000 100000] [--threads 1 2]
+
+24 observations, 64 and 64 tanh units that policy and value share, two groups of three actions, 3 epochs of
+minibatches of 8,192. The plain way is the same network and the same loss by torch's autograd and torch.optim.Adam.
+"""
+
+import argparse
+import sys
+from pathlib import Path
+from typing import Any, Callable
+
+sys.path.insert(0, str(Path(__file__).parent))
+import _bench
+
+_bench.pin_threads()
+
+import numpy as np  # noqa: E402
+import torch  # noqa: E402
+
+from ecs_eco.learning import PPO, Brain, Learner, choose  # noqa: E402
+from ecs_eco.learning.brain import CHUNK  # noqa: E402
+from ecs_eco.learning.ppo import _slopes  # noqa: E402
+
+WIDTH, GROUPS, SETTINGS = 24, (3, 3), PPO()
+
+
+def fill(learner: Learner, n: int, ticks: int) -> tuple[np.ndarray, np.ndarray]:
+    """Store ticks of n rows that see and earn noise."""
+    rng, brain, rows = np.random.default_rng(0), learner.brain, np.arange(n)
+    choice, log_probability = np.empty((n, len(GROUPS)), np.int16), np.empty(n, np.float32)
+    for _ in range(ticks):
+        seen = rng.standard_normal((n, WIDTH), dtype=np.float32)
+        logits, values = brain.forward(seen)
+        choose(logits, brain.offsets, rng.random(choice.shape, dtype=np.float32), choice, log_probability)
+        learner.rollout.store(rows, seen, choice, log_probability, values)
+        learner.rollout.credit(rows, seen[:, 0])
+    return rows, values
+
+
+def plain(brain: Brain) -> torch.nn.Module:
+    """Return the same network as torch modules."""
+
+    class Plain(torch.nn.Module):
+        def __init__(self) -> None:
+            super().__init__()
+            self.trunk = torch.nn.Sequential(
+                torch.nn.Linear(WIDTH, 64), torch.nn.Tanh(), torch.nn.Linear(64, 64), torch.nn.Tanh()
+            )
+            self.policy, self.value = torch.nn.Linear(64, sum(GROUPS)), torch.nn.Linear(64, 1)
+
+        def forward(self, x: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
+            h = self.trunk(x)
+            return self.policy(h), self.value(h)[:, 0]
+
+    return Plain()
+
+
+def plain_update(net: torch.nn.Module, adam: torch.optim.Optimizer, learner: Learner) -> None:
+    """Learn from a rollout, whose advantages are known, by autograd."""
+    rollout = learner.rollout
+    seen, choices = torch.from_numpy(rollout.observations), torch.from_numpy(rollout.choices.astype(np.int64))
+    then, old, gain = (
+        torch.from_numpy(rollout.steps[name].copy()) for name in ("log_probability", "value", "advantage")
+    )
+    advantage, target = (gain - gain.mean()) / (gain.std() + 1e-8), gain + old
+    for _ in range(SETTINGS.epochs):
+        for index in torch.randperm(rollout.n).split(SETTINGS.minibatch):
+            logits, value = net(seen[index])
+            parts = [torch.log_softmax(part, 1) for part in logits.split(GROUPS, 1)]
+            now = sum(p.gather(1, choices[index, g : g + 1])[:, 0] for g, p in enumerate(parts))
+            entropy = -sum((p.exp() * p).sum(1).mean() for p in parts)
+            ratio, a = torch.exp(now - then[index]), advantage[index]
+            policy = -torch.min(ratio * a, ratio.clamp(1 - SETTINGS.clip, 1 + SETTINGS.clip) * a).mean()
+            loss = policy - SETTINGS.entropy * entropy
+            loss = loss + SETTINGS.value_weight * ((value - target[index]) ** 2).mean()
+            adam.zero_grad()
+            loss.backward()
+            torch.nn.utils.clip_grad_norm_(net.parameters(), SETTINGS.max_grad_norm)
+            adam.step()
+
+
+def measure(n: int, threads: int) -> dict[str, Any]:
+    """Time acting and learning of n rows, by hand and the plain way, in turn."""
+    learner = Learner(Brain(WIDTH, GROUPS), SETTINGS, 0, threads)
+    brain, ticks = learner.brain, max(4, min(64, 640_000 // n))
+    net = plain(brain)
+    adam = torch.optim.Adam(net.parameters(), SETTINGS.learning_rate, eps=SETTINGS.adam_epsilon)
+    seen = np.random.default_rng(1).standard_normal((n, WIDTH), dtype=np.float32)
+    uniforms, choice = np.random.default_rng(2).random((n, 2), dtype=np.float32), np.empty((n, 2), np.int16)
+    log_probability = np.empty(n, np.float32)
+
+    def act() -> None:
+        logits, _ = brain.forward(seen, threads)
+        choose(logits, brain.offsets, uniforms, choice, log_probability)
+
+    def act_plain() -> None:
+        with torch.inference_mode():
+            for start in range(0, n, CHUNK):
+                logits, _ = net(torch.from_numpy(seen[start : start + CHUNK]))
+                for part in logits.split(GROUPS, 1):
+                    torch.distributions.Categorical(logits=part).sample()
+
+    acting, acting_plain = (_bench.best_of(work, 20) / n * 1e9 for work in (act, act_plain))
+    times: dict[str, list[float]] = {"ours": [], "plain": []}
+    for _ in range(4):
+        batch = fill(learner, n, ticks)
+        times["ours"].append(_bench.best_of(lambda b=batch: learner.update(*b), 1) / (n * ticks) * 1e6)
+        batch = fill(learner, n, ticks)
+        learner.rollout.advantages(*batch, SETTINGS.gae_lambda)
+        times["plain"].append(_bench.best_of(lambda: plain_update(net, adam, learner), 1) / (n * ticks) * 1e6)
+        learner.rollout.clear()
+    return {
+        "rows": n,
+        "transitions": n * ticks,
+        "threads": threads,
+        "acting, ns per row": acting,
+        "plain way, ns": acting_plain,
+        "learning, µs per transition": min(times["ours"]),
+        "plain way, µs": min(times["plain"]),
+        "bytes per transition": learner.rollout.nbytes_per_transition,
+    }
+
+
+def breakdown(n: int = 10_000, ticks: int = 64) -> dict[str, float]:
+    """Return where the time of one use of a transition goes [ns]."""
+    learner = Learner(Brain(WIDTH, GROUPS), SETTINGS, 0)
+    brain, rollout = learner.brain, learner.rollout
+    batch = fill(learner, n, ticks)
+    rollout.advantages(*batch, 0.95)
+    order = np.random.default_rng(3).permutation(rollout.n)
+    rows, terms, weights = brain.rows(0, CHUNK), np.zeros(6), np.array([0.2, 0, 0.01, 0.5, 0, 1, 1e-4], "f4")
+    learner._reserve(1)
+    chunks = iter(np.tile(order[: rollout.n // CHUNK * CHUNK], 20).reshape(-1, CHUNK))
+
+    def slopes() -> None:
+        _slopes(
+            rows.logits, rows.values, brain.offsets, rollout.choices, rollout.steps, next(chunks),
+            *weights, rows.d_logits, rows.d_values, terms,
+        )  # fmt: skip
+
+    parts: dict[str, Callable[[], object]] = {
+        "gather": lambda: np.take(rollout.observations, next(chunks), 0, out=rows.observations, mode="clip"),
+        "forward": lambda: brain.run(rows),
+        "slopes of the loss": slopes,
+        "backward": lambda: brain.back(rows, learner._layers[0]),
+    }
+    result = {}
+    for name, part in parts.items():
+        part()
+        result[f"{name}, ns per use"] = _bench.best_of(part, 200) / CHUNK * 1e9
+    result["shuffle, ns per use"] = _bench.best_of(lambda: np.random.default_rng(3).permutation(rollout.n)) / rollout.n * 1e9
+    rollout_time = _bench.best_of(lambda: rollout.advantages(*batch, 0.95))
+    result["advantages, ns per transition"] = rollout_time / rollout.n * 1e9
+    return {name: round(value, 1) for name, value in result.items()}
+
+
+def main() -> None:
+    """Measure all sizes in turn."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--sizes", type=int, nargs="+", default=[1000, 10_000, 100_000])
+    parser.add_argument("--threads", type=int, nargs="+", default=[1])
+    parser.add_argument("--name", default="ppo")
+    options = parser.parse_args()
+    torch.set_num_threads(1)
+    rows = [measure(n, threads) for n in options.sizes for threads in options.threads]
+    notes = breakdown()
+    _bench.save(options.name, "Acting and learning of a 24-64-64-6 network", rows, notes)
+    print(notes)
+
+
+if __name__ == "__main__":
+    main()
