@@ -8,20 +8,21 @@ minibatches of 8,192. The plain way is the same network and the same loss by tor
 
 import argparse
 import sys
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any, Callable
+from typing import Any
 
 sys.path.insert(0, str(Path(__file__).parent))
 import _bench
 
 _bench.pin_threads()
 
-import numpy as np  # noqa: E402
-import torch  # noqa: E402
+import numpy as np
+import torch
 
-from ecs_eco.learning import PPO, Brain, Learner, choose  # noqa: E402
-from ecs_eco.learning.brain import CHUNK  # noqa: E402
-from ecs_eco.learning.ppo import _slopes  # noqa: E402
+from ecs_eco.learning import PPO, Brain, Learner, choose
+from ecs_eco.learning.brain import CHUNK
+from ecs_eco.learning.ppo import _slopes
 
 WIDTH, GROUPS, SETTINGS = 24, (3, 3), PPO()
 
@@ -45,9 +46,7 @@ def plain(brain: Brain) -> torch.nn.Module:
     class Plain(torch.nn.Module):
         def __init__(self) -> None:
             super().__init__()
-            self.trunk = torch.nn.Sequential(
-                torch.nn.Linear(WIDTH, 64), torch.nn.Tanh(), torch.nn.Linear(64, 64), torch.nn.Tanh()
-            )
+            self.trunk = torch.nn.Sequential(torch.nn.Linear(WIDTH, 64), torch.nn.Tanh(), torch.nn.Linear(64, 64), torch.nn.Tanh())
             self.policy, self.value = torch.nn.Linear(64, sum(GROUPS)), torch.nn.Linear(64, 1)
 
         def forward(self, x: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
@@ -61,9 +60,7 @@ def plain_update(net: torch.nn.Module, adam: torch.optim.Optimizer, learner: Lea
     """Learn from a rollout, whose advantages are known, by autograd."""
     rollout = learner.rollout
     seen, choices = torch.from_numpy(rollout.observations), torch.from_numpy(rollout.choices.astype(np.int64))
-    then, old, gain = (
-        torch.from_numpy(rollout.steps[name].copy()) for name in ("log_probability", "value", "advantage")
-    )
+    then, old, gain = (torch.from_numpy(rollout.steps[name].copy()) for name in ("log_probability", "value", "advantage"))
     advantage, target = (gain - gain.mean()) / (gain.std() + 1e-8), gain + old
     for _ in range(SETTINGS.epochs):
         for index in torch.randperm(rollout.n).split(SETTINGS.minibatch):

@@ -76,10 +76,11 @@ class Table:
         for field, (kind, default) in component.fields.items():
             shape = kind.resolve(self.dims, f"{component.__name__}.{field} in table {self.name!r}")
             values[field] = np.broadcast_to(np.asarray(default, kind.dtype), shape).copy()
-            setattr(columns, field, np.broadcast_to(values[field], (self.capacity, *shape)).copy())
-        self.columns[component] = columns
         self.defaults[component] = values
         self.set_defaults(component, **defaults)
+        for field, value in values.items():
+            setattr(columns, field, np.broadcast_to(value, (self.capacity, *value.shape)).copy())
+        self.columns[component] = columns
         self.entity_uid[:] = np.where(self.entity_uid != 0, np.uint64(0xFFFFFFFFFFFFFFFF), self.entity_uid)  # handles are made anew
 
     def set_defaults(self, component: type[Any], **defaults: Any) -> None:
@@ -119,7 +120,14 @@ class Table:
 
         `values[(Component, field)]` is an array [k, …] of what differs from the table's defaults. Requests must come in
         an order that does not depend on rows (by parent uid, say): newborn get their uids in this order.
+        Raises KeyError for a component or field that the table lacks, ValueError for a shape that does not fit.
         """
+        for (component, name), array in values.items():
+            if name not in vars(self[component]):
+                raise KeyError(unknown_name(f"{component.__name__} in table {self.name!r}", "field", name, component.fields))
+            wanted = (len(parents), *self.field(component, name).shape[1:])
+            if np.shape(array) != wanted:
+                raise ValueError(f"newborn of {self.name!r}: {component.__name__}.{name} has the shape {np.shape(array)}; allowed is {wanted}")
         self.births.append((parents, np.zeros_like(parents) if second is None else second, dict(values)))
 
     def occupy(self, k: int, first_uid: int, tick: int, values: Values) -> np.ndarray:

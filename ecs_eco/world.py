@@ -51,10 +51,12 @@ class World:
         self.config: Any = None
         self.recorder: Any = None
         self.next_uid = 1
+        self.ticking = False  # whether a tick is under way
         self.on_death: list[Callable[[Table, np.ndarray], None]] = []
         self.on_birth: list[Callable[[Table, np.ndarray, np.ndarray, np.ndarray], None]] = []
         self._indexes: dict[str, Index] = {}
         self._merged: dict[tuple[str, ...], Any] = {}
+        self._outer: list[str] = []
         self._thread = threading.get_ident()
         self._context = f"ecs-eco {next(_serial)}"
         self._pool = ThreadPoolExecutor(threads) if threads > 1 else None
@@ -95,16 +97,22 @@ class World:
     def add_system(self, system: System | esper.Processor, phase: str | None = None) -> System:
         """Add a system at the end of its phase; a plain esper.Processor goes to `interact` unless `phase` says otherwise."""
         phase = phase or getattr(system, "phase", "interact")
+        if not isinstance(system, esper.Processor):
+            raise TypeError(f"system {system!r} is no ecs_eco.System or esper.Processor; hand in an instance, as in Move()")
         if phase not in PHASES:
             raise ValueError(unknown_name(f"system {type(system).__name__}", "phase", phase, PHASES))
+        if getattr(system, "world", None) is not None:
+            raise ValueError(f"system {type(system).__name__} is in a world already; make another instance for this one")
         system.phase = phase  # type: ignore[union-attr]
-        system.world = self  # type: ignore[union-attr]
+        system.world = weakref.proxy(self)  # type: ignore[union-attr]  # esper keeps the system: it must not keep the world
         self.systems.append(system)  # type: ignore[arg-type]
-        if not isinstance(system, System):
-            self._enter(_Registry(self), phase, 2 * len(self.systems) - 1)  # it looks at the world through esper
-        self._enter(system, phase, 2 * len(self.systems))
+        place = 3 * len(self.systems)
+        self._enter(system, phase, place)
         if isinstance(system, System):
             system.start(self)
+        else:  # it looks at the world through esper, and may move what it sees
+            self._enter(_Registry(self), phase, place - 1)
+            self._enter(_Touched(self), phase, place + 1)
         return system  # type: ignore[return-value]
 
     def table(self, name: str) -> Table:
@@ -122,12 +130,14 @@ class World:
             self.causes.append(name)
         return self.causes.index(name) + 1
 
-    def spawn(self, name: str, *components: Handle, n: int = 1, parent: int = 0, **columns: Any) -> None:
+    def spawn(self, name: str, *components: Handle, n: int = 1, parent: int = 0) -> None:
         """Ask for `n` newborn of a kind, with these components' values (the table's defaults for the others).
 
         They come to life at the end of the phase `reproduce`, or at `flush`.
         """
         table = self.table(name)
+        if n < 1:
+            raise ValueError(f"spawn {name!r}: n is {n}; it must be at least 1")
         values = {}
         for handle in components:
             if type(handle) not in table:
@@ -146,8 +156,8 @@ class World:
     def locate(self, uid: int) -> tuple[Table, int]:
         """Return the table and the row of a living entity; KeyError where there is none."""
         for table in self.tables.values():
-            row = np.flatnonzero(table.uid[: table.high] == np.uint64(uid))
-            if row.size and uid:
+            row = np.flatnonzero(table.uid[: table.high] == uid)
+            if row.size and uid > 0:
                 return table, int(row[0])
         raise KeyError(f"no living entity has the uid {uid}")
 
@@ -176,18 +186,22 @@ class World:
             raise RuntimeError("one thread alone touches a world: the one that made it")
         before = esper.current_world
         esper.switch_world(self._context)
+        self.touch()
         try:
             if self.tick == 0:
                 self.flush()
             every = max(1, ticks // 200)
             for done in range(1, ticks + 1):
+                self.ticking = True
                 esper.process()
+                self.ticking = False
                 self.tick += 1
                 if progress is not None and (done % every == 0 or done == ticks):
                     progress(done, ticks)
             if before == self._context:
                 self.sync()
         finally:
+            self.ticking = False
             if before in esper.list_worlds():
                 esper.switch_world(before)
         return self
@@ -256,13 +270,18 @@ class World:
         return int(table.entity[row])
 
     def __enter__(self) -> "World":
-        self._outer = esper.current_world
+        self._outer.append(esper.current_world)
         esper.switch_world(self._context)
         self.sync()
         return self
 
     def __exit__(self, *_: object) -> None:
-        esper.switch_world(self._outer)
+        esper.switch_world(self._outer.pop())
+
+    def touch(self) -> None:
+        """Let the neighbour indexes be made anew: something may have been moved through handles."""
+        for table in self.tables.values():
+            table.version += 1
 
     # --- for systems -----------------------------------------------------------------------------------------------
 
@@ -342,6 +361,11 @@ class _Births(_Flush):
 class _Registry(_Flush):
     def process(self, *_: Any) -> None:
         self.world.sync()
+
+
+class _Touched(_Flush):
+    def process(self, *_: Any) -> None:
+        self.world.touch()
 
 
 class _Inside:

@@ -143,9 +143,7 @@ def _summary(runs: dict[str, dict[str, dict[str, Any]]]) -> dict[str, Any]:
         if pairs:
             summary[arm]["times_the_speed_of_stable_baselines3"] = round(statistics.median(pairs), 2)
     first = summary["ecs-eco"]
-    first["holds"] = (
-        first["median_steps_to_solve"] <= WITHIN_MEDIAN and first["solved_within_100000"] >= 0.9 * first["seeds"]
-    )
+    first["holds"] = first["median_steps_to_solve"] <= WITHIN_MEDIAN and first["solved_within_100000"] >= 0.9 * first["seeds"]
     return summary
 
 
@@ -153,9 +151,7 @@ def _about() -> dict[str, Any]:
     """Return what was measured, and with what."""
     config = {"ours": asdict(OURS), "theirs": asdict(THEIRS), "steps": STEPS, "environments": N_ENVS, "solved": SOLVED}
     config_hash = hashlib.sha256(json.dumps(config, sort_keys=True).encode()).hexdigest()[:16]
-    commit = subprocess.run(
-        ["git", "rev-parse", "HEAD"], cwd=Path(__file__).parent, capture_output=True, text=True, check=False
-    )
+    commit = subprocess.run(["git", "rev-parse", "HEAD"], cwd=Path(__file__).parent, capture_output=True, text=True, check=False)
     packages = ("numpy", "numba", "torch", "gymnasium", "stable-baselines3")
     return {
         "claim": __doc__.split("\n")[0].removeprefix("Claim: "),

@@ -124,9 +124,7 @@ class Learner:
             self.steps, rate, ppo.adam_epsilon, ppo.max_grad_norm,
         )  # fmt: skip
         if not np.isfinite(total[-1]):
-            raise FloatingPointError(
-                f"update {self.updates}: the gradient is {total[-1]}; observations, rewards and values must be finite"
-            )
+            raise FloatingPointError(f"update {self.updates}: the gradient is {total[-1]}; observations, rewards and values must be finite")
         return total
 
     def _reserve(self, n_chunks: int) -> None:

@@ -30,7 +30,7 @@ class Leave(System):
             if rows.size:
                 kept: list[tuple[Any, str]] = [(Position, f) for f in ("x", "y", "z", "heading")] + [(Body, "radius"), (Body, "mass")]
                 kept += [(Chemistry, "molarity")]
-            kept += [(Physical, f) for f in Physical.fields]  # type: ignore[attr-defined]
+                kept += [(Physical, f) for f in Physical.fields]  # type: ignore[attr-defined]
                 into = world.tables[remains]
                 values = {(c, f): table.field(c, f)[rows] for c, f in kept if c in table and c in into}
                 into.request(table.uid[rows], values)

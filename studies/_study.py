@@ -1,0 +1,270 @@
+"""What every study script shares: run the cases that are missing, keep each at once, sum up, write the result.
+
+A script names a claim and how to test it:
+
+    STUDY = Study(name="cycles", claim="…", config={…}, cases=[{"arm": "trained", "seed": 1}, …], run=run, summarise=summarise)
+
+    if __name__ == "__main__":
+        STUDY.main()
+
+`run(config, case) -> dict` computes one case; `summarise(cases) -> list of verdict(…)`, or a dict that also holds
+"table" ({"head": […], "rows": [[…], …]}), draws the conclusion. `python studies/cycles.py` writes studies/results/cycles.json;
+stopped at any moment, it goes on where it was. `--short` is the form for CI: few small cases, its own file, never this one.
+"""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import json
+import math
+import os
+import platform
+import subprocess
+import sys
+import tempfile
+import time
+import traceback
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import dataclass, field
+from difflib import get_close_matches
+from importlib.metadata import PackageNotFoundError, version
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any
+
+RESULTS = Path(__file__).parent / "results"
+PACKAGES = ("ecs-eco", "esper", "numpy", "numba", "torch", "deap", "scipy")
+THREADS = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS")
+Case = Mapping[str, Any]
+
+
+def verdict(statement: str, value: Any, goal: str, met: bool) -> dict[str, Any]:
+    """One line of the conclusion: what is stated, what was measured, what had been asked for, and whether it holds."""
+    return {"statement": statement, "value": value, "goal": goal, "met": bool(met)}
+
+
+@dataclass(frozen=True)
+class Study:
+    """A claim and the cases that test it; `short_*` is the form that CI runs in seconds."""
+
+    name: str
+    claim: str
+    config: dict[str, Any]
+    cases: Sequence[Case]
+    run: Callable[[dict[str, Any], Case], dict[str, Any]]
+    summarise: Callable[[list[dict[str, Any]]], dict[str, Any] | list[dict[str, Any]]]
+    short_cases: Sequence[Case] = field(default_factory=list)  # the first two cases where empty
+    short_config: dict[str, Any] = field(default_factory=dict)  # what differs from config
+
+    def main(self, argv: Sequence[str] | None = None) -> None:
+        """The command line of a study script; exits with 1 where a case failed."""
+        parser = argparse.ArgumentParser(prog=f"{self.name}.py", description=self.claim)
+        parser.add_argument("--short", action="store_true", help="few small cases, for CI; writes to a temporary folder")
+        parser.add_argument("--workers", type=int, default=1, metavar="N", help="cases at a time, each in its own process")
+        parser.add_argument("--fresh", action="store_true", help="forget the cases that are there already")
+        parser.add_argument("--results", type=Path, metavar="DIR", help="where to write (default: studies/results)")
+        asked = parser.parse_args(argv)
+        if asked.workers < 1:
+            parser.error(f"--workers must be 1 or more, got {asked.workers}")
+        result = self.execute(short=asked.short, workers=asked.workers, fresh=asked.fresh, results=asked.results)
+        sys.exit(0 if result["complete"] else 1)
+
+    def execute(self, *, short: bool = False, workers: int = 1, fresh: bool = False, results: Path | None = None) -> dict[str, Any]:
+        """Run the missing cases, write the result and return it; incomplete results stay in NAME.partial.json."""
+        config = {**self.config, **self.short_config} if short else dict(self.config)
+        cases = list(self.short_cases or self.cases[:2]) if short else list(self.cases)
+        _check(self.name, cases)
+        if results is None:
+            results = Path(tempfile.mkdtemp(prefix="ecs-eco-study-")) if short else RESULTS
+        path = results / f"{self.name}{'.short' if short else ''}.json"
+        partial = path.with_suffix(".partial.json")
+        done = {} if fresh else _kept([path, partial], config_hash(config))
+        wanted = {_key(case): case for case in cases}
+        done = {key: entry for key, entry in done.items() if key in wanted}
+        missing = [case for key, case in wanted.items() if key not in done]
+        print(f"{self.name}: {self.claim}\n{len(cases)} cases, {len(cases) - len(missing)} there already → {path}", flush=True)
+        failed = 0
+        origin = commit()
+        for case, entry in _run_all(self.run, config, missing, workers):
+            if "error" in entry:
+                failed += 1
+                continue
+            done[_key(case)] = {"case": dict(case), **entry, **origin}
+            write_json(partial, self._record(config, [done[k] for k in wanted if k in done], short))
+        record = self._record(config, [done[k] for k in wanted if k in done], short)
+        if failed:
+            print(f"{failed} of {len(cases)} cases failed; the others are kept in {partial}", file=sys.stderr)
+            return record
+        record |= _conclude(self.summarise([entry for entry in record["cases"]]))
+        record["complete"] = True
+        write_json(path, record)
+        partial.unlink(missing_ok=True)
+        for line in record["verdicts"]:
+            print(f"{'met    ' if line['met'] else 'NOT MET'}  {line['statement']}: {line['value']} (goal: {line['goal']})")
+        return record
+
+    def _record(self, config: dict[str, Any], entries: list[dict[str, Any]], short: bool) -> dict[str, Any]:
+        return {
+            "format": 1,
+            "name": self.name,
+            "claim": self.claim,
+            "command": f"python studies/{self.name}.py" + (" --short" if short else ""),
+            "short": short,
+            "complete": False,
+            "config_hash": config_hash(config),
+            "config": config,
+            "seeds": sorted({entry["case"]["seed"] for entry in entries if "seed" in entry["case"]}),
+            "commits": sorted({entry["commit"] or "unknown" for entry in entries}),
+            "dirty": any(entry["dirty"] for entry in entries),
+            "versions": versions(),
+            "seconds": round(sum(entry["seconds"] for entry in entries), 2),
+            "cases": entries,
+        }
+
+
+def canonical(x: Any) -> str:
+    """JSON with sorted keys and no spaces; ValueError names what JSON cannot hold."""
+    try:
+        return json.dumps(x, sort_keys=True, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"not fit for JSON: {error}; use numbers, strings, lists and dicts, and None for a missing number") from error
+
+
+def config_hash(config: Mapping[str, Any]) -> str:
+    """sha256 of the canonical JSON of a configuration."""
+    return hashlib.sha256(canonical(config).encode()).hexdigest()
+
+
+def versions() -> dict[str, str]:
+    """Versions of Python and of the packages that results depend on."""
+    found = {"python": platform.python_version()}
+    for name in PACKAGES:
+        try:
+            found[name] = version(name)
+        except PackageNotFoundError:
+            continue
+    return found
+
+
+def commit() -> dict[str, Any]:
+    """The git commit that the study runs at and whether files that git knows differ from it (results and docs aside)."""
+
+    def git(*words: str) -> str | None:
+        try:
+            done = subprocess.run(["git", *words], cwd=Path(__file__).parent, capture_output=True, text=True, timeout=30, check=True)
+        except (OSError, subprocess.SubprocessError):
+            return None
+        return done.stdout.strip()
+
+    changed = git("status", "--porcelain", "--untracked-files=no", "--", ":/", ":(exclude,top)studies/results", ":(exclude,top)docs")
+    return {"commit": git("rev-parse", "HEAD"), "dirty": changed is None or bool(changed)}
+
+
+def write_json(path: Path, content: Any) -> None:
+    """Write a file whole or not at all."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    beside = path.with_name(f".{path.name}.{os.getpid()}")
+    with open(beside, "w", encoding="utf-8") as file:
+        file.write(json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False) + "\n")
+        file.flush()
+        os.fsync(file.fileno())
+    os.replace(beside, path)
+
+
+def plain(x: Any) -> Any:
+    """The same in types of JSON: numpy scalars and arrays as numbers and lists, NaN and infinity as None."""
+    if isinstance(x, Mapping):
+        return {str(k): plain(v) for k, v in x.items()}
+    if isinstance(x, list | tuple):
+        return [plain(v) for v in x]
+    if hasattr(x, "tolist"):
+        return plain(x.tolist())
+    if isinstance(x, float) and not math.isfinite(x):
+        return None
+    return x
+
+
+def _check(name: str, cases: Sequence[Case]) -> None:
+    if not cases:
+        raise ValueError(f"study {name!r} has no cases")
+    seen: set[str] = set()
+    for case in cases:
+        if _key(case) in seen:
+            raise ValueError(f"study {name!r} has the case {dict(case)} twice")
+        seen.add(_key(case))
+
+
+def _key(case: Case) -> str:
+    return canonical(dict(case))
+
+
+def _kept(paths: Sequence[Path], wanted_hash: str) -> dict[str, dict[str, Any]]:
+    """Finished cases of earlier runs with the same configuration, by key."""
+    found: dict[str, dict[str, Any]] = {}
+    for path in paths:
+        if path.is_file():
+            record = json.loads(path.read_text(encoding="utf-8"))
+            if record.get("config_hash") == wanted_hash:
+                found |= {_key(entry["case"]): entry for entry in record["cases"]}
+    return found
+
+
+def _conclude(summary: Any) -> dict[str, Any]:
+    out = {"verdicts": summary} if isinstance(summary, list) else dict(summary)
+    out = plain(out)
+    allowed = ("statement", "value", "goal", "met")
+    for line in out.get("verdicts", []):
+        for key in line:
+            if key not in allowed:
+                near = get_close_matches(key, allowed, 1)
+                raise ValueError(f"verdict {line!r}: no {key!r}; allowed are {', '.join(allowed)}{f' (did you mean {near[0]!r}?)' if near else ''}")
+        if set(line) != set(allowed):
+            raise ValueError(f"verdict {line!r} lacks {', '.join(sorted(set(allowed) - set(line)))}")
+    if not out.get("verdicts"):
+        raise ValueError('summarise() must give at least one verdict("statement", value, "goal", met)')
+    return out
+
+
+def _one(run: Callable[..., Any], config: dict[str, Any], case: Case) -> dict[str, Any]:
+    """Run one case where it is: result and seconds, or the error's text."""
+    start = time.perf_counter()
+    try:
+        result = plain(run(config, case))
+        canonical(result)
+    except Exception:
+        return {"error": traceback.format_exc()}
+    return {"result": result, "seconds": round(time.perf_counter() - start, 3)}
+
+
+def _run_all(run: Callable[..., Any], config: dict[str, Any], cases: Sequence[Case], workers: int) -> Any:
+    """Yield (case, entry) as cases finish, with a bar: done, rate and remaining time."""
+    if not cases:
+        return
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TextColumn("{task.fields[rate]}"), TimeElapsedColumn(), TimeRemainingColumn())
+    start = time.perf_counter()
+    with Progress(*columns) as progress:
+        task = progress.add_task("cases", total=len(cases), rate="")
+        for count, (case, entry) in enumerate(_each(run, config, cases, workers), 1):
+            if "error" in entry:
+                progress.console.print(f"case {dict(case)} failed:\n{entry['error']}", markup=False, highlight=False)
+            rate = count / (time.perf_counter() - start)
+            progress.update(task, advance=1, rate=f"{rate:.2f}/s" if rate > 1 else f"{1 / rate:.1f} s each")
+            yield case, entry
+
+
+def _each(run: Callable[..., Any], config: dict[str, Any], cases: Sequence[Case], workers: int) -> Any:
+    if workers == 1 or len(cases) == 1:
+        for case in cases:
+            yield case, _one(run, config, case)
+        return
+    for name in THREADS:  # processes share the cores; one thread each unless the caller chose
+        os.environ.setdefault(name, "1")
+    with ProcessPoolExecutor(min(workers, len(cases)), mp_context=get_context("spawn")) as pool:
+        waiting = {pool.submit(_one, run, config, case): case for case in cases}
+        for future in as_completed(waiting):
+            error = future.exception()
+            yield waiting[future], ({"error": f"the worker died: {error}"} if error else future.result())
