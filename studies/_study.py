@@ -61,8 +61,12 @@ class Study:
     def main(self, argv: Sequence[str] | None = None) -> None:
         """The command line of a study script; exits with 1 where a case failed."""
         parser = argparse.ArgumentParser(prog=f"{self.name}.py", description=self.claim)
-        parser.add_argument("--short", action="store_true", help="few small cases, for CI; writes to a temporary folder")
-        parser.add_argument("--workers", type=int, default=1, metavar="N", help="cases at a time, each in its own process")
+        parser.add_argument(
+            "--short", action="store_true", help="few small cases, for CI; writes to a temporary folder"
+        )
+        parser.add_argument(
+            "--workers", type=int, default=1, metavar="N", help="cases at a time, each in its own process"
+        )
         parser.add_argument("--fresh", action="store_true", help="forget the cases that are there already")
         parser.add_argument("--results", type=Path, metavar="DIR", help="where to write (default: studies/results)")
         asked = parser.parse_args(argv)
@@ -71,7 +75,9 @@ class Study:
         result = self.execute(short=asked.short, workers=asked.workers, fresh=asked.fresh, results=asked.results)
         sys.exit(0 if result["complete"] else 1)
 
-    def execute(self, *, short: bool = False, workers: int = 1, fresh: bool = False, results: Path | None = None) -> dict[str, Any]:
+    def execute(
+        self, *, short: bool = False, workers: int = 1, fresh: bool = False, results: Path | None = None
+    ) -> dict[str, Any]:
         """Run the missing cases, write the result and return it; incomplete results stay in NAME.partial.json."""
         config = {**self.config, **self.short_config} if short else dict(self.config)
         cases = list(self.short_cases or self.cases[:2]) if short else list(self.cases)
@@ -84,7 +90,10 @@ class Study:
         wanted = {_key(case): case for case in cases}
         done = {key: entry for key, entry in done.items() if key in wanted}
         missing = [case for key, case in wanted.items() if key not in done]
-        print(f"{self.name}: {self.claim}\n{len(cases)} cases, {len(cases) - len(missing)} there already → {path}", flush=True)
+        print(
+            f"{self.name}: {self.claim}\n{len(cases)} cases, {len(cases) - len(missing)} there already → {path}",
+            flush=True,
+        )
         failed = 0
         origin = commit()
         for case, entry in _run_all(self.run, config, missing, workers):
@@ -97,12 +106,14 @@ class Study:
         if failed:
             print(f"{failed} of {len(cases)} cases failed; the others are kept in {partial}", file=sys.stderr)
             return record
-        record |= _conclude(self.summarise([entry for entry in record["cases"]]))
+        record |= _conclude(self.summarise(list(record["cases"])))
         record["complete"] = True
         write_json(path, record)
         partial.unlink(missing_ok=True)
         for line in record["verdicts"]:
-            print(f"{'met    ' if line['met'] else 'NOT MET'}  {line['statement']}: {line['value']} (goal: {line['goal']})")
+            print(
+                f"{'met    ' if line['met'] else 'NOT MET'}  {line['statement']}: {line['value']} (goal: {line['goal']})"
+            )
         return record
 
     def _record(self, config: dict[str, Any], entries: list[dict[str, Any]], short: bool) -> dict[str, Any]:
@@ -129,7 +140,9 @@ def canonical(x: Any) -> str:
     try:
         return json.dumps(x, sort_keys=True, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
     except (TypeError, ValueError) as error:
-        raise ValueError(f"not fit for JSON: {error}; use numbers, strings, lists and dicts, and None for a missing number") from error
+        raise ValueError(
+            f"not fit for JSON: {error}; use numbers, strings, lists and dicts, and None for a missing number"
+        ) from error
 
 
 def config_hash(config: Mapping[str, Any]) -> str:
@@ -153,12 +166,22 @@ def commit() -> dict[str, Any]:
 
     def git(*words: str) -> str | None:
         try:
-            done = subprocess.run(["git", *words], cwd=Path(__file__).parent, capture_output=True, text=True, timeout=30, check=True)
+            done = subprocess.run(
+                ["git", *words], cwd=Path(__file__).parent, capture_output=True, text=True, timeout=30, check=True
+            )
         except (OSError, subprocess.SubprocessError):
             return None
         return done.stdout.strip()
 
-    changed = git("status", "--porcelain", "--untracked-files=no", "--", ":/", ":(exclude,top)studies/results", ":(exclude,top)docs")
+    changed = git(
+        "status",
+        "--porcelain",
+        "--untracked-files=no",
+        "--",
+        ":/",
+        ":(exclude,top)studies/results",
+        ":(exclude,top)docs",
+    )
     return {"commit": git("rev-parse", "HEAD"), "dirty": changed is None or bool(changed)}
 
 
@@ -219,7 +242,8 @@ def _conclude(summary: Any) -> dict[str, Any]:
         for key in line:
             if key not in allowed:
                 near = get_close_matches(key, allowed, 1)
-                raise ValueError(f"verdict {line!r}: no {key!r}; allowed are {', '.join(allowed)}{f' (did you mean {near[0]!r}?)' if near else ''}")
+                hint = f"; did you mean {near[0]!r}?" if near else ""
+                raise ValueError(f"verdict {line!r}: no {key!r}; allowed are {', '.join(allowed)}{hint}")
         if set(line) != set(allowed):
             raise ValueError(f"verdict {line!r} lacks {', '.join(sorted(set(allowed) - set(line)))}")
     if not out.get("verdicts"):
@@ -242,9 +266,23 @@ def _run_all(run: Callable[..., Any], config: dict[str, Any], cases: Sequence[Ca
     """Yield (case, entry) as cases finish, with a bar: done, rate and remaining time."""
     if not cases:
         return
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+    from rich.progress import (
+        BarColumn,
+        MofNCompleteColumn,
+        Progress,
+        TextColumn,
+        TimeElapsedColumn,
+        TimeRemainingColumn,
+    )
 
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TextColumn("{task.fields[rate]}"), TimeElapsedColumn(), TimeRemainingColumn())
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TextColumn("{task.fields[rate]}"),
+        TimeElapsedColumn(),
+        TimeRemainingColumn(),
+    )
     start = time.perf_counter()
     with Progress(*columns) as progress:
         task = progress.add_task("cases", total=len(cases), rate="")

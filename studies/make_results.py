@@ -1,7 +1,7 @@
 """Write docs/results.md from studies/results/*.json: each claim, what was measured, and how to measure it again.
 
-    python studies/make_results.py            writes the file
-    python studies/make_results.py --check    fails where the file is not what the results say
+python studies/make_results.py            writes the file
+python studies/make_results.py --check    fails where the file is not what the results say
 """
 
 from __future__ import annotations
@@ -15,6 +15,8 @@ from typing import Any
 ROOT = Path(__file__).parent.parent
 RESULTS = ROOT / "studies" / "results"
 PAGE = ROOT / "docs" / "results.md"
+NEEDED: tuple[str, ...] = ("name", "claim", "complete", "short", "command", "verdicts", "cases", "seeds", "seconds")
+NEEDED += ("commits", "dirty", "config_hash", "versions")
 HEAD = """# Results
 
 <!-- Written by studies/make_results.py from studies/results/*.json: change those, not this page. -->
@@ -46,13 +48,23 @@ def table(head: list[str], rows: list[list[Any]]) -> str:
 def section(record: dict[str, Any]) -> str:
     """One study: claim, verdicts, table and where they come from."""
     met = sum(line["met"] for line in record["verdicts"])
-    rows = [["met" if line["met"] else "**not met**", line["statement"], line["value"], line["goal"]] for line in record["verdicts"]]
-    blocks = [f"## {record['name']}", record["claim"], f"{met} of {len(rows)} goals met.", table(["", "statement", "measured", "goal"], rows)]
+    rows = [
+        ["met" if line["met"] else "**not met**", line["statement"], line["value"], line["goal"]]
+        for line in record["verdicts"]
+    ]
+    blocks = [
+        f"## {record['name']}",
+        record["claim"],
+        f"{met} of {len(rows)} goals met.",
+        table(["", "statement", "measured", "goal"], rows),
+    ]
     if record.get("table"):
         blocks.append(table(record["table"]["head"], record["table"]["rows"]))
     if record.get("notes"):
         blocks.append(record["notes"])
-    commits = ", ".join(f"`{c[:12]}`" for c in record["commits"]) + (" with changes not committed" if record["dirty"] else "")
+    commits = ", ".join(f"`{c[:12]}`" for c in record["commits"]) + (
+        " with changes not committed" if record["dirty"] else ""
+    )
     seeds = f"seeds {ranges(record['seeds'])}; " if record["seeds"] else ""
     blocks.append(
         f"`{record['command']}`: {len(record['cases'])} cases, {seeds}{record['seconds']:,.0f} s of computing; "
@@ -74,14 +86,27 @@ def ranges(numbers: list[int]) -> str:
     return ", ".join(str(a) if a == b else f"{a}–{b}" for a, b in out)
 
 
+def _read(path: Path) -> dict[str, Any]:
+    record = json.loads(path.read_text(encoding="utf-8"))
+    lacking = [key for key in NEEDED if key not in record]
+    if lacking and record.get("complete", True):
+        raise SystemExit(f"{path} lacks {', '.join(lacking)}: write it with studies/_study.py")
+    return record
+
+
 def render(results: Path) -> str:
     """The whole page from a folder of results; incomplete and short ones are left out."""
-    found = [json.loads(path.read_text(encoding="utf-8")) for path in sorted(results.glob("*.json"))]
+    found = [_read(path) for path in sorted(results.glob("*.json")) if not path.name.endswith(".partial.json")]
     shown = [record for record in found if record["complete"] and not record["short"]]
     if not shown:
         return HEAD + "\nNo study has been run yet.\n"
     rows = [
-        [f"[{r['name']}](#{r['name'].replace(' ', '-')})", r["claim"], f"{sum(v['met'] for v in r['verdicts'])} of {len(r['verdicts'])}"] for r in shown
+        [
+            f"[{r['name']}](#{r['name'].replace(' ', '-')})",
+            r["claim"],
+            f"{sum(v['met'] for v in r['verdicts'])} of {len(r['verdicts'])}",
+        ]
+        for r in shown
     ]
     return "\n\n".join([HEAD.rstrip(), table(["study", "claim", "goals met"], rows), *map(section, shown)]) + "\n"
 

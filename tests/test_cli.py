@@ -175,26 +175,29 @@ def test_an_interrupt_says_how_far_it_came(monkeypatch: pytest.MonkeyPatch) -> N
     assert "Stopped at tick 3 of 10; nothing was recorded." in said
 
 
-def test_ctrl_c_ends_a_run_and_keeps_what_was_recorded(here: Path) -> None:
+def interrupt(out: Path, *arguments: str) -> str:
+    """Starts a command, presses Ctrl-C when its first block of series is written; what it said on stderr."""
     run = subprocess.Popen(
-        command("run", "predator-prey", *FEW, "--ticks", "100000000", "--out", "out"),
+        command(*arguments, *FEW, "--ticks", "100000000", "--out", str(out)),
         stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment(),
     )  # fmt: skip
-    deadline = time.monotonic() + 60
-    while not (here / "out" / "manifest.json").exists() and time.monotonic() < deadline:
+    deadline = time.monotonic() + 120
+    while not any(out.rglob("series/*.parquet")) and run.poll() is None and time.monotonic() < deadline:
         time.sleep(0.05)
-    time.sleep(0.5)
     run.send_signal(signal.SIGINT)
-    out, err = run.communicate(timeout=60)
-    assert (run.returncode, out) == (130, "")
-    assert "is in out" in err
+    said, err = run.communicate(timeout=60)
+    assert (run.returncode, said) == (130, ""), err
     assert "Traceback" not in err
+    return err
 
+
+def test_ctrl_c_ends_a_run_and_keeps_what_was_recorded(here: Path) -> None:
     from ecs_eco.analysis.runs import load_series
 
+    said = interrupt(here / "out", "run", "predator-prey")
     manifest = json.loads((here / "out" / "manifest.json").read_text())
     assert manifest["finished"] is False
-    assert f"Stopped at tick {manifest['done']} of 100000000;" in err
+    assert f"Stopped at tick {manifest['done']} of 100000000; what was recorded" in said
     assert load_series(here / "out").ticks[-1] == manifest["done"] - 1 > 0
 
 
@@ -245,3 +248,35 @@ def test_processes_have_one_thread_each_and_the_own_one_keeps_its_own(monkeypatc
         assert [os.environ[name] for name in PINS] == ["1"] * len(PINS)
     assert os.environ["OMP_NUM_THREADS"] == "3"
     assert "MKL_NUM_THREADS" not in os.environ
+
+
+def test_arms_run_with_the_same_seeds_and_are_compared(here: Path) -> None:
+    said = invoke("compare", "predator-prey", *FEW, "--seeds", "2", "--ticks", "4", "--control", "dt=0.5", "--out", "out")
+    manifests = {p.parent: json.loads(p.read_text()) for p in (here / "out").glob("*/*/manifest.json")}
+    assert {(p.parent.name, m["seed"], m["dt"], m["done"]) for p, m in manifests.items()} == {
+        ("world", 1, 1.0, 4), ("world", 2, 1.0, 4), ("dt-0.5", 1, 0.5, 4), ("dt-0.5", 2, 0.5, 4)
+    }  # fmt: skip
+    found = json.loads((here / "out" / "compare.json").read_text())
+    assert {arm: row["seeds"] for arm, row in found["arms"].items()} == {"world": [1, 2], "dt-0.5": [1, 2]}
+    assert found["reference"] == "world"
+    assert "dt-0.5" in said
+    assert "wolf" in said
+
+
+def test_a_run_that_fails_is_named_and_the_others_go_on(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    from ecs_eco.cli.arms import Arm, run_all
+
+    (here / "full").mkdir()
+    (here / "full" / "old").write_text("")
+    arm = Arm("world", load("predator-prey", FEW[1::2]))
+    jobs = {("world", seed): (arm, seed, 2, here / name) for seed, name in ((1, "full"), (2, "new"))}
+    assert set(run_all(jobs, workers=1, quiet=True)) == {("world", 2)}
+    assert "world, seed 1: FileExistsError" in capsys.readouterr().err
+
+
+def test_ctrl_c_ends_a_comparison_and_keeps_what_was_recorded(here: Path) -> None:
+    said = interrupt(here / "out", "compare", "predator-prey", "--seeds", "3")
+    assert "Stopped after 0 of 6 runs; what was recorded until then is in " in said
+    manifests = [json.loads(p.read_text()) for p in (here / "out").glob("*/*/manifest.json")]
+    assert len(manifests) == 2
+    assert max(m["done"] for m in manifests) > 0

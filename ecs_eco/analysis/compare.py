@@ -17,11 +17,23 @@ from ecs_eco.analysis import figures
 from ecs_eco.analysis.cycles import CycleStatistics, cross_seed_surrogates, cycle_statistics, median_lag_interval
 from ecs_eco.analysis.page import number, page, picture, table, write_text
 from ecs_eco.analysis.runs import Series, load_series
-from ecs_eco.analysis.survival import SurvivalCurve, bootstrap_difference, difference_of_shares, kaplan_meier, log_rank, wilson
+from ecs_eco.analysis.survival import (
+    SurvivalCurve,
+    bootstrap_difference,
+    difference_of_shares,
+    kaplan_meier,
+    log_rank,
+    wilson,
+)
 
 
 def compare(
-    arms: Mapping[str, Sequence[Any]], out: Path | str | None = None, *, species: Sequence[str] | None = None, n_boot: int = 499, seed: int = 0
+    arms: Mapping[str, Sequence[Any]],
+    out: Path | str | None = None,
+    *,
+    species: Sequence[str] | None = None,
+    n_boot: int = 499,
+    seed: int = 0,
 ) -> dict[str, Any]:
     """Compare arms (name → run folders, series tables or `Series`, one a seed) with the first arm as the reference.
 
@@ -37,7 +49,10 @@ def compare(
     for arm, runs in loaded.items():
         for run in runs:
             if run.species != names:
-                raise ValueError(f"arm {arm!r} has a run of {', '.join(run.species)}, the first arm of {', '.join(names)}: compare runs of the same species")
+                raise ValueError(
+                    f"arm {arm!r} has a run of {', '.join(run.species)}, the first arm of {', '.join(names)}: "
+                    "compare runs of the same species"
+                )
     curves = {s: {arm: extinction_curve(runs, s) for arm, runs in loaded.items()} for s in names}
     cycles = {arm: [cycle_statistics(run, n_boot=n_boot, seed=seed) for run in runs] for arm, runs in loaded.items()}
     reference = next(iter(loaded))
@@ -45,8 +60,12 @@ def compare(
         "format": 1,
         "reference": reference,
         "species": list(names),
-        "arms": {arm: _arm(runs, {s: curves[s][arm] for s in names}, cycles[arm], seed) for arm, runs in loaded.items()},
-        "effects": {arm: _effects(loaded[reference], runs, names, seed) for arm, runs in loaded.items() if arm != reference},
+        "arms": {
+            arm: _arm(runs, {s: curves[s][arm] for s in names}, cycles[arm], seed) for arm, runs in loaded.items()
+        },
+        "effects": {
+            arm: _effects(loaded[reference], runs, names, seed) for arm, runs in loaded.items() if arm != reference
+        },
     }
     result = clean(result)
     if out is not None:
@@ -65,7 +84,9 @@ def _lifetimes(runs: Sequence[Series], species: str) -> tuple[list[float], list[
     return lived, [not np.isnan(t) for t in gone]
 
 
-def _arm(runs: Sequence[Series], curves: Mapping[str, SurvivalCurve], cycles: Sequence[CycleStatistics], seed: int) -> dict[str, Any]:
+def _arm(
+    runs: Sequence[Series], curves: Mapping[str, SurvivalCurve], cycles: Sequence[CycleStatistics], seed: int
+) -> dict[str, Any]:
     n, kept = len(runs), sum(run.persisted for run in runs)
     names = runs[0].species
     last = min(int(run.ticks[-1] - run.ticks[0]) for run in runs)
@@ -86,14 +107,20 @@ def _arm(runs: Sequence[Series], curves: Mapping[str, SurvivalCurve], cycles: Se
                 "long_enough": len(found),
                 "cycling": sum(s in c.cycling() for c in found),
                 "share_cycling": wilson(sum(s in c.cycling() for c in found), len(found)),
-                "median_period": _median([c.peaks[s].period for c in found if s in c.cycling()]),  # type: ignore[union-attr]
+                "median_period": _median([peak.period for c in found if (peak := c.peaks[s]) and s in c.cycling()]),
                 "cycling_ar1": sum((c.p_ar1.get(s) or 1.0) <= 0.05 for c in found),
             }
             for s in names
         },
-        "lags": {pair: median_lag_interval([c.lags[pair].share for c in found if c.cycling() and pair in c.lags]) for pair in pairs},
+        "lags": {
+            pair: median_lag_interval([c.lags[pair].share for c in found if c.cycling() and pair in c.lags])
+            for pair in pairs
+        },
         "coupling": _coupling(runs, cycles, seed),
-        "runs": [{"seed": run.manifest.get("seed"), "persisted": run.persisted, **c.as_dict()} for run, c in zip(runs, cycles, strict=True)],
+        "runs": [
+            {"seed": run.manifest.get("seed"), "persisted": run.persisted, **c.as_dict()}
+            for run, c in zip(runs, cycles, strict=True)
+        ],
     }
 
 
@@ -106,21 +133,29 @@ def _coupling(runs: Sequence[Series], cycles: Sequence[CycleStatistics], seed: i
     kept = [(run, c) for run, c in zip(runs, cycles, strict=True) if run.persisted and c.period]
     if len(kept) < 4:
         return {}
-    period = float(np.median([c.period for _, c in kept]))  # type: ignore[misc]
+    period = float(np.median([c.period for _, c in kept]))
     out = {}
     for a, b in zip(runs[0].species, runs[0].species[1:], strict=False):
         try:
             found = cross_seed_surrogates([run for run, _ in kept], a, b, period, seed=seed)
         except ValueError:
             continue
-        out[f"{a}→{b}"] = {"n": found.n, "period": period, "coherency": found.coherency, "share": found.share, "p": found.p}
+        out[f"{a}→{b}"] = {
+            "n": found.n,
+            "period": period,
+            "coherency": found.coherency,
+            "share": found.share,
+            "p": found.p,
+        }
     return out
 
 
 def _effects(reference: Sequence[Series], runs: Sequence[Series], names: Sequence[str], seed: int) -> dict[str, Any]:
     """This arm minus the reference."""
     out: dict[str, Any] = {
-        "persistence": difference_of_shares(sum(r.persisted for r in runs), len(runs), sum(r.persisted for r in reference), len(reference)),
+        "persistence": difference_of_shares(
+            sum(r.persisted for r in runs), len(runs), sum(r.persisted for r in reference), len(reference)
+        ),
         "per_species": {},
     }
     for s in names:
@@ -128,7 +163,9 @@ def _effects(reference: Sequence[Series], runs: Sequence[Series], names: Sequenc
         out["per_species"][s] = {
             "lifetime": bootstrap_difference(a[0], b[0], seed=seed),
             "log_rank_p": log_rank([a, b])[1],
-            "mean_number": bootstrap_difference([r.of(s).mean() for r in runs], [r.of(s).mean() for r in reference], seed=seed),
+            "mean_number": bootstrap_difference(
+                [r.of(s).mean() for r in runs], [r.of(s).mean() for r in reference], seed=seed
+            ),
         }
     return out
 
@@ -152,12 +189,21 @@ def _interval(x: Sequence[float]) -> str:
     return f"{number(x[0])} ({number(x[1])} … {number(x[2])})"
 
 
-def _write(out: Path, result: dict[str, Any], loaded: Mapping[str, Sequence[Series]], curves: Mapping[str, Mapping[str, SurvivalCurve]]) -> None:
+def _write(
+    out: Path,
+    result: dict[str, Any],
+    loaded: Mapping[str, Sequence[Series]],
+    curves: Mapping[str, Mapping[str, SurvivalCurve]],
+) -> None:
     write_text(out / "compare.json", json.dumps(result, indent=1, ensure_ascii=False, allow_nan=False) + "\n")
     until = max(arm["ticks"] for arm in result["arms"].values())
     shown = [s for s in result["species"] if any(c.died.any() for c in curves[s].values())]
     pictures = [
-        picture(figures.save(figures.survival(curves[s], until, f"{s} persists"), out / "figures" / f"survival_{s}.png"), _CURVE.format(s)) for s in shown
+        picture(
+            figures.save(figures.survival(curves[s], until, f"{s} persists"), out / "figures" / f"survival_{s}.png"),
+            _CURVE.format(s),
+        )
+        for s in shown
     ]
     pictures.append(picture(figures.save(figures.arms(loaded), out / "figures" / "numbers.png"), _MEANS))
     write_text(out / "compare.html", page("Comparison of " + ", ".join(result["arms"]), *_blocks(result, pictures)))
@@ -171,16 +217,32 @@ def _blocks(result: dict[str, Any], pictures: Sequence[str]) -> list[str]:
     arms, names = result["arms"], result["species"]
     who = [
         [arm, a["n"], f"{a['ticks']:,}", a["persisted"], _interval(a["persistence"])]
-        + [f"{a['per_species'][s]['extinctions']} of {a['n']}, median {number(a['per_species'][s]['median_extinction'])}" for s in names]
+        + [
+            f"{a['per_species'][s]['extinctions']} of {a['n']}, median {number(a['per_species'][s]['median_extinction'])}"
+            for s in names
+        ]
         for arm, a in arms.items()
     ]
     cycling = [
-        [arm, s, f"{x['cycling']} of {x['long_enough']}", f"{x['cycling_ar1']} of {x['long_enough']}", number(x["median_period"]), number(x["mean_number"])]
+        [
+            arm,
+            s,
+            f"{x['cycling']} of {x['long_enough']}",
+            f"{x['cycling_ar1']} of {x['long_enough']}",
+            number(x["median_period"]),
+            number(x["mean_number"]),
+        ]
         for arm, a in arms.items()
         for s, x in a["per_species"].items()
     ]
     lag = [
-        [arm, pair, x["n"], f"{number(x['median'])} ({number(x['low'])} … {number(x['high'])})", number(a["coupling"].get(pair, {}).get("p"))]
+        [
+            arm,
+            pair,
+            x["n"],
+            f"{number(x['median'])} ({number(x['low'])} … {number(x['high'])})",
+            number(a["coupling"].get(pair, {}).get("p")),
+        ]
         for arm, a in arms.items()
         for pair, x in a["lags"].items()
         if x["n"]
@@ -198,14 +260,22 @@ def _blocks(result: dict[str, Any], pictures: Sequence[str]) -> list[str]:
     ]
     if gaps:
         share = [[arm, _interval(e["persistence"])] for arm, e in result["effects"].items()]
-        blocks += [f"<h2>Against {result['reference']}</h2>", table(["arm", "share that persists, difference (Newcombe)"], share)]
-        blocks.append(table(["arm", "species", "ticks lived, difference", "log-rank p", "mean number, difference"], gaps))
+        blocks += [
+            f"<h2>Against {result['reference']}</h2>",
+            table(["arm", "share that persists, difference (Newcombe)"], share),
+        ]
+        blocks.append(
+            table(["arm", "species", "ticks lived, difference", "log-rank p", "mean number, difference"], gaps)
+        )
     blocks += ["<h2>Numbers</h2>", pictures[-1], "<h2>Cycles</h2>"]
     blocks.append(
-        "<p>Runs whose spectrum has a peak beyond red noise that only relaxes (p ≤ .05 in each run; by luck 1 in 20), and beyond AR(1), which calls smooth series periodic.</p>"
+        "<p>Runs whose spectrum has a peak beyond red noise that only relaxes (p ≤ .05 in each run; by luck 1 in 20), "
+        "and beyond AR(1), which calls smooth series periodic.</p>"
     )
     blocks.append(table(["arm", "species", "cycling", "beyond AR(1)", "median period [ticks]", "mean number"], cycling))
     if lag:
-        blocks += ["<p>Lags as share of the period, over cycling runs; p tests the pair against pairs from different runs.</p>"]
+        blocks += [
+            "<p>Lags as share of the period, over cycling runs; p tests the pair against pairs from different runs.</p>"
+        ]
         blocks.append(table(["arm", "pair", "runs", "median lag", "coupling p"], lag))
     return blocks

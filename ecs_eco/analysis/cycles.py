@@ -72,7 +72,8 @@ class CycleStatistics:
 
     def as_dict(self) -> dict[str, Any]:
         """Numbers and strings only; the spectra are left out."""
-        peaks = {s: p and {k: getattr(p, k) for k in ("p", "period", "n_periods", "ratio")} for s, p in self.peaks.items()}
+        kept = ("p", "period", "n_periods", "ratio")
+        peaks = {s: None if p is None else {k: getattr(p, k) for k in kept} for s, p in self.peaks.items()}
         return {
             "ticks": self.ticks,
             "enough": self.enough,
@@ -103,14 +104,18 @@ def cycle_statistics(
         return CycleStatistics(names, len(n), False)
     peaks = {s: spectral_peak(x, n_boot=n_boot, seed=seed) for s, x in zip(names, n.T, strict=True)}
     lenient = {s: spectral_peak(x, null="ar1", n_boot=n_boot, seed=seed) for s, x in zip(names, n.T, strict=True)}
-    p_ar1 = {s: peak and peak.p for s, peak in lenient.items()}
+    p_ar1 = {s: None if peak is None else peak.p for s, peak in lenient.items()}
     found = [peak for peak in peaks.values() if peak is not None]
     if not found:
         return CycleStatistics(names, len(n), True, peaks, p_ar1)
     period = min(found, key=lambda peak: (peak.p, -peak.ratio)).period
     log = transform(n)
     pairs = [(i, j) for i in range(len(names)) for j in range(i + 1, len(names))]
-    lags = {f"{names[i]}→{names[j]}": lag(log[:, i], log[:, j], period, seed=seed) for i, j in pairs if np.ptp(n[:, [i, j]], 0).all()}
+    lags = {
+        f"{names[i]}→{names[j]}": lag(log[:, i], log[:, j], period, seed=seed)
+        for i, j in pairs
+        if np.ptp(n[:, [i, j]], 0).all()
+    }
     return CycleStatistics(names, len(n), True, peaks, p_ar1, period, lags)
 
 
@@ -196,7 +201,14 @@ class Surrogates:
 
 
 def cross_seed_surrogates(
-    runs: Sequence[Any], a: str, b: str, period: float | None = None, *, skip: float = 0.1, n_shuffles: int = 9999, seed: int = 0
+    runs: Sequence[Any],
+    a: str,
+    b: str,
+    period: float | None = None,
+    *,
+    skip: float = 0.1,
+    n_shuffles: int = 9999,
+    seed: int = 0,
 ) -> Surrogates:
     """Are a and b of the same run coupled more than a of run i with b of run j?
 
@@ -223,7 +235,7 @@ def cross_seed_surrogates(
     pooled = np.trace(coherency) / len(runs)
     order = _pairings(len(runs), n_shuffles, seed)
     null = np.abs(coherency[np.arange(len(runs)), order].mean(1))
-    reach = int(round(period / factor))
+    reach = round(period / factor)
     curves = np.array([[cross_correlation(x[0], y[1], reach)[1] for y in numbers] for x in numbers])
     lags = np.arange(-(curves.shape[-1] // 2), curves.shape[-1] // 2 + 1) * factor / period
     same = np.eye(len(runs), dtype=bool)

@@ -23,7 +23,7 @@ P = ParamSpec("P")
 PALETTE = ("#009E73", "#E69F00", "#0072B2", "#D55E00", "#CC79A7", "#56B4E9", "#000000", "#F0E442")
 """Okabe and Ito's colours, told apart by colour-blind readers."""
 DASHES: tuple[Any, ...] = ("-", (0, (5, 1.5)), (0, (1.5, 1.2)), (0, (6, 1.5, 1.5, 1.5)))
-_STYLE = {
+_STYLE: dict[Any, Any] = {
     "font.size": 10,
     "axes.spines.top": False,
     "axes.spines.right": False,
@@ -109,7 +109,7 @@ def populations(series: Series) -> Figure:
         right.grid(visible=False)
         right.spines["right"].set_visible(True)
         ax.set_ylabel("number of " + ", ".join(s for i, s in enumerate(series.species) if i != alone))
-    lines = [line for a in figure.axes for line in a.get_lines() if not line.get_label().startswith("_")]
+    lines = [line for a in figure.axes for line in a.get_lines() if not str(line.get_label()).startswith("_")]
     figure.legend(handles=lines, loc="outside upper center", ncols=max(1, len(lines)))
     ax.margins(x=0)
     return figure
@@ -125,7 +125,7 @@ def phase(series: Series, pairs: Sequence[tuple[str, str]]) -> Figure:
         window = max(1, len(series.ticks) // 100)
         x, y = (thin(smooth(series.of(s), window), 1500)[0] for s in (a, b))
         points = np.stack([x, y], 1)
-        lines = LineCollection(np.stack([points[:-1], points[1:]], 1), cmap="viridis", array=np.linspace(0, 1, max(len(x) - 1, 1)))
+        lines = LineCollection(list(np.stack([points[:-1], points[1:]], 1)), cmap="viridis")
         lines.set_linewidth(1.3)
         lines.set_clim(series.ticks[0], series.ticks[-1])
         lines.set_array(np.linspace(series.ticks[0], series.ticks[-1], max(len(x) - 1, 1)))
@@ -160,13 +160,17 @@ def spectra(peaks: Mapping[str, Peak], hue: Mapping[str, str] | None = None) -> 
 
 
 @_styled
-def lags(series: Series, pairs: Sequence[tuple[str, str]], period: float, surrogates: Mapping[str, Surrogates] | None = None) -> Figure:
+def lags(
+    series: Series, pairs: Sequence[tuple[str, str]], period: float, surrogates: Mapping[str, Surrogates] | None = None
+) -> Figure:
     """Cross-correlation of each pair over lags of ± one period, with the band of cross-seed pairs where given ("a→b")."""
     figure, axes = _grid(1, len(pairs), 3.6 * len(pairs) + 0.6, 3.2, sharey=True)
     for ax, (a, b) in zip(axes[0], pairs, strict=True):
         found = (surrogates or {}).get(f"{a}→{b}")
         if found is not None:
-            ax.fill_between(found.lags, found.low, found.high, color="#dfe3e8", lw=0, label=f"{a} and {b} of different runs, 95 %")
+            ax.fill_between(
+                found.lags, found.low, found.high, color="#dfe3e8", lw=0, label=f"{a} and {b} of different runs, 95 %"
+            )
             ax.plot(found.lags, found.real.T, color="#0072B2", lw=0.8, alpha=0.5)
             x, y = found.lags, found.real.mean(0)
         else:
@@ -215,7 +219,13 @@ def deaths(series: Series) -> Figure:
     return figure
 
 
-FLOWS = (("taken_in", "taken in", 1), ("endowed", "endowed", 1), ("burnt", "burnt", -1), ("given", "given to offspring", -1), ("lost", "lost with the dead", -1))
+FLOWS = (
+    ("taken_in", "taken in", 1),
+    ("endowed", "endowed", 1),
+    ("burnt", "burnt", -1),
+    ("given", "given to offspring", -1),
+    ("lost", "lost with the dead", -1),
+)
 
 
 @_styled
@@ -226,7 +236,13 @@ def energy(series: Series) -> Figure:
         for sign in (1, -1):
             flows = [(k, name) for k, (name, _, way) in enumerate(FLOWS) if way == sign and name in series.columns]
             middle, rate = _binned(series, np.stack([series.columns[name][:, i] for _, name in flows], -1))
-            ax.stackplot(middle, sign * rate.T, colors=[PALETTE[(0, 1, 3, 4, 5)[k]] for k, _ in flows], labels=[FLOWS[k][1] for k, _ in flows], lw=0)
+            ax.stackplot(
+                middle,
+                sign * rate.T,
+                colors=[PALETTE[(0, 1, 3, 4, 5)[k]] for k, _ in flows],
+                labels=[FLOWS[k][1] for k, _ in flows],
+                lw=0,
+            )
         ax.axhline(0, color="#1b1f23", lw=0.8)
         ax.set(title=s, ylabel="energy per tick")
         ax.margins(x=0)
@@ -240,18 +256,35 @@ def energy(series: Series) -> Figure:
 def positions(at: Mapping[str, np.ndarray], size: Sequence[float], hue: Mapping[str, str], title: str = "") -> Figure:
     """Where everybody is: positions (n, 3) [m] by species, later species on top; a volume is seen from the side (x, z)."""
     volume = len(size) > 2 and size[2] > 0
-    figure, ((ax,),) = _grid(1, 1, 6.6, 6.0 * (min(max(size[2] / size[0], 0.3), 1.2) if volume else min(max(size[1] / size[0], 0.3), 1.2)) + 0.7)
+    high = size[2] if volume else size[1]
+    figure, ((ax,),) = _grid(1, 1, 6.6, 6.0 * float(np.clip(high / size[0], 0.3, 1.2)) + 0.7)
     for i, (s, xyz) in enumerate(at.items()):
         area = float(np.clip(9000 / max(len(xyz), 1), 2, 26)) * (0.6, 1.0, 1.4)[min(i, 2)]
         xy = xyz[:, [0, 2]] if volume else xyz[:, :2]
-        ax.scatter(*xy.T, s=area, color=hue[s], marker="os^Dv"[i % 5], lw=0.4, edgecolor="white", label=f"{s} ({len(xyz):,})", zorder=2 + i)
-    ax.set(xlim=(0, size[0]), ylim=(0, size[2] if volume else size[1]), xlabel="x [m]", ylabel="z [m]" if volume else "y [m]", aspect="equal", title=title)
+        ax.scatter(
+            *xy.T,
+            s=area,
+            color=hue[s],
+            marker="os^Dv"[i % 5],
+            lw=0.4,
+            edgecolor="white",
+            label=f"{s} ({len(xyz):,})",
+            zorder=2 + i,
+        )
+    ax.set(
+        xlim=(0, size[0]),
+        ylim=(0, high),
+        xlabel="x [m]",
+        ylabel="z [m]" if volume else "y [m]",
+        aspect="equal",
+        title=title,
+    )
     ax.grid(visible=False)
     for side in ("top", "right"):
         ax.spines[side].set_visible(True)
     shown = figure.legend(loc="outside upper center", ncols=max(1, len(at)))
     for handle in shown.legend_handles:
-        handle.set_sizes([28])
+        handle.set_sizes([28])  # type: ignore[union-attr]
     return figure
 
 
@@ -264,7 +297,15 @@ def survival(curves: Mapping[str, SurvivalCurve], until: float, title: str = "")
         share, low, high = (np.append(x, x[-1]) for x in (curve.survival, curve.low, curve.high))
         hue = PALETTE[(k + 2) % len(PALETTE)]
         ax.fill_between(time, low, high, step="post", color=hue, alpha=0.15, lw=0)
-        ax.step(time, share, where="post", color=hue, ls=DASHES[k % len(DASHES)], lw=2, label=f"{name} (n = {curve.at_risk[0]})")
+        ax.step(
+            time,
+            share,
+            where="post",
+            color=hue,
+            ls=DASHES[k % len(DASHES)],
+            lw=2,
+            label=f"{name} (n = {curve.at_risk[0]})",
+        )
     ax.set(xlim=(0, until), ylim=(-0.02, 1.04), xlabel="tick", ylabel="share that survives", title=title)
     ax.legend(loc="lower left")
     return figure
@@ -275,7 +316,9 @@ def arms(runs: Mapping[str, Sequence[Series]]) -> Figure:
     """Numbers over time in each arm (columns): every run thin, the median over runs thick."""
     first = next(iter(runs.values()))[0]
     hue = _colors(first)
-    figure, axes = _grid(len(first.species), len(runs), 4 * len(runs) + 1, 1.9 * len(first.species) + 0.6, sharex=True, sharey="row")
+    figure, axes = _grid(
+        len(first.species), len(runs), 4 * len(runs) + 1, 1.9 * len(first.species) + 0.6, sharex=True, sharey="row"
+    )
     for column, (arm, members) in enumerate(runs.items()):
         length = min(len(run.ticks) for run in members)
         for row, s in enumerate(first.species):

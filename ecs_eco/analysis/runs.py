@@ -67,7 +67,7 @@ class Series:
     @property
     def present(self) -> np.ndarray:
         """Whether a species ever had a member, (species,) bool."""
-        return (self.n > 0).any(axis=0)
+        return np.asarray((self.n > 0).any(axis=0))
 
     @property
     def persisted(self) -> bool:
@@ -79,7 +79,9 @@ def read_manifest(run: Path | str) -> dict[str, Any]:
     """The manifest of a run folder; FileNotFoundError says what a run folder is."""
     path = Path(run) / "manifest.json"
     if not path.is_file():
-        raise FileNotFoundError(f"{run} is no run folder: it has no manifest.json (a folder that `ecs-eco run --out` left)")
+        raise FileNotFoundError(
+            f"{run} is no run folder: it has no manifest.json (a folder that `ecs-eco run --out` left)"
+        )
     return json.loads(path.read_text(encoding="utf-8"))
 
 
@@ -88,7 +90,9 @@ def parts(run: Path | str, kind: str) -> list[Path]:
     return sorted((Path(run) / kind).glob("part-*.parquet"))
 
 
-def load_series(run: Series | pa.Table | Mapping[str, Any] | Path | str, species: Sequence[str] | None = None) -> Series:
+def load_series(
+    run: Series | pa.Table | Mapping[str, Any] | Path | str, species: Sequence[str] | None = None
+) -> Series:
     """Series of a run folder, of a table with the columns of `world.series()`, or of a mapping species → numbers.
 
     `species` chooses and orders the species, producers first; the default is the run's own order.
@@ -105,7 +109,9 @@ def load_series(run: Series | pa.Table | Mapping[str, Any] | Path | str, species
         files = parts(run, "series")
         if not files:
             raise FileNotFoundError(f"{run} holds no series: expected series/part-00000.parquet")
-        tables = [_plain(pq.ParquetFile(f).read()) for f in files]  # a cause that first occurs late has no column before
+        tables = [
+            _plain(pq.ParquetFile(f).read()) for f in files
+        ]  # a cause that first occurs late has no column before
         found = _pivot(pa.concat_tables(tables, promote_options="default"), manifest)
     if species is None or tuple(species) == found.species:
         return found

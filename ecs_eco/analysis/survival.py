@@ -106,7 +106,11 @@ def difference_of_shares(k1: int, n1: int, k2: int, n2: int, level: float = 0.95
     """Share 1 − share 2 with Newcombe's hybrid interval (Newcombe 1998, method 10)."""
     a, b = wilson(k1, n1, level), wilson(k2, n2, level)
     gap = a.value - b.value
-    return Interval(gap, gap - float(np.hypot(a.value - a.low, b.high - b.value)), gap + float(np.hypot(a.high - a.value, b.value - b.low)))
+    return Interval(
+        gap,
+        gap - float(np.hypot(a.value - a.low, b.high - b.value)),
+        gap + float(np.hypot(a.high - a.value, b.value - b.low)),
+    )
 
 
 def bootstrap_difference(
@@ -135,7 +139,9 @@ def bootstrap_difference(
         return centre + (got - centre) * np.sqrt(len(values) / (len(values) - 1))
 
     if min(len(x), len(y)) < 2:
-        return Interval(float(statistic(x, axis=0) - statistic(y, axis=0)) if len(x) and len(y) else np.nan, np.nan, np.nan)
+        return Interval(
+            float(statistic(x, axis=0) - statistic(y, axis=0)) if len(x) and len(y) else np.nan, np.nan, np.nan
+        )
     if paired:
         value, spread = float(statistic(x - y, axis=0)), drawn(x - y)
     else:

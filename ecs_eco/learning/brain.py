@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from ecs_eco.learning.arithmetic import fused_njit, tanh
-from ecs_eco.learning.choice import choose as choose  # until decide.py takes it from ecs_eco.learning
 
 if TYPE_CHECKING:
     import torch

@@ -119,9 +119,12 @@ def smell(field: str, at: list[float], scale: float) -> Sense:
 
     def sense(world: "World", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
         f, mine, space = world.fields[field], seekers.index, world.space
-        world.split(_sniff, seekers.n, f.value, f.inverse, mine.x, mine.y, mine.z, seekers.rows, table[Body].radius,
-                    seekers.cos, seekers.sin,
-                    forward, left, up, np.float32(scale), space.lengths, space.torus, space.volume, out, column)
+        body = (seekers.rows, table[Body].radius, seekers.cos, seekers.sin, forward, left)
+        if space.volume:
+            world.split(_sniff_volume, seekers.n, f.value, f.inverse, mine.x, mine.y, mine.z, *body, up, np.float32(scale), space.lengths,
+                        space.torus, out, column)
+        else:
+            world.split(_sniff_plane, seekers.n, f.value[0], f.inverse, mine.x, mine.y, *body, np.float32(scale), space.torus, out, column)
 
     return sense
 
@@ -228,12 +231,39 @@ def _bearings(first, last, ox, oy, oz, cos, sin, tx, ty, tz, found, distance2, l
 
 
 @njit
-def _sniff(first, last, value, inverse, ox, oy, oz, rows, radius, cos, sin, forward, left, up, scale, lengths, torus, volume, out, column):
+def _sniff_plane(first, last, value, inverse, ox, oy, rows, radius, cos, sin, forward, left, scale, torus, out, column):
+    """Read the field f32[ny, nx] at the noses; without branches and with unsigned indices, so that it becomes vector code."""
+    ny, nx = value.shape
+    flat = value.reshape(-1)
+    half, zero, one, fnx, fny = np.float32(0.5), np.float32(0.0), np.float32(1.0), np.float32(nx), np.float32(ny)
+    for i in range(first, last):
+        r = radius[rows[i]]
+        gx = (ox[i] + r * (forward * cos[i] - left * sin[i])) * inverse[0] - half
+        gy = (oy[i] + r * (forward * sin[i] + left * cos[i])) * inverse[1] - half
+        bx, by = np.floor(gx), np.floor(gy)
+        fx, fy = gx - bx, gy - by
+        if torus:
+            x0, y0 = bx + fnx if bx < zero else bx, by + fny if by < zero else by
+            x0, y0 = x0 - fnx if x0 >= fnx else x0, y0 - fny if y0 >= fny else y0
+            x1, y1 = x0 + one, y0 + one
+            x1, y1 = x1 - fnx if x1 >= fnx else x1, y1 - fny if y1 >= fny else y1
+        else:
+            x0, y0 = min(max(bx, zero), fnx - one), min(max(by, zero), fny - one)
+            x1, y1 = min(max(bx + one, zero), fnx - one), min(max(by + one, zero), fny - one)
+        i0, i1, j0, j1 = np.uint32(x0), np.uint32(x1), np.uint32(y0) * np.uint32(nx), np.uint32(y1) * np.uint32(nx)
+        south, north = (one - fx) * flat[j0 + i0] + fx * flat[j0 + i1], (one - fx) * flat[j1 + i0] + fx * flat[j1 + i1]
+        c = (one - fy) * south + fy * north
+        out[i, column] = c / (c + scale)
+
+
+@njit
+def _sniff_volume(first, last, value, inverse, ox, oy, oz, rows, radius, cos, sin, forward, left, up, scale, lengths, torus, out, column):
+    """Read the field f32[nz, ny, nx] at the noses."""
     for i in range(first, last):
         r = radius[rows[i]]
         x = into(ox[i] + r * (forward * cos[i] - left * sin[i]), lengths[0], torus)
         y = into(oy[i] + r * (forward * sin[i] + left * cos[i]), lengths[1], torus)
-        z = into(oz[i] + r * up, lengths[2], False) if volume else oz[i]
+        z = into(oz[i] + r * up, lengths[2], False)
         c = field_at(value, x, y, z, inverse, torus)
         out[i, column] = c / (c + scale)
 

@@ -98,11 +98,23 @@ def _draw(run: Path, series: Series, cycles: CycleStatistics) -> dict[str, str]:
     add("populations", figures.populations(series), "Numbers over time. A cross marks the end of a species.")
     peaks = {s: peak for s, peak in cycles.peaks.items() if peak is not None}
     if peaks:
-        add("spectra", figures.spectra(peaks, hue), "Spectra. A cycle is a peak that leaves the grey band; the band is what drifting without cycling gives.")
+        add(
+            "spectra",
+            figures.spectra(peaks, hue),
+            "Spectra. A cycle is a peak that leaves the grey band; the band is what drifting without cycling gives.",
+        )
     if cycles.cycling() and cycles.period and pairs and not [p for p in pairs if f"{p[0]}→{p[1]}" not in cycles.lags]:
-        add("lags", figures.lags(series, pairs, cycles.period), "Correlation of two species when one is moved in time; right of zero the consumer follows.")
+        add(
+            "lags",
+            figures.lags(series, pairs, cycles.period),
+            "Correlation of two species when one is moved in time; right of zero the consumer follows.",
+        )
     if pairs and len(series.ticks) > 2:
-        add("phase", figures.phase(series, pairs), "Two species against each other. Cycles turn around a point, counter-clockwise where the consumer follows.")
+        add(
+            "phase",
+            figures.phase(series, pairs),
+            "Two species against each other. Cycles turn around a point, counter-clockwise where the consumer follows.",
+        )
     if any(series.columns[DIED + c].any() for c in series.causes):
         add("deaths", figures.deaths(series), "Deaths per tick by cause.")
     if "stock_after" in series.columns and series.columns["stock_after"].any():
@@ -134,11 +146,17 @@ def _verdict(series: Series) -> str:
         lines.append(f"{who} persisted to tick {series.ticks[-1]:,}.")
     else:
         kept = [s for s in lived if s not in lost]
-        lines.append(f"{len(lost)} of {len(lived)} species died out; {', '.join(kept) if kept else 'none'} persisted to tick {series.ticks[-1]:,}.")
+        lines.append(
+            f"{len(lost)} of {len(lived)} species died out; {', '.join(kept) if kept else 'none'} persisted to tick {series.ticks[-1]:,}."
+        )
         lines += [how_it_ended(series, s) for s in sorted(lost, key=lambda s: series.extinct[series.index(s)])]
     if absent and lived:
         lines.append(f"Never present: {', '.join(absent)}.")
-    return f"<div class='verdict{' lost' if lost or not lived else ''}'>" + "".join(f"<p>{escape(x)}</p>" for x in lines) + "</div>"
+    return (
+        f"<div class='verdict{' lost' if lost or not lived else ''}'>"
+        + "".join(f"<p>{escape(x)}</p>" for x in lines)
+        + "</div>"
+    )
 
 
 def how_it_ended(series: Series, species: str) -> str:
@@ -166,8 +184,27 @@ def _numbers(series: Series, ages: Mapping[str, tuple[int, float]]) -> str:
         died = series.columns["deaths"][:, i].sum() if "deaths" in series.columns else 0
         expected = n.sum() * series.dt / died if died else np.nan
         name = Markup(f"<span class='swatch' style='background:{escape(hue[s])}'></span>{escape(s)}")
-        rows.append([name, *(number(round(x)) for x in (n[0], n.mean(), n.min(), n.max(), n[-1])), *sums, number(ages.get(s, (0, np.nan))[1]), number(expected)])
-    head = ["species", "first tick", "mean", "least", "most", "last tick", "births", "deaths", "mean age at death [s]", "life expectancy [s]"]
+        rows.append(
+            [
+                name,
+                *(number(round(x)) for x in (n[0], n.mean(), n.min(), n.max(), n[-1])),
+                *sums,
+                number(ages.get(s, (0, np.nan))[1]),
+                number(expected),
+            ]
+        )
+    head = [
+        "species",
+        "first tick",
+        "mean",
+        "least",
+        "most",
+        "last tick",
+        "births",
+        "deaths",
+        "mean age at death [s]",
+        "life expectancy [s]",
+    ]
     note = "<p class='under'>Life expectancy is time lived by all, divided by deaths: unlike the age at death it counts those still alive.</p>"
     return table(head, rows) + note
 
@@ -184,8 +221,14 @@ def _cycles(series: Series, found: CycleStatistics) -> str:
         if peak is None:
             lines.append(f"{s}: its number does not change.")
         elif s in cycling:
-            few = f" Fewer than {FEW_PERIODS} periods: a longer run is needed to be sure." if peak.n_periods < FEW_PERIODS else ""
-            lines.append(f"{s} cycles: a period of {peak.period:,.0f} ticks, {peak.n_periods:.1f} periods, p {_p(peak.p)}.{few}")
+            few = (
+                f" Fewer than {FEW_PERIODS} periods: a longer run is needed to be sure."
+                if peak.n_periods < FEW_PERIODS
+                else ""
+            )
+            lines.append(
+                f"{s} cycles: a period of {peak.period:,.0f} ticks, {peak.n_periods:.1f} periods, p {_p(peak.p)}.{few}"
+            )
         else:
             lines.append(f"{s}: no cycle beyond red noise (p {_p(peak.p)}).")
     items = "".join(f"<li>{escape(x)}</li>" for x in lines)
@@ -225,11 +268,16 @@ def ledger_gap(series: Series) -> dict[str, tuple[float, float, int]]:
     tick starts with must be the one that the tick before ended with.
     """
     c = series.columns
-    gap = np.abs(c["stock_before"] + c["endowed"] + c["taken_in"] - c["burnt"] - c["given"] - c["lost"] - c["stock_after"])
+    gap = np.abs(
+        c["stock_before"] + c["endowed"] + c["taken_in"] - c["burnt"] - c["given"] - c["lost"] - c["stock_after"]
+    )
     gap[1:] = np.maximum(gap[1:], np.abs(c["stock_before"][1:] - c["stock_after"][:-1]))
     worst = gap.argmax(0)
     scale = np.maximum(np.abs(c["stock_after"]).max(0), 1.0)
-    return {s: (float(gap[worst[i], i]), float(gap[worst[i], i] / scale[i]), int(series.ticks[worst[i]])) for i, s in enumerate(series.species)}
+    return {
+        s: (float(gap[worst[i], i]), float(gap[worst[i], i] / scale[i]), int(series.ticks[worst[i]]))
+        for i, s in enumerate(series.species)
+    }
 
 
 def _energy(series: Series) -> str:
@@ -240,15 +288,25 @@ def _energy(series: Series) -> str:
     worst = max(gaps, key=lambda s: gaps[s][1])
     gap, share, tick = gaps[worst]
     kept = "closes" if share < 1e-5 else "DOES NOT CLOSE"
-    rows = [[s, *(number(series.columns[c][:, i].sum()) for c in flows), f"{gaps[s][0]:.2g}"] for i, s in enumerate(series.species)]
+    rows = [
+        [s, *(number(series.columns[c][:, i].sum()) for c in flows), f"{gaps[s][0]:.2g}"]
+        for i, s in enumerate(series.species)
+    ]
     text = f"<p>The ledger {kept}: the largest gap in any tick is {gap:.2g}, {share:.1e} of the stock ({escape(worst)}, tick {tick:,}).</p>"
     return text + table(["species", "endowed", "taken in", "burnt", "given", "lost with the dead", "largest gap"], rows)
 
 
 def _settings(m: Mapping[str, Any]) -> str:
-    command = m.get("command") or f"ecs-eco run {m.get('world', 'WORLD')} --seed {m.get('seed', 0)} --ticks {m.get('ticks', 0)} --out DIR"
+    command = (
+        m.get("command")
+        or f"ecs-eco run {m.get('world', 'WORLD')} --seed {m.get('seed', 0)} --ticks {m.get('ticks', 0)} --out DIR"
+    )
     versions = ", ".join(f"{k} {v}" for k, v in m.get("versions", {}).items())
-    rows = [["commit", m.get("git_commit") or "not known"], ["configuration", m.get("config_hash", "–")], ["policies", m.get("policies", "–")]]
+    rows = [
+        ["commit", m.get("git_commit") or "not known"],
+        ["configuration", m.get("config_hash", "–")],
+        ["policies", m.get("policies", "–")],
+    ]
     rows.append(["versions", versions or "–"])
     config = escape(json.dumps(m.get("config", {}), indent=2, ensure_ascii=False))
     return f"<pre>{escape(command)}</pre>{table(['', ''], rows)}<details><summary>All settings</summary><pre>{config}</pre></details>"

@@ -16,17 +16,19 @@ class Leave(System):
 
     phase = "die"
 
+    def start(self, world: Any) -> None:
+        """Listen for deaths, of whatever cause."""
+        world.on_death.append(self.leave)
+
     def process(self, *_: Any) -> None:
-        """Ask for one object for each of those who die in this tick and were not eaten."""
-        world = self.world
-        for table in world.tables.values():
-            remains = table.traits.get("remains")
-            if remains is None:
-                continue
+        """Nothing: what happens here happens at a death."""
+
+    def leave(self, table: Any, rows: np.ndarray) -> None:
+        """Ask for one object for each of the dying that were not eaten; rows i64[k] in the order of uids."""
+        world, remains = self.world, table.traits.get("remains")
+        if remains is not None:
             eaten = np.array([c.startswith("eaten") for c in world.causes], np.bool_)
-            rows = np.flatnonzero(table.cause[: table.high])
             rows = rows[~eaten[table.cause[rows] - 1]]
-            rows = rows[np.argsort(table.uid[rows])]
             if rows.size:
                 kept: list[tuple[Any, str]] = [(Position, f) for f in ("x", "y", "z", "heading")] + [(Body, "radius"), (Body, "mass")]
                 kept += [(Chemistry, "molarity")]

@@ -25,9 +25,10 @@ class Perish(System):
                 for cause, bound in ((limit.low, limit.min), (limit.high, limit.max)):
                     if bound is not None:
                         world.cause(cause)
+        world.on_death.append(self.mourn)
 
     def process(self, *_: Any) -> None:
-        """Mark those beyond a limit, then let learners know who died."""
+        """Mark those beyond a limit."""
         for table in self.world.tables.values():
             for limit in table.traits.get("lethal", ()):
                 low, high = limit.min, limit.max
@@ -35,16 +36,12 @@ class Perish(System):
                 perish(table.alive[: table.high], column,
                        np.float32(-np.inf if low is None else low), np.float32(np.inf if high is None else high),
                        0 if low is None else self.world.cause(limit.low), 0 if high is None else self.world.cause(limit.high), table.cause)
-            if table.cause[: table.high].any():
-                self.mourn(table)
 
-    def mourn(self, table: Any) -> None:
-        """Give the dying of one species their last reward."""
+    def mourn(self, table: Any, rows: np.ndarray) -> None:
+        """Give the dying of one species their last reward, whatever they die of; rows i64[k] in the order of uids."""
         nerves = table.traits.get("nerves")
         if nerves is None or nerves.happiness is None:
             return
-        rows = np.flatnonzero(table.cause[: table.high])
-        rows = rows[np.argsort(table.uid[rows])]
         n = table[Nervous]
         n.reward[rows] = nerves.minimum - n.happiness[rows]
         if nerves.learning:

@@ -44,13 +44,24 @@ def series_table(numbers: np.ndarray, seed: int = 0, species: tuple[str, ...] = 
     flat: dict[str, Any] = {"tick": np.repeat(np.arange(1, ticks + 1), s)}
     flat["species"] = pa.array(np.tile(species, ticks)).dictionary_encode()
     flat |= {"n": numbers.astype(np.int32), "births": births.astype(np.int32), "deaths": deaths.astype(np.int32)}
-    flat |= {"energy_mean": np.full((ticks, s), 0.5, np.float32), "happiness_mean": np.full((ticks, s), 0.2, np.float32)}
+    flat |= {
+        "energy_mean": np.full((ticks, s), 0.5, np.float32),
+        "happiness_mean": np.full((ticks, s), 0.2, np.float32),
+    }
     stock = 0.5 * numbers
     start = 0.5 * before
     lost, endowed, burnt = 0.1 * deaths, 0.3 * births, 0.004 * before
     given = 0.3 * births
     taken = stock - start - endowed + burnt + given + lost
-    flat |= {"stock_before": start, "endowed": endowed, "taken_in": taken, "burnt": burnt, "given": given, "lost": lost, "stock_after": stock}
+    flat |= {
+        "stock_before": start,
+        "endowed": endowed,
+        "taken_in": taken,
+        "burnt": burnt,
+        "given": given,
+        "lost": lost,
+        "stock_after": stock,
+    }
     shares = np.array([[1, 0, 0, 0], [0, 0.3, 0.6, 0.1], [0, 0.7, 0, 0.3]])[:s]
     by_cause = np.floor(deaths[..., None] * shares).astype(np.int32)
     by_cause[..., 0] += (shares[:, 0] > 0) * (deaths - by_cause.sum(-1)).astype(np.int32)
@@ -59,7 +70,9 @@ def series_table(numbers: np.ndarray, seed: int = 0, species: tuple[str, ...] = 
     return pa.table({k: v if isinstance(v, pa.Array) else pa.array(np.asarray(v).ravel()) for k, v in flat.items()})
 
 
-def write_run(folder: Path, numbers: np.ndarray, seed: int = 1, species: tuple[str, ...] = SPECIES, events: bool = True) -> Path:
+def write_run(
+    folder: Path, numbers: np.ndarray, seed: int = 1, species: tuple[str, ...] = SPECIES, events: bool = True
+) -> Path:
     """A run folder with series in parts, births, deaths and a snapshot."""
     table = series_table(numbers, seed, species)
     rng = np.random.default_rng(seed)
@@ -74,10 +87,16 @@ def write_run(folder: Path, numbers: np.ndarray, seed: int = 1, species: tuple[s
         at = [(s, n) for s, n in zip(species, numbers[-1], strict=True)]
         who = np.repeat([s for s, _ in at], [n for _, n in at])
         place = {c: pa.array(rng.uniform(0, 160, len(who)).astype(np.float32)) for c in "xy"}
-        rest = {"z": pa.array(np.zeros(len(who), np.float32)), "uid": pa.array(np.arange(1, len(who) + 1, dtype=np.uint64))}
+        rest = {
+            "z": pa.array(np.zeros(len(who), np.float32)),
+            "uid": pa.array(np.arange(1, len(who) + 1, dtype=np.uint64)),
+        }
         tick = pa.array(np.full(len(who), len(numbers)))
         (folder / "snapshots").mkdir()
-        pq.write_table(pa.table({"tick": tick, "species": pa.array(who, pa.string()).dictionary_encode(), **rest, **place}), folder / "snapshots" / "part-00000.parquet")
+        pq.write_table(
+            pa.table({"tick": tick, "species": pa.array(who, pa.string()).dictionary_encode(), **rest, **place}),
+            folder / "snapshots" / "part-00000.parquet",
+        )
     manifest = {
         "format": 1, "world": "predator-prey", "title": "Grass, deer and wolves", "config": {"space": {"size": [160.0, 160.0], "edges": "torus"}},
         "config_hash": "0" * 64, "seed": seed, "ticks": len(numbers), "dt": 1.0, "versions": {"ecs-eco": "0.1.0"}, "git_commit": None,
@@ -91,8 +110,14 @@ def write_run(folder: Path, numbers: np.ndarray, seed: int = 1, species: tuple[s
 def _events(folder: Path, kind: str, series: pa.Table, rng: np.random.Generator) -> None:
     count = series[kind].to_numpy()
     n = int(count.sum())
-    species = pa.array(np.repeat(np.array(series["species"].cast(pa.string()).to_pylist()), count), pa.string()).dictionary_encode()
-    columns = {"tick": pa.array(np.repeat(series["tick"].to_numpy(), count)), "species": species, "uid": pa.array(np.arange(1, n + 1, dtype=np.uint64))}
+    species = pa.array(
+        np.repeat(np.array(series["species"].cast(pa.string()).to_pylist()), count), pa.string()
+    ).dictionary_encode()
+    columns = {
+        "tick": pa.array(np.repeat(series["tick"].to_numpy(), count)),
+        "species": species,
+        "uid": pa.array(np.arange(1, n + 1, dtype=np.uint64)),
+    }
     columns |= {c: pa.array(rng.uniform(0, 160, n).astype(np.float32)) for c in ("x", "y", "energy")}
     if kind == "deaths":
         columns["age"] = pa.array(np.full(n, 42.0, np.float32))
