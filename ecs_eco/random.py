@@ -3,6 +3,8 @@
 The hash is the finaliser of splitmix64 (Steele, Lea & Flood 2014), applied once per key part: 2 ns a draw.
 """
 
+import functools
+
 import numpy as np
 
 from ecs_eco._numba import njit
@@ -39,7 +41,10 @@ def mix_int(z: int) -> int:
 
 def tick_key(seed: int, tick: int) -> np.uint64:
     """Return the key of all draws of one tick of a world with this seed."""
-    return np.uint64(mix_int((mix_int(seed & _MASK) + tick) & _MASK))
+    return np.uint64(mix_int((_mixed_seed(seed & _MASK) + tick) & _MASK))
+
+
+_mixed_seed = functools.lru_cache(maxsize=64)(mix_int)
 
 
 def draw_many(key: int | np.uint64, who: np.ndarray, purpose: int) -> np.ndarray:

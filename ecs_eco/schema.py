@@ -26,6 +26,16 @@ class Type:
         inner = ", ".join(map(str, self.shape))
         return f"{self.dtype.name}[{inner}]" if inner else self.dtype.name
 
+    def check(self, value: Any, where: str) -> None:
+        """Raise ValueError where a value does not fit: of another kind, out of range, or of another shape."""
+        fixed = tuple(d for d in self.shape if not isinstance(d, str))
+        try:
+            array = np.asarray(value, self.dtype)
+            if len(fixed) == len(self.shape):
+                np.broadcast_to(array, fixed)
+        except (TypeError, ValueError, OverflowError) as error:
+            raise ValueError(f"{where}: {value!r} is no {self!r} ({error})") from None
+
     def resolve(self, dims: dict[str, int], where: str) -> tuple[int, ...]:
         """Return the shape with every word replaced by its size in `dims`."""
         unknown = [d for d in self.shape if isinstance(d, str) and d not in dims]
@@ -69,6 +79,7 @@ class Handle:
             value = values.get(name, default)
             if name not in values and any(isinstance(d, str) for d in kind.shape):
                 continue  # its size belongs to the table
+            kind.check(value, f"{type(self).__name__}.{name}")
             array = np.asarray(value, kind.dtype)
             fixed = all(not isinstance(d, str) for d in kind.shape)
             setattr(self._columns, name, np.broadcast_to(array, kind.resolve({}, name))[None].copy() if fixed else array[None].copy())
@@ -101,8 +112,11 @@ def component(cls: type) -> Any:
     """Turn a class of annotated fields with defaults into a component.
 
     Every field is annotated with a column type (`f32`, `u64`, `f32[3]`, `f32["genes"]`) and has a default; the class
-    keeps its name, docstring and methods. Raises TypeError for a field without column type or default.
+    keeps its name, docstring and methods. Raises TypeError for a field without column type or default, ValueError for a
+    default that its type cannot hold.
     """
+    if cls.__bases__ != (object,):
+        raise TypeError(f"{cls.__name__}: a component inherits nothing; write its fields out instead of {cls.__bases__[0].__name__}")
     fields: dict[str, tuple[Type, Any]] = {}
     for name, kind in _hints(cls).items():
         if not isinstance(kind, Type):
@@ -112,6 +126,7 @@ def component(cls: type) -> Any:
         if name not in cls.__dict__:
             raise TypeError(f"{cls.__name__}.{name}: a field needs a default, as in `{name}: {kind!r} = 0`")
         fields[name] = (kind, cls.__dict__[name])
+        kind.check(cls.__dict__[name], f"{cls.__name__}.{name}")
     if not fields:
         raise TypeError(f"{cls.__name__}: a component needs at least one field, as in `energy: f32 = 1.0`")
     body = {k: v for k, v in cls.__dict__.items() if k not in fields and k not in ("__dict__", "__weakref__", "__annotations__")}

@@ -17,10 +17,12 @@ class System(esper.Processor):
 
     A subclass declares `needs` (components) and `phase`, and defines `update(table, world)`, called for every table
     that has them all, in the order in which tables were added. A system that joins tables overrides `process`.
+    `acts` are the groups of actions that it carries out, beyond those that every world knows: species may use them.
     """
 
     needs: tuple[type, ...] = ()
     phase = "interact"
+    acts: tuple[str, ...] = ()
     world: "World"
 
     def start(self, world: "World") -> None:

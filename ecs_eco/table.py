@@ -40,7 +40,7 @@ class Table:
         self.entity_uid = np.zeros(capacity, np.uint64)  # who that number was made for
         self.columns: dict[type[Any], Columns] = {}
         self.defaults: dict[type[Any], dict[str, np.ndarray]] = {}
-        self.births: list[tuple[np.ndarray, np.ndarray, dict[tuple[type, str], np.ndarray]]] = []
+        self.births: list[tuple[np.ndarray, np.ndarray | None, dict[tuple[type, str], np.ndarray]]] = []
         self.traits: dict[str, Any] = {}  # what its systems keep per species: never per organism
         for component in components:
             self.add_component(component)
@@ -63,7 +63,7 @@ class Table:
 
     def has(self, components: Iterable[type]) -> bool:
         """Return whether the table has all these components."""
-        return all(c in self.columns for c in components)
+        return self.columns.keys() >= set(components)
 
     def add_component(self, component: type[Any], **defaults: Any) -> None:
         """Give every entity of this table, living or to come, a component; `defaults` replace the component's own."""
@@ -123,12 +123,15 @@ class Table:
         Raises KeyError for a component or field that the table lacks, ValueError for a shape that does not fit.
         """
         for (component, name), array in values.items():
-            if name not in vars(self[component]):
+            self[component]  # raises the error that names what there is
+            default = self.defaults[component].get(name)
+            if default is None:
                 raise KeyError(unknown_name(f"{component.__name__} in table {self.name!r}", "field", name, component.fields))
-            wanted = (len(parents), *self.field(component, name).shape[1:])
+            wanted = (len(parents), *default.shape)
             if np.shape(array) != wanted:
-                raise ValueError(f"newborn of {self.name!r}: {component.__name__}.{name} has the shape {np.shape(array)}; allowed is {wanted}")
-        self.births.append((parents, np.zeros_like(parents) if second is None else second, dict(values)))
+                where = f"newborn of {self.name!r}: {component.__name__}.{name}"
+                raise ValueError(f"{where} has the shape {np.shape(array)}; allowed is {wanted}")
+        self.births.append((parents, second, dict(values)))
 
     def occupy(self, k: int, first_uid: int, tick: int, values: Values) -> np.ndarray:
         """Bring `k` entities to life in the lowest free rows, with uids from `first_uid` on; return their rows."""
@@ -136,17 +139,16 @@ class Table:
         rows = np.empty(k, np.int64)
         self.high = _occupy(rows, self.alive, self.uid, self.born, first_uid, tick, self.high)
         for component, columns in self.columns.items():
-            defaults = self.defaults[component]
-            for field in component.fields:
-                getattr(columns, field)[rows] = values.get((component, field), defaults[field])
+            arrays = vars(columns)
+            for field, default in self.defaults[component].items():
+                arrays[field][rows] = values.get((component, field), default)
         self.n += k
         self.version += 1
         return rows
 
     def doomed(self) -> np.ndarray:
-        """Return the rows that have a cause of death, in the order of their uids: i64[k]."""
-        rows = self.cause[: self.high].nonzero()[0]
-        return rows[self.uid[rows].argsort()] if rows.size > 1 else rows
+        """Return the rows that have a cause of death, ascending: i64[k]."""
+        return self.cause[: self.high].nonzero()[0]
 
     def vacate(self, rows: np.ndarray) -> None:
         """Free the rows of the dead."""

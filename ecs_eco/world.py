@@ -4,6 +4,7 @@ import gc
 import hashlib
 import itertools
 import threading
+import time
 import weakref
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -179,7 +180,7 @@ class World:
         self.run(1)
 
     def run(self, ticks: int, progress: Callable[[int, int], None] | None = None) -> "World":
-        """Let `ticks` ticks pass; `progress(done, ticks)` is called now and then. Returns the world."""
+        """Let `ticks` ticks pass; `progress(done, ticks)` is called about ten times a second. Returns the world."""
         if ticks < 0:
             raise ValueError(f"ticks is {ticks}; time does not run backwards")
         if threading.get_ident() != self._thread:
@@ -190,13 +191,14 @@ class World:
         try:
             if self.tick == 0:
                 self.flush()
-            every = max(1, ticks // 200)
+            shown = time.monotonic()
             for done in range(1, ticks + 1):
                 self.ticking = True
                 esper.process()
                 self.ticking = False
                 self.tick += 1
-                if progress is not None and (done % every == 0 or done == ticks):
+                if progress is not None and (done == ticks or time.monotonic() - shown > 0.1):
+                    shown = time.monotonic()
                     progress(done, ticks)
             if before == self._context:
                 self.sync()
@@ -221,6 +223,8 @@ class World:
         for table in self.tables.values():
             rows = table.doomed()
             if rows.size:
+                if self.on_death:
+                    rows = rows[table.uid[rows].argsort()]
                 for listen in self.on_death:
                     listen(table, rows)
                 table.vacate(rows)
@@ -228,13 +232,15 @@ class World:
     def flush_births(self) -> None:
         """Bring the newborn to life, table by table, in the order in which they were asked for."""
         for table in self.tables.values():
+            if not table.births:
+                continue
             requests, table.births = table.births, []
             for parents, second, values in requests:
                 if parents.size:
                     rows = table.occupy(parents.size, self.next_uid, self.tick, values)
                     self.next_uid += parents.size
                     for listen in self.on_birth:
-                        listen(table, rows, parents, second)
+                        listen(table, rows, parents, np.zeros_like(parents) if second is None else second)
 
     # --- esper -----------------------------------------------------------------------------------------------------
 

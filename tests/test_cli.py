@@ -191,6 +191,7 @@ def interrupt(out: Path, *arguments: str) -> str:
     return err
 
 
+@pytest.mark.slow
 def test_ctrl_c_ends_a_run_and_keeps_what_was_recorded(here: Path) -> None:
     from ecs_eco.analysis.runs import load_series
 
@@ -198,14 +199,16 @@ def test_ctrl_c_ends_a_run_and_keeps_what_was_recorded(here: Path) -> None:
     manifest = json.loads((here / "out" / "manifest.json").read_text())
     assert manifest["finished"] is False
     assert f"Stopped at tick {manifest['done']} of 100000000; what was recorded" in said
-    assert load_series(here / "out").ticks[-1] == manifest["done"] - 1 > 0
+    last = load_series(here / "out").ticks[-1]
+    assert last > 0
+    assert manifest["done"] - last in (0, 1)  # the tick that was interrupted may have been recorded already
 
 
 # train and report
 
 
 def test_train_hands_on_its_options(monkeypatch: pytest.MonkeyPatch) -> None:
-    catch(monkeypatch, "ecs_eco.learning.pretrain")
+    catch(monkeypatch, "ecs_eco.worlds.pretrain.pretrain")
     args, _ = caught("train", "predator-prey", "--seed", "3", "--out", "x")
     assert (args[0].name, *args[1:4]) == ("predator-prey", 3, load("predator-prey").training.ticks, Path("x"))
     args, _ = caught("train", "predator-prey", "--ticks", "5")
@@ -250,6 +253,7 @@ def test_processes_have_one_thread_each_and_the_own_one_keeps_its_own(monkeypatc
     assert "MKL_NUM_THREADS" not in os.environ
 
 
+@pytest.mark.slow
 def test_arms_run_with_the_same_seeds_and_are_compared(here: Path) -> None:
     said = invoke("compare", "predator-prey", *FEW, "--seeds", "2", "--ticks", "4", "--control", "dt=0.5", "--out", "out")
     manifests = {p.parent: json.loads(p.read_text()) for p in (here / "out").glob("*/*/manifest.json")}
@@ -274,6 +278,7 @@ def test_a_run_that_fails_is_named_and_the_others_go_on(here: Path, capsys: pyte
     assert "world, seed 1: FileExistsError" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_ctrl_c_ends_a_comparison_and_keeps_what_was_recorded(here: Path) -> None:
     said = interrupt(here / "out", "compare", "predator-prey", "--seeds", "3")
     assert "Stopped after 0 of 6 runs; what was recorded until then is in " in said

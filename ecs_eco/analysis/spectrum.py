@@ -30,7 +30,8 @@ MIN_CYCLES = 3
 TAPERS = 2
 ROOTS = {"ar1": 1, "relaxation": 2}
 """Real roots of each null."""
-GRID = {"ar1": 100, "relaxation": 24}
+MSTEP=2
+GRID = {"ar1": 100, "relaxation": 16}
 """Values tried for a root, from white noise to a memory of 1,000 samples."""
 
 
@@ -90,16 +91,21 @@ def spectrum(x: np.ndarray) -> np.ndarray:
 class RedNoise:
     """Red noise per tick, seen as block means over `factor` ticks, fitted to spectra by Whittle likelihood (Whittle 1953).
 
-    The shapes are those of the block means, aliasing included: block means of AR(1) are not AR(1), and taking them for
-    it calls 37 % of them periodic. Roots are given per block: root ** (1 / factor) per tick.
+    Parameters are two roots r ≥ s of relaxation and a root m ≤ r of the moving average, each per block (root ** (1 /
+    factor) per tick). The shapes are those of the block means, aliasing included: block means of AR(1) are not AR(1),
+    and taking them for it calls 37 % of them periodic.
     """
 
     def __init__(self, n: int, factor: int, null: str):
-        if null not in ROOTS:
-            raise ValueError(f"null {null!r}: allowed are {', '.join(map(repr, ROOTS))}")
+        if null not in GRID:
+            raise ValueError(f"null {null!r}: allowed are {', '.join(map(repr, GRID))}")
         self.n, self.factor = n, factor
         grid = 1 - np.geomspace(1e-3, 1.0, GRID[null])
-        self.roots = np.array(list(combinations_with_replacement(grid, ROOTS[null])))
+        if null == "ar1":
+            self.roots = np.array([(r, 0.0, 0.0) for r in grid])
+        else:
+            pairs = [(r, s) for i, r in enumerate(grid) for s in grid[i:]]
+            self.roots = np.array([(r, s, m) for r, s in pairs for m in grid[MSTEP-1::MSTEP] if m <= r and (m < s or s == grid[-1] or m > s)])
         self._shape = self.shape(self.roots, n)
         used = self._shape[:, 2:]  # the lowest two frequencies went with the trend
         self._inverse = (1 / used).astype(np.float32)
@@ -114,11 +120,9 @@ class RedNoise:
             with np.errstate(invalid="ignore"):
                 block = np.sin(np.pi * self.factor * f) / (self.factor * np.sin(np.pi * f))
             block[f == 0] = 1.0
-            turn = np.exp(-2j * np.pi * f)
-            relax = np.ones((len(roots), len(f)))
-            for root in per_tick.T:
-                relax *= np.abs(1 - root[:, None] * turn) ** 2
-            total += block**2 / relax
+            lag = 2 * np.cos(2 * np.pi * f)
+            r, s, m = (1 + root[:, None] ** 2 - root[:, None] * lag for root in per_tick.T)
+            total += block**2 * m / (r * s)
         return total
 
     def fit(self, spectra: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -53,7 +53,7 @@ def train_world(
     if not any(species.policy.kind != "none" for species in config.species.values()):
         refuse("WORLD", "no species has a policy to train", world, 'a world with policy.kind = "shared"')
     out = results(out, f"{config.name}-policies-{seed}")
-    from ecs_eco.learning import pretrain
+    from ecs_eco.worlds.pretrain import pretrain
 
     with progress(f"training {config.name}", quiet) as bar:
         try:

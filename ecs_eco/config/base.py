@@ -6,7 +6,7 @@ import importlib
 from collections.abc import Callable
 from typing import Annotated, Any
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, PlainSerializer, WrapValidator
 
 LARGEST = 1e30  # numbers become float32, which ends at 3.4e38
 
@@ -16,7 +16,6 @@ Positive = Annotated[float, Field(gt=0.0, le=LARGEST)]
 Share = Annotated[float, Field(ge=0.0, le=1.0)]
 Count = Annotated[int, Field(ge=1, le=50_000_000)]
 Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$", max_length=40)]
-FunctionName = Annotated[str, Field(pattern=r"^[A-Za-z_][\w.]*:[A-Za-z_]\w*$")]
 Point = Annotated[list[Real], Field(min_length=2, max_length=3)]
 
 # what a formula needs for itself cannot name anything
@@ -44,7 +43,30 @@ def table(text: str, factory: Any) -> Any:
     return Field(default_factory=factory, description=text)
 
 
-def named_function(name: str) -> Callable[..., Any]:
-    """The function that "module:name" stands for; raises ImportError or AttributeError."""
+def function_name(function: Any) -> str:
+    """ "module:name" of a function, a class or a system; a text stays as it is."""
+    if isinstance(function, str):
+        return function
+    thing = function if hasattr(function, "__qualname__") else type(function)
+    return f"{thing.__module__}:{thing.__qualname__}"
+
+
+def _is_code(value: Any) -> bool:
+    return callable(value) or callable(getattr(value, "process", None))
+
+
+Function = Annotated[
+    str,
+    Field(pattern=r"^[A-Za-z_][\w.]*:[A-Za-z_]\w*$"),
+    WrapValidator(lambda value, check: value if _is_code(value) else check(value)),
+    PlainSerializer(lambda value, info: function_name(value) if info.mode == "json" else value),
+]
+"""In a file "module:name"; from Python also the function itself."""
+
+
+def named_function(name: str | Callable[..., Any]) -> Callable[..., Any]:
+    """The function that "module:name" stands for; raises ImportError or AttributeError. A function stays as it is."""
+    if not isinstance(name, str):
+        return name
     module, _, attribute = name.partition(":")
     return getattr(importlib.import_module(module), attribute)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import sys
 from collections import Counter
 from collections.abc import Iterable, Iterator
@@ -48,7 +49,7 @@ def _check_sensor(config: WorldConfig, species: Species, key: Key, sensor: Senso
         yield Problem((*key, "radius"), too_wide(config), sensor.radius, f"at most {widest(config):g} m")
     at = getattr(sensor, "at", [])
     if isinstance(sensor, Custom):
-        yield from _check_function((*key, "function"), sensor.function)
+        yield from check_function((*key, "function"), sensor.function)
     if isinstance(sensor, Touch) and at[0] == at[1]:
         yield Problem((*key, "at"), "the sector is empty", at, "two angles that differ [rad]")
     elif not isinstance(sensor, Touch) and len(at) > config.dims:
@@ -73,10 +74,14 @@ def _check_channels(config: WorldConfig, key: Key, species: Species) -> Iterator
 
 def _check_actions(config: WorldConfig, key: Key, species: Species) -> Iterator[Problem]:
     gaits = species.locomotion.speed if species.locomotion else {}
+    others = _groups_of_systems(config)
     for group, actions in species.actions.items():
         at = (*key, "actions", group)
-        if group not in GROUPS:
-            yield unknown(at, "group of actions", group, GROUPS)
+        if group not in (*GROUPS, *others):
+            yield unknown(at, "group of actions", group, [*GROUPS, *others])
+            continue
+        if group in others:
+            yield from _check_free_group(at, actions)
             continue
         known = list(gaits) if group == "speed" else list(GROUPS[group] or ())
         if not actions:
@@ -100,6 +105,25 @@ def _check_actions(config: WorldConfig, key: Key, species: Species) -> Iterator[
         elif action not in species.actions[group]:
             yield unknown((*key, "neutral", group), f"action in the group {group}", action, species.actions[group])
     yield from _check_automatic(key, species)
+
+
+def _groups_of_systems(config: WorldConfig) -> list[str]:
+    """The groups of actions that the world's own systems carry out."""
+    found: list[str] = []
+    for system in config.systems:
+        if not list(check_function((), system)):
+            found += getattr(named_function(system), "acts", ())
+    return found
+
+
+def _check_free_group(key: Key, actions: list[str]) -> Iterator[Problem]:
+    if not actions:
+        yield Problem(key, "is empty", actions, "names of actions")
+    for i, action in enumerate(actions):
+        if not re.fullmatch(r"[A-Za-z]\w{0,39}", action):
+            yield Problem((*key, i), "not a name", action, "a letter, then letters, digits or _ (at most 40)")
+        elif action in actions[:i]:
+            yield Problem((*key, i), "named twice", action, "each name once")
 
 
 def _check_automatic(key: Key, species: Species) -> Iterator[Problem]:
@@ -128,7 +152,7 @@ def _check_reflex(config: WorldConfig, key: Key, species: Species) -> Iterator[P
         if action not in rows:
             yield unknown((*key, "reflex", "formulas", action), "action of the species", action, rows)
         yield from _check_formula((*key, "reflex", "formulas", action), formula, readings)
-    yield from _check_function((*key, "reflex", "function"), reflex.function)
+    yield from check_function((*key, "reflex", "function"), reflex.function)
 
 
 def _check_happiness(config: WorldConfig, key: Key, species: Species) -> Iterator[Problem]:
@@ -140,7 +164,7 @@ def _check_happiness(config: WorldConfig, key: Key, species: Species) -> Iterato
             yield unknown((*key, "happiness", "weights", sensor), "sensor of the species", sensor, readings)
     if happiness.formula is not None:
         yield from _check_formula((*key, "happiness", "formula"), happiness.formula, readings)
-    yield from _check_function((*key, "happiness", "function"), happiness.function)
+    yield from check_function((*key, "happiness", "function"), happiness.function)
 
 
 def _check_formula(key: Key, formula: str, names: Iterable[str]) -> Iterator[Problem]:
@@ -150,8 +174,9 @@ def _check_formula(key: Key, formula: str, names: Iterable[str]) -> Iterator[Pro
         yield Problem(key, error.what, formula, error.allowed, error.nearest)
 
 
-def _check_function(key: Key, function: str | None) -> Iterator[Problem]:
-    if function is None:
+def check_function(key: Key, function: str | None) -> Iterator[Problem]:
+    """What is wrong with "module:name"; nothing with a function itself."""
+    if not isinstance(function, str):
         return
     module, _, name = function.partition(":")
     try:

@@ -6,10 +6,10 @@ import math
 from collections.abc import Iterator
 from pathlib import Path
 
-from ecs_eco.config.base import RESERVED
+from ecs_eco.config.base import RESERVED, function_name, named_function
 from ecs_eco.config.check_body import check_body
 from ecs_eco.config.check_matter import check_matter, check_size
-from ecs_eco.config.check_nerves import check_nerves
+from ecs_eco.config.check_nerves import check_function, check_nerves
 from ecs_eco.config.surroundings import ObjectType
 from ecs_eco.config.world import WorldConfig
 from ecs_eco.errors import Problem
@@ -22,6 +22,7 @@ MOST_STEPS = 1000  # of diffusion in a tick
 def check(config: WorldConfig, folder: Path) -> list[Problem]:
     """All problems between the sections of a world whose files are named from `folder`."""
     found = [*_check_names(config), *_check_space(config), *_check_fields(config), *_check_terrain(config)]
+    found += _check_systems(config)
     for name, kind in config.objects.items():
         found += _check_object(config, name, kind)
     for name in config.species:
@@ -37,6 +38,15 @@ def _check_names(config: WorldConfig) -> Iterator[Problem]:
     for name in config.objects:
         if name in config.species:
             yield Problem(("objects", name), "a species has the same name", name, "a name of its own")
+
+
+def _check_systems(config: WorldConfig) -> Iterator[Problem]:
+    for i, system in enumerate(config.systems):
+        key = ("systems", i)
+        if wrong := list(check_function(key, system)):
+            yield from wrong
+        elif not callable(getattr(named_function(system), "process", None)):
+            yield Problem(key, "no system: it has no method process", function_name(system), "a class derived from ecs_eco.System")
 
 
 def _check_space(config: WorldConfig) -> Iterator[Problem]:

@@ -40,12 +40,16 @@ class _Document:
         self.set: dict[Key, Key] = {}  # key, and the key as it was written
 
 
-def load(world: str | Path | Mapping[str, Any] | WorldConfig, overrides: Overrides = None) -> WorldConfig:
+def load(
+    world: str | Path | Mapping[str, Any] | WorldConfig, overrides: Overrides = None, systems: Iterable[Any] = ()
+) -> WorldConfig:
     """The checked world; `overrides` are dotted keys with values, or texts like "species.deer.count=50".
 
-    Raises ConfigError with every problem found.
+    `systems` (classes or instances) are added to those that the world names. Raises ConfigError with every problem found.
     """
     document = _read(world)
+    if systems := list(systems):
+        document.data["systems"] = [*document.data.get("systems", []), *systems]
     problems = _apply(document, overrides)
     config, found = _validate(document)
     problems += found
@@ -60,7 +64,7 @@ def load(world: str | Path | Mapping[str, Any] | WorldConfig, overrides: Overrid
 
 def for_training(config: WorldConfig) -> WorldConfig:
     """The world with what [training] sets."""
-    data = config.resolved()
+    data = config.model_dump()  # with functions, not their names
     wanted, data["training"]["set"] = data["training"]["set"], {}
     return load(_Document(data, config._source, config._folder, set_by="[training] set"), wanted)  # type: ignore[arg-type]
 
@@ -94,7 +98,7 @@ def _read(world: Any) -> _Document:
     if isinstance(world, _Document):
         return world
     if isinstance(world, WorldConfig):
-        return _Document(world.resolved(), world._source, world._folder)
+        return _Document(world.model_dump(), world._source, world._folder)
     if isinstance(world, Mapping):
         return _Document(copy.deepcopy(dict(world)), "dict", Path())
     path = _path(world)

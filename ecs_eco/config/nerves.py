@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from ecs_eco.config.base import FunctionName, Real, Section, about, quantity, table
+from ecs_eco.config.base import Function, Real, Section, about, quantity, table
 
 
 class Connection(Section):
@@ -30,7 +30,7 @@ class Reflex(Section):
 
     connections: list[Connection] = table("single connections", list)
     formulas: dict[str, str] = table("action = expression of sensors, of which the sign counts", dict)
-    function: FunctionName | None = about("module:name of a function of sensors (n, channels) to (n, actions)", None)
+    function: Function | None = about("module:name of a function of sensors (n, channels) to (n, actions)", None)
 
 
 class Happiness(Section):
@@ -38,7 +38,7 @@ class Happiness(Section):
 
     weights: dict[str, Real] = table("sensor = weight of a sum", dict)
     formula: str | None = about("expression of sensors", None)
-    function: FunctionName | None = about("module:name of a function of sensors (n, channels) to (n)", None)
+    function: Function | None = about("module:name of a function of sensors (n, channels) to (n)", None)
     minimum: Real = quantity("happiness of the dead: the least that the network gives", "1")
 
     @model_validator(mode="after")

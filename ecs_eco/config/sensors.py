@@ -10,12 +10,11 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable
 from typing import Annotated, Literal
 
 from pydantic import Field
 
-from ecs_eco.config.base import FunctionName, Name, Point, Positive, Real, Section, about, named_function, quantity
+from ecs_eco.config.base import Function, Name, Point, Positive, Real, Section, about, function_name, quantity
 
 Angle = Annotated[float, Field(ge=-math.pi, le=math.pi)]
 WIDEST = 2.0 * math.pi + 1e-6
@@ -135,19 +134,15 @@ class Custom(Sensor):
     """A function of your own: function(world, table, seekers, out f32[n, channels], first) writes `width` channels."""
 
     kind: Literal["custom"]
-    function: FunctionName = about("module:name of the function")
+    function: Function = about("module:name of the function")
     width: Annotated[int, Field(ge=1, le=1024)] = quantity("number of channels", "1", 1)
 
     def base(self) -> str:
-        return self.function.partition(":")[2]
+        return function_name(self.function).partition(":")[2]
 
     def channels(self, dims: int) -> tuple[str, ...]:
         name = self.name or self.base()
         return (name,) if self.width == 1 else tuple(f"{name}_{i + 1}" for i in range(self.width))
-
-    def load(self) -> Callable[..., None]:
-        """The function."""
-        return named_function(self.function)
 
 
 AnySensor = Annotated[

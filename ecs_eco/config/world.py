@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, PrivateAttr
 
-from ecs_eco.config.base import Name, Positive, Section, about, quantity, table
+from ecs_eco.config.base import Function, Name, Positive, Section, about, quantity, table
 from ecs_eco.config.species import Species
 from ecs_eco.config.surroundings import Ambient, ObjectType, ScalarField, Space, Terrain
 
@@ -43,6 +43,7 @@ class WorldConfig(Section):
     objects: dict[Name, ObjectType] = table("types of inanimate objects by name", dict)
     species: Annotated[dict[Name, Species], Field(min_length=1)] = about("species by name")
     training: Training = table("pre-training", Training)
+    systems: list[Function] = table("module:name of systems of your own, each at the end of its phase", list)
 
     _folder: Path = PrivateAttr(default_factory=Path)  # where relative file names start
     _source: str = PrivateAttr(default="dict")  # for messages

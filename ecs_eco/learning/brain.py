@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     import torch
 
 CHUNK = 2048  # rows that go through the network at once: fixed, so that sums do not depend on the number of workers
+FEWEST = 16  # rows: for less than 12, matrix products take another way, with other last bits
 
 
 class Layer(NamedTuple):
@@ -103,7 +104,10 @@ class Brain:
             tensor.numpy()[...] = state[name]
 
     def forward(self, observations: np.ndarray, workers: int = 1) -> tuple[np.ndarray, np.ndarray]:
-        """Return logits f32[n, sum(groups)] and values f32[n] of f32[n, n_observations], the same for any `workers`."""
+        """Return logits f32[n, sum(groups)] and values f32[n] of f32[n, n_observations].
+
+        A row's bits depend neither on the other rows, nor on its place among them, nor on the number of `workers`.
+        """
         n = len(observations)
         if np.shape(observations) != (n, self.n_observations):
             raise ValueError(f"observations have shape {np.shape(observations)}; allowed is (n, {self.n_observations})")
@@ -112,10 +116,10 @@ class Brain:
         def work(worker: int) -> None:
             for start in range(worker * CHUNK, n, workers * CHUNK):
                 stop = min(start + CHUNK, n)
-                rows = self.rows(worker, stop - start)
-                rows.observations[...] = observations[start:stop]
+                rows = self.rows(worker, max(FEWEST, stop - start))
+                rows.observations[: stop - start] = observations[start:stop]
                 self.run(rows)
-                logits[start:stop], values[start:stop] = rows.logits.T, rows.values
+                logits[start:stop], values[start:stop] = rows.logits[:, : stop - start].T, rows.values[: stop - start]
 
         in_parallel(work, workers)
         return logits, values

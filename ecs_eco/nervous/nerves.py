@@ -1,11 +1,12 @@
 """The nervous system of a species: what its members sense, and the three networks over it (the paper's Definition 3)."""
 
-import importlib
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ecs_eco.components import Nervous
+from ecs_eco.config.base import named_function
 from ecs_eco.nervous.senses import Sense
 
 if TYPE_CHECKING:
@@ -72,6 +73,19 @@ class Nerves:
             raise KeyError(unknown_name("nerves", "or ambiguous action", action, [f"{g}.{a}" for g, a in self.actions]))
         return found[0]
 
+    def doing(self, table: Any, action: str) -> np.ndarray:
+        """Return who does an action, "graze" or "speed.run": bool[capacity], in the order of rows.
+
+        Of a group one action is done: the first that is on, in declared order; the neutral one where none is.
+        """
+        group = self.actions[column := self.column(action)][0]
+        start, n = self.columns[group]
+        on, place = table[Nervous].decision[:, start : start + n] > 0, column - start
+        does = on[:, place] & ~on[:, :place].any(axis=1)
+        if place == self.neutral[group]:
+            does |= ~on.any(axis=1)
+        return does & table.alive
+
     def reading(self, name: str, x: np.ndarray) -> np.ndarray:
         """Return what a name of a formula stands for: a channel, or the mean over several: f32[n]."""
         rows = self.readings[name]
@@ -94,18 +108,12 @@ class Nerves:
                 getattr(self, part).load(inner)
 
 
-def function_of(name: str) -> Network:
-    """Return the function that "module:name" stands for."""
-    module, _, attribute = name.partition(":")
-    return getattr(importlib.import_module(module), attribute)
-
-
 def reflex_of(config: Any, nerves: Nerves, action_rows: dict[str, int]) -> Network:
     """Build a reflex network from connections, formulas and a function: y = sign of their sum, i8[n, actions]."""
     from ecs_eco.config import compile_formula
 
     formulas = {action_rows[a]: compile_formula(text, nerves.readings) for a, text in config.formulas.items()}
-    function = function_of(config.function) if config.function else None
+    function = named_function(config.function) if config.function else None
     n_actions = len(nerves.actions)
 
     def reflex(x: np.ndarray) -> np.ndarray:
@@ -129,7 +137,7 @@ def happiness_of(config: Any, nerves: Nerves) -> Network:
 
     least = np.float32(config.minimum)
     if config.function:
-        inner = function_of(config.function)
+        inner = named_function(config.function)
     else:
         text = config.formula or " + ".join(f"({w}) * {n}" for n, w in config.weights.items())
         formula = compile_formula(text, nerves.readings)

@@ -1,17 +1,17 @@
 """Senses: each fills its channels, some columns of the observation matrix f32[n, channels], for all seekers of a table."""
 
-import importlib
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ecs_eco._numba import njit
 from ecs_eco.components import Biology, Body, Chemistry, Metabolism, Physical, Position
+from ecs_eco.config.base import named_function
 from ecs_eco.space import sight
 from ecs_eco.space.field import at as field_at
-from ecs_eco.space.geometry import into
+from ecs_eco.space.geometry import back_into, into
 from ecs_eco.space.nearest import nearest
 
 if TYPE_CHECKING:
@@ -149,11 +149,18 @@ def touch(targets: list[str] | None, wall: bool, at: list[float], reach: float =
     return sense
 
 
-def ambient(quantity: str, zero: float, scale: float) -> Sense:
-    """Read light, temperature or pressure of the surroundings at the body's place, as (value − zero)/scale."""
+def ambient(quantity: str, zero: float, scale: float, at: Sequence[float] = ()) -> Sense:
+    """Read light, temperature or pressure of the surroundings at a place of the body, as (value − zero)/scale."""
+    forward, left, up = (np.float32(v) for v in [*at, 0.0, 0.0, 0.0][:3])
 
     def sense(world: "World", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
-        value = world.surroundings(quantity, seekers.index.x, seekers.index.y, seekers.index.z)
+        x, y, z = seekers.index.x, seekers.index.y, seekers.index.z
+        if forward or left or up:
+            r, space = table[Body].radius[seekers.rows], world.space
+            x, y = x + r * (forward * seekers.cos - left * seekers.sin), y + r * (forward * seekers.sin + left * seekers.cos)
+            z = z + r * up if space.volume else z
+            x, y, z = (back_into(v, length, wrap) for v, length, wrap in zip((x, y, z), space.lengths, space.wrap, strict=True))
+        value = world.surroundings(quantity, x, y, z)
         out[:, column] = (value - np.float32(zero)) / np.float32(scale)
 
     return sense
@@ -202,9 +209,8 @@ def _sense_of(s: Any, substances: list[str]) -> Sense:
         names = None if s.target == "any" else ([] if s.target == "wall" else [s.target])
         return touch(names, s.target in ("any", "wall"), s.at)
     if s.kind == "custom":
-        module, _, name = s.function.partition(":")
-        return getattr(importlib.import_module(module), name)
-    return ambient(s.kind, s.zero, s.scale)
+        return named_function(s.function)
+    return ambient(s.kind, s.zero, s.scale, s.at)
 
 
 @njit

@@ -78,7 +78,8 @@ class Recorder(System):
             m = table[Metabolism]
             energy = m.energy[rows]
             page = self._ledger[self._at, s]
-            for i, column in ((2, m.taken), (3, m.burnt), (4, m.given), (5, m.energy)):
+            flows = ((2, m.taken), (3, m.burnt), (4, m.given)) if self.world.ticking else ()  # between ticks they are booked already
+            for i, column in (*flows, (5, m.energy)):
                 page[i] += column[rows].sum(dtype=np.float64)
         if self.sink is not None:
             age = ((self.world.tick - table.born[rows]) * self.world.dt).astype(np.float32)

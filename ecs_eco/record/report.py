@@ -205,15 +205,15 @@ def _numbers(series: Series, ages: Mapping[str, tuple[int, float]]) -> str:
         "mean age at death [s]",
         "life expectancy [s]",
     ]
-    note = "<p class='under'>Life expectancy is time lived by all, divided by deaths: unlike the age at death it counts those still alive.</p>"
-    return table(head, rows) + note
+    note = "Life expectancy is time lived by all, divided by deaths: unlike the age at death it counts those still alive."
+    return f"{table(head, rows)}<p class='under'>{note}</p>"
 
 
 def _cycles(series: Series, found: CycleStatistics) -> str:
     if not found.enough:
         return (
-            f"<p>The run is too short to look for cycles: {found.ticks:,} ticks are left after the first tenth and before the first extinction. "
-            "Ten periods or more are needed, in practice thousands of ticks.</p>"
+            f"<p>The run is too short to look for cycles: {found.ticks:,} ticks are left after the first tenth and "
+            "before the first extinction. Ten periods or more are needed, in practice thousands of ticks.</p>"
         )
     lines, cycling = [], found.cycling()
     for s in found.species:
@@ -233,8 +233,9 @@ def _cycles(series: Series, found: CycleStatistics) -> str:
             lines.append(f"{s}: no cycle beyond red noise (p {_p(peak.p)}).")
     items = "".join(f"<li>{escape(x)}</li>" for x in lines)
     method = (
-        "<p class='under'>p is the chance of so high a spectral peak, at any of the periods looked at, in a population that drifts and "
-        f"relaxes without cycling ({found.ticks:,} ticks, without the first tenth). One run is one replicate: <code>ecs-eco compare</code> pools seeds.</p>"
+        "<p class='under'>p is the chance of so high a spectral peak, at any of the periods looked at, in a population that "
+        f"drifts and relaxes without cycling ({found.ticks:,} ticks, without the first tenth). One run is one replicate: "
+        "<code>ecs-eco compare</code> pools seeds.</p>"
     )
     if not cycling or not found.period:
         return f"<ul>{items}</ul>{method}"
@@ -249,7 +250,8 @@ def _p(p: float) -> str:
 def _lag(pair: str, lag: Any, period: float) -> str:
     a, b = pair.split("→")
     loose = "; loosely coupled" if lag.coherence < 0.5 else ""
-    return f"{b} follows {a} by {lag.share:.2f} of a period ({lag.low:.2f} to {lag.high:.2f}), about {lag.share * period:,.0f} ticks; coherence {lag.coherence:.2f}{loose}."
+    share = f"{lag.share:.2f} of a period ({lag.low:.2f} to {lag.high:.2f}), about {lag.share * period:,.0f} ticks"
+    return f"{b} follows {a} by {share}; coherence {lag.coherence:.2f}{loose}."
 
 
 def _deaths(series: Series) -> str:

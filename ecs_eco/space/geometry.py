@@ -60,6 +60,12 @@ def wrapped(d, length):
     return d - length * np.float32(np.floor(d / length + np.float32(0.5)))
 
 
+def back_into(v: np.ndarray, length: float, torus: bool) -> np.ndarray:
+    """Return coordinates f32[n] brought back into [0, length): around a torus, or to the wall."""
+    near = np.nextafter(np.float32(length), np.float32(0.0))
+    return np.minimum(v % length, near) if torus else v.clip(0, near)
+
+
 @njit
 def into(v, length, torus):
     """Return a coordinate brought back into [0, length): around a torus, or to the wall."""

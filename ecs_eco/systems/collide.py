@@ -30,12 +30,12 @@ class Collide(System):
         for table in solid:
             if Velocity not in table or not table.n:
                 continue
-            index = world.index(table)
+            index, largest = world.index(table), merged(world, [table.name]).largest
             push = np.zeros((index.n, 3), np.float32)
             for other in solid:
                 bodies = merged(world, [other.name])
                 share = np.float32(0.5 if Velocity in other else 1.0)
-                reach = world.space.reach(table.traits["radius"] + bodies.largest)
+                reach = world.space.reach(largest + bodies.largest)
                 world.split(push_apart, index.n, index.x, index.y, index.z, index.uid, index.rows, table[Body].radius, bodies.x, bodies.y,
                             bodies.z, bodies.radius, bodies.uid, bodies.start, *world.space.shape, world.space.inverse,
                             world.space.lengths, world.space.torus, reach, share, push)

@@ -1,5 +1,6 @@
 """From a world file to a World: tables with their species' values, nervous systems, and the list of systems in order."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -8,7 +9,8 @@ import numpy as np
 from ecs_eco import random
 from ecs_eco.components import Biology, Body, Chemistry, Metabolism, Nervous, Physical, Position, Velocity
 from ecs_eco.config import WorldConfig, load
-from ecs_eco.errors import unknown_name
+from ecs_eco.config.base import named_function
+from ecs_eco.errors import ConfigError, Problem, listed, nearest
 from ecs_eco.nervous.nerves import Nerves, happiness_of, reflex_of
 from ecs_eco.nervous.senses import senses_of
 from ecs_eco.space import Field, Terrain
@@ -33,15 +35,16 @@ def schedule(training: bool = False) -> list[Any]:
 
 
 def build(cls: Any, config: Any, *, seed: int | None = None, policies: Any = "trained", threads: int = 1, learn: bool | None = None,
-          training: bool = False, record: bool = True) -> Any:
+          training: bool = False, record: bool = True, systems: Sequence[Any] = ()) -> Any:
     """Return a new world.
 
     `policies`: "trained" (the files that the world names; untrained where it names none), "random" (every action with
     equal chance), "untrained" (fresh networks), a folder of <species>.safetensors, or a dict species → one of these.
     `learn` overrides the species' own `policy.learn`. `training`: numbers held constant by respawn, no births.
+    `systems` are added to those of the world file, each at the end of its phase.
     Raises ConfigError for a configuration that is wrong.
     """
-    config = config if isinstance(config, WorldConfig) else load(config)
+    config = config if isinstance(config, WorldConfig) and not systems else load(config, systems=systems)
     if training:
         config = config.for_training()
     world = cls(config.space.size, edges=config.space.edges, dt=config.dt, seed=config.seed if seed is None else seed,
@@ -58,9 +61,11 @@ def build(cls: Any, config: Any, *, seed: int | None = None, policies: Any = "tr
         _object_table(world, name, kind)
     for name, species in config.species.items():
         _species_table(world, name, species)
+    for table in list(world.tables.values()):
+        _remains(world, table)
     for number, (name, species) in enumerate(config.species.items()):
         _networks(world, world.tables[name], species, policies, learn, number)
-    for system in schedule(training):
+    for system in [*schedule(training), *_own_systems(config)]:
         world.add_system(system)
     for name, kind in [*config.objects.items(), *config.species.items()]:
         _populate(world, world.tables[name], kind)
@@ -70,6 +75,12 @@ def build(cls: Any, config: Any, *, seed: int | None = None, policies: Any = "tr
 
         Recorder(world)
     return world
+
+
+def _own_systems(config: WorldConfig) -> list[Any]:
+    """Return the systems that the world names: a class, or what else can be called, makes a new one."""
+    found = [named_function(system) for system in config.systems]
+    return [system() if callable(system) else system for system in found]
 
 
 def _cell(config: WorldConfig) -> float:
@@ -93,6 +104,16 @@ def _object_table(world: Any, name: str, kind: Any) -> None:
     table = world.add_table(name, Position, Body, dims={"substances": len(world.substances)}, capacity=max(16, kind.count + len(kind.at)))
     _matter(table, kind, world.substances)
     table.traits["object"] = True
+
+
+def _remains(world: Any, table: Any) -> None:
+    """Give the objects that the dead of a species become what its bodies are made of."""
+    if (name := table.traits.get("remains")) is not None:
+        into = world.tables[name]
+        for component in (Physical, Chemistry):
+            if component in table and component not in into:
+                into.add_component(component)
+        into.traits["radius"] = max(into.traits["radius"], table.traits["radius"])
 
 
 def _species_table(world: Any, name: str, species: Any) -> None:
@@ -153,16 +174,19 @@ def _networks(world: Any, table: Any, species: Any, policies: Any, learn: bool |
     nerves.brain = Brain(len(nerves.channels), nerves.choices, tuple(species.policy.hidden), seed=seed)
     path = _weights_file(world, species, table.name, source)
     if path is not None:
+        from safetensors import SafetensorError
         from safetensors.numpy import load_file
 
         try:
             nerves.brain.load(load_file(path))
-        except ValueError as error:
-            raise ValueError(f"{path}: {error}") from None
+        except (ValueError, SafetensorError) as error:
+            where = ("species", table.name, "policy")
+            raise ConfigError([Problem(where, str(error), str(path), "weights of this species' network")]) from None
     nerves.learning = species.policy.learn if learn is None else learn
     if nerves.learning:
         if nerves.happiness is None:
-            raise ValueError(f"species.{table.name}: it cannot learn without a happiness network; declare `happiness`, or learn = false")
+            raise ConfigError([Problem(("species", table.name, "policy", "learn"), "nothing rewards it", True,
+                                       "a species that learns declares `happiness`; or learn = false")])
         nerves.learner = Learner(nerves.brain, PPO(**species.ppo), seed=seed, workers=world.threads)
 
 
@@ -173,10 +197,12 @@ def _weights_file(world: Any, species: Any, name: str, source: Any) -> Path | No
         return None
     folder = Path(source)
     if not folder.is_dir():
-        raise ValueError(unknown_name("policies", "source", source, POLICIES) + ", or a folder of <species>.safetensors")
+        raise ConfigError([Problem((), "unknown source of policies", str(source), f"{listed(POLICIES)}, or a folder of <species>.safetensors",
+                                   nearest(source, POLICIES), "policies")])
     path = folder / f"{name}.safetensors"
     if not path.is_file():
-        raise ValueError(f"policies: {path} is missing; the folder must hold <species>.safetensors for every species with a policy")
+        needed = "<species>.safetensors for every species with a policy"
+        raise ConfigError([Problem((), "missing", str(path), needed, source="policies")])
     return path
 
 

@@ -31,7 +31,7 @@ def pretrain(config: Any, seed: int | None = None, ticks: int | None = None, out
         world.run(min(every, ticks - done))
         if progress is not None:
             progress(world.tick, ticks)
-        if done >= (1 - config.training.average) * ticks:
+        if world.tick > (1 - config.training.average) * ticks or world.tick == ticks:
             for name, brain in brains(world).items():
                 last.setdefault(name, []).append(brain.state())
     policies = {name: mean_weights(states) for name, states in last.items()}

@@ -98,7 +98,8 @@ def write_run(
             folder / "snapshots" / "part-00000.parquet",
         )
     manifest = {
-        "format": 1, "world": "predator-prey", "title": "Grass, deer and wolves", "config": {"space": {"size": [160.0, 160.0], "edges": "torus"}},
+        "format": 1, "world": "predator-prey", "title": "Grass, deer and wolves",
+        "config": {"space": {"size": [160.0, 160.0], "edges": "torus"}},
         "config_hash": "0" * 64, "seed": seed, "ticks": len(numbers), "dt": 1.0, "versions": {"ecs-eco": "0.1.0"}, "git_commit": None,
         "species": list(species), "colors": {"grass": "#4d9221", "deer": "#b8860b", "wolf": "#67001f"}, "causes": list(CAUSES),
         "finished": True, "wall_seconds": 12.5, "compile_seconds": 3.0,

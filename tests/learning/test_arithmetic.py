@@ -1,6 +1,7 @@
+import platform
+
 import numpy as np
 import pytest
-from numba import njit
 
 from ecs_eco.learning.arithmetic import exp, fused_njit, log, softmax, tanh
 
@@ -58,12 +59,10 @@ def test_result_does_not_depend_on_the_place_in_the_array(kernel):
         assert np.array_equal(_of(kernel, x[start:].copy()), whole[start:])
 
 
+@pytest.mark.skipif(platform.machine() not in ("x86_64", "AMD64"), reason="looks for an instruction of x86")
 def test_loops_become_vectors():
-    plain = njit(_each_tanh.py_func)
-    _of(plain, np.zeros(1, np.float32))
     _of(_each_tanh, np.zeros(1, np.float32))
-    divides = ("vdivps",)
-    assert any(word in assembly for assembly in _each_tanh.inspect_asm().values() for word in divides)
+    assert any("divps" in assembly for assembly in _each_tanh.inspect_asm().values())
 
 
 def test_softmax_agrees_with_its_definition():

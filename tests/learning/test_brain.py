@@ -59,6 +59,15 @@ def test_forward_gives_the_same_bits_for_any_number_of_workers_and_torch_threads
         torch.set_num_threads(threads)
 
 
+def test_a_rows_bits_depend_neither_on_its_place_nor_on_the_other_rows():
+    brain, observations = _shaken(Brain(24, (3, 3))), _observations(CHUNK + 300, width=24)
+    logits, values = brain.forward(observations)
+    order = np.random.default_rng(1).permutation(len(observations))
+    assert all(map(np.array_equal, brain.forward(observations[order]), (logits[order], values[order])))
+    for n in (*range(1, 40), 1000, CHUNK - 1, CHUNK, CHUNK + 1, CHUNK + 13):
+        assert all(map(np.array_equal, brain.forward(observations[:n]), (logits[:n], values[:n]))), n
+
+
 def test_weights_depend_on_the_seed_and_on_no_global_generator():
     torch.manual_seed(1)
     first = Brain(5, (3,), seed=4).state()

@@ -1,0 +1,42 @@
+"""Whether a component is one."""
+
+from typing import Any
+
+import numpy as np
+
+from ecs_eco.schema import Handle
+from ecs_eco.table import Table
+
+
+def check_component(kind: Any) -> None:
+    """Check that a component is declared with @component and a docstring, and that its columns keep what is written to them."""
+    if not (isinstance(kind, type) and issubclass(kind, Handle) and kind.fields):
+        raise AssertionError(f"{kind!r} is not a component; declare it with @component")
+    if not (kind.__doc__ or "").strip():
+        raise AssertionError(f"{kind.__name__}: say in a docstring what it is")
+    words = {d: 3 for type_, _ in kind.fields.values() for d in type_.shape if isinstance(d, str)}
+    table = Table("test", (kind,), capacity=1, dims=words)
+    table.occupy(3, 1, 0, {})
+    for name, (type_, default) in kind.fields.items():
+        where, column = f"{kind.__name__}.{name}", table.field(kind, name)
+        if np.issubdtype(type_.dtype, np.floating) and not np.isfinite(column).all():
+            raise AssertionError(f"{where}: the default {default!r} is not finite; a newborn needs a value to live with")
+        if not np.array_equal(column[:3], np.broadcast_to(default, column[:3].shape).astype(column.dtype)):
+            raise AssertionError(f"{where}: newborn have {column[0]!r} instead of the default {default!r}")
+        _check_writing(kind, name, table)
+    if len(kind.__slots__) or hasattr(kind(), "__dict__"):
+        raise AssertionError(f"{kind.__name__}: handles must be small; keep nothing in them besides the fields")
+
+
+def _check_writing(kind: Any, name: str, table: Table) -> None:
+    """Write the middle row through a handle, and look that it and no other has changed."""
+    column = table.field(kind, name)
+    before = column.copy()
+    value = np.logical_not(before[1]).astype(column.dtype)
+    setattr(kind.attach(table[kind], 1), name, value)
+    after = table.field(kind, name)
+    if not np.array_equal(after[1], value) or not np.array_equal(after[[0, 2]], before[[0, 2]]):
+        raise AssertionError(f"{kind.__name__}.{name}: a handle must write its own row and no other")
+    table.reserve(2 * table.capacity)
+    if not np.array_equal(getattr(kind.attach(table[kind], 1), name), after[1]):
+        raise AssertionError(f"{kind.__name__}.{name}: the value is lost when the table grows")

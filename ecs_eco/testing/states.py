@@ -1,0 +1,85 @@
+"""The state of a world by uid, and how a test brings one about."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import numpy as np
+
+from ecs_eco.errors import unknown_name
+
+State = dict[str, dict[str, np.ndarray]]
+
+
+def state(world: Any) -> State:
+    """Return all columns of all tables in the order of uids: {table: {"uid": …, "Position.x": …}}, as copies."""
+    out: State = {}
+    for table in world.tables.values():
+        rows = table.by_uid()
+        out[table.name] = {name: getattr(table, name)[rows] for name in ("uid", "born", "cause", "killer")}
+        for component, columns in table.columns.items():
+            out[table.name] |= {f"{component.__name__}.{name}": array[rows] for name, array in sorted(vars(columns).items())}
+    return out
+
+
+def difference(one: State, other: State) -> str:
+    """Return where two states first differ, "" where they are the same bytes."""
+    for table, columns in one.items():
+        mine, theirs = columns["uid"], other[table]["uid"]
+        if mine.tobytes() != theirs.tobytes():
+            only, only_there = np.setdiff1d(mine, theirs)[:5].tolist(), np.setdiff1d(theirs, mine)[:5].tolist()
+            return f"{table}: uids {only} live in one, {only_there} in the other"
+        for name, array in columns.items():
+            if array.tobytes() != other[table][name].tobytes():
+                rows = [i for i in range(len(mine)) if array[i].tobytes() != other[table][name][i].tobytes()]
+                i = rows[0]
+                return (f"{table}: {name} of uid {mine[i]} is {array[i]!r} in one and {other[table][name][i]!r} in the other"
+                        f" ({len(rows)} of {len(mine)} differ)")
+    return ""
+
+
+def shuffle(world: Any, seed: int = 0) -> Any:
+    """Permute the rows of the living in every table at random, which must change nobody's fate; return the world."""
+    generator = np.random.Generator(np.random.Philox(seed))
+    for table in world.tables.values():
+        table.reorder(generator.permutation(table.rows()))
+    return world
+
+
+def arrange(world: Any, name: str, **fields: Any) -> Any:
+    """Set fields of all living of one kind, by name, to a value or to one each in the order of uids; return the table.
+
+    Raises KeyError for a field that no component of the table has, ValueError for another number of values.
+    """
+    table = world.table(name)
+    rows = table.by_uid()
+    for field, value in fields.items():
+        owner = next((c for c in table.columns if field in c.fields), None)
+        if owner is None:
+            known = [f for c in table.columns for f in c.fields]
+            raise KeyError(unknown_name(f"table {name!r}", "field", field, known))
+        column = table.field(owner, field)
+        column[rows] = np.broadcast_to(np.asarray(value, column.dtype), column[rows].shape)
+    table.version += 1
+    return table
+
+
+def act(world: Any, kind: type) -> None:
+    """Let the world's system of one kind act once, outside of any tick; births and deaths wait for `world.flush()`."""
+    systems = [s for s in world.systems if type(s) is kind]
+    if not systems:
+        raise KeyError(unknown_name("world", "system", kind.__name__, [type(s).__name__ for s in world.systems]))
+    with world:
+        systems[0].process()
+
+
+@contextmanager
+def all_threads() -> Iterator[None]:
+    """Within this block worlds use all their threads, however few organisms they have."""
+    from ecs_eco import world
+
+    before, world.PARALLEL_FROM = world.PARALLEL_FROM, 0
+    try:
+        yield
+    finally:
+        world.PARALLEL_FROM = before

@@ -1,0 +1,109 @@
+"""Whether a system keeps the rules that make results independent of rows, threads and process."""
+
+import random
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from ecs_eco.components import Position
+from ecs_eco.schema import Handle
+from ecs_eco.system import PHASES, System
+from ecs_eco.testing.states import State, all_threads, difference, shuffle, state
+
+
+def check_system(kind: Any, make_world: Callable[[int], Any], ticks: int = 5) -> None:
+    """Check a system in the worlds that `make_world(threads)` returns anew, all alike and with a system of this kind.
+
+    It must declare itself; leave births and deaths to `request` and `kill`; keep columns, their types, and everything
+    living finite and in bounds; say `table.version += 1` where it moves something; use no global random numbers; and do
+    the same whatever the order of rows and the number of threads.
+    """
+    _check_declaration(kind)
+    alone = _followed(kind, make_world(1), ticks)
+    with all_threads():
+        _same(kind, alone, _followed(kind, make_world(2), ticks), "with two threads")
+    _same(kind, alone, _followed(kind, shuffle(make_world(1)), ticks), "with rows in another order")
+
+
+def _check_declaration(kind: Any) -> None:
+    if not (isinstance(kind, type) and issubclass(kind, System)):
+        raise AssertionError(f"{kind!r} is not a class derived from ecs_eco.System")
+    name = kind.__name__
+    if not (kind.__dict__.get("__doc__") or "").strip():
+        raise AssertionError(f"{name}: say in a docstring what happens to whom")
+    if kind.phase not in PHASES:
+        raise AssertionError(f"{name}: the phase is {kind.phase!r}; it must be one of {', '.join(PHASES)}")
+    wrong = [c for c in kind.needs if not (isinstance(c, type) and issubclass(c, Handle) and c.fields)]
+    if wrong:
+        raise AssertionError(f"{name}: needs names {wrong[0]!r}, which is not a component")
+    if kind.update is System.update and kind.process is System.process:
+        raise AssertionError(f"{name}: it defines neither update(table, world) nor process()")
+
+
+def _followed(kind: Any, world: Any, ticks: int) -> list[tuple[State, State]]:
+    """Run a world and return its states before and after each time that the system acts, which is checked meanwhile."""
+    system = next((s for s in world.systems if type(s) is kind), None)
+    if system is None:
+        raise AssertionError(f"{kind.__name__}: the worlds to check it in have no such system; add it to them")
+    seen: list[tuple[State, State]] = []
+    act = system.process
+
+    def process(*arguments: Any) -> None:
+        before, shape, chance = state(world), _shape(world), _global_chance()
+        versions = {t.name: t.version for t in world.tables.values()}
+        act(*arguments)
+        after = state(world)
+        if _global_chance() != chance:
+            raise AssertionError(f"{kind.__name__}: it uses global random numbers; use ecs_eco.random.draw(world.key, uid, purpose)")
+        for what, value in _shape(world).items():
+            if value != shape[what]:
+                raise AssertionError(f"{kind.__name__}: it changes {what}; ask by table.request and world.kill, and write into columns")
+        _check_values(kind, world, before, after, versions)
+        seen.append((before, after))
+
+    system.process = process
+    world.run(ticks)
+    return seen
+
+
+def _shape(world: Any) -> dict[str, Any]:
+    out: dict[str, Any] = {}
+    for table in world.tables.values():
+        out[f"who lives in {table.name!r}"] = (table.n, table.high, table.alive.tobytes(), table.uid.tobytes(), table.born.tobytes())
+        for component, columns in table.columns.items():
+            for name, array in vars(columns).items():
+                out[f"the type of {component.__name__}.{name}"] = (array.dtype, array.shape)
+    return out
+
+
+def _global_chance() -> Any:
+    return str(np.random.get_state()), random.getstate()  # noqa: NPY002
+
+
+def _check_values(kind: Any, world: Any, before: State, after: State, versions: dict[str, int]) -> None:
+    lengths = dict(zip("xyz", (*world.space.size, np.inf), strict=False))
+    for name, columns in after.items():
+        for column, values in columns.items():
+            where = f"{kind.__name__}: {column} in table {name!r}"
+            if values.dtype.kind == "f" and not np.isfinite(values).all():
+                raise AssertionError(f"{where} has become {values[~np.isfinite(values)][0]}; it must stay finite")
+        table = world.tables[name]
+        if (columns["cause"] > len(world.causes)).any():
+            raise AssertionError(f"{kind.__name__}: a cause of death in table {name!r} is unknown; take its code from world.cause(name)")
+        if Position in table:
+            for axis, length in lengths.items():
+                place = columns[f"Position.{axis}"]
+                if ((place < 0) | (place >= length)).any():
+                    where = f"{kind.__name__}: Position.{axis} in table {name!r}"
+                    raise AssertionError(f"{where} leaves [0, {length}); bring it back with ecs_eco.space.geometry.into")
+                if table.version == versions[name] and not np.array_equal(place, before[name][f"Position.{axis}"]):
+                    raise AssertionError(f"{kind.__name__}: it moves {name!r} and does not say so; add `table.version += 1`")
+
+
+def _same(kind: Any, one: list[tuple[State, State]], other: list[tuple[State, State]], how: str) -> None:
+    for tick, ((before, after), (before_too, after_too)) in enumerate(zip(one, other, strict=True)):
+        if found := difference(before, before_too):
+            raise AssertionError(f"tick {tick}: already before {kind.__name__}, {how}, {found}; another system is the cause")
+        if found := difference(after, after_too):
+            raise AssertionError(f"{kind.__name__}: its results change {how}: tick {tick}, {found}")

@@ -1,0 +1,112 @@
+"""Whether a world keeps its promises."""
+
+from typing import Any
+
+import numpy as np
+
+from ecs_eco.components import Position
+from ecs_eco.testing.states import all_threads, difference, shuffle, state
+
+FLOWS = ("stock_before", "endowed", "taken_in", "burnt", "given", "lost", "stock_after")
+SIGNS = np.array([1, 1, 1, -1, -1, -1, -1])
+
+
+def check_world(world: Any, ticks: int = 30) -> None:
+    """Check a world: a name, a file or a configuration, or a function of the number of threads that returns a new world.
+
+    Every tick uids are unique, the dead stay dead, all is finite and in bounds; the energy ledger and the numbers add up;
+    the same seed gives the same bytes, with two threads too; and the order of rows changes nobody's fate.
+    """
+    make = world if callable(world) else lambda threads: _built(world, threads)
+    first, lives = make(1), []
+    note(first, lives)
+    watch(first, ticks)
+    if make(1).run(ticks).digest() != first.digest():
+        raise AssertionError(f"{first.name}: the same seed gives another world; draw chance with ecs_eco.random, and keep no state outside")
+    with all_threads():
+        threaded = make(2).run(ticks)
+    if threaded.digest() != first.digest():
+        found = difference(state(first), state(threaded)) or "networks or fields differ"
+        raise AssertionError(f"{first.name}: two threads give another world: {found}")
+    shuffled, lives_too = shuffle(make(1)), []
+    note(shuffled, lives_too)
+    shuffled.run(ticks)
+    if found := difference(state(first), state(shuffled)):
+        raise AssertionError(f"{first.name}: rows in another order give another fate: {found}")
+    if lives != lives_too:
+        a, b = next((a, b) for a, b in zip([*lives, None], [*lives_too, None], strict=False) if a != b)
+        raise AssertionError(f"{first.name}: rows in another order give other births and deaths: {a} and {b}")
+
+
+def _built(config: Any, threads: int) -> Any:
+    from ecs_eco.world import World
+
+    return World.from_config(config, threads=threads)
+
+
+def note(world: Any, lives: list[tuple]) -> None:
+    """Append every birth and death to `lives`: (tick, table, uid, parent) and (tick, table, uid, cause, killer)."""
+    def born(table: Any, rows: np.ndarray, parents: np.ndarray, second: np.ndarray) -> None:
+        lives.extend((world.tick, table.name, *pair) for pair in zip(table.uid[rows].tolist(), parents.tolist(), strict=True))
+
+    def died(table: Any, rows: np.ndarray) -> None:
+        lives.extend((world.tick, table.name, int(table.uid[r]), world.causes[table.cause[r] - 1], int(table.killer[r])) for r in rows)
+
+    world.on_birth.append(born)
+    world.on_death.append(died)
+
+
+def watch(world: Any, ticks: int) -> None:
+    """Run a world tick by tick, and check after each what must always hold."""
+    dead: set[int] = set()
+    world.on_death.append(lambda table, rows: dead.update(table.uid[rows].tolist()))
+    for _ in range(ticks):
+        world.run(1)
+        _check_identities(world, dead)
+        _check_bounds(world)
+    if world.recorder is not None:
+        _check_books(world)
+
+
+def _check_identities(world: Any, dead: set[int]) -> None:
+    uids = np.concatenate([t.uid[t.rows()] for t in world.tables.values()]) if world.tables else np.zeros(0, np.uint64)
+    where = f"{world.name}, tick {world.tick}"
+    if len(np.unique(uids)) != len(uids) or (uids == 0).any() or (uids >= world.next_uid).any():
+        raise AssertionError(f"{where}: the uids of the living are not unique numbers from 1 to {world.next_uid - 1}")
+    if risen := dead.intersection(uids.tolist()):
+        raise AssertionError(f"{where}: uids {sorted(risen)[:5]} have died and live")
+    for table in world.tables.values():
+        if table.n != table.alive.sum() or table.alive[table.high :].any() or table.uid[~table.alive].any() or table.cause.any():
+            raise AssertionError(f"{where}: table {table.name!r} miscounts its living: n = {table.n}, {table.alive.sum()} are alive")
+
+
+def _check_bounds(world: Any) -> None:
+    lengths = (*world.space.size, np.inf)
+    for table in world.tables.values():
+        rows, where = table.rows(), f"{world.name}, tick {world.tick}, table {table.name!r}"
+        for component, columns in table.columns.items():
+            for name, array in vars(columns).items():
+                if array.dtype.kind == "f" and not np.isfinite(array[rows]).all():
+                    raise AssertionError(f"{where}: {component.__name__}.{name} is not finite")
+        for axis, length in zip("xyz", lengths, strict=False):
+            if Position in table and ((place := table.field(Position, axis)[rows]) < 0).any() | (place >= length).any():
+                raise AssertionError(f"{where}: Position.{axis} leaves [0, {length})")
+
+
+def _check_books(world: Any) -> None:
+    """Check the recorded series: energy in float tolerance of what flows and stays, numbers exactly."""
+    series = world.series().to_pydict()
+    flows = np.array([series[name] for name in FLOWS])
+    off = np.abs(SIGNS @ flows)
+    if (wrong := np.flatnonzero(off > 1e-6 * np.abs(flows).sum(axis=0) + 1e-12)).size:
+        i = wrong[0]
+        page = ", ".join(f"{name} {value:g}" for name, value in zip(FLOWS, flows[:, i], strict=True))
+        where = f"{world.name}, tick {series['tick'][i]}, {series['species'][i]}"
+        raise AssertionError(f"{where}: the energy ledger is off by {off[i]:g}: {page}")
+    s = len(world.recorder.names)
+    n, births, deaths = (np.array(series[k]).reshape(-1, s) for k in ("n", "births", "deaths"))
+    if (np.diff(n, axis=0) != (births - deaths)[1:]).any():
+        raise AssertionError(f"{world.name}: the numbers do not change by births − deaths")
+    causes = sum(np.array(v) for k, v in series.items() if k.startswith("died: "))
+    if (causes != np.array(series["deaths"])).any():
+        raise AssertionError(f"{world.name}: the causes of death do not add up to the deaths")

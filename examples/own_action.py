@@ -1,0 +1,60 @@
+"""An action of your own: the group `shelter`, which a system carries out by reading the decision.
+
+A hidden snail is safe from the hail, and does not graze. Its policy learns when to hide.
+"""
+
+import numpy as np
+
+from ecs_eco import System, World
+from ecs_eco.components import Metabolism, Nervous
+
+
+class Shelter(System):
+    """Who is out grazes, and is hurt while it hails."""
+
+    needs = (Nervous, Metabolism)
+    phase = "interact"
+    acts = ("shelter",)  # species may have a group of actions of this name
+
+    def update(self, table, world) -> None:
+        out = table.traits["nerves"].doing(table, "stay")
+        m, gain = table[Metabolism], np.float32(0.002 * world.dt)
+        m.energy[out] += gain
+        m.taken[out] += gain
+        if hails(world):
+            m.energy[out] -= 3 * gain
+            m.burnt[out] += 3 * gain
+
+
+def hails(world) -> bool:
+    """Ten seconds of hail after ten of sun."""
+    return world.time // 10 % 2 == 1
+
+
+def sky(world, table, seekers, out, first) -> None:
+    """A sensor: 1 while it hails."""
+    out[:, first] = hails(world)
+
+
+snail = {
+    "count": 200,
+    "body": {"radius": 0.02},
+    "metabolism": {"energy": 0.5},
+    "sensors": [{"kind": "own", "property": "energy"}, {"kind": "custom", "function": sky}],
+    "actions": {"shelter": ["stay", "hide"]},
+    "happiness": {"formula": "energy", "minimum": 0.0},
+    "policy": {"kind": "shared", "hidden": [16], "learn": True},
+    "ppo": {"learning_rate": 0.01, "discount": 0.5},
+}
+
+if __name__ == "__main__":
+    garden = {"format": 1, "name": "garden", "space": {"size": [10.0, 10.0]}, "species": {"snail": snail}}
+    world = World.from_config(garden, systems=[Shelter()])
+    snails = world.table("snail")
+    for _ in range(4):
+        share = {}
+        for weather in ("sun", "hail"):
+            world.run(10)
+            share[weather] = snails.traits["nerves"].doing(snails, "hide").sum() / snails.n
+        print(f"tick {world.tick:3}: {share['hail']:4.0%} hide in hail, {share['sun']:4.0%} in the sun")
+        world.run(180)

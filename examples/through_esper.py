@@ -1,0 +1,30 @@
+"""Entities one at a time, through esper: for small worlds and for a look around. Shipped systems use columns instead."""
+
+import esper
+
+from ecs_eco import World
+from ecs_eco.components import Metabolism, Position
+
+
+class Manna(esper.Processor):
+    """A processor as esper knows it: energy falls from the sky on those in the west."""
+
+    def process(self) -> None:
+        for _, (place, metabolism) in esper.get_components(Position, Metabolism):
+            if place.x < 10.0:
+                metabolism.energy += 0.01
+
+
+if __name__ == "__main__":
+    world = World((100.0, 100.0))
+    world.add_table("mouse", Position, Metabolism)
+    world.add_system(Manna(), phase="environment")
+    for x in (5.0, 50.0):
+        world.spawn("mouse", Position(x=x), Metabolism(energy=0.5))
+    world.run(10)
+    for uid, place, metabolism in world.each(Position, Metabolism):  # in the order of uids, which esper's order is not
+        print(f"mouse {uid} at x = {place.x}: energy {metabolism.energy:.2f}")
+    world.kill(2, cause="cat")
+    world.run(1)
+    with world:  # esper's functions mean this world
+        print(f"esper knows {len(esper.get_component(Metabolism))} mouse")

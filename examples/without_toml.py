@@ -1,0 +1,61 @@
+"""A world without a world file: tables, systems, spawn and run. Here: an epidemic among random walkers."""
+
+import numpy as np
+
+from ecs_eco import System, World, component, f32, u8
+from ecs_eco.components import Body, Position
+from ecs_eco.random import USER, draw_many
+
+WELL, ILL, IMMUNE = 0, 1, 2
+
+
+@component
+class Health:
+    """How someone is."""
+
+    state: u8 = 0  # well, ill, immune
+    left: f32 = 0.0  # [s] of illness
+
+
+class Walk(System):
+    """Everyone takes a step in a random direction."""
+
+    needs = (Position,)
+    phase = "move"
+
+    def update(self, table, world) -> None:
+        rows, p = table.rows(), table[Position]
+        angle = draw_many(world.key, table.uid[rows], USER) * np.float32(2 * np.pi)
+        p.x[rows] = (p.x[rows] + np.cos(angle)) % world.space.lengths[0]
+        p.y[rows] = (p.y[rows] + np.sin(angle)) % world.space.lengths[1]
+        table.version += 1  # places have changed: the index of neighbours is made anew when it is next asked for
+
+
+class Infect(System):
+    """The well who come within 2 m of an ill one fall ill, and are immune after 60 s."""
+
+    needs = (Health, Position)
+
+    def update(self, table, world) -> None:
+        rows, health, p = table.by_uid(), table[Health], table[Position]
+        ill, well = (rows[health.state[rows] == s] for s in (ILL, WELL))
+        near = (p.x[well, None] - p.x[ill]) ** 2 + (p.y[well, None] - p.y[ill]) ** 2 < 2.0**2
+        caught = well[near.any(axis=1)]
+        health.left[ill] -= world.dt
+        health.state[ill[health.left[ill] <= 0]] = IMMUNE
+        health.state[caught], health.left[caught] = ILL, 60.0
+
+
+if __name__ == "__main__":
+    world = World((60.0, 60.0), seed=1)
+    people = world.add_table("people", Position, Body, Health)
+    world.add_system(Walk())
+    world.add_system(Infect())
+    place = np.random.default_rng(1).uniform(0, 60, (300, 2))
+    for x, y in place:
+        world.spawn("people", Position(x=x, y=y))
+    world.spawn("people", Position(x=30.0, y=30.0), Health(state=ILL, left=60.0), n=3)
+    for _ in range(5):
+        world.run(50)
+        state = people[Health].state[people.rows()]
+        print(f"tick {world.tick:3}: {(state == WELL).sum()} well, {(state == ILL).sum()} ill, {(state == IMMUNE).sum()} immune")

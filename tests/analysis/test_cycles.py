@@ -1,0 +1,146 @@
+"""Lags with known answers, their intervals, and surrogates from other runs."""
+
+import runpy
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from ecs_eco.analysis.cycles import (
+    cross_correlation,
+    cross_seed_surrogates,
+    cycle_statistics,
+    lag,
+    living_stretch,
+    median_lag_interval,
+)
+from ecs_eco.analysis.runs import load_series
+
+chains = SimpleNamespace(**runpy.run_path(str(Path(__file__).with_name("chains.py"))))
+quasi_cycle = runpy.run_path(str(Path(__file__).with_name("test_spectrum.py")))["quasi_cycle"]
+NAMES = chains.SPECIES
+
+
+def of(numbers: np.ndarray) -> dict[str, np.ndarray]:
+    return dict(zip(NAMES, numbers.T, strict=True))
+
+
+@pytest.mark.parametrize("share", [0.0, 0.25, 0.5, 0.9])
+def test_the_lag_of_a_shifted_wave_is_the_shift(share: float) -> None:
+    t = np.arange(3000)
+    a, b = np.sin(2 * np.pi * t / 150), np.sin(2 * np.pi * (t / 150 - share))
+    found = lag(a, b, 150)
+    assert abs((found.share - share + 0.5) % 1 - 0.5) < 0.01
+    assert found.coherence > 0.99
+    assert found.high - found.low < 0.02
+
+
+def test_an_interval_of_the_lag_covers_it_and_is_not_blown_up() -> None:
+    rng, period, true, inside, widths = np.random.default_rng(0), 100, 0.27, 0, []
+    for i in range(150):
+        shared, own = quasi_cycle(1100, period, rng), quasi_cycle(1000, period, rng, 1.0)
+        a, b = shared[27:1027], shared[:1000] + 0.5 * own * shared.std() / own.std()
+        found = lag(a, b, period, n_boot=199, seed=i)
+        inside += found.low <= true <= found.high
+        widths.append(found.high - found.low)
+    assert 0.85 <= inside / 150 <= 0.99
+    assert np.median(widths) < 0.25
+
+
+def test_a_median_of_lags_goes_around_the_circle() -> None:
+    found = median_lag_interval([0.95, 0.97, 0.99, 0.01, 0.03, 0.05])
+    assert min(found["median"], 1 - found["median"]) < 0.011
+    assert (found["high"] - found["low"]) == pytest.approx(0.10)
+    assert found["coverage"] == pytest.approx(1 - 2 / 64)
+
+
+def test_a_median_of_lags_uses_inner_order_statistics_when_seeds_suffice() -> None:
+    found = median_lag_interval(np.linspace(0.2, 0.3, 11))
+    assert found["median"] == pytest.approx(0.25)
+    assert (found["low"], found["high"]) == (pytest.approx(0.21), pytest.approx(0.29))
+    assert found["coverage"] >= 0.95
+    assert median_lag_interval([])["n"] == 0
+    assert median_lag_interval([0.3])["coverage"] == 0
+
+
+def test_the_cross_correlation_peaks_where_b_follows() -> None:
+    x = np.random.default_rng(0).standard_normal(500)
+    lags, r = cross_correlation(x[7:], x[:-7], 20)
+    assert lags[r.argmax()] == 7
+    assert r.max() > 0.9
+
+
+def test_a_chain_has_the_lags_it_was_made_with() -> None:
+    found = cycle_statistics(of(chains.chain(4000, seed=1)))
+    assert found.enough
+    assert found.cycling() == NAMES
+    assert found.period == pytest.approx(250, rel=0.15)
+    for pair, true in (("grass→deer", 0.35), ("deer→wolf", 0.28), ("grass→wolf", 0.63)):
+        assert found.lags[pair].share == pytest.approx(true, abs=0.04)
+    assert found.as_dict()["peaks"]["deer"]["p"] <= 0.01
+
+
+def test_populations_that_drift_do_not_cycle() -> None:
+    called = 0
+    for seed in range(20):
+        kicks = 0.02 * np.random.default_rng(seed).standard_normal((3000, 3))
+        drift = np.zeros(3)
+        numbers = np.array([np.exp(5 + (drift := 0.99 * drift + kick)) for kick in kicks])
+        called += "deer" in cycle_statistics(of(numbers), n_boot=99).cycling()
+    assert called <= 4
+
+
+def test_the_series_is_read_up_to_the_first_extinction() -> None:
+    numbers = chains.chain(3000)
+    numbers[2000:, 2] = 0
+    assert len(living_stretch(load_series(of(numbers)), 0.1)) == 1700
+    assert cycle_statistics(of(numbers), n_boot=19).ticks == 1700
+
+
+def test_a_short_run_is_said_to_be_short() -> None:
+    found = cycle_statistics(of(chains.chain(90)))
+    assert not found.enough
+    assert found.cycling() == ()
+
+
+def test_a_species_that_never_was_or_never_changes_is_no_trouble() -> None:
+    numbers = chains.chain(1000)
+    numbers[:, 2] = 0
+    assert cycle_statistics(of(numbers), n_boot=19).species == ("grass", "deer")
+    numbers[:, 2] = 7
+    found = cycle_statistics(of(numbers), n_boot=19)
+    assert found.peaks["wolf"] is None
+    assert list(found.lags) == ["grass→deer"]
+
+
+def test_species_can_be_chosen_and_ordered_and_misspelt_ones_are_named() -> None:
+    run = of(chains.chain(1000))
+    assert list(cycle_statistics(run, ("wolf", "deer"), n_boot=19).lags) == ["wolf→deer"]
+    with pytest.raises(KeyError, match="did you mean 'deer'"):
+        load_series(run, ("der",))
+
+
+def test_surrogates_tell_coupled_species_from_uncoupled_ones() -> None:
+    real = [chains.chain(3000, seed) for seed in range(6)]
+    found = cross_seed_surrogates([of(n) for n in real], "deer", "wolf")
+    assert found.p < 0.01
+    assert found.share == pytest.approx(0.28, abs=0.03)
+    assert found.real[:, found.lags > 0].max() > found.high.max()
+
+
+def test_surrogates_hold_their_size() -> None:
+    rng, called = np.random.default_rng(0), 0
+    for _ in range(100):
+        waves = [np.exp(5 + quasi_cycle(1500, 150, rng) * 0.01) for _ in range(10)]
+        runs = [{"deer": waves[2 * i], "wolf": waves[2 * i + 1]} for i in range(5)]
+        called += cross_seed_surrogates(runs, "deer", "wolf", 150).p <= 0.05
+    assert called <= 11
+
+
+def test_surrogates_want_four_runs_and_two_periods() -> None:
+    runs = [of(chains.chain(300, seed)) for seed in range(4)]
+    with pytest.raises(ValueError, match="at least 4 runs, got 3"):
+        cross_seed_surrogates(runs[:3], "deer", "wolf")
+    with pytest.raises(ValueError, match="fewer than two periods"):
+        cross_seed_surrogates(runs, "deer", "wolf", 200)

@@ -1,0 +1,95 @@
+"""Every figure draws, on ordinary runs and on odd ones; what can be counted in it is counted."""
+
+import runpy
+import subprocess
+import sys
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from ecs_eco.analysis import figures
+from ecs_eco.analysis.cycles import cross_seed_surrogates, cycle_statistics
+from ecs_eco.analysis.runs import Series, load_series
+from ecs_eco.analysis.survival import kaplan_meier
+
+chains = SimpleNamespace(**runpy.run_path(str(Path(__file__).with_name("chains.py"))))
+PAIRS = [("grass", "deer"), ("deer", "wolf")]
+
+
+@pytest.fixture(scope="module")
+def run() -> Series:
+    numbers = chains.chain(1200)
+    numbers[1000:, 2] = 0
+    return load_series(chains.series_table(numbers))
+
+
+def test_populations_give_the_numerous_species_its_own_axis(run: Series) -> None:
+    left, right = figures.populations(run).axes
+    assert [line.get_label() for line in right.get_lines()] == ["grass"]
+    assert list(left.get_lines()[-1].get_xdata()) == [1001]  # the cross where the wolves end
+    assert right.get_ylim()[0] == 0
+
+
+def test_populations_of_one_species_need_one_axis(run: Series) -> None:
+    assert len(figures.populations(load_series(run, ("deer",))).axes) == 1
+
+
+def test_phase_plots_begin_at_the_first_tick(run: Series, tmp_path: Path) -> None:
+    figure = figures.phase(run, PAIRS)
+    assert len(figure.axes) == 3  # two pairs and the colour bar
+    assert figure.axes[1].get_xlabel() == "deer"
+    assert figures.save(figure, tmp_path / "deep" / "phase.png").stat().st_size > 5000
+
+
+def test_deaths_stack_to_all_deaths(run: Series) -> None:
+    figure = figures.deaths(run)
+    assert [ax.get_title(loc="left") for ax in figure.axes] == ["grass", "deer", "wolf"]
+    top = max(area.get_paths()[0].vertices[:, 1].max() for area in figure.axes[1].collections)
+    binned = run.of("deer", "deaths").reshape(120, 10).mean(1)
+    assert top == pytest.approx(binned.max())
+
+
+def test_energy_flows_are_drawn_on_both_sides_of_zero(run: Series) -> None:
+    low, high = figures.energy(run).axes[1].get_ylim()
+    assert low < 0 < high
+
+
+def test_spectra_and_lags_draw_with_and_without_surrogates(run: Series, tmp_path: Path) -> None:
+    found = cycle_statistics(run, n_boot=49)
+    assert len(figures.spectra(found.peaks).axes) == 3
+    plain = figures.lags(run, PAIRS, found.period)
+    assert len(plain.axes[0].collections) == 0
+    runs = [dict(zip(chains.SPECIES, chains.chain(1200, s).T, strict=True)) for s in range(4)]
+    surrogates = {f"{a}→{b}": cross_seed_surrogates(runs, a, b, 250) for a, b in PAIRS}
+    banded = figures.lags(run, PAIRS, found.period, surrogates)
+    assert len(banded.axes[0].collections) == 1
+    figures.save(banded, tmp_path / "lags.png")
+
+
+@pytest.mark.parametrize(("size", "label"), [([100.0, 50.0], "y [m]"), ([30.0, 30.0, 20.0], "z [m]")])
+def test_a_map_shows_a_plane_from_above_and_a_volume_from_the_side(size: list[float], label: str) -> None:
+    at = {"deer": np.array([[1.0, 2, 3], [4, 5, 6]]), "wolf": np.array([[7.0, 8, 9]])}
+    (ax,) = figures.positions(at, size, figures.colors(["deer", "wolf"])).axes
+    assert ax.get_ylabel() == label
+    assert ax.get_xlim() == (0, size[0])
+    assert ax.get_ylim() == (0, size[-1])
+    assert ax.collections[0].get_offsets()[1].tolist() == [4, 5 if len(size) == 2 else 6]
+
+
+def test_survival_starts_at_one(tmp_path: Path) -> None:
+    figure = figures.survival({"a": kaplan_meier([3, 5], [True, False]), "b": kaplan_meier([2], [True])}, 5)
+    assert figure.axes[0].get_lines()[0].get_ydata().tolist() == [1, 0.5, 0.5]
+    figures.save(figure, tmp_path / "survival.png")
+
+
+def test_species_keep_the_colours_of_their_world_and_others_get_different_ones() -> None:
+    found = figures.colors(["grass", "deer", "wolf"], {"deer": "#123456"})
+    assert found["deer"] == "#123456"
+    assert len(set(found.values())) == 3
+
+
+def test_importing_the_figures_loads_no_matplotlib() -> None:
+    code = "import sys, ecs_eco.analysis.figures; sys.exit('matplotlib' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

@@ -1,0 +1,157 @@
+"""Worlds that tests are made of; what puts organisms in place is ecs_eco.testing's."""
+
+import copy
+
+import esper
+import pytest
+
+PHYSICAL = {"temperature": 311.0, "pressure": 13_000.0, "electric_current": 1e-6, "luminous_intensity": 0.02}
+
+MENAGERIE = {  # everything that a world file can say, in little
+    "format": 1,
+    "name": "menagerie",
+    "dt": 0.5,
+    "seed": 3,
+    "space": {"size": [40.0, 30.0], "edges": "walls"},
+    "terrain": {
+        "cell": 1.0,
+        "hills": {"seed": 1, "amplitude": 2.0, "scale": 15.0},
+        "rocks": [{"at": [10.0, 8.0], "radius": 3.0}],
+        "lakes": [{"at": [30.0, 20.0], "radius": 4.0}],
+        "slope_cost": 2.0,
+    },
+    "ambient": {"temperature": 280.0, "light": 0.8},
+    "substances": {"glucose": "blood sugar", "oxygen": "dissolved", "hydron": "acid"},
+    "fields": {"musk": {"cell": 2.0, "diffusion": 0.5, "decay": 0.1}},
+    "objects": {
+        "boulder": {
+            "at": [[20.0, 15.0], [33.0, 6.0]],
+            "body": {"radius": 1.5, "mass": 9000.0, "solid": True},
+            "properties": {"temperature": 275.0},
+            "substances": {"hydron": 1e-7},
+        },
+        "carcass": {"body": {"radius": 0.2, "mass": 1.0, "opaque": False}},
+    },
+    "species": {
+        "moss": {
+            "count": 150,
+            "body": {"radius": 0.3, "mass": 0.1, "opaque": False},
+            "metabolism": {"energy": 0.1, "energy_max": 0.3, "growth": 0.02},
+            "reproduction": {"kind": "spread", "rate": 0.1, "seed_rain": 0.01, "spacing": 2.0, "place": "near", "dispersal": 4.0},
+        },
+        "ram": {
+            "count": 40,
+            "body": {"radius": 0.5, "mass": 80.0, "solid": True},
+            "sex": "random",
+            "fertility": 0.8,
+            "properties": PHYSICAL,
+            "substances": {"glucose": 0.005, "oxygen": 0.008, "hydron": 4e-8},
+            "metabolism": {"energy": 0.6, "energy_max": 1.0, "basal": 0.01},
+            "locomotion": {"speed": {"still": 0.0, "walk": 0.5, "run": 2.0}, "cost": {"walk": 0.01, "run": 0.05}, "turn": 0.8},
+            "emits": {"musk": 1.0},
+            "diet": [{"eats": "moss", "reach": 0.3, "gain": 0.3}],
+            "sensors": [
+                {"kind": "own", "property": "energy"},
+                {"kind": "own", "property": "age", "scale": 100.0},
+                {"kind": "own", "property": "glucose", "scale": 0.01},
+                {"kind": "own", "property": "temperature", "scale": 300.0},
+                {"kind": "nearest", "target": "moss", "radius": 6.0},
+                {"kind": "nearest", "target": "lynx", "radius": 8.0, "fov": 4.0, "occlusion": True},
+                {"kind": "rays", "name": "eye", "count": 5, "fov": 2.0, "radius": 8.0, "targets": ["lynx", "wall"]},
+                {"kind": "smell", "field": "musk", "at": [1.0, 0.5]},
+                {"kind": "smell", "field": "musk", "at": [1.0, -0.5]},
+                {"kind": "touch", "target": "any", "at": [-0.8, 0.8]},
+                {"kind": "light", "at": [1.0, 0.0]},
+                {"kind": "temperature", "zero": 273.0, "scale": 40.0},
+                {"kind": "pressure", "scale": 101_325.0},
+            ],
+            "actions": {"speed": ["still", "walk", "run"], "turn": ["left", "none", "right"], "eat": ["eat"]},
+            "neutral": {"speed": "still", "turn": "none"},
+            "reflex": {"connections": [{"sensor": "energy", "action": "eat", "weight": -1, "above": 0.95}]},
+            "happiness": {"formula": "energy - 0.2 * musk", "minimum": -1.0},
+            "policy": {"kind": "shared", "hidden": [8]},
+            "ppo": {"horizon": 12, "minibatch": 256, "epochs": 2},
+            "reproduction": {"kind": "asexual", "rate": 0.05, "energy_min": 0.5, "energy_given": 0.25, "dispersal": 3.0},
+            "lethal": [
+                {"property": "energy", "min": 0.0, "low": "starved"},
+                {"property": "age", "max": 60.0, "high": "too old"},
+                {"property": "temperature", "min": 300.0, "max": 316.0, "low": "too cold", "high": "too hot"},
+                {"property": "hydron", "max": 1.6e-7, "high": "too acid"},
+                {"property": "glucose", "min": 0.001},
+            ],
+            "remains": "carcass",
+        },
+        "lynx": {
+            "count": 8,
+            "body": {"radius": 0.6, "mass": 25.0, "solid": True},
+            "metabolism": {"energy": 0.5, "basal": 0.01, "digestion": 3.0},
+            "locomotion": {"speed": {"still": 0.0, "walk": 1.0, "run": 2.5}, "cost": {"run": 0.02}, "turn": 1.0},
+            "diet": [{"eats": "ram", "reach": 0.2, "chance": 0.6, "gain": 0.5}],
+            "sensors": [{"kind": "nearest", "target": "ram", "radius": 9.0}],
+            "actions": {"speed": ["still", "walk", "run"], "turn": ["left", "none", "right"], "eat": ["eat"]},
+            "neutral": {"speed": "walk", "turn": "none"},
+            "automatic": ["eat"],
+            "reflex": {"formulas": {"run": "ram_near - 0.3", "left": "ram_left - 0.1", "right": "-ram_left - 0.1"}},
+            "reproduction": {"kind": "simplified", "rate": 0.02, "energy_min": 0.6, "energy_given": 0.3, "spacing": 2.0},
+            "lethal": [{"property": "energy", "min": 0.0, "low": "starved"}],
+        },
+    },
+}
+
+MEADOW = {  # what a test of one thing starts from: grazers that walk and eat, and grass, on a plane
+    "format": 1,
+    "name": "meadow",
+    "space": {"size": [20.0, 20.0]},
+    "species": {
+        "grass": {"count": 2, "body": {"radius": 0.25, "opaque": False}, "metabolism": {"energy": 0.5}},
+        "deer": {
+            "count": 2,
+            "body": {"radius": 0.5},
+            "metabolism": {"energy": 0.5, "basal": 0.01},
+            "locomotion": {"speed": {"still": 0.0, "walk": 1.0, "run": 3.0}, "cost": {"walk": 0.02, "run": 0.1}, "turn": 0.5},
+            "diet": [{"eats": "grass", "reach": 0.25, "gain": 0.25}],
+            "sensors": [{"kind": "own", "property": "energy"}],
+            "actions": {"speed": ["still", "walk", "run"], "turn": ["left", "none", "right"], "eat": ["eat"]},
+            "neutral": {"speed": "still", "turn": "none"},
+            "automatic": ["eat"],
+            "happiness": {"formula": "energy", "minimum": -1.0},
+            "lethal": [{"property": "energy", "min": 0.0, "low": "starved"}],
+        },
+    },
+}
+
+
+def merge(base, changes):
+    """Put nested changes into a copy of a configuration; None takes a key away."""
+    out = copy.deepcopy(base)
+    for key, value in changes.items():
+        if value is None:
+            out.pop(key, None)
+        else:
+            out[key] = merge(out[key], value) if isinstance(value, dict) and isinstance(out.get(key), dict) else value
+    return out
+
+
+@pytest.fixture(scope="session")
+def menagerie():
+    """A function of changes that returns the configuration of a small world with everything in it."""
+    return lambda **changes: merge(MENAGERIE, changes)
+
+
+@pytest.fixture(scope="session")
+def meadow():
+    """A function of changes to its species deer (and `world=` to the world) that returns a new world of two deer and two grasses."""
+    from ecs_eco import World
+
+    def build(*, world=None, options=None, grass=None, **deer):
+        config = merge(MEADOW, {"species": {"deer": deer, "grass": grass or {}}})
+        return World.from_config(merge(config, world or {}), **(options or {}))
+
+    return build
+
+
+@pytest.fixture(autouse=True)
+def _leaves_esper_as_it_was():
+    before = esper.current_world
+    yield
+    assert esper.current_world == before, "the test left esper in another world"

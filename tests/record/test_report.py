@@ -1,0 +1,158 @@
+"""Reports of synthetic run folders: ordinary ones, and everything odd that a run may be."""
+
+import json
+import re
+import runpy
+import time
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+
+from ecs_eco.analysis.runs import load_series
+from ecs_eco.record.report import ages_at_death, how_it_ended, last_snapshot, ledger_gap, write_report
+
+chains = SimpleNamespace(**runpy.run_path(str(Path(__file__).parent.parent / "analysis" / "chains.py")))
+
+
+def words(page: Path) -> str:
+    """What a reader sees of a page."""
+    text = re.sub(r"<(style|head|pre).*?</\1>|data:image[^\"]*", " ", page.read_text(encoding="utf-8"), flags=re.S)
+    return re.sub(r"\s+", " ", re.sub(r"<[^>]+>", " ", text))
+
+
+def test_a_run_in_which_all_persist_and_cycle(tmp_path: Path) -> None:
+    run = chains.write_run(tmp_path / "run", chains.chain(4000, seed=1), events=False)
+    page = write_report(run)
+    text = words(page)
+    assert page == run / "report.html"
+    assert "All 3 species persisted to tick 4,000." in text
+    assert re.search(r"deer cycles: a period of 2\d\d ticks, 1\d\.\d periods, p ≤ 0.002", text)
+    assert re.search(r"wolf follows deer by 0\.2[5-9] of a period", text)
+    assert "The ledger closes" in text
+    assert "ecs-eco run predator-prey --seed 1 --ticks 4000" in page.read_text()
+    drawn = {p.stem for p in (run / "figures").iterdir()}
+    assert drawn == {"populations", "spectra", "lags", "phase", "deaths", "energy"}
+
+
+def test_a_page_asks_for_nothing_from_outside(tmp_path: Path) -> None:
+    page = write_report(chains.write_run(tmp_path / "run", chains.chain(200))).read_text()
+    assert not re.findall(r"""(?:src|href)=["'](?!data:)""", page)
+    assert "://" not in page
+    assert not list((tmp_path / "run").glob(".report*"))
+
+
+def test_the_extinct_are_named_with_when_and_why(tmp_path: Path) -> None:
+    numbers = chains.chain(300)
+    numbers[:, 2] = np.concatenate([np.full(100, 40), np.arange(40, 0, -1), np.zeros(160)])
+    run = chains.write_run(tmp_path / "run", numbers)
+    text = words(write_report(run))
+    assert "1 of 3 species died out; grass, deer persisted to tick 300." in text
+    assert "wolf died out at tick 141." in text
+    series = load_series(run)
+    # the last tick with at least half of 40 is tick 121
+    end = series.columns["died: starved"][121:141, 2].sum() / series.columns["deaths"][121:141, 2].sum()
+    assert f"From tick 121, when there were 20, {series.columns['deaths'][121:141, 2].sum():.0f} deaths" in text
+    assert f"starved {end:.0%}" in how_it_ended(series, "wolf")
+
+
+def test_a_run_too_short_for_cycles_says_so(tmp_path: Path) -> None:
+    text = words(write_report(chains.write_run(tmp_path / "run", chains.chain(20))))
+    assert "too short to look for cycles: 18 ticks are left" in text
+
+
+@pytest.mark.parametrize("ticks", [0, 1, 2])
+def test_a_run_of_hardly_any_ticks_is_reported(tmp_path: Path, ticks: int) -> None:
+    text = words(write_report(chains.write_run(tmp_path / "run", chains.chain(5)[:ticks])))
+    assert ("The run has no ticks." in text) == (ticks == 0)
+
+
+def test_a_single_species_is_reported(tmp_path: Path) -> None:
+    run = chains.write_run(tmp_path / "run", chains.chain(1500)[:, :1], species=("grass",))
+    text = words(write_report(run))
+    assert "The only species, grass, persisted to tick 1,500." in text
+    assert "Who follows whom" not in text or "follows grass" not in text
+
+
+def test_a_species_without_animals_is_named_and_does_not_count_as_extinct(tmp_path: Path) -> None:
+    numbers = chains.chain(600)
+    numbers[:, 2] = 0
+    text = words(write_report(chains.write_run(tmp_path / "run", numbers)))
+    assert "All 2 species persisted" in text
+    assert "Never present: wolf." in text
+
+
+def test_everybody_dead_from_the_start_is_reported(tmp_path: Path) -> None:
+    text = words(write_report(chains.write_run(tmp_path / "run", np.zeros((50, 3), np.int64))))
+    assert "No species had a living member" in text
+    assert "Nobody died." in text
+
+
+def test_an_interrupted_run_says_so(tmp_path: Path) -> None:
+    run = chains.write_run(tmp_path / "run", chains.chain(50))
+    manifest = json.loads((run / "manifest.json").read_text()) | {"finished": False, "ticks": 1000}
+    (run / "manifest.json").write_text(json.dumps(manifest))
+    assert "50 ticks of 1 s of 1,000 asked for: the run was interrupted" in words(write_report(run))
+
+
+def test_names_from_the_world_cannot_break_the_page(tmp_path: Path) -> None:
+    names = ("<b>grass", "deer & co", "wolf")
+    page = write_report(chains.write_run(tmp_path / "run", chains.chain(30), species=names)).read_text()
+    assert "<b>grass" not in page
+    assert "&lt;b&gt;grass" in page
+
+
+def test_a_gap_in_the_ledger_is_found_where_it_is(tmp_path: Path) -> None:
+    series = load_series(chains.series_table(chains.chain(50)))
+    assert max(gap for gap, _, _ in ledger_gap(series).values()) < 1e-9
+    series.columns["burnt"][30, 1] += 5
+    gap, share, tick = ledger_gap(series)["deer"]
+    assert (gap, tick) == (pytest.approx(5), 31)
+    assert share == pytest.approx(5 / series.of("deer", "stock_after").max())
+    series.columns["stock_before"][40, 2] += 3
+    series.columns["taken_in"][40, 2] -= 3  # this tick closes, but does not start with what there was
+    assert ledger_gap(series)["wolf"][::2] == (pytest.approx(3), 41)
+
+
+def test_a_cause_that_first_occurs_in_a_later_part_counts_as_zero_before(tmp_path: Path) -> None:
+    run = chains.write_run(tmp_path / "run", chains.chain(1500), events=False)
+    first = run / "series" / "part-00000.parquet"
+    pq.write_table(pq.read_table(first).drop_columns(["died: too old"]), first)
+    series = load_series(run)
+    assert series.of("deer", "died: too old")[:1000].sum() == 0
+    assert series.of("deer", "died: too old")[1000:].sum() > 0
+
+
+def test_events_are_summed_over_parts(tmp_path: Path) -> None:
+    run = chains.write_run(tmp_path / "run", chains.chain(200))
+    deaths = load_series(run).columns["deaths"].sum(0)
+    assert ages_at_death(run) == {s: (int(n), 42.0) for s, n in zip(chains.SPECIES, deaths, strict=True)}
+
+
+def test_the_last_snapshot_has_everybody(tmp_path: Path) -> None:
+    numbers = chains.chain(10)
+    tick, at = last_snapshot(chains.write_run(tmp_path / "run", numbers), chains.SPECIES)
+    assert tick == 10
+    assert [len(at[s]) for s in chains.SPECIES] == numbers[-1].tolist()
+    assert last_snapshot(tmp_path, chains.SPECIES) is None
+
+
+def test_a_folder_that_is_no_run_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(FileNotFoundError, match=r"no manifest\.json"):
+        write_report(tmp_path)
+    (tmp_path / "manifest.json").write_text("{}")
+    with pytest.raises(FileNotFoundError, match="holds no series"):
+        write_report(tmp_path)
+
+
+@pytest.mark.slow
+def test_two_million_births_are_reported_in_seconds(tmp_path: Path) -> None:
+    numbers = chains.chain(10_000, period=700)
+    numbers[:, 0] = numbers[:, 0] * 2
+    run = chains.write_run(tmp_path / "run", numbers)
+    write_report(run)  # imports and font caches
+    start = time.process_time()
+    write_report(run)
+    assert time.process_time() - start < 5
