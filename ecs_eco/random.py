@@ -48,15 +48,13 @@ _mixed_seed = functools.lru_cache(maxsize=64)(mix_int)
 
 
 def draw_many(key: int | np.uint64, who: np.ndarray, purpose: int) -> np.ndarray:
-    """Return one `draw` per entry of `who` (u64[n]) as f32[n], without compiling anything."""
-    with np.errstate(over="ignore"):
-        z = _mix_array(np.uint64(key) ^ who.astype(np.uint64))
-        bits = _mix_array(z + np.uint64(purpose) * np.uint64(0xD1342543DE82EF95))
-    return ((bits >> np.uint64(40)).astype(np.float32)) * np.float32(5.9604645e-08)
+    """Return one `draw` per entry of `who` (u64[n]) as f32[n]."""
+    out = np.empty(len(who), np.float32)
+    _draw_many(np.uint64(key), who.astype(np.uint64, copy=False), purpose, out)
+    return out
 
 
-def _mix_array(z: np.ndarray) -> np.ndarray:
-    z = z + np.uint64(0x9E3779B97F4A7C15)
-    z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
-    z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
-    return z ^ (z >> np.uint64(31))
+@njit
+def _draw_many(key, who, purpose, out):
+    for i in range(who.size):
+        out[i] = draw(key, who[i], purpose)
