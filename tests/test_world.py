@@ -111,7 +111,7 @@ def test_deaths_are_told_in_the_order_of_uids_and_before_the_rows_are_free(world
 def test_time_is_ticks_of_dt(world):
     calls = []
     assert world.run(4, progress=lambda done, of: calls.append((done, of))) is world
-    assert (world.tick, world.time, calls) == (4, 2.0, [(1, 4), (2, 4), (3, 4), (4, 4)])
+    assert (world.tick, world.time, calls) == (4, 2.0, [(4, 4)])
     world.run(0)
     assert world.tick == 4
 
@@ -180,7 +180,7 @@ def test_the_digest_tells_worlds_apart_by_what_decides_their_future_and_not_by_r
         (lambda w: World(dt=float("nan")), ValueError, "dt is nan"),
         (lambda w: World(threads=0), ValueError, "threads is 0; it must be at least 1"),
         (lambda w: w.add_table("hare"), ValueError, "table 'hare' exists already; choose another name"),
-        (lambda w: w.table("har"), KeyError, "unknown table 'har'; known: hare, fox; did you mean \\\\?\"hare"),
+        (lambda w: w.table("har"), KeyError, "unknown table .*har.*; known: hare, fox; did you mean .*hare"),
         (lambda w: w.spawn("wolf"), KeyError, "unknown table 'wolf'"),
         (lambda w: w.spawn("fox", Metabolism()), KeyError, "table 'fox': unknown component 'Metabolism'"),
         (lambda w: w.spawn("fox", n=0), ValueError, "spawn 'fox': n is 0; it must be at least 1"),

@@ -1,0 +1,47 @@
+"""How long a command takes as a whole process: `--help`, and a run of 100 ticks whose kernels are compiled, and whose are not.
+
+    python benchmarks/startup.py
+"""
+
+import os
+import shutil
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parent))
+import _bench
+
+_bench.pin_threads()
+
+
+def seconds(arguments: list[str], cache: Path) -> float:
+    """Run one command in a process of its own and return its wall time [s]."""
+    environment = os.environ | {"ECS_ECO_CACHE": str(cache)}
+    start = time.perf_counter()
+    subprocess.run([sys.executable, "-c", "from ecs_eco.cli import main; main()", *arguments], check=True, env=environment,
+                   stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    return time.perf_counter() - start
+
+
+def main() -> None:
+    """Time each command several times; the first run compiles into an empty cache."""
+    rows = []
+    with tempfile.TemporaryDirectory() as folder:
+        cache, out = Path(folder) / "cache", Path(folder) / "run"
+        for arguments, goal in ((["--help"], 0.3), (["list"], 0.3), (["run", "predator-prey", "--ticks", "100", "--out", str(out)], 4.0)):
+            times = []
+            for _ in range(6):
+                times.append(seconds(arguments, cache))
+                shutil.rmtree(out, ignore_errors=True)
+            rows.append({"command": "ecs-eco " + " ".join(arguments[:4]), "first start [s]": times[0], "later, median [s]": statistics.median(times[1:]),
+                         "later, least [s]": min(times[1:]), "goal [s]": goal})
+        compiled = len(list(cache.rglob("*.nbc")))
+    _bench.save("startup", "Commands as whole processes", rows, {"kernels compiled by the first run": compiled})
+
+
+if __name__ == "__main__":
+    main()
