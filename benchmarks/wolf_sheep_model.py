@@ -1,7 +1,7 @@
 """The rules of Mesa 3.5's WolfSheep (after Wilensky 1997), with components and systems of our own.
 
-A tick: all sheep act in random order, then all wolves. An animal moves to one of the four cells around, pays 1, eats, and
-starves below 0 or else may give birth, which halves its energy. Newborn act from the next tick on, but may be eaten before.
+A tick: all sheep act in random order, then all wolves. An animal moves to one of the four cells around, pays 1, eats,
+and starves below 0 or else may give birth, which halves its energy. Newborn act from the next tick on.
 """
 
 import numpy as np
@@ -9,21 +9,17 @@ import numpy as np
 from ecs_eco import System, World, component, draw, f64, i32, njit
 
 DEFAULT = {"sheep_reproduce": 0.04, "wolf_reproduce": 0.05, "sheep_gain": 4.0, "wolf_gain": 20.0, "regrowth": 30}
-SHEEP_ORDER, SHEEP_MOVE, SHEEP_BIRTH, WOLF_ORDER, WOLF_MOVE, WOLF_PREY, WOLF_BIRTH = range(100, 107)  # what draws are for
+SHEEP_ORDER, SHEEP_MOVE, SHEEP_BIRTH, WOLF_ORDER, WOLF_MOVE, WOLF_PREY, WOLF_BIRTH = range(100, 107)  # of draws
 
 
 @component
-class Animal:
-    """A sheep or a wolf."""
-
+class Animal:  # a sheep or a wolf
     cell: i32 = 0
     energy: f64 = 0.0  # [ticks it lasts]
 
 
 @component
-class Grass:
-    """The grass of one cell."""
-
+class Grass:  # of one cell
     ripe: i32 = 0  # the tick from which on it can be eaten
 
 
@@ -69,19 +65,18 @@ def take(after, head, chance):
 @njit
 def live(sheep, wolves, lamb, pup, ripe, tick, key, around, starved, eaten, p_lamb, p_pup, sheep_gain, wolf_gain, regrowth):
     """Let all act once, mark the rows that gave birth to a lamb or a pup, and return the number of ripe cells."""
-    n = lamb.size
-    after = np.full(2 * n + ripe.size, -1, np.int32)  # chains of a cell's sheep: of row i, and its lamb as n + i
+    n, n_ripe = lamb.size, 0
+    after = np.full(2 * n + ripe.size, -1, np.int32)  # chains of a cell's sheep: row i as i, its lamb as n + i
     first = after[2 * n :]  # by cell: where its chain begins
-    rank = np.ones(ripe.size, np.int8)  # for sheep: 2 grass, 1 bare, 0 wolves
-    n_ripe = 0
-    for here in range(ripe.size):
-        n_ripe += ripe[here] <= tick
-        rank[here] += ripe[here] <= tick
-    alive, cell, energy, w_cause = wolves
-    pack = shuffled(alive, key, WOLF_ORDER)
-    for row in pack:
-        rank[cell[row]] = 0
     alive, cell, energy, cause = sheep
+    w_alive, w_cell, w_energy, w_cause = wolves
+    pack = shuffled(w_alive, key, WOLF_ORDER)
+    rank = np.ones(ripe.size, np.int8)  # for sheep: 2 grass, 1 bare, 0 a wolf
+    for here in range(ripe.size):
+        rank[here] += ripe[here] <= tick
+        n_ripe += ripe[here] <= tick
+    for row in pack:
+        rank[w_cell[row]] = 0
     for row in shuffled(alive, key, SHEEP_ORDER):
         there = best(around[cell[row]], rank, draw(key, row, SHEEP_MOVE))
         here = cell[row] = there if rank[there] else cell[row]  # wolves all around: it stays
@@ -94,26 +89,24 @@ def live(sheep, wolves, lamb, pup, ripe, tick, key, around, starved, eaten, p_la
             continue
         first[here], after[row] = row, first[here]
         if draw(key, row, SHEEP_BIRTH) < p_lamb:
-            energy[row] /= 2.0
-            first[here], after[n + row], lamb[row] = n + row, row, True
-    rank[:] = first >= 0  # for wolves: 1 sheep
-    alive, cell, energy, w_cause = wolves
+            energy[row], lamb[row] = energy[row] / 2.0, True
+            first[here], after[n + row] = n + row, row
+    rank[:] = first >= 0  # for wolves: 1 a sheep
     for row in pack:
-        here = cell[row] = best(around[cell[row]], rank, draw(key, row, WOLF_MOVE))
-        energy[row] -= 1.0
+        here = w_cell[row] = best(around[w_cell[row]], rank, draw(key, row, WOLF_MOVE))
+        w_energy[row] -= 1.0
         if first[here] >= 0:
-            energy[row] += wolf_gain
+            w_energy[row] += wolf_gain
             prey = take(after, 2 * n + here, draw(key, row, WOLF_PREY))
             rank[here] = first[here] >= 0
             if prey < n:
                 cause[prey] = eaten
             else:
                 lamb[prey - n] = False
-        if energy[row] < 0.0:
+        if w_energy[row] < 0.0:
             w_cause[row] = starved
         elif draw(key, row, WOLF_BIRTH) < p_pup:
-            energy[row] /= 2.0
-            pup[row] = True
+            w_energy[row], pup[row] = w_energy[row] / 2.0, True
     return n_ripe
 
 
@@ -121,11 +114,10 @@ class Live(System):
     """All sheep act in random order, then all wolves."""
 
     def process(self):
-        world, born = self.world, []
-        sheep, wolf, grass = world.tables.values()
+        sheep, wolf, grass = self.world.tables.values()
         herd, pack = [(t.alive, t[Animal].cell, t[Animal].energy, t.cause) for t in (sheep, wolf)]
         lamb, pup = np.zeros(sheep.capacity, np.bool_), np.zeros(wolf.capacity, np.bool_)
-        self.n_ripe = live(herd, pack, lamb, pup, grass[Grass].ripe, world.tick + 1, world.key, *self.rules)
+        self.n_ripe = live(herd, pack, lamb, pup, grass[Grass].ripe, self.world.tick + 1, self.world.key, *self.rules)
         for table, born, (_, cell, energy, _) in ((sheep, lamb, herd), (wolf, pup, pack)):
             parents = born.nonzero()[0]
             if parents.size:
@@ -138,22 +130,20 @@ class Collect(System):
     phase = "record"
 
     def process(self):
-        tables = self.world.tables
-        self.series.append((tables["sheep"].n, tables["wolf"].n, self.live.n_ripe))
+        self.series.append((self.world.tables["sheep"].n, self.world.tables["wolf"].n, self.live.n_ripe))
 
 
 def build(width, seed, parameters=DEFAULT):
     """Return a world of width² cells with 100 sheep and 50 wolves per 400 cells, and the system that collects."""
     rng, n, p = np.random.default_rng(seed), width * width, parameters
-    cells = np.arange(n, dtype=np.int32).reshape(width, width)
     world, live, collect = World((width, width), seed=seed), Live(), Collect()
     for name, k, gain in (("sheep", n // 4, p["sheep_gain"]), ("wolf", n // 8, p["wolf_gain"])):
         values = {(Animal, "cell"): rng.integers(n, size=k), (Animal, "energy"): rng.random(k) * 2 * gain}
         world.add_table(name, Animal).request(np.zeros(k, np.uint64), values)
     countdown = rng.integers(p["regrowth"], size=n) * rng.integers(2, size=n)  # 0: ripe; 1: not yet at tick 1
     world.add_table("grass", Grass).request(np.zeros(n, np.uint64), {(Grass, "ripe"): countdown + (countdown > 0)})
-    world.flush()
-    around = np.stack([np.roll(cells, by, axis).ravel() for by in (1, -1) for axis in (0, 1)], axis=1)
+    cells = np.arange(n, dtype=np.int32).reshape(width, width)
+    around = np.stack([np.roll(cells, by, axis).ravel() for by in (1, -1) for axis in (0, 1)], axis=1)  # a torus
     live.rules = (around, world.cause("starved"), world.cause("eaten by wolf"), *(p[k] for k in DEFAULT))
     collect.live, collect.series = live, [(n // 4, n // 8, int((countdown == 0).sum()))]
     world.add_system(live)

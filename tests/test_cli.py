@@ -285,3 +285,12 @@ def test_ctrl_c_ends_a_comparison_and_keeps_what_was_recorded(here: Path) -> Non
     manifests = [json.loads(p.read_text()) for p in (here / "out").glob("*/*/manifest.json")]
     assert len(manifests) == 2
     assert max(m["done"] for m in manifests) > 0
+
+
+def test_a_control_may_concern_one_species_or_learning():
+    from ecs_eco.cli.arms import arms_of
+
+    arms = arms_of("predator-prey", [], ["random-policy:deer", "learning", "frozen"])
+    assert [a.policies for a in arms] == ["trained", {"deer": "random"}, "trained", "trained"]
+    assert [a.learn for a in arms] == [None, None, True, False]
+    assert len({a.name for a in arms}) == 4

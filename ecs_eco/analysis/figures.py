@@ -155,7 +155,7 @@ def spectra(peaks: Mapping[str, Peak], hue: Mapping[str, str] | None = None) -> 
         ax.set_title(f"{s}: {peak.period:,.0f} ticks, p {'≤' if peak.p <= 0.002 else '='} {peak.p:.2g}")
         ax.set_xlabel("frequency [1/tick]")
     axes[0, 0].set_ylabel("power")
-    axes[0, 0].legend(loc="lower left", fontsize=8.5)
+    axes[0, 0].legend(loc="lower left", fontsize=8.5, frameon=True, framealpha=1, edgecolor="none")
     return figure
 
 

@@ -21,6 +21,7 @@ from ecs_eco.config import WorldConfig, load
 from ecs_eco.errors import nearest
 
 CONTROLS = {"random-policy": "random", "untrained-policy": "untrained"}  # by the policies that they run with
+LEARNING = {"learning": True, "frozen": False}  # by whether policies go on learning in the run
 PINS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 
 
@@ -30,7 +31,8 @@ class Arm:
 
     name: str
     config: WorldConfig
-    policies: str = "trained"
+    policies: Any = "trained"  # or a dict: species → policies
+    learn: bool | None = None  # None: as the world says
 
 
 def compare_arms(
@@ -61,21 +63,34 @@ def compare_arms(
 
 
 def arms_of(world: str, changes: list[str], controls: list[str]) -> list[Arm]:
-    """The world as it is and one arm for each control: a name, or a value changed; raises ConfigError."""
+    """The world as it is and one arm for each control; raises ConfigError.
+
+    A control is a name (`random-policy`; `random-policy:deer` for one species alone; `learning`, `frozen`) or a value
+    changed (`species.deer.count=50`).
+    """
     arms = [Arm("world", load(world, changes))]
     for control in controls:
         name = re.sub(r"[^\w.-]+", "-", control.strip()).strip("-.")
-        if control in CONTROLS:
+        kind, _, species = control.partition(":")
+        thinkers = [n for n, s in arms[0].config.species.items() if s.policy.kind != "none"]
+        if kind in CONTROLS and species in thinkers:
+            arm = Arm(name, arms[0].config, {species: CONTROLS[kind]})
+        elif control in CONTROLS:
             arm = Arm(name, arms[0].config, CONTROLS[control])
+        elif control in LEARNING:
+            arm = Arm(name, arms[0].config, learn=LEARNING[control])
         elif "=" in control:
             arm = Arm(name, load(world, [*changes, control]))
+        elif kind in CONTROLS:
+            refuse("--control", "no such species with a policy", species, ", ".join(thinkers) or "none", nearest(species, thinkers))
         else:
-            allowed = f"{', '.join(CONTROLS)}, or a value: key=value"
-            refuse("--control", "no such control", control, allowed, nearest(control, CONTROLS))
+            names = [*CONTROLS, *LEARNING]
+            allowed = f"{', '.join(names)}, one of the first two for a single species (random-policy:NAME), or a value: key=value"
+            refuse("--control", "no such control", control, allowed, nearest(control, names))
         if any(a.name == name for a in arms):
             refuse("--control", "named twice", control, "each control once")
         arms.append(arm)
-    if "random" in {a.policies for a in arms} and not any(
+    if any(a.policies == "random" for a in arms) and not any(
         s.policy.kind != "none" for s in arms[0].config.species.values()
     ):
         refuse("--control", "no species has a policy", "random-policy", "a changed value: key=value")
@@ -131,7 +146,7 @@ def run_one(arm: Arm, seed: int, ticks: int, out: Path) -> Any:
 
     _running = True
     try:
-        return run_to_folder(arm.config, seed=seed, ticks=ticks, out=out, policies=arm.policies, report=False)
+        return run_to_folder(arm.config, seed=seed, ticks=ticks, out=out, policies=arm.policies, learn=arm.learn, report=False)
     except KeyboardInterrupt:
         os._exit(INTERRUPTED)
     finally:

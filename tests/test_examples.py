@@ -1,0 +1,75 @@
+"""Every example, every Python snippet and every command of README and docs works as it is printed."""
+
+import os
+import re
+import runpy
+import sys
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+ROOT = Path(__file__).parents[1]
+EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+NEEDS_GYMNASIUM = ("plain_ppo.py", "learning.md")
+
+
+def fenced(page: Path, language: str) -> list[str]:
+    return re.findall(rf"^```{language}\n(.*?)^```$", page.read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL)
+
+
+def in_folder(path: Path, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Run a file as a program, in a folder; what it imports of its own folder is forgotten afterwards."""
+    if path.name in NEEDS_GYMNASIUM or path.stem + ".md" in NEEDS_GYMNASIUM:
+        pytest.importorskip("gymnasium")
+    monkeypatch.chdir(folder)
+    monkeypatch.setattr(sys, "argv", [str(path)])
+    runpy.run_path(str(path), run_name="__main__")
+
+
+@pytest.mark.parametrize("example", EXAMPLES, ids=lambda p: p.stem)
+def test_example_runs(example: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    in_folder(example, tmp_path, monkeypatch)
+    assert capsys.readouterr().out.strip(), "it says nothing"
+
+
+@pytest.mark.parametrize("example", EXAMPLES, ids=lambda p: p.stem)
+def test_example_is_one_idea_on_one_screen(example: Path) -> None:
+    text = example.read_text(encoding="utf-8")
+    assert len(text.splitlines()) < 80
+    assert text.startswith('"""')
+
+
+@pytest.mark.parametrize("page", [p for p in PAGES if fenced(p, "python")], ids=lambda p: p.stem)
+def test_snippets_of_a_page_run_in_order(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    snippets = fenced(page, "python")
+    if page.name == "README.md":  # its second snippet reads what its first command leaves
+        snippets.insert(0, 'from ecs_eco.record import run_to_folder\nrun_to_folder("predator-prey", 1, 5, "my-run", "random", report=False)')
+    file = tmp_path / f"{page.stem}.py"
+    file.write_text("\n\n".join(snippets), encoding="utf-8")
+    in_folder(file, tmp_path, monkeypatch)
+
+
+@pytest.mark.parametrize("page", [p for p in PAGES if "ecs-eco " in "".join(fenced(p, "bash"))], ids=lambda p: p.stem)
+def test_commands_of_a_page_exist_with_their_options(page: Path) -> None:
+    from ecs_eco.cli.app import app
+
+    for line in re.findall(r"ecs-eco ([a-z].*)", "".join(fenced(page, "bash"))):
+        command, *rest = line.partition("#")[0].split()
+        shown = CliRunner().invoke(app, [command, "--help"], env={"COLUMNS": "200"})
+        assert shown.exit_code == 0, line
+        for option in (w for w in rest if w.startswith("--")):
+            assert re.search(rf"{option}\b", shown.output), f"{line}: no option {option}"
+
+
+@pytest.mark.parametrize("page", [*PAGES, ROOT / "CONTRIBUTING.md", ROOT / "CHANGELOG.md"], ids=lambda p: p.stem)
+def test_links_of_a_page_lead_somewhere(page: Path) -> None:
+    for target in re.findall(r"\]\(([^)#:\s]+)(?:#[^)]*)?\)", page.read_text(encoding="utf-8")):
+        assert os.path.exists(page.parent / target), target
+
+
+def test_no_example_is_left_out() -> None:
+    assert len(EXAMPLES) >= 10
+    said = "".join(page.read_text(encoding="utf-8") for page in PAGES)
+    assert [e.name for e in EXAMPLES if e.name not in said] == []
