@@ -127,7 +127,7 @@ def _limits(metadata: tuple[Any, ...]) -> str:
 
 
 def _length(metadata: tuple[Any, ...]) -> str:
-    low, high = (next((getattr(m, n) for m in _flat(metadata) if getattr(m, n, None) is not None), None) for n in ("min_length", "max_length"))
+    low, high = (next((v for m in _flat(metadata) if (v := getattr(m, n, None)) is not None), None) for n in ("min_length", "max_length"))
     if low is None:
         return ""
     return f" of {low}" if low == high else f" of {low} or more" if high is None else f" of {low} to {high}"

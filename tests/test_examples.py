@@ -9,6 +9,11 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
+from ecs_eco import World
+from ecs_eco.config import load
+from ecs_eco.record import run_to_folder
+from ecs_eco.testing import check_system
+
 ROOT = Path(__file__).parents[1]
 EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
@@ -41,11 +46,19 @@ def test_example_is_one_idea_on_one_screen(example: Path) -> None:
     assert text.startswith('"""')
 
 
+@pytest.mark.parametrize(("example", "name"), [("own_component", "GrowWool"), ("own_system", "Strike")])
+def test_systems_of_the_examples_keep_the_rules_of_systems(example: str, name: str) -> None:
+    config = load("predator-prey", {"species.grass.count": 500, "species.deer.count": 100, "species.wolf.count": 20})
+    kind = runpy.run_path(str(ROOT / "examples" / f"{example}.py"))[name]
+    arguments = (0.01,) if name == "Strike" else ()
+    check_system(kind, lambda threads: World.from_config(config, policies="random", threads=threads, systems=[kind(*arguments)]))
+
+
 @pytest.mark.parametrize("page", [p for p in PAGES if fenced(p, "python")], ids=lambda p: p.stem)
 def test_snippets_of_a_page_run_in_order(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     snippets = fenced(page, "python")
     if page.name == "README.md":  # its second snippet reads what its first command leaves
-        snippets.insert(0, 'from ecs_eco.record import run_to_folder\nrun_to_folder("predator-prey", 1, 5, "my-run", "random", report=False)')
+        run_to_folder("predator-prey", 1, 5, tmp_path / "my-run", "random", report=False)
     file = tmp_path / f"{page.stem}.py"
     file.write_text("\n\n".join(snippets), encoding="utf-8")
     in_folder(file, tmp_path, monkeypatch)

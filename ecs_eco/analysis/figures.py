@@ -146,16 +146,19 @@ def spectra(peaks: Mapping[str, Peak], hue: Mapping[str, str] | None = None) -> 
     hue = hue or colors(list(peaks))
     for ax, (s, peak) in zip(axes[0], peaks.items(), strict=True):
         used = slice(1, len(peak.frequency) // 2)
-        f = peak.frequency[used]
-        ax.fill_between(f, 1e-12, (peak.expected * peak.limit)[used], color="#dfe3e8", lw=0, label="red noise, 95 %")
-        ax.loglog(f, peak.expected[used], color="#7a838c", lw=1.1, ls="--", label="red noise, fitted")
-        ax.loglog(f, peak.power[used], color=hue[s], label=s)
-        ax.axvline(1 / peak.period, color="#1b1f23", lw=0.8, ls=":")
-        ax.set_ylim(max(peak.power[used].min(), 1e-7 * peak.power.max()) / 2, 3 * peak.power.max())
+        periods = 1 / peak.frequency[used]
+        band = (peak.expected * peak.limit)[used]
+        ax.fill_between(periods, 1e-12, band, color="#dfe3e8", lw=0, label="red noise, 95 %")
+        ax.loglog(periods, peak.expected[used], color="#7a838c", lw=1.1, ls="--", label="red noise, fitted")
+        ax.loglog(periods, peak.power[used], color=hue[s], label=s)
+        ax.axvline(peak.period, color="#1b1f23", lw=0.8, ls=":")
+        ax.set_ylim(max(peak.power[used].min(), 1e-6 * peak.power.max()) / 2, 3 * max(band.max(), peak.power.max()))
+        ax.minorticks_off()
+        ax.xaxis.set_major_formatter("{x:,.0f}")
         ax.set_title(f"{s}: {peak.period:,.0f} ticks, p {'≤' if peak.p <= 0.002 else '='} {peak.p:.2g}")
-        ax.set_xlabel("frequency [1/tick]")
+        ax.set_xlabel("period [ticks]")
     axes[0, 0].set_ylabel("power")
-    axes[0, 0].legend(loc="lower left", fontsize=8.5, frameon=True, framealpha=1, edgecolor="none")
+    axes[0, 0].legend(loc="lower right", fontsize=8.5, frameon=True, framealpha=1, edgecolor="none")
     return figure
 
 

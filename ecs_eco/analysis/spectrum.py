@@ -26,7 +26,7 @@ SHORTEST = 96
 MIN_CYCLES = 4
 """Fewest periods in the series for a peak to count."""
 TAPERS = 2
-GRID = {"ar1": 100, "relaxation": 16}
+GRID = {"ar1": 100, "relaxation": 24}
 """Values tried for a root, from white noise to a memory of 1,000 samples."""
 
 
@@ -100,7 +100,7 @@ class RedNoise:
             self.roots = np.array([(r, 0.0, 0.0) for r in grid])
         else:
             pairs = [(r, s) for i, r in enumerate(grid) for s in grid[i:]]
-            self.roots = np.array([(r, s, m) for r, s in pairs for m in grid[1::2] if m <= r])
+            self.roots = np.array([(r, s, m) for r, s in pairs for m in grid if m <= r])
         self._shape = self.shape(self.roots, n)
         used = self._shape[:, 2:]  # the lowest two frequencies went with the trend
         self._inverse = (1 / used).astype(np.float32)
@@ -139,7 +139,7 @@ def _white(n_boot: int, length: int, seed: int) -> np.ndarray:
     return np.fft.rfft(np.random.default_rng(seed).standard_normal((n_boot, length), dtype=np.float32))
 
 
-@lru_cache(maxsize=8)
+@lru_cache(maxsize=4)
 def _red_noise(n: int, factor: int, null: str) -> RedNoise:
     return RedNoise(n, factor, null)
 

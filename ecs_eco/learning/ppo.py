@@ -145,40 +145,42 @@ def _slopes(
     probabilities now and then, A the advantage, R = A + V then (Schulman et al. 2017, eq. 7 and 9).
     """
     n, n_groups = len(index), len(offsets) - 1
-    taken = np.empty((n_groups, n), np.int64)
+    taken, lived = np.empty((n_groups, n), np.int64), np.empty((3, n), np.float32)
     level, spread = np.empty((n_groups, n), np.float32), np.empty((n_groups, n), np.float32)
     ratio, pull = np.zeros(n, np.float32), np.empty(n, np.float32)
+    for i in range(n):  # from all over memory: nothing else happens here, so that the next is fetched meanwhile
+        step = steps[index[i]]
+        lived[0, i], lived[1, i], lived[2, i] = step.log_probability, step.value, step.advantage
+        for g in range(n_groups):
+            taken[g, i] = offsets[g] + choices[index[i], g]
+    policy_loss = value_loss = entropy = kl = n_clipped = 0.0
     for g in range(n_groups):
         softmax(logits, offsets[g], offsets[g + 1], d_logits, level[g], spread[g])
         for i in range(n):
-            taken[g, i] = offsets[g] + choices[index[i], g]
             ratio[i] += logits[taken[g, i], i] - level[g, i]
+            entropy += spread[g, i]
     for i in range(n):
-        ratio[i] -= steps[index[i]].log_probability
-        terms[3] -= ratio[i]
+        pull[i] = ratio[i] - lived[0, i]
+        ratio[i] = exp(pull[i])
     for i in range(n):
-        ratio[i] = exp(ratio[i])
-    for i in range(n):
-        step = steps[index[i]]
-        gain, r = (step.advantage - shift) * scale, ratio[i]
+        gain, r = (lived[2, i] - shift) * scale, ratio[i]
         bound = min(max(r, 1 - clip), 1 + clip)
+        kl += r - 1 - pull[i]
         clipped = (r > bound and gain > 0) or (r < bound and gain < 0)
         pull[i] = np.float32(0) if clipped else gain * r * share
-        terms[0] -= min(r * gain, bound * gain)
-        terms[3] += r - 1
-        terms[4] += r != bound
-        d_values[i], error = _value_slope(values[i], step.value, step.value + step.advantage, clip_value)
-        d_values[i] *= value_weight * share
-        terms[1] += error
+        policy_loss -= min(r * gain, bound * gain)
+        n_clipped += r != bound
+        slope, error = _value_slope(values[i], lived[1, i], lived[1, i] + lived[2, i], clip_value)
+        d_values[i] = slope * value_weight * share
+        value_loss += error
     for g in range(n_groups):
-        for i in range(n):
-            terms[2] += spread[g, i]
         for k in range(offsets[g], offsets[g + 1]):
             for i in range(n):
                 bonus = entropy_weight * share * (logits[k, i] - level[g, i] + spread[g, i])
                 d_logits[k, i] *= pull[i] + bonus
         for i in range(n):
             d_logits[taken[g, i], i] -= pull[i]
+    terms[0], terms[1], terms[2], terms[3], terms[4] = policy_loss, value_loss, entropy, kl, n_clipped
 
 
 @fused_njit

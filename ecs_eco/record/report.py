@@ -298,11 +298,18 @@ def _energy(series: Series) -> str:
     return text + table(["species", "endowed", "taken in", "burnt", "given", "lost with the dead", "largest gap"], rows)
 
 
+def rerun(m: Mapping[str, Any]) -> str:
+    """The command that runs a world like this from its manifest; changes made with --set are not in it."""
+    words = ["ecs-eco run", m.get("world", "WORLD"), f"--seed {m.get('seed', 0)} --ticks {m.get('ticks', 0)}"]
+    if m.get("policies", "trained") != "trained":
+        words.append(f"--policies {m['policies']}")
+    if m.get("learn") is not None:
+        words.append("--learn" if m["learn"] else "--no-learn")
+    return " ".join([*words, "--out DIR"])
+
+
 def _settings(m: Mapping[str, Any]) -> str:
-    command = (
-        m.get("command")
-        or f"ecs-eco run {m.get('world', 'WORLD')} --seed {m.get('seed', 0)} --ticks {m.get('ticks', 0)} --out DIR"
-    )
+    command = m.get("command") or rerun(m)
     versions = ", ".join(f"{k} {v}" for k, v in m.get("versions", {}).items())
     rows = [
         ["commit", m.get("git_commit") or "not known"],

@@ -91,7 +91,7 @@ def hidden(x, y, z, dx, dy, dz, me, it, margin, bx, by, bz, br, bu, start, nx, n
 
     Looks at the cells of the box around the line, widened by `margin` [m], the largest radius of a body.
     """
-    zero = np.float32(0.0)
+    zero, half = np.float32(0.0), np.float32(0.5)
     ax, ay = nx / lengths[0], ny / lengths[1]
     i0, i1 = int(np.floor((x + min(dx, zero) - margin) * ax)), int(np.floor((x + max(dx, zero) + margin) * ax))
     j0, j1 = int(np.floor((y + min(dy, zero) - margin) * ay)), int(np.floor((y + max(dy, zero) + margin) * ay))
@@ -100,6 +100,7 @@ def hidden(x, y, z, dx, dy, dz, me, it, margin, bx, by, bz, br, bu, start, nx, n
         az = nz / lengths[2]
         k0 = max(int(np.floor((z + min(dz, zero) - margin) * az)), 0)
         k1 = min(int(np.floor((z + max(dz, zero) + margin) * az)), nz - 1)
+    around = torus and (i1 - i0 >= nx or j1 - j0 >= ny)  # the box meets itself: of each body the image nearest to the line's middle counts
     if torus:
         i1, j1 = min(i1, i0 + nx - 1), min(j1, j0 + ny - 1)
     else:
@@ -121,6 +122,9 @@ def hidden(x, y, z, dx, dy, dz, me, it, margin, bx, by, bz, br, bu, start, nx, n
                     column, fx = i - nx, x - lengths[0]
                 for e in range(start[base + column], start[base + column + 1]):
                     ex, ey, ez = bx[e] - fx, by[e] - fy, bz[e] - z
+                    if around:
+                        ex = wrapped(ex - half * dx, lengths[0]) + half * dx
+                        ey = wrapped(ey - half * dy, lengths[1]) + half * dy
                     along = ex * dx + ey * dy + ez * dz
                     if along > 0 and along < d2 and (ex * ex + ey * ey + ez * ez - br[e] * br[e]) * d2 < along * along:
                         if bu[e] != me and bu[e] != it:

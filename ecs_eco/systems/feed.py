@@ -11,14 +11,17 @@ from ecs_eco.random import draw
 from ecs_eco.space.nearest import nearest
 from ecs_eco.system import System
 
+NO_DECISION = np.zeros((1, 1), np.uint8)
+
 
 class Feed(System):
     """An animal that eats, and digests nothing, takes the nearest food within reach, with the diet's chance of success.
 
     Each proposes one item; an item goes to the nearest of those that want it, equals to the lower uid; the eaten die.
+    Who has an action `eat` eats when it decides to; who has none eats whenever it can.
     """
 
-    needs = (Position, Body, Metabolism, Nervous)
+    needs = (Position, Body, Metabolism)
     phase = "interact"
 
     def start(self, world: Any) -> None:
@@ -37,16 +40,17 @@ class Feed(System):
         if not table.n or not prey.n:
             return
         eaters, foods = world.index(table), world.index(prey)
-        b, m, nerves, species = table[Body], table[Metabolism], table.traits["nerves"], table.traits["species"]
+        b, m, nerves, species = table[Body], table[Metabolism], table.traits.get("nerves"), table.traits["species"]
         widest = table.traits["radius"] + prey.traits["radius"] + food.reach
         found, distance2 = np.empty(eaters.n, np.int32), np.empty(eaters.n, np.float32)
         nearest(eaters, foods, widest, found, distance2, world.split)
-        column = next((i for i, (_, a) in enumerate(nerves.actions) if a == "eat"), -1)
+        column = -1 if nerves is None else next((i for i, (_, a) in enumerate(nerves.actions) if a == "eat"), -1)
+        decision = NO_DECISION if nerves is None else table[Nervous].decision
         chance = np.float32(1 - (1 - min(food.chance, 1.0)) ** world.dt)
         ceiling = species.metabolism.energy_max if food.until is None else food.until
         best = np.full(foods.n, -1, np.int32)
         ingest(found, distance2, eaters.rows, eaters.uid, foods.rows, b.radius, prey[Body].radius, np.float32(food.reach),
-               table[Nervous].decision, column, chance, np.float32(ceiling), np.float32(food.gain),
+               decision, column, chance, np.float32(ceiling), np.float32(food.gain),
                np.float32(species.metabolism.energy_max),
                np.float32(species.metabolism.digestion), world.key, random.FEED + (number << 8), world.cause(f"eaten by {table.name}"),
                table.cause, best, m.energy, m.digesting, m.taken, prey.cause, prey.killer, table.uid)

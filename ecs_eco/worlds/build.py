@@ -20,7 +20,7 @@ SEXES = {"none": 0, "female": 1, "male": 2, "random": 0}
 POLICIES = ("trained", "random", "untrained")
 
 
-def schedule(training: bool = False) -> list[Any]:
+def schedule(respawn: bool = False) -> list[Any]:
     """Return the systems of a world in the order of a tick."""
     from ecs_eco import systems as s
 
@@ -30,7 +30,7 @@ def schedule(training: bool = False) -> list[Any]:
         s.Collide(), s.Feed(),  # interact
         s.Metabolise(), s.Age(),
         s.Perish(), s.Leave(),  # die
-        s.Respawn() if training else s.Reproduce(), s.Spread(),
+        s.Respawn() if respawn else s.Reproduce(), s.Spread(),
     ]  # fmt: skip
 
 
@@ -52,7 +52,7 @@ def build(cls: Any, config: Any, *, seed: int | None = None, policies: Any = "tr
     world.config = config
     world.substances = list(config.substances)
     world.ambient = config.ambient.model_dump()
-    world.reproduction = not training
+    world.reproduction = not (training and config.training.respawn)
     world.fields = {name: Field(world.space, f.cell, f.diffusion, f.decay) for name, f in config.fields.items()}
     if config.terrain is not None:
         t = config.terrain.model_dump(exclude_none=True)
@@ -65,7 +65,7 @@ def build(cls: Any, config: Any, *, seed: int | None = None, policies: Any = "tr
         _remains(world, table)
     for number, (name, species) in enumerate(config.species.items()):
         _networks(world, world.tables[name], species, policies, learn, number)
-    for system in [*schedule(training), *_own_systems(config)]:
+    for system in [*schedule(training and config.training.respawn), *_own_systems(config)]:
         world.add_system(system)
     for name, kind in [*config.objects.items(), *config.species.items()]:
         _populate(world, world.tables[name], kind)

@@ -12,7 +12,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from ecs_eco.analysis.runs import load_series
-from ecs_eco.record.report import ages_at_death, how_it_ended, last_snapshot, ledger_gap, write_report
+from ecs_eco.record.report import ages_at_death, how_it_ended, last_snapshot, ledger_gap, rerun, write_report
 
 chains = SimpleNamespace(**runpy.run_path(str(Path(__file__).parent.parent / "analysis" / "chains.py")))
 
@@ -137,6 +137,13 @@ def test_the_last_snapshot_has_everybody(tmp_path: Path) -> None:
     assert tick == 10
     assert [len(at[s]) for s in chains.SPECIES] == numbers[-1].tolist()
     assert last_snapshot(tmp_path, chains.SPECIES) is None
+
+
+def test_the_command_names_what_differs_from_an_ordinary_run() -> None:
+    manifest = {"world": "reflexes", "seed": 7, "ticks": 90}
+    assert rerun(manifest) == "ecs-eco run reflexes --seed 7 --ticks 90 --out DIR"
+    manifest |= {"policies": "random", "learn": False}
+    assert rerun(manifest) == "ecs-eco run reflexes --seed 7 --ticks 90 --policies random --no-learn --out DIR"
 
 
 def test_a_folder_that_is_no_run_is_refused(tmp_path: Path) -> None:

@@ -1,0 +1,133 @@
+"""Systems, groups of actions and functions of one's own, named in a world file or handed over in Python."""
+
+import sys
+import types
+from typing import Any
+
+import numpy as np
+import pytest
+
+from ecs_eco import System, World
+from ecs_eco.components import Metabolism, Nervous
+from ecs_eco.config import load
+from ecs_eco.errors import ConfigError
+
+
+class Shelter(System):
+    needs = (Nervous,)
+    acts = ("shelter",)
+
+    def update(self, table: Any, world: Any) -> None:
+        table.traits["sheltered"] = table.traits.get("sheltered", 0) + 1
+
+
+def content(x: np.ndarray) -> np.ndarray:
+    return x[:, 0]
+
+
+def world_of(**snail: Any) -> dict[str, Any]:
+    snail = {
+        "count": 3,
+        "body": {"radius": 0.1},
+        "sensors": [{"kind": "own", "property": "energy"}],
+        "actions": {"shelter": ["stay", "hide", "dig"]},
+    } | snail
+    return {"format": 1, "name": "garden", "space": {"size": [9.0, 9.0]}, "species": {"snail": snail}}
+
+
+@pytest.fixture
+def module(monkeypatch: pytest.MonkeyPatch) -> types.ModuleType:
+    """An importable module with a system and a happiness in it."""
+    found = types.ModuleType("my_garden")
+    found.Shelter, found.content, found.number = Shelter, content, 3  # type: ignore[attr-defined]
+    monkeypatch.setitem(sys.modules, "my_garden", found)
+    return found
+
+
+def test_a_group_that_no_system_carries_out_is_refused() -> None:
+    with pytest.raises(ConfigError, match="shelter") as error:
+        load(world_of())
+    assert error.value.problems[0].allowed == "speed, turn, climb, eat"
+
+
+def test_a_misspelt_group_of_ones_own_is_refused_with_the_right_name() -> None:
+    with pytest.raises(ConfigError) as error:
+        World.from_config(world_of(actions={"sheltr": ["stay"]}), systems=[Shelter()])
+    assert error.value.problems[0].nearest == "shelter"
+
+
+@pytest.mark.parametrize(("actions", "what"), [([], "is empty"), (["stay", "stay"], "named twice"), (["a b"], "not a name")])
+def test_wrong_actions_of_a_group_of_ones_own_are_refused(actions: list[str], what: str) -> None:
+    with pytest.raises(ConfigError) as error:
+        load(world_of(actions={"shelter": actions}), systems=[Shelter])
+    assert [p.what for p in error.value.problems] == [what]
+
+
+@pytest.mark.usefixtures("module")
+@pytest.mark.parametrize("system", ["my_garden:Shelter", Shelter])
+def test_a_system_of_a_world_file_acts_in_its_phase(system: Any) -> None:
+    world = World.from_config(world_of() | {"systems": [system]}).run(2)
+    assert world.table("snail").traits["sheltered"] == 2
+
+
+def test_systems_are_added_to_a_shipped_world_and_to_a_loaded_one() -> None:
+    for config in ("predator-prey", load("predator-prey")):
+        world = World.from_config(config, policies="random", systems=[Shelter()]).run(1)
+        assert world.table("deer").traits["sheltered"] == 1
+
+
+@pytest.mark.usefixtures("module")
+@pytest.mark.parametrize(
+    ("system", "what"),
+    [("my_garden:Shelte", "has no function"), ("my_garden:content", "no system"), ("my_gardn:Shelter", "cannot be imported")],
+)
+def test_what_is_no_system_is_refused(system: str, what: str) -> None:
+    with pytest.raises(ConfigError, match=what):
+        load(world_of(actions={}) | {"systems": [system]})
+
+
+def test_systems_are_part_of_the_resolved_world_by_name() -> None:
+    with_system = load(world_of(), systems=[Shelter()])
+    assert with_system.resolved()["systems"] == [f"{__name__}:Shelter"]
+    assert with_system.config_hash == load(world_of() | {"systems": [Shelter]}).config_hash
+    assert with_system.config_hash != load(world_of(actions={})).config_hash
+
+
+@pytest.mark.usefixtures("module")
+def test_a_function_in_a_dict_is_the_function_that_a_file_names() -> None:
+    for function in (content, "my_garden:content"):
+        config = load(world_of(happiness={"function": function, "minimum": 0.0}), systems=[Shelter])
+        world = World.from_config(config.for_training(), learn=False).run(1)
+        table = world.table("snail")
+        assert table[Nervous].happiness[:3].tolist() == table[Metabolism].energy[:3].tolist()
+
+
+def test_a_function_without_a_module_still_works_while_training() -> None:
+    config = load(world_of(happiness={"function": lambda x: x[:, 0] * 2, "minimum": 0.0}), systems=[Shelter()])
+    assert config.for_training().species["snail"].happiness.function is config.species["snail"].happiness.function
+
+
+def decided(*rows: tuple[int, int, int], **snail: Any) -> Any:
+    """A table of snails that have decided so on stay, hide and dig."""
+    world = World.from_config(world_of(count=len(rows), **snail), systems=[Shelter()])
+    table = world.table("snail")
+    table[Nervous].decision[: len(rows)] = rows
+    return table
+
+
+def test_of_a_group_the_first_action_that_is_on_is_done() -> None:
+    table = decided((1, 1, 1), (0, 1, 1), (0, 0, 1), (0, 0, 0))
+    done = {a: table.traits["nerves"].doing(table, a)[:4].tolist() for a in ("stay", "hide", "shelter.dig")}
+    assert done == {"stay": [1, 0, 0, 0], "hide": [0, 1, 0, 0], "shelter.dig": [0, 0, 1, 0]}
+
+
+def test_the_neutral_action_is_done_where_none_is_on() -> None:
+    table = decided((0, 0, 0), (0, 0, 1), neutral={"shelter": "hide"})
+    assert table.traits["nerves"].doing(table, "hide")[:2].tolist() == [True, False]
+    assert table.traits["nerves"].doing(table, "hide").sum() == 1, "free rows do nothing"
+
+
+def test_asking_for_an_unknown_action_names_the_right_one() -> None:
+    table = decided((0, 0, 0))
+    with pytest.raises(KeyError, match=r"did you mean \"shelter.hide\""):
+        table.traits["nerves"].doing(table, "shelter.hyde")
