@@ -61,8 +61,12 @@ class Study:
     def main(self, argv: Sequence[str] | None = None) -> None:
         """The command line of a study script; exits with 1 where a case failed."""
         parser = argparse.ArgumentParser(prog=f"{self.name}.py", description=self.claim)
-        parser.add_argument("--short", action="store_true", help="few small cases, for CI; writes to a temporary folder")
-        parser.add_argument("--workers", type=int, default=1, metavar="N", help="cases at a time, each in its own process")
+        parser.add_argument(
+            "--short", action="store_true", help="few small cases, for CI; writes to a temporary folder"
+        )
+        parser.add_argument(
+            "--workers", type=int, default=1, metavar="N", help="cases at a time, each in its own process"
+        )
         parser.add_argument("--fresh", action="store_true", help="forget the cases that are there already")
         parser.add_argument("--results", type=Path, metavar="DIR", help="where to write (default: studies/results)")
         asked = parser.parse_args(argv)
@@ -71,7 +75,9 @@ class Study:
         result = self.execute(short=asked.short, workers=asked.workers, fresh=asked.fresh, results=asked.results)
         sys.exit(0 if result["complete"] else 1)
 
-    def execute(self, *, short: bool = False, workers: int = 1, fresh: bool = False, results: Path | None = None) -> dict[str, Any]:
+    def execute(
+        self, *, short: bool = False, workers: int = 1, fresh: bool = False, results: Path | None = None
+    ) -> dict[str, Any]:
         """Run the missing cases, write the result and return it; incomplete results stay in NAME.partial.json."""
         config = {**self.config, **self.short_config} if short else dict(self.config)
         cases = list(self.short_cases or self.cases[:2]) if short else list(self.cases)
@@ -105,7 +111,9 @@ class Study:
         write_json(path, record)
         partial.unlink(missing_ok=True)
         for line in record["verdicts"]:
-            print(f"{'met    ' if line['met'] else 'NOT MET'}  {line['statement']}: {line['value']} (goal: {line['goal']})")
+            print(
+                f"{'met    ' if line['met'] else 'NOT MET'}  {line['statement']}: {line['value']} (goal: {line['goal']})"
+            )
         return record
 
     def _record(self, config: dict[str, Any], entries: list[dict[str, Any]], short: bool) -> dict[str, Any]:
@@ -132,7 +140,9 @@ def canonical(x: Any) -> str:
     try:
         return json.dumps(x, sort_keys=True, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
     except (TypeError, ValueError) as error:
-        raise ValueError(f"not fit for JSON: {error}; use numbers, strings, lists and dicts, and None for a missing number") from error
+        raise ValueError(
+            f"not fit for JSON: {error}; use numbers, strings, lists and dicts, and None for a missing number"
+        ) from error
 
 
 def config_hash(config: Mapping[str, Any]) -> str:
@@ -156,7 +166,9 @@ def commit() -> dict[str, Any]:
 
     def git(*words: str) -> str | None:
         try:
-            done = subprocess.run(["git", *words], cwd=Path(__file__).parent, capture_output=True, text=True, timeout=30, check=True)
+            done = subprocess.run(
+                ["git", *words], cwd=Path(__file__).parent, capture_output=True, text=True, timeout=30, check=True
+            )
         except (OSError, subprocess.SubprocessError):
             return None
         return done.stdout.strip()

@@ -48,7 +48,10 @@ def table(head: list[str], rows: list[list[Any]]) -> str:
 def section(record: dict[str, Any]) -> str:
     """One study: claim, verdicts, table and where they come from."""
     met = sum(line["met"] for line in record["verdicts"])
-    rows = [["met" if line["met"] else "**not met**", line["statement"], line["value"], line["goal"]] for line in record["verdicts"]]
+    rows = [
+        ["met" if line["met"] else "**not met**", line["statement"], line["value"], line["goal"]]
+        for line in record["verdicts"]
+    ]
     blocks = [
         f"## {record['name']}",
         record["claim"],
@@ -59,7 +62,9 @@ def section(record: dict[str, Any]) -> str:
         blocks.append(table(record["table"]["head"], record["table"]["rows"]))
     if record.get("notes"):
         blocks.append(record["notes"])
-    commits = ", ".join(f"`{c[:12]}`" for c in record["commits"]) + (" with changes not committed" if record["dirty"] else "")
+    commits = ", ".join(f"`{c[:12]}`" for c in record["commits"]) + (
+        " with changes not committed" if record["dirty"] else ""
+    )
     seeds = f"seeds {ranges(record['seeds'])}; " if record["seeds"] else ""
     blocks.append(
         f"`{record['command']}`: {len(record['cases'])} cases, {seeds}{record['seconds']:,.0f} s of computing; "

@@ -205,7 +205,9 @@ def _numbers(series: Series, ages: Mapping[str, tuple[int, float]]) -> str:
         "mean age at death [s]",
         "life expectancy [s]",
     ]
-    note = "Life expectancy is time lived by all, divided by deaths: unlike the age at death it counts those still alive."
+    note = (
+        "Life expectancy is time lived by all, divided by deaths: unlike the age at death it counts those still alive."
+    )
     return f"{table(head, rows)}<p class='under'>{note}</p>"
 
 

@@ -7,6 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy.stats import combine_pvalues
 
 from ecs_eco.analysis.compare import clean, compare
 
@@ -52,6 +53,8 @@ def test_effects_have_intervals(compared: tuple[dict, Path]) -> None:
 def test_cycles_are_told_per_arm(compared: tuple[dict, Path]) -> None:
     trained = compared[0]["arms"]["trained"]
     assert trained["per_species"]["deer"]["cycling"] >= 3
+    alone = [run["peaks"]["deer"]["p"] for run in trained["runs"]]
+    assert trained["per_species"]["deer"]["pooled_p"] == pytest.approx(combine_pvalues(alone).pvalue)
     assert trained["lags"]["deer→wolf"]["median"] == pytest.approx(0.28, abs=0.04)
     assert trained["coupling"]["deer→wolf"]["p"] < 0.05
     assert compared[0]["arms"]["random"]["coupling"] == {}

@@ -18,7 +18,9 @@ def red(roots: tuple[float, ...], n: int, rng: np.random.Generator) -> np.ndarra
 def quasi_cycle(n: int, period: float, rng: np.random.Generator, memory: float = 2.0) -> np.ndarray:
     """A cycle kept going by noise, whose phase is forgotten within `memory` periods."""
     r = np.exp(-1 / (memory * period))
-    return lfilter([1], [1, -2 * r * np.cos(2 * np.pi / period), r * r], rng.standard_normal(n + int(10 * memory * period)))[-n:]
+    return lfilter(
+        [1], [1, -2 * r * np.cos(2 * np.pi / period), r * r], rng.standard_normal(n + int(10 * memory * period))
+    )[-n:]
 
 
 def called(series: list[np.ndarray], null: str = "relaxation") -> float:

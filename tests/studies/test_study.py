@@ -44,7 +44,9 @@ class Study:
         env = os.environ | {"PYTHONPATH": str(STUDIES), "LOG": str(self.log), "TMPDIR": str(self.folder)} | environment
         if "--short" not in words:
             words = ("--results", str(self.result.parent), *words)
-        return subprocess.run([sys.executable, self.folder / "sums.py", *words], env=env, capture_output=True, text=True, check=False)
+        return subprocess.run(
+            [sys.executable, self.folder / "sums.py", *words], env=env, capture_output=True, text=True, check=False
+        )
 
     def ran(self) -> list[int]:
         seeds = [int(x) for x in self.log.read_text().split()] if self.log.exists() else []
@@ -132,7 +134,9 @@ def test_misuse_is_refused(study: Study) -> None:
 
 def make_page(study: Study, *words: str) -> subprocess.CompletedProcess:
     paths = ("--results", str(study.result.parent), "--page", str(study.folder / "results.md"))
-    return subprocess.run([sys.executable, STUDIES / "make_results.py", *paths, *words], capture_output=True, text=True, check=False)
+    return subprocess.run(
+        [sys.executable, STUDIES / "make_results.py", *paths, *words], capture_output=True, text=True, check=False
+    )
 
 
 def test_the_page_tells_the_results_and_notices_when_it_is_stale(study: Study) -> None:

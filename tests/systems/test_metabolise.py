@@ -1,0 +1,48 @@
+import numpy as np
+import pytest
+
+from ecs_eco.components import Metabolism, Velocity
+from ecs_eco.systems import Metabolise
+from ecs_eco.systems.metabolise import burn
+from ecs_eco.testing import act, arrange
+
+F = np.float32
+
+
+def test_living_and_moving_are_paid_by_the_second(meadow):
+    world = meadow(world={"dt": 0.5}, metabolism={"basal": 0.125})
+    deer = arrange(world, "deer", energy=[1, 0.5], cost=[0.25, 0], digesting=[0.25, 3])
+    act(world, Metabolise)
+    m = deer[Metabolism]
+    assert m.energy[:2].tolist() == [0.8125, 0.4375]
+    assert m.burnt[:2].tolist() == [0.1875, 0.0625]
+    assert m.digesting[:2].tolist() == [0, 2.5]
+    assert deer[Velocity].cost[:2].tolist() == [0.25, 0]
+
+
+def test_what_cannot_be_paid_stays_owed(meadow):
+    world = meadow(metabolism={"basal": 0.25})
+    deer = arrange(world, "deer", energy=[0.125, 0.25])
+    act(world, Metabolise)
+    assert deer[Metabolism].energy[:2].tolist() == [-0.125, 0]
+    world.run(1)
+    assert world.tables["deer"].n == 0
+
+
+def test_who_does_not_burn_keeps_its_energy(meadow):
+    world = meadow()
+    act(world, Metabolise)
+    assert world.tables["grass"][Metabolism].energy[:2].tolist() == [0.5, 0.5]
+
+
+def test_the_kernel_is_its_slow_twin():
+    rng = np.random.default_rng(2)
+    n = 40
+    alive = rng.random(n) < 0.6
+    cost, energy, digesting, burnt = (rng.random(n).astype(F) for _ in range(4))
+    before = [a.copy() for a in (energy, digesting, burnt)]
+    burn(0, n, alive, cost, F(0.1), F(0.5), energy, digesting, burnt)
+    paid = np.where(alive, (0.1 + cost) * 0.5, 0)
+    assert energy == pytest.approx(before[0] - paid, abs=1e-6)
+    assert burnt == pytest.approx(before[2] + paid, abs=1e-6)
+    assert digesting == pytest.approx(np.where(alive, np.maximum(before[1] - 0.5, 0), before[1]), abs=1e-6)

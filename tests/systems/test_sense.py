@@ -1,0 +1,37 @@
+import numpy as np
+import pytest
+
+from ecs_eco.systems import Sense
+from ecs_eco.testing import act, arrange
+
+SENSORS = [
+    {"kind": "own", "property": "energy", "scale": 2.0},
+    {"kind": "nearest", "target": "grass", "radius": 5.0},
+    {"kind": "light", "zero": 0.5, "scale": 2.0},
+]
+
+
+def test_the_vector_x_has_the_channels_in_order_for_everyone_in_canonical_order(meadow):
+    world = meadow(sensors=SENSORS, count=3, grass={"count": 1})
+    table = arrange(world, "deer", x=[19, 1, 10], y=[1, 1, 10], energy=[1, 2, 3], heading=[0, np.pi, 0])
+    arrange(world, "grass", x=0, y=1)
+    act(world, Sense)
+    nerves = table.traits["nerves"]
+    assert nerves.channels == ("energy", "grass_forward", "grass_left", "grass_near", "light")
+    by_uid = nerves.x[np.argsort(table.uid[nerves.rows])]
+    expected = [[0.5, 1, 0, 0.8, 0.25], [1.0, 1, 0, 0.8, 0.25], [1.5, 0, 0, 0, 0.25]]
+    assert by_uid.ravel() == pytest.approx(np.ravel(expected), abs=1e-6)
+    assert nerves.rows.tolist() == world.index(table).rows.tolist()
+
+
+def test_what_was_sensed_last_is_forgotten_when_numbers_change(meadow):
+    world = meadow(sensors=SENSORS, count=40)
+    act(world, Sense)
+    world.kill(int(world.tables["deer"].uid[5]))
+    world.spawn("deer", n=60)
+    world.flush()
+    act(world, Sense)
+    nerves = world.tables["deer"].traits["nerves"]
+    assert nerves.x.shape == (99, 5)
+    assert np.isfinite(nerves.x).all()
+    assert (nerves.x[:, 4] == 0.25).all()
