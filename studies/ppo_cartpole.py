@@ -1,33 +1,29 @@
-"""Claim: PPO as shipped solves CartPole-v1 in as few steps as Stable-Baselines3 with its tuned settings, and sooner.
+"""PPO as shipped solves CartPole-v1 in as few steps as Stable-Baselines3 with its tuned settings, and sooner.
 
     python studies/ppo_cartpole.py [--short]
 
 Solved: the mean return of the last 100 episodes is at least 475. Each learns with its own and with the other's settings
 from the same kind of environments, the same seeds in turn, in one thread; speed is environment steps per second of
-processor time, training and environments together. Seeds that are in the results already are not repeated. Without
-stable-baselines3 only ours is measured.
+processor time, training and environments together. The cases of Stable-Baselines3 need stable-baselines3 installed.
 """
 
-from __future__ import annotations
-
-import hashlib
-import json
 import os
 import statistics
-import subprocess
 import sys
 import time
-from collections.abc import Callable
 from dataclasses import asdict, replace
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
+for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+    os.environ[name] = "1"
+sys.path.insert(0, str(Path(__file__).parent))
+
+from _study import Study, verdict
+
 from ecs_eco.learning import PPO, Training, train
 
-RESULT = Path(__file__).parent / "results" / "ppo_cartpole.json"
-SEEDS, STEPS, N_ENVS, SOLVED = range(10), 100_000, 8, 475.0
-WITHIN_MEDIAN, WITHIN_MOST, NEVER = 75_000, 100_000, 10**9
+STEPS, N_ENVS, SOLVED, NEVER = 100_000, 8, 475.0, 10**9
 
 # Stable-Baselines3's tuned settings for CartPole-v1 (rl-baselines3-zoo), in our words.
 THEIRS = PPO(
@@ -99,92 +95,59 @@ def stable_baselines(seed: int, steps: int, ppo: PPO) -> dict[str, Any]:
     return _report(episodes.training, model.num_timesteps, time.process_time() - start)
 
 
-def main(short: bool = False) -> dict[str, Any]:
-    """Run the seeds that are missing, write the results after each, and return them; `short` writes nothing."""
-    arms: dict[str, tuple[Callable[[int, int, PPO], dict[str, Any]], PPO]] = {
-        "ecs-eco": (ours, OURS),
-        "ecs-eco, their settings": (ours, THEIRS),
-    }
-    if _version("stable-baselines3"):
-        arms["stable-baselines3"] = stable_baselines, THEIRS
-        arms["stable-baselines3, our settings"] = stable_baselines, OURS
-    for work, ppo in arms.values():
-        work(10_000, 1_000, ppo)  # compile and import, unmeasured
-    about = _about()
-    result = _earlier(about) if not short else about | {"runs": {}}
-    for seed in SEEDS[: 1 if short else None]:
-        runs = result["runs"].setdefault(str(seed), {})
-        for name in [name for name in arms if name not in runs]:
-            work, ppo = arms[name]
-            runs[name] = work(seed, STEPS, ppo)
-            print(f"seed {seed}: {name}: {runs[name]}", flush=True)
-        result["summary"] = _summary(result["runs"])
-        if not short:
-            _write(result)
-    print(json.dumps(result["summary"], indent=1))
-    return result
-
-
 def _report(training: Training, n_steps: int, seconds: float) -> dict[str, Any]:
     return {"steps_to_solve": training.steps_to(SOLVED), "steps": n_steps, "steps_per_s": round(n_steps / seconds, 1)}
 
 
-def _summary(runs: dict[str, dict[str, dict[str, Any]]]) -> dict[str, Any]:
-    """Return per arm how many seeds solved the task within the limits, their median, and the speed."""
-    summary: dict[str, Any] = {}
-    for arm in sorted({arm for run in runs.values() for arm in run}):
-        took = sorted(run[arm]["steps_to_solve"] or NEVER for run in runs.values() if arm in run)
-        summary[arm] = {
-            "seeds": len(took),
-            "median_steps_to_solve": statistics.median(took),
-            "most_steps_to_solve": took[-1] if took[-1] < NEVER else None,
-            "solved_within_100000": sum(steps <= WITHIN_MOST for steps in took),
-            "steps_per_s": statistics.median(run[arm]["steps_per_s"] for run in runs.values() if arm in run),
-        }
+ARMS = {
+    "ecs-eco": (ours, OURS),
+    "ecs-eco, their settings": (ours, THEIRS),
+    "stable-baselines3": (stable_baselines, THEIRS),
+    "stable-baselines3, our settings": (stable_baselines, OURS),
+}
+_warm: set[str] = set()
+
+
+def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
+    """Train one arm with one seed; a first, unmeasured training compiles and imports."""
+    work, ppo = ARMS[case["arm"]]
+    if case["arm"] not in _warm:
+        work(10_000, 1_000, ppo)
+        _warm.add(case["arm"])
+    return work(case["seed"], config["steps"], ppo)
+
+
+def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
+    """Say how soon each arm solved the task, and how fast it went."""
+    arms = {arm: {c["case"]["seed"]: c["result"] for c in cases if c["case"]["arm"] == arm} for arm in ARMS}
+    rows, took = [], {}
+    for arm, runs in arms.items():
+        if runs:
+            took[arm] = sorted(r["steps_to_solve"] or NEVER for r in runs.values())
+            worst = took[arm][-1] if took[arm][-1] < NEVER else "never"
+            within = f"{sum(t <= STEPS for t in took[arm])} of {len(runs)}"
+            rows.append([arm, statistics.median(took[arm]), worst, within, statistics.median(r["steps_per_s"] for r in runs.values())])
+    mine = took["ecs-eco"]
+    verdicts = [
+        verdict("median of steps to solve", statistics.median(mine), "<= 75,000", statistics.median(mine) <= 75_000),
+        verdict("solved within 100,000 steps", f"{sum(t <= STEPS for t in mine)} of {len(mine)}", "9 of 10",
+                sum(t <= STEPS for t in mine) >= 0.9 * len(mine)),
+    ]
     for arm, peer in (("ecs-eco", "stable-baselines3, our settings"), ("ecs-eco, their settings", "stable-baselines3")):
-        ratios = [run[arm]["steps_per_s"] / run[peer]["steps_per_s"] for run in runs.values() if peer in run]
+        ratios = [arms[arm][seed]["steps_per_s"] / r["steps_per_s"] for seed, r in arms[peer].items() if seed in arms[arm]]
         if ratios:
-            summary[arm][f"times_the_speed_of {peer}"] = round(statistics.median(ratios), 2)
-    first = summary["ecs-eco"]
-    first["holds"] = first["median_steps_to_solve"] <= WITHIN_MEDIAN and first["solved_within_100000"] >= 0.9 * first["seeds"]
-    return summary
+            ratio = round(statistics.median(ratios), 2)
+            verdicts.append(verdict(f"steps/s of {arm}, times those of {peer} (median of pairs)", ratio, ">= 1", ratio >= 1))
+    return {"verdicts": verdicts,
+            "table": {"head": ["arm", "median steps to solve", "worst", "solved within 100,000", "steps per second"], "rows": rows}}
 
 
-def _about() -> dict[str, Any]:
-    """Return what was measured, and with what."""
-    config = {"ours": asdict(OURS), "theirs": asdict(THEIRS), "steps": STEPS, "environments": N_ENVS, "solved": SOLVED}
-    config_hash = hashlib.sha256(json.dumps(config, sort_keys=True).encode()).hexdigest()[:16]
-    commit = subprocess.run(["git", "rev-parse", "HEAD"], cwd=Path(__file__).parent, capture_output=True, text=True, check=False)
-    packages = ("numpy", "numba", "torch", "gymnasium", "stable-baselines3")
-    return {
-        "claim": __doc__.split("\n")[0].removeprefix("Claim: "),
-        "commit": commit.stdout.strip() or None,
-        "config": config,
-        "config_hash": config_hash,
-        "versions": {package: _version(package) for package in packages},
-    }
-
-
-def _earlier(about: dict[str, Any]) -> dict[str, Any]:
-    """Return the results so far if they are of the same configuration, or none."""
-    if RESULT.exists() and (earlier := json.loads(RESULT.read_text()))["config_hash"] == about["config_hash"]:
-        return about | {"runs": earlier["runs"]}
-    return about | {"runs": {}}
-
-
-def _write(result: dict[str, Any]) -> None:
-    RESULT.parent.mkdir(exist_ok=True)
-    part = RESULT.with_suffix(".part")
-    part.write_text(json.dumps(result, indent=1) + "\n")
-    os.replace(part, RESULT)
-
-
-def _version(package: str) -> str | None:
-    try:
-        return version(package)
-    except PackageNotFoundError:
-        return None
-
+STUDY = Study(
+    name="ppo_cartpole", claim=str(__doc__).split("\n")[0],
+    config={"ours": asdict(OURS), "theirs": asdict(THEIRS), "steps": STEPS, "environments": N_ENVS, "solved": SOLVED},
+    cases=[{"seed": seed, "arm": arm} for seed in range(10) for arm in ARMS], run=run, summarise=summarise,
+    short_cases=[{"seed": 0, "arm": "ecs-eco"}],
+)  # fmt: skip
 
 if __name__ == "__main__":
-    main(short="--short" in sys.argv[1:])
+    STUDY.main()

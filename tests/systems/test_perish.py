@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from ecs_eco.components import Nervous
 from ecs_eco.systems import Perish
 from ecs_eco.systems.perish import perish
 from ecs_eco.testing import act, arrange
@@ -48,23 +49,21 @@ def test_causes_are_known_from_the_start_in_the_order_of_species(meadow):
 
 
 def test_the_last_reward_reaches_the_learner_whatever_one_dies_of(meadow):
-    options = {"options": {"policies": "untrained", "learn": True}}
-    world = meadow(count=3, policy={"kind": "shared", "hidden": [4]}, happiness={"formula": "energy", "minimum": -2.0}, **BODY, **options)
-    table = arrange(world, "deer", energy=[0.5, 0.5, 0.5], cost=0)
+    happiness, options = {"formula": "energy", "minimum": -2.0}, {"policies": "untrained", "learn": True}
+    world = meadow(count=3, policy={"kind": "shared", "hidden": [4]}, happiness=happiness, options=options, **BODY)
+    table = world.tables["deer"]
     world.run(1)
     rollout = table.traits["nerves"].learner.rollout
-    energy = dict(zip(table.uid[table.rows()].tolist(), table.field(next(c for c in table.columns if "energy" in c.fields), "energy"), strict=False))
-    del energy
-    first, second, _ = table.uid[table.by_uid()].tolist()
-    happy = {u: world.get(u, next(c for c in table.columns if "happiness" in c.fields)).happiness for u in (first, second)}
-    order = [int(np.flatnonzero(rollout.steps["row"] == table.uid.tolist().index(u))[0]) for u in (first, second)]
-    world.kill(first)  # culled between ticks
-    world.flush()
-    world.kill(second)
-    world.flush()
-    assert rollout.ended.sum() == 2
-    assert rollout.steps["reward"][order].tolist() == pytest.approx([-2 - happy[first], -2 - happy[second]])
-    assert rollout.last[rollout.steps["row"][order]].tolist() == [-1, -1]
+    uids = table.uid[table.by_uid()].tolist()[:2]
+    felt = [world.get(uid, Nervous).happiness for uid in uids]
+    rows = [world.locate(uid)[1] for uid in uids]
+    for uid in uids:  # culled between ticks
+        world.kill(uid)
+        world.flush()
+    records = [rollout.steps["row"].tolist().index(row) for row in rows]
+    assert rollout.steps["reward"][records].tolist() == pytest.approx([-2 - h for h in felt])
+    assert rollout.ended.sum() == rollout.ended[records].sum() == 2
+    assert rollout.last[rows].tolist() == [-1, -1]
 
 
 def test_the_kernel_is_its_slow_twin():

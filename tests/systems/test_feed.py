@@ -1,0 +1,159 @@
+import numpy as np
+import pytest
+
+from ecs_eco import random
+from ecs_eco.components import Body, Metabolism, Nervous
+from ecs_eco.systems import Decide, Feed, Sense
+from ecs_eco.testing import act, arrange
+
+# deer: radius .5, reach .25; grass: radius .25: contact up to 1.0; gain .25
+
+
+def _eat(world):
+    act(world, Sense)
+    act(world, Decide)
+    act(world, Feed)
+
+
+def _energy(world, name="deer"):
+    table = world.tables[name]
+    return table[Metabolism].energy[table.by_uid()].tolist()
+
+
+def _eaten(world, name="grass"):
+    """Return who was eaten by whom, by the order of uids."""
+    table, uids = world.tables[name], []
+    for other in world.tables.values():
+        uids += other.uid[other.by_uid()].tolist() if other is not table or name == "deer" else []
+    rows = table.by_uid()
+    return [world.causes[c - 1] if c else None for c in table.cause[rows]], table.killer[rows].tolist()
+
+
+def test_an_animal_takes_the_nearest_food_in_reach(meadow):
+    world = meadow(grass={"count": 4})
+    deer = arrange(world, "deer", x=[5, 15], y=5, energy=0.5)
+    arrange(world, "grass", x=[5.5, 5.9, 16.01, 3], y=5)
+    _eat(world)
+    first = int(deer.uid[deer.by_uid()][0])
+    assert _energy(world) == [0.75, 0.5]
+    assert deer[Metabolism].taken[deer.by_uid()].tolist() == [0.25, 0]
+    assert _eaten(world) == (["eaten by deer", None, None, None], [first, 0, 0, 0])
+    world.flush()
+    assert world.tables["grass"].n == 3
+
+
+def test_one_item_goes_to_the_nearest_of_those_that_want_it_equals_to_the_lower_uid(meadow):
+    world = meadow(count=4, grass={"count": 2})
+    deer = arrange(world, "deer", x=[4.5, 5.75, 14.5, 15.5], y=5, energy=0.5)
+    arrange(world, "grass", x=[5, 15], y=5)
+    _eat(world)
+    assert _energy(world) == [0.75, 0.5, 0.75, 0.5]
+    assert _eaten(world)[1] == [int(deer.uid[deer.by_uid()][0]), int(deer.uid[deer.by_uid()][2])]
+
+
+def test_the_full_the_digesting_and_the_unwilling_do_not_eat(meadow):
+    block = {"connections": [{"sensor": "energy", "action": "eat", "weight": -1, "below": 0.1}]}
+    world = meadow(count=5, grass={"count": 5}, reflex=block, metabolism={"energy": 0.5, "energy_max": 1.0, "digestion": 3.0})
+    deer = arrange(world, "deer", x=[2, 6, 10, 14, 18], y=5, energy=[1.0, 0.5, 0.05, 0.875, 0.5], digesting=[0, 0.1, 0, 0, 0])
+    arrange(world, "grass", x=[2, 6, 10, 14, 18], y=5)
+    _eat(world)
+    assert _energy(world) == pytest.approx([1.0, 0.5, 0.05, 1.0, 0.75])
+    assert deer[Metabolism].taken[deer.by_uid()].tolist() == [0, 0, 0, 0.125, 0.25]
+    assert deer[Metabolism].digesting[deer.by_uid()].tolist() == pytest.approx([0, 0.1, 0, 3, 3])
+
+
+def test_until_says_when_it_has_enough(meadow):
+    world = meadow(count=2, grass={"count": 2}, diet=[{"eats": "grass", "gain": 0.25, "until": 0.5}])
+    arrange(world, "deer", x=[2, 6], y=5, energy=[0.5, 0.499])
+    arrange(world, "grass", x=[2, 6], y=5)
+    _eat(world)
+    assert _energy(world) == pytest.approx([0.5, 0.749])
+
+
+def test_chance_is_per_second_of_contact_and_drawn_by_uid(meadow):
+    n, p = 3000, 0.3
+    for dt in (1.0, 0.5):
+        world = meadow(world={"dt": dt, "space": {"size": [400.0, 400.0]}}, count=n, grass={"count": n},
+                       diet=[{"eats": "grass", "gain": 0.25, "chance": p}])
+        x, y = 4.0 + 5 * (np.arange(n) % 75), 4.0 + 5 * (np.arange(n) // 75)
+        deer = arrange(world, "deer", x=x, y=y, energy=0.5)
+        arrange(world, "grass", x=x, y=y)
+        _eat(world)
+        ate = np.array(_energy(world)) > 0.6
+        expected = 1 - (1 - p) ** dt
+        assert abs(ate.mean() - expected) < 4 * np.sqrt(expected * (1 - expected) / n)
+        assert (ate == (random.draw_many(world.key, deer.uid[deer.by_uid()], random.FEED) < np.float32(expected))).all()
+
+
+def test_who_is_eaten_eats_no_more_and_the_dead_are_not_eaten_again(meadow):
+    wolf = {"count": 2, "body": {"radius": 0.5}, "diet": [{"eats": "deer", "gain": 0.5}], "sensors": [{"kind": "own", "property": "energy"}],
+            "actions": {"eat": ["eat"]}, "automatic": ["eat"], "metabolism": {"energy": 0.25}}
+    for order in (("wolf", "deer"), ("deer", "wolf")):
+        world = meadow(world={"species": {"wolf": wolf}} if order[0] == "deer" else None, grass={"count": 2})
+        if order[0] == "wolf":
+            from ecs_eco import World
+
+            config = world.config.resolved()
+            config["species"] = {"wolf": wolf, **{k: v for k, v in config["species"].items() if k != "wolf"}}
+            world = World.from_config(config)
+        arrange(world, "deer", x=[5, 15], y=5, energy=0.5)
+        arrange(world, "grass", x=[5, 15], y=5)
+        arrange(world, "wolf", x=[5.5, 10], y=5, energy=0.25)
+        _eat(world)
+        assert _energy(world, "wolf") == [0.75, 0.25]
+        assert _eaten(world, "deer")[0] == ["eaten by wolf", None]
+        assert _energy(world) == [0.75 if order[0] == "deer" else 0.5, 0.75]  # who acts first is the order of species
+
+
+def test_objects_can_be_food(meadow):
+    world = meadow(world={"objects": {"berry": {"at": [[5.0, 5.0], [9.0, 9.0]], "body": {"radius": 0.1}}}}, diet=[{"eats": "berry", "gain": 0.125}])
+    arrange(world, "deer", x=[5, 15], y=5, energy=0.5)
+    _eat(world)
+    world.flush()
+    assert _energy(world) == [0.625, 0.5]
+    assert world.tables["berry"].n == 1
+
+
+def test_eaters_of_their_own_kind_do_not_eat_themselves(meadow):
+    world = meadow(count=3, diet=[{"eats": "deer", "gain": 0.25}])
+    arrange(world, "deer", x=[5, 5.5, 15], y=5, energy=0.5)
+    _eat(world)
+    causes, killers = _eaten(world, "deer")
+    first, second, _ = (int(u) for u in world.tables["deer"].uid[world.tables["deer"].by_uid()])
+    assert causes == ["eaten by deer", "eaten by deer", None]
+    assert killers == [second, first, 0]
+    assert _energy(world) == [0.75, 0.75, 0.5]
+
+
+@pytest.mark.parametrize("edges", ["torus", "walls"])
+def test_who_eats_what_is_that_of_the_slow_twin(meadow, edges):
+    n, m = 60, 40
+    rng = np.random.default_rng(8)
+    size = [20.0, 15.0]
+    world = meadow(world={"space": {"size": size, "edges": edges}}, count=n, grass={"count": m}, diet=[{"eats": "grass", "gain": 0.25, "chance": 0.6}])
+    at, there = rng.random((n, 2)) * size, rng.random((m, 2)) * size
+    at, there = at.astype(np.float32), there.astype(np.float32)
+    deer = arrange(world, "deer", x=at[:, 0], y=at[:, 1], energy=rng.random(n), digesting=rng.random(n) < 0.1)
+    grass = arrange(world, "grass", x=there[:, 0], y=there[:, 1])
+    uid, rows = deer.uid[deer.by_uid()], deer.by_uid()
+    energy = deer[Metabolism].energy[rows].astype(float)
+    d = there[None].astype(float) - at[:, None]
+    if edges == "torus":
+        d -= np.array(size) * np.round(d / np.array(size))
+    distance = np.hypot(d[..., 0], d[..., 1])
+    wants = {}
+    for i in range(n):
+        j = distance[i].argmin()
+        willing = energy[i] < 1 and not deer[Metabolism].digesting[rows[i]]
+        if willing and distance[i, j] <= 0.75 and random.draw_many(world.key, uid[i : i + 1], random.FEED)[0] < 0.6:
+            wants.setdefault(j, []).append((distance[i, j], uid[i], i))
+    killers = np.zeros(m, np.uint64)
+    for j, eaters in wants.items():
+        _, killers[j], i = min(eaters)
+        energy[i] = min(energy[i] + 0.25, 1)
+    _eat(world)
+    assert (grass.killer[grass.by_uid()] == killers).all()
+    assert _energy(world) == pytest.approx(energy.tolist(), abs=1e-6)
+    assert len(wants) > 5
+    assert deer[Nervous].decision[rows, 6].all()
+    assert (deer[Body].radius[rows] == 0.5).all()

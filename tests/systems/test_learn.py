@@ -1,0 +1,89 @@
+"""The systems hand the learner what happened: credit order, deaths and births in mid-rollout."""
+
+import numpy as np
+import pytest
+
+from ecs_eco.components import Metabolism, Nervous
+
+POLICY = {"policy": {"kind": "shared", "hidden": [4]}, "ppo": {"horizon": 4, "epochs": 1}, "happiness": {"formula": "energy", "minimum": -1.0}}
+OPTIONS = {"policies": "untrained", "learn": True}
+
+
+def _learner(world):
+    return world.tables["deer"].traits["nerves"].learner
+
+
+def test_an_update_comes_when_the_rollout_has_its_horizon_and_the_record_of_the_last_action_is_complete(meadow):
+    world = meadow(options=OPTIONS, **POLICY)
+    learner = _learner(world)
+    weights = learner.brain.state()["policy.head.weight"]
+    world.run(4)
+    assert (learner.updates, learner.rollout.n, learner.rollout.ticks) == (0, 8, 4)
+    assert (learner.brain.state()["policy.head.weight"] == weights).all()
+    world.run(1)  # senses, feels, learns, then decides: the first of the next rollout
+    assert (learner.updates, learner.rollout.n, learner.rollout.ticks) == (1, 2, 1)
+    assert (learner.brain.state()["policy.head.weight"] != weights).any()
+    report = world.tables["deer"].traits["nerves"].reports[-1]
+    assert (report["tick"], report["n_transitions"]) == (4, 8)
+
+
+def test_the_reward_of_an_action_is_what_is_felt_a_tick_later(meadow):
+    world = meadow(options=OPTIONS, metabolism={"basal": 0.0}, **POLICY)
+    table = world.tables["deer"]
+    energies = [[0.5, 0.5], [0.625, 0.25], [0.625, 0.5]]
+    for energy in energies:
+        table[Metabolism].energy[table.by_uid()] = energy
+        world.run(1)
+    rollout = _learner(world).rollout
+    uid = table.uid[rollout.steps["row"]]
+    for i, u in enumerate(np.sort(table.uid[table.rows()])):
+        reward = rollout.steps["reward"][uid == u]
+        felt = np.array(energies)[:, i]
+        cost = np.zeros(3)
+        assert reward[:2] == pytest.approx(np.diff(felt) - cost[:2])
+        assert reward[2] == 0  # not felt yet
+
+
+def test_who_dies_and_is_born_into_its_row_in_mid_rollout(meadow):
+    world = meadow(count=3, options=OPTIONS, metabolism={"energy": 0.5, "basal": 0.0}, **POLICY)
+    table, rollout = world.tables["deer"], _learner(world).rollout
+    table[Metabolism].energy[table.rows()] = 0.5
+    world.run(1)
+    first = int(table.uid[0])
+    world.kill(first, "drowned")
+    world.spawn("deer")
+    world.run(1)  # decides once more, dies, and its row is taken by a newborn
+    assert table.uid[0] == world.next_uid - 1
+    world.run(1)
+    row0 = np.flatnonzero(rollout.steps["row"] == 0)
+    assert rollout.ended[row0].tolist() == [False, True, False]
+    assert rollout.steps["reward"][row0].tolist() == pytest.approx([0.0, -1.5, 0.0])  # minimum −1 minus what it felt
+    world.get(world.next_uid - 1, Metabolism).energy = 0.75
+    world.run(1)
+    assert rollout.steps["reward"][row0].tolist() == pytest.approx([0.0, -1.5, 0.25])
+    assert rollout.ended.sum() == 1
+    world.run(1)  # an update: nothing is missing
+    assert _learner(world).updates == 1
+
+
+def test_a_population_that_dies_out_learns_no_more_and_nothing_breaks(meadow):
+    world = meadow(options=OPTIONS, **POLICY)
+    world.run(2)
+    for uid in world.tables["deer"].uid[world.tables["deer"].rows()].tolist():
+        world.kill(uid)
+    world.run(10)
+    assert world.tables["deer"].n == 0
+    assert _learner(world).updates == 0
+    world.spawn("deer", n=2)
+    world.run(10)
+    assert _learner(world).updates >= 1
+    assert np.isfinite(world.tables["deer"][Nervous].reward[:2]).all()
+
+
+def test_a_species_that_does_not_learn_keeps_its_weights(meadow):
+    world = meadow(options={"policies": "untrained", "learn": False}, **POLICY)
+    brain = world.tables["deer"].traits["nerves"].brain
+    before = brain.state()
+    world.run(10)
+    assert all((v == before[k]).all() for k, v in brain.state().items())
+    assert _learner(world) is None

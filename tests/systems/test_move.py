@@ -1,0 +1,130 @@
+import numpy as np
+import pytest
+
+from ecs_eco.components import Nervous, Position, Velocity
+from ecs_eco.systems import Move
+from ecs_eco.testing import act, arrange
+
+STILL, WALK, RUN = [1, 0, 0], [0, 1, 0], [0, 0, 1]
+LEFT, NONE, RIGHT = [1, 0, 0], [0, 1, 0], [0, 0, 1]
+
+
+def _moved(world, decision, **columns):
+    """Arrange deer, let them move as decided, and return (x, y, heading) of each."""
+    table = arrange(world, "deer", **columns)
+    table[Nervous].decision[table.by_uid()] = decision
+    act(world, Move)
+    p, rows = table[Position], table.by_uid()
+    return np.stack([p.x, p.y, p.heading], 1)[rows]
+
+
+def test_an_animal_turns_then_goes_ahead_and_pays_for_its_gait(meadow):
+    world = meadow(count=4, world={"dt": 0.5})
+    decision = [[*STILL, *NONE, 1], [*WALK, *LEFT, 1], [*RUN, *RIGHT, 0], [0] * 7]
+    places = _moved(world, decision, x=10, y=10, heading=0.25)
+    expected = [[10, 10, 0.25], [10 + 0.5 * np.cos(0.5), 10 + 0.5 * np.sin(0.5), 0.5], [11.5, 10, 0.0], [10, 10, 0.25]]
+    assert places.ravel() == pytest.approx(np.ravel(expected), abs=1e-5)
+    v = world.tables["deer"][Velocity]
+    rows = world.tables["deer"].by_uid()
+    assert v.speed[rows].tolist() == [0, 1, 3, 0]
+    assert v.cost[rows].tolist() == pytest.approx([0, 0.02, 0.1, 0])
+
+
+def test_of_several_gaits_at_once_the_first_declared_is_taken_and_none_means_neutral(meadow):
+    world = meadow(count=3, neutral={"speed": "walk", "turn": "none"})
+    decision = [[0, 1, 1, *NONE, 0], [1, 0, 1, 1, 0, 1, 0], [0] * 7]
+    places = _moved(world, decision, x=10, y=10, heading=0)
+    assert places.ravel() == pytest.approx([11, 10, 0, 10, 10, 0.5, 11, 10, 0], abs=1e-6)
+
+
+def test_without_a_neutral_gait_an_undecided_animal_stays(meadow):
+    world = meadow(neutral={})
+    assert _moved(world, [[0] * 7] * 2, x=10, y=10, heading=1).tolist() == [[10, 10, 1]] * 2
+
+
+def test_around_a_torus_and_up_to_a_wall(meadow):
+    for edges, x in (("torus", 2.0), ("walls", np.nextafter(np.float32(20), np.float32(0)))):
+        world = meadow(world={"space": {"edges": edges}})
+        places = _moved(world, [[*RUN, *NONE, 0]] * 2, x=[19, 1], y=10, heading=[0, np.pi])
+        assert places[:, 0].tolist() == pytest.approx([x, 18.0 if edges == "torus" else 0.0], abs=1e-5)
+
+
+def test_headings_stay_within_a_turn(meadow):
+    world = meadow()
+    places = _moved(world, [[*STILL, *LEFT, 0], [*STILL, *RIGHT, 0]], heading=[6.2, 0.1])
+    assert places[:, 2].tolist() == pytest.approx([6.7 - 2 * np.pi, 2 * np.pi - 0.4], abs=1e-5)
+
+
+@pytest.mark.parametrize("kind", ["rocks", "lakes"])
+def test_water_and_rock_stop_walkers_who_pay_all_the_same(meadow, kind):
+    world = meadow(world={"terrain": {"cell": 0.5, kind: [{"at": [10.0, 10.0], "radius": 2.0}]}}, count=3)
+    places = _moved(world, [[*RUN, *NONE, 0]] * 3, x=[6.0, 3.0, 14.0], y=10, heading=0)
+    assert places[:, 0].tolist() == [6.0, 6.0, 17.0]  # the first would stand in it
+    v, rows = world.tables["deer"][Velocity], world.tables["deer"].by_uid()
+    assert v.speed[rows].tolist() == [0, 3, 3]
+    assert v.cost[rows].tolist() == pytest.approx([0.1] * 3)
+
+
+def test_uphill_costs_more_and_downhill_no_less(meadow):
+    terrain = {"cell": 0.5, "slope_cost": 4.0, "mountains": [{"at": [10.0, 10.0], "radius": 8.0, "height": 6.0}]}
+    world = meadow(world={"terrain": terrain, "space": {"edges": "walls"}}, count=3)
+    _moved(world, [[*WALK, *NONE, 0]] * 3, x=[5.5, 14.5, 0.5], y=10, heading=0)
+
+    def height(x):  # smooth step of the share of the way to the top, at the centres of cells
+        share = 1 - np.hypot(x - 10, 0.25) / 8
+        return 6 * share**2 * (3 - 2 * share)
+
+    rise = height(6.5) - height(5.5)
+    cost = world.tables["deer"][Velocity].cost[world.tables["deer"].by_uid()]
+    assert cost.tolist() == pytest.approx([0.02 * (1 + 4 * rise), 0.02, 0.02], rel=0.02)
+    assert rise > 0.8
+
+
+def test_in_a_volume_climbing_is_a_group_of_its_own(meadow):
+    way = {"locomotion": {"speed": {"still": 0.0}, "climb": 2.0}, "neutral": {"climb": "none"}, "automatic": None, "diet": None}
+    world = meadow(world={"space": {"size": [20.0, 20.0, 10.0]}}, actions={"climb": ["up", "none", "down"]}, count=4, **way)
+    table = arrange(world, "deer", z=[5, 5, 5, 9])
+    table[Nervous].decision[table.by_uid()] = [[1, 0, 0], [0, 0, 1], [0, 0, 0], [1, 0, 0]]
+    act(world, Move)
+    assert table[Position].z[table.by_uid()].tolist() == pytest.approx([7, 3, 5, 10], abs=1e-5)
+    assert table[Position].z.max() < 10
+    assert table[Velocity].climb[table.by_uid()].tolist() == [2, -2, 0, 2]
+
+
+@pytest.mark.parametrize(("edges", "size"), [("torus", [20.0, 16.0]), ("walls", [20.0, 16.0])])
+def test_the_kernel_is_its_slow_twin(meadow, edges, size):
+    rng = np.random.default_rng(4)
+    n = 80
+    rocks = [{"at": [10.0, 8.0], "radius": 4.0}]
+    terrain = {"cell": 1.0, "rocks": rocks, "hills": {"seed": 3, "amplitude": 2.0, "scale": 8.0}, "slope_cost": 2.0}
+    world = meadow(world={"space": {"size": size, "edges": edges}, "terrain": terrain}, count=n)
+    x, y, heading = rng.random(n) * size[0], rng.random(n) * size[1], rng.random(n) * 6.28
+    x, y, heading = (v.astype(np.float32).astype(float) for v in (x, y, heading))
+    decision = rng.integers(0, 2, (n, 7))
+    places = _moved(world, decision, x=x, y=y, heading=heading)
+    cost = world.tables["deer"][Velocity].cost[world.tables["deer"].by_uid()]
+    height = world.terrain.height
+
+    def h(x, y):
+        i, j = int(np.floor(x - 0.5)), int(np.floor(y - 0.5))
+        fx, fy = x - 0.5 - i, y - 0.5 - j
+
+        def corner(i, j):
+            ny, nx = height.shape
+            return float(height[(j % ny, i % nx) if edges == "torus" else (min(max(j, 0), ny - 1), min(max(i, 0), nx - 1))])
+
+        return (1 - fy) * ((1 - fx) * corner(i, j) + fx * corner(i + 1, j)) + fy * ((1 - fx) * corner(i, j + 1) + fx * corner(i + 1, j + 1))
+
+    for a in range(n):
+        gait = next((g for g in range(3) if decision[a, g]), 0)
+        turn = next((t for t in range(3) if decision[a, 3 + t]), 1)
+        angle = (heading[a] + (0.5, 0, -0.5)[turn]) % (2 * np.pi)
+        speed, price = (0, 1, 3)[gait], (0, 0.02, 0.1)[gait]
+        to = [x[a] + speed * np.cos(angle), y[a] + speed * np.sin(angle)]
+        to = [t % s if edges == "torus" else min(max(t, 0), s - 1e-5) for t, s in zip(to, size, strict=True)]
+        if world.terrain.ground[int(to[1]), int(to[0])]:
+            to = [x[a], y[a]]
+        elif speed:
+            price *= 1 + 2 * max(h(*to) - h(x[a], y[a]), 0) / speed
+        assert places[a] == pytest.approx([*to, angle], abs=1e-3)
+        assert cost[a] == pytest.approx(price, abs=1e-4)

@@ -1,0 +1,128 @@
+import numpy as np
+import pytest
+
+from ecs_eco import random
+from ecs_eco.components import Biology, Metabolism, Position
+from ecs_eco.systems import Reproduce
+from ecs_eco.testing import act, arrange
+
+WAY = {"kind": "simplified", "rate": 1.0, "energy_min": 0.5, "energy_given": 0.25}  # 1 − 1/e a second
+
+
+def _born(world):
+    """Let deer reproduce; return the uids of parents in the order of the newborn's uids, and the rows of the newborn."""
+    born = []
+    world.on_birth.append(lambda table, rows, parents, _: born.append((parents.tolist(), rows)))
+    act(world, Reproduce)
+    world.flush()
+    return born[0] if born else ([], np.zeros(0, int))
+
+
+def test_the_fed_and_grown_give_birth_with_their_chance_and_pay(meadow):
+    way = WAY | {"age_min": 10.0}
+    world = meadow(count=200, world={"space": {"size": [400.0, 400.0]}}, reproduction=way)
+    energy = np.where(np.arange(200) % 4 == 0, 0.49, 0.75)
+    age = np.where(np.arange(200) % 4 == 1, 9.0, 20.0)
+    deer = arrange(world, "deer", energy=energy, age=age, fertility=0.5)
+    uid = deer.uid[deer.by_uid()]
+    draws = random.draw_many(world.key, uid, random.BIRTH)
+    ready = (energy >= 0.5) & (age >= 10) & (draws < (1 - np.exp(-1)) * 0.5)
+    parents, rows = _born(world)
+    assert parents == uid[ready].tolist()
+    assert len(parents) > 20
+    m = deer[Metabolism]
+    old = deer.by_uid()[:200]
+    assert m.energy[old] == pytest.approx(np.where(ready, 0.5, energy), abs=1e-6)
+    assert m.given[old].tolist() == np.where(ready, 0.25, 0).tolist()
+    assert m.energy[rows].tolist() == [0.25] * len(parents)
+    assert deer[Biology].age[rows].tolist() == [0] * len(parents)
+
+
+def test_the_newborn_lands_anywhere_or_within_dispersal_of_its_parent(meadow):
+    for way in (WAY, WAY | {"place": "near", "dispersal": 3.0}, WAY | {"kind": "asexual", "dispersal": 3.0}):
+        world = meadow(count=300, world={"space": {"size": [100.0, 80.0]}}, reproduction=way, body={"radius": 0.05})
+        deer = arrange(world, "deer", energy=1.0)
+        parents, rows = _born(world)
+        p = deer[Position]
+        at = {u: world.locate(u)[1] for u in parents}
+        d = np.array([[p.x[r] - p.x[at[u]], p.y[r] - p.y[at[u]]] for u, r in zip(parents, rows, strict=True)])
+        d -= np.array([100, 80]) * np.round(d / np.array([100, 80]))
+        distance = np.hypot(*d.T)
+        assert len(rows) > 120
+        if "dispersal" in way:
+            assert distance.max() <= 3.001
+            assert abs((distance**2).mean() - 4.5) < 0.8  # even over the disc: half of its radius squared
+        else:
+            assert (distance > 10).mean() > 0.8
+            assert np.histogram2d(p.x[rows], p.y[rows], 3, [(0, 100), (0, 80)])[0].min() > 5
+
+
+def test_no_newborn_where_a_body_is_and_none_pays_for_a_birth_that_fails(meadow):
+    tree = {"objects": {"tree": {"count": 60, "body": {"radius": 1.5}}}}
+    world = meadow(count=60, world=tree, reproduction=WAY, body={"radius": 0.3})
+    deer = arrange(world, "deer", energy=1.0)
+    old = deer.by_uid()
+    parents, rows = _born(world)
+    p, t = deer[Position], world.tables["tree"]
+    for r in rows:
+        for table, reach, others in ((deer, 0.6, old), (t, 1.8, t.rows())):
+            q = table[Position]
+            d = np.stack([q.x[others] - p.x[r], q.y[others] - p.y[r]])
+            d -= 20 * np.round(d / 20)
+            assert np.hypot(*d).min() >= reach - 1e-4
+    paid = {int(deer.uid[r]) for r in old if deer[Metabolism].energy[r] < 1}
+    assert paid == set(parents)
+    assert 0 < len(parents) < 30  # most found no room
+
+
+def test_spacing_keeps_the_newborn_from_others_of_its_kind_and_from_each_other(meadow):
+    world = meadow(count=20, reproduction=WAY | {"spacing": 3.0}, body={"radius": 0.05})
+    deer = arrange(world, "deer", energy=1.0, x=np.linspace(0, 19, 20), y=1.0)
+    parents, rows = _born(world)
+    p, everyone = deer[Position], deer.rows()
+    for r in rows:
+        others = everyone[everyone != r]
+        d = np.stack([p.x[others] - p.x[r], p.y[others] - p.y[r]])
+        d -= 20 * np.round(d / 20)
+        assert np.hypot(*d).min() >= 3 - 1e-4
+    assert len(parents) >= 2
+
+
+def test_max_count_leaves_room_for_the_first_by_uid(meadow):
+    world = meadow(count=10, max_count=12, world={"space": {"size": [400.0, 400.0]}}, reproduction=WAY)
+    deer = arrange(world, "deer", energy=1.0)
+    uid = deer.uid[deer.by_uid()]
+    ready = uid[random.draw_many(world.key, uid, random.BIRTH) < 1 - np.exp(-1)]
+    assert len(ready) > 2
+    assert _born(world)[0] == ready[:2].tolist()
+    assert _born(world)[0] == []
+
+
+def test_sexes_are_drawn_where_they_are_random(meadow):
+    world = meadow(count=400, sex="random", world={"space": {"size": [400.0, 400.0]}}, reproduction=WAY)
+    deer = arrange(world, "deer", energy=1.0)
+    assert set(deer[Biology].sex[deer.rows()].tolist()) == {1, 2}
+    _, rows = _born(world)
+    sex = deer[Biology].sex[rows]
+    assert abs((sex == 1).mean() - 0.5) < 0.15
+    assert set(sex.tolist()) == {1, 2}
+    female = meadow(sex="female")
+    assert female.tables["deer"][Biology].sex[:2].tolist() == [1, 1]
+
+
+def test_the_infertile_and_worlds_in_training_have_no_births(meadow):
+    world = meadow(count=50, fertility=0.0, reproduction=WAY)
+    arrange(world, "deer", energy=1.0)
+    assert _born(world)[0] == []
+    world = meadow(count=50, reproduction=WAY)
+    arrange(world, "deer", energy=1.0)
+    world.reproduction = False
+    assert _born(world)[0] == []
+
+
+def test_in_a_volume_the_newborn_land_at_all_heights(meadow):
+    world = meadow(count=200, world={"space": {"size": [100.0, 100.0, 50.0]}}, reproduction=WAY)
+    deer = arrange(world, "deer", energy=1.0, z=25)
+    _, rows = _born(world)
+    z = deer[Position].z[rows]
+    assert np.histogram(z, 3, (0, 50))[0].min() > 20

@@ -1,0 +1,119 @@
+import numpy as np
+import pytest
+
+from ecs_eco import random
+from ecs_eco.components import Position
+from ecs_eco.random import draw
+from ecs_eco.systems import Spread
+from ecs_eco.systems.spread import sprout
+from ecs_eco.testing import act, arrange
+
+WAY = {"kind": "spread", "rate": 0.5, "seed_rain": 0.0, "spacing": 2.0}
+OPEN = np.zeros((1, 1), np.uint8), np.zeros(2, np.float32)
+
+
+def _slow(taken, rate, rain, reach, torus, key):
+    ny, nx = taken.shape
+    out = []
+    for s in range(taken.size):
+        j, i = divmod(s, nx)
+        u = draw(key, s, random.SPREAD)
+        if taken[j, i] >= 0 or u >= rate + rain:
+            continue
+        if u >= rate:
+            out.append((s, -1))
+            continue
+        a, b = draw(key, s, random.SPREAD + (1 << 8)), draw(key, s, random.SPREAD + (2 << 8))
+        if reach:
+            jj, ii = j + int(a * (2 * reach + 1)) - reach, i + int(b * (2 * reach + 1)) - reach
+        else:
+            jj, ii = int(a * ny), int(b * nx)
+        if torus:
+            jj, ii = jj % ny, ii % nx
+        if 0 <= jj < ny and 0 <= ii < nx and taken[jj, ii] >= 0:
+            out.append((s, taken[jj, ii]))
+    return out
+
+
+@pytest.mark.parametrize("reach", [0, 1, 3])
+@pytest.mark.parametrize("torus", [True, False])
+def test_the_kernel_is_its_slow_twin(reach, torus):
+    rng = np.random.default_rng(1)
+    taken = np.where(rng.random((9, 12)) < 0.4, rng.permutation(108).reshape(9, 12), -1)
+    site, parent = np.empty(108, np.int64), np.empty(108, np.int64)
+    key = random.tick_key(3, 4)
+    n = sprout(taken, np.float32(0.6), np.float32(0.2), reach, torus, *OPEN, np.array([1, 1], np.float32), key, site, parent)
+    assert list(zip(site[:n].tolist(), parent[:n].tolist(), strict=True)) == _slow(taken, np.float32(0.6), np.float32(0.2), reach, torus, key)
+    assert n > 10
+
+
+def _meadow(meadow, count, way, world=None, **grass):
+    return meadow(world=world, grass={"count": count, "reproduction": WAY | way, **grass})
+
+
+def _sites(world):
+    p, rows = world.tables["grass"][Position], world.tables["grass"].rows()
+    return [(int(x / 2), int(y / 2)) for x, y in zip(p.x[rows], p.y[rows], strict=True)]
+
+
+def test_one_plant_stands_on_a_site_from_the_start_and_for_ever(meadow):
+    world = _meadow(meadow, 60, {"seed_rain": 0.05})
+    for _ in range(15):
+        sites = _sites(world)
+        assert len(set(sites)) == len(sites)
+        act(world, Spread)
+        world.flush()
+    assert world.tables["grass"].n == 100
+    act(world, Spread)
+    world.flush()
+    assert world.tables["grass"].n == 100
+
+
+def test_growth_is_logistic_with_a_seed_rain(meadow):
+    world = _meadow(meadow, 400, {"rate": 0.3, "seed_rain": 0.02, "spacing": 1.0}, {"space": {"size": [40.0, 40.0]}})
+    for _ in range(4):
+        share = world.tables["grass"].n / 1600
+        expected = (1 - share) * (0.02 + 0.3 * share) * 1600
+        before = world.tables["grass"].n
+        act(world, Spread)
+        world.flush()
+        world.tick += 1
+        assert abs(world.tables["grass"].n - before - expected) < 4 * np.sqrt(expected)
+
+
+def test_without_rain_nothing_comes_from_nothing(meadow):
+    world = _meadow(meadow, 1, {"rate": 1.0})
+    world.kill(int(world.tables["grass"].uid[0]))
+    world.flush()
+    act(world, Spread)
+    world.flush()
+    assert world.tables["grass"].n == 0
+
+
+def test_parents_are_the_plants_whose_seeds_sprout_and_near_ones_stay_near(meadow):
+    world = _meadow(meadow, 1, {"rate": 1.0, "place": "near", "dispersal": 2.0})
+    grass = arrange(world, "grass", x=1, y=1)
+    mother, born = int(grass.uid[0]), []
+    world.on_birth.append(lambda table, rows, parents, _: born.extend(parents.tolist()))
+    for _ in range(30):
+        act(world, Spread)
+        if grass.births:
+            break
+        world.tick += 1
+    world.flush()
+    assert set(born) == {mother}
+    assert set(_sites(world)) <= {(i % 10, j % 10) for i in (-1, 0, 1) for j in (-1, 0, 1)}
+
+
+def test_nothing_grows_on_rock_or_water_nor_beyond_max_count(meadow):
+    world = _meadow(meadow, 30, {"rate": 1.0, "seed_rain": 1.0}, {"terrain": {"cell": 2.0, "lakes": [{"at": [10.0, 10.0], "radius": 6.0}]}})
+    for _ in range(5):
+        act(world, Spread)
+        world.flush()
+    p, rows = world.tables["grass"][Position], world.tables["grass"].rows()
+    assert world.terrain.free(p.x[rows], p.y[rows]).all()
+    assert world.tables["grass"].n == (world.terrain.ground == 0).sum()
+    few = _meadow(meadow, 30, {"rate": 1.0, "seed_rain": 1.0}, max_count=33)
+    act(few, Spread)
+    few.flush()
+    assert few.tables["grass"].n == 33
