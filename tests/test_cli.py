@@ -155,7 +155,10 @@ def test_run_hands_on_its_options(
     args, kwargs = caught("run", "predator-prey", "--ticks", "7", "--seed", "3", *arguments)
     config, seed, ticks, out, *rest = args
     assert (config.name, seed, ticks, out) == ("predator-prey", 3, 7, Path("runs/predator-prey-3"))
+    command = kwargs.pop("command")
     assert (rest[0], rest[1], kwargs) == (policies, learn, {"threads": threads, "report": report})
+    assert command.startswith(f"ecs-eco run predator-prey --seed 3 --ticks 7 --policies {policies}")
+    assert ("--learn" in command, "--no-learn" in command) == (learn is True, learn is False)
     assert not (here / "runs").exists()
 
 

@@ -103,8 +103,11 @@ def compare(
     world: World,
     control: Annotated[
         list[str] | None,
-        typer.Option(metavar="NAME|KEY=VALUE", help="A control: random-policy (random-policy:deer for one species), untrained-policy, learning, frozen, or a changed "
-            "value. Repeatable."),
+        typer.Option(
+            metavar="NAME|KEY=VALUE",
+            help="A control: random-policy (random-policy:deer for one species), untrained-policy, learning, frozen, "
+            "or a changed value. Repeatable.",
+        ),
     ] = None,
     seeds: Annotated[
         int, typer.Option(parser=whole(1, 10_000), metavar="N", help="Runs of each arm, with seeds from 1.")

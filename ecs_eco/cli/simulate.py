@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shlex
 from pathlib import Path
 from typing import Any
 
@@ -38,7 +39,10 @@ def run_world(
 
     with progress(config.name, quiet) as bar:
         try:
-            found = run_to_folder(config, seed, ticks, out, policies, learn, bar, threads=threads, report=report)
+            command = f"ecs-eco run {shlex.quote(world)} --seed {seed} --ticks {ticks} --policies {shlex.quote(policies)}"
+            command += "".join(f" --set {shlex.quote(change)}" for change in changes)
+            command += {None: "", True: " --learn", False: " --no-learn"}[learn] + " --out DIR"
+            found = run_to_folder(config, seed, ticks, out, policies, learn, bar, threads=threads, report=report, command=command)
         except KeyboardInterrupt:
             stopped(bar.done, ticks, out)
     say(f"{ticks} ticks of {config.name}, seed {seed}, in {out}{numbers(found)}{populations(out)}")

@@ -71,7 +71,7 @@ def git_commit() -> str | None:
 
 def run_to_folder(config: Any, seed: int | None = None, ticks: int | None = None, out: str | Path = "run", policies: Any = "trained",
                   learn: bool | None = None, progress: Callable[[int, int], None] | None = None, *, threads: int = 1,
-                  snapshot_every: int | None = None, report: bool = True) -> dict[str, Any]:
+                  snapshot_every: int | None = None, report: bool = True, command: str | None = None) -> dict[str, Any]:
     """Run a world and leave a folder; return its manifest.
 
     An interrupted run leaves what was recorded, with `finished` false. Raises FileExistsError where `out` holds something.
@@ -91,7 +91,8 @@ def run_to_folder(config: Any, seed: int | None = None, ticks: int | None = None
     Recorder(world, folder.sink, snapshot_every=max(1, ticks // 100) if snapshot_every is None else snapshot_every)
     manifest = {
         "format": 1, "world": config.name, "title": config.title, "config": config.resolved(), "config_hash": config.config_hash,
-        "seed": world.seed, "ticks": ticks, "dt": config.dt, "policies": str(policies), "learn": learn, "versions": versions(),
+        "seed": world.seed, "ticks": ticks, "dt": config.dt, "policies": str(policies), "learn": learn, "command": command,
+        "versions": versions(),
         "git_commit": git_commit(), "species": world.recorder.names, "causes": world.causes, "finished": False, "done": 0,
         "colors": {name: world.tables[name].traits.get("color", "#888888") for name in world.recorder.names},
     }  # fmt: skip

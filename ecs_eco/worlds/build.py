@@ -220,7 +220,7 @@ def _populate(world: Any, table: Any, kind: Any) -> None:
             _one_a_site(world, table, way.spacing, values)
         count = values[Position, "x"].size
         if Metabolism in table and "nerves" in table.traits:  # of all stages between hungry and newborn, so that they do not die as one
-            u = random.draw_many(world.key, who, random.BIRTH + ((table.place + 1) << 20))
+            u = random.draw_many(world.key, who[:count], random.BIRTH + ((table.place + 1) << 20))
             values[Metabolism, "energy"] = (np.float32(kind.metabolism.energy) * (np.float32(0.75) + np.float32(0.5) * u)).clip(
                 0, kind.metabolism.energy_max).astype(np.float32)
         table.request(np.zeros(count, np.uint64), values)
@@ -230,13 +230,14 @@ def _one_a_site(world: Any, table: Any, spacing: float, values: dict) -> None:
     """Move the first plants to sites of their own, drawn without replacement."""
     nx, ny = (max(1, round(s / spacing)) for s in world.space.size[:2])
     k = min(values[Position, "x"].size, nx * ny)
-    order = np.argsort(random.draw_many(world.key, np.arange(nx * ny, dtype=np.uint64), random.SPREAD), kind="stable")
+    key, salt = world.key, (table.place + 1) << 20  # not the draws of Spread in the first tick, nor those of another species
+    order = np.argsort(random.draw_many(key, np.arange(nx * ny, dtype=np.uint64), random.SPREAD + salt), kind="stable")
     if world.terrain is not None:
         x, y = ((order % nx) + 0.5) * world.space.size[0] / nx, ((order // nx) + 0.5) * world.space.size[1] / ny
         order = order[world.terrain.free(x, y)]
     site = np.sort(order[:k])
     who = site.astype(np.uint64)
-    u, v = random.draw_many(world.key, who, random.PLACE), random.draw_many(world.key, who, random.PLACE + (1 << 8))
+    u, v = random.draw_many(key, who, random.PLACE + salt), random.draw_many(key, who, random.PLACE + (1 << 8) + salt)
     near = np.nextafter(world.space.lengths, np.float32(0))
     for axis, cells, fraction, n, i in (("x", site % nx, u, nx, 0), ("y", site // nx, v, ny, 1)):
         values[Position, axis] = np.minimum((cells + fraction) * np.float32(world.space.size[i] / n), near[i]).astype(np.float32)

@@ -67,7 +67,7 @@ def test_larger_ones_of_a_kind_push_as_far_as_they_reach(meadow):
     assert _x(world) == [4.75, 8.25]
 
 
-@pytest.mark.parametrize(("size", "edges"), [([12.0, 9.0], "torus"), ([12.0, 9.0], "walls"), ([8.0, 7.0, 5.0], "walls")])
+@pytest.mark.parametrize(("size", "edges"), [([12.0, 9.0], "torus"), ([12.0, 9.0], "walls"), ([8.0, 7.0, 6.0], "walls")])
 def test_the_kernel_is_its_slow_twin(meadow, size, edges):
     rng = np.random.default_rng(5)
     n = 60
@@ -92,4 +92,4 @@ def test_the_kernel_is_its_slow_twin(meadow, size, edges):
         there[:, axis] = there[:, axis] % length if edges == "torus" and axis < 2 else there[:, axis].clip(0, length)
     found = np.stack([world.tables["deer"].field(Position, c)[world.tables["deer"].by_uid()] for c in "xyz"], 1)
     assert found == pytest.approx(there, abs=1e-4)
-    assert (np.abs(push).max(axis=1) > 0).sum() > 20
+    assert (np.abs(push).max(axis=1) > 0).sum() > 10

@@ -39,13 +39,12 @@ def test_the_reward_of_an_action_is_what_is_felt_a_tick_later(meadow):
     for i, u in enumerate(np.sort(table.uid[table.rows()])):
         reward = rollout.steps["reward"][uid == u]
         felt = np.array(energies)[:, i]
-        cost = np.zeros(3)
-        assert reward[:2] == pytest.approx(np.diff(felt) - cost[:2])
+        assert reward[:2] == pytest.approx(np.diff(felt))
         assert reward[2] == 0  # not felt yet
 
 
 def test_who_dies_and_is_born_into_its_row_in_mid_rollout(meadow):
-    world = meadow(count=3, options=OPTIONS, metabolism={"energy": 0.5, "basal": 0.0}, **POLICY)
+    world = meadow(count=3, options=OPTIONS, metabolism={"basal": 0.0}, locomotion={"cost": {"walk": 0.0, "run": 0.0}}, **POLICY)
     table, rollout = world.tables["deer"], _learner(world).rollout
     table[Metabolism].energy[table.rows()] = 0.5
     world.run(1)

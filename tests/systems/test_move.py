@@ -81,10 +81,11 @@ def test_uphill_costs_more_and_downhill_no_less(meadow):
 
 
 def test_in_a_volume_climbing_is_a_group_of_its_own(meadow):
-    way = {"locomotion": {"speed": {"still": 0.0}, "climb": 2.0}, "neutral": {"climb": "none"}, "automatic": None, "diet": None}
-    world = meadow(world={"space": {"size": [20.0, 20.0, 10.0]}}, actions={"climb": ["up", "none", "down"]}, count=4, **way)
+    way = {"locomotion": {"climb": 2.0}, "neutral": {"climb": "none"}, "actions": {"climb": ["up", "none", "down"]}}
+    world = meadow(world={"space": {"size": [20.0, 20.0, 10.0]}}, count=4, **way)
     table = arrange(world, "deer", z=[5, 5, 5, 9])
-    table[Nervous].decision[table.by_uid()] = [[1, 0, 0], [0, 0, 1], [0, 0, 0], [1, 0, 0]]
+    climbs = [[1, 0, 0], [0, 0, 1], [0, 0, 0], [1, 0, 0]]
+    table[Nervous].decision[table.by_uid()] = [[*STILL, *NONE, 0, *climb] for climb in climbs]
     act(world, Move)
     assert table[Position].z[table.by_uid()].tolist() == pytest.approx([7, 3, 5, 10], abs=1e-5)
     assert table[Position].z.max() < 10

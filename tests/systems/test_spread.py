@@ -47,6 +47,12 @@ def test_the_kernel_is_its_slow_twin(reach, torus):
     assert n > 10
 
 
+def _grow(world):
+    act(world, Spread)
+    world.flush()
+    world.tick += 1
+
+
 def _meadow(meadow, count, way, world=None, **grass):
     return meadow(world=world, grass={"count": count, "reproduction": WAY | way, **grass})
 
@@ -58,14 +64,12 @@ def _sites(world):
 
 def test_one_plant_stands_on_a_site_from_the_start_and_for_ever(meadow):
     world = _meadow(meadow, 60, {"seed_rain": 0.05})
-    for _ in range(15):
+    for _ in range(30):
         sites = _sites(world)
         assert len(set(sites)) == len(sites)
-        act(world, Spread)
-        world.flush()
+        _grow(world)
     assert world.tables["grass"].n == 100
-    act(world, Spread)
-    world.flush()
+    _grow(world)
     assert world.tables["grass"].n == 100
 
 
@@ -75,9 +79,7 @@ def test_growth_is_logistic_with_a_seed_rain(meadow):
         share = world.tables["grass"].n / 1600
         expected = (1 - share) * (0.02 + 0.3 * share) * 1600
         before = world.tables["grass"].n
-        act(world, Spread)
-        world.flush()
-        world.tick += 1
+        _grow(world)
         assert abs(world.tables["grass"].n - before - expected) < 4 * np.sqrt(expected)
 
 
@@ -107,9 +109,8 @@ def test_parents_are_the_plants_whose_seeds_sprout_and_near_ones_stay_near(meado
 
 def test_nothing_grows_on_rock_or_water_nor_beyond_max_count(meadow):
     world = _meadow(meadow, 30, {"rate": 1.0, "seed_rain": 1.0}, {"terrain": {"cell": 2.0, "lakes": [{"at": [10.0, 10.0], "radius": 6.0}]}})
-    for _ in range(5):
-        act(world, Spread)
-        world.flush()
+    for _ in range(20):
+        _grow(world)
     p, rows = world.tables["grass"][Position], world.tables["grass"].rows()
     assert world.terrain.free(p.x[rows], p.y[rows]).all()
     assert world.tables["grass"].n == (world.terrain.ground == 0).sum()
