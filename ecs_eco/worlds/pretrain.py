@@ -37,7 +37,7 @@ def pretrain(config: Any, seed: int | None = None, ticks: int | None = None, out
     policies = {name: mean_weights(states) for name, states in last.items()}
     result = {"world": config.name, "config_hash": config.config_hash, "seed": world.seed, "ticks": ticks,
               "seconds": time.perf_counter() - begin, "curves": curves(world, every), "policies": policies,
-              "reports": {name: t.traits["nerves"].reports[-1] for name, t in world.tables.items() if _learns(t)}}
+              "reports": {name: _last_report(t) for name, t in world.tables.items() if _learns(t)}}
     if out is not None:
         save(result, Path(out))
     return result
@@ -68,6 +68,12 @@ def brains(world: Any) -> dict[str, Any]:
 
 def _learns(table: Any) -> bool:
     return "nerves" in table.traits and table.traits["nerves"].learning
+
+
+def _last_report(table: Any) -> dict[str, float | None]:
+    """Return what the last update said; nothing where there was none, None for what it could not say."""
+    reports = table.traits["nerves"].reports
+    return {k: v if np.isfinite(v) else None for k, v in reports[-1].items()} if reports else {}
 
 
 def curves(world: Any, every: int) -> dict[str, dict[str, Any]]:

@@ -1,0 +1,95 @@
+"""Write docs/benchmarks.md and the README's table from benchmarks/results; --check: only compare.
+
+    python benchmarks/make_tables.py [--check]
+"""
+
+import argparse
+import json
+import sys
+from pathlib import Path
+from typing import Any
+
+HERE = Path(__file__).parent
+PAGE, README = HERE.parent / "docs" / "benchmarks.md", HERE.parent / "README.md"
+MARKS = ("<!-- table: benchmarks -->", "<!-- end of table -->")
+ORDER = ("animals", "animals_threads", "animals_learning", "plants", "memory", "startup", "ppo", "wolf_sheep")
+HEAD = """# How fast it is
+
+Written by `benchmarks/make_tables.py` from `benchmarks/results/`. The machines are shared and noisy: a ratio from one run
+can be trusted, a figure alone drifts by half. `load` is that of the machine when a benchmark ended, on all its cores: with
+more processes than cores every figure suffers.
+"""
+
+
+def read() -> dict[str, dict[str, Any]]:
+    """Return all results by name, in the order of the page."""
+    found = {p.stem: json.loads(p.read_text()) for p in (HERE / "results").glob("*.json")}
+    return {name: found[name] for name in sorted(found, key=lambda n: (ORDER.index(n) if n in ORDER else 99, n))}
+
+
+def show(value: Any) -> str:
+    """Return a value as a cell."""
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, int):
+        return f"{value:,}"
+    if isinstance(value, float):
+        return f"{value:,.0f}" if abs(value) >= 100 else f"{value:.3g}"
+    return str(value)
+
+
+def table(rows: list[dict[str, Any]]) -> str:
+    """Return rows as a Markdown table."""
+    head = list(rows[0])
+    lines = ["| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
+    return "\n".join([*lines, *("| " + " | ".join(show(r.get(h, "")) for h in head) + " |" for r in rows)])
+
+
+def page(results: dict[str, dict[str, Any]]) -> str:
+    """Return the page with every result."""
+    parts = [HEAD]
+    for name, r in results.items():
+        m = r["machine"]
+        where = f"{m['processor']}, {m['cores']} cores, load {m['load']}; commit {(m['commit'] or 'unknown')[:12]}; " + ", ".join(
+            f"{k} {v}" for k, v in m["versions"].items())
+        notes = "".join(f"\n- {k}: {show(v)}" for k, v in r["notes"].items())
+        parts.append(f"## {r['question']}\n\n`python benchmarks/{name.split('_threads')[0].split('_learning')[0]}.py` ({name})\n\n"
+                     f"{table(r['rows'])}\n{notes}\n\n{where}.\n")
+    return "\n".join(parts)
+
+
+def summary(results: dict[str, dict[str, Any]]) -> str:
+    """Return the README's table: one line a question, with the figures that answer it."""
+    lines = ["| what | measured |", "|---|---|"]
+    for name, pattern in (
+        ("animals", "{animals:,} animals that sense, think and act, one core: {M organism-steps/s:.2f} M organism-steps/s"),
+        ("animals_threads", "{animals:,} animals, {threads} threads: {M organism-steps/s:.2f} M organism-steps/s"),
+        ("animals_learning", "{animals:,} animals that also learn by PPO, one core: {M organism-steps/s:.2f} M organism-steps/s"),
+        ("plants", "{plants:,} plants that grow and spread: {M plant-steps/s:.0f} M plant-steps/s"),
+    ):
+        if name in results:
+            what, figures = zip(*(pattern.format(**row).split(": ") for row in results[name]["rows"]), strict=True)
+            lines += [f"| {w} | {f} |" for w, f in zip(what, figures, strict=True)]
+    return "\n".join([*lines, "", "All tables, with machine, load and versions: [docs/benchmarks.md](docs/benchmarks.md)."])
+
+
+def main() -> int:
+    """Write or compare both pages."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--check", action="store_true")
+    results = read()
+    readme = README.read_text()
+    begin, end = readme.index(MARKS[0]) + len(MARKS[0]), readme.index(MARKS[1])
+    wanted = {PAGE: page(results), README: f"{readme[:begin]}\n{summary(results)}\n{readme[end:]}"}
+    if parser.parse_args().check:
+        stale = [path.name for path, text in wanted.items() if not path.is_file() or path.read_text() != text]
+        if stale:
+            print(f"{', '.join(stale)}: not what benchmarks/results says; run python benchmarks/make_tables.py", file=sys.stderr)
+        return bool(stale)
+    for path, text in wanted.items():
+        path.write_text(text)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
