@@ -298,6 +298,17 @@ class World:
         index = self._indexes.get(table.name)
         if index is None or index.space is not self.space:
             index = self._indexes[table.name] = Index(self.space)
+        if self._pool is not None and index.version != table.version:
+            stale = [t for t in self.tables.values() if Position in t and t is not table]
+            self.together(*(lambda t=t: self._build(t) for t in [table, *stale]))  # type: ignore[misc]
+        return self._build(table)
+
+    def _build(self, table: Table) -> Index:
+        from ecs_eco.components.position import Position
+
+        index = self._indexes.get(table.name)
+        if index is None or index.space is not self.space:
+            index = self._indexes[table.name] = Index(self.space)
         if index.version != table.version:
             p = table[Position]
             high = table.high
@@ -322,6 +333,15 @@ class World:
         bounds = np.linspace(0, n, 2 * self.threads + 1).astype(int)
         for part in [self._pool.submit(kernel, int(a), int(b), *arguments) for a, b in zip(bounds, bounds[1:], strict=False)]:
             part.result()
+
+    def together(self, *work: Callable[[], Any]) -> None:
+        """Do independent pieces of work, on all threads where the world is large enough; they must not share what they write."""
+        if self._pool is None or sum(t.n for t in self.tables.values()) < PARALLEL_FROM:
+            for piece in work:
+                piece()
+            return
+        for done in [self._pool.submit(piece) for piece in work]:
+            done.result()
 
     def series(self) -> Any:
         """Return the recorded series as a pyarrow.Table: a row per tick and species; see `ecs_eco.record`."""

@@ -50,7 +50,7 @@ def own(property: str, scale: float, substances: list[str]) -> Sense:
     factor = np.float32(1.0 / scale)
 
     def sense(world: "World", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
-        np.multiply(own_column(table, property, substances)[seekers.rows], factor, out=out[:, column])
+        world.split(_own, seekers.n, own_column(table, property, substances), seekers.rows, factor, out, column)
 
     return sense
 
@@ -211,6 +211,12 @@ def _sense_of(s: Any, substances: list[str]) -> Sense:
     if s.kind == "custom":
         return named_function(s.function)
     return ambient(s.kind, s.zero, s.scale, s.at)
+
+
+@njit
+def _own(first, last, value, rows, factor, out, column):
+    for i in range(first, last):
+        out[i, column] = value[rows[i]] * factor
 
 
 @njit

@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 
 from ecs_eco.components import Nervous
+from ecs_eco.learning import choose
 from ecs_eco.nervous.decision import decide, uniforms
 from ecs_eco.system import System
 
@@ -21,19 +22,24 @@ class Decide(System):
         """Write the decisions of one species; keep what its learner needs."""
         nerves = table.traits["nerves"]
         n, groups = len(nerves.rows), len(nerves.choices)
-        choice = np.zeros((n, groups), np.int16)
-        if nerves.policy and n:
-            from ecs_eco.learning import choose
-
-            chance, log_probability = np.empty((n, groups), np.float32), np.empty(n, np.float32)
-            world.split(uniforms, n, world.key, table.uid[nerves.rows], chance)
-            if nerves.brain is None:
-                logits, values = np.zeros((n, int(nerves.offsets[-1])), np.float32), np.zeros(n, np.float32)
-            else:
-                logits, values = nerves.brain.forward(nerves.x, workers=world.threads)
-            choose(logits, nerves.offsets, chance, choice, log_probability)
-            if nerves.learning:
-                nerves.learner.rollout.store(nerves.rows, nerves.x, choice, log_probability, values)
+        choice, log_probability = np.zeros((n, groups), np.int16), np.empty(n, np.float32)
+        thinks = nerves.policy and n > 0
+        if not thinks or nerves.brain is None:
+            logits, values = np.zeros((n, int(nerves.offsets[-1])), np.float32), np.zeros(n, np.float32)
+        else:
+            logits, values = nerves.brain.forward(nerves.x, workers=world.threads)
         y = NO_REFLEX if nerves.reflex is None else nerves.reflex(nerves.x)
-        world.split(decide, n, choice, nerves.offsets, nerves.targets, nerves.policy, y, nerves.reflex is not None, nerves.automatic,
-                    nerves.rows, table[Nervous].decision)
+        uid, key, decision = table.uid[nerves.rows], world.key, table[Nervous].decision
+        chance = np.empty((n, groups), np.float32)
+
+        def part(first: int, last: int) -> None:
+            if thinks:
+                uniforms(first, last, key, uid, chance)
+                here = slice(first, last)
+                choose(logits[here], nerves.offsets, chance[here], choice[here], log_probability[here])
+            decide(first, last, choice, nerves.offsets, nerves.targets, nerves.policy, y, nerves.reflex is not None, nerves.automatic,
+                   nerves.rows, decision)
+
+        world.split(part, n)
+        if thinks and nerves.learning:
+            nerves.learner.rollout.store(nerves.rows, nerves.x, choice, log_probability, values)

@@ -15,9 +15,16 @@ class Diffuse(System):
     def process(self, *_: Any) -> None:
         """Advance all fields by one tick."""
         world = self.world
-        for table in world.tables.values():
-            for name, rate in table.traits.get("emits", {}).items():
-                index = world.index(table)
-                world.fields[name].emit(index.x, index.y, index.z, np.full(index.n, rate * world.dt, np.float32))
-        for field in world.fields.values():
-            field.pass_time(world.dt)
+        emitters = [t for t in world.tables.values() if t.traits.get("emits")]
+        for table in emitters:
+            world.index(table)
+        world.together(*(lambda name=name: self.spread(name, emitters) for name in world.fields))  # type: ignore[misc]
+
+    def spread(self, name: str, emitters: list[Any]) -> None:
+        """Let one field receive what is emitted into it, then spread and fade."""
+        world, field = self.world, self.world.fields[name]
+        for table in emitters:
+            if name in table.traits["emits"]:
+                index, amount = world.index(table), np.float32(table.traits["emits"][name] * world.dt)
+                field.emit(index.x, index.y, index.z, np.full(index.n, amount, np.float32))
+        field.pass_time(world.dt)

@@ -19,7 +19,7 @@ def _benchmarks_can_be_imported():
 
 
 @pytest.fixture
-def model(_benchmarks_can_be_imported):
+def model():
     import wolf_sheep_model
 
     return wolf_sheep_model
@@ -196,7 +196,7 @@ def test_the_model_has_at_most_150_lines():
     assert len((FOLDER / "wolf_sheep_model.py").read_text().splitlines()) <= 150
 
 
-def test_the_comparison_passes_equal_populations_and_catches_shifted_ones(_benchmarks_can_be_imported):
+def test_the_comparison_passes_equal_populations_and_catches_shifted_ones():
     import wolf_sheep
 
     rng = np.random.default_rng(1)
@@ -211,7 +211,7 @@ def test_the_comparison_passes_equal_populations_and_catches_shifted_ones(_bench
     assert other["means within, %"] == pytest.approx(8, abs=5)
 
 
-def test_without_mesa_the_benchmark_says_what_to_install(monkeypatch, _benchmarks_can_be_imported):
+def test_without_mesa_the_benchmark_says_what_to_install(monkeypatch):
     import wolf_sheep
 
     monkeypatch.setitem(sys.modules, "mesa", None)
