@@ -45,7 +45,7 @@ class Recorder(System):
             table = world.tables[name]
             if Metabolism in table:
                 self._stock[i] = table[Metabolism].energy[table.rows()].sum(dtype=np.float64)
-        self._at = 0
+        self._at, self._last = 0, -1  # the row to write next; the last tick that is over
         self._blocks: list[dict[str, np.ndarray]] = []
         self._events: dict[str, list[tuple[np.ndarray, ...]]] = {"births": [], "deaths": [], "snapshots": []}
         world.on_birth.append(self.born)
@@ -111,7 +111,7 @@ class Recorder(System):
             self._means[at, s] = self._sums[0] / max(table.n, 1), self._sums[4] / max(table.n, 1)
         if self.snapshot_every and world.tick % self.snapshot_every == 0:
             self._snapshot()
-        self._at += 1
+        self._at, self._last = self._at + 1, world.tick
         if self._at == self.block:
             self.flush()
 
@@ -126,7 +126,7 @@ class Recorder(System):
                 self._events["snapshots"].append(self._where(table, s, rows, energy) + (table[Position].heading[rows], mood))
 
     def flush(self) -> None:
-        """Hand over what has been recorded since the last time."""
+        """Hand over what has been recorded since the last time, of all ticks that are over."""
         if self._at:
             block = self._columns(self._at)
             if self.sink is not None:
@@ -134,13 +134,16 @@ class Recorder(System):
             else:
                 self._blocks.append(block)
             for array in (self._counts, self._means, self._ledger, self._died):
+                begun = array[self._at].copy() if self._at < self.block else 0  # the page of a tick that is not over
                 array[...] = 0
+                array[0] = begun
             self._at = 0
         if self.sink is not None:
             for kind, names in EVENTS.items():
-                if self._events[kind]:
-                    columns = [np.concatenate(c) for c in zip(*self._events[kind], strict=True)]
-                    self._events[kind] = []
+                over = [e for e in self._events[kind] if e[0][0] <= self._last]
+                self._events[kind] = self._events[kind][len(over) :]
+                if over:
+                    columns = [np.concatenate(c) for c in zip(*over, strict=True)]
                     self.sink(kind, dict(zip(names, columns, strict=True)))
 
     def _columns(self, n: int) -> dict[str, np.ndarray]:

@@ -197,8 +197,8 @@ def _weights_file(world: Any, species: Any, name: str, source: Any) -> Path | No
         return None
     folder = Path(source)
     if not folder.is_dir():
-        raise ConfigError([Problem((), "unknown source of policies", str(source), f"{listed(POLICIES)}, or a folder of <species>.safetensors",
-                                   nearest(source, POLICIES), "policies")])
+        allowed = f"{listed(POLICIES)}, or a folder of <species>.safetensors"
+        raise ConfigError([Problem((), "unknown source of policies", str(source), allowed, nearest(source, POLICIES), "policies")])
     path = folder / f"{name}.safetensors"
     if not path.is_file():
         needed = "<species>.safetensors for every species with a policy"

@@ -1,0 +1,147 @@
+import json
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+
+from ecs_eco import World
+from ecs_eco.config import load
+from ecs_eco.record import run_to_folder
+from ecs_eco.record.arrow import read_parts
+from ecs_eco.record.folder import git_commit, versions, write_json
+
+TICKS = 40
+
+
+@pytest.fixture(scope="module")
+def run(menagerie, tmp_path_factory):
+    out = tmp_path_factory.mktemp("run") / "new" / "folder"
+    shown = []
+    manifest = run_to_folder(menagerie(), seed=7, ticks=TICKS, out=out, policies="untrained", snapshot_every=10, report=False,
+                             progress=lambda *at: shown.append(at))
+    return out, manifest, shown
+
+
+def test_the_manifest_says_all_that_decides_the_run(run, menagerie):
+    out, manifest, shown = run
+    written = json.loads((out / "manifest.json").read_text())
+    assert written == manifest
+    expected = {"format": 1, "world": "menagerie", "seed": 7, "ticks": TICKS, "done": TICKS, "dt": 0.5, "policies": "untrained", "finished": True,
+                "species": ["moss", "ram", "lynx"], "config_hash": load(menagerie()).config_hash}
+    assert {k: written[k] for k in expected} == expected
+    assert load(written["config"]).config_hash == written["config_hash"]
+    assert set(written["colors"]) == set(written["species"])
+    assert written["causes"][0] == "culled"
+    assert {"python", "numpy", "numba", "torch", "esper"} <= set(written["versions"])
+    assert written["wall_seconds"] > 0
+    world = World.from_config(menagerie(), seed=7, policies="untrained").run(TICKS)
+    assert written["digest"] == world.digest()
+    assert shown[-1] == (TICKS, TICKS)
+
+
+def test_the_parquet_holds_what_a_world_in_memory_recorded(run, menagerie):
+    out, manifest, _ = run
+    world = World.from_config(menagerie(), seed=7, policies="untrained").run(TICKS)
+    kept, written = world.series(), read_parts(out / "series")
+    assert written.column_names == kept.column_names
+    assert written.to_pydict() == kept.to_pydict()
+    types = {f.name: f.type for f in written.schema}
+    assert types["tick"] == pa.int64()
+    assert types["n"] == pa.int32()
+    assert types["energy_mean"] == pa.float32()
+    assert types["stock_after"] == pa.float64()
+    assert pa.types.is_dictionary(types["species"])
+    assert types["died: starved"] == pa.int32()
+
+
+def test_births_deaths_and_snapshots_are_there(run):
+    out, manifest, _ = run
+    series, births, deaths = (read_parts(out / kind).to_pydict() for kind in ("series", "births", "deaths"))
+    assert len(births["uid"]) == sum(series["births"]) > 0
+    assert len(deaths["uid"]) == sum(series["deaths"]) > 0
+    for cause in manifest["causes"]:
+        assert deaths["cause"].count(cause) == sum(series[f"died: {cause}"])
+    eaten = [(c, k) for c, k in zip(deaths["cause"], deaths["killer"], strict=True) if c.startswith("eaten")]
+    assert eaten
+    assert all(k for _, k in eaten)
+    assert len(set(births["uid"])) == len(births["uid"])
+    snapshots = read_parts(out / "snapshots").to_pydict()
+    assert sorted(set(snapshots["tick"])) == [0, 10, 20, 30]
+    assert not list(out.rglob("*.tmp"))
+
+
+class _PowerCut(Exception):
+    """Something from outside."""
+
+
+@pytest.mark.parametrize(("error", "where"), [(_PowerCut, "Feed"), (KeyboardInterrupt, "Spread")])  # before and after the dead are buried
+def test_an_interrupted_run_leaves_readable_parts_and_says_that_it_is_not_finished(menagerie, tmp_path, monkeypatch, error, where):
+    from ecs_eco import systems
+
+    system = getattr(systems, where)
+    process = system.process
+
+    def failing(self, *arguments):
+        process(self, *arguments)
+        if self.world.tick == 12:
+            raise error
+
+    monkeypatch.setattr(system, "process", failing)
+    with pytest.raises(error):
+        run_to_folder(menagerie(), seed=7, ticks=TICKS, out=tmp_path / "run", policies="untrained", report=False)
+    manifest = json.loads((tmp_path / "run" / "manifest.json").read_text())
+    assert (manifest["finished"], manifest["done"], manifest["ticks"]) == (False, 12, TICKS)
+    series = read_parts(tmp_path / "run" / "series").to_pydict()
+    assert series["tick"] == [t for t in range(12) for _ in range(3)]
+    deaths, births = (read_parts(tmp_path / "run" / kind).to_pydict() for kind in ("deaths", "births"))
+    assert len(deaths["uid"]) == sum(series["deaths"])
+    assert len(births["uid"]) == sum(series["births"])
+    assert max(deaths["tick"] + births["tick"]) < 12
+    monkeypatch.undo()
+    whole = World.from_config(menagerie(), seed=7, policies="untrained").run(12)
+    assert series == whole.series().to_pydict()
+
+
+def test_a_part_is_whole_or_not_there(run, tmp_path, monkeypatch):
+    from ecs_eco.record import arrow
+
+    table = pa.table({"x": np.arange(3.0)})
+    monkeypatch.setattr(arrow.os, "fsync", lambda _: (_ for _ in ()).throw(OSError("disk full")))
+    with pytest.raises(OSError, match="disk full"):
+        arrow.write_part(table, tmp_path / "part-00000.parquet")
+    assert not (tmp_path / "part-00000.parquet").exists()
+    (tmp_path / "manifest.json").write_text('{"old": 1}')
+    with pytest.raises(OSError, match="disk full"):
+        write_json(tmp_path / "manifest.json", {"new": 2})
+    assert json.loads((tmp_path / "manifest.json").read_text()) == {"old": 1}
+
+
+def test_parts_of_a_long_run_are_read_as_one(tmp_path):
+    from ecs_eco.record.arrow import to_arrow, write_part
+
+    for part, columns in enumerate([{"tick": np.arange(3)}, {"tick": np.arange(3, 5), "died: late": np.array([0, 1], np.int32)}]):
+        write_part(to_arrow(columns | {"species": np.zeros(len(columns["tick"]), np.int8)}, {"species": ["moss"]}), tmp_path / f"part-{part:05d}.parquet")
+    both = read_parts(tmp_path).to_pydict()
+    assert both["tick"] == [0, 1, 2, 3, 4]
+    assert both["died: late"] == [None, None, None, 0, 1]
+    assert both["species"] == ["moss"] * 5
+    assert pq.read_metadata(tmp_path / "part-00000.parquet").num_rows == 3
+
+
+def test_a_folder_that_holds_something_is_not_touched(menagerie, tmp_path):
+    (tmp_path / "thesis.tex").write_text("years of work")
+    with pytest.raises(FileExistsError, match="exists and is not an empty folder; name another with --out"):
+        run_to_folder(menagerie(), ticks=1, out=tmp_path, policies="untrained")
+    assert [p.name for p in tmp_path.iterdir()] == ["thesis.tex"]
+
+
+def test_a_run_of_no_ticks_leaves_a_manifest(menagerie, tmp_path):
+    manifest = run_to_folder(menagerie(), ticks=0, out=tmp_path, policies="random", report=False)
+    assert (manifest["finished"], manifest["done"]) == (True, 0)
+
+
+def test_versions_and_commit():
+    assert all(isinstance(v, str) for v in versions().values())
+    commit = git_commit()
+    assert commit is None or len(commit) == 40
