@@ -116,6 +116,26 @@ def test_a_plain_processor_sees_the_current_registry_and_what_it_moves_is_moved(
     assert Look.nearest == [[2, 3, 4], [0], [3, 4, 5], [1], [5, 6], [1, 1, 2]]
 
 
+def test_a_plain_processor_may_move_the_same_ones_every_tick(world):
+    class Drift(esper.Processor):
+        def process(self):
+            for _, position in esper.get_component(Position):
+                position.x = (position.x + 1) % 10
+
+    class Look(System):
+        needs = (Position, Coat)
+        phase = "metabolise"
+        seen = []
+
+        def update(self, table, world):
+            self.seen.append(world.index(table).x.tolist())
+
+    world.add_system(Drift())
+    world.add_system(Look())
+    world.run(3)
+    assert Look.seen == [[0], [1], [2]]
+
+
 def test_what_handles_move_between_ticks_is_where_systems_find_it(world):
     found = []
 

@@ -28,8 +28,12 @@ def test_a_kernel_an_array_and_a_slow_twin_draw_the_same():
 
 def test_every_part_of_the_key_counts():
     base = draw(tick_key(1, 10), np.uint64(5), 3)
-    others = [draw(tick_key(2, 10), np.uint64(5), 3), draw(tick_key(1, 11), np.uint64(5), 3), draw(tick_key(1, 10), np.uint64(6), 3),
-              draw(tick_key(1, 10), np.uint64(5), 4)]
+    others = [
+        draw(tick_key(2, 10), np.uint64(5), 3),
+        draw(tick_key(1, 11), np.uint64(5), 3),
+        draw(tick_key(1, 10), np.uint64(6), 3),
+        draw(tick_key(1, 10), np.uint64(5), 4),
+    ]
     assert base == draw(tick_key(1, 10), np.uint64(5), 3)
     assert len({float(base), *map(float, others)}) == 5
     assert tick_key(-1, 0) == tick_key(2**64 - 1, 0)

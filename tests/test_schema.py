@@ -12,7 +12,7 @@ class Fur:
     hairs: u64 = 2**63 + 1
     wet: boolean = False
     rgb: f32[3] = 0.25
-    rings: u8["legs"] = 7
+    rings: u8["legs"] = 7  # noqa: F821
 
     def shorn(self):
         return self.length / 2
@@ -27,7 +27,12 @@ def _table(n=3, legs=2):
 def test_annotated_fields_become_columns_of_their_type_and_shape():
     table = _table()
     columns = table[Fur]
-    assert (columns.length.dtype, columns.hairs.dtype, columns.wet.dtype, columns.rings.dtype) == (np.float32, np.uint64, np.bool_, np.uint8)
+    assert (columns.length.dtype, columns.hairs.dtype, columns.wet.dtype, columns.rings.dtype) == (
+        np.float32,
+        np.uint64,
+        np.bool_,
+        np.uint8,
+    )
     assert columns.rgb.shape == (64, 3)
     assert columns.rings.shape == (64, 2)
     assert columns.length[:3].tolist() == [0.5] * 3
@@ -93,7 +98,7 @@ def test_a_component_inherits_nothing():
 
 
 def test_an_unknown_field_names_the_nearest():
-    with pytest.raises(TypeError, match="unknown field 'lenght'.*did you mean \"length\""):
+    with pytest.raises(TypeError, match=r"unknown field .lenght.*did you mean .length"):
         Fur(lenght=1)
     with pytest.raises(ValueError, match=r"Fur.rgb: \[1, 2\] is no float32\[3\]"):
         Fur(rgb=[1, 2])

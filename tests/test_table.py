@@ -108,8 +108,7 @@ def test_a_component_that_is_not_there_names_those_that_are():
         table[Mark]
     with pytest.raises(TypeError, match="<class 'int'> is not a component; declare it with @component"):
         table.add_component(int)
-    with pytest.raises(KeyError, match="Place in table .*ant.*: unknown field .*X.*; known: x, y; did you mean .*x"
-):
+    with pytest.raises(KeyError, match=r"Place in table .*ant.*: unknown field .*X.*; known: x, y; did you mean .*x"):
         table.set_defaults(Place, X=1)
     with pytest.raises(ValueError, match="capacity is 0; it must be at least 1"):
         Table("ant", (), capacity=0)

@@ -25,8 +25,9 @@ class Seekers:
     def __init__(self, world: "World", table: "Table") -> None:
         self.index = world.index(table)
         self.rows = self.index.rows.copy()
-        heading = table[Position].heading[self.rows]
-        self.cos, self.sin = np.cos(heading), np.sin(heading)
+        self.heading = table[Position].heading[self.rows]
+        self.cos, self.sin = np.cos(self.heading), np.sin(self.heading)
+        self.radius = table[Body].radius[self.rows] if Body in table else np.zeros(self.rows.size, np.float32)
         self.n = self.rows.size
 
 
@@ -119,7 +120,7 @@ def smell(field: str, at: list[float], scale: float) -> Sense:
 
     def sense(world: "World", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
         f, mine, space = world.fields[field], seekers.index, world.space
-        body = (seekers.rows, table[Body].radius, seekers.cos, seekers.sin, forward, left)
+        body = (seekers.radius, seekers.cos, seekers.sin, forward, left)
         if space.volume:
             world.split(_sniff_volume, seekers.n, f.value, f.inverse, mine.x, mine.y, mine.z, *body, up, np.float32(scale), space.lengths,
                         space.torus, out, column)
@@ -138,12 +139,12 @@ def touch(targets: list[str] | None, wall: bool, at: list[float], reach: float =
         names = [n for n, t in world.tables.items() if Body in t and Position in t] if targets is None else targets
         if names:
             bodies = merged(world, names)
-            widest = float(table[Body].radius[seekers.rows].max(initial=0.0)) + bodies.largest + reach
-            world.split(_touch, seekers.n, mine.x, mine.y, mine.z, mine.uid, seekers.rows, table[Body].radius, table[Position].heading,
+            widest = float(seekers.radius.max(initial=0.0)) + bodies.largest + reach
+            world.split(_touch, seekers.n, mine.x, mine.y, mine.z, mine.uid, seekers.radius, seekers.heading,
                         bodies.x, bodies.y, bodies.z, bodies.radius, bodies.uid, bodies.start, *space.shape, space.inverse, space.lengths,
                         space.torus, space.reach(widest), np.float32(reach), np.float32(at[0]), np.float32(at[1]), out, column)
         if wall and (space.volume or not space.torus):
-            _touch_walls(mine.x, mine.y, mine.z, seekers.rows, table[Body].radius, table[Position].heading, space.lengths, space.torus,
+            _touch_walls(mine.x, mine.y, mine.z, seekers.radius, seekers.heading, space.lengths, space.torus,
                          space.volume, np.float32(at[0]), np.float32(at[1]), out, column)
 
     return sense
@@ -156,7 +157,7 @@ def ambient(quantity: str, zero: float, scale: float, at: Sequence[float] = ()) 
     def sense(world: "World", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
         x, y, z = seekers.index.x, seekers.index.y, seekers.index.z
         if forward or left or up:
-            r, space = table[Body].radius[seekers.rows], world.space
+            r, space = seekers.radius, world.space
             x, y = x + r * (forward * seekers.cos - left * seekers.sin), y + r * (forward * seekers.sin + left * seekers.cos)
             z = z + r * up if space.volume else z
             x, y, z = (back_into(v, length, wrap) for v, length, wrap in zip((x, y, z), space.lengths, space.wrap, strict=True))
@@ -243,13 +244,13 @@ def _bearings(first, last, ox, oy, oz, cos, sin, tx, ty, tz, found, distance2, l
 
 
 @njit
-def _sniff_plane(first, last, value, inverse, ox, oy, rows, radius, cos, sin, forward, left, scale, torus, out, column):
+def _sniff_plane(first, last, value, inverse, ox, oy, radius, cos, sin, forward, left, scale, torus, out, column):
     """Read the field f32[ny, nx] at the noses; without branches and with unsigned indices, so that it becomes vector code."""
     ny, nx = value.shape
     flat = value.reshape(-1)
     half, zero, one, fnx, fny = np.float32(0.5), np.float32(0.0), np.float32(1.0), np.float32(nx), np.float32(ny)
     for i in range(first, last):
-        r = radius[rows[i]]
+        r = radius[i]
         gx = (ox[i] + r * (forward * cos[i] - left * sin[i])) * inverse[0] - half
         gy = (oy[i] + r * (forward * sin[i] + left * cos[i])) * inverse[1] - half
         bx, by = np.floor(gx), np.floor(gy)
@@ -269,10 +270,10 @@ def _sniff_plane(first, last, value, inverse, ox, oy, rows, radius, cos, sin, fo
 
 
 @njit
-def _sniff_volume(first, last, value, inverse, ox, oy, oz, rows, radius, cos, sin, forward, left, up, scale, lengths, torus, out, column):
+def _sniff_volume(first, last, value, inverse, ox, oy, oz, radius, cos, sin, forward, left, up, scale, lengths, torus, out, column):
     """Read the field f32[nz, ny, nx] at the noses."""
     for i in range(first, last):
-        r = radius[rows[i]]
+        r = radius[i]
         x = into(ox[i] + r * (forward * cos[i] - left * sin[i]), lengths[0], torus)
         y = into(oy[i] + r * (forward * sin[i] + left * cos[i]), lengths[1], torus)
         z = into(oz[i] + r * up, lengths[2], False)
@@ -295,11 +296,11 @@ def within(angle, begin, end):
 
 
 @njit
-def _touch(first, last, ox, oy, oz, ou, rows, radius, heading, bx, by, bz, br, bu, bstart, nx, ny, nz, inverse, lengths, torus, reach_cells,
+def _touch(first, last, ox, oy, oz, ou, radius, heading, bx, by, bz, br, bu, bstart, nx, ny, nz, inverse, lengths, torus, reach_cells,
            reach, begin, end, out, column):
     near = np.empty(bx.size, np.int64)
     for i in range(first, last):
-        r = radius[rows[i]]
+        r = radius[i]
         n = sight.gather(ox[i], oy[i], oz[i], reach_cells, bstart, bx, by, bz, nx, ny, nz, inverse, lengths, torus, near)
         for q in range(n):
             e = near[q]
@@ -307,16 +308,16 @@ def _touch(first, last, ox, oy, oz, ou, rows, radius, heading, bx, by, bz, br, b
                 continue
             dx, dy, dz = sight.offset(ox[i], oy[i], oz[i], bx[e], by[e], bz[e], lengths, torus)
             s = r + br[e] + reach
-            if dx * dx + dy * dy + dz * dz <= s * s and within(np.float32(np.arctan2(dy, dx)) - heading[rows[i]], begin, end):
+            if dx * dx + dy * dy + dz * dz <= s * s and within(np.float32(np.arctan2(dy, dx)) - heading[i], begin, end):
                 out[i, column] = 1
                 break
 
 
 @njit
-def _touch_walls(ox, oy, oz, rows, radius, heading, lengths, torus, volume, begin, end, out, column):
+def _touch_walls(ox, oy, oz, radius, heading, lengths, torus, volume, begin, end, out, column):
     half = np.float32(1.5707964)
-    for i in range(rows.size):
-        r, h = radius[rows[i]], heading[rows[i]]
+    for i in range(radius.size):
+        r, h = radius[i], heading[i]
         if volume and (oz[i] <= r or oz[i] >= lengths[2] - r):
             out[i, column] = 1
         if torus:

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from ecs_eco.world import World
 
 LEDGER = ("stock_before", "endowed", "taken_in", "burnt", "given", "lost", "stock_after")
-NOTHING = np.zeros(1, np.float32)
+NOTHING = np.zeros(0, np.float32)
 
 
 class Recorder(System):
@@ -176,7 +176,7 @@ EVENTS = {
 def add_up(alive, energy, taken, burnt, given, happiness, sums):
     """Add up the living: energy, taken, burnt, given, happiness, in float64."""
     e, t, b, g, h = 0.0, 0.0, 0.0, 0.0, 0.0
-    feels = happiness.size > 1
+    feels = happiness.size > 0
     for row in range(alive.size):
         if alive[row]:
             e += energy[row]

@@ -104,7 +104,7 @@ def test_definition_3_a_genome_is_a_string_over_a_finite_alphabet(world):
 def test_definition_3_each_property_that_leaves_its_interval_kills_by_a_cause_of_its_own(world, name, value, cause):
     ram = world.tables["ram"]
     uid = int(ram.uid[ram.by_uid()][3])
-    table, row = world.locate(uid)
+    _, row = world.locate(uid)
     if name in world.substances:
         ram[Chemistry].molarity[row, world.substances.index(name)] = value
     else:

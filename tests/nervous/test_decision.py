@@ -76,7 +76,7 @@ def test_columns_follow_the_order_of_groups_and_actions():
     assert nerves.columns == {"speed": (0, 2), "turn": (2, 2), "eat": (4, 1)}
     assert nerves.neutral == {"speed": -1, "turn": 1, "eat": -1}
     assert [nerves.column(a) for a in ("run", "speed.run", "turn.none", "eat")] == [1, 1, 3, 4]
-    with pytest.raises(KeyError, match="unknown or ambiguous action .*rnu.*speed.still, speed.run"):
+    with pytest.raises(KeyError, match=r"unknown or ambiguous action .*rnu.*speed.still, speed.run"):
         nerves.column("rnu")
     with pytest.raises(KeyError, match="ambiguous"):
         _nerves({"speed": ["none"], "turn": ["none"]}).column("none")

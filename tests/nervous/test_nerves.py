@@ -97,7 +97,9 @@ def test_a_species_may_have_no_network_at_all(meadow):
 
 def test_the_state_of_a_learner_brings_another_to_the_same_point(meadow):
     def learner(seed):
-        return meadow(policy={"kind": "shared", "hidden": [4]}, ppo={"horizon": 3}, options={"policies": "untrained", "learn": True, "seed": seed})
+        return meadow(
+            policy={"kind": "shared", "hidden": [4]}, ppo={"horizon": 3}, options={"policies": "untrained", "learn": True, "seed": seed}
+        )
 
     world, other = learner(1).run(5), learner(2)
     nerves, twin = (w.tables["deer"].traits["nerves"] for w in (world, other))

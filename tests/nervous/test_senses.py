@@ -18,8 +18,10 @@ def _crowd(size=(12.0, 9.0), edges="torus", n=60, seed=1, cell=2.0):
     for name in ("a", "b"):
         table = world.add_table(name, Position, Body)
         values = {(Position, axis): (rng.random(n) * s).astype(F) for axis, s in zip("xyz", size, strict=False)}
-        table.request(np.zeros(n, np.uint64), values | {(Position, "heading"): (rng.random(n) * 6.28).astype(F),
-                                                        (Body, "radius"): rng.uniform(0.1, 0.5, n).astype(F)})
+        table.request(
+            np.zeros(n, np.uint64),
+            values | {(Position, "heading"): (rng.random(n) * 6.28).astype(F), (Body, "radius"): rng.uniform(0.1, 0.5, n).astype(F)},
+        )
     world.flush()
     return world
 
@@ -42,16 +44,31 @@ def _columns(world, name):
 def test_every_own_property_and_substance_can_be_felt():
     world = World()
     table = world.add_table("ram", Position, Metabolism, Biology, Physical, Chemistry, dims={"substances": 2})
-    world.spawn("ram", Metabolism(energy=0.5), Biology(age=30, fertility=0.25), Physical(temperature=310, luminous_intensity=2),
-                Chemistry(molarity=[0.1, 0.4]))
+    world.spawn(
+        "ram",
+        Metabolism(energy=0.5),
+        Biology(age=30, fertility=0.25),
+        Physical(temperature=310, luminous_intensity=2),
+        Chemistry(molarity=[0.1, 0.4]),
+    )
     world.flush()
-    for name, scale, reads in [("energy", 2, 0.25), ("age", 10, 3), ("fertility", 1, 0.25), ("temperature", 100, 3.1),
-                               ("luminous_intensity", 1, 2), ("salt", 1, 0.4), ("water", 0.2, 0.5), ("pressure", 101_325, 1)]:
+    for name, scale, reads in [
+        ("energy", 2, 0.25),
+        ("age", 10, 3),
+        ("fertility", 1, 0.25),
+        ("temperature", 100, 3.1),
+        ("luminous_intensity", 1, 2),
+        ("salt", 1, 0.4),
+        ("water", 0.2, 0.5),
+        ("pressure", 101_325, 1),
+    ]:
         assert _sensed(world, "ram", own(name, scale, ["water", "salt"]))[0, 0] == pytest.approx(reads, rel=1e-6)
     assert table.n == 1
 
 
-@pytest.mark.parametrize(("size", "edges"), [((12.0, 9.0), "torus"), ((12.0, 9.0), "walls"), ((12.0, 9.0, 6.0), "torus"), ((12.0, 9.0, 6.0), "walls")])
+@pytest.mark.parametrize(
+    ("size", "edges"), [((12.0, 9.0), "torus"), ((12.0, 9.0), "walls"), ((12.0, 9.0, 6.0), "torus"), ((12.0, 9.0, 6.0), "walls")]
+)
 def test_a_nose_reads_the_field_at_its_place_on_the_body(size, edges):
     world = _crowd(size, edges)
     field = world.fields["musk"] = Field(world.space, 1.5)
@@ -85,7 +102,9 @@ SECTORS = [[-np.pi, np.pi], [-0.8, 0.8], [0.0, np.pi], [2.5, -2.5]]  # all aroun
 
 
 @pytest.mark.parametrize("sector", SECTORS)
-@pytest.mark.parametrize(("size", "edges"), [((12.0, 9.0), "torus"), ((12.0, 9.0), "walls"), ((8.0, 6.0, 3.0), "walls"), ((8.0, 6.0, 3.0), "torus")])
+@pytest.mark.parametrize(
+    ("size", "edges"), [((12.0, 9.0), "torus"), ((12.0, 9.0), "walls"), ((8.0, 6.0, 3.0), "walls"), ((8.0, 6.0, 3.0), "torus")]
+)
 def test_touch_is_that_of_all_pairs_and_walls(size, edges, sector):
     world = _crowd(size, edges)
     (here, heading, radius), (there, _, other) = _columns(world, "a"), _columns(world, "b")
@@ -118,8 +137,15 @@ def test_touch_is_that_of_all_pairs_and_walls(size, edges, sector):
 
 
 def test_within_a_sector_counter_clockwise():
-    for angle, sector, inside in [(0, (-1, 1), True), (1.1, (-1, 1), False), (np.pi, (3, -3), True), (-3.1, (3, -3), True), (0, (3, -3), False),
-                                  (7, (-1, 1), True), (2, (-np.pi, np.pi), True)]:
+    for angle, sector, inside in [
+        (0, (-1, 1), True),
+        (1.1, (-1, 1), False),
+        (np.pi, (3, -3), True),
+        (-3.1, (3, -3), True),
+        (0, (3, -3), False),
+        (7, (-1, 1), True),
+        (2, (-np.pi, np.pi), True),
+    ]:
         assert within(F(angle), F(sector[0]), F(sector[1])) == inside
 
 
@@ -131,7 +157,9 @@ def test_the_surroundings_are_read_at_the_sensors_place_on_the_body():
     world.environment["light"] = lambda w, x, y, z: x + 100 * y + 10_000 * z
     assert _sensed(world, "a", ambient("light", 0, 1))[0, 0] == 5 + 500 + 80_000
     assert _sensed(world, "a", ambient("light", 0, 1, [1.0, 0.5, -1.0]))[0, 0] == pytest.approx(4 + 700 + 60_000)  # ahead is +y, left is −x
-    assert _sensed(world, "a", ambient("light", 0, 1, [0.0, 0.0, 9.0]))[0, 0] == pytest.approx(5 + 500 + 200_000, rel=1e-5)  # not beyond the wall
+    assert _sensed(world, "a", ambient("light", 0, 1, [0.0, 0.0, 9.0]))[0, 0] == pytest.approx(
+        5 + 500 + 200_000, rel=1e-5
+    )  # not beyond the wall
     world.ambient["temperature"] = 293.0
     assert _sensed(world, "a", ambient("temperature", 273.0, 40.0))[0, 0] == F(0.5)
 

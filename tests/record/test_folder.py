@@ -18,8 +18,16 @@ TICKS = 40
 def run(menagerie, tmp_path_factory):
     out = tmp_path_factory.mktemp("run") / "new" / "folder"
     shown = []
-    manifest = run_to_folder(menagerie(), seed=7, ticks=TICKS, out=out, policies="untrained", snapshot_every=10, report=False,
-                             progress=lambda *at: shown.append(at))
+    manifest = run_to_folder(
+        menagerie(),
+        seed=7,
+        ticks=TICKS,
+        out=out,
+        policies="untrained",
+        snapshot_every=10,
+        report=False,
+        progress=lambda *at: shown.append(at),
+    )
     return out, manifest, shown
 
 
@@ -27,8 +35,18 @@ def test_the_manifest_says_all_that_decides_the_run(run, menagerie):
     out, manifest, shown = run
     written = json.loads((out / "manifest.json").read_text())
     assert written == manifest
-    expected = {"format": 1, "world": "menagerie", "seed": 7, "ticks": TICKS, "done": TICKS, "dt": 0.5, "policies": "untrained", "finished": True,
-                "species": ["moss", "ram", "lynx"], "config_hash": load(menagerie()).config_hash}
+    expected = {
+        "format": 1,
+        "world": "menagerie",
+        "seed": 7,
+        "ticks": TICKS,
+        "done": TICKS,
+        "dt": 0.5,
+        "policies": "untrained",
+        "finished": True,
+        "species": ["moss", "ram", "lynx"],
+        "config_hash": load(menagerie()).config_hash,
+    }
     assert {k: written[k] for k in expected} == expected
     assert load(written["config"]).config_hash == written["config_hash"]
     assert set(written["colors"]) == set(written["species"])
@@ -41,7 +59,7 @@ def test_the_manifest_says_all_that_decides_the_run(run, menagerie):
 
 
 def test_the_parquet_holds_what_a_world_in_memory_recorded(run, menagerie):
-    out, manifest, _ = run
+    out, _, _ = run
     world = World.from_config(menagerie(), seed=7, policies="untrained").run(TICKS)
     kept, written = world.series(), read_parts(out / "series")
     assert written.column_names == kept.column_names
@@ -121,7 +139,10 @@ def test_parts_of_a_long_run_are_read_as_one(tmp_path):
     from ecs_eco.record.arrow import to_arrow, write_part
 
     for part, columns in enumerate([{"tick": np.arange(3)}, {"tick": np.arange(3, 5), "died: late": np.array([0, 1], np.int32)}]):
-        write_part(to_arrow(columns | {"species": np.zeros(len(columns["tick"]), np.int8)}, {"species": ["moss"]}), tmp_path / f"part-{part:05d}.parquet")
+        write_part(
+            to_arrow(columns | {"species": np.zeros(len(columns["tick"]), np.int8)}, {"species": ["moss"]}),
+            tmp_path / f"part-{part:05d}.parquet",
+        )
     both = read_parts(tmp_path).to_pydict()
     assert both["tick"] == [0, 1, 2, 3, 4]
     assert both["died: late"] == [None, None, None, 0, 1]

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from ecs_eco import World
-from ecs_eco.components import Metabolism, Position
+from ecs_eco.components import Metabolism, Nervous, Position
 from ecs_eco.record import Recorder
 from ecs_eco.record.recorder import LEDGER
 from ecs_eco.testing import arrange
@@ -25,10 +25,14 @@ def _recorded(menagerie, ticks=60, **options):
     sink = Sink()
     recorder = Recorder(world, sink, **options)
     lives = {"births": [], "deaths": []}
-    world.on_birth.append(lambda t, rows, parents, _: lives["births"].extend(
-        (world.tick, t.name, u, p) for u, p in zip(t.uid[rows].tolist(), parents.tolist(), strict=True)))
-    world.on_death.append(lambda t, rows: lives["deaths"].extend(
-        (world.tick, t.name, int(t.uid[r]), int(t.cause[r]), int(t.killer[r])) for r in rows))
+    world.on_birth.append(
+        lambda t, rows, parents, _: lives["births"].extend(
+            (world.tick, t.name, u, p) for u, p in zip(t.uid[rows].tolist(), parents.tolist(), strict=True)
+        )
+    )
+    world.on_death.append(
+        lambda t, rows: lives["deaths"].extend((world.tick, t.name, int(t.uid[r]), int(t.cause[r]), int(t.killer[r])) for r in rows)
+    )
     world.run(ticks)
     recorder.flush()
     lives = {kind: [life for life in events if life[1] in recorder.names] for kind, events in lives.items()}
@@ -76,10 +80,25 @@ def test_births_are_endowed_with_what_the_parents_gave(menagerie):
 def test_every_birth_and_death_is_recorded_once(menagerie):
     world, recorder, sink, lives = _recorded(menagerie)
     names = np.array(recorder.names)
-    births = list(zip(sink.column("births", "tick"), names[sink.column("births", "species")], sink.column("births", "uid"),
-                      sink.column("births", "parent"), strict=True))
-    deaths = list(zip(sink.column("deaths", "tick"), names[sink.column("deaths", "species")], sink.column("deaths", "uid"),
-                      sink.column("deaths", "cause"), sink.column("deaths", "killer"), strict=True))
+    births = list(
+        zip(
+            sink.column("births", "tick"),
+            names[sink.column("births", "species")],
+            sink.column("births", "uid"),
+            sink.column("births", "parent"),
+            strict=True,
+        )
+    )
+    deaths = list(
+        zip(
+            sink.column("deaths", "tick"),
+            names[sink.column("deaths", "species")],
+            sink.column("deaths", "uid"),
+            sink.column("deaths", "cause"),
+            sink.column("deaths", "killer"),
+            strict=True,
+        )
+    )
     assert births == lives["births"]
     assert deaths == lives["deaths"]
     assert len(births) > 20
@@ -181,3 +200,13 @@ def test_a_species_that_died_out_has_rows_of_zeros(meadow):
     assert series["n"][1::2] == [0, 0, 0]
     assert series["energy_mean"][1::2] == [0, 0, 0]
     assert np.isfinite(series["happiness_mean"]).all()
+
+
+def test_the_happiness_of_a_single_one_in_the_smallest_of_tables_is_recorded():
+    world = World((10, 10))
+    table = world.add_table("hermit", Position, Metabolism, Nervous, capacity=1, dims={"actions": 1})
+    world.spawn("hermit", Nervous(happiness=0.75))
+    world.flush()
+    Recorder(world)
+    world.run(1)
+    assert (table.capacity, world.series().to_pydict()["happiness_mean"]) == (1, [0.75])

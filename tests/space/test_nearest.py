@@ -28,7 +28,9 @@ def _slow(space, seekers, targets, same, radius):
     return np.where(d2 < radius**2, d2, np.inf)
 
 
-CASES = list(itertools.product([(50, 40), (30, 20, 25), (12, 9), (9, 30, 3)], ["torus", "walls"], [2.0, 4.4], [1.0, 2.0, 4.0, 50.0], [False, True]))
+CASES = list(
+    itertools.product([(50, 40), (30, 20, 25), (12, 9), (9, 30, 3)], ["torus", "walls"], [2.0, 4.4], [1.0, 2.0, 4.0, 50.0], [False, True])
+)
 
 
 @pytest.mark.parametrize(("size", "edges", "radius", "cell", "clumped"), CASES)
@@ -54,8 +56,14 @@ def test_hand_counted_neighbours_across_the_seam():
 
     def at(*x):
         index = Index(space)
-        index.build(np.ones(len(x), np.bool_), np.array(x, np.float32), np.full(len(x), 5, np.float32), np.zeros(len(x), np.float32),
-                    np.arange(1, len(x) + 1, dtype=np.uint64), len(x))
+        index.build(
+            np.ones(len(x), np.bool_),
+            np.array(x, np.float32),
+            np.full(len(x), 5, np.float32),
+            np.zeros(len(x), np.float32),
+            np.arange(1, len(x) + 1, dtype=np.uint64),
+            len(x),
+        )
         return index
 
     seekers, targets = at(0.5, 5.0, 9.5), at(9.0, 1.0)

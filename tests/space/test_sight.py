@@ -21,7 +21,10 @@ def _world(size, edges, cell, seed):
         table = world.add_table(name, Position, Body)
         table.traits["opaque"] = opaque
         values = {(Position, axis): (rng.random(n) * s).astype("f4") for axis, s in zip("xyz", size, strict=False)}
-        values |= {(Position, "heading"): (rng.random(n) * 6.28).astype("f4"), (Body, "radius"): rng.uniform(0.5, 1, n).astype("f4") * radius}
+        values |= {
+            (Position, "heading"): (rng.random(n) * 6.28).astype("f4"),
+            (Body, "radius"): rng.uniform(0.5, 1, n).astype("f4") * radius,
+        }
         table.request(np.zeros(n, np.uint64), values)
     world.flush()
     return world
@@ -163,7 +166,7 @@ def test_rays_stop_at_the_first_body_or_wall_of_all(size, edges, cell):
     cast_rays(targets, count, fov, radius, "per_ray")(world, table, seekers, each, 0)
     cast_rays(targets, count, fov, radius, "closest")(world, table, seekers, closest, 0)
     spread = (np.arange(count) - 2) * fov / 4  # the outermost rays enclose fov
-    wrong, hits = 0, {name: 0 for name in targets}
+    wrong, hits = 0, dict.fromkeys(targets, 0)
     for i, row in enumerate(seekers.rows):
         expected = np.zeros((3, count))
         for r in range(count):

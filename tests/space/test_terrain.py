@@ -9,7 +9,9 @@ F = np.float32
 
 def test_rocks_and_lakes_are_discs_of_cells_that_wrap_around_a_torus():
     for edges, across in (("torus", ROCK), ("walls", OPEN)):
-        terrain = Terrain(Space((20, 10), edges), 1.0, rocks=[{"at": [0.0, 5.0], "radius": 2.0}], lakes=[{"at": [10.0, 5.0], "radius": 1.6}])
+        terrain = Terrain(
+            Space((20, 10), edges), 1.0, rocks=[{"at": [0.0, 5.0], "radius": 2.0}], lakes=[{"at": [10.0, 5.0], "radius": 1.6}]
+        )
         assert ground_at(terrain.ground, terrain.inverse, F(1.2), F(5.5)) == ROCK
         assert ground_at(terrain.ground, terrain.inverse, F(2.5), F(5.5)) == OPEN
         assert ground_at(terrain.ground, terrain.inverse, F(19.5), F(5.2)) == across

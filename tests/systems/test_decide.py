@@ -23,7 +23,10 @@ def test_without_policy_and_reflex_only_what_is_automatic_is_done(meadow):
 
 
 def test_a_reflex_of_the_sensors_decides(meadow):
-    links = [{"sensor": "energy", "action": "run", "weight": 1, "above": 0.5}, {"sensor": "energy", "action": "eat", "weight": -1, "above": 0.5}]
+    links = [
+        {"sensor": "energy", "action": "run", "weight": 1, "above": 0.5},
+        {"sensor": "energy", "action": "eat", "weight": -1, "above": 0.5},
+    ]
     world = meadow(reflex={"connections": links})
     arrange(world, "deer", energy=[0.4, 0.6])
     assert _decision(world).tolist() == [[0, 0, 0, 0, 0, 0, 1], [0, 0, 1, 0, 0, 0, 0]]

@@ -5,7 +5,11 @@ import pytest
 
 from ecs_eco.components import Metabolism, Nervous
 
-POLICY = {"policy": {"kind": "shared", "hidden": [4]}, "ppo": {"horizon": 4, "epochs": 1}, "happiness": {"formula": "energy", "minimum": -1.0}}
+POLICY = {
+    "policy": {"kind": "shared", "hidden": [4]},
+    "ppo": {"horizon": 4, "epochs": 1},
+    "happiness": {"formula": "energy", "minimum": -1.0},
+}
 OPTIONS = {"policies": "untrained", "learn": True}
 
 

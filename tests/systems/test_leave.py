@@ -5,7 +5,12 @@ from ecs_eco.components import Body, Chemistry, Physical, Position
 from ecs_eco.testing import arrange
 
 WORLD = {"substances": {"salt": "", "water": ""}, "objects": {"carcass": {"body": {"radius": 0.1, "mass": 1.0}}}}
-DEER = {"body": {"radius": 0.5, "mass": 60.0}, "remains": "carcass", "properties": {"temperature": 310.0}, "substances": {"water": 0.7, "salt": 0.1}}
+DEER = {
+    "body": {"radius": 0.5, "mass": 60.0},
+    "remains": "carcass",
+    "properties": {"temperature": 310.0},
+    "substances": {"water": 0.7, "salt": 0.1},
+}
 
 
 @pytest.fixture

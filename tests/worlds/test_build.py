@@ -80,10 +80,14 @@ def test_two_species_of_plants_do_not_stand_in_the_same_places(menagerie):
 def test_plants_that_find_too_few_free_sites_are_as_many_as_fit(menagerie):
     lake = {"cell": 1.0, "lakes": [{"at": [20.0, 15.0], "radius": 14.0}]}
     sensing = {"count": 200, "sensors": [{"kind": "own", "property": "energy"}]}
-    world = World.from_config(menagerie(terrain=lake | {"rocks": [], "hills": None}, objects={"boulder": {"at": [[1.0, 1.0]]}},
-                                        species={"moss": sensing}), policies="untrained")
+    world = World.from_config(
+        menagerie(terrain=lake | {"rocks": [], "hills": None}, objects={"boulder": {"at": [[1.0, 1.0]]}}, species={"moss": sensing}),
+        policies="untrained",
+    )
     moss = world.tables["moss"]
-    assert moss.n == 300 - sum(not world.terrain.free(np.array([x + 0.0]), np.array([y + 0.0]))[0] for x in range(1, 40, 2) for y in range(1, 30, 2))
+    assert moss.n == 300 - sum(
+        not world.terrain.free(np.array([x + 0.0]), np.array([y + 0.0]))[0] for x in range(1, 40, 2) for y in range(1, 30, 2)
+    )
     assert moss.n < 200
     world.run(2)
 
@@ -108,5 +112,5 @@ def test_a_folder_without_the_species_file_or_with_another_network_is_refused(me
 
 
 def test_a_configuration_that_is_wrong_is_refused_before_anything_is_built(menagerie):
-    with pytest.raises(ConfigError, match="species.ram.diet.0.eats.*\n.*did you mean \"moss\""):
+    with pytest.raises(ConfigError, match=r'species.ram.diet.0.eats.*\n.*did you mean "moss"'):
         World.from_config(menagerie(species={"ram": {"diet": [{"eats": "mos", "gain": 0.1}]}}))

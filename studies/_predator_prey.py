@@ -1,0 +1,71 @@
+"""What the studies of predator and prey share: policies by training seed, worlds run to the first extinction."""
+
+import hashlib
+import tempfile
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+SPECIES = ("grass", "deer", "wolf")
+SHIPPED = Path(__file__).parent.parent / "ecs_eco" / "worlds" / "predator_prey"
+
+
+def trained(config: Any, seed: int, ticks: int | None = None) -> Path:
+    """Train the policies of a seed, or find those of an earlier case; a folder of <species>.safetensors.
+
+    They are found by the configuration, the seed and the sources of ecs_eco, so that they are never stale.
+    """
+    from ecs_eco.worlds.pretrain import pretrain
+
+    root = SHIPPED.parent.parent
+    sources = hashlib.sha256(b"".join(p.read_bytes() for p in sorted(root.rglob("*.py"))))
+    name = hashlib.sha256(f"{sources.hexdigest()} {_bare(config)} {seed} {ticks}".encode()).hexdigest()[:24]
+    folder = Path(tempfile.gettempdir()) / "ecs-eco-policies" / name
+    if not (folder / "training.json").is_file():
+        pretrain(config, seed=seed, ticks=ticks, out=folder)
+    return folder
+
+
+def _bare(config: Any) -> dict[str, Any]:
+    """The configuration without what training does not depend on."""
+    data = config.resolved()
+    for species in data["species"].values():
+        species["policy"]["file"] = None
+    return data
+
+
+def live(config: Any, seed: int, policies: Any, ticks: int, learn: bool | None = None, chunk: int = 250) -> Any:
+    """Run a world until `ticks` or, to within `chunk` ticks, the first extinction of deer or wolves."""
+    from ecs_eco import World
+
+    world = World.from_config(config, seed=seed, policies=policies, learn=learn)
+    while world.tick < ticks and all(world.tables[s].n for s in ("deer", "wolf")):
+        world.run(min(chunk, ticks - world.tick))
+    return world
+
+
+def numbers(world: Any) -> np.ndarray:
+    """Numbers of grass, deer and wolves by tick: i64[ticks, 3]."""
+    return np.asarray(world.series()["n"], np.int64).reshape(-1, len(SPECIES))
+
+
+def packed(n: np.ndarray, block: int) -> dict[str, str]:
+    """Means over blocks of ticks by species, as text: a line of JSON each."""
+    kept = n[: len(n) // block * block].reshape(-1, block, n.shape[1]).mean(1)
+    return {name: " ".join(f"{v:.0f}" for v in kept[:, i]) for i, name in enumerate(SPECIES)}
+
+
+def unpacked(lines: Mapping[str, str], block: int) -> Any:
+    """The series that `packed` wrote, for ecs_eco.analysis."""
+    from ecs_eco.analysis.runs import Series
+
+    n = np.array([[float(v) for v in lines[name].split()] for name in SPECIES]).T
+    return Series(np.arange(len(n)) * block, SPECIES, {"n": n})
+
+
+def first_extinction(n: np.ndarray) -> tuple[int, str | None]:
+    """Tick of the first extinction of deer or wolves and who it was; the run's length and None where both live."""
+    gone = [(int(t[0]), name) for i, name in enumerate(SPECIES) if i and len(t := np.flatnonzero(n[:, i] == 0))]
+    return min(gone) if gone else (len(n), None)

@@ -1,0 +1,126 @@
+"""Do grass, deer and wolves cycle, each following the other, when their policies were learned and are frozen (or go on learning)?
+
+Bundled policies on fresh world seeds; beside them, as they come, policies of other training seeds; and learning in life.
+Peaks are tested against red noise: AR(1), as asked for, and the stricter one that relaxes at two rates.
+"""
+
+import sys
+from pathlib import Path
+from typing import Any
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+import numpy as np
+from _predator_prey import first_extinction, live, numbers, packed, trained, unpacked
+from _study import Study, verdict
+
+FRESH = tuple(range(1001, 1011))  # world seeds that nothing was chosen on
+GRID, GRID_WORLDS = (5, 6, 7), (2001, 2002, 2003)  # training seeds not looked at before; not selected from
+BLOCK = 40  # [ticks] of the means kept
+LAGS = {"deer→wolf": (0.20, 0.35), "grass→deer": (0.28, 0.50)}
+
+
+def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
+    """Run one world; return who died out when, peaks, periods and lags, and the numbers."""
+    from ecs_eco.analysis.cycles import cycle_statistics
+    from ecs_eco.config import load
+
+    world = load(config["world"])
+    policies = str(trained(world, case["training"], config["training_ticks"])) if case["arm"] == "grid" else "trained"
+    lived = live(world, case["seed"], policies, config["ticks"], learn=case["arm"] == "learning")
+    n = numbers(lived)
+    when, who = first_extinction(n)
+    return {"lived": when, "extinct": who, "mean": n.mean(0).round(), "least": n.min(0), "most": n.max(0),
+            "cycles": cycle_statistics(lived.series()).as_dict(), "numbers": packed(n, BLOCK)}  # fmt: skip
+
+
+def arm(cases: list[dict[str, Any]], name: str) -> list[dict[str, Any]]:
+    """Results of one arm."""
+    return [entry["result"] for entry in cases if entry["case"]["arm"] == name]
+
+
+def periods(result: dict[str, Any]) -> float:
+    """Periods that the run lasted, after its start was cut off."""
+    c = result["cycles"]
+    return c["ticks"] / c["period"] if c["period"] else 0.0
+
+
+def count(results: list[dict[str, Any]], species: str, null: str) -> int:
+    """Runs with a peak beyond a null at p < .05."""
+    def p(r: dict[str, Any]) -> float | None:
+        c = r["cycles"]
+        return c["p_ar1"].get(species) if null == "ar1" else (c["peaks"].get(species) or {}).get("p")
+
+    return sum(v is not None and v < 0.05 for v in map(p, results))
+
+
+def coupling(results: list[dict[str, Any]], pair: str) -> Any:
+    """Cross-seed surrogates of a pair over the runs in which all persist; None where there are fewer than four."""
+    from ecs_eco.analysis.cycles import cross_seed_surrogates
+
+    kept = [r for r in results if r["extinct"] is None and r["cycles"]["period"]]
+    if len(kept) < 4:
+        return None
+    period = float(np.median([r["cycles"]["period"] for r in kept])) / BLOCK
+    return cross_seed_surrogates([unpacked(r["numbers"], BLOCK) for r in kept], *pair.split("→"), period)
+
+
+def row(name: str, results: list[dict[str, Any]]) -> list[Any]:
+    """One line of the table."""
+    from ecs_eco.analysis.cycles import median_lag_interval
+
+    lags = {pair: median_lag_interval([r["cycles"]["lags"][pair]["share"] for r in results if pair in r["cycles"]["lags"]]) for pair in LAGS}
+    found = [r["cycles"]["period"] for r in results if r["cycles"]["period"]]
+    return [name, len(results), sum(r["extinct"] is None for r in results), float(np.median(found)) if found else None,
+            *(count(results, s, null) for null in ("ar1", "relaxation") for s in ("deer", "wolf")),
+            *([v["median"], v["low"], v["high"]] if v["n"] else None for v in lags.values())]  # fmt: skip
+
+
+def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
+    """Judge the bundled policies; report the others."""
+    from ecs_eco.analysis.cycles import median_lag_interval
+
+    arms = [name for name in ("bundled", "grid", "learning") if arm(cases, name)]
+    main = arm(cases, "bundled")
+    n, kept = len(main), sum(r["extinct"] is None for r in main)
+    least = min(periods(r) for r in main)
+    out = [verdict("bundled policies, fresh world seeds: runs in which grass, deer and wolves persist", f"{kept} of {n}", "all", kept == n),
+           verdict("fewest periods in a run", least, "at least 10", least >= 10)]  # fmt: skip
+    for species in ("deer", "wolf"):
+        found = count(main, species, "ar1")
+        out.append(verdict(f"runs with a spectral peak of the {species} beyond AR(1), p < .05", f"{found} of {n}", "at least 9 of 10", found >= 0.9 * n))
+    for species in ("deer", "wolf"):
+        found = count(main, species, "relaxation")
+        out.append(verdict(f"the same for the {species} beyond red noise that relaxes at two rates", f"{found} of {n}", "at least 9 of 10 (stricter)",
+                           found >= 0.9 * n))  # fmt: skip
+    for pair, (low, high) in LAGS.items():
+        lag = median_lag_interval([r["cycles"]["lags"][pair]["share"] for r in main if pair in r["cycles"]["lags"]])
+        out.append(verdict(f"median lag {pair}, share of the period", [lag["median"], lag["low"], lag["high"]], f"{low} to {high}",
+                           low <= lag["median"] <= high))  # fmt: skip
+        surrogate = coupling(main, pair)
+        if surrogate is not None:
+            out.append(verdict(f"{pair} of the same run against pairs of different runs: coherency {surrogate.coherency:.2f}, p", surrogate.p,
+                               "< .05", surrogate.p < 0.05))  # fmt: skip
+    for name, what in (("grid", "policies of training seeds 5, 6, 7, as they come"), ("learning", "bundled policies that go on learning")):
+        if results := arm(cases, name):
+            kept = sum(r["extinct"] is None for r in results)
+            both = sum(count([r], "deer", "ar1") and count([r], "wolf", "ar1") for r in results)
+            out.append(verdict(f"{what}: runs in which all persist; of these with both peaks beyond AR(1)", f"{kept} and {both} of {len(results)}",
+                               "reported", kept == len(results)))  # fmt: skip
+    head = ["arm", "runs", "all persist", "median period [ticks]", "deer > AR(1)", "wolf > AR(1)", "deer, strict", "wolf, strict", *LAGS]
+    return {"verdicts": out, "table": {"head": head, "rows": [row(name, arm(cases, name)) for name in arms]}}
+
+
+STUDY = Study(
+    name="cycles", claim="Grass, deer and wolves with learned policies cycle: deer follow grass, wolves follow deer.",
+    config={"world": "predator-prey", "ticks": 20_000, "block": BLOCK, "training_ticks": None, "seeds": {
+        "chosen on": "parameters: policies of training seeds 1–4 on world seeds 100–103; bundled policies: studies/select_policies.py",
+        "fresh": list(FRESH), "grid, training": list(GRID), "grid, worlds": list(GRID_WORLDS)}},
+    cases=[*({"arm": "bundled", "seed": s} for s in FRESH), *({"arm": "grid", "training": t, "seed": s} for t in GRID for s in GRID_WORLDS),
+           *({"arm": "learning", "seed": s} for s in FRESH[:5])],
+    run=run, summarise=summarise, short_cases=[{"arm": "bundled", "seed": 1001}, {"arm": "learning", "seed": 1001}],
+    short_config={"ticks": 2500, "training_ticks": 300},
+)  # fmt: skip
+
+if __name__ == "__main__":
+    STUDY.main()
