@@ -104,8 +104,8 @@ class World:
             raise ValueError(unknown_name(f"system {type(system).__name__}", "phase", phase, PHASES))
         if getattr(system, "world", None) is not None:
             raise ValueError(f"system {type(system).__name__} is in a world already; make another instance for this one")
-        system.phase = phase  # type: ignore[union-attr]
-        system.world = weakref.proxy(self)  # type: ignore[union-attr]  # esper keeps the system: it must not keep the world
+        system.phase = phase  # type: ignore[attr-defined]
+        system.world = weakref.proxy(self)  # type: ignore[attr-defined]  # esper keeps the system: it must not keep the world
         self.systems.append(system)  # type: ignore[arg-type]
         place = 3 * len(self.systems)
         self._enter(system, phase, place)

@@ -41,7 +41,7 @@ class Feed(System):
             return
         eaters, foods = world.index(table), world.index(prey)
         b, m, nerves, species = table[Body], table[Metabolism], table.traits.get("nerves"), table.traits["species"]
-        widest = table.traits["radius"] + prey.traits["radius"] + food.reach
+        widest = float(b.radius[: table.high].max() + prey[Body].radius[: prey.high].max()) + food.reach
         found, distance2 = np.empty(eaters.n, np.int32), np.empty(eaters.n, np.float32)
         nearest(eaters, foods, widest, found, distance2, world.split)
         column = -1 if nerves is None else next((i for i, (_, a) in enumerate(nerves.actions) if a == "eat"), -1)
@@ -78,7 +78,7 @@ def ingest(found, distance2, rows, uid, food_rows, radius, food_radius, reach, d
             continue
         row, food = rows[i], food_rows[j]
         before = energy[row]
-        energy[row] = max(before, min(before + gain, ceiling))
+        energy[row] = min(before + gain, max(before, ceiling))  # bad food has a negative gain
         taken[row] += energy[row] - before
         digesting[row] = digestion
         food_cause[food] = cause

@@ -22,17 +22,15 @@ class Metabolise(System):
         species, m = table.traits.get("species"), table[Metabolism]
         cost = table[Velocity].cost if Velocity in table else STILL
         basal = species.metabolism.basal if species is not None else 0.0
-        if cost is STILL and basal == 0:
-            return
-        world.split(burn, table.high, table.alive, cost, np.float32(basal), np.float32(world.dt), m.energy, m.digesting, m.burnt)
+        world.split(burn, table.high, table.alive, cost, cost is not STILL, np.float32(basal), np.float32(world.dt), m.energy, m.digesting, m.burnt)
 
 
 @njit
-def burn(first, last, alive, cost, basal, dt, energy, digesting, burnt):
+def burn(first, last, alive, cost, moves, basal, dt, energy, digesting, burnt):
     """Burn (basal + cost) dt of the energy of the living; digestion goes on."""
     for row in range(first, last):
         if alive[row]:
             before = energy[row]
-            energy[row] = before - (basal + (cost[row] if cost.size > 1 else np.float32(0.0))) * dt
+            energy[row] = before - (basal + (cost[row] if moves else np.float32(0.0))) * dt
             burnt[row] += before - energy[row]
             digesting[row] = max(digesting[row] - dt, np.float32(0.0))

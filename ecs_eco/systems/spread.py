@@ -39,13 +39,14 @@ class Spread(System):
         ground, ground_inverse = rocks(world)
         reach = 0 if way.place == "anywhere" else max(1, round((way.dispersal or way.spacing) / way.spacing))
         n = sprout(taken, np.float32(way.rate * world.dt), np.float32(way.seed_rain * world.dt), reach, space.torus, ground, ground_inverse,
-                   inverse, world.key, site, parent)
+                   inverse, world.key, table.place << 20, site, parent)
         room = n if table.traits["max_count"] is None else max(0, min(n, table.traits["max_count"] - table.n))
         if room == 0:
             return
         site, parent = site[:room], parent[:room]
         who = site.astype(np.uint64)
-        u, v = random.draw_many(world.key, who, random.PLACE), random.draw_many(world.key, who, random.PLACE + (1 << 8))
+        salt = random.SPREAD + (table.place << 20)
+        u, v = random.draw_many(world.key, who, salt + (3 << 8)), random.draw_many(world.key, who, salt + (4 << 8))
         x = np.minimum(((site % nx) + u) / inverse[0], np.nextafter(space.lengths[0], np.float32(0))).astype(np.float32)
         y = np.minimum(((site // nx) + v) / inverse[1], np.nextafter(space.lengths[1], np.float32(0))).astype(np.float32)
         z = np.zeros(room, np.float32)
@@ -63,7 +64,7 @@ def stands(alive, x, y, inverse, taken):
 
 
 @njit
-def sprout(taken, rate, rain, reach, torus, ground, ground_inverse, inverse, key, site, parent):
+def sprout(taken, rate, rain, reach, torus, ground, ground_inverse, inverse, key, salt, site, parent):
     """List the free sites on which a seed sprouts, and the row of its parent (−1: seed rain); return how many."""
     ny, nx = taken.shape
     n = 0
@@ -71,7 +72,7 @@ def sprout(taken, rate, rain, reach, torus, ground, ground_inverse, inverse, key
         j, i = s // nx, s % nx
         if taken[j, i] >= 0:
             continue
-        u = draw(key, s, random.SPREAD)
+        u = draw(key, s, random.SPREAD + salt)
         if u >= rate + rain:
             continue
         if ground.size > 1:
@@ -79,7 +80,7 @@ def sprout(taken, rate, rain, reach, torus, ground, ground_inverse, inverse, key
                 continue
         row = np.int64(-1)
         if u < rate:
-            a, b = draw(key, s, random.SPREAD + (1 << 8)), draw(key, s, random.SPREAD + (2 << 8))
+            a, b = draw(key, s, random.SPREAD + salt + (1 << 8)), draw(key, s, random.SPREAD + salt + (2 << 8))
             if reach == 0:
                 row = taken[min(int(a * ny), ny - 1), min(int(b * nx), nx - 1)]
             else:

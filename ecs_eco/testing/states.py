@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from ecs_eco.errors import unknown_name
+from ecs_eco.system import System
 
 State = dict[str, dict[str, np.ndarray]]
 
@@ -64,7 +65,7 @@ def arrange(world: Any, name: str, **fields: Any) -> Any:
     return table
 
 
-def act(world: Any, kind: type) -> None:
+def act(world: Any, kind: type[System]) -> None:
     """Let the world's system of one kind act once, outside of any tick; births and deaths wait for `world.flush()`."""
     systems = [s for s in world.systems if type(s) is kind]
     if not systems:

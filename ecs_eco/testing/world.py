@@ -18,7 +18,9 @@ def check_world(world: Any, ticks: int = 30) -> None:
     the same seed gives the same bytes, with two threads too; and the order of rows changes nobody's fate.
     """
     make = world if callable(world) else lambda threads: _built(world, threads)
-    first, lives = make(1), []
+    lives: list[tuple] = []
+    lives_too: list[tuple] = []
+    first = make(1)
     note(first, lives)
     watch(first, ticks)
     if make(1).run(ticks).digest() != first.digest():
@@ -28,7 +30,7 @@ def check_world(world: Any, ticks: int = 30) -> None:
     if threaded.digest() != first.digest():
         found = difference(state(first), state(threaded)) or "networks or fields differ"
         raise AssertionError(f"{first.name}: two threads give another world: {found}")
-    shuffled, lives_too = shuffle(make(1)), []
+    shuffled = shuffle(make(1))
     note(shuffled, lives_too)
     shuffled.run(ticks)
     if found := difference(state(first), state(shuffled)):
@@ -88,9 +90,11 @@ def _check_bounds(world: Any) -> None:
             for name, array in vars(columns).items():
                 if array.dtype.kind == "f" and not np.isfinite(array[rows]).all():
                     raise AssertionError(f"{where}: {component.__name__}.{name} is not finite")
-        for axis, length in zip("xyz", lengths, strict=False):
-            if Position in table and ((place := table.field(Position, axis)[rows]) < 0).any() | (place >= length).any():
-                raise AssertionError(f"{where}: Position.{axis} leaves [0, {length})")
+        if Position in table:
+            for axis, length in zip("xyz", lengths, strict=False):
+                place = table.field(Position, axis)[rows]
+                if ((place < 0) | (place >= length)).any():
+                    raise AssertionError(f"{where}: Position.{axis} leaves [0, {length})")
 
 
 def _check_books(world: Any) -> None:
@@ -107,6 +111,6 @@ def _check_books(world: Any) -> None:
     n, births, deaths = (np.array(series[k]).reshape(-1, s) for k in ("n", "births", "deaths"))
     if (np.diff(n, axis=0) != (births - deaths)[1:]).any():
         raise AssertionError(f"{world.name}: the numbers do not change by births − deaths")
-    causes = sum(np.array(v) for k, v in series.items() if k.startswith("died: "))
+    causes = np.sum([v for k, v in series.items() if k.startswith("died: ")], axis=0)
     if (causes != np.array(series["deaths"])).any():
         raise AssertionError(f"{world.name}: the causes of death do not add up to the deaths")

@@ -174,7 +174,6 @@ def test_who_eats_what_is_that_of_the_slow_twin(meadow, edges):
     assert (deer[Body].radius[rows] == 0.5).all()
 
 
-@pytest.mark.xfail(reason="ingest keeps max(before, …): what is eaten can never harm, though the configuration allows a negative gain")
 def test_food_with_a_negative_gain_harms_and_the_books_say_so(meadow):
     world = meadow(diet=[{"eats": "grass", "gain": -0.25}])
     deer = arrange(world, "deer", x=[5, 15], y=5, energy=0.5)
@@ -184,7 +183,6 @@ def test_food_with_a_negative_gain_harms_and_the_books_say_so(meadow):
     assert deer[Metabolism].taken[deer.by_uid()].tolist() == [-0.25, 0]
 
 
-@pytest.mark.xfail(reason="Feed looks as far as the species' radius reaches, not the largest of its living")
 def test_a_larger_one_of_its_kind_reaches_further(meadow):
     world = meadow()
     arrange(world, "deer", x=[5, 15], y=5, energy=0.5, radius=[3.0, 0.5])
