@@ -22,7 +22,8 @@ class Metabolise(System):
         species, m = table.traits.get("species"), table[Metabolism]
         cost = table[Velocity].cost if Velocity in table else STILL
         basal = species.metabolism.basal if species is not None else 0.0
-        world.split(burn, table.high, table.alive, cost, cost is not STILL, np.float32(basal), np.float32(world.dt), m.energy, m.digesting, m.burnt)
+        world.split(burn, table.high, table.alive, cost, cost is not STILL, np.float32(basal), np.float32(world.dt),
+                    m.energy, m.digesting, m.burnt)
 
 
 @njit
