@@ -14,7 +14,7 @@ import _bench
 
 _bench.pin_threads()
 
-from ecs_eco import World  # noqa: E402
+from ecs_eco import World
 
 
 def resident() -> int:

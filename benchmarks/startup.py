@@ -37,7 +37,8 @@ def main() -> None:
             for _ in range(6):
                 times.append(seconds(arguments, cache))
                 shutil.rmtree(out, ignore_errors=True)
-            rows.append({"command": "ecs-eco " + " ".join(arguments[:4]), "first start [s]": times[0], "later, median [s]": statistics.median(times[1:]),
+            rows.append({"command": "ecs-eco " + " ".join(arguments[:4]), "first start [s]": times[0],
+                         "later, median [s]": statistics.median(times[1:]),
                          "later, least [s]": min(times[1:]), "goal [s]": goal})
         compiled = len(list(cache.rglob("*.nbc")))
     _bench.save("startup", "Commands as whole processes", rows, {"kernels compiled by the first run": compiled})

@@ -126,7 +126,8 @@ class Table:
             self[component]  # raises the error that names what there is
             default = self.defaults[component].get(name)
             if default is None:
-                raise KeyError(unknown_name(f"{component.__name__} in table {self.name!r}", "field", name, component.fields))
+                known = self.defaults[component]
+                raise KeyError(unknown_name(f"{component.__name__} in table {self.name!r}", "field", name, known))
             wanted = (len(parents), *default.shape)
             if np.shape(array) != wanted:
                 where = f"newborn of {self.name!r}: {component.__name__}.{name}"

@@ -300,7 +300,7 @@ class World:
             index = self._indexes[table.name] = Index(self.space)
         if self._pool is not None and index.version != table.version:
             stale = [t for t in self.tables.values() if Position in t and t is not table]
-            self.together(*(lambda t=t: self._build(t) for t in [table, *stale]))  # type: ignore[misc]
+            self.together(*(lambda t=t: self._build(t) for t in [table, *stale]))
         return self._build(table)
 
     def _build(self, table: Table) -> Index:

@@ -18,7 +18,7 @@ class Diffuse(System):
         emitters = [t for t in world.tables.values() if t.traits.get("emits")]
         for table in emitters:
             world.index(table)
-        world.together(*(lambda name=name: self.spread(name, emitters) for name in world.fields))  # type: ignore[misc]
+        world.together(*(lambda name=name: self.spread(name, emitters) for name in world.fields))
 
     def spread(self, name: str, emitters: list[Any]) -> None:
         """Let one field receive what is emitted into it, then spread and fade."""
