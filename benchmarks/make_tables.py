@@ -12,7 +12,8 @@ from typing import Any
 HERE = Path(__file__).parent
 PAGE, README = HERE.parent / "docs" / "benchmarks.md", HERE.parent / "README.md"
 MARKS = ("<!-- table: benchmarks -->", "<!-- end of table -->")
-ORDER = ("animals", "animals_threads", "animals_learning", "plants", "memory", "startup", "ppo", "wolf_sheep")
+ORDER = ("animals", "animals_threads", "animals_learning", "plants", "memory", "startup", "ppo",
+         "wolf_sheep", "wolf_sheep_same", "wolf_sheep_profile")
 HEAD = """# How fast it is
 
 Written by `benchmarks/make_tables.py` from `benchmarks/results/`. The machines are shared and noisy: a ratio from one run
@@ -45,6 +46,11 @@ def table(rows: list[dict[str, Any]]) -> str:
     return "\n".join([*lines, *("| " + " | ".join(show(r.get(h, "")) for h in head) + " |" for r in rows)])
 
 
+def script(name: str) -> str:
+    """Return the script that wrote a result: the longest that its name begins with."""
+    return max((p.stem for p in HERE.glob("*.py") if name.startswith(p.stem)), key=len)
+
+
 def page(results: dict[str, dict[str, Any]]) -> str:
     """Return the page with every result."""
     parts = [HEAD]
@@ -53,7 +59,7 @@ def page(results: dict[str, dict[str, Any]]) -> str:
         where = f"{m['processor']}, {m['cores']} cores, load {m['load']}; commit {(m['commit'] or 'unknown')[:12]}; " + ", ".join(
             f"{k} {v}" for k, v in m["versions"].items())
         notes = "".join(f"\n- {k}: {show(v)}" for k, v in r["notes"].items())
-        parts.append(f"## {r['question']}\n\n`python benchmarks/{name.split('_threads')[0].split('_learning')[0]}.py` ({name})\n\n"
+        parts.append(f"## {r['question']}\n\n`python benchmarks/{script(name)}.py` ({name})\n\n"
                      f"{table(r['rows'])}\n{notes}\n\n{where}.\n")
     return "\n".join(parts)
 

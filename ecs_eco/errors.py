@@ -88,6 +88,13 @@ def _short(value: object, width: int = 90) -> str:
     return text if len(text) <= width else text[: width - 1] + "…"
 
 
+class UnknownName(KeyError):
+    """A name that nobody declared; its text is the message, where a KeyError's is in quotes."""
+
+    def __str__(self) -> str:
+        return str(self.args[0]) if self.args else ""
+
+
 def unknown_name(place: str, kind: str, name: object, known: Iterable[str]) -> str:
     """The message for a name that nobody declared: the place, the name, what is known, the nearest."""
     known = [str(k) for k in known]

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from ecs_eco._numba import njit
-from ecs_eco.errors import unknown_name
+from ecs_eco.errors import UnknownName, unknown_name
 from ecs_eco.schema import Columns, Handle
 
 Values = Mapping[tuple[type, str], Any]
@@ -59,7 +59,7 @@ class Table:
             return self.columns[component]
         except KeyError:
             known = [c.__name__ for c in self.columns]
-            raise KeyError(unknown_name(f"table {self.name!r}", "component", getattr(component, "__name__", component), known)) from None
+            raise UnknownName(unknown_name(f"table {self.name!r}", "component", getattr(component, "__name__", component), known)) from None
 
     def has(self, components: Iterable[type]) -> bool:
         """Return whether the table has all these components."""
@@ -87,7 +87,7 @@ class Table:
         """Set what a newborn of this table has in these fields."""
         for field, value in defaults.items():
             if field not in component.fields:
-                raise KeyError(unknown_name(f"{component.__name__} in table {self.name!r}", "field", field, component.fields))
+                raise UnknownName(unknown_name(f"{component.__name__} in table {self.name!r}", "field", field, component.fields))
             self.defaults[component][field][...] = value
 
     def field(self, component: type[Any], name: str) -> np.ndarray:
@@ -127,7 +127,7 @@ class Table:
             default = self.defaults[component].get(name)
             if default is None:
                 known = self.defaults[component]
-                raise KeyError(unknown_name(f"{component.__name__} in table {self.name!r}", "field", name, known))
+                raise UnknownName(unknown_name(f"{component.__name__} in table {self.name!r}", "field", name, known))
             wanted = (len(parents), *default.shape)
             if np.shape(array) != wanted:
                 where = f"newborn of {self.name!r}: {component.__name__}.{name}"

@@ -14,7 +14,7 @@ import esper
 import numpy as np
 
 from ecs_eco import random
-from ecs_eco.errors import unknown_name
+from ecs_eco.errors import UnknownName, unknown_name
 from ecs_eco.schema import Handle
 from ecs_eco.space import Index, Space
 from ecs_eco.system import PHASES, System
@@ -121,7 +121,7 @@ class World:
         try:
             return self.tables[name]
         except KeyError:
-            raise KeyError(unknown_name("world", "table", name, self.tables)) from None
+            raise UnknownName(unknown_name("world", "table", name, self.tables)) from None
 
     def cause(self, name: str) -> int:
         """Return the code of a cause of death, making it known where it is new."""

@@ -68,9 +68,9 @@ class Nerves:
         """Return the column of an action, "run" or "speed.run", in the decision."""
         found = [i for i, (g, a) in enumerate(self.actions) if action in (a, f"{g}.{a}")]
         if len(found) != 1:
-            from ecs_eco.errors import unknown_name
+            from ecs_eco.errors import UnknownName, unknown_name
 
-            raise KeyError(unknown_name("nerves", "or ambiguous action", action, [f"{g}.{a}" for g, a in self.actions]))
+            raise UnknownName(unknown_name("nerves", "or ambiguous action", action, [f"{g}.{a}" for g, a in self.actions]))
         return found[0]
 
     def doing(self, table: Any, action: str) -> np.ndarray:

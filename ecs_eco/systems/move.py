@@ -57,11 +57,11 @@ def move(first, last, alive, decision, layout, speeds, costs, turns, climbs, dt,
             climb[row] = climbs[way] if way >= 0 else np.float32(0.0)
             z[row] = into(z[row] + climb[row] * dt, lengths[2], False)
         if v > 0:
+            if ground.size > 1:
+                v = free_way(x[row], y[row], heading[row], v, dt, ground, inverse, lengths, torus)
             nx = into(x[row] + v * dt * np.cos(heading[row]), lengths[0], torus)
             ny = into(y[row] + v * dt * np.sin(heading[row]), lengths[1], torus)
-            if ground.size > 1 and ground_at(ground, inverse, nx, ny) != OPEN:
-                v = np.float32(0.0)
-            else:
+            if v > 0:
                 if height.size > 1:
                     rise = height_at(height, inverse, nx, ny, torus) - height_at(height, inverse, x[row], y[row], torus)
                     c += c * slope_cost * max(rise, np.float32(0.0)) / (v * dt)
@@ -69,3 +69,16 @@ def move(first, last, alive, decision, layout, speeds, costs, turns, climbs, dt,
                 y[row] = ny
         speed[row] = v
         cost[row] = c
+
+
+@njit
+def free_way(x, y, heading, v, dt, ground, inverse, lengths, torus):
+    """Return the speed at which a step of dt [s] ends before water or rock begins; looks at every half cell of the way."""
+    steps = int(np.ceil(v * dt * max(inverse[0], inverse[1]) * np.float32(2.0)))
+    for s in range(1, steps + 1):
+        way = v * dt * np.float32(s) / np.float32(steps)
+        px = into(x + way * np.cos(heading), lengths[0], torus)
+        py = into(y + way * np.sin(heading), lengths[1], torus)
+        if ground_at(ground, inverse, px, py) != OPEN:
+            return v * np.float32(s - 1) / np.float32(steps)
+    return v

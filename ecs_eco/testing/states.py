@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ecs_eco.errors import unknown_name
+from ecs_eco.errors import UnknownName, unknown_name
 from ecs_eco.system import System
 
 State = dict[str, dict[str, np.ndarray]]
@@ -58,7 +58,7 @@ def arrange(world: Any, name: str, **fields: Any) -> Any:
         owner = next((c for c in table.columns if field in c.fields), None)
         if owner is None:
             known = [f for c in table.columns for f in c.fields]
-            raise KeyError(unknown_name(f"table {name!r}", "field", field, known))
+            raise UnknownName(unknown_name(f"table {name!r}", "field", field, known))
         column = table.field(owner, field)
         column[rows] = np.broadcast_to(np.asarray(value, column.dtype), column[rows].shape)
     table.version += 1
@@ -69,7 +69,7 @@ def act(world: Any, kind: type[System]) -> None:
     """Let the world's system of one kind act once, outside of any tick; births and deaths wait for `world.flush()`."""
     systems = [s for s in world.systems if type(s) is kind]
     if not systems:
-        raise KeyError(unknown_name("world", "system", kind.__name__, [type(s).__name__ for s in world.systems]))
+        raise UnknownName(unknown_name("world", "system", kind.__name__, [type(s).__name__ for s in world.systems]))
     with world:
         systems[0].process()
 

@@ -2,7 +2,9 @@ import numpy as np
 import pytest
 
 from ecs_eco.components import Nervous, Position, Velocity
+from ecs_eco.space import Space, Terrain
 from ecs_eco.systems import Move
+from ecs_eco.systems.move import free_way
 from ecs_eco.testing import act, arrange
 
 STILL, WALK, RUN = [1, 0, 0], [0, 1, 0], [0, 0, 1]
@@ -129,3 +131,14 @@ def test_the_kernel_is_its_slow_twin(meadow, edges, size):
             price *= 1 + 2 * max(h(*to) - h(x[a], y[a]), 0) / speed
         assert places[a] == pytest.approx([*to, angle], abs=1e-3)
         assert cost[a] == pytest.approx(price, abs=1e-4)
+
+
+def test_a_fast_animal_does_not_jump_a_thin_lake():
+    space = Space((40.0, 40.0), "walls")
+    terrain = Terrain(space, 1.0, lakes=[{"at": [20.0, 20.0], "radius": 1.5}])
+    stopped = free_way(np.float32(10.0), np.float32(20.0), np.float32(0.0), np.float32(20.0), np.float32(1.0), terrain.ground,
+                       terrain.inverse, space.lengths, False)
+    assert 10.0 + stopped < 20.0 - 0.5
+    beside = free_way(np.float32(10.0), np.float32(5.0), np.float32(0.0), np.float32(20.0), np.float32(1.0), terrain.ground,
+                      terrain.inverse, space.lengths, False)
+    assert beside == 20.0
