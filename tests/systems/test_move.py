@@ -61,9 +61,9 @@ def test_headings_stay_within_a_turn(meadow):
 def test_water_and_rock_stop_walkers_who_pay_all_the_same(meadow, kind):
     world = meadow(world={"terrain": {"cell": 0.5, kind: [{"at": [10.0, 10.0], "radius": 2.0}]}}, count=3)
     places = _moved(world, [[*RUN, *NONE, 0]] * 3, x=[6.0, 3.0, 14.0], y=10, heading=0)
-    assert places[:, 0].tolist() == [6.0, 6.0, 17.0]  # the first would stand in it
+    assert places[:, 0].tolist() == [7.75, 6.0, 17.0]  # the first stops at the last quarter metre before it begins
     v, rows = world.tables["deer"][Velocity], world.tables["deer"].by_uid()
-    assert v.speed[rows].tolist() == [0, 3, 3]
+    assert v.speed[rows].tolist() == [1.75, 3, 3]
     assert v.cost[rows].tolist() == pytest.approx([0.1] * 3)
 
 
@@ -123,11 +123,16 @@ def test_the_kernel_is_its_slow_twin(meadow, edges, size):
         turn = next((t for t in range(3) if decision[a, 3 + t]), 1)
         angle = (heading[a] + (0.5, 0, -0.5)[turn]) % (2 * np.pi)
         speed, price = (0, 1, 3)[gait], (0, 0.02, 0.1)[gait]
-        to = [x[a] + speed * np.cos(angle), y[a] + speed * np.sin(angle)]
-        to = [t % s if edges == "torus" else min(max(t, 0), s - 1e-5) for t, s in zip(to, size, strict=True)]
-        if world.terrain.ground[int(to[1]), int(to[0])]:
-            to = [x[a], y[a]]
-        elif speed:
+
+        def reached(way, a=a, angle=angle):
+            to = [x[a] + way * np.cos(angle), y[a] + way * np.sin(angle)]
+            return [t % s if edges == "torus" else min(max(t, 0), s - 1e-5) for t, s in zip(to, size, strict=True)]
+
+        halves = [i / 2 for i in range(2 * speed + 1)]  # half cells along the way
+        blocked = next((w for w in halves[1:] if world.terrain.ground[int(reached(w)[1]), int(reached(w)[0])]), None)
+        speed = speed if blocked is None else blocked - 0.5
+        to = reached(speed) if speed else [x[a], y[a]]
+        if speed:
             price *= 1 + 2 * max(h(*to) - h(x[a], y[a]), 0) / speed
         assert places[a] == pytest.approx([*to, angle], abs=1e-3)
         assert cost[a] == pytest.approx(price, abs=1e-4)
