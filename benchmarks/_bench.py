@@ -93,7 +93,7 @@ def savanna(animals: int, plants_per_animal: float = 1.6, **space: Any) -> dict[
         "format": 1, "name": "savanna", "dt": 1.0, "space": {"size": [side, side], "edges": "torus", **space}, "fields": fields,
         "species": {
             "plant": {"count": plants, "body": {"radius": 0.4, "opaque": False}, "metabolism": {"energy": 0.2, "energy_max": 0.2},
-                      "emits": {"plant_smell": 0.1}, "reproduction": {"kind": "spread", "rate": 0.02, "seed_rain": 0.01, "spacing": 3.0}},
+                      "emits": {"plant_smell": 0.1}, "reproduction": {"kind": "spread", "rate": 0.02, "seed_rain": 0.015, "spacing": 3.0}},
             "grazer": animal(grazers, "plant", "grazer_smell", 1.0), "hunter": animal(hunters, "grazer", "hunter_smell", 1.2),
         },
     }  # fmt: skip

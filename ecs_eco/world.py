@@ -60,7 +60,7 @@ class World:
         self._outer: list[str] = []
         self._thread = threading.get_ident()
         self._context = f"ecs-eco {next(_serial)}"
-        self._pool = ThreadPoolExecutor(threads) if threads > 1 else None
+        self._pool = ThreadPoolExecutor(threads - 1) if threads > 1 else None
         self._enter(_Deaths(self), "die", 999_999)
         self._enter(_Births(self), "reproduce", 999_999)
         weakref.finalize(self, _forget, self._context, self._pool)
@@ -330,8 +330,10 @@ class World:
         if self._pool is None or (n if work is None else work) < PARALLEL_FROM:
             kernel(0, n, *arguments)
             return
-        bounds = np.linspace(0, n, 2 * self.threads + 1).astype(int)
-        for part in [self._pool.submit(kernel, int(a), int(b), *arguments) for a, b in zip(bounds, bounds[1:], strict=False)]:
+        bounds = [n * i // self.threads for i in range(self.threads + 1)]
+        others = [self._pool.submit(kernel, a, b, *arguments) for a, b in zip(bounds[1:], bounds[2:], strict=False)]
+        kernel(0, bounds[1], *arguments)
+        for part in others:
             part.result()
 
     def together(self, *work: Callable[[], Any]) -> None:
@@ -340,7 +342,10 @@ class World:
             for piece in work:
                 piece()
             return
-        for done in [self._pool.submit(piece) for piece in work]:
+        others = [self._pool.submit(piece) for piece in work[1:]]
+        if work:
+            work[0]()
+        for done in others:
             done.result()
 
     def series(self) -> Any:

@@ -12,6 +12,15 @@ SPECIES = ("grass", "deer", "wolf")
 SHIPPED = Path(__file__).parent.parent / "ecs_eco" / "worlds" / "predator_prey"
 
 
+def identity(policies: bool = True) -> dict[str, str | None]:
+    """Hashes of the world as it is shipped, and of its bundled policies: a study of another world is another study."""
+    from ecs_eco.config import load
+
+    files = {s: SHIPPED / f"{s}.safetensors" for s in SPECIES[1:]} if policies else {}
+    hashes = {s: hashlib.sha256(f.read_bytes()).hexdigest()[:16] if f.is_file() else None for s, f in files.items()}
+    return {"world": hashlib.sha256(str(_bare(load("predator-prey"))).encode()).hexdigest()[:16], **hashes}
+
+
 def trained(config: Any, seed: int, ticks: int | None = None) -> Path:
     """Train the policies of a seed, or find those of an earlier case; a folder of <species>.safetensors.
 

@@ -11,7 +11,7 @@ from typing import Any
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from _predator_prey import first_extinction, live, numbers, trained
+from _predator_prey import first_extinction, identity, live, numbers, trained
 from _study import Study, verdict
 
 LAWS = {
@@ -81,7 +81,7 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
 
 STUDY = Study(
     name="contrast", claim="Worlds of trained deer and wolves outlive worlds in which either acts at random.",
-    config={"world": "predator-prey", "ticks": 8000, "laws": LAWS, "training_seed": 1, "training_ticks": None},
+    config={"world": "predator-prey", "identity": identity(policies=False), "ticks": 8000, "laws": LAWS, "training_seed": 1, "training_ticks": None},
     cases=[{"law": law, "arm": arm, "seed": s} for law in LAWS for arm in ARMS for s in SEEDS], run=run, summarise=summarise,
     short_cases=[{"law": "dear running", "arm": arm, "seed": 3001} for arm in ("random/random", "trained/trained")],
     short_config={"ticks": 1500, "training_ticks": 300},

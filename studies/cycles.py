@@ -11,7 +11,7 @@ from typing import Any
 sys.path.insert(0, str(Path(__file__).parent))
 
 import numpy as np
-from _predator_prey import first_extinction, live, numbers, packed, trained, unpacked
+from _predator_prey import first_extinction, identity, live, numbers, packed, trained, unpacked
 from _study import Study, verdict
 
 FRESH = tuple(range(1001, 1011))  # world seeds that nothing was chosen on
@@ -113,7 +113,7 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
 
 STUDY = Study(
     name="cycles", claim="Grass, deer and wolves with learned policies cycle: deer follow grass, wolves follow deer.",
-    config={"world": "predator-prey", "ticks": 20_000, "block": BLOCK, "training_ticks": None, "seeds": {
+    config={"world": "predator-prey", "identity": identity(), "ticks": 20_000, "block": BLOCK, "training_ticks": None, "seeds": {
         "chosen on": "parameters: policies of training seeds 1–4 on world seeds 100–103; bundled policies: studies/select_policies.py",
         "fresh": list(FRESH), "grid, training": list(GRID), "grid, worlds": list(GRID_WORLDS)}},
     cases=[*({"arm": "bundled", "seed": s} for s in FRESH), *({"arm": "grid", "training": t, "seed": s} for t in GRID for s in GRID_WORLDS),

@@ -14,7 +14,7 @@ from typing import Any
 sys.path.insert(0, str(Path(__file__).parent))
 
 import numpy as np
-from _predator_prey import trained
+from _predator_prey import identity, trained
 from _study import Study, verdict
 
 SEEDS = (1, 2, 3, 4, 5, 6, 7)  # the training seeds of studies/select_policies.py and studies/cycles.py
@@ -93,7 +93,7 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
 
 STUDY = Study(
     name="from_scratch", claim="Deer and wolves learn to live from random weights in under a minute on one core.",
-    config={"world": "predator-prey", "training_ticks": None, "evaluation_ticks": 400, "deer": list(DEER)},
+    config={"world": "predator-prey", "identity": identity(policies=False), "training_ticks": None, "evaluation_ticks": 400, "deer": list(DEER)},
     cases=[{"training": s} for s in SEEDS], run=run, summarise=summarise, short_cases=[{"training": 1}, {"training": 2}],
     short_config={"training_ticks": 640, "evaluation_ticks": 150, "deer": [700, 60]},
 )  # fmt: skip

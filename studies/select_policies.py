@@ -13,7 +13,7 @@ from typing import Any
 sys.path.insert(0, str(Path(__file__).parent))
 
 import numpy as np
-from _predator_prey import SHIPPED, first_extinction, live, numbers, trained
+from _predator_prey import SHIPPED, first_extinction, identity, live, numbers, trained
 from _study import RESULTS, Study, verdict
 
 TRAINING, WORLDS = (1, 2, 3, 4), (11, 12)
@@ -59,7 +59,7 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
 
 STUDY = Study(
     name="select_policies", claim="The bundled predator-prey policies are chosen by a declared rule among four training seeds.",
-    config={"world": "predator-prey", "ticks": 10_000, "training_ticks": None},
+    config={"world": "predator-prey", "identity": identity(policies=False), "ticks": 10_000, "training_ticks": None},
     cases=[{"training": t, "seed": w} for t in TRAINING for w in WORLDS], run=run, summarise=summarise,
     short_cases=[{"training": 1, "seed": 11}], short_config={"ticks": 1200, "training_ticks": 300},
 )  # fmt: skip
