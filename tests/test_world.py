@@ -135,7 +135,7 @@ def test_surroundings_are_constant_or_a_function_of_place(world):
 
 def test_split_hands_every_item_to_the_kernel_once(monkeypatch):
     monkeypatch.setattr("ecs_eco.world.PARALLEL_FROM", 10)
-    for threads, n, parts in ((1, 100, 1), (3, 9, 1), (3, 100, 6)):
+    for threads, n, parts in ((1, 100, 1), (3, 9, 1), (3, 100, 3)):
         out, calls = np.zeros(n, int), []
 
         def kernel(first, last, out, calls=calls):
