@@ -17,6 +17,7 @@ from _study import Study, verdict
 FRESH = tuple(range(1001, 1011))  # world seeds that nothing was chosen on
 GRID, GRID_WORLDS = (5, 6, 7), (2001, 2002, 2003)  # training seeds not looked at before; not selected from
 BLOCK = 40  # [ticks] of the means kept
+IN_LIFE = {f"species.{s}.ppo.learning_rate": 1e-4 for s in ("deer", "wolf")}  # a tenth of the rate of pre-training, constant
 LAGS = {"deer→wolf": (0.20, 0.35), "grass→deer": (0.28, 0.50)}
 
 
@@ -25,7 +26,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
     from ecs_eco.analysis.cycles import cycle_statistics
     from ecs_eco.config import load
 
-    world = load(config["world"])
+    world = load(config["world"], config["in life"] if case["arm"] == "learning" else None)
     policies = str(trained(world, case["training"], config["training_ticks"])) if case["arm"] == "grid" else "trained"
     lived = live(world, case["seed"], policies, config["ticks"], learn=case["arm"] == "learning")
     n = numbers(lived)
@@ -113,7 +114,7 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
 
 STUDY = Study(
     name="cycles", claim="Grass, deer and wolves with learned policies cycle: deer follow grass, wolves follow deer.",
-    config={"world": "predator-prey", "identity": identity(), "ticks": 20_000, "block": BLOCK, "training_ticks": None, "seeds": {
+    config={"world": "predator-prey", "identity": identity(), "ticks": 20_000, "block": BLOCK, "training_ticks": None, "in life": IN_LIFE, "seeds": {
         "chosen on": "parameters: policies of training seeds 1–4 on world seeds 100–103; bundled policies: studies/select_policies.py",
         "fresh": list(FRESH), "grid, training": list(GRID), "grid, worlds": list(GRID_WORLDS)}},
     cases=[*({"arm": "bundled", "seed": s} for s in FRESH), *({"arm": "grid", "training": t, "seed": s} for t in GRID for s in GRID_WORLDS),

@@ -1,6 +1,7 @@
 """From a world file to a World: tables with their species' values, nervous systems, and the list of systems in order."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -64,7 +65,7 @@ def build(cls: Any, config: Any, *, seed: int | None = None, policies: Any = "tr
     for table in list(world.tables.values()):
         _remains(world, table)
     for number, (name, species) in enumerate(config.species.items()):
-        _networks(world, world.tables[name], species, policies, learn, number)
+        _networks(world, world.tables[name], species, policies, learn, number, training)
     for system in [*schedule(training and config.training.respawn), *_own_systems(config)]:
         world.add_system(system)
     for name, kind in [*config.objects.items(), *config.species.items()]:
@@ -152,7 +153,8 @@ def _gaits(way: Any, nerves: Nerves) -> tuple[np.ndarray, ...]:
     return layout, *(np.array(a or [0.0], np.float32) for a in arrays)
 
 
-def _networks(world: Any, table: Any, species: Any, policies: Any, learn: bool | None, number: int) -> None:
+def _networks(world: Any, table: Any, species: Any, policies: Any, learn: bool | None, number: int,
+              training: bool) -> None:
     """Build the reflex, happiness and policy networks of one species."""
     nerves = table.traits.get("nerves")
     if nerves is None:
@@ -187,7 +189,10 @@ def _networks(world: Any, table: Any, species: Any, policies: Any, learn: bool |
         if nerves.happiness is None:
             raise ConfigError([Problem(("species", table.name, "policy", "learn"), "nothing rewards it", True,
                                        "a species that learns declares `happiness`; or learn = false")])
-        nerves.learner = Learner(nerves.brain, PPO(**species.ppo), seed=seed, workers=world.threads)
+        ppo = PPO(**species.ppo)
+        if not training:
+            ppo = replace(ppo, anneal=0)  # a plan for pre-training: life has no end to plan for
+        nerves.learner = Learner(nerves.brain, ppo, seed=seed, workers=world.threads)
 
 
 def _weights_file(world: Any, species: Any, name: str, source: Any) -> Path | None:
