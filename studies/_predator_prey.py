@@ -1,6 +1,8 @@
 """What the studies of predator and prey share: policies by training seed, worlds run to the first extinction."""
 
+import contextlib
 import hashlib
+import os
 import tempfile
 from collections.abc import Mapping
 from pathlib import Path
@@ -33,7 +35,10 @@ def trained(config: Any, seed: int, ticks: int | None = None) -> Path:
     name = hashlib.sha256(f"{sources.hexdigest()} {_bare(config)} {seed} {ticks}".encode()).hexdigest()[:24]
     folder = Path(tempfile.gettempdir()) / "ecs-eco-policies" / name
     if not (folder / "training.json").is_file():
-        pretrain(config, seed=seed, ticks=ticks, out=folder)
+        own = folder.with_name(f"{name}.{os.getpid()}")  # several workers may train the same seed at once
+        pretrain(config, seed=seed, ticks=ticks, out=own)
+        with contextlib.suppress(OSError):  # another was first, with the same bytes
+            own.rename(folder)
     return folder
 
 
