@@ -263,8 +263,6 @@ class World:
                     if table.uid[row]:
                         table.entity[row] = esper.create_entity(*[c.attach(columns, int(row)) for c, columns in table.columns.items()])
                 table.entity_uid[:] = table.uid
-        if changed > 10_000:
-            gc.freeze()
         if collecting:
             gc.enable()
 

@@ -100,7 +100,8 @@ def _read(world: Any) -> _Document:
     if isinstance(world, WorldConfig):
         return _Document(world.model_dump(), world._source, world._folder)
     if isinstance(world, Mapping):
-        return _Document(copy.deepcopy(dict(world)), "dict", Path())
+        home = shipped().get(str(world.get("name")))  # a shipped world's files lie beside it, wherever its dict has been
+        return _Document(copy.deepcopy(dict(world)), "dict", home.parent if home else Path())
     path = _path(world)
     try:
         text = path.read_text(encoding="utf-8")
