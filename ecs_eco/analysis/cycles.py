@@ -13,7 +13,7 @@ from itertools import permutations
 from typing import Any
 
 import numpy as np
-from scipy.stats import binom, norm, t
+from scipy.special import bdtr, ndtri, stdtrit  # scipy.stats would take a second to load
 
 from ecs_eco.analysis.runs import Series, load_series
 from ecs_eco.analysis.spectrum import SHORTEST, Peak, detrend, fisher_g, smooth, spectral_peak, thin, transform
@@ -148,7 +148,7 @@ def lag(a: np.ndarray, b: np.ndarray, period: float, *, n_boot: int = 999, seed:
     off = np.angle(sums[starts].sum(1) * np.exp(-1j * phase)) / (2 * np.pi)
     share = float(phase / (2 * np.pi) % 1)
     blocks = max(n / block, 3.0)
-    wider = t.ppf(0.975, blocks - 1) / norm.ppf(0.975) * np.sqrt(blocks / (blocks - 1))
+    wider = stdtrit(blocks - 1, 0.975) / ndtri(0.975) * np.sqrt(blocks / (blocks - 1))
     low, high = np.clip(np.quantile(off, [0.025, 0.975]) * wider, -0.5, 0.5)
     return Lag(share, share + float(low), share + float(high), float(np.abs(cross.mean()) / weight) if weight else 0.0)
 
@@ -166,14 +166,14 @@ def median_lag_interval(lags: Sequence[float], level: float = 0.95) -> dict[str,
     near = np.sort((x - centre + 0.5) % 1 - 0.5)
     off = (centre % 1) if (centre % 1) + near.min() > -0.5 else centre
     n, out = len(x), 1
-    while out < n // 2 and 1 - 2 * binom.cdf(out, n, 0.5) >= level:
+    while out < n // 2 and 1 - 2 * bdtr(out, n, 0.5) >= level:
         out += 1
     return {
         "n": n,
         "median": float((np.median(near) + off) % 1),
         "low": float(near[out - 1] + off),
         "high": float(near[n - out] + off),
-        "coverage": float(1 - 2 * binom.cdf(out - 1, n, 0.5)),
+        "coverage": float(1 - 2 * (bdtr(out - 1, n, 0.5) if out else 0.0)),
     }
 
 
