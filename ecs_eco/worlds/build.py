@@ -64,6 +64,8 @@ def build(cls: Any, config: Any, *, seed: int | None = None, policies: Any = "tr
         _species_table(world, name, species)
     for table in list(world.tables.values()):
         _remains(world, table)
+    if config.terrain is not None:
+        _landmarks(world, config.terrain)
     for number, (name, species) in enumerate(config.species.items()):
         _networks(world, world.tables[name], species, policies, learn, number, training)
     for system in [*schedule(training and config.training.respawn), *_own_systems(config)]:
@@ -89,6 +91,22 @@ def _cell(config: WorldConfig) -> float:
     radii = [getattr(s, "radius", 0.0) for sp in config.species.values() for s in sp.sensors]
     shortest = min(config.space.size)
     return min(max(max(radii, default=0.0) / 2, shortest / 500), shortest)
+
+
+def _landmarks(world: Any, terrain: Any) -> None:
+    """Make an inanimate object of every mountain, rock and lake: a table of each kind, named so unless the world uses the name.
+
+    The ground stops and hides; these only say what is where, for `each`, viewers and systems of one's own.
+    """
+    for kind in ("mountains", "rocks", "lakes"):
+        places = getattr(terrain, kind)
+        if not places or kind in world.config.objects or kind in world.config.species:
+            continue
+        table = world.add_table(kind, Position, Body, capacity=len(places))
+        table.traits |= {"object": True, "opaque": False, "solid": False, "radius": max(p.radius for p in places), "color": "#888888"}
+        columns = {(Position, "x"): [p.at[0] for p in places], (Position, "y"): [p.at[1] for p in places],
+                   (Body, "radius"): [p.radius for p in places]}
+        table.request(np.zeros(len(places), np.uint64), {k: np.array(v, np.float32) for k, v in columns.items()})
 
 
 def _matter(table: Any, kind: Any, substances: list[str]) -> None:

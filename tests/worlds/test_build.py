@@ -14,8 +14,8 @@ def world(menagerie):
 
 
 def test_tables_are_objects_then_species_in_their_order_with_the_components_they_need(world):
-    assert list(world.tables) == ["boulder", "carcass", "moss", "ram", "lynx"]
-    assert [t.place for t in world.tables.values()] == [0, 1, 2, 3, 4]
+    assert list(world.tables) == ["boulder", "carcass", "moss", "ram", "lynx", "rocks", "lakes"]  # landmarks come last
+    assert [t.place for t in world.tables.values()] == [0, 1, 2, 3, 4, 5, 6]
     has = {name: set(t.columns) for name, t in world.tables.items()}
     body = {Position, Body}
     assert has["boulder"] == body | {Physical, Chemistry}
@@ -27,10 +27,10 @@ def test_tables_are_objects_then_species_in_their_order_with_the_components_they
 
 
 def test_numbers_places_and_values_at_birth(world):
-    assert [t.n for t in world.tables.values()] == [2, 0, 150, 40, 8]
+    assert [t.n for t in world.tables.values()] == [2, 0, 150, 40, 8, 1, 1]
     for name, table in world.tables.items():
         p, rows = table[Position], table.rows()
-        if name not in ("boulder", "carcass"):
+        if name not in ("boulder", "carcass", "rocks", "lakes"):
             assert world.terrain.free(p.x[rows], p.y[rows]).all()
     assert world.tables["boulder"][Position].x[:2].tolist() == [20, 33]
     ram = world.tables["ram"]
@@ -114,3 +114,19 @@ def test_a_folder_without_the_species_file_or_with_another_network_is_refused(me
 def test_a_configuration_that_is_wrong_is_refused_before_anything_is_built(menagerie):
     with pytest.raises(ConfigError, match=r'species.ram.diet.0.eats.*\n.*did you mean "moss"'):
         World.from_config(menagerie(species={"ram": {"diet": [{"eats": "mos", "gain": 0.1}]}}))
+
+
+def test_lakes_rocks_and_mountains_are_inanimate_objects():
+    from ecs_eco import World
+    from ecs_eco.components import Body, Position
+
+    moss = {"count": 5, "body": {"radius": 0.2}}
+    terrain = {"cell": 1.0, "lakes": [{"at": [10.0, 12.0], "radius": 3.0}, {"at": [30.0, 5.0], "radius": 2.0}],
+               "mountains": [{"at": [20.0, 20.0], "radius": 6.0, "height": 9.0}]}
+    world = World.from_config({"format": 1, "name": "fells", "space": {"size": [40.0, 40.0]}, "terrain": terrain, "species": {"moss": moss}})
+    lakes = world.tables["lakes"]
+    assert (lakes.n, world.tables["mountains"].n, "rocks" in world.tables) == (2, 1, False)
+    assert lakes[Position].x[lakes.by_uid()].tolist() == [10.0, 30.0]
+    assert lakes[Body].radius[lakes.by_uid()].tolist() == [3.0, 2.0]
+    world.run(3)
+    assert world.recorder.names == ["moss"]
