@@ -123,7 +123,8 @@ def test_lakes_rocks_and_mountains_are_inanimate_objects():
     moss = {"count": 5, "body": {"radius": 0.2}}
     terrain = {"cell": 1.0, "lakes": [{"at": [10.0, 12.0], "radius": 3.0}, {"at": [30.0, 5.0], "radius": 2.0}],
                "mountains": [{"at": [20.0, 20.0], "radius": 6.0, "height": 9.0}]}
-    world = World.from_config({"format": 1, "name": "fells", "space": {"size": [40.0, 40.0]}, "terrain": terrain, "species": {"moss": moss}})
+    fells = {"format": 1, "name": "fells", "space": {"size": [40.0, 40.0]}, "terrain": terrain, "species": {"moss": moss}}
+    world = World.from_config(fells)
     lakes = world.tables["lakes"]
     assert (lakes.n, world.tables["mountains"].n, "rocks" in world.tables) == (2, 1, False)
     assert lakes[Position].x[lakes.by_uid()].tolist() == [10.0, 30.0]
