@@ -61,6 +61,7 @@ class World:
         self._thread = threading.get_ident()
         self._context = f"ecs-eco {next(_serial)}"
         self._pool = ThreadPoolExecutor(threads - 1) if threads > 1 else None
+        self._shared = False  # whether all threads are at work on pieces of `together`
         self._enter(_Deaths(self), "die", 999_999)
         self._enter(_Births(self), "reproduce", 999_999)
         weakref.finalize(self, _forget, self._context, self._pool)
@@ -325,7 +326,7 @@ class World:
 
     def split(self, kernel: Callable[..., Any], n: int, *arguments: Any, work: int | None = None) -> None:
         """Run `kernel(first, last, *arguments)` over 0…n, in parts on all threads where `work` items are worth it."""
-        if self._pool is None or (n if work is None else work) < PARALLEL_FROM:
+        if self._pool is None or self._shared or (n if work is None else work) < PARALLEL_FROM:
             kernel(0, n, *arguments)
             return
         bounds = [n * i // self.threads for i in range(self.threads + 1)]
@@ -336,15 +337,19 @@ class World:
 
     def together(self, *work: Callable[[], Any]) -> None:
         """Do independent pieces of work, on all threads where the world is large enough; they must not share what they write."""
-        if self._pool is None or sum(t.n for t in self.tables.values()) < PARALLEL_FROM:
+        if self._pool is None or self._shared or sum(t.n for t in self.tables.values()) < PARALLEL_FROM:
             for piece in work:
                 piece()
             return
-        others = [self._pool.submit(piece) for piece in work[1:]]
-        if work:
-            work[0]()
-        for done in others:
-            done.result()
+        self._shared = True  # all threads have their piece: within one nothing is split further
+        try:
+            others = [self._pool.submit(piece) for piece in work[1:]]
+            if work:
+                work[0]()
+            for done in others:
+                done.result()
+        finally:
+            self._shared = False
 
     def series(self) -> Any:
         """Return the recorded series as a pyarrow.Table: a row per tick and species; see `ecs_eco.record`."""

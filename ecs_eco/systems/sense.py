@@ -3,6 +3,7 @@
 from typing import Any
 
 from ecs_eco.components import Nervous, Position
+from ecs_eco.nervous import senses
 from ecs_eco.nervous.senses import Seekers
 from ecs_eco.system import System
 
@@ -19,6 +20,18 @@ class Sense(System):
         seekers = Seekers(world, table)
         out, column = nerves.readout(seekers.n), 0
         nerves.rows = seekers.rows
+        shares: list[list[tuple[Any, int]]] = [[] for _ in range(world.threads)]  # whole senses for each thread, wide ones first
+        columns: list[tuple[Any, int, int]] = []
         for sense, width in nerves.senses:
-            sense(world, table, seekers, out, column)
+            columns.append((sense, width, column))
             column += width
+        for place, (sense, _, first) in enumerate(sorted(columns, key=lambda c: -c[1])):
+            # what calls functions of a user's own runs on the world's thread, whatever it touches
+            own = sense.__module__ != senses.__name__ or sense.__qualname__.startswith("ambient")
+            shares[0 if own else place % world.threads].append((sense, first))
+
+        def read(share: list[tuple[Any, int]]) -> None:
+            for sense, first in share:
+                sense(world, table, seekers, out, first)
+
+        world.together(*(lambda share=share: read(share) for share in shares if share))
