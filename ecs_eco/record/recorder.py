@@ -118,7 +118,7 @@ class Recorder(System):
     def _snapshot(self) -> None:
         for s, name in enumerate(self.names):
             table = self.world.tables[name]
-            if Position in table:
+            if Position in table and table.n:
                 rows = table.by_uid()
                 zero = np.zeros(rows.size, np.float32)
                 energy = table[Metabolism].energy[rows] if Metabolism in table else zero

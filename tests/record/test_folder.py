@@ -166,3 +166,21 @@ def test_versions_and_commit():
     assert all(isinstance(v, str) for v in versions().values())
     commit = git_commit()
     assert commit is None or len(commit) == 40
+
+
+def test_a_run_goes_on_and_is_whole_after_an_extinction(tmp_path):
+    import json
+
+    from ecs_eco.config import load
+    from ecs_eco.record import run_to_folder
+    from ecs_eco.record.arrow import read_parts
+
+    small = {"space.size": [60.0, 60.0], "species.grass.count": 100, "species.deer.count": 10, "species.wolf.count": 3,
+             "species.deer.metabolism.basal": 0.05, "species.wolf.metabolism.basal": 0.05}
+    run_to_folder(load("predator-prey", small), seed=1, ticks=60, out=tmp_path / "run", policies="random", snapshot_every=5)
+    manifest = json.loads((tmp_path / "run" / "manifest.json").read_text())
+    series, snapshots = read_parts(tmp_path / "run" / "series"), read_parts(tmp_path / "run" / "snapshots")
+    assert (manifest["finished"], manifest["done"]) == (True, 60)
+    assert [n for s, n in zip(series["species"].to_pylist(), series["n"].to_pylist(), strict=True) if s == "deer"][-1] == 0
+    assert max(snapshots["tick"].to_pylist()) == 55  # of the grass alone
+    assert (tmp_path / "run" / "report.html").is_file()
