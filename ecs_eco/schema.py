@@ -10,11 +10,17 @@ import numpy as np
 class Type:
     """A column's element: a dtype and the shape of one organism's value; a word in the shape is fixed per table."""
 
-    __slots__ = ("dtype", "shape")
+    __slots__ = ("blocked", "dtype", "shape")
 
-    def __init__(self, dtype: Any, shape: tuple[int | str, ...] = ()) -> None:
+    def __init__(self, dtype: Any, shape: tuple[int | str, ...] = (), blocked: bool = False) -> None:
         self.dtype = np.dtype(dtype)
         self.shape = shape
+        self.blocked = blocked
+
+    @property
+    def heavy(self) -> "Type":
+        """The same, kept in blocks of rows: for what is so large that growth must not copy it."""
+        return Type(self.dtype, self.shape, blocked=True)
 
     def __getitem__(self, shape: Any) -> "Type":
         return Type(self.dtype, shape if isinstance(shape, tuple) else (shape,))
@@ -24,7 +30,7 @@ class Type:
 
     def __repr__(self) -> str:
         inner = ", ".join(map(str, self.shape))
-        return f"{self.dtype.name}[{inner}]" if inner else self.dtype.name
+        return (f"{self.dtype.name}[{inner}]" if inner else self.dtype.name) + (".heavy" if self.blocked else "")
 
     def check(self, value: Any, where: str) -> None:
         """Raise ValueError where a value does not fit: of another kind, out of range, or of another shape."""

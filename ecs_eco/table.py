@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from ecs_eco._numba import njit
+from ecs_eco.blocks import Blocked
 from ecs_eco.errors import UnknownName, unknown_name
 from ecs_eco.schema import Columns, Handle
 
@@ -79,7 +80,7 @@ class Table:
         self.defaults[component] = values
         self.set_defaults(component, **defaults)
         for field, value in values.items():
-            setattr(columns, field, np.broadcast_to(value, (self.capacity, *value.shape)).copy())
+            setattr(columns, field, _column(component.fields[field][0], value, self.capacity, self.rows()))
         self.columns[component] = columns
         self.entity_uid[:] = np.where(self.entity_uid != 0, np.uint64(0xFFFFFFFFFFFFFFFF), self.entity_uid)  # handles are made anew
 
@@ -112,7 +113,7 @@ class Table:
             setattr(self, name, _grown(getattr(self, name), new))
         for columns in self.columns.values():
             for field, array in list(vars(columns).items()):
-                setattr(columns, field, _grown(array, new))
+                setattr(columns, field, array.grow(new) if isinstance(array, Blocked) else _grown(array, new))
         self.capacity = new
 
     def request(self, parents: np.ndarray, values: Mapping[tuple[type, str], np.ndarray], second: np.ndarray | None = None) -> None:
@@ -165,7 +166,10 @@ class Table:
             setattr(self, name, getattr(self, name)[order])
         for columns in self.columns.values():
             for field, array in list(vars(columns).items()):
-                setattr(columns, field, array[order])
+                if isinstance(array, Blocked):
+                    array[: self.n] = array[rows]
+                else:
+                    setattr(columns, field, array[order])
         self.entity_uid[:] = np.where(self.entity_uid != 0, np.uint64(0xFFFFFFFFFFFFFFFF), self.entity_uid)
         self.high = int(np.flatnonzero(self.alive)[-1]) + 1 if self.n else 0
         self.version += 1
@@ -175,6 +179,16 @@ class Table:
         """Bytes of all columns."""
         own = sum(getattr(self, a).nbytes for a in ("alive", "uid", "born", "cause", "killer", "entity", "entity_uid"))
         return own + sum(a.nbytes for c in self.columns.values() for a in vars(c).values())
+
+
+def _column(kind: Any, value: np.ndarray, capacity: int, living: np.ndarray) -> Any:
+    """Return a new column with this default in every row; a heavy one holds it in the rows of the living only."""
+    if not kind.blocked:
+        return np.broadcast_to(value, (capacity, *value.shape)).copy()
+    column = Blocked(value.shape, kind.dtype).grow(capacity)
+    if living.size:
+        column[living] = value
+    return column
 
 
 def _grown(array: np.ndarray, n: int) -> np.ndarray:

@@ -6,11 +6,25 @@ A component declares fields with a type, a default and a unit. What changes them
 from ecs_eco.components.biology import Biology
 from ecs_eco.components.body import Body
 from ecs_eco.components.chemistry import Chemistry
+from ecs_eco.components.defence import Defence
+from ecs_eco.components.desires import Desires
+from ecs_eco.components.experience import Experience
 from ecs_eco.components.genome import Genome
+from ecs_eco.components.gestation import Gestation
+from ecs_eco.components.growth import Growth
+from ecs_eco.components.life_history import LifeHistory
 from ecs_eco.components.metabolism import Metabolism
 from ecs_eco.components.nervous import Nervous
 from ecs_eco.components.physical import Physical
+from ecs_eco.components.plasticity import Plasticity
+from ecs_eco.components.policy import Policy
 from ecs_eco.components.position import Position
+from ecs_eco.components.reflexes import Reflexes
+from ecs_eco.components.senses import Senses
 from ecs_eco.components.velocity import Velocity
+from ecs_eco.components.vigour import Vigour
 
-__all__ = ["Biology", "Body", "Chemistry", "Genome", "Metabolism", "Nervous", "Physical", "Position", "Velocity"]
+__all__ = [
+    "Biology", "Body", "Chemistry", "Defence", "Desires", "Experience", "Genome", "Gestation", "Growth", "LifeHistory", "Metabolism",
+    "Nervous", "Physical", "Plasticity", "Policy", "Position", "Reflexes", "Senses", "Velocity", "Vigour",
+]  # fmt: skip

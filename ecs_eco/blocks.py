@@ -1,0 +1,88 @@
+"""Blocked: a heavy column (brains, rollouts) in blocks of fixed size, so that growth copies nothing."""
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+BLOCK = 256  # rows of one block
+
+
+class Blocked:
+    """A column [capacity, …] kept as a list of arrays `blocks` [BLOCK, …]: row r is `blocks[r // BLOCK][r % BLOCK]`.
+
+    Reads and writes by row or by rows as an array does. Kernels run on one block at a time, see `parts`.
+    """
+
+    __slots__ = ("blocks", "capacity", "dtype", "inner")
+
+    def __init__(self, shape: tuple[int, ...], dtype: Any) -> None:
+        self.inner, self.dtype, self.capacity = tuple(shape), np.dtype(dtype), 0
+        self.blocks: list[np.ndarray] = []
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """(capacity, …) as of an array."""
+        return (self.capacity, *self.inner)
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes of all blocks, also of rows beyond the capacity in the last."""
+        return sum(b.nbytes for b in self.blocks)
+
+    def __len__(self) -> int:
+        return self.capacity
+
+    def grow(self, n: int) -> "Blocked":
+        """Have room for `n` rows; the new ones are zero. Returns itself."""
+        while len(self.blocks) * BLOCK < n:
+            self.blocks.append(np.zeros((BLOCK, *self.inner), self.dtype))
+        self.capacity = max(self.capacity, n)
+        return self
+
+    def copy(self) -> np.ndarray:
+        """Return all rows as one array."""
+        return self[np.arange(self.capacity)]
+
+    def parts(self, rows: np.ndarray) -> Iterator[tuple[int, np.ndarray, np.ndarray]]:
+        """Yield (number of the block, rows within it i64, their places in `rows` i64), block by block, in the order given."""
+        block = rows // BLOCK
+        for b in np.unique(block):
+            places = np.flatnonzero(block == b)
+            yield int(b), rows[places] - b * BLOCK, places
+
+    def __getitem__(self, rows: Any) -> Any:
+        if isinstance(rows, int | np.integer):
+            return self.blocks[self._row(rows) // BLOCK][rows % BLOCK]
+        rows = self._rows(rows)
+        out = np.empty((rows.size, *self.inner), self.dtype)
+        for b, inside, places in self.parts(rows):
+            out[places] = self.blocks[b][inside]
+        return out
+
+    def __setitem__(self, rows: Any, value: Any) -> None:
+        if isinstance(rows, int | np.integer):
+            self.blocks[self._row(rows) // BLOCK][rows % BLOCK] = value
+            return
+        rows = self._rows(rows)
+        values = np.asarray(value, self.dtype)
+        each = values.ndim > len(self.inner)  # a value per row, not one for all
+        for b, inside, places in self.parts(rows):
+            self.blocks[b][inside] = values[places] if each and len(values) > 1 else values
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> np.ndarray:
+        return np.asarray(self.copy(), dtype)
+
+    def _row(self, row: Any) -> int:
+        if not 0 <= row < self.capacity:
+            raise IndexError(f"row {row} of a column of {self.capacity}")
+        return int(row)
+
+    def _rows(self, rows: Any) -> np.ndarray:
+        if isinstance(rows, slice):
+            return np.arange(*rows.indices(self.capacity))
+        rows = np.asarray(rows)
+        rows = np.flatnonzero(rows) if rows.dtype == bool else rows.astype(np.int64)
+        if rows.size and not 0 <= rows.min() <= rows.max() < self.capacity:
+            raise IndexError(f"rows up to {rows.max()} of a column of {self.capacity}")
+        return rows

@@ -1,0 +1,11 @@
+"""How a plant keeps from being eaten."""
+
+from ecs_eco.schema import component, f32
+
+
+@component
+class Defence:
+    """Toughness and poison of one organism as food."""
+
+    toughness: f32 = 0.0  # share of the bites that fail
+    poison: f32 = 0.0  # [energy] that its eater loses

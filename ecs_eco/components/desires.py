@@ -1,0 +1,10 @@
+"""A happiness that is an organism's own and not its species'."""
+
+from ecs_eco.schema import component, f32
+
+
+@component
+class Desires:
+    """Weights of one organism's happiness network, in the order of the species' happiness weights."""
+
+    weight: f32["desires"] = 0.0

@@ -1,0 +1,15 @@
+"""What an organism that learns alone has lived through since it last learnt."""
+
+from ecs_eco.schema import component, f32, i16, i32
+
+
+@component
+class Experience:
+    """The rollout of one organism: `length` transitions, in order of time."""
+
+    observations: f32["horizon", "channels"].heavy = 0.0
+    choices: i16["horizon", "groups"].heavy = 0
+    log_probability: f32["horizon"].heavy = 0.0  # of the choice when it was made
+    value: f32["horizon"].heavy = 0.0  # expected then
+    reward: f32["horizon"].heavy = 0.0  # that followed
+    length: i32 = 0

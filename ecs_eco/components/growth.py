@@ -1,0 +1,11 @@
+"""How a plant grows and spreads, where that is its own and not its species'."""
+
+from ecs_eco.schema import component, f32
+
+
+@component
+class Growth:
+    """Growth by light, and the share of its seeds that sprout."""
+
+    growth: f32 = 0.0  # [energy/s] in full light
+    spread: f32 = 1.0

@@ -1,0 +1,15 @@
+"""When and how an organism reproduces, and how old it can get, where that is its own and not its species'."""
+
+from ecs_eco.schema import component, f32, u8
+
+
+@component
+class LifeHistory:
+    """The timing of one organism's life (the hyperparameters of Definition 3 that regulate reproduction and death)."""
+
+    age_max: f32 = 3.0e38  # [s] it dies of old age at
+    age_min: f32 = 0.0  # [s] fertile from
+    energy_min: f32 = 0.0  # [energy] that it needs to reproduce
+    energy_given: f32 = 0.0  # [energy] of each of its newborn
+    litter: f32 = 1.0  # newborn at a time, rounded
+    choice: u8 = 0  # of a mate: 0 nearest, 1 random, 2 richest, 3 oldest

@@ -1,0 +1,14 @@
+"""The policy network of an organism that has its own."""
+
+from ecs_eco.schema import component, f32, i32
+
+
+@component
+class Policy:
+    """Weights of one organism's policy and value network in one vector, and the state of their optimiser."""
+
+    weights: f32["weights"].heavy = 0.0
+    moment_1: f32["weights"].heavy = 0.0  # Adam's running mean of gradients
+    moment_2: f32["weights"].heavy = 0.0  # and of their squares
+    steps: i32 = 0  # of the optimiser in this life
+    updates: i32 = 0  # rollouts learnt from in this life
