@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from contextlib import suppress
 
+from ecs_eco.config.base import named_function
 from ecs_eco.config.check_matter import Key, check_matter, check_size, unknown
-from ecs_eco.config.reproduction import Bearing, Spread
+from ecs_eco.config.reproduction import Alone, Bearing, Sexual, Spread
 from ecs_eco.config.species import Species
 from ecs_eco.config.world import WorldConfig
 from ecs_eco.errors import Problem
@@ -63,29 +65,65 @@ def _check_diet(config: WorldConfig, key: Key, species: Species) -> Iterator[Pro
 
 
 def _check_reproduction(config: WorldConfig, key: Key, species: Species) -> Iterator[Problem]:
-    way, key = species.reproduction, (*key, "reproduction")
+    way, at = species.reproduction, (*key, "reproduction")
+    if "mate" in species.actions and not isinstance(way, Sexual) and not _own_mating(config):
+        allowed = 'reproduction.kind = "sexual", or no such group'
+        yield Problem((*key, "actions", "mate"), "it has no sexual reproduction", species.actions["mate"], allowed)
     if way is None:
         return
-    if way.rate * config.dt > 1:
-        yield Problem((*key, "rate"), "more than one birth a tick", way.rate, f"at most {1 / config.dt:g} per second")
-    if way.place == "near" and way.dispersal is None:
-        yield Problem((*key, "dispersal"), 'is missing with place = "near"', allowed="a distance [m]")
+    if isinstance(way, Alone | Spread) and way.rate * config.dt > 1:
+        yield Problem((*at, "rate"), "more than one birth a tick", way.rate, f"at most {1 / config.dt:g} per second")
+    if way.place == "near" and way.dispersal is None and not isinstance(way, Sexual):
+        yield Problem((*at, "dispersal"), 'is missing with place = "near"', allowed="a distance [m]")
     if way.dispersal is not None and way.dispersal > widest(config):
-        yield Problem((*key, "dispersal"), too_wide(config), way.dispersal, f"at most {widest(config):g} m")
+        yield Problem((*at, "dispersal"), too_wide(config), way.dispersal, f"at most {widest(config):g} m")
     if isinstance(way, Bearing):
         most = species.metabolism.energy_max
         if way.energy_min > most:
             what = "more than energy_max: nobody would be born"
-            yield Problem((*key, "energy_min"), what, way.energy_min, f"at most {most:g}")
-        if way.energy_given > way.energy_min:
+            yield Problem((*at, "energy_min"), what, way.energy_min, f"at most {most:g}")
+        if isinstance(way, Alone) and way.energy_given > way.energy_min:
             allowed = f"at most energy_min, {way.energy_min:g}"
-            yield Problem((*key, "energy_given"), "more than the parent needs to have", way.energy_given, allowed)
+            yield Problem((*at, "energy_given"), "more than the parent needs to have", way.energy_given, allowed)
         if way.energy_given > most:
-            yield Problem((*key, "energy_given"), "more than energy_max", way.energy_given, f"at most {most:g}")
+            yield Problem((*at, "energy_given"), "more than energy_max", way.energy_given, f"at most {most:g}")
+    if isinstance(way, Sexual):
+        yield from _check_mating(config, key, species, way)
     room = _room(config, species)
     if species.count > room:
         what = f"cannot hold count = {species.count}: there is room for {room}"
-        yield Problem((*key, "spacing"), what, way.spacing, "a smaller spacing, or fewer organisms")
+        yield Problem((*at, "spacing"), what, way.spacing, "a smaller spacing, or fewer organisms")
+
+
+def _own_mating(config: WorldConfig) -> bool:
+    """Whether a system of the world's own carries out the action."""
+    for system in config.systems:
+        with suppress(ImportError, AttributeError, SyntaxError):
+            if "mate" in named_function(system).acts:  # type: ignore[attr-defined]
+                return True
+    return False
+
+
+def _check_mating(config: WorldConfig, key: Key, species: Species, way: Sexual) -> Iterator[Problem]:
+    at, most = (*key, "reproduction"), species.metabolism.energy_max
+    if species.sex in ("female", "male"):
+        yield Problem((*key, "sex"), "nobody to mate with: all have the same sex", species.sex, "random, or none for hermaphrodites")
+    if way.reach > widest(config):
+        yield Problem((*at, "reach"), too_wide(config), way.reach, f"at most {widest(config):g} m")
+    farthest = (way.dispersal or 4 * species.body.radius) * (1 if config.dims == 2 else math.sqrt(2))
+    if way.place == "near" and farthest <= way.spacing:
+        yield Problem((*at, "spacing"), "the mother herself is nearer to every newborn", way.spacing, f"less than {farthest:g} m")
+    elif way.place == "near" and species.body.opaque and farthest <= 2 * species.body.radius:
+        allowed = f"more than {2 * species.body.radius:g} m, or body.opaque = false"
+        yield Problem((*at, "dispersal"), "the mother's own body is in the way of every birth", way.dispersal, allowed)
+    if way.energy_given > most:
+        return
+    if way.father_share and way.father_share * way.energy_given * way.litter >= most:
+        allowed = f"less than {most / (way.energy_given * way.litter):g}, or a smaller litter"
+        yield Problem((*at, "father_share"), "for the whole litter as much as energy_max: no father can pay", way.father_share, allowed)
+    if way.father_share < 1 and (1 - way.father_share) * way.energy_given >= most:
+        allowed = f"less than {most / (1 - way.father_share):g}"
+        yield Problem((*at, "energy_given"), "as much as energy_max: no mother can pay", way.energy_given, allowed)
 
 
 def _room(config: WorldConfig, species: Species) -> float:

@@ -197,11 +197,15 @@ def _check_policy(key: Key, species: Species, folder: Path) -> Iterator[Problem]
     if policy.file is not None and not os.path.isfile(folder / policy.file):
         near = nearest(policy.file, (p.name for p in folder.glob("*.safetensors")))
         yield Problem((*key, "policy", "file"), "no such file", policy.file, "a file beside the world file", near)
+    if policy.kind != "individual":
+        for word, value in {"inherit": policy.inherit, "mutation": policy.mutation}.items():
+            if value not in ("none", 0.0):
+                yield Problem((*key, "policy", word), "a shared network is not inherited", value, 'policy.kind = "individual", or nothing here')
     if policy.kind == "none":
         settings: dict[str, object] = {"ppo": species.ppo, "policy.file": policy.file, "policy.learn": policy.learn}
         for word, value in settings.items():
             if value:
-                allowed = 'policy.kind = "shared", or nothing here'
+                allowed = 'policy.kind = "shared" or "individual", or nothing here'
                 yield Problem((*key, *word.split(".")), "there is no policy to use it", value, allowed)
         return
     free = [a for a in species.action_list() if not {a[1], ".".join(a)} & set(species.automatic)]

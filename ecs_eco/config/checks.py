@@ -8,6 +8,7 @@ from pathlib import Path
 
 from ecs_eco.config.base import RESERVED, function_name, named_function
 from ecs_eco.config.check_body import check_body
+from ecs_eco.config.check_genome import check_genome
 from ecs_eco.config.check_matter import check_matter, check_size
 from ecs_eco.config.check_nerves import check_function, check_nerves
 from ecs_eco.config.surroundings import ObjectType
@@ -26,7 +27,8 @@ def check(config: WorldConfig, folder: Path) -> list[Problem]:
     for name, kind in config.objects.items():
         found += _check_object(config, name, kind)
     for name in config.species:
-        found += [*check_body(config, name), *check_nerves(config, name, folder)]
+        found += [*check_body(config, name), *check_nerves(config, name, folder), *check_genome(config, name)]
+        found += _check_components(config, name)
     return found
 
 
@@ -47,6 +49,15 @@ def _check_systems(config: WorldConfig) -> Iterator[Problem]:
             yield from wrong
         elif not callable(getattr(named_function(system), "process", None)):
             yield Problem(key, "no system: it has no method process", function_name(system), "a class derived from ecs_eco.System")
+
+
+def _check_components(config: WorldConfig, name: str) -> Iterator[Problem]:
+    for i, component in enumerate(config.species[name].components):
+        key = ("species", name, "components", i)
+        if wrong := list(check_function(key, component)):
+            yield from wrong
+        elif not getattr(named_function(component), "fields", None):
+            yield Problem(key, "no component", function_name(component), "a class declared with @ecs_eco.component")
 
 
 def _check_space(config: WorldConfig) -> Iterator[Problem]:

@@ -6,17 +6,23 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from ecs_eco.config.base import Function, Real, Section, about, quantity, table
+from ecs_eco.config.base import Function, Name, NonNegative, Real, Section, about, quantity, table
 
 
 class Connection(Section):
     """One connection of a reflex network: while the sensor is beyond the threshold, the action gets the weight."""
 
+    name: Name | None = about("what genes and drawings call it; absent: SENSOR_ACTION", None)
     sensor: str = about("name of a sensor's channel")
     action: str = about("name of an action, or group.action")
     weight: Literal[-1, 0, 1] = about("-1 blocks the action, 0 leaves it to the policy, 1 forces it")
     above: Real | None = quantity("fires above this reading", "reading", None)
     below: Real | None = quantity("fires below this reading", "reading", None)
+
+    @property
+    def label(self) -> str:
+        """Its name, or what it connects."""
+        return self.name or f"{self.sensor}_{self.action.replace('.', '_')}"
 
     @model_validator(mode="after")
     def _one_threshold(self) -> Connection:
@@ -51,7 +57,13 @@ class Happiness(Section):
 class Policy(Section):
     """The policy network, which alone learns."""
 
-    kind: Literal["shared", "none"] = about("shared: one network for all of the species; none: no policy", "none")
+    kind: Literal["shared", "individual", "none"] = about(
+        "shared: one network for all of the species; individual: one for each organism; none: no policy", "none"
+    )
+    inherit: Literal["none", "birth", "learned"] = about(
+        "what an individual network starts from: none: random weights; birth: those in its genome; learned: a parent's as they are", "none"
+    )
+    mutation: NonNegative = quantity("standard deviation of the noise added to each inherited weight", "1", 0.0)
     hidden: Annotated[list[Annotated[int, Field(ge=1, le=4096)]], Field(max_length=8)] = quantity(
         "units of each hidden layer", "1", [64, 64]
     )

@@ -7,7 +7,8 @@ from typing import Any, Literal
 
 from pydantic import field_validator, model_validator
 
-from ecs_eco.config.base import Count, Name, NonNegative, Positive, Real, Section, Share, about, quantity, table
+from ecs_eco.config.base import Count, Function, Name, NonNegative, Positive, Real, Section, Share, about, quantity, table
+from ecs_eco.config.genome import GenomeSection
 from ecs_eco.config.nerves import Happiness, Policy, Reflex
 from ecs_eco.config.reproduction import AnyReproduction
 from ecs_eco.config.sensors import AnySensor, Smell, name_sensors
@@ -18,7 +19,9 @@ GROUPS: dict[str, tuple[str, ...] | None] = {  # groups of actions and their mem
     "turn": ("left", "none", "right"),
     "climb": ("up", "none", "down"),
     "eat": ("eat",),
+    "mate": ("mate",),
 }
+THINKING = ("shared", "individual")  # kinds of policies that are networks
 OWN = ("energy", "age", "fertility")  # what every organism has besides its properties and substances
 
 
@@ -48,7 +51,16 @@ class Diet(Section):
     reach: NonNegative = quantity("distance between the surfaces of both bodies", "m", 0.0)
     chance: Share = quantity("chance of success in one second of contact", "1", 1.0)
     gain: Real = quantity("energy gained from one", "energy")
+    deadly: bool = about("whether the eater dies of it: poisoned by it", False)
     until: Real | None = quantity("eats only while it holds less; absent: while it is not full", "energy", None)
+
+
+class Defence(Section):
+    """What keeps it from being eaten, and what that costs."""
+
+    toughness: Share = quantity("share of the bites into it that fail", "1", 0.0)
+    poison: NonNegative = quantity("energy that its eater loses", "energy", 0.0)
+    cost: NonNegative = quantity("share of growth and of sprouting seeds lost per unit of toughness and of poison", "1", 0.0)
 
 
 class Lethal(Section):
@@ -83,6 +95,7 @@ class Species(Section):
     fertility: Share = quantity("fertility at birth", "1", 1.0)
     metabolism: Metabolism = table("energy budget", Metabolism)
     locomotion: Locomotion | None = about("how it moves; absent: it does not", None)
+    defence: Defence = table("what keeps it from being eaten", Defence)
     emits: dict[Name, NonNegative] = table("field = amount put into it [1/s]", dict)
     diet: list[Diet] = table("what it eats", list)
     sensors: list[AnySensor] = table("what it senses", list)
@@ -93,6 +106,8 @@ class Species(Section):
     happiness: Happiness | None = about("the happiness network", None)
     policy: Policy = table("the policy network", Policy)
     ppo: dict[str, Any] = table("hyperparameters: fields of ecs_eco.learning.PPO", dict)
+    genome: GenomeSection | None = about("heredity; absent: all are born with these values", None)
+    components: list[Function] = table("module:name of components of your own that its organisms have", list)
     reproduction: AnyReproduction | None = about("how it multiplies; absent: it does not", None)
     lethal: list[Lethal] = table("what kills it besides being eaten", list)
     remains: str | None = about("object type that the dead leave", None)
@@ -105,7 +120,7 @@ class Species(Section):
     @model_validator(mode="before")
     @classmethod
     def _fill_ppo(cls, data: Any) -> Any:
-        if isinstance(data, dict) and isinstance(data.get("policy"), dict) and data["policy"].get("kind") == "shared":
+        if isinstance(data, dict) and isinstance(data.get("policy"), dict) and data["policy"].get("kind") in THINKING:
             given = data.get("ppo", {})
             return data | {"ppo": ppo_defaults() | given} if isinstance(given, dict) else data
         return data

@@ -11,18 +11,20 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from ecs_eco.learning.brain import Brain
     from ecs_eco.learning.choice import choose, choose_best
+    from ecs_eco.learning.individual import Individuals
     from ecs_eco.learning.ppo import Learner
     from ecs_eco.learning.rollout import Rollout
     from ecs_eco.learning.settings import PPO
     from ecs_eco.learning.vector_env import Training, train
 
-__all__ = ["PPO", "Brain", "Learner", "Rollout", "Training", "choose", "choose_best", "train"]
+__all__ = ["PPO", "Brain", "Individuals", "Learner", "Rollout", "Training", "choose", "choose_best", "train"]
 
 _HOME = {
     "PPO": "settings",
     "Brain": "brain",
     "choose": "choice",
     "choose_best": "choice",
+    "Individuals": "individual",
     "Rollout": "rollout",
     "Learner": "ppo",
     "Training": "vector_env",

@@ -121,7 +121,7 @@ class Learner:
         total = terms.sum(axis=0) / len(index)
         total[-1] = _adam(
             brain.weights.numpy(), self._gradient.numpy()[:n_chunks], self.moment_1.numpy(), self.moment_2.numpy(),
-            self.steps, rate, ppo.adam_epsilon, ppo.max_grad_norm,
+            self.steps, rate, ppo.adam_epsilon, ppo.max_grad_norm, ppo.weight_decay,
         )  # fmt: skip
         if not np.isfinite(total[-1]):
             raise FloatingPointError(f"update {self.updates}: the gradient is {total[-1]}; observations, rewards and values must be finite")
@@ -195,10 +195,10 @@ def _value_slope(value, old, target, clip_value):
 
 
 @_summing_njit
-def _adam(weights, gradients, moment_1, moment_2, step, rate, epsilon, max_norm):
+def _adam(weights, gradients, moment_1, moment_2, step, rate, epsilon, max_norm, decay=0.0):
     """Take Adam's step (Kingma and Ba 2015, algorithm 1) down the sum of the gradients' rows; return its length.
 
-    If that is not finite, nothing changes.
+    Weights decay apart from the gradient (Loshchilov and Hutter 2019). If the gradient is not finite, nothing changes.
     """
     gradient = gradients[0]
     for c in range(1, len(gradients)):
@@ -212,11 +212,12 @@ def _adam(weights, gradients, moment_1, moment_2, step, rate, epsilon, max_norm)
         return norm
     hold = np.float32(max_norm / (norm + 1e-6) if 0 < max_norm < norm else 1.0)
     scale, root = np.float32(rate / (1 - 0.9**step)), np.float32(1 / np.sqrt(1 - 0.999**step))
+    keep = np.float32(1 - rate * decay)
     for i in range(len(gradient)):
         slope = gradient[i] * hold
         moment_1[i] += np.float32(0.1) * (slope - moment_1[i])
         moment_2[i] += np.float32(0.001) * (slope * slope - moment_2[i])
-        weights[i] -= scale * moment_1[i] / (np.sqrt(moment_2[i]) * root + np.float32(epsilon))
+        weights[i] = weights[i] * keep - scale * moment_1[i] / (np.sqrt(moment_2[i]) * root + np.float32(epsilon))
     return norm
 
 

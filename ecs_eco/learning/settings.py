@@ -33,6 +33,7 @@ class PPO:
     normalise_advantage: bool = _setting(True, False, True, "bring a rollout's advantages to mean 0, deviation 1")
     anneal: int = _setting(0, 0, math.inf, "ticks over which learning rate and clip fall linearly to 0; 0: constant")
     adam_epsilon: float = _setting(1e-5, 0, math.inf, "added to the root of Adam's second moment", above=True)
+    weight_decay: float = _setting(0.0, 0, math.inf, "share of each weight lost per step, in units of the learning rate (AdamW)")
 
     def __post_init__(self) -> None:
         for f in fields(self):

@@ -1,11 +1,15 @@
-"""Conformance checks for components, systems and worlds, those that ship and your own; each raises AssertionError that says why.
+"""Conformance checks for components, systems, genomes and worlds, those that ship and your own; each raises AssertionError that says why.
 
 Also what tests are made with: `arrange` puts organisms where a test wants them, `act` lets one system act, `shuffle` permutes rows.
 """
 
 from ecs_eco.testing.component import check_component
+from ecs_eco.testing.genome import check_genome
 from ecs_eco.testing.states import act, all_threads, arrange, difference, shuffle, state
 from ecs_eco.testing.system import check_system
 from ecs_eco.testing.world import check_world, watch
 
-__all__ = ["act", "all_threads", "arrange", "check_component", "check_system", "check_world", "difference", "shuffle", "state", "watch"]
+__all__ = [
+    "act", "all_threads", "arrange", "check_component", "check_genome", "check_system", "check_world", "difference", "shuffle", "state",
+    "watch",
+]  # fmt: skip

@@ -1,0 +1,153 @@
+"""Births: from parents' genomes to children's, many at once or one by one."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ecs_eco.genomes import kernels
+from ecs_eco.genomes.operators import check_operator, choice_of, strings_of, taken_apart, toolbox_of
+from ecs_eco.random import mix_int
+
+if TYPE_CHECKING:
+    from deap.base import Toolbox
+
+    from ecs_eco.config.genome import GenomeSection
+    from ecs_eco.genomes.layout import Layout
+
+MATE, MUTATE = 1, 2  # parts of a birth's key that seed Python's random numbers
+
+
+class Operators:
+    """The operators of a toolbox, at work on genomes of a layout; `chance` is that of a crossing.
+
+    The toolbox may change: what is registered under `mate` and `mutate` when a child is made, makes it. Where `mutation`
+    is off, nothing mutates.
+    """
+
+    def __init__(self, toolbox: Toolbox, layout: Layout, chance: float = 1.0) -> None:
+        if not 0 <= chance <= 1:
+            raise ValueError(f"mate: chance = {chance}; allowed are 0 to 1")
+        self.toolbox, self.layout, self.chance, self.mutation = toolbox, layout, chance, True
+        self._seen: dict[str, tuple[Any, Callable[..., Any], dict[str, Any]]] = {}
+        for word in ("mate", "mutate"):
+            self._operator(word)
+
+    @classmethod
+    def from_config(cls, section: GenomeSection, layout: Layout) -> Operators:
+        """Return the operators that a world file says."""
+        return cls(toolbox_of(section, layout), layout, section.mate.chance)
+
+    @property
+    def choice(self) -> int:
+        """The number in CHOICES of the toolbox's `select_mate`; −1: a function of the user's own."""
+        return choice_of(self.toolbox)
+
+    def offspring(self, first: np.ndarray, second: np.ndarray | None, keys: np.ndarray) -> np.ndarray:
+        """Return children u8[k, loci] of parents u8[k, loci]; a child depends on its parents and its key u64 alone.
+
+        Both strings of two parents are crossed and the child is the first of the two results, the parents' order drawn;
+        a parent alone is copied. With two strings each parent gives one, crossed of its two, and which comes first is
+        drawn. Then the child mutates. Raises ValueError where an operator makes something that is no genome.
+        """
+        layout, n = self.layout, self.layout.length
+        first, keys = layout.check(first), np.asarray(keys, np.uint64)
+        if second is None:
+            child = first.copy()
+        elif layout.ploidy == 1:
+            child = self._cross(first, layout.check(second), keys, 0)
+        else:
+            second = layout.check(second)
+            gametes = [self._cross(p[:, :n], p[:, n:], keys, 1 + i) for i, p in enumerate((first, second))]
+            turned = _toss(keys, 0, kernels.ORDER)[:, None] < 0.5
+            child = np.concatenate([np.where(turned, *gametes[::-1]), np.where(turned, *gametes)], axis=1)
+        for string in range(layout.ploidy if self.mutation else 0):
+            self._mutate(child[:, string * n : (string + 1) * n], keys, string)
+        return child
+
+    def _operator(self, word: str) -> tuple[Callable[..., Any], dict[str, Any]]:
+        """Return the function registered under a word and its arguments, checked when it is first seen."""
+        operator = getattr(self.toolbox, word)
+        if word not in self._seen or self._seen[word][0] is not operator:
+            check_operator(word, operator, self.layout)
+            self._seen[word] = operator, *taken_apart(word, operator)
+        return self._seen[word][1:]
+
+    def _cross(self, a: np.ndarray, b: np.ndarray, keys: np.ndarray, salt: int) -> np.ndarray:
+        from deap import tools
+
+        function, arguments = self._operator("mate")
+        swapped = _toss(keys, salt, kernels.ORDER) < 0.5
+        crossed = _toss(keys, salt, kernels.CROSS) < self.chance
+        out = np.empty_like(a, order="C")
+        if function in (tools.cxOnePoint, tools.cxTwoPoint):
+            kernels.cross_points(a, b, swapped, crossed, keys, salt, 1 if function is tools.cxOnePoint else 2, out)
+        elif function is tools.cxUniform:
+            kernels.cross_uniform(a, b, swapped, crossed, keys, salt, np.float32(arguments["indpb"]), out)
+        else:
+            np.copyto(out, np.where(swapped[:, None], b, a))
+            self._cross_each(out, np.where(swapped[:, None], a, b), np.flatnonzero(crossed), keys, salt, function)
+        return out
+
+    def _cross_each(self, out: np.ndarray, other: np.ndarray, births: np.ndarray, keys: np.ndarray, salt: int, function: Any) -> None:
+        size, mate, name = len(self.layout.alphabet), self.toolbox.mate, _name(function)
+        state = random.getstate()
+        try:
+            for birth in births:
+                random.seed(_seed(keys[birth], MATE + 4 * salt))
+                pair = mate(out[birth].tolist(), other[birth].tolist())
+                out[birth] = strings_of("mate", name, pair, out.shape[1], size)[0]
+        finally:
+            random.setstate(state)
+
+    def _mutate(self, strings: np.ndarray, keys: np.ndarray, salt: int) -> None:
+        from deap import tools
+
+        function, arguments = self._operator("mutate")
+        rates = self.layout.rates(arguments.get("indpb", 0.0))
+        n = strings.shape[1]
+        if function is tools.mutUniformInt:
+            low, up = (np.broadcast_to(np.atleast_1d(np.asarray(arguments[k], np.int64))[:n], n) for k in ("low", "up"))
+            kernels.mutate_uniform(strings, keys, salt, rates, low, up)
+        elif function is tools.mutFlipBit:
+            kernels.mutate_flip(strings, keys, salt, rates)
+        elif function is tools.mutShuffleIndexes:
+            kernels.mutate_shuffle(strings, keys, salt, rates)
+        else:
+            self._mutate_each(strings, keys, salt, function, arguments)
+
+    def _mutate_each(self, strings: np.ndarray, keys: np.ndarray, salt: int, function: Any, arguments: dict[str, Any]) -> None:
+        """Mutate birth by birth; loci of genes with rates of their own are handed over apart from the others."""
+        size, mutate, name = len(self.layout.alphabet), self.toolbox.mutate, _name(function)
+        rates = self.layout.rates(arguments.get("indpb", 0.0))
+        lists = {k: v for k, v in arguments.items() if isinstance(v, list | tuple)}
+        parts = [(at, {"indpb": float(rates[at[0]])} | {k: [v[i] for i in at] for k, v in lists.items()})
+                 for at in (np.flatnonzero(rates == r) for r in np.unique(rates))]  # fmt: skip
+        if all(code.gene.mutation is None for code in self.layout.genes):
+            parts = [(np.arange(strings.shape[1]), {})]
+        state = random.getstate()
+        try:
+            for birth in range(len(strings)):
+                random.seed(_seed(keys[birth], MUTATE + 4 * salt))
+                for loci, rate in parts:
+                    mutated = mutate(strings[birth, loci].tolist(), **rate)
+                    strings[birth, loci] = strings_of("mutate", name, mutated, loci.size, size)[0]
+        finally:
+            random.setstate(state)
+
+
+def _toss(keys: np.ndarray, salt: int, purpose: int) -> np.ndarray:
+    out = np.empty(len(keys), np.float32)
+    kernels.toss(keys, salt, purpose, out)
+    return out
+
+
+def _seed(key: np.uint64, part: int) -> int:
+    return mix_int((int(key) + part) & ((1 << 64) - 1))
+
+
+def _name(function: Any) -> str:
+    return getattr(function, "__name__", repr(function))

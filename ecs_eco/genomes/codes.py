@@ -1,0 +1,218 @@
+"""What the codons of one gene mean: a table, a range of numbers, or the weights of a network.
+
+A codon of k letters of an alphabet of A is a number from 0 to A^k − 1, its first letter the most significant digit. With
+Gray code a digit is the sum of the letters so far modulo A, so that neighbouring numbers differ in one letter, by one.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from ecs_eco.config.genome import Gene
+    from ecs_eco.genomes.traits import Shapes, Trait
+
+SLACK = 1e-6  # of a range: what float32 may lie beyond its end
+
+
+class Codons:
+    """Where the codons of a gene are, and how their letters make numbers."""
+
+    def __init__(self, gene: Gene, first: int, n: int, size: int) -> None:
+        self.gene, self.first, self.n, self.size = gene, first, n, size
+        self.levels = size**gene.letters
+        self.length = n * gene.letters
+
+    def read(self, loci: np.ndarray, start: int) -> np.ndarray:
+        """Return the numbers i64[n, codons] in u8[n, loci], of the string that begins at `start`."""
+        from ecs_eco.genomes.kernels import read_codons
+
+        out = np.empty((len(loci), self.n), np.int64)
+        read_codons(loci, start + self.first, self.gene.letters, self.size, self.gene.code == "gray", out)
+        return out
+
+    def write(self, numbers: np.ndarray, loci: np.ndarray, start: int) -> None:
+        """Write numbers i64[n, codons] into u8[n, loci]."""
+        from ecs_eco.genomes.kernels import write_codons
+
+        write_codons(numbers, start + self.first, self.gene.letters, self.size, self.gene.code == "gray", loci)
+
+
+class Code:
+    """What codes of all kinds share; `trait` is what it codes for, None for a neutral marker or one that is not known."""
+
+    dtype: type = np.float32
+    width: tuple[int, ...] = ()  # shape of one organism's value
+    resolution = 0.0  # largest distance between neighbouring values
+    low, high = 0.0, 0.0
+
+    def __init__(self, gene: Gene, trait: Trait | None, codons: Codons) -> None:
+        self.gene, self.trait, self.codons = gene, trait, codons
+        self.name, self.first, self.stop = gene.name, codons.first, codons.first + codons.length
+
+    @property
+    def text(self) -> str:
+        """How it codes, in a few words."""
+        raise NotImplementedError
+
+    def values(self, numbers: np.ndarray) -> np.ndarray:
+        """Return what numbers i64[n, codons] of codons mean, f64[n, …]."""
+        raise NotImplementedError
+
+    def numbers(self, values: np.ndarray, clip: bool) -> np.ndarray:
+        """Return numbers i64[n, codons] that mean values f64[n, …]; `clip` takes the nearest, else ValueError."""
+        raise NotImplementedError
+
+    def refuse(self, value: float, allowed: str) -> ValueError:
+        """The error for a value that no codon means."""
+        return ValueError(f"gene {self.name!r}: no codon codes for {value:g}; allowed are {allowed}")
+
+
+class Listed(Code):
+    """A value for each codon."""
+
+    def __init__(self, gene: Gene, trait: Trait | None, codons: Codons) -> None:
+        super().__init__(gene, trait, codons)
+        self.meaning = np.array(gene.values, np.float64)
+        self.known, self.codon_of = np.unique(self.meaning, return_index=True)
+        self.low, self.high = float(self.known[0]), float(self.known[-1])
+        if is_whole(gene, trait):
+            self.dtype = np.int32
+
+    @property
+    def text(self) -> str:
+        return f"one of {', '.join(f'{v:g}' for v in self.known[:6])}{', …' if self.known.size > 6 else ''}"
+
+    def values(self, numbers: np.ndarray) -> np.ndarray:
+        return self.meaning[numbers[:, 0]]
+
+    def numbers(self, values: np.ndarray, clip: bool) -> np.ndarray:
+        after = np.clip(np.searchsorted(self.known, values), 1, max(self.known.size - 1, 1))
+        before = after - 1
+        after = np.minimum(after, self.known.size - 1)
+        nearest = np.where(values - self.known[before] <= self.known[after] - values, before, after)
+        off = np.abs(self.known[nearest] - values) > SLACK * np.maximum(np.abs(values), 1.0)
+        if not clip and off.any():
+            raise self.refuse(values[off][0], ", ".join(f"{v:g}" for v in self.known[:20]))
+        return self.codon_of[nearest].astype(np.int64)[:, None]
+
+
+class Range(Code):
+    """A number from low to high, in steps that are equal, or with a logarithmic scale equal factors."""
+
+    def __init__(self, gene: Gene, trait: Trait | None, codons: Codons) -> None:
+        super().__init__(gene, trait, codons)
+        self.low, self.high = float(gene.low or 0.0), float(gene.high or 0.0)
+        self.steps = codons.n * (codons.levels - 1)
+        self.whole = is_whole(gene, trait)
+        self.log = gene.scale == "log"
+        self.resolution = (self.high - self.low) / self.steps
+        if self.log:
+            self.resolution = self.high * -math.expm1(-math.log(self.high / self.low) / self.steps)
+        if self.whole:
+            self.dtype, self.resolution = np.int32, float(math.ceil(self.resolution - SLACK))
+
+    @property
+    def text(self) -> str:
+        scale = ", log" if self.log else ""
+        adds = f", {self.codons.n} codons" if self.gene.code == "additive" else ""
+        return f"{self.low:g} to {self.high:g} ({self.gene.code}{adds}{scale})"
+
+    def values(self, numbers: np.ndarray) -> np.ndarray:
+        share = numbers.sum(axis=1) / self.steps
+        if self.log:
+            return np.clip(self.low * (self.high / self.low) ** share, self.low, self.high)
+        out = np.clip(self.low + (self.high - self.low) * share, self.low, self.high)
+        return np.rint(out) if self.whole else out
+
+    def numbers(self, values: np.ndarray, clip: bool) -> np.ndarray:
+        slack = SLACK * max(abs(self.low), abs(self.high))
+        outside = ~((values >= self.low - slack) & (values <= self.high + slack))
+        if not clip and outside.any():
+            raise self.refuse(values[outside][0], f"{self.low:g} to {self.high:g}")
+        values = np.clip(values, self.low, self.high)
+        share = np.log(values / self.low) / np.log(self.high / self.low) if self.log else (values - self.low) / (self.high - self.low)
+        total = np.rint(share * self.steps).astype(np.int64)
+        n = self.codons.n
+        return total[:, None] // n + (np.arange(n) < total[:, None] % n)
+
+
+class Weights(Code):
+    """All weights of a network in one vector: each its own codon, or coefficients of a cosine transform.
+
+    With form "direct" the resolution is that of a weight. With "cosine" a matrix (a, b) is the sum of its low-frequency
+    basis functions times their coefficients (Koutník, Gomez & Schmidhuber 2010), those of the orthonormal two-dimensional
+    discrete cosine transform of type II, in the order of the sum of both frequencies; a bias vector likewise in one
+    dimension. Range and resolution are then those of a coefficient, and encoding drops the higher frequencies.
+    """
+
+    def __init__(self, gene: Gene, trait: Trait | None, codons: Codons, shapes: Shapes) -> None:
+        super().__init__(gene, trait, codons)
+        self.low, self.high = float(gene.low or 0.0), float(gene.high or 0.0)
+        self.resolution = (self.high - self.low) / (codons.levels - 1)
+        self.shapes = [tuple(shape) for shape in shapes]
+        self.width = (sum(math.prod(shape) for shape in self.shapes),)
+        self.bases = [cosines(shape, gene.coefficients or 1) for shape in self.shapes] if gene.form == "cosine" else None
+
+    @property
+    def text(self) -> str:
+        what = "weights" if self.bases is None else f"coefficients of {self.width[0]} weights"
+        return f"{self.codons.n} {what}, {self.low:g} to {self.high:g} ({self.gene.code})"
+
+    def values(self, numbers: np.ndarray) -> np.ndarray:
+        if self.bases is None:
+            return self._numbers_to_range(numbers)
+        from ecs_eco.genomes.kernels import combine
+
+        out, at, begin = np.empty((len(numbers), *self.width)), 0, 0
+        for basis in self.bases:
+            k, size = basis.shape
+            part = np.empty((len(numbers), size))
+            combine(self._numbers_to_range(numbers[:, at : at + k]), basis, part)
+            out[:, begin : begin + size] = part
+            at, begin = at + k, begin + size
+        return out
+
+    def numbers(self, values: np.ndarray, clip: bool) -> np.ndarray:
+        slack = SLACK * max(abs(self.low), abs(self.high))
+        if self.bases is not None:
+            parts, begin = [], 0
+            for basis in self.bases:
+                parts.append(values[:, begin : begin + basis.shape[1]] @ basis.T)
+                begin += basis.shape[1]
+            values, slack = np.concatenate(parts, axis=1), max(slack, self.resolution / 2)
+        outside = ~((values >= self.low - slack) & (values <= self.high + slack))
+        if not clip and outside.any():
+            what = "weights" if self.bases is None else "coefficients"
+            raise self.refuse(values[outside][0], f"{what} from {self.low:g} to {self.high:g}")
+        steps = self.codons.levels - 1
+        share = (np.clip(values, self.low, self.high) - self.low) / (self.high - self.low)
+        return np.rint(share * steps).astype(np.int64)
+
+    def _numbers_to_range(self, numbers: np.ndarray) -> np.ndarray:
+        return self.low + (self.high - self.low) * (numbers / (self.codons.levels - 1))
+
+
+def is_whole(gene: Gene, trait: Trait | None) -> bool:
+    """Whether a gene's values are whole numbers."""
+    return gene.whole or (trait is not None and trait.kind in ("whole", "sign"))
+
+
+def cosines(shape: tuple[int, ...], most: int) -> np.ndarray:
+    """Return the first `most` low-frequency functions of the orthonormal cosine transform over a shape: f64[k, size]."""
+    a, b = shape if len(shape) == 2 else (1, shape[0])
+    pairs = sorted((i + j, i, j) for i in range(a) for j in range(b) if i + j <= most)[:most]
+    return np.array([np.outer(_cosine(i, a), _cosine(j, b)).ravel() for _, i, j in pairs])
+
+
+def n_coefficients(shape: tuple[int, ...], most: int) -> int:
+    """How many of `most` coefficients a shape has."""
+    return min(most, math.prod(shape))
+
+
+def _cosine(frequency: int, n: int) -> np.ndarray:
+    scale = math.sqrt((1.0 if frequency == 0 else 2.0) / n)
+    return scale * np.cos(math.pi * (np.arange(n) + 0.5) * frequency / n)

@@ -1,0 +1,140 @@
+"""Hand-written reflexes and happiness as small networks, so that mutation has weights to act on."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+
+if TYPE_CHECKING:
+    import torch
+
+BATCH = 512
+RATE = 1e-2  # of Adam at the start; it falls to 0
+HELD_OUT = 4096  # samples that the error is reported of
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """A network of tanh layers that is called like the function it was fitted to: x f32[n, inputs].
+
+    A happiness gives f32[n]; a reflex i8[n, actions], each the most likely of −1, 0 and 1. `weights` f32 are all of its
+    numbers: of each layer the matrix (inputs, units) by rows, then the bias. `shapes` says the same to a gene of weights.
+    """
+
+    kind: Literal["reflex", "happiness"]
+    sizes: tuple[int, ...]
+    weights: np.ndarray
+    error: float  # on held-out samples: share of wrong answers of a reflex, root of the mean square of a happiness
+
+    @property
+    def shapes(self) -> list[tuple[int, ...]]:
+        """Shapes of its matrices and biases, in the order of the weights."""
+        return [shape for a, b in zip(self.sizes, self.sizes[1:], strict=False) for shape in ((a, b), (b,))]
+
+    def __call__(self, x: np.ndarray) -> np.ndarray:
+        return self.each(x, self.weights[None])
+
+    def each(self, x: np.ndarray, weights: np.ndarray) -> np.ndarray:
+        """Return what networks with weights f32[n, size], one for each row of x f32[n, inputs], give."""
+        from ecs_eco.genomes.kernels import forward
+
+        if np.ndim(x) != 2 or x.shape[1] != self.sizes[0]:
+            raise ValueError(f"network: readings of the shape {np.shape(x)}; allowed is (n, {self.sizes[0]})")
+        if weights.shape[1:] != self.weights.shape or len(weights) not in (1, len(x)):
+            allowed = f"(n, {self.weights.size}), n = 1 or {len(x)}"
+            raise ValueError(f"network: weights of the shape {weights.shape}; allowed is {allowed}")
+        out = np.empty((len(x), self.sizes[-1]), np.float32)
+        forward(np.ascontiguousarray(x, np.float32), np.array(self.sizes), np.ascontiguousarray(weights, np.float32), out)
+        if self.kind == "happiness":
+            return out[:, 0]
+        return (out.reshape(len(x), -1, 3).argmax(axis=2) - 1).astype(np.int8)
+
+    def with_weights(self, weights: np.ndarray) -> Fitted:
+        """Return a network of the same form with other weights f32[size]; raises ValueError for another number of them."""
+        weights = np.array(weights, np.float32)
+        if weights.shape != self.weights.shape:
+            raise ValueError(f"network: weights of the shape {weights.shape}; allowed is {self.weights.shape}")
+        return replace(self, weights=weights, error=float("nan"))
+
+
+def fit_network(
+    function: Callable[[np.ndarray], np.ndarray],
+    n_inputs: int,
+    low: float | Sequence[float],
+    high: float | Sequence[float],
+    hidden: Sequence[int] = (16,),
+    kind: Literal["reflex", "happiness"] = "reflex",
+    seed: int = 0,
+    samples: int = 8192,
+    steps: int = 2000,
+) -> Fitted:
+    """Fit a network to a function of readings f32[n, n_inputs], on samples drawn alike between `low` and `high`.
+
+    The sign of a reflex's answers [n, actions] is learnt as three classes for each action, happiness f32[n] by its
+    square error. The error of the result is that on other samples. Raises ValueError where the function's answers are
+    not finite or have another shape.
+    """
+    if kind not in ("reflex", "happiness"):
+        raise ValueError(f"fit_network: kind = {kind!r}; allowed are reflex and happiness")
+    least, most = (np.broadcast_to(np.asarray(end, np.float32), (n_inputs,)) for end in (low, high))
+    if not (least < most).all():
+        raise ValueError(f"fit_network: low = {low}, high = {high}; each low must be below its high")
+    rng = np.random.Generator(np.random.Philox(seed))
+    x, x_held = (rng.uniform(least, most, (n, n_inputs)).astype(np.float32) for n in (samples, HELD_OUT))
+    y, y_held = (_answers(function, part, kind) for part in (x, x_held))
+    middle, half = (least + most) / 2, (most - least) / 2
+    scale = (0.0, 1.0) if kind == "reflex" else (float(y.mean()), float(y.std()) or 1.0)
+    sizes = (n_inputs, *hidden, 1 if kind == "happiness" else 3 * y.shape[1])
+    target = (y - scale[0]) / scale[1] if kind == "happiness" else y + 1
+    layers = _train((x - middle) / half, target.astype(np.float32), sizes, rng, steps, kind)
+    layers[0][1] -= (middle / half) @ layers[0][0]  # the network reads raw readings, and answers in raw units
+    layers[0][0] /= half[:, None]
+    layers[-1][0] *= scale[1]
+    layers[-1][1] *= scale[1]
+    layers[-1][1] += scale[0]
+    weights = np.concatenate([part.ravel() for layer in layers for part in layer]).astype(np.float32)
+    fitted = Fitted(kind, sizes, weights, 0.0)
+    answers = fitted(x_held)
+    off = answers.astype(np.float64) - y_held
+    error = np.mean(off != 0) if kind == "reflex" else np.sqrt(np.mean(off**2))
+    return replace(fitted, error=float(error))
+
+
+def _answers(function: Callable[[np.ndarray], np.ndarray], x: np.ndarray, kind: str) -> np.ndarray:
+    y = np.asarray(function(x.copy()), np.float32)
+    if y.ndim != (2 if kind == "reflex" else 1) or len(y) != len(x):
+        allowed = "(n, actions)" if kind == "reflex" else "(n,)"
+        raise ValueError(f"fit_network: the function gives the shape {y.shape} for {len(x)} readings; allowed is {allowed}")
+    if not np.isfinite(y).all():
+        raise ValueError("fit_network: the function gives numbers that are not finite; allowed are finite ones between low and high")
+    return np.sign(y) if kind == "reflex" else y
+
+
+def _train(x: np.ndarray, y: np.ndarray, sizes: tuple[int, ...], rng: np.random.Generator, steps: int, kind: str) -> list[list[np.ndarray]]:
+    """Return the matrix (in, out) and the bias of each layer, trained by Adam on minibatches."""
+    import torch
+
+    def start(*shape: int) -> torch.Tensor:
+        return torch.tensor(rng.normal(0, 1 / np.sqrt(shape[0]), shape), dtype=torch.float32, requires_grad=True)
+
+    layers = [[start(a, b), torch.zeros(b, requires_grad=True)] for a, b in zip(sizes, sizes[1:], strict=False)]
+    optimiser = torch.optim.Adam([part for layer in layers for part in layer], lr=RATE)
+    inputs, targets = torch.from_numpy(x), torch.from_numpy(y)
+    for step in range(steps):
+        optimiser.param_groups[0]["lr"] = RATE * (1 - step / steps)
+        rows = torch.from_numpy(rng.integers(0, len(x), min(BATCH, len(x))))
+        out: Any = inputs[rows]
+        for i, (matrix, bias) in enumerate(layers):
+            out = torch.addmm(bias, out, matrix)
+            out = torch.tanh(out) if i < len(layers) - 1 else out
+        if kind == "reflex":
+            loss = torch.nn.functional.cross_entropy(out.view(-1, 3), targets[rows].long().view(-1))
+        else:
+            loss = torch.mean((out[:, 0] - targets[rows]) ** 2)
+        optimiser.zero_grad()
+        loss.backward()
+        optimiser.step()
+    return [[part.detach().numpy().copy() for part in layer] for layer in layers]

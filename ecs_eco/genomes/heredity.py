@@ -1,0 +1,140 @@
+"""Heredity: what a newborn gets from its parents – genome, the traits that it codes for, and the weights of its brain."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from ecs_eco import random
+from ecs_eco._numba import njit
+from ecs_eco.components import Genome, Policy
+from ecs_eco.random import draw, mix
+
+Values = dict[tuple[type, str], np.ndarray]
+
+
+class Heredity:
+    """Makes the columns in which newborn of one species differ from its defaults, because of whom they come from.
+
+    `targets` maps a gene's name to (component, field, index or None): where what it says is written. `mutation`,
+    `expression` and `shuffled` are switches of controls: without expression genes are inherited and change, but say
+    nothing; shuffled, the genes of a newborn come from any of the living instead of its parents.
+    """
+
+    def __init__(self, layout: Any = None, operators: Any = None, targets: Mapping[str, tuple[type, str, int | None]] | None = None, *,
+                 minds: Any = None, inherit: str = "none", noise: float = 0.0, founder: np.ndarray | None = None,
+                 alike: np.ndarray | None = None) -> None:
+        self.layout, self.operators, self.targets = layout, operators, dict(targets or {})
+        self.minds, self.inherit, self.noise, self.founder, self.alike = minds, inherit, float(noise), founder, alike
+        self.mutation = self.expression = True
+        self.shuffled = False
+
+    def founders(self, world: Any, table: Any, who: np.ndarray) -> Values:
+        """Return what organisms without parents are born with; who u64[k] tells them apart."""
+        keys = _keys(world, table, who)
+        values: Values = {}
+        if self.layout is not None:
+            loci = self.layout.random(keys) if self.alike is None else np.repeat(self.alike[None], who.size, axis=0)
+            values = {(Genome, "loci"): loci} | self.express(table, loci)
+        if self.minds is not None and (Policy, "weights") not in values:
+            if self.founder is None:
+                values[Policy, "weights"] = self.minds.draw(who, keys_of(world, table))
+            else:
+                values[Policy, "weights"] = self._noisy(np.repeat(self.founder[None], who.size, axis=0), keys)
+        return values
+
+    def offspring(self, world: Any, table: Any, first: np.ndarray, second: np.ndarray | None, who: np.ndarray,
+                  sperm: np.ndarray | None = None) -> Values:
+        """Return what the children of rows `first` i64[k] and `second` i64[k] (None: of one parent; −1: dead) are born with.
+
+        `who` u64[k] tells the newborn of a tick apart; `sperm` u8[k, loci] are the genomes of fathers that may be dead.
+        """
+        keys = _keys(world, table, who)
+        values: Values = {}
+        if self.shuffled:
+            first, second, sperm = _anyone(table, keys, 0), None if second is None else _anyone(table, keys, 1), None
+        if self.layout is not None:
+            loci = table[Genome].loci
+            fathers = None if second is None else (loci[second] if sperm is None else sperm)
+            self.operators.mutation = self.mutation
+            children = self.operators.offspring(loci[first], fathers, keys)
+            values = {(Genome, "loci"): children} | self.express(table, children)
+        if self.minds is not None and (Policy, "weights") not in values:
+            if self.inherit == "learned":
+                values[Policy, "weights"] = self._noisy(table[Policy].weights[_one_of(keys, first, second)], keys)
+            else:
+                values[Policy, "weights"] = self.minds.draw(who, keys_of(world, table))
+        return values
+
+    def express(self, table: Any, loci: np.ndarray) -> Values:
+        """Return the traits that genomes u8[k, loci] code for, as columns."""
+        if not self.expression:
+            return {}
+        out: Values = {}
+        said = self.layout.decode(loci)
+        for gene, (component, field, index) in self.targets.items():
+            default = table.defaults[component][field]
+            if index is None:
+                out[component, field] = np.asarray(said[gene], default.dtype)
+                continue
+            if (component, field) not in out:
+                out[component, field] = np.repeat(default[None], len(loci), axis=0)
+            out[component, field][:, index] = said[gene]
+        return out
+
+    def _noisy(self, weights: np.ndarray, keys: np.ndarray) -> np.ndarray:
+        """Add the noise of inheritance to copies of weights f32[k, w]."""
+        if self.noise > 0 and self.mutation:
+            blur(keys, np.float32(self.noise), weights)
+        return weights
+
+
+def keys_of(world: Any, table: Any) -> np.uint64:
+    """Return the key of one species' newborn of this tick."""
+    return np.uint64(random.mix_int(int(world.key) ^ ((table.place + 1) << 32)))
+
+
+def _keys(world: Any, table: Any, who: np.ndarray) -> np.ndarray:
+    """Return a key for each newborn of this tick: u64[k]."""
+    return hashed(keys_of(world, table), who)
+
+
+def _anyone(table: Any, keys: np.ndarray, number: int) -> np.ndarray:
+    """Return a living row for each key, all equally likely: i64[k]."""
+    rows = table.by_uid()
+    return rows[(draws(keys, random.GENES + ((2 + number) << 8)) * rows.size).astype(np.int64)]
+
+
+def _one_of(keys: np.ndarray, first: np.ndarray, second: np.ndarray | None) -> np.ndarray:
+    """Return one parent of each, both equally likely; the other where it is dead (−1): i64[k]."""
+    if second is None:
+        return first
+    return np.where((draws(keys, random.BRAIN) < 0.5) | (second < 0), first, second)
+
+
+@njit
+def hashed(key, who):
+    """Return a well-mixed key for each number: u64[k]."""
+    out = np.empty(who.size, np.uint64)
+    for i in range(who.size):
+        out[i] = mix(key ^ mix(who[i]))
+    return out
+
+
+@njit
+def draws(keys, purpose):
+    """Draw a number in [0, 1) for each key: f32[k]."""
+    out = np.empty(keys.size, np.float32)
+    for i in range(keys.size):
+        out[i] = draw(keys[i], np.uint64(0), purpose)
+    return out
+
+
+@njit
+def blur(keys, deviation, weights):
+    """Add normal noise to weights f32[k, w] (Box & Muller 1958, two draws each)."""
+    for i in range(weights.shape[0]):
+        for j in range(weights.shape[1]):
+            u = np.float32(1.0) - draw(keys[i], np.uint64(j), random.BRAIN + (1 << 8))
+            v = draw(keys[i], np.uint64(j), random.BRAIN + (2 << 8))
+            weights[i, j] += deviation * np.sqrt(np.float32(-2.0) * np.log(u)) * np.cos(np.float32(6.2831855) * v)

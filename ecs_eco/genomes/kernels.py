@@ -1,0 +1,164 @@
+"""Kernels over many genomes at once: u8[n, loci], a letter's number per locus.
+
+Chance is drawn from the key of each birth alone, so that a child does not depend on who else is born. A `salt` keeps the
+draws of several crossings of one birth apart.
+"""
+
+import numpy as np
+
+from ecs_eco._numba import njit
+from ecs_eco.random import draw
+
+# What a birth draws a number for.
+ORDER, CROSS, POINT_1, POINT_2, SWAP, MUTATE, LETTER, FOUND = range(1, 9)
+SALT = 16  # purposes apart
+
+
+@njit
+def read_codons(loci, first, letters, size, gray, out):
+    """Fill out i64[n, codons] with the numbers of the codons that begin at locus `first`, `letters` each."""
+    for row in range(out.shape[0]):
+        at = first
+        for codon in range(out.shape[1]):
+            number, digit = 0, 0
+            for _ in range(letters):
+                letter = np.int64(loci[row, at])
+                digit = digit + letter if gray else letter
+                if digit >= size:
+                    digit -= size
+                number = number * size + digit
+                at += 1
+            out[row, codon] = number
+
+
+@njit
+def write_codons(numbers, first, letters, size, gray, loci):
+    """Write numbers i64[n, codons] as the letters of codons from locus `first` on: what `read_codons` reads."""
+    for row in range(numbers.shape[0]):
+        for codon in range(numbers.shape[1]):
+            left = numbers[row, codon]
+            start = first + codon * letters
+            for place in range(start + letters - 1, start - 1, -1):
+                digit = left % size
+                left //= size
+                loci[row, place] = (digit - left % size + size) % size if gray else digit
+
+
+@njit
+def combine(coefficients, basis, out):
+    """Fill out f64[n, size] with coefficients f64[n, k] times basis f64[k, size], in an order that depends on nothing else."""
+    for row in range(out.shape[0]):
+        for i in range(out.shape[1]):
+            out[row, i] = 0.0
+        for k in range(basis.shape[0]):
+            c = coefficients[row, k]
+            for i in range(out.shape[1]):
+                out[row, i] += c * basis[k, i]
+
+
+@njit
+def toss(keys, salt, purpose, out):
+    """Fill out f32[n] with a draw for each birth."""
+    for birth in range(keys.size):
+        out[birth] = draw(keys[birth], 0, purpose + SALT * salt)
+
+
+@njit
+def letters_of(keys, size, out):
+    """Fill out u8[n, loci] with letters drawn alike."""
+    for birth in range(keys.size):
+        for locus in range(out.shape[1]):
+            out[birth, locus] = np.int64(np.float64(draw(keys[birth], locus, FOUND)) * size)
+
+
+@njit
+def cross_points(first, second, swapped, crossed, keys, salt, points, out):
+    """Copy `first` u8[n, loci], with what lies beyond one point, or between two, from `second`; `swapped` ones begin with it."""
+    n = first.shape[1]
+    for birth in range(keys.size):
+        here, there = (second[birth], first[birth]) if swapped[birth] else (first[birth], second[birth])
+        low, high = n, n
+        if crossed[birth]:
+            u = np.float64(draw(keys[birth], 0, POINT_1 + SALT * salt))
+            if points == 1:
+                low = 1 + np.int64(u * (n - 1))
+            else:
+                low = 1 + np.int64(u * n)
+                high = 1 + np.int64(np.float64(draw(keys[birth], 0, POINT_2 + SALT * salt)) * (n - 1))
+                if high >= low:
+                    high += 1
+                else:
+                    low, high = high, low
+        for locus in range(n):
+            out[birth, locus] = there[locus] if low <= locus < high else here[locus]
+
+
+@njit
+def cross_uniform(first, second, swapped, crossed, keys, salt, chance, out):
+    """Copy `first` u8[n, loci], with each locus from `second` by the same chance; `swapped` ones begin with it."""
+    for birth in range(keys.size):
+        here, there = (second[birth], first[birth]) if swapped[birth] else (first[birth], second[birth])
+        for locus in range(first.shape[1]):
+            swap = crossed[birth] and draw(keys[birth], locus, SWAP + SALT * salt) < chance
+            out[birth, locus] = there[locus] if swap else here[locus]
+
+
+@njit
+def mutate_uniform(strings, keys, salt, rates, low, up):
+    """Replace each letter of u8[n, loci], by the chance of its locus, with one drawn from low to up (may be the same)."""
+    for birth in range(keys.size):
+        for locus in range(strings.shape[1]):
+            if draw(keys[birth], locus, MUTATE + SALT * salt) < rates[locus]:
+                u = np.float64(draw(keys[birth], locus, LETTER + SALT * salt))
+                strings[birth, locus] = low[locus] + np.int64(u * (up[locus] - low[locus] + 1))
+
+
+@njit
+def mutate_flip(strings, keys, salt, rates):
+    """Turn each letter of u8[n, loci], 0 or 1, into the other by the chance of its locus."""
+    for birth in range(keys.size):
+        for locus in range(strings.shape[1]):
+            if draw(keys[birth], locus, MUTATE + SALT * salt) < rates[locus]:
+                strings[birth, locus] = 1 - strings[birth, locus]
+
+
+@njit
+def mutate_shuffle(strings, keys, salt, rates):
+    """Exchange each letter of u8[n, loci], by the chance of its locus, with that of another place, drawn alike."""
+    n = strings.shape[1]
+    for birth in range(keys.size):
+        for locus in range(n):
+            if draw(keys[birth], locus, MUTATE + SALT * salt) < rates[locus]:
+                other = np.int64(np.float64(draw(keys[birth], locus, LETTER + SALT * salt)) * (n - 1))
+                if other >= locus:
+                    other += 1
+                strings[birth, locus], strings[birth, other] = strings[birth, other], strings[birth, locus]
+
+
+@njit
+def forward(x, sizes, weights, out):
+    """Fill out f32[n, last] with what layers of tanh give for x f32[n, first] and weights f32[n, size], or f32[1, size] for all rows.
+
+    Each layer's weights are its matrix (in, out) by rows, then its bias. The sum of a unit has the same order in every row.
+    """
+    widest = 0
+    for s in sizes:
+        widest = max(widest, s)
+    a, b = np.empty(widest, np.float32), np.empty(widest, np.float32)
+    for row in range(x.shape[0]):
+        w = weights[row if weights.shape[0] > 1 else 0]
+        for i in range(sizes[0]):
+            a[i] = x[row, i]
+        at = 0
+        for layer in range(sizes.size - 1):
+            n_in, n_out = sizes[layer], sizes[layer + 1]
+            for j in range(n_out):
+                b[j] = w[at + n_in * n_out + j]
+            for i in range(n_in):
+                for j in range(n_out):
+                    b[j] += a[i] * w[at + i * n_out + j]
+            at += n_in * n_out + n_out
+            for j in range(n_out):
+                a[j] = np.tanh(b[j]) if layer < sizes.size - 2 else b[j]
+        for j in range(sizes[sizes.size - 1]):
+            out[row, j] = a[j]

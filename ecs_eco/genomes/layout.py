@@ -1,0 +1,206 @@
+"""The layout of a genome: which loci code for which value, both ways."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, get_args
+
+import numpy as np
+
+from ecs_eco.config.genome import Dominance, Gene, GenomeSection
+from ecs_eco.errors import ConfigError, Problem, UnknownName, listed, unknown_name
+from ecs_eco.genomes.alphabet import Alphabet
+from ecs_eco.genomes.codes import Code, Codons, Listed, Range, Weights
+from ecs_eco.genomes.problems import is_weights, n_codons, places, problems, shapes_of
+
+if TYPE_CHECKING:
+    from ecs_eco.genomes.traits import Shapes, Trait
+
+class Piece(NamedTuple):
+    """A part of a genome's text: of which string, which gene ("" where it is neutral), its first locus, its letters."""
+
+    string: int
+    gene: str
+    first: int
+    letters: str
+
+
+class Layout:
+    """Genes on a string of letters, or on two with ploidy 2: a row u8[row] holds the first string, then the second.
+
+    `traits` are those that the genes may code for (`traits_of(species, dims)`; None: any name), `shapes` the shapes of
+    networks by trait or gene. Every row of letters decodes to valid values. Raises ConfigError with all that is wrong.
+    """
+
+    def __init__(
+        self,
+        genes: Sequence[Gene],
+        alphabet: str | Alphabet = "ACGT",
+        ploidy: Literal[1, 2] = 1,
+        dominance: Dominance = "first",
+        loci: int | None = None,
+        traits: Mapping[str, Trait] | None = None,
+        shapes: Mapping[str, Shapes] | None = None,
+    ) -> None:
+        self.alphabet = alphabet if isinstance(alphabet, Alphabet) else Alphabet(alphabet)
+        shapes, size = shapes or {}, len(self.alphabet)
+        found = list(problems(genes, size, loci, traits, shapes))
+        for key, value, allowed in (("ploidy", ploidy, (1, 2)), ("dominance", dominance, get_args(Dominance))):
+            if value not in allowed:
+                found.append(Problem((key,), "not possible", value, listed(allowed)))
+        if found:
+            raise ConfigError(found, "this genome cannot be")
+        self.ploidy, self.dominance = ploidy, dominance
+        at = places(genes, traits or {}, shapes) or []
+        self.genes = tuple(_code(gene, first, size, (traits or {}).get(gene.trait or ""), shapes)
+                           for gene, (first, _) in zip(genes, at, strict=True))  # fmt: skip
+        self.length = loci or max(stop for _, stop in at)  # of one string
+        self.row = self.length * ploidy  # letters of an organism
+        self._by_name = {code.name: code for code in self.genes}
+
+    @classmethod
+    def from_config(
+        cls, section: GenomeSection, traits: Mapping[str, Trait] | None = None, shapes: Mapping[str, Shapes] | Shapes | None = None
+    ) -> Layout:
+        """Return the layout that a world file says; `shapes` given as a list are those of policy.weights."""
+        if shapes is not None and not isinstance(shapes, Mapping):
+            shapes = {"policy.weights": shapes}
+        return cls(section.genes, section.alphabet, section.ploidy, section.dominance, section.loci, traits, shapes)
+
+    def __getitem__(self, name: str) -> Code:
+        """Return the gene of this name; raises UnknownName."""
+        if name not in self._by_name:
+            raise UnknownName(unknown_name("genome", "gene", name, self._by_name))
+        return self._by_name[name]
+
+    def __str__(self) -> str:
+        rows = [list(self.table()[0]), *([str(v) for v in row.values()] for row in self.table())]
+        widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
+        return "\n".join("  ".join(cell.ljust(w) for cell, w in zip(row, widths, strict=True)).rstrip() for row in rows)
+
+    def table(self) -> list[dict[str, Any]]:
+        """Return a row for each gene: gene, loci, trait, codes for, resolution."""
+        out = []
+        for code in self.genes:
+            unit = code.trait.unit if code.trait and code.trait.unit not in ("1", "own") else ""
+            fine = f"{code.resolution:.3g} {unit}".strip() if code.resolution else "exact"
+            out.append({"gene": code.name, "loci": f"{code.first}-{code.stop - 1}", "trait": code.gene.trait or "none",
+                        "codes for": code.text, "resolution": fine})  # fmt: skip
+        return out
+
+    def decode(self, loci: np.ndarray) -> dict[str, np.ndarray]:
+        """Return the values that rows u8[n, loci] say, by gene: f32[n], i32[n] for whole numbers, f32[n, weights]."""
+        loci = self.check(loci)
+        return {code.name: self._expressed(code, loci).astype(code.dtype) for code in self.genes}
+
+    def alleles(self, loci: np.ndarray, name: str) -> np.ndarray:
+        """Return what each string says of one gene, before dominance: [n, ploidy, …]."""
+        code, loci = self[name], self.check(loci)
+        return np.stack([code.values(code.codons.read(loci, s * self.length)) for s in range(self.ploidy)], axis=1).astype(code.dtype)
+
+    def encode(self, values: Mapping[str, Any], clip: bool = False) -> np.ndarray:
+        """Return rows u8[n, loci] that say these values, one or n for each gene, alike in both strings; neutral loci are 0.
+
+        Neutral markers may be left out, and are 0 then.
+        A value comes back from `decode` within half a resolution, one of a list exactly. Raises ValueError for a value
+        beyond a gene's range, unless `clip` takes the nearest; UnknownName for another gene's; ValueError for one missing.
+        """
+        for name in values:
+            self[name]
+        arrays = {code.name: self._array(code, values) for code in self.genes if code.name in values or code.gene.trait}
+        n = max((len(a) for a in arrays.values()), default=1)
+        out = np.zeros((n, self.row), np.uint8)
+        for code in (c for c in self.genes if c.name in arrays):
+            array = arrays[code.name]
+            if len(array) not in (1, n):
+                raise ValueError(f"gene {code.name!r}: {len(array)} values, and {n} of another gene; allowed are 1 or {n}")
+            numbers = np.broadcast_to(code.numbers(array, clip), (n, code.codons.n))
+            for string in range(self.ploidy):
+                code.codons.write(numbers, out, string * self.length)
+        return out
+
+    def own(self, n: int = 1) -> np.ndarray:
+        """Return n equal rows u8[n, loci] that say the species' own values; letters that say none are drawn.
+
+        The weights of a network have no own value, nor has a neutral marker. Raises ValueError where a gene's codons leave
+        the species' own value out.
+        """
+        out = self.random(np.zeros(n, np.uint64))
+        for code in self.genes:
+            if code.trait is not None and not isinstance(code, Weights):
+                numbers = np.broadcast_to(code.numbers(np.array([code.trait.default]), clip=False), (n, code.codons.n))
+                for string in range(self.ploidy):
+                    code.codons.write(numbers, out, string * self.length)
+        return out
+
+    def random(self, keys: np.ndarray) -> np.ndarray:
+        """Return rows u8[n, loci] of letters drawn alike, for keys u64[n]: equal keys, equal rows."""
+        from ecs_eco.genomes.kernels import letters_of
+
+        out = np.empty((len(keys), self.row), np.uint8)
+        letters_of(np.asarray(keys, np.uint64), len(self.alphabet), out)
+        return out
+
+    def rates(self, chance: float) -> np.ndarray:
+        """Return each locus' chance of mutation f32[length] for one string: a gene's own, else `chance`."""
+        out = np.full(self.length, chance, np.float32)
+        for code in self.genes:
+            if code.gene.mutation is not None:
+                out[code.first : code.stop] = code.gene.mutation
+        return out
+
+    def mark(self, genome: str | np.ndarray) -> list[Piece]:
+        """Return the pieces of one genome, text or u8[loci], in order: its genes and what is neutral between them."""
+        text = genome if isinstance(genome, str) else self.alphabet.decode(genome)
+        self.check(self.alphabet.encode(text)[None])
+        pieces = []
+        for string in range(self.ploidy):
+            at, start = 0, string * self.length
+            for code in sorted(self.genes, key=lambda c: c.first):
+                if code.first > at:
+                    pieces.append(Piece(string, "", at, text[start + at : start + code.first]))
+                pieces.append(Piece(string, code.name, code.first, text[start + code.first : start + code.stop]))
+                at = code.stop
+            if at < self.length:
+                pieces.append(Piece(string, "", at, text[start + at : start + self.length]))
+        return pieces
+
+    def check(self, loci: np.ndarray) -> np.ndarray:
+        """Return rows as they are; raises ValueError for another width or type, or a number that is no letter's."""
+        if not isinstance(loci, np.ndarray) or loci.dtype != np.uint8 or loci.ndim != 2 or loci.shape[1] != self.row:
+            what = f"an array of {getattr(loci, 'dtype', type(loci).__name__)} with the shape {np.shape(loci)}"
+            raise ValueError(f"genome: {what}; allowed are rows of u8[n, {self.row}]")
+        size = len(self.alphabet)
+        if size < 256 and loci.size and loci.max() >= size:
+            row, place = np.argwhere(loci >= size)[0]
+            raise ValueError(f"genome {row}: {loci[row, place]} at place {place} is no letter's number; allowed are 0 to {size - 1}")
+        return loci
+
+    def _expressed(self, code: Code, loci: np.ndarray) -> np.ndarray:
+        first = code.values(code.codons.read(loci, 0))
+        if self.ploidy == 1 or (how := code.gene.dominance or self.dominance) == "first":
+            return first
+        second = code.values(code.codons.read(loci, self.length))
+        if how == "greater":
+            return np.maximum(first, second)
+        mean = (first + second) / 2
+        return np.rint(mean) if code.dtype is np.int32 else mean
+
+    def _array(self, code: Code, values: Mapping[str, Any]) -> np.ndarray:
+        if code.name not in values:
+            raise ValueError(f"gene {code.name!r}: no value given; given are {listed(values)}")
+        array = np.asarray(values[code.name], np.float64)
+        rows = array if array.ndim > len(code.width) else array[None]
+        if rows.shape[1:] != code.width:
+            allowed = ", ".join(["n", *map(str, code.width)])
+            raise ValueError(f"gene {code.name!r}: values of the shape {array.shape}; allowed is ({allowed})")
+        if not np.isfinite(rows).all():
+            raise ValueError(f"gene {code.name!r}: a value is not finite")
+        return rows
+
+
+def _code(gene: Gene, first: int, size: int, trait: Trait | None, shapes: Mapping[str, Shapes]) -> Code:
+    codons = Codons(gene, first, n_codons(gene, trait, shapes) or 0, size)
+    if is_weights(gene, trait):
+        return Weights(gene, trait, codons, shapes_of(gene, shapes) or [])
+    return Range(gene, trait, codons) if gene.values is None else Listed(gene, trait, codons)

@@ -1,0 +1,181 @@
+"""DEAP's operators on genomes: a toolbox with `mate`, `mutate` and `select_mate`, and many births at once.
+
+An operator of DEAP that has a twin among the kernels runs as such for all births; any other function in the toolbox is
+called birth by birth, with lists of whole numbers, as DEAP calls it.
+"""
+
+from __future__ import annotations
+
+import inspect
+import random
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ecs_eco.config.base import named_function
+from ecs_eco.errors import UnknownName, listed, nearest, unknown_name
+from ecs_eco.genomes.choices import RULES
+
+if TYPE_CHECKING:
+    from deap.base import Toolbox
+
+    from ecs_eco.config.genome import GenomeSection
+    from ecs_eco.genomes.layout import Layout
+
+TRIALS = 20
+PREFIX = {"mate": "cx", "mutate": "mut"}
+_NUMBERS = "it makes numbers between letters"
+_STRATEGY = "it needs a strategy besides the genome"
+_ORDER = "it permutes, and needs a genome that has every letter once"
+REFUSED = {  # operators of DEAP that cannot work on letters
+    "cxBlend": _NUMBERS, "cxSimulatedBinary": _NUMBERS, "cxSimulatedBinaryBounded": _NUMBERS, "mutGaussian": _NUMBERS,
+    "mutPolynomialBounded": _NUMBERS, "cxESBlend": _STRATEGY, "cxESTwoPoint": _STRATEGY, "cxESTwoPoints": _STRATEGY,
+    "mutESLogNormal": _STRATEGY, "cxPartialyMatched": _ORDER, "cxUniformPartialyMatched": _ORDER, "cxOrdered": _ORDER,
+    "cxMessyOnePoint": "it changes the length of a genome", "cxTwoPoints": "its name is now cxTwoPoint",
+}  # fmt: skip
+
+
+def toolbox_of(section: GenomeSection | Mapping[str, Any], layout: Layout) -> Toolbox:
+    """Return a DEAP toolbox with `mate`, `mutate` and `select_mate` as a section, or a dict with these keys, says.
+
+    mutUniformInt draws among all letters where it is not told otherwise. Raises ValueError for an operator that cannot
+    work on these genomes, UnknownName for one that DEAP does not have.
+    """
+    from deap.base import Toolbox
+
+    toolbox = Toolbox()
+    section = _section(section)
+    for word in ("mate", "mutate"):
+        entry = getattr(section, word)
+        toolbox.register(word, operator_of(word, entry.operator), **defaults(entry.operator, layout) | entry.arguments)
+    toolbox.register("select_mate", RULES[section.select_mate])
+    for word in ("mate", "mutate"):
+        check_operator(word, getattr(toolbox, word), layout)
+    return toolbox
+
+
+def _section(section: GenomeSection | Mapping[str, Any]) -> GenomeSection:
+    from ecs_eco.config.genome import Gene, GenomeSection
+
+    if isinstance(section, GenomeSection):
+        return section
+    return GenomeSection(**{"genes": [Gene(name="any", letters=1, low=0.0, high=1.0)], **section})
+
+
+def operator_of(word: str, name: str) -> Callable[..., Any]:
+    """Return DEAP's operator of this name, or the function that "module:name" stands for."""
+    from deap import tools
+
+    if ":" in name:
+        return named_function(name)
+    known = [n for n in vars(tools) if n.startswith(PREFIX[word]) and n not in REFUSED]
+    if name in REFUSED and name.startswith(PREFIX[word]):
+        raise ValueError(f"{word}: {name} does not work on genomes: {REFUSED[name]}; allowed are {listed(known, 30)}")
+    if name not in known:
+        raise UnknownName(unknown_name(word, "operator", name, known))
+    return getattr(tools, name)
+
+
+def defaults(name: str, layout: Layout) -> dict[str, Any]:
+    """Return the arguments that follow from the layout: mutUniformInt draws among all letters."""
+    return {"low": 0, "up": len(layout.alphabet) - 1} if name == "mutUniformInt" else {}
+
+
+def check_operator(word: str, operator: Callable[..., Any], layout: Layout) -> None:
+    """Raise ValueError with the reason where a registered operator cannot work on these genomes; it is tried on samples."""
+    function, arguments = taken_apart(word, operator)
+    name = getattr(function, "__name__", repr(function))
+    if name in REFUSED and function.__module__.startswith("deap."):
+        raise ValueError(f"{word}: {name} does not work on genomes: {REFUSED[name]}")
+    if name == "mutFlipBit" and len(layout.alphabet) > 2:
+        letters = layout.alphabet.letters
+        raise ValueError(f"{word}: mutFlipBit turns 0 and 1 into each other, and {letters!r} has {len(letters)} letters; use mutUniformInt")
+    if layout.length < 2 and name in ("cxOnePoint", "cxTwoPoint", "mutShuffleIndexes"):
+        raise ValueError(f"{word}: {name} needs at least two loci, and the genome has {layout.length}")
+    for key in ("low", "up"):
+        if name == "mutUniformInt" and not _letters(arguments[key], len(layout.alphabet)):
+            raise ValueError(f"{word}: {name} with {key} = {arguments[key]}; allowed are 0 to {len(layout.alphabet) - 1}")
+    if "indpb" in arguments and not 0 <= arguments["indpb"] <= 1:
+        raise ValueError(f"{word}: {name} with indpb = {arguments['indpb']}; allowed are 0 to 1")
+    own = [code.name for code in layout.genes if code.gene.mutation is not None]
+    if word == "mutate" and own and ("indpb" not in arguments or name == "mutShuffleIndexes"):
+        why = "moves letters from gene to gene" if name == "mutShuffleIndexes" else "has no indpb"
+        raise ValueError(f"mutate: {name} {why}, so the gene {own[0]!r} cannot have a mutation of its own")
+    _try(word, name, operator, layout)
+
+
+def taken_apart(word: str, operator: Callable[..., Any]) -> tuple[Callable[..., Any], dict[str, Any]]:
+    """Return the function that is registered, and its arguments besides the genomes by name; ValueError where one is missing."""
+    function, named = getattr(operator, "func", operator), dict(getattr(operator, "keywords", {}))
+    name = getattr(function, "__name__", repr(function))
+    if getattr(operator, "args", ()):
+        raise ValueError(f"{word}: {name} is registered with {operator.args!r}; give its arguments by name")  # type: ignore[attr-defined]
+    signature = inspect.signature(function)
+    genomes = 2 if word == "mate" else 1
+    takes = list(signature.parameters)[genomes:]
+    try:
+        bound = signature.bind(*[None] * genomes, **named)
+    except TypeError as error:
+        wrong = [k for k in named if k not in takes]
+        guess = nearest(wrong[0], takes) if wrong else ""
+        hint = f'; did you mean "{guess}"?' if guess else ""
+        raise ValueError(f"{word}: {name}: {error}; its arguments are {listed(takes)}{hint}") from None
+    bound.apply_defaults()
+    return function, {k: v for k, v in bound.arguments.items() if k in takes}
+
+
+def choice_of(toolbox: Toolbox) -> int:
+    """Return the number in CHOICES of the rule registered as `select_mate`, −1 for a function of the user's own."""
+    rules = list(RULES.values())
+    function = getattr(toolbox.select_mate, "func", toolbox.select_mate)
+    return rules.index(function) if function in rules else -1
+
+
+def strings_of(word: str, name: str, result: Any, length: int, size: int) -> list[np.ndarray]:
+    """Return the genomes u8[length] that an operator gave back; raises ValueError that names what is wrong with them, and where."""
+    n = 2 if word == "mate" else 1
+    if not isinstance(result, tuple) or len(result) != n:
+        allowed = f"a tuple of {'two genomes' if n == 2 else 'one genome'}, as DEAP's operators return"
+        raise ValueError(f"{word}: {name} returns {type(result).__name__} {str(result)[:60]}; allowed is {allowed}")
+    return [_string(word, name, genome, length, size) for genome in result]
+
+
+def _string(word: str, name: str, genome: Any, length: int, size: int) -> np.ndarray:
+    if len(genome) != length:
+        raise ValueError(f"{word}: {name} returns a genome of {len(genome)} loci; allowed are {length}: genomes keep their length")
+    try:
+        letters = np.frombuffer(bytes(list(genome)), np.uint8)  # the fastest look at a list of whole numbers
+        if letters.max() < size:
+            return letters
+    except (TypeError, ValueError):
+        pass
+    at, letter = next((i, x) for i, x in enumerate(genome) if not (_is_whole(x) and 0 <= x < size))
+    allowed = f"whole numbers from 0 to {size - 1}"
+    raise ValueError(f"{word}: {name} puts {letter!r} at place {at}, which is no letter; allowed are {allowed}")
+
+
+def _is_whole(letter: Any) -> bool:
+    return isinstance(letter, int | np.integer)
+
+
+def _letters(value: Any, size: int) -> bool:
+    values = value if isinstance(value, list | tuple | np.ndarray) else [value]
+    return all(_is_whole(v) and 0 <= v < size for v in values)
+
+
+def _try(word: str, name: str, operator: Callable[..., Any], layout: Layout) -> None:
+    size, length = len(layout.alphabet), layout.length
+    chance, numbers = random.getstate(), str(np.random.get_state())  # noqa: NPY002
+    try:
+        for trial in range(TRIALS):
+            random.seed(trial)
+            pair = [[random.randrange(size) for _ in range(length)] for _ in range(2 if word == "mate" else 1)]
+            strings_of(word, name, operator(*pair), length, size)
+    except (TypeError, AttributeError, IndexError, KeyError, ZeroDivisionError, OverflowError) as error:
+        raise ValueError(f"{word}: {name} fails on a list of letters' numbers: {type(error).__name__}: {error}") from error
+    finally:
+        random.setstate(chance)
+    if str(np.random.get_state()) != numbers:  # noqa: NPY002
+        raise ValueError(f"{word}: {name} draws from numpy's global random numbers; use Python's random, which is seeded for each birth")
+

@@ -1,0 +1,176 @@
+"""What is wrong with the genes of a layout, each thing with its key in the section of the genome."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING
+
+from ecs_eco.errors import Problem, listed, nearest
+from ecs_eco.genomes.codes import is_whole, n_coefficients
+
+if TYPE_CHECKING:
+    from ecs_eco.config.genome import Gene
+    from ecs_eco.genomes.traits import Shapes, Trait
+
+Key = tuple[str | int, ...]
+MOST_LEVELS = 2**31  # of a codon
+MOST_WEIGHT_LEVELS = 2**16
+LONGEST = 50_000_000  # loci of a string
+
+
+def problems(
+    genes: Sequence[Gene], size: int, loci: int | None, traits: Mapping[str, Trait] | None, shapes: Mapping[str, Shapes]
+) -> Iterator[Problem]:
+    """All problems of genes over an alphabet of `size` letters, on a string of `loci` (None: as long as they need).
+
+    `traits` are those that the species has (None: any name); `shapes` those of networks by trait or by gene.
+    """
+    if not genes:
+        yield Problem(("genes",), "is empty", allowed="at least one gene")
+    names: dict[str, str] = {}
+    coded: dict[str, str] = {}
+    for i, gene in enumerate(genes):
+        key = ("genes", i)
+        if gene.name in names:
+            yield Problem((*key, "name"), "another gene has this name", gene.name, "each name once")
+        names[gene.name] = gene.name
+        if gene.trait is not None and gene.trait in coded:
+            yield Problem((*key, "trait"), f"the gene {coded[gene.trait]} codes for it too", gene.trait, "one gene for each trait")
+        coded.setdefault(gene.trait or "", gene.name)
+        if gene.trait is not None and traits is not None and gene.trait not in traits:
+            yield Problem((*key, "trait"), "the species has no such trait", gene.trait, listed(traits, 40), nearest(gene.trait, traits))
+            continue
+        trait = (traits or {}).get(gene.trait or "")
+        most = MOST_WEIGHT_LEVELS if is_weights(gene, trait) else MOST_LEVELS
+        if size**gene.letters > most:
+            what = f"too long a codon: it would have {size}^{gene.letters} values"
+            yield Problem((*key, "letters"), what, gene.letters, f"at most {int(_log(most, size))}")
+        elif is_weights(gene, trait):
+            yield from _of_weights(key, gene, shapes)
+        else:
+            yield from _of_value(key, gene, size, trait)
+    yield from _of_places(genes, loci, traits or {}, shapes)
+
+
+def is_weights(gene: Gene, trait: Trait | None) -> bool:
+    """Whether a gene codes for the weights of a network."""
+    return gene.form is not None or (trait is not None and trait.kind == "weights") or gene.trait == "policy.weights"
+
+
+def shapes_of(gene: Gene, shapes: Mapping[str, Shapes]) -> Shapes | None:
+    """The shapes of the network that a gene codes for, if they are known."""
+    return shapes.get(gene.name, shapes.get(gene.trait or ""))
+
+
+def n_codons(gene: Gene, trait: Trait | None, shapes: Mapping[str, Shapes]) -> int | None:
+    """How many codons a gene has; None where the shapes of its network are not known."""
+    if not is_weights(gene, trait):
+        return gene.codons
+    known = shapes_of(gene, shapes)
+    if known is None or (gene.form == "cosine" and gene.coefficients is None):
+        return None
+    most = gene.coefficients if gene.form == "cosine" and gene.coefficients else LONGEST
+    return sum(n_coefficients(tuple(shape), most) for shape in known)
+
+
+def places(genes: Sequence[Gene], traits: Mapping[str, Trait], shapes: Mapping[str, Shapes]) -> list[tuple[int, int]] | None:
+    """The first locus and the one after the last of each gene; None where a length is not known."""
+    found, at = [], 0
+    for gene in genes:
+        n = n_codons(gene, traits.get(gene.trait or ""), shapes)
+        if n is None:
+            return None
+        first = at if gene.at is None else gene.at
+        at = first + n * gene.letters
+        found.append((first, at))
+    return found
+
+
+def _of_places(genes: Sequence[Gene], loci: int | None, traits: Mapping[str, Trait], shapes: Mapping[str, Shapes]) -> Iterator[Problem]:
+    found = places(genes, traits, shapes)
+    if found is None:
+        return
+    order = sorted(range(len(genes)), key=lambda i: found[i])
+    for before, i in zip(order, order[1:], strict=False):
+        if found[i][0] < found[before][1]:
+            what = f"overlaps the gene {genes[before].name}, which has the loci {found[before][0]} to {found[before][1] - 1}"
+            yield Problem(("genes", i, "at"), what, found[i][0], f"at least {found[before][1]}")
+    needed = max((stop for _, stop in found), default=0)
+    if loci is not None and loci < needed:
+        yield Problem(("loci",), f"too short a string: the genes need {needed} loci", loci, f"at least {needed}")
+    elif needed > LONGEST:
+        yield Problem(("genes",), f"the genes need {needed} loci", allowed=f"at most {LONGEST}")
+
+
+def _of_weights(key: Key, gene: Gene, shapes: Mapping[str, Shapes]) -> Iterator[Problem]:
+    if gene.form is None:
+        yield Problem((*key, "form"), "is missing: the gene codes for the weights of a network", allowed="direct or cosine")
+    for field, value in {"values": gene.values, "codons": gene.codons if gene.codons > 1 else None, "whole": gene.whole or None}.items():
+        if value is not None:
+            yield Problem((*key, field), "of no use for the weights of a network", value, "low and high")
+    if gene.code == "additive":
+        yield Problem((*key, "code"), "not possible for the weights of a network", gene.code, "positional or gray")
+    if gene.scale == "log":
+        yield Problem((*key, "scale"), "not possible for the weights of a network", gene.scale, "linear")
+    if gene.form == "cosine" and gene.coefficients is None:
+        yield Problem((*key, "coefficients"), "is missing: how many for each matrix", allowed="a whole number from 1")
+    if gene.form == "direct" and gene.coefficients is not None:
+        yield Problem((*key, "coefficients"), "of no use: every weight has a codon", gene.coefficients, 'form = "cosine", or nothing here')
+    yield from _of_range(key, gene, None)
+    if shapes_of(gene, shapes) is None:
+        allowed = 'trait = "policy.weights", or shapes = {gene: [...]}'
+        yield Problem((*key, "form"), "the network that it codes for is not known", gene.form, allowed)
+
+
+def _of_value(key: Key, gene: Gene, size: int, trait: Trait | None) -> Iterator[Problem]:
+    if gene.coefficients is not None:
+        yield Problem((*key, "coefficients"), "only for the weights of a network", gene.coefficients, "nothing here")
+    if gene.code == "additive" and gene.codons < 2:
+        yield Problem((*key, "codons"), 'too few to add up, with code = "additive"', gene.codons, "at least 2")
+    if gene.code != "additive" and gene.codons > 1:
+        yield Problem((*key, "codons"), f'of no use with code = "{gene.code}"', gene.codons, 'code = "additive", or 1')
+    if gene.values is None:
+        yield from _of_range(key, gene, trait)
+        return
+    for field, value, allowed in (
+        ("low", gene.low, None), ("high", gene.high, None), ("code", gene.code, "positional"), ("scale", gene.scale, "linear")
+    ):  # fmt: skip
+        if value != allowed:
+            yield Problem((*key, field), "given together with values", value, "one of them")
+    if len(gene.values) != size**gene.letters:
+        what = f"{len(gene.values)} of them, and a codon of {gene.letters} of {size} letters has {size**gene.letters} values"
+        yield Problem((*key, "values"), what, gene.values, f"{size**gene.letters} numbers")
+    for j, value in enumerate(gene.values):
+        yield from _of_bound((*key, "values", j), gene, trait, value)
+
+
+def _of_range(key: Key, gene: Gene, trait: Trait | None) -> Iterator[Problem]:
+    for field, end in {"low": gene.low, "high": gene.high}.items():
+        if end is None:
+            allowed = "a number" if is_weights(gene, trait) else "a number, or values for each codon"
+            yield Problem((*key, field), "is missing", allowed=allowed)
+        else:
+            yield from _of_bound((*key, field), gene, trait, end)
+    if gene.low is None or gene.high is None:
+        return
+    if gene.low >= gene.high:
+        yield Problem((*key, "low"), "not below high", gene.low, f"less than {gene.high:g}")
+    if gene.scale == "log" and is_whole(gene, trait):
+        yield Problem((*key, "scale"), "not possible for whole numbers", gene.scale, "linear")
+    elif gene.scale == "log" and gene.low <= 0:
+        yield Problem((*key, "low"), "no logarithm of it", gene.low, "more than 0")
+
+
+def _of_bound(key: Key, gene: Gene, trait: Trait | None, value: float) -> Iterator[Problem]:
+    if is_whole(gene, trait) and value != round(value):
+        yield Problem(key, "not a whole number", value, "a whole number")
+    if trait is not None and not trait.low <= value <= trait.high:
+        unit = "" if trait.unit == "1" else f" {trait.unit}"
+        yield Problem(key, f"outside of what {trait.name} can be", value, f"{trait.low:g} to {trait.high:g}{unit}")
+
+
+def _log(n: int, base: int) -> int:
+    power = 0
+    while base ** (power + 1) <= n:
+        power += 1
+    return power

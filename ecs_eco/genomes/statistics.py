@@ -1,0 +1,55 @@
+"""How genomes of a population differ: frequencies of alleles, diversity, and DEAP's statistics over what they say."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from deap import tools
+
+from ecs_eco.genomes.codes import Weights
+
+if TYPE_CHECKING:
+    from ecs_eco.genomes.layout import Layout
+
+
+def frequencies(layout: Layout, loci: np.ndarray) -> dict[str, dict[float, float]]:
+    """Return for each gene the share of strings that say each value, by value; u8[n, loci]. Genes of whole networks are left out."""
+    out = {}
+    for code in layout.genes:
+        if not isinstance(code, Weights):
+            values, counts = np.unique(layout.alleles(loci, code.name), return_counts=True)
+            out[code.name] = dict(zip(values.tolist(), (counts / counts.sum()).tolist(), strict=True))
+    return out
+
+
+def diversity(layout: Layout, loci: np.ndarray) -> np.ndarray:
+    """Return the expected heterozygosity of each locus of a string, f64[length]: 1 − Σ p², p the shares of letters (Nei 1973)."""
+    strings = layout.check(loci).reshape(-1, layout.length)
+    if not len(strings):
+        return np.zeros(layout.length)
+    shares = np.stack([(strings == letter).mean(axis=0) for letter in range(len(layout.alphabet))])
+    return 1.0 - (shares**2).sum(axis=0)
+
+
+class GenomeStatistics(tools.MultiStatistics):
+    """DEAP's MultiStatistics over genomes: what is registered is computed of each gene's values, and of the loci's diversity."""
+
+    def __init__(self, layout: Layout) -> None:
+        names = [code.name for code in layout.genes if not isinstance(code, Weights)]
+        super().__init__({name: tools.Statistics() for name in [*names, "diversity"]})
+        self.layout = layout
+
+    def compile(self, data: np.ndarray) -> dict[str, dict[str, float]]:
+        """Return {gene: {statistic: value}} of genomes u8[n, loci], as a Logbook records it."""
+        loci = np.asarray(data, np.uint8)
+        columns = self.layout.decode(loci) | {"diversity": diversity(self.layout, loci)}
+        return {name: entry.compile(columns[name]) for name, entry in self.items()}
+
+
+def statistics(layout: Layout) -> GenomeStatistics:
+    """Return statistics of genomes with mean, std, min and max; register more as with any tools.Statistics."""
+    found = GenomeStatistics(layout)
+    for name, function in {"mean": np.mean, "std": np.std, "min": np.min, "max": np.max}.items():
+        found.register(name, function)
+    return found
