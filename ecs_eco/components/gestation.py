@@ -1,15 +1,15 @@
 """Pregnancy."""
 
-from ecs_eco.schema import boolean, component, f32, u8, u64
+from ecs_eco.schema import component, f32, i64, u8, u16, u64
 
 
 @component
 class Gestation:
-    """What a mother carries, and when she can mate again."""
+    """What a mother carries, and when an organism can mate again."""
 
-    carrying: boolean = False
-    due: f32 = 0.0  # [s] until birth
+    carrying: u16 = 0  # newborn conceived; 0: not pregnant
+    due: i64 = 0  # tick of the birth
     father: u64 = 0  # uid
     sperm: u8["loci"] = 0  # the father's genome
-    energy: f32 = 0.0  # [energy] that the father gave
-    rest: f32 = 0.0  # [s] until it can mate again
+    energy: f32 = 0.0  # [energy] that the father gave for the litter
+    rest: i64 = 0  # tick from which it can mate again

@@ -1,20 +1,18 @@
 """The nervous system of a species: what its members sense, and the three networks over it (the paper's Definition 3)."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ecs_eco.components import Nervous
-from ecs_eco.config.base import named_function
+from ecs_eco.components import Experience, Nervous, Plasticity, Policy
+from ecs_eco.nervous.networks import Network
 from ecs_eco.nervous.senses import Sense
 
 if TYPE_CHECKING:
     from ecs_eco.learning.brain import Brain
+    from ecs_eco.learning.individual import Individuals
     from ecs_eco.learning.ppo import Learner
-
-Network = Callable[[np.ndarray], np.ndarray]
-"""network(x f32[n, channels]) -> f32[n] (happiness) or [n, actions] (reflex); each may be a plain function."""
 
 
 class Nerves:
@@ -22,7 +20,8 @@ class Nerves:
 
     `groups` maps a group to its actions; their order in `actions` is that of y, z and the decision. `rows` i64[n] and
     `x` f32[n, channels] are who sensed, in canonical order, and what. Networks may be missing: no reflex is y = 0, no
-    policy is z = 0, no happiness is 0 always.
+    policy is z = 0, no happiness is 0 always. The policy is one `brain` for all, trained by `learner`, or one for each of
+    the `individuals`, in the columns of Policy and Experience.
     """
 
     def __init__(self, channels: Sequence[str], senses: Sequence[tuple[Sense, int]], groups: dict[str, list[str]],
@@ -37,6 +36,7 @@ class Nerves:
         self.minimum = np.float32(0.0)
         self.brain: Brain | None = None
         self.learner: Learner | None = None
+        self.individuals: Individuals | None = None
         self.policy = False  # whether there is a policy network; one without a brain draws every action with equal chance
         self.learning = False
         self.heads()
@@ -91,6 +91,69 @@ class Nerves:
         rows = self.readings[name]
         return x[:, rows[0]] if len(rows) == 1 else x[:, list(rows)].mean(axis=1, dtype=np.float32)
 
+    # --- thinking and learning, together or alone -------------------------------------------------------------------
+
+    def think(self, table: Any, world: Any) -> tuple[np.ndarray, np.ndarray]:
+        """Return the policy's logits f32[n, options] and values f32[n] of what is sensed now; zeros where there is no network."""
+        if self.individuals is not None:
+            return self.individuals.forward(table[Policy], self.rows, self.x, world.split)
+        if self.brain is not None:
+            return self.brain.forward(self.x, workers=world.threads)
+        return np.zeros((len(self.rows), int(self.offsets[-1])), np.float32), np.zeros(len(self.rows), np.float32)
+
+    def react(self, table: Any) -> np.ndarray | None:
+        """Return y of the reflex network for what is sensed now: i8[n, actions]; None where there is none."""
+        return None if self.reflex is None else self._read(self.reflex, table)
+
+    def feel(self, table: Any) -> np.ndarray | None:
+        """Return the happiness that what is sensed now gives: f32[n]; None where there is no such network."""
+        return None if self.happiness is None else self._read(self.happiness, table)
+
+    def remember(self, table: Any, choice: np.ndarray, log_probability: np.ndarray, values: np.ndarray) -> None:
+        """Keep what was sensed and chosen, for learning: i16[n, groups], f32[n], f32[n]."""
+        if self.individuals is not None:
+            self.individuals.store(table[Experience], self.rows, self.x, choice, log_probability, values)
+        elif self.learner is not None:
+            self.learner.rollout.store(self.rows, self.x, choice, log_probability, values)
+
+    def credit(self, table: Any, reward: np.ndarray) -> None:
+        """Reward f32[n] the last decisions of those that sense now."""
+        if self.individuals is not None:
+            self.individuals.credit(table[Experience], self.rows, reward)
+        elif self.learner is not None:
+            self.learner.rollout.credit(self.rows, reward)
+
+    def end(self, rows: np.ndarray, reward: np.ndarray) -> None:
+        """Reward f32[k] the last decisions of the dying rows i64[k]; who learns alone takes its experience along."""
+        if self.individuals is None and self.learner is not None:
+            self.learner.rollout.end(rows, reward)
+
+    def learn(self, table: Any, world: Any) -> None:
+        """Update the shared brain when its rollout is full, or those of the individuals whose own is."""
+        if self.individuals is not None:
+            due = self.individuals.due(table[Experience], self.rows, table.uid[self.rows], table.born[self.rows], world.tick)
+            if due.any():
+                self._learn_alone(table, world, np.flatnonzero(due))
+        elif self.learner is not None and self.learner.full:
+            _, values = self.think(table, world)
+            self.reports.append({"tick": world.tick, **self.learner.update(self.rows, values)})
+
+    def _learn_alone(self, table: Any, world: Any, due: np.ndarray) -> None:
+        """Let some of those that sense now learn, each from its own experience; due i64[k] are their places among them."""
+        minds = self.individuals
+        assert minds is not None
+        rows = self.rows[due]
+        _, values = minds.forward(table[Policy], rows, self.x[due], world.split)
+        if Plasticity in table:
+            own = table[Plasticity]
+            settings = tuple(column[rows] for column in (own.learning_rate, own.discount, own.entropy))
+        else:
+            settings = tuple(np.full(rows.size, v, np.float32) for v in (minds.ppo.learning_rate, minds.ppo.discount, minds.ppo.entropy))
+        minds.learn(table[Policy], table[Experience], rows, table.uid[rows], values, settings, world.split)
+
+    def _read(self, network: Network, table: Any) -> np.ndarray:
+        return network(self.x, table, self.rows) if getattr(network, "individual", False) else network(self.x)
+
     def state(self) -> dict[str, np.ndarray]:
         """Return all that a run changes: the weights and, where it learns, optimiser state and rollout."""
         out: dict[str, np.ndarray] = {}
@@ -106,46 +169,3 @@ class Nerves:
             inner = {k.removeprefix(f"{part}."): v for k, v in state.items() if k.startswith(f"{part}.")}
             if inner:
                 getattr(self, part).load(inner)
-
-
-def reflex_of(config: Any, nerves: Nerves, action_rows: dict[str, int]) -> Network:
-    """Build a reflex network from connections, formulas and a function: y = sign of their sum, i8[n, actions]."""
-    from ecs_eco.config import compile_formula
-
-    formulas = {action_rows[a]: compile_formula(text, nerves.readings) for a, text in config.formulas.items()}
-    function = named_function(config.function) if config.function else None
-    n_actions = len(nerves.actions)
-
-    def reflex(x: np.ndarray) -> np.ndarray:
-        total = np.zeros((len(x), n_actions), np.float32)
-        for c in config.connections:
-            value = nerves.reading(c.sensor, x)
-            fires = value > np.float32(c.above) if c.above is not None else value < np.float32(c.below)
-            total[:, action_rows[c.action]] += np.float32(c.weight) * fires
-        for column, formula in formulas.items():
-            total[:, column] += formula({n: nerves.reading(n, x) for n in formula.names})
-        if function is not None:
-            total += function(x)
-        return np.sign(total).astype(np.int8)
-
-    return reflex
-
-
-def happiness_of(config: Any, nerves: Nerves) -> Network:
-    """Build a happiness network from weights, a formula or a function; never less than the declared minimum."""
-    from ecs_eco.config import compile_formula
-
-    least = np.float32(config.minimum)
-    if config.function:
-        inner = named_function(config.function)
-    else:
-        text = config.formula or " + ".join(f"({w}) * {n}" for n, w in config.weights.items())
-        formula = compile_formula(text, nerves.readings)
-
-        def inner(x: np.ndarray) -> np.ndarray:
-            return np.broadcast_to(formula({n: nerves.reading(n, x) for n in formula.names}), len(x))
-
-    def happiness(x: np.ndarray) -> np.ndarray:
-        return np.maximum(inner(x).astype(np.float32), least)
-
-    return happiness

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ecs_eco._numba import njit
-from ecs_eco.components import Biology, Body, Chemistry, Metabolism, Physical, Position
+from ecs_eco.components import Biology, Body, Chemistry, Metabolism, Physical, Position, Senses
 from ecs_eco.config.base import named_function
 from ecs_eco.space import sight
 from ecs_eco.space.field import at as field_at
@@ -56,11 +56,20 @@ def own(property: str, scale: float, substances: list[str]) -> Sense:
     return sense
 
 
-def see_nearest(target: str, radius: float, fov: float, occlusion: bool) -> Sense:
-    """See the nearest of a kind: its direction in the body's frame, as a unit vector, and 1 − distance/radius."""
+def own_range(table: "Table", seekers: Seekers, number: int, radius: float) -> tuple[float, np.ndarray]:
+    """Return how far the sensor reaches at most, and for each seeker f32[n] [m]; `radius` where that is not its own."""
+    if Senses not in table or not seekers.n:
+        return radius, np.full(seekers.n, radius, np.float32)
+    own = table[Senses].radius[seekers.rows, number]
+    return float(own.max()), own
+
+
+def see_nearest(target: str, reach: float, fov: float, occlusion: bool, number: int = 0) -> Sense:
+    """See the nearest of a kind: its direction in the body's frame, as a unit vector, and 1 − distance/reach."""
     cos_half_fov = np.float32(-2.0 if fov >= 2 * math.pi - 1e-5 else math.cos(fov / 2))
 
     def sense(world: "World", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
+        radius, own = own_range(table, seekers, number, reach)
         targets, mine = world.index(world.tables[target]), seekers.index
         found, distance2 = np.empty(seekers.n, np.int32), np.empty(seekers.n, np.float32)
         nearest(mine, targets, radius, found, distance2, world.split)
@@ -75,12 +84,12 @@ def see_nearest(target: str, radius: float, fov: float, occlusion: bool) -> Sens
                         np.float32(radius),
                         cos_half_fov, ground, inverse, found, distance2)
         world.split(_bearings, seekers.n, mine.x, mine.y, mine.z, seekers.cos, seekers.sin, targets.x, targets.y, targets.z, found,
-                    distance2, world.space.lengths, world.space.torus, world.space.volume, np.float32(radius), out, column)
+                    distance2, world.space.lengths, world.space.torus, world.space.volume, own, out, column)
 
     return sense
 
 
-def cast_rays(targets: list[str], count: int, fov: float, radius: float, report: str) -> Sense:
+def cast_rays(targets: list[str], count: int, fov: float, reach: float, report: str, number: int = 0) -> Sense:
     """Cast rays that stop at the first body, rock or wall; report closeness per ray, or the closest hit of each type."""
     turn = fov if fov >= 2 * math.pi - 1e-5 else fov * count / max(count - 1, 1)  # no ray twice on a full circle
     angles = (np.arange(count) - (count - 1) / 2) * (turn / count)
@@ -88,6 +97,7 @@ def cast_rays(targets: list[str], count: int, fov: float, radius: float, report:
 
     def sense(world: "World", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
         space, mine, (ground, inverse) = world.space, seekers.index, rocks(world)
+        radius, own = own_range(table, seekers, number, reach)
         names = [n for n, t in world.tables.items() if Body in t and (n in targets or t.traits.get("opaque", True))]
         bodies = merged(world, names)
         hit = np.empty((seekers.n, count), np.int32)
@@ -95,7 +105,7 @@ def cast_rays(targets: list[str], count: int, fov: float, radius: float, report:
         world.split(sight.cast, seekers.n, mine.x, mine.y, mine.z, mine.uid, seekers.cos, seekers.sin, mine.x, bodies.x, bodies.y,
                     bodies.z, bodies.radius, bodies.uid, bodies.kind, bodies.start, *space.shape, space.inverse, space.lengths,
                     space.torus, space.reach(radius + bodies.largest), np.float32(radius), ray_cos, ray_sin, ground, inverse, hit, distance)
-        near = np.float32(1) - distance / np.float32(radius)
+        near = np.maximum(np.float32(1) - distance / own[:, None], np.float32(0))
         width = count if report == "per_ray" else (4 if space.volume else 3)
         for i, target in enumerate(targets):
             of_kind = hit == (-2 if target == "wall" else names.index(target))
@@ -114,18 +124,30 @@ def cast_rays(targets: list[str], count: int, fov: float, radius: float, report:
     return sense
 
 
-def smell(field: str, at: list[float], scale: float) -> Sense:
+def nose(seekers: Seekers, forward: Any, left: Any, space: Any) -> tuple[np.ndarray, np.ndarray]:
+    """Return x and y f32[n] of a place on each body, given in radii ahead and to the left."""
+    x = seekers.index.x + seekers.radius * (forward * seekers.cos - left * seekers.sin)
+    y = seekers.index.y + seekers.radius * (forward * seekers.sin + left * seekers.cos)
+    return back_into(x, space.lengths[0], space.wrap[0]), back_into(y, space.lengths[1], space.wrap[1])
+
+
+def smell(field: str, at: list[float], scale: float, number: int = 0) -> Sense:
     """Smell a field at a place of the body: c/(c + scale), the occupancy of receptors that are half bound at `scale`."""
     forward, left, up = (np.float32(v) for v in [*at, 0.0, 0.0, 0.0][:3])
 
     def sense(world: "World", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
         f, mine, space = world.fields[field], seekers.index, world.space
+        x, y = mine.x, mine.y
         body = (seekers.radius, seekers.cos, seekers.sin, forward, left)
+        if Senses in table:  # each has its nose in a place of its own: that is where the kernel finds it then
+            own = table[Senses]
+            x, y = nose(seekers, own.forward[seekers.rows, number], own.left[seekers.rows, number], space)
+            body = (seekers.radius, seekers.cos, seekers.sin, np.float32(0), np.float32(0))
         if space.volume:
-            world.split(_sniff_volume, seekers.n, f.value, f.inverse, mine.x, mine.y, mine.z, *body, up, np.float32(scale), space.lengths,
+            world.split(_sniff_volume, seekers.n, f.value, f.inverse, x, y, mine.z, *body, up, np.float32(scale), space.lengths,
                         space.torus, out, column)
         else:
-            world.split(_sniff_plane, seekers.n, f.value[0], f.inverse, mine.x, mine.y, *body, np.float32(scale), space.torus, out, column)
+            world.split(_sniff_plane, seekers.n, f.value[0], f.inverse, x, y, *body, np.float32(scale), space.torus, out, column)
 
     return sense
 
@@ -150,17 +172,17 @@ def touch(targets: list[str] | None, wall: bool, at: list[float], reach: float =
     return sense
 
 
-def ambient(quantity: str, zero: float, scale: float, at: Sequence[float] = ()) -> Sense:
+def ambient(quantity: str, zero: float, scale: float, at: Sequence[float] = (), number: int = 0) -> Sense:
     """Read light, temperature or pressure of the surroundings at a place of the body, as (value − zero)/scale."""
     forward, left, up = (np.float32(v) for v in [*at, 0.0, 0.0, 0.0][:3])
 
     def sense(world: "World", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
         x, y, z = seekers.index.x, seekers.index.y, seekers.index.z
-        if forward or left or up:
-            r, space = seekers.radius, world.space
-            x, y = x + r * (forward * seekers.cos - left * seekers.sin), y + r * (forward * seekers.sin + left * seekers.cos)
-            z = z + r * up if space.volume else z
-            x, y, z = (back_into(v, length, wrap) for v, length, wrap in zip((x, y, z), space.lengths, space.wrap, strict=True))
+        own, space = Senses in table, world.space
+        if own or forward or left or up:
+            ahead, aside = (table[Senses].forward, table[Senses].left) if own else (forward, left)
+            x, y = nose(seekers, ahead[seekers.rows, number] if own else ahead, aside[seekers.rows, number] if own else aside, space)
+            z = back_into(z + seekers.radius * up, space.lengths[2], space.wrap[2]) if space.volume else z
         value = world.surroundings(quantity, x, y, z)
         out[:, column] = (value - np.float32(zero)) / np.float32(scale)
 
@@ -194,24 +216,24 @@ def merged(world: "World", names: list[str]) -> sight.Bodies:
 
 def senses_of(species: Any, dims: int, substances: list[str]) -> list[tuple[Sense, int]]:
     """Return (sense, number of channels) for each sensor of a species' configuration."""
-    return [(_sense_of(s, substances), len(s.channels(dims))) for s in species.sensors]
+    return [(_sense_of(s, substances, i), len(s.channels(dims))) for i, s in enumerate(species.sensors)]
 
 
-def _sense_of(s: Any, substances: list[str]) -> Sense:
+def _sense_of(s: Any, substances: list[str], number: int) -> Sense:
     if s.kind == "own":
         return own(s.property, s.scale, substances)
     if s.kind == "nearest":
-        return see_nearest(s.target, s.radius, s.fov, s.occlusion)
+        return see_nearest(s.target, s.radius, s.fov, s.occlusion, number)
     if s.kind == "rays":
-        return cast_rays(s.targets, s.count, s.fov, s.radius, s.report)
+        return cast_rays(s.targets, s.count, s.fov, s.radius, s.report, number)
     if s.kind == "smell":
-        return smell(s.field, s.at, s.scale)
+        return smell(s.field, s.at, s.scale, number)
     if s.kind == "touch":
         names = None if s.target == "any" else ([] if s.target == "wall" else [s.target])
         return touch(names, s.target in ("any", "wall"), s.at)
     if s.kind == "custom":
         return named_function(s.function)
-    return ambient(s.kind, s.zero, s.scale, s.at)
+    return ambient(s.kind, s.zero, s.scale, s.at, number)
 
 
 @njit
@@ -224,7 +246,7 @@ def _own(first, last, value, rows, factor, out, column):
 def _bearings(first, last, ox, oy, oz, cos, sin, tx, ty, tz, found, distance2, lengths, torus, volume, radius, out, column):
     for i in range(first, last):
         j = found[i]
-        if j < 0:
+        if j < 0 or distance2[i] > radius[i] * radius[i]:
             out[i, column] = 0
             out[i, column + 1] = 0
             out[i, column + 2] = 0
@@ -240,7 +262,7 @@ def _bearings(first, last, ox, oy, oz, cos, sin, tx, ty, tz, found, distance2, l
         if volume:
             out[i, c] = dz * inverse
             c += 1
-        out[i, c] = np.float32(1.0) - distance / radius
+        out[i, c] = np.float32(1.0) - distance / radius[i]
 
 
 @njit

@@ -1,6 +1,6 @@
 """What happens to entities, a file per system: it picks columns and calls one kernel.
 
-Systems never import each other; what two of them share lives in `space`, `nervous` or a component.
+Systems never import each other; what two of them share lives in `space`, `nervous`, a component, or a file `_….py` without a system.
 """
 
 from importlib import import_module
@@ -8,8 +8,8 @@ from typing import Any
 
 _HOME = {
     "Reckon": "reckon", "Grow": "grow", "Diffuse": "diffuse", "Sense": "sense", "Feel": "feel", "Learn": "learn", "Decide": "decide",
-    "Move": "move", "Collide": "collide", "Feed": "feed", "Metabolise": "metabolise", "Age": "age", "Perish": "perish",
-    "Leave": "leave", "Reproduce": "reproduce", "Spread": "spread", "Respawn": "respawn",
+    "Move": "move", "Collide": "collide", "Feed": "feed", "Mate": "mate", "Metabolise": "metabolise", "Age": "age", "Perish": "perish",
+    "Leave": "leave", "Reproduce": "reproduce", "Bear": "bear", "Spread": "spread", "Respawn": "respawn",
 }  # fmt: skip
 __all__ = list(_HOME)
 

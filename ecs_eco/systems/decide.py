@@ -10,6 +10,7 @@ from ecs_eco.nervous.decision import decide, uniforms
 from ecs_eco.system import System
 
 NO_REFLEX = np.zeros((1, 1), np.int8)
+NO_THOUGHT = np.zeros((0, 0), np.float32), np.zeros(0, np.float32)
 
 
 class Decide(System):
@@ -24,11 +25,9 @@ class Decide(System):
         n, groups = len(nerves.rows), len(nerves.choices)
         choice, log_probability = np.zeros((n, groups), np.int16), np.empty(n, np.float32)
         thinks = nerves.policy and n > 0
-        if not thinks or nerves.brain is None:
-            logits, values = np.zeros((n, int(nerves.offsets[-1])), np.float32), np.zeros(n, np.float32)
-        else:
-            logits, values = nerves.brain.forward(nerves.x, workers=world.threads)
-        y = NO_REFLEX if nerves.reflex is None else nerves.reflex(nerves.x)
+        logits, values = nerves.think(table, world) if thinks else NO_THOUGHT
+        reacts = nerves.reflex is not None
+        y = nerves.react(table) if reacts else NO_REFLEX
         uid, key, decision = table.uid[nerves.rows], world.key, table[Nervous].decision
         chance = np.empty((n, groups), np.float32)
 
@@ -37,9 +36,9 @@ class Decide(System):
                 uniforms(first, last, key, uid, chance)
                 here = slice(first, last)
                 choose(logits[here], nerves.offsets, chance[here], choice[here], log_probability[here])
-            decide(first, last, choice, nerves.offsets, nerves.targets, nerves.policy, y, nerves.reflex is not None, nerves.automatic,
+            decide(first, last, choice, nerves.offsets, nerves.targets, nerves.policy, y, reacts, nerves.automatic,
                    nerves.rows, decision)
 
         world.split(part, n)
         if thinks and nerves.learning:
-            nerves.learner.rollout.store(nerves.rows, nerves.x, choice, log_probability, values)
+            nerves.remember(table, choice, log_probability, values)

@@ -6,19 +6,21 @@ import numpy as np
 
 from ecs_eco import random
 from ecs_eco._numba import njit
-from ecs_eco.components import Body, Metabolism, Nervous, Position
+from ecs_eco.components import Body, Defence, Metabolism, Nervous, Position
 from ecs_eco.random import draw
 from ecs_eco.space.nearest import nearest
 from ecs_eco.system import System
 
 NO_DECISION = np.zeros((1, 1), np.uint8)
+UNDEFENDED = np.zeros(0, np.float32)
 
 
 class Feed(System):
     """An animal that eats, and digests nothing, takes the nearest food within reach, with the diet's chance of success.
 
     Each proposes one item; an item goes to the nearest of those that want it, equals to the lower uid; the eaten die.
-    Who has an action `eat` eats when it decides to; who has none eats whenever it can.
+    Who has an action `eat` eats when it decides to; who has none eats whenever it can. Tough food resists some bites,
+    poison costs the eater energy, and what is deadly kills it.
     """
 
     needs = (Position, Body, Metabolism)
@@ -29,6 +31,9 @@ class Feed(System):
         for table in world.tables.values():
             if table.traits.get("diet"):
                 world.cause(f"eaten by {table.name}")
+                for food in table.traits["diet"]:
+                    if food.deadly:
+                        world.cause(f"poisoned by {food.eats}")
 
     def update(self, table: Any, world: Any) -> None:
         """Let one species eat, one kind of food after the other."""
@@ -49,16 +54,29 @@ class Feed(System):
         chance = np.float32(1 - (1 - min(food.chance, 1.0)) ** world.dt)
         ceiling = species.metabolism.energy_max if food.until is None else food.until
         best = np.full(foods.n, -1, np.int32)
+        toughness, poison = defences(prey)
         ingest(found, distance2, eaters.rows, eaters.uid, foods.rows, b.radius, prey[Body].radius, np.float32(food.reach),
                decision, column, chance, np.float32(ceiling), np.float32(food.gain),
-               np.float32(species.metabolism.energy_max),
-               np.float32(species.metabolism.digestion), world.key, random.FEED + (number << 8), world.cause(f"eaten by {table.name}"),
-               table.cause, best, m.energy, m.digesting, m.taken, prey.cause, prey.killer, table.uid)
+               np.float32(species.metabolism.energy_max), np.float32(species.metabolism.digestion), world.key,
+               random.FEED + (number << 8), toughness, poison, world.cause(f"eaten by {table.name}"),
+               world.cause(f"poisoned by {food.eats}") if food.deadly else 0, table.cause, table.killer, table.uid, best,
+               m.energy, m.digesting, m.taken, prey.cause, prey.killer, prey.uid)
+
+
+def defences(prey: Any) -> tuple[np.ndarray, np.ndarray]:
+    """Return toughness and poison of each row, f32[capacity], or arrays of one for all; empty where nothing defends it."""
+    defence = getattr(prey.traits.get("species"), "defence", None)
+    if Defence in prey:
+        return prey[Defence].toughness, prey[Defence].poison
+    if defence is None or (defence.toughness == 0 and defence.poison == 0):
+        return UNDEFENDED, UNDEFENDED
+    return np.full(1, defence.toughness, np.float32), np.full(1, defence.poison, np.float32)
 
 
 @njit
 def ingest(found, distance2, rows, uid, food_rows, radius, food_radius, reach, decision, column, chance, until, gain, ceiling, digestion,
-           key, purpose, cause, eater_cause, best, energy, digesting, taken, food_cause, killer, uids):
+           key, purpose, toughness, poison, cause, deadly, eater_cause, eater_killer, uids, best, energy, digesting, taken, food_cause,
+           food_killer, food_uids):
     """Resolve the wishes of all eaters, in canonical order, and apply them."""
     for i in range(found.size):
         j, row = found[i], rows[i]
@@ -67,7 +85,10 @@ def ingest(found, distance2, rows, uid, food_rows, radius, food_radius, reach, d
         if column >= 0 and not decision[row, column]:
             continue
         s = radius[row] + food_radius[food_rows[j]] + reach
-        if distance2[i] > s * s or draw(key, uid[i], purpose) >= chance:
+        succeeds = chance
+        if toughness.size:
+            succeeds *= np.float32(1) - toughness[food_rows[j] % toughness.size]
+        if distance2[i] > s * s or draw(key, uid[i], purpose) >= succeeds:
             continue
         other = best[j]
         if other < 0 or distance2[i] < distance2[other] or (distance2[i] == distance2[other] and uid[i] < uid[other]):
@@ -77,9 +98,14 @@ def ingest(found, distance2, rows, uid, food_rows, radius, food_radius, reach, d
         if i < 0:
             continue
         row, food = rows[i], food_rows[j]
-        before = energy[row]
-        energy[row] = min(before + gain, max(before, ceiling))  # bad food has a negative gain
+        before, worth = energy[row], gain
+        if poison.size:
+            worth -= poison[food % poison.size]
+        energy[row] = min(before + worth, max(before, ceiling))  # bad food has a negative gain
         taken[row] += energy[row] - before
         digesting[row] = digestion
         food_cause[food] = cause
-        killer[food] = uids[row]
+        food_killer[food] = uids[row]
+        if deadly:
+            eater_cause[row] = deadly
+            eater_killer[row] = food_uids[food]

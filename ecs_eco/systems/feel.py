@@ -22,13 +22,14 @@ class Feel(System):
     def update(self, table: Any, world: Any) -> None:
         """Update happiness and reward of one species; hand the rewards to its learner."""
         nerves = table.traits["nerves"]
-        if nerves.happiness is None:
+        happiness = nerves.feel(table)
+        if happiness is None:
             return
-        happiness, reward = nerves.happiness(nerves.x), np.empty(len(nerves.x), np.float32)
+        reward = np.empty(len(happiness), np.float32)
         n = table[Nervous]
         feel(nerves.rows, happiness, n.happiness, n.reward, n.awake, reward)
         if nerves.learning:
-            nerves.learner.rollout.credit(nerves.rows, reward)
+            nerves.credit(table, reward)
 
 
 @njit

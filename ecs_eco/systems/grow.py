@@ -5,12 +5,16 @@ from typing import Any
 import numpy as np
 
 from ecs_eco._numba import njit
-from ecs_eco.components import Metabolism, Position
+from ecs_eco.components import Growth, Metabolism, Position
 from ecs_eco.system import System
+from ecs_eco.systems._defence import left_by_defence
 
 
 class Grow(System):
-    """A plant gains `growth` [energy/s] in full light, in proportion where there is less, until it is full."""
+    """A plant gains `growth` [energy/s] in full light, in proportion where there is less, until it is full.
+
+    What it puts into its defence it does not grow.
+    """
 
     needs = (Position, Metabolism)
     phase = "environment"
@@ -18,11 +22,17 @@ class Grow(System):
     def update(self, table: Any, world: Any) -> None:
         """Let one species grow; those without `growth` stay as they are."""
         species = table.traits.get("species")
-        if species is None or species.metabolism.growth == 0:
+        if species is None or (species.metabolism.growth == 0 and Growth not in table):
             return
         p, m, high = table[Position], table[Metabolism], table.high
         light = world.surroundings("light", p.x[:high], p.y[:high], p.z[:high])
-        world.split(grow, high, table.alive, light, np.float32(species.metabolism.growth * world.dt),
+        if Growth in table:
+            light = light * table[Growth].growth[:high]
+            rate = 1.0
+        else:
+            rate = species.metabolism.growth
+        light = light * left_by_defence(table, high)
+        world.split(grow, high, table.alive, light, np.float32(rate * world.dt),
                     np.float32(species.metabolism.energy_max), m.energy, m.taken)
 
 

@@ -7,14 +7,16 @@ from ecs_eco.system import System
 
 
 class Learn(System):
-    """When a rollout is full, PPO updates the policy of the species; the living bootstrap with the value of what they sense."""
+    """When a rollout is full, PPO updates the policy of the species, or of the individual that has its own.
+
+    The living bootstrap with the value of what they sense.
+    """
 
     needs = (Nervous,)
     phase = "learn"
 
     def update(self, table: Any, world: Any) -> None:
-        """Update the brain of one species when it is time."""
+        """Update the brains of one species when it is time."""
         nerves = table.traits["nerves"]
-        if nerves.learning and nerves.learner.full:
-            _, values = nerves.brain.forward(nerves.x, workers=world.threads)
-            nerves.reports.append({"tick": world.tick, **nerves.learner.update(nerves.rows, values)})
+        if nerves.learning:
+            nerves.learn(table, world)

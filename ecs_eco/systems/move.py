@@ -5,19 +5,20 @@ from typing import Any
 import numpy as np
 
 from ecs_eco._numba import njit
-from ecs_eco.components import Nervous, Position, Velocity
+from ecs_eco.components import Nervous, Position, Velocity, Vigour
 from ecs_eco.nervous.decision import first_on
 from ecs_eco.space.geometry import into
 from ecs_eco.space.terrain import OPEN, ground_at, height_at
 from ecs_eco.system import System
 
+NO_VIGOUR = np.ones(0, np.float32)
 FLAT, OPEN_GROUND = np.zeros((1, 1), np.float32), np.zeros((1, 1), np.uint8)
 
 
 class Move(System):
     """An animal turns, then goes ahead at the speed of its gait, and pays for it; uphill costs more.
 
-    Water, rock and walls stop it where they begin. In a volume the group `climb` moves it up and down.
+    One with more vigour is faster in every gait and pays for it with the square. Water, rock and walls stop it where they begin. In a volume the group `climb` moves it up and down.
     """
 
     needs = (Position, Velocity, Nervous)
@@ -32,14 +33,15 @@ class Move(System):
         height, ground, inverse, slope_cost = (
             (FLAT, OPEN_GROUND, np.zeros(2, np.float32), 0.0) if terrain is None
             else (terrain.height, terrain.ground, terrain.inverse, terrain.slope_cost))
-        world.split(move, table.high, table.alive, table[Nervous].decision, *gaits, np.float32(world.dt), space.lengths, space.torus,
+        pace = table[Vigour].pace if Vigour in table else NO_VIGOUR
+        world.split(move, table.high, table.alive, table[Nervous].decision, *gaits, pace, np.float32(world.dt), space.lengths, space.torus,
                     space.volume, height, ground, inverse, np.float32(slope_cost), p.x, p.y, p.z, p.heading, v.speed, v.climb, v.cost)
         table.version += 1
 
 
 @njit
-def move(first, last, alive, decision, layout, speeds, costs, turns, climbs, dt, lengths, torus, volume, height, ground, inverse,
-         slope_cost, x, y, z, heading, speed, climb, cost):
+def move(first, last, alive, decision, layout, speeds, costs, turns, climbs, pace, dt, lengths, torus, volume, height, ground,
+         inverse, slope_cost, x, y, z, heading, speed, climb, cost):
     """Move the living rows first … last − 1; layout i64[3, 3] is (start, n, neutral) of speed, turn and climb."""
     for row in range(first, last):
         if not alive[row]:
@@ -52,6 +54,9 @@ def move(first, last, alive, decision, layout, speeds, costs, turns, climbs, dt,
         gait = first_on(decision, row, layout[0, 0], layout[0, 1], layout[0, 2])
         v = speeds[gait] if gait >= 0 else np.float32(0.0)
         c = costs[gait] if gait >= 0 else np.float32(0.0)
+        if pace.size:
+            v *= pace[row]
+            c *= pace[row] * pace[row]
         if volume and layout[2, 1]:
             way = first_on(decision, row, layout[2, 0], layout[2, 1], layout[2, 2])
             climb[row] = climbs[way] if way >= 0 else np.float32(0.0)

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from ecs_eco._numba import njit
-from ecs_eco.components import Nervous
+from ecs_eco.components import Biology, LifeHistory, Nervous
 from ecs_eco.nervous.senses import own_column
 from ecs_eco.system import System
 
@@ -33,6 +33,9 @@ class Perish(System):
             for limit in table.traits.get("lethal", ()):
                 low, high = limit.min, limit.max
                 column = own_column(table, limit.property, self.world.substances)
+                if limit.property == "age" and high is not None and LifeHistory in table:
+                    column, high = table[Biology].age - table[LifeHistory].age_max, 0.0  # each has a span of its own
+                    low = None
                 perish(table.alive[: table.high], column,
                        np.float32(-np.inf if low is None else low), np.float32(np.inf if high is None else high),
                        0 if low is None else self.world.cause(limit.low), 0 if high is None else self.world.cause(limit.high), table.cause)
@@ -45,7 +48,7 @@ class Perish(System):
         n = table[Nervous]
         n.reward[rows] = nerves.minimum - n.happiness[rows]
         if nerves.learning:
-            nerves.learner.rollout.end(rows, n.reward[rows])
+            nerves.end(rows, n.reward[rows])
 
 
 @njit

@@ -22,6 +22,8 @@ class Respawn(System):
             return
         who = np.arange(world.next_uid, world.next_uid + k, dtype=np.uint64)
         values = scatter(table, world, who)
+        if (heredity := table.traits.get("heredity")) is not None:
+            values |= heredity.founders(world, table, who)
         table.request(np.zeros(k, np.uint64), values)
 
 

@@ -6,18 +6,23 @@ import numpy as np
 
 from ecs_eco import random
 from ecs_eco._numba import njit
-from ecs_eco.components import Metabolism, Position
+from ecs_eco.components import Growth, Metabolism, Position
 from ecs_eco.nervous.senses import rocks
 from ecs_eco.random import draw
 from ecs_eco.space.terrain import OPEN, ground_at
 from ecs_eco.system import System
+from ecs_eco.systems._defence import left_by_defence
+
+
+EVEN = np.zeros(0, np.float32)
 
 
 class Spread(System):
     """The ground is cut into sites of side `spacing`, one plant each: logistic growth without any rule that says so.
 
     In a tick a free site receives a seed of a random other site, anywhere or within `dispersal`, with probability
-    rate·dt, which sprouts if a plant stands there; and one of the seed rain with probability seed_rain·dt.
+    rate·dt, which sprouts if a plant stands there; and one of the seed rain with probability seed_rain·dt. Where the
+    rate is each plant's own, or lessened by what it spends on its defence, its seeds sprout at that rate.
     """
 
     needs = (Position, Metabolism)
@@ -38,8 +43,9 @@ class Spread(System):
         site, parent = np.empty(taken.size, np.int64), np.empty(taken.size, np.int64)
         ground, ground_inverse = rocks(world)
         reach = 0 if way.place == "anywhere" else max(1, round((way.dispersal or way.spacing) / way.spacing))
-        n = sprout(taken, np.float32(way.rate * world.dt), np.float32(way.seed_rain * world.dt), reach, space.torus, ground, ground_inverse,
-                   inverse, world.key, table.place << 20, site, parent)
+        rate, vigour = seeds(table, way.rate)
+        n = sprout(taken, np.float32(rate * world.dt), np.float32(way.seed_rain * world.dt), reach, space.torus, ground, ground_inverse,
+                   inverse, vigour, world.key, table.place << 20, site, parent)
         room = n if table.traits["max_count"] is None else max(0, min(n, table.traits["max_count"] - table.n))
         if room == 0:
             return
@@ -51,7 +57,25 @@ class Spread(System):
         y = np.minimum(((site // nx) + v) / inverse[1], np.nextafter(space.lengths[1], np.float32(0))).astype(np.float32)
         z = np.zeros(room, np.float32)
         parents = np.where(parent >= 0, table.uid[np.maximum(parent, 0)], np.uint64(0))
-        table.request(parents, {(Position, "x"): x, (Position, "y"): y, (Position, "z"): z})
+        values = {(Position, "x"): x, (Position, "y"): y, (Position, "z"): z}
+        if (heredity := table.traits.get("heredity")) is not None:
+            own, grown = parent < 0, np.flatnonzero(parent >= 0)
+            fresh, inherited = heredity.founders(world, table, who[own]), heredity.offspring(world, table, parent[grown], None, who[grown])
+            for name, some in fresh.items():
+                values[name] = np.empty((room, *some.shape[1:]), some.dtype)
+                values[name][own], values[name][grown] = some, inherited[name]
+        table.request(parents, values)
+
+
+def seeds(table: Any, rate: float) -> tuple[float, np.ndarray]:
+    """Return the highest rate [1/s] at which a plant takes free sites, and each one's share of it: f32[high], or empty where all are alike."""
+    own = table[Growth].spread[: table.high] if Growth in table else None
+    left = left_by_defence(table, table.high)
+    if own is None and np.ndim(left) == 0:
+        return rate * float(left), EVEN
+    each = (np.float32(rate) if own is None else own) * left
+    highest = float(each[table.alive[: table.high]].max(initial=0.0))
+    return highest, np.broadcast_to(each / np.float32(highest or 1.0), table.high).astype(np.float32)
 
 
 @njit
@@ -64,7 +88,7 @@ def stands(alive, x, y, inverse, taken):
 
 
 @njit
-def sprout(taken, rate, rain, reach, torus, ground, ground_inverse, inverse, key, salt, site, parent):
+def sprout(taken, rate, rain, reach, torus, ground, ground_inverse, inverse, vigour, key, salt, site, parent):
     """List the free sites on which a seed sprouts, and the row of its parent (−1: seed rain); return how many."""
     ny, nx = taken.shape
     n = 0
@@ -89,7 +113,7 @@ def sprout(taken, rate, rain, reach, torus, ground, ground_inverse, inverse, key
                     row = taken[jj % ny, ii % nx]
                 elif 0 <= jj < ny and 0 <= ii < nx:
                     row = taken[jj, ii]
-            if row < 0:
+            if row < 0 or (vigour.size and draw(key, s, random.SPREAD + salt + (5 << 8)) >= vigour[row]):
                 continue
         site[n] = s
         parent[n] = row

@@ -12,10 +12,13 @@ from ecs_eco.components import Biology, Body, Chemistry, Metabolism, Nervous, Ph
 from ecs_eco.config import WorldConfig, load
 from ecs_eco.config.base import named_function
 from ecs_eco.errors import ConfigError, Problem, listed, nearest
-from ecs_eco.nervous.nerves import Nerves, happiness_of, reflex_of
+from ecs_eco.nervous.nerves import Nerves
+from ecs_eco.nervous.networks import HappinessNetwork, ReflexNetwork
 from ecs_eco.nervous.senses import senses_of
 from ecs_eco.space import Field, Terrain
 from ecs_eco.systems.respawn import scatter
+from ecs_eco.worlds.controls import apply
+from ecs_eco.worlds.heredity import add_heredity, flat
 
 SEXES = {"none": 0, "female": 1, "male": 2, "random": 0}
 POLICIES = ("trained", "random", "untrained")
@@ -28,21 +31,22 @@ def schedule(respawn: bool = False) -> list[Any]:
     return [
         s.Reckon(), s.Grow(), s.Diffuse(),  # environment
         s.Sense(), s.Feel(), s.Learn(), s.Decide(), s.Move(),  # nerves
-        s.Collide(), s.Feed(),  # interact
+        s.Collide(), s.Feed(), s.Mate(),  # interact
         s.Metabolise(), s.Age(),
         s.Perish(), s.Leave(),  # die
-        s.Respawn() if respawn else s.Reproduce(), s.Spread(),
+        *([s.Respawn()] if respawn else [s.Reproduce(), s.Bear()]), s.Spread(),
     ]  # fmt: skip
 
 
 def build(cls: Any, config: Any, *, seed: int | None = None, policies: Any = "trained", threads: int = 1, learn: bool | None = None,
-          training: bool = False, record: bool = True, systems: Sequence[Any] = ()) -> Any:
+          training: bool = False, record: bool = True, systems: Sequence[Any] = (), controls: Sequence[str] = ()) -> Any:
     """Return a new world.
 
     `policies`: "trained" (the files that the world names; untrained where it names none), "random" (every action with
     equal chance), "untrained" (fresh networks), a folder of <species>.safetensors, or a dict species → one of these.
     `learn` overrides the species' own `policy.learn`. `training`: numbers held constant by respawn, no births.
-    `systems` are added to those of the world file, each at the end of its phase.
+    `systems` are added to those of the world file, each at the end of its phase. `controls` are names of
+    `ecs_eco.worlds.controls`: what is taken away so that its part can be told.
     Raises ConfigError for a configuration that is wrong.
     """
     config = config if isinstance(config, WorldConfig) and not systems else load(config, systems=systems)
@@ -67,7 +71,9 @@ def build(cls: Any, config: Any, *, seed: int | None = None, policies: Any = "tr
     if config.terrain is not None:
         _landmarks(world, config.terrain)
     for number, (name, species) in enumerate(config.species.items()):
-        _networks(world, world.tables[name], species, policies, learn, number, training)
+        founder = _networks(world, world.tables[name], species, policies, learn, number, training)
+        add_heredity(world, world.tables[name], species, founder)
+    apply(controls, world)
     for system in [*schedule(training and config.training.respawn), *_own_systems(config)]:
         world.add_system(system)
     for name, kind in [*config.objects.items(), *config.species.items()]:
@@ -172,45 +178,59 @@ def _gaits(way: Any, nerves: Nerves) -> tuple[np.ndarray, ...]:
 
 
 def _networks(world: Any, table: Any, species: Any, policies: Any, learn: bool | None, number: int,
-              training: bool) -> None:
-    """Build the reflex, happiness and policy networks of one species."""
+              training: bool) -> np.ndarray | None:
+    """Build the reflex, happiness and policy networks of one species; return the weights that founders have alike, if any."""
     nerves = table.traits.get("nerves")
     if nerves is None:
-        return
+        return None
+    coded = {gene.trait.partition(".")[0] for gene in (species.genome.genes if species.genome else ()) if gene.trait}
     if species.reflex is not None:
-        nerves.reflex = reflex_of(species.reflex, nerves, species.action_rows())
+        nerves.reflex = ReflexNetwork(species.reflex, nerves, species.action_rows(), "reflex" in coded)
     if species.happiness is not None:
-        nerves.happiness = happiness_of(species.happiness, nerves)
+        nerves.happiness = HappinessNetwork(species.happiness, nerves, "happiness" in coded)
         nerves.minimum = np.float32(species.happiness.minimum)
     if species.policy.kind == "none" or not nerves.choices:
-        return
+        return None
     nerves.policy = True
     source = policies.get(table.name, "trained") if isinstance(policies, dict) else policies
     if source == "random":
-        return
+        return None
     from ecs_eco.learning import PPO, Brain, Learner
+    from ecs_eco.learning.individual import Individuals
 
     seed = (random.mix_int(world.seed) + number) & 0x7FFFFFFFFFFFFFFF
-    nerves.brain = Brain(len(nerves.channels), nerves.choices, tuple(species.policy.hidden), seed=seed)
+    alone = species.policy.kind == "individual" and not training  # a policy is pre-trained by all, for all
+    shape = len(nerves.channels), nerves.choices, tuple(species.policy.hidden)
     path = _weights_file(world, species, table.name, source)
-    if path is not None:
-        from safetensors import SafetensorError
-        from safetensors.numpy import load_file
-
-        try:
-            nerves.brain.load(load_file(path))
-        except (ValueError, SafetensorError) as error:
-            where = ("species", table.name, "policy")
-            raise ConfigError([Problem(where, str(error), str(path), "weights of this species' network")]) from None
+    brain = None if alone and path is None else Brain(*shape, seed=seed)
+    if path is not None and brain is not None:
+        _load(brain, path, table.name)
     nerves.learning = species.policy.learn if learn is None else learn
+    if nerves.learning and nerves.happiness is None:
+        raise ConfigError([Problem(("species", table.name, "policy", "learn"), "nothing rewards it", True,
+                                   "a species that learns declares `happiness`; or learn = false")])
+    ppo = PPO(**species.ppo)
+    if not training:
+        ppo = replace(ppo, anneal=0)  # a plan for pre-training: life has no end to plan for
+    if alone:
+        nerves.individuals = Individuals(*shape, ppo, seed)
+        return None if brain is None else flat(nerves.individuals, brain)
+    assert brain is not None
+    nerves.brain = brain
     if nerves.learning:
-        if nerves.happiness is None:
-            raise ConfigError([Problem(("species", table.name, "policy", "learn"), "nothing rewards it", True,
-                                       "a species that learns declares `happiness`; or learn = false")])
-        ppo = PPO(**species.ppo)
-        if not training:
-            ppo = replace(ppo, anneal=0)  # a plan for pre-training: life has no end to plan for
-        nerves.learner = Learner(nerves.brain, ppo, seed=seed, workers=world.threads)
+        nerves.learner = Learner(brain, ppo, seed=seed, workers=world.threads)
+    return None
+
+
+def _load(brain: Any, path: Path, name: str) -> None:
+    """Load trained weights, or say what is wrong with the file."""
+    from safetensors import SafetensorError
+    from safetensors.numpy import load_file
+
+    try:
+        brain.load(load_file(path))
+    except (ValueError, SafetensorError) as error:
+        raise ConfigError([Problem(("species", name, "policy"), str(error), str(path), "weights of this species' network")]) from None
 
 
 def _weights_file(world: Any, species: Any, name: str, source: Any) -> Path | None:
@@ -246,6 +266,8 @@ def _populate(world: Any, table: Any, kind: Any) -> None:
             u = random.draw_many(world.key, who[:count], random.BIRTH + ((table.place + 1) << 20))
             values[Metabolism, "energy"] = (np.float32(kind.metabolism.energy) * (np.float32(0.75) + np.float32(0.5) * u)).clip(
                 0, kind.metabolism.energy_max).astype(np.float32)
+        if (heredity := table.traits.get("heredity")) is not None:
+            values |= heredity.founders(world, table, who[:count])
         table.request(np.zeros(count, np.uint64), values)
 
 

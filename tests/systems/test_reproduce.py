@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from ecs_eco import random
-from ecs_eco.components import Biology, Metabolism, Position
+from ecs_eco.components import Biology, Body, LifeHistory, Metabolism, Position
 from ecs_eco.systems import Reproduce
 from ecs_eco.testing import act, arrange
 
@@ -86,6 +86,68 @@ def test_spacing_keeps_the_newborn_from_others_of_its_kind_and_from_each_other(m
         d -= 20 * np.round(d / 20)
         assert np.hypot(*d).min() >= 3 - 1e-4
     assert len(parents) >= 2
+
+
+def test_spacing_holds_between_newborn_that_were_moved_out_of_the_way_of_bodies(meadow):
+    tree = {"space": {"size": [60.0, 60.0]}, "objects": {"tree": {"count": 300, "body": {"radius": 1.5}}}}
+    world = meadow(count=60, world=tree, reproduction=WAY | {"spacing": 3.0}, body={"radius": 0.05, "opaque": False})
+    deer = arrange(world, "deer", energy=1.0, x=1.0, y=1.0)
+    _, rows = _born(world)
+    p = deer[Position]
+    d = np.stack([p.x[rows] - p.x[rows][:, None], p.y[rows] - p.y[rows][:, None]])
+    d -= 60 * np.round(d / 60)
+    apart = np.hypot(*d)[~np.eye(len(rows), dtype=bool)]
+    assert len(rows) >= 5
+    assert apart.min() >= 3 - 1e-4
+
+
+def test_a_litter_is_as_many_as_the_parent_can_pay_for_and_live(meadow):
+    way = WAY | {"rate": 1e3, "litter": 3, "energy_min": 0.25}
+    world = meadow(count=5, world={"dt": 1e-3, "space": {"size": [400.0, 400.0]}}, reproduction=way)
+    deer = arrange(world, "deer", energy=[0.25, 0.5, 0.51, 0.75, 0.76])
+    old = deer.by_uid()
+    keys = ((tick, random.tick_key(world.seed, tick)) for tick in range(9999))
+    world.tick = next(tick for tick, key in keys if (random.draw_many(key, deer.uid[old], random.BIRTH) < 0.6).all())
+    parents, rows = _born(world)
+    assert parents == np.repeat(deer.uid[old], [0, 1, 2, 2, 3]).tolist()
+    m = deer[Metabolism]
+    assert m.energy[old] == pytest.approx([0.25, 0.25, 0.01, 0.25, 0.01], abs=1e-6)
+    assert m.given[old].tolist() == [0, 0.25, 0.5, 0.5, 0.75]
+    assert m.energy[rows].tolist() == [0.25] * 8
+    for field in ("x", "y", "heading"):
+        assert len(set(deer.field(Position, field)[rows].tolist())) == 8
+
+
+def test_the_organisms_own_life_history_replaces_that_of_the_species(meadow):
+    world = meadow(count=200, world={"space": {"size": [400.0, 400.0]}}, reproduction=WAY | {"age_min": 1e3})
+    deer = world.tables["deer"]
+    deer.add_component(LifeHistory)
+    kind = np.arange(200) % 4
+    arrange(world, "deer", energy=0.75, age=20, age_min=np.where(kind == 0, 21, 20), energy_min=np.where(kind == 1, 0.76, 0.75),
+            energy_given=np.where(kind == 2, 0.125, 0.25), litter=np.where(kind == 3, 2.4, 1.4))
+    old, (parents, rows) = deer.by_uid(), _born(world)
+    draws = random.draw_many(world.key, deer.uid[old], random.BIRTH) < 1 - np.exp(-1)
+    number = np.where(draws, np.array([0, 0, 1, 2])[kind], 0)
+    assert parents == np.repeat(deer.uid[old], number).tolist()
+    assert deer[Metabolism].energy[rows].tolist() == np.repeat(np.where(kind == 2, 0.125, 0.25), number).tolist()
+    assert deer[Metabolism].energy[old].tolist() == (0.75 - number * np.where(kind == 2, 0.125, 0.25)).tolist()
+
+
+def test_what_heredity_says_of_a_newborn_holds(meadow):
+    class Fake:
+        def offspring(self, world, table, first, second, who):
+            self.said = first.tolist(), second, who.tolist()
+            return {(Body, "radius"): np.arange(len(who), dtype=np.float32)}
+
+    world = meadow(count=30, world={"space": {"size": [400.0, 400.0]}}, reproduction=WAY | {"litter": 2})
+    deer = arrange(world, "deer", energy=1.0)
+    deer.traits["heredity"] = fake = Fake()
+    parents, rows = _born(world)
+    assert deer.uid[fake.said[0]].tolist() == parents
+    assert fake.said[1] is None
+    assert fake.said[2][::2] == parents[::2]
+    assert len(set(fake.said[2])) == len(parents) > 20
+    assert deer[Body].radius[rows].tolist() == list(range(len(rows)))
 
 
 def test_max_count_leaves_room_for_the_first_by_uid(meadow):

@@ -1,0 +1,112 @@
+"""Reflex and happiness networks as the configuration of a species declares them; their weights may be each organism's own."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from ecs_eco._numba import njit
+from ecs_eco.components import Desires, Reflexes
+from ecs_eco.config.base import named_function
+
+Network = Callable[..., np.ndarray]
+"""network(x f32[n, channels]) -> f32[n] (happiness) or [n, actions] (reflex); each may be a plain function.
+
+One with a true attribute `individual` is called as network(x, table, rows): it reads weights of the rows i64[n].
+"""
+
+
+class ReflexNetwork:
+    """y = sign of the sum of connections, formulas and a function: i8[n, actions] of −1, 0, 1."""
+
+    def __init__(self, config: Any, nerves: Any, action_rows: dict[str, int], individual: bool = False) -> None:
+        from ecs_eco.config import compile_formula
+
+        self.individual, self.nerves = individual, nerves
+        self.formulas = {action_rows[a]: compile_formula(text, nerves.readings) for a, text in config.formulas.items()}
+        self.function = named_function(config.function) if config.function else None
+        connections = config.connections
+        self.channels, self.starts = _readings([nerves.readings[c.sensor] for c in connections])
+        self.actions = np.array([action_rows[c.action] for c in connections], np.int64)
+        self.above = np.array([c.above is not None for c in connections], np.bool_)
+        self.weight = np.array([[c.weight for c in connections]], np.int8).reshape(1, -1)
+        self.threshold = np.array([[c.above if c.above is not None else c.below for c in connections]], np.float32).reshape(1, -1)
+
+    def __call__(self, x: np.ndarray, table: Any = None, rows: np.ndarray | None = None) -> np.ndarray:
+        """React to x f32[n, channels]; of `rows` i64[n] of a table where weights or thresholds are individual."""
+        nerves = self.nerves
+        total = np.zeros((len(x), len(nerves.actions)), np.float32)
+        if self.actions.size:
+            own = self.individual and table is not None
+            weight, threshold = (table[Reflexes].weight, table[Reflexes].threshold) if own else (self.weight, self.threshold)
+            which = rows if own and rows is not None else np.zeros(len(x), np.int64)
+            connect(x, self.channels, self.starts, self.actions, self.above, weight, threshold, which, total)
+        for column, formula in self.formulas.items():
+            total[:, column] += formula({n: nerves.reading(n, x) for n in formula.names})
+        if self.function is not None:
+            total += self.function(x)
+        return np.sign(total).astype(np.int8)
+
+
+class HappinessNetwork:
+    """Happiness f32[n] from weights, a formula or a function; never less than the declared minimum."""
+
+    def __init__(self, config: Any, nerves: Any, individual: bool = False) -> None:
+        from ecs_eco.config import compile_formula
+
+        self.individual, self.nerves, self.least = individual, nerves, np.float32(config.minimum)
+        self.function = named_function(config.function) if config.function else None
+        self.formula = compile_formula(config.formula, nerves.readings) if config.formula else None
+        self.channels, self.starts = _readings([nerves.readings[n] for n in config.weights])
+        self.weight = np.array([list(config.weights.values())], np.float32).reshape(1, -1)
+
+    def __call__(self, x: np.ndarray, table: Any = None, rows: np.ndarray | None = None) -> np.ndarray:
+        """Feel about x f32[n, channels]; of `rows` i64[n] of a table where weights are individual."""
+        if self.function is not None:
+            felt = self.function(x)
+        elif self.formula is not None:
+            felt = np.broadcast_to(self.formula({n: self.nerves.reading(n, x) for n in self.formula.names}), len(x))
+        else:
+            own = self.individual and table is not None
+            felt = np.empty(len(x), np.float32)
+            which = rows if own and rows is not None else np.zeros(len(x), np.int64)
+            weigh(x, self.channels, self.starts, table[Desires].weight if own else self.weight, which, felt)
+        return np.maximum(felt.astype(np.float32, copy=False), self.least)
+
+
+def _readings(rows: list[tuple[int, ...]]) -> tuple[np.ndarray, np.ndarray]:
+    """Return the channels of several readings one after the other, and where each begins: i64[…], i64[readings + 1]."""
+    flat = [channel for reading in rows for channel in reading]
+    return np.array(flat, np.int64), np.cumsum([0, *(len(reading) for reading in rows)]).astype(np.int64)
+
+
+@njit
+def read(x, i, channels, first, last):
+    """Return the mean of some channels of organism i."""
+    total = np.float32(0.0)
+    for k in range(first, last):
+        total += x[i, channels[k]]
+    return total / np.float32(last - first)
+
+
+@njit
+def connect(x, channels, starts, actions, above, weight, threshold, rows, total):
+    """Add the weight of each connection that fires to its action: total f32[n, actions]."""
+    for i in range(rows.size):
+        row = rows[i]
+        for c in range(actions.size):
+            w = weight[row, c]
+            if w != 0:
+                value, edge = read(x, i, channels, starts[c], starts[c + 1]), threshold[row, c]
+                if (value > edge) if above[c] else (value < edge):
+                    total[i, actions[c]] += w
+
+
+@njit
+def weigh(x, channels, starts, weight, rows, felt):
+    """Write the weighted sum of readings of each organism: felt f32[n]."""
+    for i in range(rows.size):
+        total = np.float32(0.0)
+        for c in range(starts.size - 1):
+            total += weight[rows[i], c] * read(x, i, channels, starts[c], starts[c + 1])
+        felt[i] = total

@@ -1,0 +1,174 @@
+"""Two meet and mate."""
+
+from typing import Any
+
+import numpy as np
+
+from ecs_eco import random
+from ecs_eco._numba import njit
+from ecs_eco.components import Biology, Body, Genome, Gestation, Metabolism, Nervous, Position
+from ecs_eco.components.biology import FEMALE, MALE
+from ecs_eco.random import draw, mix
+from ecs_eco.space.sight import gather, offset
+from ecs_eco.system import System
+from ecs_eco.systems._births import life_history, ticks, whole
+
+CHOOSES, SIRES = 1, 2  # bits: what one who is ready can do
+MEET, TASTE = random.MATE, random.MATE + (1 << 8)  # what numbers are drawn for
+NO_DECISION = np.zeros((1, 1), np.uint8)
+WILLING = {"none": 0, "one": 1, "both": 2}
+
+
+class Mate(System):
+    """Each female that is ready and willing chooses one male that is so too among those within reach, and may conceive by him.
+
+    Ready is who is old enough, fed enough, rested and not pregnant; a male must also be able to pay his share, and pays it
+    at once. Where the species has no sexes any two mate, and the one that chose bears. Nobody mates twice in a tick: the
+    nearest pair goes first, equals by the uid of who chose. Conception has the `chance` per second of contact, times the
+    fertility of both.
+    """
+
+    needs = (Position, Body, Metabolism, Biology, Gestation)
+    phase = "interact"
+
+    def update(self, table: Any, world: Any) -> None:
+        """Let one species mate."""
+        way = table.traits.get("reproduction")
+        if way is None or way.kind != "sexual" or not world.reproduction:
+            return
+        b, m, g = table[Biology], table[Metabolism], table[Gestation]
+        own, age_min, energy_min, energy_given, litter, choice = life_history(table, way)
+        can = np.empty(table.high, np.uint8)
+        column, decision = action(table)
+        n_chooses, n_sires = ready(table.alive[: table.high], table.cause, b.sex, b.age, m.energy, g.carrying, g.rest, world.tick, own,
+                                   age_min, energy_min, litter, decision, column, WILLING[way.consent], can)
+        if n_chooses == 0 or n_sires == 0:
+            return
+        i, space, radius = world.index(table), world.space, table[Body].radius
+        widest = 2 * float(radius[: table.high].max()) + way.reach
+        partner, distance2 = np.empty(i.n, np.int64), np.empty(i.n, np.float32)
+        world.split(propose, i.n, i.rows, i.x, i.y, i.z, i.uid, i.start, can, radius, np.float32(way.reach), space.reach(widest),
+                    *space.shape, space.inverse, space.lengths, space.torus, decision, column, WILLING[way.consent], m.energy, b.age, own,
+                    energy_given, litter, choice, np.float32(way.father_share), world.key, partner, distance2)
+        choosers = np.flatnonzero(partner >= 0)
+        if choosers.size == 0:
+            return
+        order = choosers[np.lexsort((i.uid[choosers], distance2[choosers]))]
+        pairs = np.empty((order.size, 2), np.int64)
+        n = pair(order, partner, i.rows, np.zeros(i.n, np.bool_), pairs)
+        self.conceive(table, world, way, pairs[:n])
+
+    def conceive(self, table: Any, world: Any, way: Any, pairs: np.ndarray) -> None:
+        """Let `pairs` (rows of mother and father, i64[n, 2]) conceive by chance."""
+        b, m, g = table[Biology], table[Metabolism], table[Gestation]
+        own, _, _, energy_given, litter, _ = life_history(table, way)
+        chance = np.float32(1 - (1 - way.chance) ** world.dt)
+        conceived = np.zeros(len(pairs), np.bool_)
+        join(pairs, table.uid, b.fertility, own, energy_given, litter, np.float32(way.father_share), chance, world.key,
+             world.tick + ticks(way.gestation, world.dt), world.tick + ticks(way.father_rest, world.dt), conceived,
+             m.energy, m.given, g.carrying, g.due, g.father, g.energy, g.rest)
+        if Genome in table:
+            mothers, fathers = pairs[conceived].T
+            g.sperm[mothers] = table[Genome].loci[fathers]
+
+
+def action(table: Any) -> tuple[int, np.ndarray]:
+    """Return the column of the action mate in the decision, and the decision; −1 where a species has no such action."""
+    nerves = table.traits.get("nerves")
+    column = -1 if nerves is None else next((i for i, (group, _) in enumerate(nerves.actions) if group == "mate"), -1)
+    return column, table[Nervous].decision if column >= 0 else NO_DECISION
+
+
+@njit
+def wills(decision, column, row):
+    """Return 1 for who wants to mate, 0 for who does not."""
+    return 1 if column < 0 or decision[row, column] else 0
+
+
+@njit
+def ready(alive, cause, sex, age, energy, carrying, rest, tick, own, age_min, energy_min, litter, decision, column, consent, can):
+    """Write who can choose and who can sire, can u8[rows]; return how many can the one and the other."""
+    n_chooses, n_sires = 0, 0
+    for row in range(can.size):
+        i = row if own else 0
+        can[row] = 0
+        if not alive[row] or cause[row] or carrying[row] or rest[row] > tick or age[row] < age_min[i] or energy[row] < energy_min[i]:
+            continue
+        if consent == 2 and not wills(decision, column, row):
+            continue
+        if sex[row] != MALE and litter[i] >= np.float32(0.5):
+            can[row] |= CHOOSES
+            n_chooses += 1
+        if sex[row] != FEMALE:
+            can[row] |= SIRES
+            n_sires += 1
+    return n_chooses, n_sires
+
+
+@njit
+def propose(first, last, rows, x, y, z, uid, start, can, radius, near, reach, nx, ny, nz, inverse, lengths, torus, decision, column,
+            consent, energy, age, own, energy_given, litter, choice, share, key, partner, distance2):
+    """Write whom each of the entries first … last − 1 of the index wants as father (−1: nobody), and how far he is, squared.
+
+    Best is the nearest, one drawn at random, the richest or the oldest; equals go by distance, then by the lower uid.
+    """
+    close = np.empty(x.size, np.int64)
+    for i in range(first, last):
+        me, partner[i], distance2[i] = rows[i], -1, np.inf
+        if not can[me] & CHOOSES:
+            continue
+        life = me if own else 0
+        pay = share * energy_given[life] * np.float32(whole(litter[life]))
+        want = consent - wills(decision, column, me)
+        best = np.float32(np.inf)
+        n = gather(x[i], y[i], z[i], reach, start, x, y, z, nx, ny, nz, inverse, lengths, torus, close)
+        for c in range(n):
+            j = close[c]
+            it = rows[j]
+            if j == i or not can[it] & SIRES or (share > 0 and not energy[it] > pay) or wills(decision, column, it) < want:
+                continue
+            dx, dy, dz = offset(x[i], y[i], z[i], x[j], y[j], z[j], lengths, torus)
+            d2, s = dx * dx + dy * dy + dz * dz, radius[me] + radius[it] + near
+            if d2 > s * s:
+                continue
+            score = d2
+            if choice[life] == 1:
+                score = draw(key, mix(uid[i]) ^ uid[j], TASTE)
+            elif choice[life] == 2:
+                score = -energy[it]
+            elif choice[life] == 3:
+                score = -age[it]
+            k = partner[i]
+            if k < 0 or score < best or (score == best and (d2 < distance2[i] or (d2 == distance2[i] and uid[j] < uid[k]))):
+                best, partner[i], distance2[i] = score, j, d2
+
+
+@njit
+def pair(order, partner, rows, taken, pairs):
+    """List the pairs that mate, as rows of who chose and of whom; `order` are the entries that chose, the first come first."""
+    n = 0
+    for i in order:
+        j = partner[i]
+        if not taken[i] and not taken[j]:
+            taken[i] = taken[j] = True
+            pairs[n, 0], pairs[n, 1] = rows[i], rows[j]
+            n += 1
+    return n
+
+
+@njit
+def join(pairs, uid, fertility, own, energy_given, litter, share, chance, key, due, rested, conceived, energy, given, carrying, due_at,
+         father, stored, rest):
+    """Let each pair conceive by chance: the mother carries, the father pays his share and rests."""
+    for p in range(len(pairs)):
+        she, he = pairs[p, 0], pairs[p, 1]
+        if draw(key, uid[she], MEET) >= chance * fertility[she] * fertility[he]:
+            continue
+        life = she if own else 0
+        number = whole(litter[life])
+        before = energy[he]
+        energy[he] = before - share * energy_given[life] * np.float32(number)
+        given[he] += before - energy[he]
+        stored[she] = before - energy[he]
+        carrying[she], due_at[she], father[she], conceived[p] = number, due, uid[he], True
+        rest[he] = rested

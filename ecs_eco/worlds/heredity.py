@@ -1,0 +1,79 @@
+"""From a species' genome section to its heredity: layout, operators, and the columns that its genes write."""
+
+from typing import Any
+
+import numpy as np
+
+from ecs_eco import components as own
+from ecs_eco.components import Experience, Gestation, Genome, Policy
+from ecs_eco.config.base import named_function
+from ecs_eco.genomes.heredity import Heredity
+from ecs_eco.genomes.traits import traits_of
+
+Targets = dict[str, tuple[type, str, int | None]]
+
+
+def add_heredity(world: Any, table: Any, species: Any, founder: np.ndarray | None = None) -> None:
+    """Give a table its genome, the columns that its genes write, and the columns of individual brains; nothing where it needs none."""
+    for name in species.components:
+        table.add_component(named_function(name))
+    nerves, section = table.traits.get("nerves"), species.genome
+    minds = None if nerves is None else nerves.individuals
+    if minds is not None:
+        table.dims |= minds.dims
+        table.add_component(Policy)
+        if nerves.learning:
+            table.add_component(Experience)
+    layout, operators, targets, alike = None, None, {}, None
+    if section is not None:
+        from ecs_eco.genomes import Layout, Operators
+
+        traits = traits_of(species, world.config.dims, [named_function(c) for c in species.components])
+        layout = Layout.from_config(section, traits, shapes=minds.shapes if minds is not None else None)
+        operators = Operators.from_config(section, layout)
+        table.dims["loci"] = layout.row
+        table.add_component(Genome)
+        targets = _targets(table, species, layout, traits)
+        if section.founders == "own":
+            alike = layout.own()[0]
+    if species.reproduction is not None and species.reproduction.kind == "sexual":
+        table.dims.setdefault("loci", 0)
+        table.add_component(Gestation)
+    if section is not None or minds is not None:
+        table.traits["heredity"] = Heredity(layout, operators, targets, minds=minds, inherit=species.policy.inherit,
+                                            noise=species.policy.mutation, founder=founder, alike=alike)
+
+
+def _targets(table: Any, species: Any, layout: Any, traits: dict[str, Any]) -> Targets:
+    """Add the components that genes write to, with the species' own values as defaults; return where each gene writes."""
+    coded = [(code.gene, traits[code.gene.trait]) for code in layout.genes if code.gene.trait is not None]
+    used = {trait.component for _, trait in coded}
+    known = {c.__name__: c for c in (*table.columns, *(getattr(own, n) for n in own.__all__))}
+    table.dims |= {"sensors": len(species.sensors), "connections": len(species.reflex.connections if species.reflex else ()),
+                   "desires": len(species.happiness.weights if species.happiness else ())}
+    for trait in traits.values():
+        if trait.component in used and trait.component not in ("Policy", "Body"):
+            component = known[trait.component]
+            if component not in table:
+                table.add_component(component)
+            column = table.defaults[component][trait.field]
+            column[... if trait.index is None else trait.index] = trait.default
+    for gene, trait in coded:
+        if trait.name == "body.radius":
+            table.traits["radius"] = max([species.body.radius, *(gene.values or [gene.low, gene.high])])
+        if trait.name == "body.mass":
+            table.traits["standard_mass"] = species.body.mass
+    return {gene.name: (known[trait.component], trait.field, trait.index) for gene, trait in coded}
+
+
+def flat(minds: Any, brain: Any) -> np.ndarray:
+    """Return the weights of a shared brain in the order in which individuals keep theirs: f32[size]."""
+    weights = np.empty(minds.size, np.float32)
+    parts, named, n = minds.views(weights), brain.named(), minds.n_logits
+    for level in range(len(minds.hidden)):
+        parts[2 * level][...] = named[f"trunk.{level}.weight"].numpy().T
+        parts[2 * level + 1][...] = named[f"trunk.{level}.bias"].numpy()
+    for part, where in (("policy", slice(0, n)), ("value", slice(n, n + 1))):
+        parts[-2][:, where] = named[f"{part}.head.weight"].numpy().T
+        parts[-1][where] = named[f"{part}.head.bias"].numpy()
+    return weights
