@@ -293,7 +293,7 @@ def test_ctrl_c_ends_a_comparison_and_keeps_what_was_recorded(here: Path) -> Non
 def test_a_control_may_concern_one_species_or_learning():
     from ecs_eco.cli.arms import arms_of
 
-    arms = arms_of("predator-prey", [], ["random-policy:deer", "learning", "frozen"])
+    arms = arms_of("predator-prey", [], ["random-policy:deer", "learning", "frozen-learning"])
     assert [a.policies for a in arms] == ["trained", {"deer": "random"}, "trained", "trained"]
     assert [a.learn for a in arms] == [None, None, True, False]
     assert len({a.name for a in arms}) == 4

@@ -1,4 +1,4 @@
-"""`ecs-eco run | train | report | compare | list | check`."""
+"""`ecs-eco run | train | report | lineage | compare | draw | list | check`."""
 
 from pathlib import Path
 from typing import Annotated
@@ -99,14 +99,29 @@ def report(folder: Annotated[Path, typer.Argument(metavar="DIR", help="A folder 
 
 @app.command()
 @exits
+def lineage(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="A folder that `run` left.")],
+    csv: Annotated[Path | None, typer.Option(metavar="FILE", help="Write a phylogeny in the ALife standard format.")] = None,
+    newick: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the tree along first parents.")] = None,
+    species: Annotated[str | None, typer.Option(metavar="NAME", help="One species alone.")] = None,
+    living: Annotated[bool, typer.Option("--living", help="Only the living and their ancestors in the files.")] = False,
+) -> None:
+    """Say and write who descends from whom in a run."""
+    from ecs_eco.cli.lineage import tell_lineage
+
+    tell_lineage(folder, csv, newick, species, living)
+
+
+@app.command()
+@exits
 def compare(
     world: World,
     control: Annotated[
         list[str] | None,
         typer.Option(
             metavar="NAME|KEY=VALUE",
-            help="A control: random-policy (random-policy:deer for one species), untrained-policy, learning, frozen, "
-            "or a changed value. Repeatable.",
+            help="A control: random-policy (random-policy:deer for one species), untrained-policy, learning, "
+            "frozen-learning, no-reflexes, neutral-drift, shuffled-genome, no-mutation, or a changed value. Repeatable.",
         ),
     ] = None,
     seeds: Annotated[
@@ -124,6 +139,22 @@ def compare(
     from ecs_eco.cli.arms import compare_arms
 
     compare_arms(world, set_ or [], control or ["random-policy"], seeds, ticks, workers, out, quiet)
+
+
+@app.command()
+@exits
+def draw(
+    world: World,
+    species: Annotated[str | None, typer.Option(metavar="NAME", help="A species; else all that have a nervous system.")] = None,
+    out: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="A file ending in .png, .svg or .pdf. Default: WORLD-NAME.png here.")
+    ] = None,
+    set_: Set = None,
+) -> None:
+    """Draw the nervous systems of a world's species."""
+    from ecs_eco.cli.draw import draw_world
+
+    draw_world(world, set_ or [], species, out)
 
 
 @app.command("list")

@@ -21,7 +21,10 @@ from ecs_eco.config import WorldConfig, load
 from ecs_eco.errors import nearest
 
 CONTROLS = {"random-policy": "random", "untrained-policy": "untrained"}  # by the policies that they run with
-LEARNING = {"learning": True, "frozen": False}  # by whether policies go on learning in the run
+LEARNING = {"learning": True, "frozen-learning": False}  # by whether policies go on learning in the run
+TAKEN = {  # by what is taken from the world, and what a world without it lacks
+    "no-reflexes": "a reflex", "neutral-drift": "a genome", "shuffled-genome": "a genome", "no-mutation": "a genome",
+}  # fmt: skip
 PINS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 
 
@@ -33,6 +36,7 @@ class Arm:
     config: WorldConfig
     policies: Any = "trained"  # or a dict: species → policies
     learn: bool | None = None  # None: as the world says
+    controls: tuple[str, ...] = ()  # of ecs_eco.worlds.controls
 
 
 def compare_arms(
@@ -65,8 +69,8 @@ def compare_arms(
 def arms_of(world: str, changes: list[str], controls: list[str]) -> list[Arm]:
     """The world as it is and one arm for each control; raises ConfigError.
 
-    A control is a name (`random-policy`; `random-policy:deer` for one species alone; `learning`, `frozen`) or a value
-    changed (`species.deer.count=50`).
+    A control is a name (`random-policy`; `random-policy:deer` for one species alone; `learning`, `frozen-learning`;
+    `no-reflexes`, `neutral-drift`, `shuffled-genome`, `no-mutation`) or a value changed (`species.deer.count=50`).
     """
     arms = [Arm("world", load(world, changes))]
     for control in controls:
@@ -79,12 +83,16 @@ def arms_of(world: str, changes: list[str], controls: list[str]) -> list[Arm]:
             arm = Arm(name, arms[0].config, CONTROLS[control])
         elif control in LEARNING:
             arm = Arm(name, arms[0].config, learn=LEARNING[control])
+        elif control in TAKEN:
+            if not _has(arms[0].config, control):
+                refuse("--control", f"no species has {TAKEN[control]}", control, "a control that takes something away")
+            arm = Arm(name, arms[0].config, controls=(control,))
         elif "=" in control:
             arm = Arm(name, load(world, [*changes, control]))
         elif kind in CONTROLS:
             refuse("--control", "no such species with a policy", species, ", ".join(thinkers) or "none", nearest(species, thinkers))
         else:
-            names = [*CONTROLS, *LEARNING]
+            names = [*CONTROLS, *LEARNING, *TAKEN]
             allowed = f"{', '.join(names)}, one of the first two for a single species (random-policy:NAME), or a value: key=value"
             refuse("--control", "no such control", control, allowed, nearest(control, names))
         if any(a.name == name for a in arms):
@@ -95,6 +103,13 @@ def arms_of(world: str, changes: list[str], controls: list[str]) -> list[Arm]:
     ):
         refuse("--control", "no species has a policy", "random-policy", "a changed value: key=value")
     return arms
+
+
+def _has(config: WorldConfig, control: str) -> bool:
+    """Whether any species has what a control takes away."""
+    if control == "no-reflexes":
+        return any(s.reflex is not None for s in config.species.values())
+    return any(s.genome is not None or s.policy.inherit == "learned" for s in config.species.values())
 
 
 def run_all(jobs: dict[tuple[str, int], tuple[Any, ...]], workers: int, quiet: bool) -> dict[tuple[str, int], Any]:
@@ -146,7 +161,7 @@ def run_one(arm: Arm, seed: int, ticks: int, out: Path) -> Any:
 
     _running = True
     try:
-        return run_to_folder(arm.config, seed=seed, ticks=ticks, out=out, policies=arm.policies, learn=arm.learn, report=False)
+        return run_to_folder(arm.config, seed=seed, ticks=ticks, out=out, policies=arm.policies, learn=arm.learn, controls=arm.controls, report=False)
     except KeyboardInterrupt:
         os._exit(INTERRUPTED)
     finally:

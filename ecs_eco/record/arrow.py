@@ -7,16 +7,22 @@ from typing import Any
 
 import numpy as np
 import pyarrow as pa
+import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
 
 def to_arrow(columns: Mapping[str, np.ndarray], words: Mapping[str, Sequence[str]]) -> pa.Table:
-    """Return a table; a column named in `words` holds indices into its list of words and becomes a dictionary column."""
+    """Return a table; a column named in `words` holds indices into its list of words and becomes a dictionary column.
+
+    Text (bytes of ASCII, or str) becomes a column of strings, null where it is empty.
+    """
     arrays = {}
     for name, array in columns.items():
         if name in words:
             indices = pa.array(array.astype(np.int32))
             arrays[name] = pa.DictionaryArray.from_arrays(indices, pa.array(list(words[name]) or [""]))
+        elif array.dtype.kind in "SU":
+            arrays[name] = pa.array(array, mask=array == array.dtype.type()).cast(pa.string())
         else:
             arrays[name] = pa.array(np.ascontiguousarray(array))
     return pa.table(arrays)
@@ -25,7 +31,7 @@ def to_arrow(columns: Mapping[str, np.ndarray], words: Mapping[str, Sequence[str
 def write_part(table: pa.Table, path: Path) -> None:
     """Write one Parquet part so that it is whole or not there: temporary file, fsync, rename."""
     floats = [f.name for f in table.schema if pa.types.is_floating(f.type)]
-    words = [f.name for f in table.schema if pa.types.is_dictionary(f.type)]
+    words = [f.name for f in table.schema if pa.types.is_dictionary(f.type) or (pa.types.is_string(f.type) and _repeats(table[f.name]))]
     deltas = {f.name: "DELTA_BINARY_PACKED" for f in table.schema if pa.types.is_integer(f.type) and f.type.bit_width >= 32}
     deltas |= dict.fromkeys(floats, "BYTE_STREAM_SPLIT")
     temporary = path.with_suffix(".tmp")
@@ -34,6 +40,13 @@ def write_part(table: pa.Table, path: Path) -> None:
         file.flush()
         os.fsync(file.fileno())
     os.replace(temporary, path)
+
+
+def _repeats(texts: pa.ChunkedArray) -> bool:
+    """Return whether a list of the different texts, and a number for each row, is the shorter way to write them."""
+    distinct = pc.count_distinct(texts).as_py()
+    letters = (pc.sum(pc.binary_length(texts)).as_py() or 0) / max(len(texts), 1)  # of one text
+    return distinct * letters + len(texts) * distinct.bit_length() / 8 < len(texts) * letters
 
 
 def read_parts(folder: Path, columns: Sequence[str] | None = None) -> Any:

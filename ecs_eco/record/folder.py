@@ -4,7 +4,7 @@ import json
 import os
 import subprocess
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
@@ -69,10 +69,28 @@ def git_commit() -> str | None:
     return done.stdout.strip() or None if done.returncode == 0 else None
 
 
+def genes_of(table: Any) -> dict[str, Any] | None:
+    """Return what a species' genome says: alphabet, strings (ploidy), genes; None where nothing is said of it.
+
+    A gene has its name, first locus `at`, number of `letters`, `trait` (null for a neutral marker), and `values` where it
+    lists them: one for each codon in their order.
+    """
+    layout: Any = getattr(table.traits.get("heredity"), "layout", None)
+    if layout is None:
+        return None
+    genes = [{"name": code.name, "at": int(code.first), "letters": int(code.stop - code.first), "trait": code.gene.trait}
+             for code in layout.genes]  # fmt: skip
+    for gene, code in zip(genes, layout.genes, strict=True):
+        if code.gene.values is not None:
+            gene["values"] = [float(v) for v in code.gene.values]
+    return {"alphabet": layout.alphabet.letters, "ploidy": int(layout.ploidy), "genes": genes}
+
+
 def run_to_folder(config: Any, seed: int | None = None, ticks: int | None = None, out: str | Path = "run", policies: Any = "trained",
                   learn: bool | None = None, progress: Callable[[int, int], None] | None = None, *, threads: int = 1,
-                  snapshot_every: int | None = None, report: bool = True, command: str | None = None) -> dict[str, Any]:
-    """Run a world and leave a folder; return its manifest.
+                  snapshot_every: int | None = None, report: bool = True, command: str | None = None,
+                  controls: Sequence[str] = ()) -> dict[str, Any]:
+    """Run a world, with these controls of `ecs_eco.worlds.controls`, and leave a folder; return its manifest.
 
     An interrupted run leaves what was recorded, with `finished` false. Raises FileExistsError where `out` holds something.
     """
@@ -86,15 +104,16 @@ def run_to_folder(config: Any, seed: int | None = None, ticks: int | None = None
     path = Path(out)
     if path.exists() and (not path.is_dir() or any(path.iterdir())):
         raise FileExistsError(f"{path} exists and is not an empty folder; name another with --out")
-    world = World.from_config(config, seed=seed, policies=policies, threads=threads, learn=learn, record=False)
+    world = World.from_config(config, seed=seed, policies=policies, threads=threads, learn=learn, controls=controls, record=False)
     folder = Folder(path, world)
     Recorder(world, folder.sink, snapshot_every=max(1, ticks // 100) if snapshot_every is None else snapshot_every)
     manifest = {
         "format": 1, "world": config.name, "title": config.title, "config": config.resolved(), "config_hash": config.config_hash,
-        "seed": world.seed, "ticks": ticks, "dt": config.dt, "policies": str(policies), "learn": learn, "command": command,
-        "versions": versions(),
+        "seed": world.seed, "ticks": ticks, "dt": config.dt, "policies": str(policies), "learn": learn,
+        "controls": list(controls), "command": command, "versions": versions(),
         "git_commit": git_commit(), "species": world.recorder.names, "causes": world.causes, "finished": False, "done": 0,
         "colors": {name: world.tables[name].traits.get("color", "#888888") for name in world.recorder.names},
+        "genomes": {name: found for name in world.recorder.names if (found := genes_of(world.tables[name]))},
     }  # fmt: skip
     path.mkdir(parents=True, exist_ok=True)
     write_json(path / "manifest.json", manifest)

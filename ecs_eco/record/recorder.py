@@ -7,6 +7,7 @@ import numpy as np
 
 from ecs_eco._numba import njit
 from ecs_eco.components import Metabolism, Nervous, Position
+from ecs_eco.components.genome import Genome
 from ecs_eco.system import System
 
 if TYPE_CHECKING:
@@ -22,14 +23,18 @@ class Recorder(System):
 
     The ledger closes: stock_after = stock_before + endowed + taken_in − burnt − given − lost, in sums of float64.
     `sink(kind, columns)` receives finished blocks of "series", "births", "deaths" and "snapshots"; without one the
-    series stay in memory and single events are not kept.
+    series stay in memory, and so do single events where `keep_events` asks for them: see `events`. Those who live when
+    the recording begins are births too, of parent 0 and at the tick at which they were born.
     """
 
     phase = "record"
 
     def __init__(self, world: "World", sink: Callable[[str, dict[str, np.ndarray]], None] | None = None, *, block: int = 1000,
-                 snapshot_every: int = 0) -> None:
+                 snapshot_every: int = 0, keep_events: bool = False) -> None:
+        if keep_events and sink is not None:
+            raise ValueError("Recorder: keep_events is True, but a sink takes the events; allowed is one of the two")
         self.sink, self.block, self.snapshot_every = sink, block, snapshot_every
+        self.keeps = keep_events or sink is not None
         self.names = [name for name, t in world.tables.items() if not t.traits.get("object")]
         s = len(self.names)
         self.place = {name: i for i, name in enumerate(self.names)}
@@ -48,10 +53,22 @@ class Recorder(System):
         self._at, self._last = 0, -1  # the row to write next; the last tick that is over
         self._blocks: list[dict[str, np.ndarray]] = []
         self._events: dict[str, list[tuple[np.ndarray, ...]]] = {"births": [], "deaths": [], "snapshots": []}
+        self._letters: dict[str, np.ndarray] = {}  # of each species with a genome: a letter per number, "S1" or "U1"
         world.on_birth.append(self.born)
         world.on_death.append(self.died)
         world.recorder = self
         world.add_system(self)
+
+    def start(self, world: "World") -> None:
+        """Note the founders."""
+        for name, s in self.place.items() if self.keeps else ():
+            table = world.tables[name]
+            if table.n:
+                rows = table.by_uid()
+                energy = table[Metabolism].energy[rows] if Metabolism in table else None
+                none = np.zeros(rows.size, np.uint64)
+                born = self._where(table, s, rows, energy, table.born[rows])
+                self._events["births"].append((*born, none, none, self._genomes(table, rows)))
 
     def born(self, table: "Table", rows: np.ndarray, parents: np.ndarray, second: np.ndarray) -> None:
         """Note newborn: rows i64[k], uids of their parents u64[k]."""
@@ -62,8 +79,8 @@ class Recorder(System):
         energy = table[Metabolism].energy[rows] if Metabolism in table else None
         if energy is not None:
             self._ledger[self._at, s, 1] += energy.sum(dtype=np.float64)
-        if self.sink is not None:
-            self._events["births"].append(self._where(table, s, rows, energy) + (parents, second))
+        if self.keeps:
+            self._events["births"].append((*self._where(table, s, rows, energy), parents, second, self._genomes(table, rows)))
 
     def died(self, table: "Table", rows: np.ndarray) -> None:
         """Note the dying, before their rows are free: their flows of this tick, and what they still held."""
@@ -81,16 +98,27 @@ class Recorder(System):
             flows = ((2, m.taken), (3, m.burnt), (4, m.given)) if self.world.ticking else ()  # between ticks they are booked already
             for i, column in (*flows, (5, m.energy)):
                 page[i] += column[rows].sum(dtype=np.float64)
-        if self.sink is not None:
+        if self.keeps:
             age = ((self.world.tick - table.born[rows]) * self.world.dt).astype(np.float32)
             self._events["deaths"].append(self._where(table, s, rows, energy) + (causes, table.killer[rows], age))
 
-    def _where(self, table: "Table", s: int, rows: np.ndarray, energy: np.ndarray | None) -> tuple[np.ndarray, ...]:
+    def _genomes(self, table: "Table", rows: np.ndarray) -> np.ndarray:
+        """Return the genomes of rows as text: bytes[k], or str[k] where a letter is none of ASCII; "" without a genome."""
+        if Genome not in table or not table[Genome].loci.shape[1]:
+            return np.zeros(rows.size, "S1")
+        if table.name not in self._letters:
+            self._letters[table.name] = letters_of(table)
+        text = self._letters[table.name][table[Genome].loci[rows]]
+        return text.view(f"{text.dtype.kind}{text.shape[1]}")[:, 0]
+
+    def _where(self, table: "Table", s: int, rows: np.ndarray, energy: np.ndarray | None,
+               tick: np.ndarray | None = None) -> tuple[np.ndarray, ...]:
         k = rows.size
         zero = np.zeros(k, np.float32)
         p = table[Position] if Position in table else None
         place = (p.x[rows], p.y[rows], p.z[rows]) if p is not None else (zero, zero, zero)
-        return (np.full(k, self.world.tick, np.int64), np.full(k, s, np.int8), table.uid[rows], *place, zero if energy is None else energy)
+        tick = np.full(k, self.world.tick, np.int64) if tick is None else tick
+        return (tick, np.full(k, s, np.int8), table.uid[rows], *place, zero if energy is None else energy)
 
     def process(self, *_: Any) -> None:
         """Write this tick's row of each species."""
@@ -146,6 +174,17 @@ class Recorder(System):
                     columns = [np.concatenate(c) for c in zip(*over, strict=True)]
                     self.sink(kind, dict(zip(names, columns, strict=True)))
 
+    def events(self, kind: str) -> dict[str, np.ndarray]:
+        """Return the "births" or "deaths" kept in memory, a row each in the order in which they happened.
+
+        `species` and `cause` hold indices into `names` and, from 1, `world.causes`. RuntimeError without `keep_events`.
+        """
+        if self.sink is not None or not self.keeps:
+            raise RuntimeError("this recorder keeps no events in memory; make it with Recorder(world, keep_events=True)")
+        empty = [tuple(np.zeros(0, np.int64) for _ in EVENTS[kind])]
+        columns = [np.concatenate(c) for c in zip(*(self._events[kind] or empty), strict=True)]
+        return dict(zip(EVENTS[kind], columns, strict=True))
+
     def _columns(self, n: int) -> dict[str, np.ndarray]:
         """Return copies of the first n ticks as flat columns, by tick, then species."""
         s = len(self.names)
@@ -166,10 +205,19 @@ class Recorder(System):
 
 
 EVENTS = {
-    "births": ("tick", "species", "uid", "x", "y", "z", "energy", "parent", "parent2"),
+    "births": ("tick", "species", "uid", "x", "y", "z", "energy", "parent", "parent2", "genome"),
     "deaths": ("tick", "species", "uid", "x", "y", "z", "energy", "cause", "killer", "age"),
     "snapshots": ("tick", "species", "uid", "x", "y", "z", "energy", "heading", "happiness"),
 }
+
+
+def letters_of(table: "Table") -> np.ndarray:
+    """Return the letter of each number in a table's genomes: "S1"[256], "U1"[256] beyond ASCII; "?" where there is none."""
+    from ecs_eco.genomes import DNA
+
+    alphabet: Any = getattr(getattr(table.traits.get("heredity"), "layout", None), "alphabet", DNA)
+    letters = getattr(alphabet, "letters", alphabet).ljust(256, "?")
+    return np.array(list(letters), "S1" if letters.isascii() else "U1")
 
 
 @njit

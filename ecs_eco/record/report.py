@@ -14,7 +14,9 @@ import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
 from ecs_eco.analysis import figures
+from ecs_eco.analysis.carriers import carriers, told_apart
 from ecs_eco.analysis.cycles import CycleStatistics, cycle_statistics
+from ecs_eco.analysis.lineage import Lineage
 from ecs_eco.analysis.page import Markup, number, page, picture, table, write_text
 from ecs_eco.analysis.runs import DIED, Series, load_series, parts
 
@@ -49,6 +51,7 @@ def write_report(run_dir: Path | str) -> Path:
         "<h2>Energy</h2>",
         _energy(series),
         pictures.get("energy", ""),
+        *(("<h2>Genes</h2>", *drawn) if (drawn := [p for name, p in pictures.items() if name.startswith("carriers")]) else ()),
         *(("<h2>Where they are</h2>", pictures["positions"]) if "positions" in pictures else ()),
         "<h2>How to run it again</h2>",
         _settings(series.manifest),
@@ -119,11 +122,24 @@ def _draw(run: Path, series: Series, cycles: CycleStatistics) -> dict[str, str]:
         add("deaths", figures.deaths(series), "Deaths per tick by cause.")
     if "stock_after" in series.columns and series.columns["stock_after"].any():
         add("energy", figures.energy(series), "Energy per tick: what comes in above zero, what goes out below.")
+    for s, genes in genes_shown(series.manifest).items():
+        lineage = Lineage.read(run)
+        counted = [lineage.frequencies(s, gene, max(1, len(series.ticks) // 500)) for gene in genes] if s in lineage.species else []
+        if counted:
+            caption = "Who has the value of a gene's first codon is without it; all organisms are the grey line."
+            add(f"carriers-{series.index(s)}", carriers(counted, s), f"Number of {s} that carry each gene. {caption}")
     size = series.manifest.get("config", {}).get("space", {}).get("size")
     snapshot = last_snapshot(run, series.species) if size else None
     if size and snapshot:
         add("positions", figures.positions(snapshot[1], size, hue), f"Everybody at tick {snapshot[0]:,}.")
     return out
+
+
+def genes_shown(manifest: Mapping[str, Any]) -> dict[str, list[str]]:
+    """The genes of each species that have few enough values for a figure."""
+    genomes = manifest.get("genomes", {})
+    found = {s: [g["name"] for g in genome["genes"] if told_apart(g)] for s, genome in genomes.items()}
+    return {s: names for s, names in found.items() if names}
 
 
 def _what(series: Series) -> str:

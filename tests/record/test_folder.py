@@ -12,6 +12,7 @@ from ecs_eco.record.arrow import read_parts
 from ecs_eco.record.folder import git_commit, versions, write_json
 
 TICKS = 40
+FOUNDERS = 150 + 40 + 8
 
 
 @pytest.fixture(scope="module")
@@ -76,7 +77,9 @@ def test_the_parquet_holds_what_a_world_in_memory_recorded(run, menagerie):
 def test_births_deaths_and_snapshots_are_there(run):
     out, manifest, _ = run
     series, births, deaths = (read_parts(out / kind).to_pydict() for kind in ("series", "births", "deaths"))
-    assert len(births["uid"]) == sum(series["births"]) > 0
+    assert len(births["uid"]) == FOUNDERS + sum(series["births"]) > FOUNDERS
+    assert births["genome"] == [None] * len(births["uid"])  # no species has one
+    assert manifest["genomes"] == {}
     assert len(deaths["uid"]) == sum(series["deaths"]) > 0
     for cause in manifest["causes"]:
         assert deaths["cause"].count(cause) == sum(series[f"died: {cause}"])
@@ -114,7 +117,7 @@ def test_an_interrupted_run_leaves_readable_parts_and_says_that_it_is_not_finish
     assert series["tick"] == [t for t in range(12) for _ in range(3)]
     deaths, births = (read_parts(tmp_path / "run" / kind).to_pydict() for kind in ("deaths", "births"))
     assert len(deaths["uid"]) == sum(series["deaths"])
-    assert len(births["uid"]) == sum(series["births"])
+    assert len(births["uid"]) == FOUNDERS + sum(series["births"])
     assert max(deaths["tick"] + births["tick"]) < 12
     monkeypatch.undo()
     whole = World.from_config(menagerie(), seed=7, policies="untrained").run(12)
@@ -184,3 +187,45 @@ def test_a_run_goes_on_and_is_whole_after_an_extinction(tmp_path):
     assert [n for s, n in zip(series["species"].to_pylist(), series["n"].to_pylist(), strict=True) if s == "deer"][-1] == 0
     assert max(snapshots["tick"].to_pylist()) == 55  # of the grass alone
     assert (tmp_path / "run" / "report.html").is_file()
+
+
+def test_genomes_are_strings_that_repeat_or_do_not(tmp_path):
+    from ecs_eco.record.arrow import to_arrow, write_part
+
+    rng = np.random.default_rng(1)
+    many = np.frombuffer(rng.choice(list(b"ACGT"), 8 * 1000).astype(np.uint8).tobytes(), "S8")
+    few = np.where(np.arange(1000) % 2, b"ACGTACGT", b"TTTTTTTT")
+    for name, column in {"few": few, "many": many, "none": np.zeros(1000, "S1")}.items():
+        write_part(to_arrow({"genome": column}, {}), tmp_path / f"{name}.parquet")
+        found = pq.read_table(tmp_path / f"{name}.parquet")["genome"]
+        assert found.type == pa.string()
+        assert found.to_pylist() == [text.decode() or None for text in column.tolist()]
+    encodings = {name: pq.read_metadata(tmp_path / f"{name}.parquet").row_group(0).column(0).encodings for name in ("few", "many")}
+    assert ["RLE_DICTIONARY" in encodings[name] for name in ("few", "many")] == [True, False]
+
+
+def test_the_manifest_names_the_genes_of_a_layout():
+    from types import SimpleNamespace
+
+    from ecs_eco.analysis.carriers import codon_number
+    from ecs_eco.genomes import Gene, Layout
+    from ecs_eco.record.folder import genes_of
+
+    genes = [Gene(name="red", trait="reflex.red.weight", letters=1, values=[0, 0, 0, -1]),
+             Gene(name="size", trait="body.radius", letters=4, low=0.2, high=0.6),
+             Gene(name="song", letters=2, at=7, values=list(range(16)))]  # fmt: skip
+    layout = Layout(genes, "ACGU", ploidy=2, loci=10)
+    found = genes_of(SimpleNamespace(traits={"heredity": SimpleNamespace(layout=layout)}))
+    assert found == {
+        "alphabet": "ACGU",
+        "ploidy": 2,
+        "genes": [
+            {"name": "red", "at": 0, "letters": 1, "trait": "reflex.red.weight", "values": [0.0, 0.0, 0.0, -1.0]},
+            {"name": "size", "at": 1, "letters": 4, "trait": "body.radius"},
+            {"name": "song", "at": 7, "letters": 2, "trait": None, "values": [float(v) for v in range(16)]},
+        ],
+    }
+    row = layout.encode({"red": -1, "size": 0.2, "song": 11})[0]
+    assert codon_number("ACGU"[row[7]] + "ACGU"[row[8]], "ACGU") == 11  # codons mean the same to those who read a folder
+    assert genes_of(SimpleNamespace(traits={})) is None
+    assert genes_of(SimpleNamespace(traits={"heredity": SimpleNamespace(layout=None)})) is None

@@ -1,8 +1,12 @@
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from ecs_eco import World
 from ecs_eco.components import Metabolism, Nervous, Position
+from ecs_eco.components.genome import Genome
+from ecs_eco.genomes import Alphabet
 from ecs_eco.record import Recorder
 from ecs_eco.record.recorder import LEDGER
 from ecs_eco.testing import arrange
@@ -24,7 +28,8 @@ def _recorded(menagerie, ticks=60, **options):
     world = World.from_config(menagerie(), policies="untrained", record=False)
     sink = Sink()
     recorder = Recorder(world, sink, **options)
-    lives = {"births": [], "deaths": []}
+    founders = [(0, name, u, 0) for name in recorder.names for u in sorted(world.tables[name].uid[world.tables[name].rows()].tolist())]
+    lives = {"births": founders, "deaths": []}
     world.on_birth.append(
         lambda t, rows, parents, _: lives["births"].extend(
             (world.tick, t.name, u, p) for u, p in zip(t.uid[rows].tolist(), parents.tolist(), strict=True)
@@ -103,7 +108,8 @@ def test_every_birth_and_death_is_recorded_once(menagerie):
     assert deaths == lives["deaths"]
     assert len(births) > 20
     assert len(deaths) > 20
-    assert (sink.column("series", "births").sum(), sink.column("series", "deaths").sum()) == (len(births), len(deaths))
+    n_founders = 150 + 40 + 8
+    assert (sink.column("series", "births").sum(), sink.column("series", "deaths").sum()) == (len(births) - n_founders, len(deaths))
     ages = sink.column("deaths", "age")
     born = dict(zip(sink.column("births", "uid").tolist(), sink.column("births", "tick").tolist(), strict=True))
     expected = [(t - born.get(int(u), 0)) * world.dt for t, _, u, _, _ in deaths]
@@ -210,3 +216,69 @@ def test_the_happiness_of_a_single_one_in_the_smallest_of_tables_is_recorded():
     Recorder(world)
     world.run(1)
     assert (table.capacity, world.series().to_pydict()["happiness_mean"]) == (1, [0.75])
+
+
+def _flock(letters=None, n=3):
+    """A world of one species with a genome of two loci; its recorder keeps events."""
+    world = World((10, 10))
+    table = world.add_table("finch", Position, Genome, dims={"loci": 2})
+    if letters is not None:
+        table.traits["heredity"] = SimpleNamespace(layout=SimpleNamespace(alphabet=Alphabet(letters)))
+    world.spawn("finch", n=n)
+    world.flush()
+    table[Genome].loci[table.by_uid()[1]] = 1, 3
+    return world, table, Recorder(world, keep_events=True)
+
+
+def test_founders_and_newborn_are_recorded_with_their_genomes():
+    world, table, recorder = _flock()
+    world.run(1)
+    table.request(np.array([2, 1], np.uint64), {(Genome, "loci"): np.array([[1, 2], [0, 3]], np.uint8)},
+                  np.array([1, 0], np.uint64))
+    world.run(1)
+    births = recorder.events("births")
+    assert births["uid"].tolist() == [1, 2, 3, 4, 5]
+    assert births["tick"].tolist() == [0, 0, 0, 1, 1]
+    assert births["parent"].tolist() == [0, 0, 0, 2, 1]
+    assert births["parent2"].tolist() == [0, 0, 0, 1, 0]
+    assert births["genome"].tolist() == [b"AA", b"CT", b"AA", b"CG", b"AT"]
+    assert {len(column) for column in births.values()} == {5}
+
+
+@pytest.mark.parametrize(("letters", "expected"), [("01", ["00", "1?", "00"]), ("αβγδ", ["αα", "βδ", "αα"])])
+def test_genomes_are_written_in_the_letters_of_their_own_alphabet(letters, expected):
+    _, _, recorder = _flock(letters)
+    assert recorder.events("births")["genome"].astype(str).tolist() == expected
+
+
+def test_events_in_memory_are_those_that_a_sink_gets(menagerie):
+    _, _, sink, _ = _recorded(menagerie)
+    world = World.from_config(menagerie(), policies="untrained", record=False)
+    kept = Recorder(world, keep_events=True, block=7)
+    world.run(60)
+    for kind in ("births", "deaths"):
+        events = kept.events(kind)
+        assert list(events) == list(sink[kind][0])
+        assert all((events[name] == sink.column(kind, name)).all() for name in events)
+
+
+def test_the_living_are_founders_of_a_recording_that_begins_late(meadow):
+    world = meadow(options={"record": False})
+    world.run(3)
+    world.spawn("deer", Metabolism(energy=0.5))
+    world.flush()
+    births = Recorder(world, keep_events=True).events("births")
+    assert births["tick"].tolist() == [0, 0, 0, 0, 3]
+    assert births["uid"].tolist() == [1, 2, 3, 4, 5]
+
+
+def test_events_that_nobody_kept_are_no_events_of_a_world_without_deaths(meadow):
+    world = meadow()
+    with pytest.raises(RuntimeError, match="keep_events=True"):
+        world.recorder.events("births")
+    with pytest.raises(ValueError, match="keep_events is True, but a sink takes the events"):
+        Recorder(world, Sink(), keep_events=True)
+    world = meadow(options={"record": False})
+    deaths = Recorder(world, keep_events=True).events("deaths")
+    assert {len(column) for column in deaths.values()} == {0}
+    assert {"tick", "uid", "cause"} <= set(deaths)

@@ -1,0 +1,147 @@
+"""Who carries which value of a gene, over time: counts from births and deaths, and their figure."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.compute as pc
+
+from ecs_eco.analysis.figures import DASHES, PALETTE, _grid, _styled
+from ecs_eco.errors import UnknownName, unknown_name
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from ecs_eco.analysis.lineage import Lineage
+
+CLEAR = {"red": "#d7191c", "yellow": "#e6b800", "green": "#1a9641", "blue": "#0571b0", "white": "#b8bec4", "orange": "#f28c28"}
+"""Shades in which a gene named after a colour is seen on paper."""
+FEW = 8  # values of a gene that can be told apart in a figure
+
+
+@dataclass(frozen=True)
+class Frequencies:
+    """How many of the living carry each value of a gene: `count` i64[samples, values] at `ticks` i64[samples].
+
+    `n` i64[samples] are all living. With several strings (ploidy 2) an organism counts once for each value that it carries.
+    """
+
+    gene: str
+    ticks: np.ndarray
+    values: tuple[str, ...]
+    count: np.ndarray
+    n: np.ndarray
+
+    @property
+    def share(self) -> np.ndarray:
+        """Share of the living that carry each value, f64[samples, values]; NaN where nobody lives."""
+        return self.count / np.where(self.n, self.n, np.nan)[:, None]
+
+    def of(self, value: str) -> np.ndarray:
+        """How many carry this value, i64[samples]; KeyError names the nearest."""
+        if value not in self.values:
+            raise UnknownName(unknown_name(f"gene {self.gene!r}", "value", value, self.values))
+        return self.count[:, self.values.index(value)]
+
+
+def frequencies(lineage: Lineage, species: str, gene: str | Sequence[int], every: int) -> Frequencies:
+    """Count who of the living carries what of a gene, at the end of every so many ticks; exact, from births and deaths.
+
+    `gene` is the name of a gene that the manifest lists, or (first locus, letters). Its values are those that it lists for
+    its codons, in the order of codons, else the codons themselves, in alphabetical order. Raises KeyError for a species or
+    gene that is not there, ValueError for loci beyond the end of the genome.
+    """
+    said, what = gene_of(lineage, species, gene), lineage.genomes.get(species, {})
+    mask, ticks = lineage.species == species, lineage.samples(every)
+    codons = _codons(lineage.genome[mask], said, species, what.get("ploidy", 1))
+    names, values = _values(codons, said, what.get("alphabet", "ACGT"))
+    count = np.zeros((len(ticks), len(names)), np.int64)
+    carries = np.zeros(len(lineage), bool)
+    for j in range(len(names)):
+        carries[mask] = np.any([v == j for v in values], axis=0)
+        count[:, j] = lineage.living_sums(ticks, mask=carries)
+    return Frequencies(said["name"], ticks, names, count, lineage.living_sums(ticks, mask=mask))
+
+
+def gene_of(lineage: Lineage, species: str, gene: str | Sequence[int]) -> dict[str, Any]:
+    """What is known of a gene: name, at (first locus), letters, and values where it lists them."""
+    if species not in lineage.species:
+        raise UnknownName(unknown_name("lineage", "species", species, dict.fromkeys(lineage.species.tolist())))
+    if not isinstance(gene, str):
+        at, letters = gene
+        if at < 0 or letters < 1:
+            raise ValueError(f"gene {tuple(gene)} of {species!r}: allowed are a first locus from 0 and at least 1 letter")
+        return {"name": f"{at}:{at + letters}", "at": at, "letters": letters}
+    known = {g["name"]: g for g in lineage.genomes.get(species, {}).get("genes", [])}
+    if gene not in known:
+        raise UnknownName(unknown_name(f"genome of {species!r}", "gene", gene, known))
+    return known[gene]
+
+
+def _codons(genomes: np.ndarray, gene: dict[str, Any], species: str, strings: int) -> list[tuple[list[str], np.ndarray]]:
+    """For each string of the genome: the different codons at a gene's place, and which of them each organism has."""
+    text = pa.array(genomes, pa.string())
+    length = (pc.max(pc.utf8_length(text)).as_py() or 0) // strings
+    if gene["at"] + gene["letters"] > length:
+        place = f"loci {gene['at']} to {gene['at'] + gene['letters'] - 1}"
+        raise ValueError(f"gene {gene['name']!r} is at {place}; a genome of {species!r} has {length} loci in the record")
+    found = []
+    for at in range(gene["at"], strings * length, length):
+        cut = pc.utf8_slice_codeunits(text, at, at + gene["letters"]).dictionary_encode()
+        found.append((cut.dictionary.to_pylist(), cut.indices.to_numpy(zero_copy_only=False)))
+    return found
+
+
+def _values(codons: list[tuple[list[str], np.ndarray]], gene: dict[str, Any], alphabet: str) -> tuple[tuple[str, ...], list[np.ndarray]]:
+    """Names of a gene's values, and for each string of the genome which of them each organism has there."""
+    words = sorted({word for found, _ in codons for word in found})
+    if "values" in gene:
+        distinct = list(dict.fromkeys(gene["values"]))
+        names = [f"{v:g}" for v in distinct]
+        meaning = {w: distinct.index(gene["values"][codon_number(w, alphabet)]) for w in words}
+    else:
+        names, meaning = words, {w: i for i, w in enumerate(words)}
+    return tuple(names), [np.array([meaning[w] for w in found])[which] for found, which in codons]
+
+
+def codon_number(codon: str, alphabet: str) -> int:
+    """The number of a codon among all, in the order of the alphabet, first letter first."""
+    number = 0
+    for letter in codon:
+        if letter not in alphabet:
+            raise ValueError(f"codon {codon!r} has the letter {letter!r}; the alphabet is {alphabet!r}")
+        number = number * len(alphabet) + alphabet.index(letter)
+    return number
+
+
+def told_apart(gene: dict[str, Any]) -> bool:
+    """Whether a figure can show who carries a gene: it lists two to eight different values."""
+    return 2 <= len(set(gene.get("values", ()))) <= FEW
+
+
+@_styled
+def carriers(genes: Sequence[Frequencies], title: str = "") -> Figure:
+    """Number of the living that carry each gene, over time.
+
+    Who has the value of the first codon is without the gene. A gene with more than two values has a line for each of the
+    others. A gene named after a colour is drawn in it; dashes tell the lines apart where colours do not.
+    """
+    from matplotlib.colors import is_color_like
+
+    figure, ((ax,),) = _grid(1, 1, 9, 3.6)
+    lines = [(g, j, g.gene if len(g.values) == 2 else f"{g.gene} = {g.values[j]}") for g in genes for j in range(1, len(g.values))]
+    rest = [c for c in PALETTE[::-1] if c != "#F0E442"]  # the last is pale
+    for k, (g, j, label) in enumerate(lines):
+        named = is_color_like(g.gene) and len(g.values) == 2
+        hue = CLEAR.get(g.gene, g.gene) if named else rest[k % len(rest)]
+        ax.plot(g.ticks, g.count[:, j], color=hue, ls=DASHES[k % len(DASHES)], lw=1.7, label=label)
+    if genes:
+        ax.plot(genes[0].ticks, genes[0].n, color="#b8bec4", lw=1, zorder=1.5, label="all")
+        ax.set_xlim(genes[0].ticks[0], max(genes[0].ticks[-1], 1))
+    ax.set(xlabel="tick", ylabel="number of carriers", ylim=(0, None), title=title)
+    figure.legend(loc="outside upper center", ncols=min(max(len(lines) + 1, 1), 6))
+    return figure

@@ -1,0 +1,185 @@
+"""Is a gene selected? Estimates and tests for gene frequencies over time, pooled over runs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from scipy.stats import chi2, t
+
+if TYPE_CHECKING:
+    from ecs_eco.analysis.lineage import Lineage
+
+Numbers = Sequence[float] | np.ndarray
+
+
+class Pooled(NamedTuple):
+    """A mean over runs with Student's t intervals; their ends are NaN for fewer than 2 runs."""
+
+    n: int
+    mean: float
+    interval95: tuple[float, float]
+    interval90: tuple[float, float]
+
+
+class Equivalence(NamedTuple):
+    """Two one-sided tests: `equivalent` where both reject at `alpha`; `p` is the larger of both."""
+
+    n: int
+    mean: float
+    interval: tuple[float, float]
+    margin: float
+    p: float
+    equivalent: bool
+
+
+class IncrementTest(NamedTuple):
+    """Frequency increment test of n increments: t statistic and two-sided p."""
+
+    n: int
+    t: float
+    p: float
+
+
+class AgeRates(NamedTuple):
+    """Deaths of a cause per organism and second in classes of age above edges[i], up to edges[i + 1] [s]; exact intervals."""
+
+    edges: np.ndarray
+    deaths: np.ndarray
+    lived: np.ndarray
+    rate: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+
+
+def selection_coefficient(carriers: Numbers, reference: Numbers, n: Numbers, generation: Numbers, pseudo: float = 0.5) -> float:
+    """Selection coefficient per generation of a gene against a neutral reference.
+
+    The least-squares slope over `generation` [samples] of logit(p_gene) − logit(p_reference), with p of the counts
+    `carriers` and `reference` among `n` living, `pseudo` added to carriers and to the others. A gene with the
+    fitness 1 + s of the others' gains ln(1 + s) in logit(p) per generation (Crow and Kimura 1970, chapter 5), where
+    reproduction is asexual or genes are inherited independently. Samples without living are left out; NaN with fewer
+    than two different generations.
+    """
+    k, r, n, x = (np.asarray(v, float) for v in (carriers, reference, n, generation))
+    _same(carriers=k, reference=r, n=n, generation=x)
+    if ((k < 0) | (r < 0) | (k > n) | (r > n)).any():
+        raise ValueError("selection_coefficient: carriers and reference must be counts from 0 to n")
+    there = (n > 0) & np.isfinite(x)
+    k, r, n, x = k[there], r[there], n[there], x[there]
+    if len(np.unique(x)) < 2:
+        return np.nan
+    y = np.log((k + pseudo) / (n - k + pseudo)) - np.log((r + pseudo) / (n - r + pseudo))
+    x = x - x.mean()
+    return float((x @ y) / (x @ x))
+
+
+def pooled(values: Numbers) -> Pooled:
+    """Mean of one number per run, with 95 % and 90 % intervals (Student's t)."""
+    v = _finite("pooled", values)
+    return Pooled(len(v), float(v.mean()), _interval(v, 0.95), _interval(v, 0.90))
+
+
+def equivalence(values: Numbers, margin: float, alpha: float = 0.05) -> Equivalence:
+    """Test that the mean over runs lies within ± margin: two one-sided t tests (Schuirmann 1987).
+
+    The interval is the one of 1 − 2 alpha: it lies within the margin where the tests say equivalent.
+    """
+    if not margin > 0:
+        raise ValueError(f"equivalence: the margin is {margin}; it must be above 0")
+    v = _finite("equivalence", values)
+    n, mean = len(v), float(v.mean())
+    if n < 2:
+        return Equivalence(n, mean, (np.nan, np.nan), margin, np.nan, False)
+    error = v.std(ddof=1) / np.sqrt(n)
+    near = margin - abs(mean)
+    p = float(t.sf(near / error, n - 1)) if error else float(near <= 0)
+    return Equivalence(n, mean, _interval(v, 1 - 2 * alpha), margin, p, p < alpha)
+
+
+def increments(share: Numbers, generation: Numbers) -> np.ndarray:
+    """Rescaled frequency increments of Feder, Kryazhimskiy and Plotkin (2014): f64[increments].
+
+    (v_i − v_{i−1}) / √(2 v_{i−1} (1 − v_{i−1}) (t_i − t_{i−1})); without those that begin or end at a share of 0 or 1.
+    """
+    v, x = np.asarray(share, float), np.asarray(generation, float)
+    _same(share=v, generation=x)
+    if ((v < 0) | (v > 1)).any():
+        raise ValueError(f"increments: shares lie from 0 to 1, got {v[(v < 0) | (v > 1)][0]}")
+    inside = (v > 0) & (v < 1) & np.isfinite(x)
+    both = inside[1:] & inside[:-1]
+    step = np.diff(x)[both]
+    if (step <= 0).any():
+        raise ValueError("increments: generations must ascend from sample to sample")
+    before = v[:-1][both]
+    return np.diff(v)[both] / np.sqrt(2 * before * (1 - before) * step)
+
+
+def frequency_increment_test(share: Numbers, generation: Numbers) -> IncrementTest:
+    """Frequency increment test (Feder, Kryazhimskiy and Plotkin 2014): is the mean increment different from 0?
+
+    t = mean / √(S² / n) of the n rescaled increments, with n − 1 degrees of freedom. It assumes a population of constant
+    size, shares that are known well, and small increments. NaN with fewer than 2 increments.
+    """
+    y = increments(share, generation)
+    if len(y) < 2 or not y.std():
+        return IncrementTest(len(y), np.nan, np.nan)
+    value = float(y.mean() / np.sqrt(y.var(ddof=1) / len(y)))
+    return IncrementTest(len(y), value, float(2 * t.sf(abs(value), len(y) - 1)))
+
+
+def reappearances(carriers: Numbers) -> int:
+    """How often a gene comes back that had carriers before and then had none."""
+    k = np.asarray(carriers)
+    seen = np.cumsum(k > 0) > 0
+    return int(((k[1:] > 0) & (k[:-1] == 0) & seen[:-1]).sum())
+
+
+def deaths_by_age(lineage: Lineage, cause: str | None, edges: Numbers, species: str | None = None, level: float = 0.95) -> AgeRates:
+    """Deaths of a cause (None: of any) per organism and second of life, by class of age [s].
+
+    Everybody's life counts in the classes that it passed through; those alive at the end are censored. Who dies at the edge
+    of two classes lived in the younger one, and is counted there. Intervals are those
+    of a Poisson number (Garwood 1936); rates are NaN where nobody reached a class.
+    """
+    edges = np.asarray(edges, float)
+    if len(edges) < 2 or (np.diff(edges) <= 0).any():
+        raise ValueError(f"deaths_by_age: edges must ascend and be at least 2, got {edges.tolist()}")
+    who = np.ones(len(lineage), bool) if species is None else lineage.species == species
+    dead = lineage.died[who] >= 0
+    age = (np.where(dead, lineage.died[who], lineage.end) - lineage.born[who]) * lineage.dt
+    dead &= True if cause is None else lineage.cause[who] == cause
+    at = np.searchsorted(edges, np.maximum(age[dead], 1e-9)) - 1  # who dies as soon as born belongs to the first class
+    deaths = np.bincount(at[(at >= 0) & (at < len(edges) - 1)], minlength=len(edges) - 1)
+    lived = np.array([(np.clip(age, a, b) - a).sum() for a, b in zip(edges, edges[1:], strict=False)])
+    low, high = poisson_interval(deaths, level)
+    span = np.where(lived > 0, lived, np.nan)
+    return AgeRates(edges, deaths, lived, deaths / span, low / span, high / span)
+
+
+def poisson_interval(count: np.ndarray, level: float = 0.95) -> tuple[np.ndarray, np.ndarray]:
+    """Exact interval of the mean of a Poisson number (Garwood 1936)."""
+    k = np.asarray(count, float)
+    low = np.where(k > 0, chi2.ppf((1 - level) / 2, np.maximum(2 * k, 1)) / 2, 0.0)
+    return low, chi2.ppf((1 + level) / 2, 2 * k + 2) / 2
+
+
+def _interval(v: np.ndarray, level: float) -> tuple[float, float]:
+    if len(v) < 2:
+        return np.nan, np.nan
+    half = float(t.ppf(0.5 + level / 2, len(v) - 1) * v.std(ddof=1) / np.sqrt(len(v)))
+    return float(v.mean()) - half, float(v.mean()) + half
+
+
+def _finite(what: str, values: Numbers) -> np.ndarray:
+    v = np.asarray(values, float)
+    if v.ndim != 1 or not len(v) or not np.isfinite(v).all():
+        raise ValueError(f"{what}: one finite number per run is needed, got {v.tolist()}")
+    return v
+
+
+def _same(**arrays: Any) -> None:
+    shapes = {name: a.shape for name, a in arrays.items()}
+    if len(set(shapes.values())) != 1 or len(next(iter(shapes.values()))) != 1:
+        raise ValueError(f"samples must be flat and equally many, got {', '.join(f'{n} {s}' for n, s in shapes.items())}")

@@ -1,0 +1,297 @@
+"""What a drawing of a nervous system holds: sensors, actions, reflexes, the happiness and the policy network."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+from ecs_eco.analysis.formula_signs import Sign, directions, pushes
+from ecs_eco.config import WorldConfig
+from ecs_eco.config.base import function_name
+from ecs_eco.config.species import OWN, Species
+from ecs_eco.errors import ConfigError, Problem, nearest
+
+KINDS = {
+    "own": "interoception",
+    "touch": "touch",
+    "smell": "smell",
+    "nearest": "vision",
+    "rays": "vision",
+    "light": "surroundings",
+    "temperature": "surroundings",
+    "pressure": "surroundings",
+}
+SECTIONS = {"eat": "homeostatic regulation", "mate": "reproduction", "speed": "locomotion", "turn": "locomotion", "climb": "locomotion"}
+ORDER = ("homeostatic regulation", "reproduction", "other actions", "locomotion")
+
+
+@dataclass(frozen=True)
+class SensorNode:
+    """A sensor: what kind, what it is sensitive to and where, and its channels (rows of the sensory input)."""
+
+    kind: str  # heading: interoception, touch, smell, vision, surroundings, other senses
+    text: str
+    channels: tuple[str, ...]
+    first: int  # row of its first channel
+    at: tuple[float, float] | None = None  # place on the body: forward, left [radii]
+    sector: tuple[float, float] | None = None  # [rad], from and to, 0 ahead, left positive
+    vision: bool = False
+
+
+@dataclass(frozen=True)
+class ActionNode:
+    """An action: its group, and how it comes about without a reflex."""
+
+    section: str  # one of ORDER
+    group: str
+    name: str
+    row: int  # in the decision vector
+    automatic: bool = False
+    neutral: bool = False
+    chosen: bool = False  # by the policy network
+
+
+@dataclass(frozen=True)
+class Reflex:
+    """A connection or a formula of the reflex network; `sources` are (channel row, sign) and sign None is: it depends."""
+
+    sources: tuple[tuple[int, Sign], ...]
+    action: int  # row in the decision vector
+    sign: Sign
+    label: str
+    gene: str = ""  # that codes for its weight or threshold
+
+
+@dataclass(frozen=True)
+class HappinessNode:
+    """The happiness network; without sources a function of all channels."""
+
+    sources: tuple[tuple[int, Sign], ...]
+    label: str
+    genes: tuple[str, ...] = ()  # that code for weights
+    heritable: frozenset[int] = frozenset()  # channels whose weight a gene codes for
+
+
+@dataclass(frozen=True)
+class PolicyNode:
+    """The policy network: units of each layer from channels to options, none where there is no network."""
+
+    kind: str
+    layers: tuple[int, ...]
+    learns: bool
+    inherit: str = "none"
+
+    @property
+    def label(self) -> str:
+        """The layers and whose they are: "14 → 64 → 64 → 6, shared"."""
+        return f"{' → '.join(map(str, self.layers))}, {self.kind}" if self.layers else "none"
+
+
+@dataclass(frozen=True)
+class Diagram:
+    """A nervous system as it is drawn; rows of channels and actions are those of the sensory input and the decision."""
+
+    world: str
+    species: str
+    channels: tuple[str, ...]
+    sensors: tuple[SensorNode, ...]  # in the order of drawing
+    actions: tuple[ActionNode, ...]  # in the order of drawing
+    reflexes: tuple[Reflex, ...]
+    function: str  # module:name of a reflex network that is a function; "" without
+    happiness: HappinessNode | None
+    policy: PolicyNode
+
+    @property
+    def edges(self) -> list[tuple[str, str, Sign, str]]:
+        """(channel, action, sign, label) of every line of the reflex network."""
+        names = {a.row: a.name for a in self.actions}
+        return [(self.channels[row], names[r.action], sign, r.label) for r in self.reflexes for row, sign in r.sources]
+
+
+def nervous_species(config: WorldConfig) -> list[str]:
+    """The species that have sensors or actions."""
+    return [name for name, s in config.species.items() if s.sensors or s.actions]
+
+
+def diagram(config: WorldConfig, species: str) -> Diagram:
+    """What the drawing of a species holds; raises ConfigError where there is no such species or it has no nerves."""
+    nervous = nervous_species(config)
+    if species not in nervous:
+        what = "no such species" if species not in config.species else "it has neither sensors nor actions"
+        allowed = f"a species with nerves: {', '.join(nervous)}" if nervous else "no species of this world has nerves"
+        raise ConfigError([Problem((), what, species, allowed, nearest(species, nervous), "species")])
+    own = config.species[species]
+    return Diagram(
+        config.title or config.name,
+        species,
+        own.channels(config.dims),
+        tuple(_sensors(own, config.dims)),
+        tuple(_actions(own)),
+        tuple(_reflexes(own, config.dims)),
+        function_name(own.reflex.function) if own.reflex and own.reflex.function else "",
+        _happiness(own, config.dims),
+        _policy(own, config.dims),
+    )
+
+
+def _sensors(species: Species, dims: int) -> list[SensorNode]:
+    nodes, first = [], 0
+    for s in species.sensors:
+        channels = s.channels(dims)
+        at = tuple(s.at[:2]) if hasattr(s, "at") and s.kind != "touch" else None
+        sector = tuple(s.at) if s.kind == "touch" else (-s.fov / 2, s.fov / 2) if hasattr(s, "fov") else None
+        kind = KINDS.get(s.kind, "other senses")
+        genes = list(dict.fromkeys(g.name for trait, g in _genes(species).items() if trait.startswith(f"sensors.{s.name}.")))
+        text = _text(s) + f", gene{'s' * (len(genes) > 1)} {', '.join(genes)}" * bool(genes)
+        nodes.append(SensorNode(kind, text, channels, first, at, sector, kind == "vision"))  # type: ignore[arg-type]
+        first += len(channels)
+    order = [*dict.fromkeys(KINDS.values()), "other senses"]
+    return sorted(nodes, key=lambda node: order.index(node.kind))
+
+
+def _text(sensor: Any) -> str:
+    """What a sensor is sensitive to, and where."""
+    match sensor.kind:
+        case "own":
+            return f"own {sensor.property}" + (f", 1 at {sensor.scale:g}" if sensor.scale != 1 else "")
+        case "nearest":
+            hidden = ", if in sight" if sensor.occlusion else ""
+            return f"nearest {sensor.target} within {sensor.radius:g} m{_angle(sensor.fov)}{hidden}"
+        case "rays":
+            rays = "1 ray" if sensor.count == 1 else f"{sensor.count} rays"
+            return f"{rays} of {sensor.radius:g} m{_angle(sensor.fov)}: {', '.join(sensor.targets)}"
+        case "touch":
+            begin, end = sensor.at
+            where = "all round" if end - begin >= 2 * math.pi - 1e-5 else f"{math.degrees(begin):.0f}° to {math.degrees(end):.0f}°"
+            return f"{'anything' if sensor.target == 'any' else sensor.target}, {where.replace('-', '−')}"
+        case "custom":
+            return function_name(sensor.function)
+    what = sensor.field if sensor.kind == "smell" else sensor.kind
+    return f"{what}, {_place(sensor.at)}"
+
+
+def _angle(fov: float) -> str:
+    return "" if fov >= 2 * math.pi - 1e-5 else f" over {math.degrees(fov):.0f}°"
+
+
+def _place(at: list[float]) -> str:
+    """A place on the body in words, in radii: "1 ahead, 0.5 left"."""
+    ways = (("ahead", "behind"), ("left", "right"), ("up", "down"))
+    return ", ".join(f"{abs(v):g} {ways[i][v < 0]}" for i, v in enumerate(at) if v) or "at the centre"
+
+
+def _actions(species: Species) -> list[ActionNode]:
+    nodes = []
+    for row, (group, name) in enumerate(species.action_list()):
+        automatic = bool({name, f"{group}.{name}"} & set(species.automatic))
+        chosen = species.policy.kind != "none" and not automatic
+        nodes.append(ActionNode(_section(group), group, name, row, automatic, species.neutral.get(group) == name, chosen))
+    return sorted(nodes, key=lambda node: ORDER.index(node.section))
+
+
+def _section(group: str) -> str:
+    if group.startswith(("homeosta", "locomot")):
+        return "locomotion" if group.startswith("locomot") else "homeostatic regulation"
+    return SECTIONS.get(group, "other actions")
+
+
+def _reflexes(species: Species, dims: int) -> list[Reflex]:
+    if species.reflex is None:
+        return []
+    readings, rows = species.readings(dims), species.action_rows()
+    found = [_connection(c, readings, rows, _genes(species)) for c in species.reflex.connections]
+    for action, text in species.reflex.formulas.items():
+        sources = _sources(pushes(text, _positive(species, dims)), readings)
+        signs = {sign for _, sign in sources}
+        found.append(Reflex(sources, rows[action], signs.pop() if len(signs) == 1 else None, " ".join(text.split())))
+    return found
+
+
+def _connection(c: Any, readings: dict[str, tuple[int, ...]], rows: dict[str, int], genes: dict[str, Any]) -> Reflex:
+    weight, threshold = (genes.get(f"reflex.{c.label}.{part}") for part in ("weight", "threshold"))
+    sign: Sign = c.weight
+    worth = _signed(c.weight)
+    if weight is not None:
+        values, sign = _range(weight)
+        worth = " or ".join(_signed(v) for v in sorted({round(v) for v in values}, key=lambda v: (abs(v), v)))
+    beyond = f"> {c.above:g}" if c.above is not None else f"< {c.below:g}"
+    if threshold is not None:
+        beyond = beyond[:1] + " " + threshold.name
+    gene = ", ".join(dict.fromkeys(g.name for g in (weight, threshold) if g is not None))
+    sources = tuple((row, sign) for row in readings[c.sensor])
+    return Reflex(sources, rows[c.action], sign, f"{worth} if {c.sensor} {beyond}".replace("-", "−"), gene)
+
+
+def _range(gene: Any) -> tuple[list[float], Sign]:
+    """Values that a gene of a weight can give, of a continuous one the ends and 0 between, and their sign where it is one."""
+    values = list(gene.values or (gene.low, gene.high))
+    if not gene.values and min(values) < 0 < max(values):
+        values.append(0.0)
+    signs = {(v > 0) - (v < 0) for v in values} - {0}
+    return values, 0 if not signs else signs.pop() if len(signs) == 1 else None
+
+
+def _signed(weight: float) -> str:
+    return f"{weight:+g}".replace("-", "−") if weight else "0"
+
+
+def _genes(species: Species) -> dict[str, Any]:
+    """The genes of a species by the trait that each codes for."""
+    return {gene.trait: gene for gene in (species.genome.genes if species.genome else ()) if gene.trait}
+
+
+def _happiness(species: Species, dims: int) -> HappinessNode | None:
+    happiness = species.happiness
+    if happiness is None:
+        return None
+    if happiness.function is not None:
+        return HappinessNode((), function_name(happiness.function))
+    text = happiness.formula or " + ".join(f"{w:g} * {name}" for name, w in happiness.weights.items()).replace("+ -", "- ")
+    sources = _sources(directions(text, _positive(species, dims)), species.readings(dims))
+    label = " ".join(text.split()) if happiness.formula else text.replace(" * ", "·")
+    genes = {name: g for name in happiness.weights if (g := _genes(species).get(f"happiness.{name}"))}
+    signs = {row: _range(g)[1] for name, g in genes.items() for row in species.readings(dims)[name]}
+    sources = tuple((row, signs.get(row, sign)) for row, sign in sources)
+    return HappinessNode(sources, label, tuple(dict.fromkeys(g.name for g in genes.values())), frozenset(signs))
+
+
+def _sources(signs: dict[str, Sign], readings: dict[str, tuple[int, ...]]) -> tuple[tuple[int, Sign], ...]:
+    """(channel, sign) for the channels behind names; a channel behind two names that disagree has None."""
+    found: dict[int, Sign] = {}
+    for name, sign in signs.items():
+        for row in readings[name]:
+            found[row] = sign if found.get(row, sign) == sign else None
+    return tuple(sorted(found.items()))
+
+
+def _positive(species: Species, dims: int) -> set[str]:
+    """The names of readings that are never below 0."""
+    found: set[str] = set()
+    for s in species.sensors:
+        channels = s.channels(dims)
+        if s.kind == "own" and s.property in (*OWN, *species.substances):
+            found |= set(channels)
+        elif s.kind in ("smell", "touch") or (s.kind == "rays" and s.report == "per_ray"):
+            found |= {*channels, getattr(s, "field", channels[0])}
+        elif s.kind in ("nearest", "rays"):
+            found |= {c for c in channels if c.endswith("_near")}
+        elif s.kind == "light" and s.zero <= 0:
+            found |= set(channels)
+    return found
+
+
+def _policy(species: Species, dims: int) -> PolicyNode:
+    policy = species.policy
+    if policy.kind == "none":
+        return PolicyNode("none", (), False)
+    free = [n for group, n in _options(species) if group]
+    layers = (len(species.channels(dims)), *policy.hidden, sum(free))
+    return PolicyNode(policy.kind, layers, policy.learn, policy.inherit)
+
+
+def _options(species: Species) -> list[tuple[str, int]]:
+    """(group, number of options) of the groups that the policy chooses in; a lone action has "not" as alternative."""
+    automatic = set(species.automatic)
+    groups = [(g, [a for a in names if not {a, f"{g}.{a}"} & automatic]) for g, names in species.actions.items()]
+    return [(group, max(2, len(names))) for group, names in groups if names]

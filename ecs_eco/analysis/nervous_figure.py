@@ -1,0 +1,282 @@
+"""Draws nervous systems: sensors at the left, actions at the right, the reflex, happiness and policy networks between.
+
+What is drawn is decided in nervous_diagram.py, where in nervous_layout.py, with which strokes in nervous_pen.py.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ecs_eco.analysis.nervous_diagram import ActionNode, Diagram, SensorNode, diagram, nervous_species
+from ecs_eco.analysis.nervous_layout import LINE, Layout, action_mark, cut, width
+from ecs_eco.analysis.nervous_pen import BLUE, GREY, HUES, INK, NODE, ORANGE, SOFT, Pen, look, minus
+from ecs_eco.config import WorldConfig
+from ecs_eco.errors import ConfigError, Problem, UnknownName, unknown_name
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+VALUES = ("readings", "y", "probabilities", "decision", "happiness")
+BUS = {"policy": 0.24, "function": 0.32, "happiness": 0.4}  # distance of the gathered lines from the channels
+
+
+def draw_nervous_system(config: WorldConfig, species: str, values: Mapping[str, Any] | None = None) -> Figure:
+    """A species' nervous system.
+
+    `values`, the state of one organism, may hold readings f32[channels], y i8[actions], probabilities f32[actions],
+    decision u8[actions] and happiness. Raises ConfigError for a species without nerves, UnknownName for an unknown value
+    and ValueError for one of another length.
+    """
+    d = diagram(config, species)
+    return _figure([_Drawing(d, _checked(values or {}, d))])
+
+
+def draw_nervous_systems(config: WorldConfig, species: Sequence[str] = ()) -> Figure:
+    """The nervous systems of several species, one below the other; of all that have one where none is named."""
+    names = list(species) or nervous_species(config)
+    if not names:
+        what = "no species has sensors or actions"
+        raise ConfigError([Problem((), what, config.name, "a world with a species that has a nervous system", source="WORLD")])
+    return _figure([_Drawing(diagram(config, name), {}) for name in names])
+
+
+def save(figure: Figure, path: Path | str, dpi: int = 150) -> Path:
+    """Write a PNG, SVG or PDF, as the ending says; the same figure gives the same file."""
+    import matplotlib
+
+    path = Path(path)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    undated: dict[str, dict[str, Any]] = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}, ".png": {"Software": None}}
+    with matplotlib.rc_context({"svg.hashsalt": "ecs-eco", "svg.fonttype": "path", "text.parse_math": False}):
+        figure.savefig(path, dpi=dpi, facecolor="white", metadata=undated.get(path.suffix.lower()))
+    return path
+
+
+def _checked(values: Mapping[str, Any], d: Diagram) -> dict[str, np.ndarray]:
+    """The values as arrays of the right length."""
+    lengths = dict.fromkeys(VALUES, len(d.actions)) | {"readings": len(d.channels), "happiness": 1}
+    found: dict[str, np.ndarray] = {}
+    for name, value in values.items():
+        if name not in lengths:
+            raise UnknownName(unknown_name("draw_nervous_system", "value", name, VALUES))
+        if value is None:
+            continue
+        found[name] = np.asarray(value, np.float64).reshape(-1)
+        if len(found[name]) != lengths[name]:
+            raise ValueError(f"values[{name!r}] of {d.species} has {len(found[name])} numbers; allowed: {lengths[name]}")
+    return found
+
+
+def _figure(drawings: list[_Drawing]) -> Figure:
+    """Drawings below each other, each on axes of its own size."""
+    import matplotlib
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    with matplotlib.rc_context():
+        matplotlib.rcdefaults()
+        matplotlib.rcParams["text.parse_math"] = False
+        wide, high = max(x.at.width for x in drawings), sum(x.at.height for x in drawings)
+        figure = Figure(figsize=(wide, high))
+        FigureCanvasAgg(figure)
+        bottom = high
+        for drawing in drawings:
+            bottom -= drawing.at.height
+            ax = figure.add_axes((0, bottom / high, 1, drawing.at.height / high))
+            ax.set(xlim=(0, wide), ylim=(drawing.at.height, 0))
+            ax.axis("off")
+            drawing.draw(Pen(ax))
+    return figure
+
+
+class _Drawing:
+    """The drawing of one nervous system."""
+
+    def __init__(self, d: Diagram, values: dict[str, np.ndarray]) -> None:
+        self.d, self.values, self.at = d, values, Layout(d, values)
+
+    def draw(self, pen: Pen) -> None:
+        """Draw it all on axes in inches, y down."""
+        self.pen = pen
+        self._titles()
+        for sensor in self.d.sensors:
+            self._sensor(sensor)
+        self._networks()
+        for i in range(len(self.d.reflexes)):
+            self._reflex(i)
+        for action in self.d.actions:
+            self._action(action)
+        self._groups()
+        self._legend()
+
+    def _titles(self) -> None:
+        d, at = self.d, self.at
+        self.pen.text(at.x_text, 0.3, d.species, 14, INK, bold=True)
+        reflexes = len(d.reflexes) + bool(d.function)
+        policy = {"none": "no policy network", "shared": "a shared policy network"}.get(d.policy.kind, "a policy network each")
+        counts = [_count(len(d.channels), "channel"), _count(len(d.actions), "action"), _count(reflexes, "reflex", "es")]
+        self.pen.text(at.x_text, 0.54, f"{d.world}: {', '.join([*counts, policy])}", 8.5)
+        for text, x, y in at.headings:
+            self.pen.text(x, y, text, 8.5, bold=True)
+        for y, n in at.dots:
+            self.pen.text(at.x_name, y, f"… {n} more", style="italic")
+
+    def _sensor(self, s: SensorNode) -> None:
+        at, rows = self.at, [r for r in self.at.shown(s) if r >= 0]
+        first, last = at.channel_y[rows[0]], at.channel_y[rows[-1]]
+        lines = at.sensor_lines[s.first]
+        for i, line in enumerate(lines):
+            self.pen.text(at.x_glyph - 0.24, (first + last) / 2 + (i - (len(lines) - 1) / 2) * 0.15, line, ha="right")
+        self.pen.body(at.x_glyph, (first + last) / 2, s)
+        if len(rows) > 1:
+            self.pen.bracket(at.x_bracket - 0.04, first - 0.08, last + 0.08, 0.05)
+        for row in rows:
+            y = at.channel_y[row]
+            self.pen.text(at.x_name, y, cut(self.d.channels[row]), 9, INK)
+            self.pen.circle(at.x_channel, y, NODE, "white", INK)
+            if "readings" in self.values:
+                self.pen.bar(at.x_reading, y, self.values["readings"][row], 0.5)
+
+    def _action(self, a: ActionNode) -> None:
+        at, y, x = self.at, self.at.action_y[a.row], self.at.x_action + 0.14
+        on = "decision" in self.values and bool(self.values["decision"][a.row] > 0)
+        self.pen.circle(at.x_action, y, NODE * 1.2, BLUE if on else "white", INK)
+        name = cut(a.name, 28)
+        self.pen.text(x, y, name, 9, INK, bold=on)
+        x += width(name, 9, on) + 0.09
+        self.pen.text(x, y, action_mark(a), style="italic")
+        if "y" in self.values and (sign := int(np.sign(self.values["y"][a.row]))):
+            x += width(action_mark(a), 8) + 0.03 * bool(action_mark(a))
+            self.pen.text(x, y, "+1" if sign > 0 else "−1", 8, HUES[sign], bold=True)
+        if "probabilities" in self.values and np.isfinite(p := self.values["probabilities"][a.row]):
+            self.pen.bar(at.x_probability, y, p, 0.0)
+
+    def _groups(self) -> None:
+        for group in dict.fromkeys(a.group for a in self.d.actions):
+            ys = [self.at.action_y[a.row] for a in self.d.actions if a.group == group]
+            if len(ys) > 1:
+                self.pen.bracket(self.at.x_group, min(ys) - 0.08, max(ys) + 0.08, -0.05)
+            self.pen.text(self.at.x_group + 0.1, (min(ys) + max(ys)) / 2, cut(group, 24))
+
+    def _networks(self) -> None:
+        """The boxes of the networks, and their lines."""
+        for name, (y, height) in self.at.boxes.items():
+            if name == "policy":
+                self._bus_in("policy", y)
+                self._bus_out("policy", y, [a.row for a in self.d.actions if a.chosen])
+                self._policy(y, height)
+            elif name == "function":
+                self._bus_in("function", y)
+                self._bus_out("function", y, [a.row for a in self.d.actions])
+                self.pen.box(self.at.x_box, y, self.at.box, height, "white", GREY)
+                self._say(y - 0.11, "reflex function", 9, INK, bold=True)
+                self._say(y + 0.11, cut(self.d.function, 34))
+            elif name == "happiness":
+                self._happiness(y, height)
+
+    def _say(self, y: float, text: str, size: float = 8, hue: str = GREY, **more: Any) -> None:
+        """A text in the middle of the boxes."""
+        self.pen.text(self.at.x_box + self.at.box / 2, y, text, size, hue, ha="center", **more)
+
+    def _bus_in(self, name: str, y: float) -> None:
+        """Lines from all channels, gathered on their way into a box."""
+        x, at, ys = self.at.x_channel, self.at.x_channel + BUS[name], list(self.at.channel_y.values())
+        for channel in ys:
+            self.pen.line([x, at], [channel, channel], width=0.7)
+        if ys:
+            self.pen.line([at, at], [min(*ys, y), max(*ys, y)], width=1.2)
+            self.pen.line([at, self.at.x_box - 0.06], [y, y], width=1.6)
+            self.pen.head(self.at.x_box - 0.01, y, SOFT, 0.1)
+
+    def _bus_out(self, name: str, y: float, rows: Iterable[int]) -> None:
+        """A line out of a box that parts to actions."""
+        x, at = self.at.x_action - NODE - 0.02, self.at.x_action - BUS[name] - 0.16
+        ys = [self.at.action_y[row] for row in rows]
+        for action in ys:
+            self.pen.line([at, x - 0.03], [action, action], width=0.7)
+            self.pen.head(x, action, SOFT, 0.07)
+        if ys:
+            self.pen.line([at, at], [min(*ys, y), max(*ys, y)], width=1.2)
+            self.pen.line([self.at.x_box + self.at.box, at], [y, y], width=1.6)
+
+    def _policy(self, y: float, height: float) -> None:
+        policy, middle = self.d.policy, self.at.x_box + self.at.box / 2
+        self.pen.box(self.at.x_box, y, self.at.box, height, "#eaf3f9", BLUE)
+        self._say(y - 0.41, "policy network", 9, INK, bold=True)
+        n, first, last = len(policy.layers), policy.layers[0], policy.layers[-1]
+        xs = np.linspace(middle - 0.8, middle + 0.8, n).tolist()
+        tall = [0.14 + 0.28 * min(1.0, math.log2(1 + units) / 8) for units in policy.layers]
+        for i in range(n - 1):
+            for a, b in ((-1, -1), (-1, 1), (1, -1), (1, 1)):
+                self.pen.line(xs[i : i + 2], [y - 0.05 + a * tall[i] / 2, y - 0.05 + b * tall[i + 1] / 2], "#9cc4df", 0.7, 5)
+        for x, high in zip(xs, tall, strict=True):
+            self.pen.block(x - 0.035, y - 0.05, 0.07, high, BLUE, 6)
+        self._say(y + 0.27, " → ".join(map(str, policy.layers)) if n <= 6 else f"{first} → … {n - 2} layers … → {last}", 8, INK)
+        words = [policy.kind, *["learns"] * policy.learns, *[f"inherited: {policy.inherit}"] * (policy.inherit != "none")]
+        self._say(y + 0.43, ", ".join(words))
+
+    def _happiness(self, y: float, height: float) -> None:
+        assert self.d.happiness is not None
+        self.pen.box(self.at.x_box, y, self.at.box, height, "#fdf5e1", ORANGE)
+        top = y - height / 2 + 0.07 + LINE / 2
+        self._say(top, "happiness", 9, INK, bold=True)
+        for i, line in enumerate(self.at.happy, 1):
+            now = "happiness" in self.values and i == len(self.at.happy)
+            self._say(top + i * LINE, minus(line), 8, INK if now else GREY, bold=now)
+        if not self.d.happiness.sources:
+            self._bus_in("happiness", y)
+        sources = self._from_the_top(self.d.happiness.sources)
+        for (row, sign), inlet in zip(sources, _inlets(y, height - 0.12, len(sources)), strict=True):
+            dotted = row in self.d.happiness.heritable
+            self.pen.curve(self.at.x_channel + NODE, self.at.channel_y[row], self.at.x_box - 0.07, inlet, sign, dotted, 1.2)
+            self.pen.end(self.at.x_box - 0.01, inlet, sign, 0.075)
+
+    def _reflex(self, i: int) -> None:
+        """Lines from the sensors to a box with what it says, and one from there to the action."""
+        at, r, (y, height) = self.at, self.d.reflexes[i], self.at.hub_boxes[i]
+        sources, lines, heritable = self._from_the_top(r.sources), at.hubs[i], bool(r.gene)
+        for (row, sign), inlet in zip(sources, _inlets(y, height - 0.06, len(sources)), strict=True):
+            self.pen.curve(at.x_channel + NODE, at.channel_y[row], at.x_box, inlet, sign, heritable)
+        self.pen.box(at.x_box, y, at.box, height, "white", look(r.sign)["color"], ":" if heritable else "-")
+        for k, line in enumerate(lines):
+            gene = heritable and k == len(lines) - 1
+            style = {"style": "italic"} if gene else {}
+            self._say(y + (k - (len(lines) - 1) / 2) * LINE, line if gene else minus(line), 8, GREY if gene else INK, **style)
+        end = self._arrival(i)
+        self.pen.curve(at.x_box + at.box, y, at.x_action - NODE - 0.1, end, r.sign, heritable)
+        self.pen.end(at.x_action - NODE - 0.02, end, r.sign)
+
+    def _arrival(self, i: int) -> float:
+        """Where a reflex' line reaches its action: lines of one sign at one place, those of other signs beside it."""
+        r, boxes = self.d.reflexes[i], self.at.hub_boxes
+        others = sorted((k for k, o in enumerate(self.d.reflexes) if o.action == r.action), key=lambda k: boxes[k])
+        signs = list(dict.fromkeys(self.d.reflexes[k].sign for k in others))
+        return _inlets(self.at.action_y[r.action], 0.1 * len(signs), len(signs))[signs.index(r.sign)]
+
+    def _from_the_top(self, sources: Iterable[tuple[int, Any]]) -> list[tuple[int, Any]]:
+        return sorted(sources, key=lambda source: self.at.channel_y[source[0]])
+
+    def _legend(self) -> None:
+        for x, y, sign, text in self.at.legend:
+            if sign == "network":
+                self.pen.line([x, x + 0.36], [y, y], width=1.6)
+            elif isinstance(sign, str):
+                self.pen.ax.plot([x, x + 0.36], [y, y], **look(None, True))
+            else:
+                self.pen.ax.plot([x, x + 0.28], [y, y], **look(sign))
+                self.pen.end(x + 0.38, y, sign)
+            self.pen.text(x + 0.46, y, text)
+
+
+def _count(n: int, word: str, plural: str = "s") -> str:
+    return f"{n or 'no'} {word}{plural if n != 1 else ''}"
+
+
+def _inlets(y: float, height: float, n: int) -> list[float]:
+    """Where n lines enter a box, from top to bottom."""
+    return [y + ((i + 0.5) / n - 0.5) * height for i in range(n)]

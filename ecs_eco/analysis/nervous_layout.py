@@ -1,0 +1,226 @@
+"""Where everything of a drawing of a nervous system goes: three columns, of sensors, of boxes and of actions.
+
+Lengths are inches; y goes down. Widths of texts are measured, so that nothing overlaps.
+"""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Mapping, Sequence
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from ecs_eco.analysis.formula_signs import Sign
+from ecs_eco.analysis.nervous_diagram import ActionNode, Diagram, SensorNode
+
+ROW, HEADING, GAP, BAR = 0.25, 0.32, 0.09, 0.5
+LINE, BETWEEN = 0.165, 0.1  # a line of text in a box; between boxes of reflexes
+POLICY, FUNCTION, APART = 1.1, 0.6, 0.28  # heights of boxes; between networks
+LEAST = 2.2  # width of a box
+MANY = 12  # of the channels of a sensor with more only those that a network names are shown, and the outermost
+MEANINGS: dict[Sign, tuple[str, str]] = {  # of a line of the reflex and of the happiness network
+    1: ("forces the action", "raises happiness"),
+    -1: ("blocks the action", "lowers happiness"),
+    None: ("forces or blocks the action", "raises or lowers happiness"),
+    0: ("has no weight", "leaves happiness"),
+}
+
+
+@cache
+def width(text: str, size: float, bold: bool = False) -> float:
+    """Width of a text [inches] in a size [points]."""
+    from matplotlib.font_manager import FontProperties
+    from matplotlib.textpath import text_to_path
+
+    font = FontProperties(family="DejaVu Sans", size=size, weight="bold" if bold else "normal")
+    return text_to_path.get_text_width_height_descent(text, font, False)[0] / 72
+
+
+def cut(text: str, most: int = 36) -> str:
+    """A text of at most so many characters, without its middle where it is longer."""
+    return text if len(text) <= most else f"{text[: most // 2]}…{text[-(most - most // 2 - 1) :]}"
+
+
+def wrapped(text: str, most: int, lines: int) -> list[str]:
+    """A text in lines of at most so many characters, and what is over left out."""
+    found = textwrap.wrap(text, most) or [""]
+    return found if len(found) <= lines else [*found[: lines - 1], found[lines - 1][: most - 2] + " …"]
+
+
+def spread(wanted: Sequence[float], heights: Sequence[float], low: float, high: float) -> list[float]:
+    """Middles of boxes, in order and without overlap, as near to the wanted ones as can be (least squares)."""
+    offsets = [0.0]
+    for a, b in zip(heights, heights[1:], strict=False):
+        offsets.append(offsets[-1] + (a + b) / 2 + BETWEEN)
+    pools: list[list[float]] = []
+    for at, offset in zip(wanted, offsets, strict=True):
+        pools.append([at - offset])
+        while len(pools) > 1 and np.mean(pools[-2]) > np.mean(pools[-1]):
+            pools[-2:] = [pools[-2] + pools[-1]]
+    middles = [float(np.mean(pool)) for pool in pools for _ in pool]
+    least, most = low + heights[0] / 2, high - heights[-1] / 2 - offsets[-1]
+    return [max(least, min(m, most)) + offset for m, offset in zip(middles, offsets, strict=True)]
+
+
+def _genes(names: str) -> str:
+    return f"gene{'s' * (',' in names)} {names}"
+
+
+def action_mark(a: ActionNode) -> str:
+    """What is said beside an action's name."""
+    return "automatic" if a.automatic else "if none" if a.neutral else ""
+
+
+def legend(d: Diagram) -> list[tuple[Sign | str, str]]:
+    """What the lines of a drawing mean, of those that there are: a sign, "heritable" or "network", and the text."""
+    reflex = {sign for r in d.reflexes for sign in (r.sign, *(s for _, s in r.sources))}
+    happy = {sign for _, sign in d.happiness.sources} if d.happiness else set()
+    entries: list[tuple[Sign | str, str]] = []
+    for sign, (of_reflex, of_happiness) in MEANINGS.items():
+        meanings = [of_reflex] * (sign in reflex) + [of_happiness] * (sign in happy)
+        entries += [(sign, ", ".join(meanings))] * bool(meanings)
+    heritable = any(r.gene for r in d.reflexes) or bool(d.happiness and d.happiness.genes)
+    entries += [("heritable", "heritable: a gene decides")] * heritable
+    if d.policy.layers:
+        entries.append(("network", "policy: from all channels, to one action of each group"))
+    elif d.function:
+        entries.append(("network", "function: from all channels, to all actions"))
+    return entries
+
+
+class Layout:
+    """The x of columns, the y of rows and boxes, and the size of a drawing."""
+
+    def __init__(self, d: Diagram, values: Mapping[str, Any]) -> None:
+        self.d = d
+        self._texts(values)
+        self._columns(values)
+        self._rows()
+        self._boxes()
+
+    def _texts(self, values: Mapping[str, Any]) -> None:
+        d = self.d
+        self.sensor_lines = {s.first: wrapped(s.text, 44, 2 if len(s.channels) > 1 else 1) for s in d.sensors}
+        self.hubs = [wrapped(r.label, 38, 3) + [cut(_genes(r.gene), 38)] * bool(r.gene) for r in d.reflexes]
+        self.happy = wrapped(d.happiness.label, 38, 4) if d.happiness else []
+        if d.happiness and d.happiness.genes:
+            self.happy += wrapped(_genes(", ".join(d.happiness.genes)), 38, 2)
+        if self.happy and "happiness" in values:
+            self.happy = [*self.happy, f"now {values['happiness'][0]:.3g}"]
+
+    def _columns(self, values: Mapping[str, Any]) -> None:
+        d, bar = self.d, BAR + 0.5
+        text = max((width(line, 8) for lines in self.sensor_lines.values() for line in lines), default=0.0)
+        self.x_text = 0.3
+        self.x_glyph = self.x_text + max(text, 0.8) + 0.24
+        self.x_bracket = self.x_glyph + 0.33
+        self.x_name = self.x_bracket + 0.08
+        self.x_reading = self.x_name + max((width(cut(c), 9) for c in d.channels), default=0.0) + 0.14
+        self.x_channel = self.x_reading + bar * ("readings" in values) + 0.06
+        lines = [line for box in (*self.hubs, self.happy) for line in box]
+        self.box = max(LEAST, *(width(line, 8) + 0.24 for line in lines)) if lines else LEAST
+        self.x_box = self.x_channel + 1.15
+        self.x_action = self.x_box + self.box + 0.85
+        acts = max((width(cut(a.name, 28), 9, True) + width(action_mark(a), 8) for a in d.actions), default=0.0)
+        self.x_probability = self.x_action + 0.14 + acts + 0.2 + 0.22 * ("y" in values)
+        self.x_group = self.x_probability + bar * ("probabilities" in values) + 0.06
+        groups = max((width(cut(a.group, 24), 8) for a in d.actions), default=0.0)
+        heading = max((width(a.section, 8.5, True) for a in d.actions), default=0.0)
+        self.width = max(self.x_group + 0.2 + groups, self.x_action + heading, 6.5) + 0.3
+
+    def shown(self, sensor: SensorNode) -> list[int]:
+        """The rows of a sensor's channels that are drawn; −1 stands for some that are left out."""
+        rows = list(range(sensor.first, sensor.first + len(sensor.channels)))
+        if len(rows) <= MANY:
+            return rows
+        sources = [s for r in self.d.reflexes for s in r.sources] + list(self.d.happiness.sources if self.d.happiness else ())
+        kept = sorted({*rows[:2], rows[-1], *({row for row, _ in sources} & set(rows))})
+        return [r for a, b in zip(kept, [*kept[1:], kept[-1] + 1], strict=True) for r in ([a] if b == a + 1 else [a, -1])]
+
+    def _rows(self) -> None:
+        """The y of channels, actions and headings; both columns stand in the middle of the height."""
+        channels, left_heads, dots, left = self._left()
+        actions, right_heads, right = self._right()
+        hubs = sum(len(lines) * LINE + 0.1 + BETWEEN for lines in self.hubs)
+        self.stack = [("policy", POLICY)] * bool(self.d.policy.layers) + [("function", FUNCTION)] * bool(self.d.function)
+        self.stack += [("hubs", hubs)] * bool(self.hubs) + [("happiness", (len(self.happy) + 1) * LINE + 0.14)] * bool(self.happy)
+        self.top = 0.85
+        self.body = max(left, right, sum(h + APART for _, h in self.stack) + APART, 0.6)
+        self._legend(self.top + self.body + 0.42)
+        a, b = (self.top + (self.body - length) / 2 for length in (left, right))
+        self.channel_y = {row: y + a for row, y in channels.items()}
+        self.action_y = {row: y + b for row, y in actions.items()}
+        self.dots = [(y + a, n) for y, n in dots]
+        self.headings = [(text, self.x_text, y + a) for text, y in left_heads]
+        self.headings += [(text, self.x_action - 0.07, y + b) for text, y in right_heads]
+
+    def _legend(self, y: float) -> None:
+        """Places of the legend's entries, in as many lines as they need; the drawing ends below."""
+        self.legend: list[tuple[float, float, Sign | str, str]] = []
+        x = self.x_text
+        for sign, text in legend(self.d):
+            long = 0.46 + width(text, 8)
+            if x + long > self.width - 0.2 and x > self.x_text:
+                x, y = self.x_text, y + 0.24
+            self.legend.append((x, y, sign, text))
+            x += long + 0.35
+        self.height = y + 0.28
+
+    def _left(self) -> tuple[dict[int, float], list[tuple[str, float]], list[tuple[float, int]], float]:
+        rows: dict[int, float] = {}
+        headings, dots = [], []
+        y, kind = 0.0, ""
+        for s in self.d.sensors:
+            y += GAP if kind == s.kind else 0.12 * bool(kind)
+            if s.kind != kind:
+                headings.append((s.kind, y + HEADING / 2 - 0.02))
+                y, kind = y + HEADING, s.kind
+            shown = self.shown(s)
+            for before, row, after in zip([0, *shown], shown, [*shown[1:], 0], strict=False):
+                if row < 0:
+                    dots.append((y + ROW / 2, after - before - 1))
+                else:
+                    rows[row] = y + ROW / 2
+                y += ROW
+        return rows, headings, dots, y
+
+    def _right(self) -> tuple[dict[int, float], list[tuple[str, float]], float]:
+        rows: dict[int, float] = {}
+        headings = []
+        y, section, group = 0.0, "", ""
+        for a in self.d.actions:
+            if a.section != section:
+                y += 0.22 * bool(section)
+                headings.append((a.section, y + HEADING / 2 - 0.02))
+                y, section, group = y + HEADING, a.section, a.group
+            y += GAP if a.group != group else 0
+            rows[a.row], group = y + ROW / 2, a.group
+            y += ROW + 0.02
+        return rows, headings, y
+
+    def _boxes(self) -> None:
+        """The middle and the height of every box: networks evenly from top to bottom, reflexes as near to their actions as can be."""
+        free = (self.body - sum(h for _, h in self.stack)) / (len(self.stack) + 1)
+        self.boxes: dict[str, tuple[float, float]] = {}
+        y = self.top
+        for name, height in self.stack:
+            self.boxes[name] = (y + free + height / 2, height)
+            y += free + height
+        self.hub_boxes = self._hubs() if self.hubs else {}
+
+    def _hubs(self) -> dict[int, tuple[float, float]]:
+        order = sorted(range(len(self.hubs)), key=self._height_of)
+        heights = [len(self.hubs[i]) * LINE + 0.1 for i in order]
+        wanted = [self.action_y[self.d.reflexes[i].action] for i in order]
+        names = list(self.boxes)
+        before, after = names[: names.index("hubs")], names[names.index("hubs") + 1 :]
+        low = sum(self.boxes[before[-1]]) - self.boxes[before[-1]][1] / 2 + APART if before else self.top
+        high = self.boxes[after[0]][0] - self.boxes[after[0]][1] / 2 - APART if after else self.top + self.body
+        return dict(zip(order, zip(spread(wanted, heights, low, high), heights, strict=True), strict=True))
+
+    def _height_of(self, i: int) -> tuple[float, float]:
+        """The height of a reflex' action, then of its sensors: lines in this order cross least."""
+        r = self.d.reflexes[i]
+        return self.action_y[r.action], float(np.mean([self.channel_y[row] for row, _ in r.sources] or [0]))

@@ -1,0 +1,132 @@
+"""The strokes of a drawing of a nervous system, on axes whose units are inches, y down."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ecs_eco.analysis.figures import PALETTE
+from ecs_eco.analysis.formula_signs import Sign
+from ecs_eco.analysis.nervous_diagram import SensorNode
+from ecs_eco.analysis.nervous_layout import BAR
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+INK, GREY, SOFT, FAINT = "#1b1f23", "#5f6870", "#aab2ba", "#e6eaee"
+GREEN, ORANGE, BLUE, RED = PALETTE[:4]
+HUES = {1: GREEN, -1: RED}
+NODE = 0.055  # radius
+
+
+class Pen:
+    """Draws on axes; what overlaps is in the order lines, boxes, nodes, texts."""
+
+    def __init__(self, ax: Axes) -> None:
+        self.ax = ax
+
+    def text(self, x: float, y: float, text: str, size: float = 8, hue: str = GREY, bold: bool = False, **more: Any) -> None:
+        """A text with its middle at y."""
+        weight = "bold" if bold else "normal"
+        self.ax.text(x, y, text, fontsize=size, color=hue, va="center", family="DejaVu Sans", weight=weight, zorder=10, **more)
+
+    def line(self, x: Sequence[float], y: Sequence[float], hue: str = SOFT, width: float = 1.0, zorder: float = 1) -> None:
+        """A straight or broken line."""
+        self.ax.plot(x, y, color=hue, lw=width, zorder=zorder, solid_capstyle="butt", solid_joinstyle="round")
+
+    def block(self, x: float, y: float, wide: float, high: float, hue: str, zorder: float) -> None:
+        """A rectangle from x, with its middle at y."""
+        from matplotlib.patches import Rectangle
+
+        self.ax.add_patch(Rectangle((x, y - high / 2), wide, high, facecolor=hue, lw=0, zorder=zorder))
+
+    def polygon(self, corners: Sequence[tuple[float, float]], hue: str, zorder: float) -> None:
+        """A filled polygon."""
+        from matplotlib.patches import Polygon
+
+        self.ax.add_patch(Polygon(corners, facecolor=hue, lw=0, zorder=zorder))
+
+    def circle(self, x: float, y: float, radius: float, face: str, edge: str = "none", width: float = 1.1, zorder: float = 9) -> None:
+        """A filled circle."""
+        from matplotlib.patches import Circle
+
+        self.ax.add_patch(Circle((x, y), radius, facecolor=face, edgecolor=edge, lw=width, zorder=zorder))
+
+    def box(self, x: float, y: float, wide: float, high: float, face: str, edge: str, style: Any = "-") -> None:
+        """A box with round corners from x, with its middle at y."""
+        from matplotlib.patches import FancyBboxPatch
+
+        shape = f"round,pad=0,rounding_size={min(0.09, high / 3):.3f}"
+        box = FancyBboxPatch((x, y - high / 2), wide, high, boxstyle=shape, facecolor=face, edgecolor=edge, lw=1.1, ls=style, zorder=4)
+        self.ax.add_patch(box)
+
+    def curve(self, x: float, y: float, to_x: float, to_y: float, sign: Sign, dotted: bool = False, width: float = 1.6) -> None:
+        """A connection, level at both ends."""
+        from matplotlib.patches import PathPatch
+        from matplotlib.path import Path
+
+        bend = (to_x - x) / 2
+        path = Path([(x, y), (x + bend, y), (to_x - bend, to_y), (to_x, to_y)], [Path.MOVETO, *[Path.CURVE4] * 3])
+        self.ax.add_patch(PathPatch(path, fill=False, zorder=3, capstyle="butt", **look(sign, dotted, width)))
+
+    def end(self, x: float, y: float, sign: Sign, size: float = 0.1) -> None:
+        """An arrow where it forces, a bar where it blocks, as of synapses; both where it depends."""
+        hue = look(sign)["color"]
+        if sign == -1:
+            self.line([x - size, x - 0.02], [y, y], hue, 1.6, 8)
+        else:
+            self.head(x, y, hue, size)
+        if sign in (-1, None):
+            self.line([x - 0.015] * 2, [y - size * 0.65, y + size * 0.65], hue, 2.2, 8)
+
+    def head(self, x: float, y: float, hue: str, size: float) -> None:
+        """The head of an arrow to the right."""
+        self.polygon([(x, y), (x - size, y - size * 0.45), (x - size, y + size * 0.45)], hue, 8)
+
+    def bracket(self, x: float, top: float, bottom: float, side: float) -> None:
+        """A bracket whose back is at x; `side` is where its ends are."""
+        self.line([x + side, x, x, x + side], [top, top, bottom, bottom], SOFT, 1)
+
+    def bar(self, x: float, y: float, value: float, zero: float) -> None:
+        """A number as a bar from `zero`, a share of the width, and in digits."""
+        origin = x + zero * BAR
+        self.block(x, y, BAR, 0.1, FAINT, 1)
+        self.block(origin, y, float(np.clip(value, -1, 1)) * BAR * (1 - zero), 0.1, BLUE, 2)
+        if zero:
+            self.line([origin, origin], [y - 0.07, y + 0.07], GREY, 0.6, 3)
+        self.text(x + BAR + 0.4, y, minus(f"{value:.2f}"), 7.5, INK, ha="right")
+
+    def body(self, x: float, y: float, sensor: SensorNode) -> None:
+        """The body from above, ahead is up, with the place or the sector of a sensor."""
+        r = 0.075
+        if sensor.sector is not None:
+            self._sector(x, y, 0.0 if sensor.vision else r, 0.125, sensor)
+        self.circle(x, y, r, "white", SOFT, 0.9, 3)
+        self.polygon([(x - 0.022, y - r + 0.012), (x + 0.022, y - r + 0.012), (x, y - r - 0.028)], SOFT, 3)
+        if sensor.at is not None:
+            forward, left = np.clip(sensor.at, -1.5, 1.5)
+            self.circle(x - r * left, y - r * forward, 0.03, RED, "white", 0.5, 4)
+        elif sensor.kind == "interoception":
+            self.circle(x, y, 0.03, RED, zorder=4)
+
+    def _sector(self, x: float, y: float, inner: float, outer: float, sensor: SensorNode) -> None:
+        assert sensor.sector is not None
+        begin, end = sensor.sector
+        angles = np.linspace(begin, end if end > begin else end + 2 * math.pi, 40)
+        ring = [(x - outer * math.sin(a), y - outer * math.cos(a)) for a in angles]
+        back = [(x - inner * math.sin(a), y - inner * math.cos(a)) for a in angles[::-1]]
+        self.polygon(ring + back, "#bcdcf0" if sensor.vision else ORANGE, 2)
+
+
+def look(sign: Sign, dotted: bool = False, width: float = 1.6) -> dict[str, Any]:
+    """Green and solid forces, red and dashed blocks, grey depends; dotted is heritable."""
+    style: Any = (0, (1, 1.2)) if dotted else (0, (4, 1.6)) if sign == -1 else "-"
+    return {"color": SOFT if sign == 0 else HUES.get(sign or 0, GREY), "lw": width, "ls": style}
+
+
+def minus(text: str) -> str:
+    """A number or a formula with true minus signs."""
+    return text.replace("-", "−")
