@@ -161,7 +161,8 @@ def run_one(arm: Arm, seed: int, ticks: int, out: Path) -> Any:
 
     _running = True
     try:
-        return run_to_folder(arm.config, seed=seed, ticks=ticks, out=out, policies=arm.policies, learn=arm.learn, controls=arm.controls, report=False)
+        return run_to_folder(arm.config, seed=seed, ticks=ticks, out=out, policies=arm.policies, learn=arm.learn, controls=arm.controls,
+                             report=False)
     except KeyboardInterrupt:
         os._exit(INTERRUPTED)
     finally:

@@ -198,9 +198,10 @@ def _check_policy(key: Key, species: Species, folder: Path) -> Iterator[Problem]
         near = nearest(policy.file, (p.name for p in folder.glob("*.safetensors")))
         yield Problem((*key, "policy", "file"), "no such file", policy.file, "a file beside the world file", near)
     if policy.kind != "individual":
-        for word, value in {"inherit": policy.inherit, "mutation": policy.mutation}.items():
-            if value not in ("none", 0.0):
-                yield Problem((*key, "policy", word), "a shared network is not inherited", value, 'policy.kind = "individual", or nothing here')
+        for word, given, absent in (("inherit", policy.inherit, "none"), ("mutation", policy.mutation, 0.0)):
+            if given != absent:
+                allowed = 'policy.kind = "individual", or nothing here'
+                yield Problem((*key, "policy", word), "only individual networks are inherited", given, allowed)
     if policy.kind == "none":
         settings: dict[str, object] = {"ppo": species.ppo, "policy.file": policy.file, "policy.learn": policy.learn}
         for word, value in settings.items():

@@ -15,13 +15,13 @@ if TYPE_CHECKING:
     from ecs_eco.genomes.fit import Fitted, fit_network
     from ecs_eco.genomes.layout import Layout
     from ecs_eco.genomes.operators import toolbox_of
-    from ecs_eco.genomes.statistics import diversity, frequencies, statistics
+    from ecs_eco.genomes.variety import diversity, frequencies, statistics
     from ecs_eco.genomes.traits import Trait, policy_shapes, traits_of
 
 _HOME = {
     "Alphabet": "alphabet", "DNA": "alphabet", "CHOICES": "choices", "Layout": "layout", "Operators": "batch", "toolbox_of": "operators",
-    "Trait": "traits", "traits_of": "traits", "policy_shapes": "traits", "diversity": "statistics", "frequencies": "statistics",
-    "statistics": "statistics", "Fitted": "fit", "fit_network": "fit",
+    "Trait": "traits", "traits_of": "traits", "policy_shapes": "traits", "diversity": "variety", "frequencies": "variety",
+    "statistics": "variety", "Fitted": "fit", "fit_network": "fit",
 }  # fmt: skip
 __all__ = [
     "CHOICES", "DNA", "Alphabet", "Fitted", "Gene", "Layout", "Operators", "Trait", "diversity", "fit_network", "frequencies",

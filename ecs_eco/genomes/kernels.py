@@ -1,13 +1,14 @@
 """Kernels over many genomes at once: u8[n, loci], a letter's number per locus.
 
 Chance is drawn from the key of each birth alone, so that a child does not depend on who else is born. A `salt` keeps the
-draws of several crossings of one birth apart.
+draws of several crossings of one birth apart. Keys are mixed first: `draw` takes key ^ locus, which is alike for many pairs
+of small numbers.
 """
 
 import numpy as np
 
 from ecs_eco._numba import njit
-from ecs_eco.random import draw
+from ecs_eco.random import draw, mix
 
 # What a birth draws a number for.
 ORDER, CROSS, POINT_1, POINT_2, SWAP, MUTATE, LETTER, FOUND = range(1, 9)
@@ -60,15 +61,17 @@ def combine(coefficients, basis, out):
 def toss(keys, salt, purpose, out):
     """Fill out f32[n] with a draw for each birth."""
     for birth in range(keys.size):
-        out[birth] = draw(keys[birth], 0, purpose + SALT * salt)
+        key = mix(keys[birth])
+        out[birth] = draw(key, 0, purpose + SALT * salt)
 
 
 @njit
 def letters_of(keys, size, out):
     """Fill out u8[n, loci] with letters drawn alike."""
     for birth in range(keys.size):
+        key = mix(keys[birth])
         for locus in range(out.shape[1]):
-            out[birth, locus] = np.int64(np.float64(draw(keys[birth], locus, FOUND)) * size)
+            out[birth, locus] = np.int64(np.float64(draw(key, locus, FOUND)) * size)
 
 
 @njit
@@ -76,15 +79,16 @@ def cross_points(first, second, swapped, crossed, keys, salt, points, out):
     """Copy `first` u8[n, loci], with what lies beyond one point, or between two, from `second`; `swapped` ones begin with it."""
     n = first.shape[1]
     for birth in range(keys.size):
+        key = mix(keys[birth])
         here, there = (second[birth], first[birth]) if swapped[birth] else (first[birth], second[birth])
         low, high = n, n
         if crossed[birth]:
-            u = np.float64(draw(keys[birth], 0, POINT_1 + SALT * salt))
+            u = np.float64(draw(key, 0, POINT_1 + SALT * salt))
             if points == 1:
                 low = 1 + np.int64(u * (n - 1))
             else:
                 low = 1 + np.int64(u * n)
-                high = 1 + np.int64(np.float64(draw(keys[birth], 0, POINT_2 + SALT * salt)) * (n - 1))
+                high = 1 + np.int64(np.float64(draw(key, 0, POINT_2 + SALT * salt)) * (n - 1))
                 if high >= low:
                     high += 1
                 else:
@@ -97,9 +101,10 @@ def cross_points(first, second, swapped, crossed, keys, salt, points, out):
 def cross_uniform(first, second, swapped, crossed, keys, salt, chance, out):
     """Copy `first` u8[n, loci], with each locus from `second` by the same chance; `swapped` ones begin with it."""
     for birth in range(keys.size):
+        key = mix(keys[birth])
         here, there = (second[birth], first[birth]) if swapped[birth] else (first[birth], second[birth])
         for locus in range(first.shape[1]):
-            swap = crossed[birth] and draw(keys[birth], locus, SWAP + SALT * salt) < chance
+            swap = crossed[birth] and draw(key, locus, SWAP + SALT * salt) < chance
             out[birth, locus] = there[locus] if swap else here[locus]
 
 
@@ -107,9 +112,10 @@ def cross_uniform(first, second, swapped, crossed, keys, salt, chance, out):
 def mutate_uniform(strings, keys, salt, rates, low, up):
     """Replace each letter of u8[n, loci], by the chance of its locus, with one drawn from low to up (may be the same)."""
     for birth in range(keys.size):
+        key = mix(keys[birth])
         for locus in range(strings.shape[1]):
-            if draw(keys[birth], locus, MUTATE + SALT * salt) < rates[locus]:
-                u = np.float64(draw(keys[birth], locus, LETTER + SALT * salt))
+            if draw(key, locus, MUTATE + SALT * salt) < rates[locus]:
+                u = np.float64(draw(key, locus, LETTER + SALT * salt))
                 strings[birth, locus] = low[locus] + np.int64(u * (up[locus] - low[locus] + 1))
 
 
@@ -117,8 +123,9 @@ def mutate_uniform(strings, keys, salt, rates, low, up):
 def mutate_flip(strings, keys, salt, rates):
     """Turn each letter of u8[n, loci], 0 or 1, into the other by the chance of its locus."""
     for birth in range(keys.size):
+        key = mix(keys[birth])
         for locus in range(strings.shape[1]):
-            if draw(keys[birth], locus, MUTATE + SALT * salt) < rates[locus]:
+            if draw(key, locus, MUTATE + SALT * salt) < rates[locus]:
                 strings[birth, locus] = 1 - strings[birth, locus]
 
 
@@ -127,9 +134,10 @@ def mutate_shuffle(strings, keys, salt, rates):
     """Exchange each letter of u8[n, loci], by the chance of its locus, with that of another place, drawn alike."""
     n = strings.shape[1]
     for birth in range(keys.size):
+        key = mix(keys[birth])
         for locus in range(n):
-            if draw(keys[birth], locus, MUTATE + SALT * salt) < rates[locus]:
-                other = np.int64(np.float64(draw(keys[birth], locus, LETTER + SALT * salt)) * (n - 1))
+            if draw(key, locus, MUTATE + SALT * salt) < rates[locus]:
+                other = np.int64(np.float64(draw(key, locus, LETTER + SALT * salt)) * (n - 1))
                 if other >= locus:
                     other += 1
                 strings[birth, locus], strings[birth, other] = strings[birth, other], strings[birth, locus]

@@ -69,7 +69,7 @@ def operator_of(word: str, name: str) -> Callable[..., Any]:
 
     if ":" in name:
         return named_function(name)
-    known = [n for n in vars(tools) if n.startswith(PREFIX[word]) and n not in REFUSED]
+    known = [n for n, f in vars(tools).items() if n.startswith(PREFIX[word]) and callable(f) and n not in REFUSED]
     if name in REFUSED and name.startswith(PREFIX[word]):
         raise ValueError(f"{word}: {name} does not work on genomes: {REFUSED[name]}; allowed are {listed(known, 30)}")
     if name not in known:

@@ -286,14 +286,13 @@ def _add_product(matrix, below, above):
 def _dots(below, d, gradient, d_bias):
     """Write the gradient of a layer's matrix, below @ d.T, and of its bias."""
     for i in range(below.shape[0]):
-        x = below[i]
         for o in range(d.shape[0]):
-            y, total = d[o], np.float32(0)
-            for t in range(len(x)):
-                total += x[t] * y[t]
+            total = np.float32(0)
+            for t in range(d.shape[1]):
+                total += below[i, t] * d[o, t]
             gradient[i, o] = total
     for o in range(d.shape[0]):
-        y, total = d[o], np.float32(0)
-        for t in range(len(y)):
-            total += y[t]
+        total = np.float32(0)
+        for t in range(d.shape[1]):
+            total += d[o, t]
         d_bias[o] = total

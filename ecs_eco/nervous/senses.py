@@ -180,8 +180,9 @@ def ambient(quantity: str, zero: float, scale: float, at: Sequence[float] = (), 
         x, y, z = seekers.index.x, seekers.index.y, seekers.index.z
         own, space = Senses in table, world.space
         if own or forward or left or up:
-            ahead, aside = (table[Senses].forward, table[Senses].left) if own else (forward, left)
-            x, y = nose(seekers, ahead[seekers.rows, number] if own else ahead, aside[seekers.rows, number] if own else aside, space)
+            of = table[Senses] if own else None
+            ahead, aside = (forward, left) if of is None else (of.forward[seekers.rows, number], of.left[seekers.rows, number])
+            x, y = nose(seekers, ahead, aside, space)
             z = back_into(z + seekers.radius * up, space.lengths[2], space.wrap[2]) if space.volume else z
         value = world.surroundings(quantity, x, y, z)
         out[:, column] = (value - np.float32(zero)) / np.float32(scale)

@@ -18,7 +18,8 @@ FLAT, OPEN_GROUND = np.zeros((1, 1), np.float32), np.zeros((1, 1), np.uint8)
 class Move(System):
     """An animal turns, then goes ahead at the speed of its gait, and pays for it; uphill costs more.
 
-    One with more vigour is faster in every gait and pays for it with the square. Water, rock and walls stop it where they begin. In a volume the group `climb` moves it up and down.
+    One with more vigour is faster in every gait and pays for it with the square. Water, rock and walls stop it where they begin.
+    In a volume the group `climb` moves it up and down.
     """
 
     needs = (Position, Velocity, Nervous)

@@ -13,7 +13,6 @@ from ecs_eco.space.terrain import OPEN, ground_at
 from ecs_eco.system import System
 from ecs_eco.systems._defence import left_by_defence
 
-
 EVEN = np.zeros(0, np.float32)
 
 
@@ -68,12 +67,11 @@ class Spread(System):
 
 
 def seeds(table: Any, rate: float) -> tuple[float, np.ndarray]:
-    """Return the highest rate [1/s] at which a plant takes free sites, and each one's share of it: f32[high], or empty where all are alike."""
-    own = table[Growth].spread[: table.high] if Growth in table else None
+    """Return the highest rate [1/s] at which a plant takes free sites, and each one's share of it f32[high]; empty where all are alike."""
     left = left_by_defence(table, table.high)
-    if own is None and np.ndim(left) == 0:
+    if Growth not in table and np.ndim(left) == 0:
         return rate * float(left), EVEN
-    each = (np.float32(rate) if own is None else own) * left
+    each = np.asarray((table[Growth].spread[: table.high] if Growth in table else np.float32(rate)) * left)
     highest = float(each[table.alive[: table.high]].max(initial=0.0))
     return highest, np.broadcast_to(each / np.float32(highest or 1.0), table.high).astype(np.float32)
 

@@ -3,7 +3,6 @@
 from collections.abc import Callable, Sequence
 from typing import Any
 
-
 from ecs_eco.errors import ConfigError, Problem, listed, nearest
 
 

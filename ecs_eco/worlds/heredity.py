@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from ecs_eco import components as own
-from ecs_eco.components import Experience, Gestation, Genome, Policy
+from ecs_eco.components import Experience, Genome, Gestation, Policy
 from ecs_eco.config.base import named_function
 from ecs_eco.genomes.heredity import Heredity
 from ecs_eco.genomes.traits import traits_of

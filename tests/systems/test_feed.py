@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from ecs_eco import random
-from ecs_eco.components import Body, Metabolism, Nervous
+from ecs_eco.components import Body, Defence, Metabolism, Nervous
 from ecs_eco.systems import Decide, Feed, Sense
 from ecs_eco.testing import act, arrange
 
@@ -189,3 +189,52 @@ def test_a_larger_one_of_its_kind_reaches_further(meadow):
     arrange(world, "grass", x=[8, 1], y=5)
     _eat(world)
     assert _energy(world) == [0.75, 0.5]
+
+
+def test_what_is_deadly_kills_its_eater_and_says_so(meadow):
+    world = meadow(count=2, grass={"count": 1}, diet=[{"eats": "grass", "reach": 0.25, "gain": 0.25, "deadly": True}])
+    deer = arrange(world, "deer", x=[5, 15], y=5, energy=0.5)
+    grass = arrange(world, "grass", x=5.5, y=5)
+    _eat(world)
+    rows = deer.by_uid()
+    assert [world.causes[c - 1] if c else None for c in deer.cause[rows]] == ["poisoned by grass", None]
+    assert deer.killer[rows].tolist() == [int(grass.uid[grass.rows()[0]]), 0]
+    world.flush()
+    assert (deer.n, grass.n) == (1, 0)
+
+
+def test_poison_costs_its_eater_energy(meadow):
+    world = meadow(count=1, grass={"count": 1, "defence": {"poison": 0.375}})
+    deer = arrange(world, "deer", x=5, y=5, energy=0.5)
+    arrange(world, "grass", x=5.5, y=5)
+    _eat(world)
+    assert _energy(world) == [0.375]  # 0.5 + 0.25 − 0.375
+    assert deer[Metabolism].taken[deer.rows()].tolist() == [-0.125]
+
+
+def test_tough_food_resists_its_share_of_bites(meadow):
+    def eaten(toughness):
+        size = {"space": {"size": [400.0, 20.0]}}
+        world = meadow(world=size, count=150, grass={"count": 150, "defence": {"toughness": toughness}})
+        x = np.linspace(1, 398, 150)
+        arrange(world, "deer", x=x, y=5, energy=0.5)
+        arrange(world, "grass", x=x, y=5.5)
+        _eat(world)
+        return sum(by is not None for by in _eaten(world)[0])
+
+    assert eaten(0.0) == 150
+    assert 85 < eaten(0.3) < 125
+    assert eaten(1.0) == 0
+
+
+def test_each_plant_is_as_tough_and_as_poisonous_as_its_genes(meadow):
+    genes = [{"name": "thorn", "trait": "defence.toughness", "letters": 1, "values": [0, 0, 1, 1]},
+             {"name": "venom", "trait": "defence.poison", "letters": 1, "values": [0, 0.5, 0, 0.5]}]  # fmt: skip
+    world = meadow(world={"space": {"size": [400.0, 20.0]}}, count=60, grass={"count": 60, "genome": {"genes": genes}})
+    x = np.linspace(1, 398, 60)
+    deer, grass = arrange(world, "deer", x=x, y=5, energy=0.5), arrange(world, "grass", x=x, y=5.5)
+    _eat(world)
+    for i, j in zip(deer.by_uid(), grass.by_uid(), strict=True):
+        tough, poison = grass[Defence].toughness[j], grass[Defence].poison[j]
+        assert bool(grass.cause[j]) == (tough == 0)
+        assert deer[Metabolism].energy[i] == (0.5 if tough else 0.75 - poison)

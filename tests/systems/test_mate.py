@@ -172,12 +172,12 @@ def test_mating_succeeds_with_its_chance_per_second_and_the_fertility_of_both(me
 
 
 def test_a_mother_keeps_the_fathers_genome(meadow):
-    world = _couples(meadow, 2)
+    world = _couples(meadow, 3)
     deer = world.tables["deer"]
     with_genome(deer, 4)
-    arrange(world, "deer", loci=np.arange(16).reshape(4, 4))
-    assert _mated(world) == {0: 1, 2: 3}
-    assert _by_uid(world, Gestation, "sperm").tolist() == [[4, 5, 6, 7], [0] * 4, [12, 13, 14, 15], [0] * 4]
+    arrange(world, "deer", loci=np.arange(24).reshape(6, 4), fertility=[1, 1, 1, 1, 0, 1])
+    assert _mated(world) == {0: 1, 2: 3}  # the last does not conceive
+    assert _by_uid(world, Gestation, "sperm").tolist() == [[4, 5, 6, 7], [0] * 4, [12, 13, 14, 15], [0] * 4, [0] * 4, [0] * 4]
 
 
 def with_genome(table, loci):

@@ -42,8 +42,9 @@ def test_the_kernel_is_its_slow_twin():
     alive = rng.random(n) < 0.6
     cost, energy, digesting, burnt = (rng.random(n).astype(F) for _ in range(4))
     before = [a.copy() for a in (energy, digesting, burnt)]
-    burn(0, n, alive, cost, True, F(0.1), F(0.5), energy, digesting, burnt)
-    paid = np.where(alive, (0.1 + cost) * 0.5, 0)
+    scale = rng.random(n).astype(F)
+    burn(0, n, alive, scale, cost, True, F(0.1), F(0.5), energy, digesting, burnt)
+    paid = np.where(alive, (0.1 * scale + cost) * 0.5, 0)
     assert energy == pytest.approx(before[0] - paid, abs=1e-6)
     assert burnt == pytest.approx(before[2] + paid, abs=1e-6)
     assert digesting == pytest.approx(np.where(alive, np.maximum(before[1] - 0.5, 0), before[1]), abs=1e-6)

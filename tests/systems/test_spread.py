@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from ecs_eco import random
-from ecs_eco.components import Position
+from ecs_eco.components import Growth, Position
 from ecs_eco.random import draw
 from ecs_eco.systems import Spread
 from ecs_eco.systems.spread import sprout
@@ -12,7 +12,7 @@ WAY = {"kind": "spread", "rate": 0.5, "seed_rain": 0.0, "spacing": 2.0}
 OPEN = np.zeros((1, 1), np.uint8), np.zeros(2, np.float32)
 
 
-def _slow(taken, rate, rain, reach, torus, key):
+def _slow(taken, rate, rain, reach, torus, key, vigour=None):
     ny, nx = taken.shape
     out = []
     for s in range(taken.size):
@@ -31,20 +31,23 @@ def _slow(taken, rate, rain, reach, torus, key):
         if torus:
             jj, ii = jj % ny, ii % nx
         if 0 <= jj < ny and 0 <= ii < nx and taken[jj, ii] >= 0:
-            out.append((s, taken[jj, ii]))
+            if vigour is None or draw(key, s, random.SPREAD + (5 << 8)) < vigour[taken[jj, ii]]:
+                out.append((s, taken[jj, ii]))
     return out
 
 
 @pytest.mark.parametrize("reach", [0, 1, 3])
 @pytest.mark.parametrize("torus", [True, False])
-def test_the_kernel_is_its_slow_twin(reach, torus):
+@pytest.mark.parametrize("vigour", [np.zeros(0, np.float32), np.linspace(0, 1, 108, dtype=np.float32)], ids=["even", "uneven"])
+def test_the_kernel_is_its_slow_twin(reach, torus, vigour):
     rng = np.random.default_rng(1)
     taken = np.where(rng.random((9, 12)) < 0.4, rng.permutation(108).reshape(9, 12), -1)
     site, parent = np.empty(108, np.int64), np.empty(108, np.int64)
     key = random.tick_key(3, 4)
-    n = sprout(taken, np.float32(0.6), np.float32(0.2), reach, torus, *OPEN, np.array([1, 1], np.float32), key, 0, site, parent)
+    scale = np.array([1, 1], np.float32)
+    n = sprout(taken, np.float32(0.6), np.float32(0.2), reach, torus, *OPEN, scale, vigour, key, 0, site, parent)
     assert list(zip(site[:n].tolist(), parent[:n].tolist(), strict=True)) == _slow(
-        taken, np.float32(0.6), np.float32(0.2), reach, torus, key
+        taken, np.float32(0.6), np.float32(0.2), reach, torus, key, vigour if vigour.size else None
     )
     assert n > 10
 
@@ -131,3 +134,29 @@ def test_two_species_of_plants_do_not_sprout_on_the_same_sites(meadow):
         values = world.tables[name].births[0][2]
         sites.append({(int(x), int(y)) for x, y in zip(values[Position, "x"], values[Position, "y"], strict=True)})
     assert len(sites[0] & sites[1]) < 0.5 * len(sites[0])  # a fifth by chance
+
+
+def test_what_is_spent_on_defence_does_not_sprout(meadow):
+    def births(defence):
+        world = _meadow(meadow, 800, {"rate": 0.4, "spacing": 1.0}, {"space": {"size": [40.0, 40.0]}}, defence=defence)
+        before = world.tables["grass"].n
+        _grow(world)
+        return world.tables["grass"].n - before
+
+    free, dear = births({}), births({"toughness": 0.5, "poison": 0.5, "cost": 0.5})
+    assert births({"toughness": 0.5, "poison": 0.5}) == free  # defence without a cost
+    assert dear == pytest.approx(free / 2, rel=0.2)
+
+
+def test_seeds_of_better_spreaders_take_more_sites(meadow):
+    genome = {"loci": 4, "genes": [{"name": "runner", "trait": "reproduction.spread", "letters": 1, "values": [0.0, 0.1, 0.2, 0.4]}]}
+    world = _meadow(meadow, 800, {"rate": 0.4, "spacing": 1.0}, {"space": {"size": [40.0, 40.0]}}, genome=genome)
+    grass, born = world.tables["grass"], []
+    world.on_birth.append(lambda table, rows, first, second: born.extend(first.tolist()) if table is grass else None)
+    spread = {int(u): float(s) for u, s in zip(grass.uid[grass.rows()], grass[Growth].spread[grass.rows()], strict=True)}
+    _grow(world)
+    counts = {rate: sum(spread[uid] == rate for uid in born) for rate in np.float32([0, 0.1, 0.2, 0.4]).tolist()}
+    assert len(born) > 50
+    assert next(iter(counts.values())) == 0
+    assert sorted(counts.values()) == list(counts.values())
+    assert counts[np.float32(0.4).item()] == pytest.approx(4 * counts[np.float32(0.1).item()], rel=0.6)

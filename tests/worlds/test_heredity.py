@@ -7,8 +7,24 @@ import pytest
 
 from ecs_eco import World, component, f32
 from ecs_eco.components import (
-    Biology, Body, Defence, Desires, Experience, Genome, Growth, LifeHistory, Metabolism, Nervous, Plasticity, Policy, Reflexes, Senses, Vigour,
-)  # fmt: skip
+    Biology,
+    Body,
+    Defence,
+    Desires,
+    Experience,
+    Genome,
+    Growth,
+    LifeHistory,
+    Metabolism,
+    Nervous,
+    Plasticity,
+    Policy,
+    Position,
+    Reflexes,
+    Senses,
+    Velocity,
+    Vigour,
+)
 from ecs_eco.config import load
 from ecs_eco.errors import ConfigError
 from ecs_eco.testing import all_threads, check_world, difference, shuffle, state
@@ -78,7 +94,8 @@ HERD = {
                     _gene("weight", "body.mass", low=20.0, high=80.0), _gene("legs", "locomotion.pace", low=0.5, high=2.0),
                     _gene("eye", "sensors.grass.radius", low=1.0, high=6.0), _gene("nose", "sensors.musk.left", low=-1.0, high=1.0),
                     _gene("joy", "happiness.energy", low=-1.0, high=2.0), _gene("span", "life.age_max", low=40.0, high=90.0),
-                    _gene("rate", "ppo.learning_rate", low=1e-3, high=0.1, scale="log"), _gene("young", "reproduction.litter", 1, values=[1, 1, 2, 3]),
+                    _gene("rate", "ppo.learning_rate", low=1e-3, high=0.1, scale="log"),
+                    _gene("young", "reproduction.litter", 1, values=[1, 1, 2, 3]),
                     _gene("ripe", "reproduction.age_min", low=5.0, high=20.0), _gene("wool", "Wool.length", low=0.0, high=0.1),
                 ],
             },
@@ -271,7 +288,7 @@ def test_a_brain_trained_by_all_is_where_individuals_start():
 
     for hidden in ((5,), (6, 4)):
         brain = Brain(3, (2, 4), hidden, seed=4)
-        for _, tensor in brain.named().items():
+        for tensor in brain.named().values():
             tensor.numpy()[...] += np.random.default_rng(1).normal(size=tensor.shape).astype(F)
         minds = Individuals(3, (2, 4), hidden, PPO(), 1)
         world = World(seed=1)
@@ -318,11 +335,10 @@ def test_plants_differ_in_what_their_genes_say():
 
 
 def test_who_is_faster_pays_with_the_square():
-    config = _herd(reflex={"formulas": {"walk": "1", "still": "-1"}}, genome={"loci": 4, "genes": [_gene("legs", "locomotion.pace", 1, values=[0.5, 1, 1.5, 2])]})
+    gene = _gene("legs", "locomotion.pace", 1, values=[0.5, 1, 1.5, 2])
+    config = _herd(reflex={"formulas": {"walk": "1", "still": "-1"}}, genome={"loci": 4, "genes": [gene]})
     world = World.from_config(config, policies="random").run(1)
     table, rows = _goats(world)
-    from ecs_eco.components import Velocity
-
     pace = table[Vigour].pace[rows]
     assert set(pace.tolist()) == {0.5, 1, 1.5, 2}
     assert table[Velocity].speed[rows] == pytest.approx(0.8 * pace)
@@ -330,7 +346,8 @@ def test_who_is_faster_pays_with_the_square():
 
 
 def test_large_bodies_burn_more_by_the_three_quarters_power():
-    config = _herd(policy={"kind": "none"}, ppo={}, genome={"loci": 4, "genes": [_gene("mass", "body.mass", 1, values=[50, 100, 200, 400])]})
+    gene = _gene("mass", "body.mass", 1, values=[50, 100, 200, 400])
+    config = _herd(policy={"kind": "none"}, ppo={}, genome={"loci": 4, "genes": [gene]})
     world = World.from_config(config).run(1)
     table, rows = _goats(world)
     assert table[Metabolism].burnt[rows] == pytest.approx(0.004 * (table[Body].mass[rows] / 50) ** 0.75, rel=1e-5)
@@ -364,7 +381,7 @@ def test_each_learns_with_hyperparameters_of_its_own():
 
 def test_happiness_is_what_the_own_weights_make_of_the_senses():
     world = World.from_config(HERD, policies="random").run(1)
-    table, rows = _goats(world)
+    table = world.tables["goat"]
     nerves = table.traits["nerves"]
     energy, musk = nerves.reading("energy", nerves.x), nerves.reading("musk", nerves.x)
     weight = table[Desires].weight[nerves.rows]
@@ -376,24 +393,13 @@ def test_happiness_is_what_the_own_weights_make_of_the_senses():
 
 def test_each_sees_as_far_as_its_own_eyes():
     config = load(HERD)
-    world = World.from_config(config, policies="random").run(1)
-    table, rows = _goats(world)
-    nerves, own = table.traits["nerves"], table[Senses].radius
+    goat = World.from_config(config, policies="random").run(1).tables["goat"]
+    nerves, own = goat.traits["nerves"], goat[Senses].radius
     near = nerves.reading("grass_near", nerves.x)
-    grass = world.tables["grass"]
-    x, y = (np.asarray(getattr(grass[type_], axis))[grass.rows()] for type_, axis in ((_position(), "x"), (_position(), "y")))
-    world = World.from_config(config, policies="random")
-    # as they stood when they sensed, before anyone moved or was eaten
-    first, plants = world.tables["goat"], world.tables["grass"]
-    p, q = first[_position()], plants[_position()]
+    before = World.from_config(config, policies="random")  # as they stood when they sensed, before anyone moved or was eaten
+    p, q, plants = before.tables["goat"][Position], before.tables["grass"][Position], before.tables["grass"].rows()
     for i, row in enumerate(nerves.rows):
-        dx, dy = (np.abs(getattr(q, a)[plants.rows()] - getattr(p, a)[row]) for a in ("x", "y"))
-        d = np.sqrt(np.minimum(dx, 30 - dx) ** 2 + np.minimum(dy, 30 - dy) ** 2).min()
-        assert near[i] == pytest.approx(max(0.0, 1 - d / own[row, 1]), abs=1e-3)
-    assert x.size == y.size
-
-
-def _position():
-    from ecs_eco.components import Position
-
-    return Position
+        dx, dy = (np.abs(getattr(q, a)[plants] - getattr(p, a)[row]) for a in ("x", "y"))
+        distance = np.sqrt(np.minimum(dx, 30 - dx) ** 2 + np.minimum(dy, 30 - dy) ** 2).min()
+        assert near[i] == pytest.approx(max(0.0, 1 - distance / own[row, 1]), abs=1e-3)
+    assert 0.1 < (near > 0).mean() < 1
