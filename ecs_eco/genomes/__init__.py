@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     from ecs_eco.genomes.fit import Fitted, fit_network
     from ecs_eco.genomes.layout import Layout
     from ecs_eco.genomes.operators import toolbox_of
-    from ecs_eco.genomes.variety import diversity, frequencies, statistics
     from ecs_eco.genomes.traits import Trait, policy_shapes, traits_of
+    from ecs_eco.genomes.variety import diversity, frequencies, statistics
 
 _HOME = {
     "Alphabet": "alphabet", "DNA": "alphabet", "CHOICES": "choices", "Layout": "layout", "Operators": "batch", "toolbox_of": "operators",

@@ -2,7 +2,7 @@
 
 Chance is drawn from the key of each birth alone, so that a child does not depend on who else is born. A `salt` keeps the
 draws of several crossings of one birth apart. Keys are mixed first: `draw` takes key ^ locus, which is alike for many pairs
-of small numbers.
+of small numbers. A draw is a multiple of 2**-24: a chance below 6e-8 is one of 6e-8.
 """
 
 import numpy as np

@@ -8,7 +8,7 @@ from ecs_eco import components as own
 from ecs_eco.components import Experience, Genome, Gestation, Policy
 from ecs_eco.config.base import named_function
 from ecs_eco.genomes.heredity import Heredity
-from ecs_eco.genomes.traits import traits_of
+from ecs_eco.genomes.traits import policy_shapes, traits_of
 
 Targets = dict[str, tuple[type, str, int | None]]
 
@@ -29,7 +29,8 @@ def add_heredity(world: Any, table: Any, species: Any, founder: np.ndarray | Non
         from ecs_eco.genomes import Layout, Operators
 
         traits = traits_of(species, world.config.dims, [named_function(c) for c in species.components])
-        layout = Layout.from_config(section, traits, shapes=minds.shapes if minds is not None else None)
+        shapes = policy_shapes(species, world.config.dims) if minds is None else minds.shapes
+        layout = Layout.from_config(section, traits, shapes=shapes)
         operators = Operators.from_config(section, layout)
         table.dims["loci"] = layout.row
         table.add_component(Genome)
@@ -46,7 +47,8 @@ def add_heredity(world: Any, table: Any, species: Any, founder: np.ndarray | Non
 
 def _targets(table: Any, species: Any, layout: Any, traits: dict[str, Any]) -> Targets:
     """Add the components that genes write to, with the species' own values as defaults; return where each gene writes."""
-    coded = [(code.gene, traits[code.gene.trait]) for code in layout.genes if code.gene.trait is not None]
+    coded = [(code.gene, traits[code.gene.trait]) for code in layout.genes
+             if code.gene.trait is not None and (code.gene.trait != "policy.weights" or Policy in table)]
     used = {trait.component for _, trait in coded}
     known = {c.__name__: c for c in (*table.columns, *(getattr(own, n) for n in own.__all__))}
     table.dims |= {"sensors": len(species.sensors), "connections": len(species.reflex.connections if species.reflex else ()),

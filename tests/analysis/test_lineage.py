@@ -376,7 +376,8 @@ def test_a_world_in_memory_has_the_lineage_that_a_folder_has(run, menagerie):
 
 
 def test_genomes_of_a_real_run_are_those_of_its_organisms(menagerie, tmp_path):
-    genes = [{"name": "red", "letters": 1, "values": [0, 0, 0, 1]}, {"name": "age", "trait": "life.age_max", "letters": 4, "low": 50, "high": 90}]
+    genes = [{"name": "red", "letters": 1, "values": [0, 0, 0, 1]},
+             {"name": "age", "trait": "life.age_max", "letters": 4, "low": 50, "high": 90}]
     config = menagerie(species={"ram": {"genome": {"ploidy": 2, "mutate": {"operator": "mutUniformInt", "indpb": 0.2}, "genes": genes}}})
     run_to_folder(config, seed=7, ticks=60, out=tmp_path / "run", policies="untrained", report=False)
     world = World.from_config(config, seed=7, policies="untrained").run(60)

@@ -56,8 +56,8 @@ def live(table, individuals, tick, split=whole, rates=None):
     due = np.flatnonzero(individuals.due(experience, rows, uid, table.born[rows], tick))
     if due.size:
         rates = rates or (lambda uid: np.float32(0.01) + np.float32(0.001) * (uid % np.uint64(5)).astype(np.float32))
-        n = due.size
-        plasticity = rates(uid[due]), np.full(n, 0.9, np.float32), np.full(n, 0.01, np.float32)
+        kind = (uid[due] % np.uint64(7)).astype(np.float32)
+        plasticity = rates(uid[due]), np.float32(0.9) + kind / 100, kind / 50
         _, values = individuals.forward(policy, rows[due], x[due], split)
         individuals.learn(policy, experience, rows[due], uid[due], values, plasticity, split)
     logits, values = individuals.forward(policy, rows, x, split)

@@ -403,3 +403,14 @@ def test_each_sees_as_far_as_its_own_eyes():
         distance = np.sqrt(np.minimum(dx, 30 - dx) ** 2 + np.minimum(dy, 30 - dy) ** 2).min()
         assert near[i] == pytest.approx(max(0.0, 1 - distance / own[row, 1]), abs=1e-3)
     assert 0.1 < (near > 0).mean() < 1
+
+
+@pytest.mark.parametrize("options", [{"policies": "random"}, {"training": True, "learn": True}])
+def test_genes_of_a_brain_say_nothing_where_nobody_has_one_of_its_own(options):
+    brain = _gene("brain", "policy.weights", 3, low=-1.0, high=1.0, form="cosine", coefficients=3)
+    config = _herd(policy={"kind": "individual", "hidden": [6], "inherit": "birth"}, genome={"genes": [brain]})
+    world = World.from_config(config, **options).run(20)
+    goat = world.tables["goat"]
+    assert Policy not in goat
+    assert goat[Genome].loci.any()
+    assert (goat.traits["nerves"].brain is None) == ("policies" in options)

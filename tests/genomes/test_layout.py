@@ -1,0 +1,345 @@
+"""Genes on a string of letters: every string says something valid, and values come back."""
+
+import time
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from ecs_eco.errors import ConfigError, UnknownName
+from ecs_eco.genomes import Gene, Layout, Trait
+from ecs_eco.genomes.codes import cosines
+from ecs_eco.testing import check_genome
+
+RED = Gene(name="red", letters=1, values=[0, 0, 0, -1])
+RADIUS = Trait("body.radius", "Body", "radius", None, 0.4, 1e-6, 1e30, "number", "m", "radius")
+SIGN = Trait("reflex.red.weight", "Reflexes", "weight", 0, -1, -1.0, 1.0, "sign", "1", "red")
+
+
+def one(gene: Gene, letters: str = "ACGT", **arguments) -> Layout:
+    return Layout([gene], letters, **arguments)
+
+
+def said(layout: Layout, text: str) -> dict[str, float]:
+    return {name: value[0].tolist() for name, value in layout.decode(layout.alphabet.encode(text)[None]).items()}
+
+
+# --- what codons mean ------------------------------------------------------------------------------------------------
+
+
+def test_a_codon_is_a_number_with_its_first_letter_as_most_significant_digit() -> None:
+    layout = one(Gene(name="n", letters=3, low=0, high=63, whole=True))
+    assert [said(layout, t)["n"] for t in ("AAA", "AAT", "ACA", "CAA", "TTT", "GCT")] == [0, 3, 4, 16, 63, 2 * 16 + 4 + 3]
+
+
+def test_several_codons_may_code_for_one_value() -> None:
+    layout = one(RED)
+    assert [said(layout, letter)["red"] for letter in "ACGT"] == [0, 0, 0, -1]
+    assert layout.alphabet.decode(layout.encode({"red": -1})[0]) == "T"
+    assert layout.alphabet.decode(layout.encode({"red": 0})[0]) == "A"
+
+
+@pytest.mark.parametrize(("letters", "n"), [("AB", 5), ("ACG", 4), ("ACGT", 3)])
+def test_neighbours_in_gray_code_differ_in_one_letter_by_one(letters: str, n: int) -> None:
+    size = len(letters)
+    layout = one(Gene(name="g", letters=n, low=0, high=size**n - 1, whole=True, code="gray"), letters)
+    rows = layout.encode({"g": np.arange(size**n)}).astype(int)
+    steps = (rows[1:] - rows[:-1]) % size
+    assert (np.count_nonzero(steps, axis=1) == 1).all()
+    assert (steps.sum(axis=1) == 1).all()
+    assert len({tuple(r) for r in rows}) == size**n
+    assert np.array_equal(layout.decode(rows.astype(np.uint8))["g"], np.arange(size**n))
+
+
+def test_neighbours_in_positional_code_may_differ_in_every_letter() -> None:
+    layout = one(Gene(name="g", letters=3, low=0, high=63, whole=True))
+    assert [layout.alphabet.decode(r) for r in layout.encode({"g": [15, 16]})] == ["ATT", "CAA"]
+
+
+def test_additive_codons_add_up_wherever_they_are() -> None:
+    layout = one(Gene(name="a", letters=1, codons=4, code="additive", low=0, high=12, whole=True))
+    assert [said(layout, t)["a"] for t in ("AAAA", "TAAA", "AAAT", "CCCC", "TTTT", "GACA")] == [0, 3, 3, 4, 12, 3]
+    assert np.array_equal(layout.decode(layout.encode({"a": np.arange(13)}))["a"], np.arange(13))
+
+
+def test_equal_steps_of_a_logarithmic_scale_are_equal_factors() -> None:
+    layout = one(Gene(name="l", letters=1, low=1, high=8, scale="log"))
+    assert [said(layout, letter)["l"] for letter in "ACGT"] == pytest.approx([1, 2, 4, 8])
+    assert layout["l"].resolution == pytest.approx(4)
+    assert said(layout, layout.alphabet.decode(layout.encode({"l": 2.9})[0]))["l"] == pytest.approx(4)  # nearer in its logarithm
+
+
+def test_the_resolution_is_the_range_over_the_steps() -> None:
+    layout = one(Gene(name="r", letters=2, low=0.2, high=0.5))
+    assert layout["r"].resolution == pytest.approx(0.3 / 15)
+    assert said(layout, "AC")["r"] == pytest.approx(0.22)
+
+
+def test_direct_weights_have_a_codon_each() -> None:
+    layout = one(Gene(name="w", letters=1, low=-3, high=3, form="direct"), shapes={"w": [(2, 1), (1,)]})
+    assert said(layout, "ATC")["w"] == pytest.approx([-3, 3, -1])
+    assert layout.length == 3
+
+
+def test_cosine_weights_are_the_sum_of_waves() -> None:
+    layout = one(Gene(name="w", letters=1, low=-3, high=3, form="cosine", coefficients=2), "AT", shapes={"w": [(2, 3), (2,)]})
+    assert layout.length == 4  # two of the matrix, two of the bias
+    i, j = np.arange(3) + 0.5, np.arange(2) + 0.5
+    wave = np.cos(np.pi * i / 3) * np.sqrt(2 / 3) / np.sqrt(2)  # along the outputs, the same for both inputs
+    matrix = 3 / np.sqrt(6) - 3 * np.tile(wave, 2)
+    bias = -3 / np.sqrt(2) + 3 * np.cos(np.pi * j / 2)
+    assert said(layout, "TAAT")["w"] == pytest.approx([*matrix, *bias], abs=1e-6)
+
+
+@pytest.mark.parametrize("shape", [(4, 5), (7,), (1, 3), (6, 2)])
+def test_the_waves_are_orthonormal_and_all_of_them_span_everything(shape: tuple[int, ...]) -> None:
+    basis = cosines(shape, 1000)
+    assert basis.shape == (np.prod(shape), np.prod(shape))
+    assert basis @ basis.T == pytest.approx(np.eye(len(basis)), abs=1e-12)
+    assert cosines(shape, 3) == pytest.approx(basis[:3])
+
+
+def test_with_all_coefficients_any_weights_come_back() -> None:
+    gene = Gene(name="w", letters=8, low=-8, high=8, form="cosine", coefficients=100)
+    layout = one(gene, shapes={"w": [(5, 4), (4,)]})
+    w = np.random.default_rng(1).normal(size=(10, 24))
+    assert layout.decode(layout.encode({"w": w}))["w"] == pytest.approx(w, abs=layout["w"].resolution * 3)
+
+
+# --- round trips -----------------------------------------------------------------------------------------------------
+
+
+@st.composite
+def layouts(draw) -> Layout:
+    size = draw(st.integers(2, 6))
+    genes, shapes = [], {}
+    for i in range(draw(st.integers(1, 5))):
+        letters = draw(st.integers(1, 4))
+        kind, name = draw(st.sampled_from(["values", "range", "whole", "additive", "direct", "cosine"])), f"g{i}"
+        low = draw(st.floats(-50, 50, width=32))
+        more: dict = {"low": low, "high": low + draw(st.floats(0.5, 100, width=32)), "code": draw(st.sampled_from(["positional", "gray"]))}
+        if kind == "values":
+            letters = min(letters, 2)
+            more = {"values": draw(st.lists(st.floats(-9, 9, width=16), min_size=size**letters, max_size=size**letters))}
+        elif kind == "whole":
+            more |= {"low": round(low), "high": round(low) + draw(st.integers(1, 30)), "whole": True}
+        elif kind == "additive":
+            more |= {"code": "additive", "codons": draw(st.integers(2, 5))}
+        elif kind == "direct":
+            more["form"], shapes[name] = "direct", [(2, draw(st.integers(1, 3))), (2,)]
+        elif kind == "cosine":
+            more |= {"form": "cosine", "coefficients": draw(st.integers(1, 9))}
+            shapes[name] = [(2, draw(st.integers(1, 3))), (2,)]
+        elif draw(st.booleans()):
+            more |= {"scale": "log", "low": abs(low) + 0.1, "high": abs(low) + 0.1 + (more["high"] - low)}
+        genes.append(Gene(name=name, letters=letters, **more))
+    return Layout(genes, "ABCDEF"[:size], ploidy=draw(st.sampled_from([1, 2])), shapes=shapes,
+                  dominance=draw(st.sampled_from(["first", "mean", "greater"])))  # fmt: skip
+
+
+@settings(max_examples=60, deadline=None)
+@given(layouts())
+def test_any_layout_can_be_lived_with(layout: Layout) -> None:
+    check_genome(layout, 200)
+    assert str(layout).count("\n") == len(layout.genes)
+
+
+@settings(max_examples=60, deadline=None)
+@given(layouts(), st.integers(0, 2**32))
+def test_a_value_comes_back_within_half_a_resolution(layout: Layout, seed: int) -> None:
+    rng, values = np.random.default_rng(seed), {}
+    for code in layout.genes:
+        values[code.name] = rng.uniform(code.low, code.high, (50, *code.width))
+        if code.gene.values:
+            values[code.name] = rng.choice(code.gene.values, 50)
+        if code.gene.form == "cosine":  # of what it can say at all
+            values[code.name] = layout.decode(layout.random(np.arange(50, dtype=np.uint64)))[code.name]
+        if code.gene.whole:
+            values[code.name] = np.rint(values[code.name])
+    again = layout.decode(layout.encode(values, clip=True))
+    for code in layout.genes:
+        off = np.abs(again[code.name] - values[code.name]).max()
+        fine = 1e-5 * max(abs(code.low), abs(code.high))
+        if code.gene.form == "cosine":
+            assert layout.ploidy == 2 or off <= 1e-4 * max(abs(code.low), abs(code.high))
+        elif code.gene.scale == "log":
+            assert off <= code.resolution * 0.75 + fine  # the middle of the logarithms is not that of the numbers
+        else:
+            assert off <= code.resolution / 2 + fine
+
+
+def test_a_hundred_thousand_genomes_decode_in_well_under_a_second_and_stay() -> None:
+    layout = Layout([RED, Gene(name="size", letters=6, low=0.2, high=0.6, code="gray"),
+                     Gene(name="n", letters=2, low=0, high=9, whole=True),
+                     Gene(name="w", letters=3, low=-2, high=2, form="direct")], shapes={"w": [(4, 3), (3,)]})  # fmt: skip
+    loci = layout.random(np.arange(100_000, dtype=np.uint64))
+    layout.decode(loci[:2])
+    start = time.perf_counter()
+    values = layout.decode(loci)
+    seconds = time.perf_counter() - start
+    again = layout.decode(layout.encode(values))
+    assert all(np.array_equal(again[name], values[name]) for name in values)
+    assert seconds < 1.0
+    for letter in range(4):
+        assert (loci == letter).mean() == pytest.approx(0.25, abs=0.002)
+
+
+# --- two strings -----------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("how", "value"), [("first", 1), ("mean", 2), ("greater", 3)])
+def test_dominance_says_how_two_alleles_make_a_value(how: str, value: float) -> None:
+    layout = one(Gene(name="n", letters=1, low=0, high=3), ploidy=2, dominance=how)
+    assert said(layout, "CT")["n"] == value
+    assert layout.alleles(layout.alphabet.encode("CT")[None], "n").tolist() == [[1, 3]]
+
+
+def test_a_gene_may_have_a_dominance_of_its_own() -> None:
+    genes = [Gene(name="a", letters=1, low=0, high=3), Gene(name="b", letters=1, low=0, high=3, dominance="greater")]
+    assert said(Layout(genes, ploidy=2, dominance="mean"), "CCTT") == {"a": 2, "b": 3}
+
+
+def test_a_mean_of_whole_numbers_is_rounded_to_one() -> None:
+    gene = Gene(name="s", trait="reflex.red.weight", letters=1, values=[-1, 0, 1, 1])
+    layout = one(gene, ploidy=2, dominance="mean", traits={SIGN.name: SIGN})
+    assert said(layout, "AC")["s"] == 0
+    assert said(layout, "AA")["s"] == -1
+
+
+def test_encoding_makes_both_strings_alike() -> None:
+    layout = one(Gene(name="n", letters=2, low=0, high=15), ploidy=2, loci=3)
+    assert layout.alphabet.decode(layout.encode({"n": 6})[0]) == "CGACGA"
+
+
+# --- places and pieces -----------------------------------------------------------------------------------------------
+
+
+def test_genes_follow_one_another_and_the_rest_is_neutral() -> None:
+    a, c = (Gene(name=name, letters=2, low=0, high=1) for name in "ac")
+    layout = Layout([a, Gene(name="b", letters=1, low=0, high=1, at=4), c], loci=9)
+    assert [(c.first, c.stop) for c in layout.genes] == [(0, 2), (4, 5), (5, 7)]
+    pieces = layout.mark("ACGTACGTA")
+    assert [(p.gene, p.first, p.letters) for p in pieces] == [("a", 0, "AC"), ("", 2, "GT"), ("b", 4, "A"), ("c", 5, "CG"), ("", 7, "TA")]
+
+
+def test_genes_need_not_stand_in_the_order_of_their_loci() -> None:
+    layout = Layout([Gene(name="a", letters=1, low=0, high=3, at=2), Gene(name="b", letters=2, low=0, high=15, at=0)])
+    assert said(layout, "CAT") == {"a": 3, "b": 4}
+    assert [p.gene for p in layout.mark("CAT")] == ["b", "a"]
+
+
+def test_a_marked_pair_of_strings_says_which_is_which() -> None:
+    assert [(p.string, p.gene) for p in one(RED, ploidy=2).mark("AT")] == [(0, "red"), (1, "red")]
+
+
+def test_the_table_says_where_what_and_how_fine() -> None:
+    layout = one(Gene(name="size", trait="body.radius", letters=2, low=0.2, high=0.5), traits={RADIUS.name: RADIUS})
+    assert layout.table() == [{"gene": "size", "loci": "0-1", "trait": "body.radius", "codes for": "0.2 to 0.5 (positional)",
+                               "resolution": "0.02 m"}]  # fmt: skip
+    assert "body.radius" in str(layout).splitlines()[1]
+
+
+def test_rates_are_the_genes_own_where_they_have_one() -> None:
+    layout = Layout([RED, Gene(name="b", letters=2, low=0, high=1, mutation=0.25)], loci=4)
+    assert layout.rates(0.5).tolist() == [0.5, 0.25, 0.25, 0.5]
+
+
+def test_own_says_the_values_of_the_species_and_draws_the_rest() -> None:
+    genes = [Gene(name="size", trait="body.radius", letters=4, low=0.2, high=0.71), Gene(name="marker", letters=8, low=0, high=1)]
+    rows = Layout(genes, traits={RADIUS.name: RADIUS}).own(3)
+    assert (rows == rows[0]).all()
+    assert len(set(rows[0, 4:].tolist())) > 1
+    assert Layout(genes, traits={RADIUS.name: RADIUS}).decode(rows)["size"] == pytest.approx(0.4)
+
+
+# --- errors ----------------------------------------------------------------------------------------------------------
+
+G = {"name": "g", "letters": 1, "low": 0.0, "high": 1.0}
+REFUSED = [
+    ([G, G], {}, "another gene has this name"),
+    ([G | {"low": 1.0}], {}, "not below high"),
+    ([G | {"low": None}], {}, "genes.0.low"),
+    ([G | {"values": [1.0] * 4}], {}, "given together with values"),
+    ([{"name": "g", "letters": 1, "values": [1.0, 2.0]}], {}, "2 of them, and a codon of 1 of 4 letters has 4 values"),
+    ([G | {"letters": 16}], {}, r"4\^16 values; allowed: at most 15"),
+    ([G | {"scale": "log"}], {}, "no logarithm"),
+    ([G | {"low": 0.5, "whole": True}], {}, "not a whole number"),
+    ([G | {"low": 1.0, "high": 4.0, "whole": True, "scale": "log"}], {}, "not possible for whole numbers"),
+    ([G | {"code": "additive"}], {}, "at least 2"),
+    ([G | {"codons": 2}], {}, 'of no use with code = "positional"'),
+    ([G | {"coefficients": 3}], {}, "only for the weights"),
+    ([G, G | {"name": "h", "at": 0}], {}, "overlaps the gene g, which has the loci 0 to 0; allowed: at least 1"),
+    ([G, G | {"name": "h", "letters": 3}], {"loci": 3}, "too short a string: the genes need 4 loci"),
+    ([G | {"trait": "body.radus"}], {"traits": {"body.radius": RADIUS}}, 'did you mean "body.radius"'),
+    ([G | {"trait": "body.radius"}], {"traits": {"body.radius": RADIUS}}, "outside of what body.radius can be"),
+    ([G | {"trait": "a"}, G | {"name": "h", "trait": "a"}], {}, "the gene g codes for it too"),
+    ([G | {"trait": "reflex.red.weight", "low": -1, "high": 2}], {"traits": {SIGN.name: SIGN}}, "allowed: -1 to 1"),
+    ([G | {"form": "direct"}], {}, "network that it codes for is not known"),
+    ([G | {"form": "cosine"}], {"shapes": {"g": [(2, 2)]}}, "is missing: how many for each matrix"),
+    ([G | {"form": "direct", "coefficients": 3}], {"shapes": {"g": [(2, 2)]}}, "every weight has a codon"),
+    ([G | {"form": "direct", "code": "additive", "codons": 2}], {"shapes": {"g": [(2, 2)]}}, "positional or gray"),
+    ([G | {"form": "direct", "low": 1.0, "high": 2.0, "scale": "log"}], {"shapes": {"g": [(2, 2)]}}, "scale"),
+    ([G | {"form": "direct", "letters": 9}], {"shapes": {"g": [(2, 2)]}}, "at most 8"),
+    ([G | {"trait": "policy.weights"}], {"shapes": {"policy.weights": [(2, 2)]}}, "direct or cosine"),
+    ([], {}, "at least one gene"),
+    ([G], {"ploidy": 3}, "ploidy"),
+    ([G], {"dominance": "second"}, "first, mean, greater"),
+]
+
+
+@pytest.mark.parametrize(("genes", "arguments", "words"), REFUSED, ids=[w[:30] for _, _, w in REFUSED])
+def test_a_layout_that_cannot_be_is_refused_with_the_reason(genes: list[dict], arguments: dict, words: str) -> None:
+    with pytest.raises(ConfigError, match=words):
+        Layout([Gene(**g) for g in genes], **arguments)
+
+
+def test_all_that_is_wrong_is_said_at_once() -> None:
+    with pytest.raises(ConfigError) as caught:
+        Layout([Gene(**G | {"low": 2.0}), Gene(**G | {"trait": "x", "at": 0})], traits={})
+    assert len(caught.value.problems) == 4
+
+
+@pytest.mark.parametrize("loci", [np.zeros((2, 3), np.uint8), np.zeros((2, 2)), np.zeros(2, np.uint8), [[0, 0]]])
+def test_rows_of_another_form_are_refused(loci: object) -> None:
+    with pytest.raises(ValueError, match=r"allowed are rows of u8\[n, 2\]"):
+        one(Gene(name="g", letters=2, low=0, high=1)).decode(loci)
+
+
+def test_a_number_that_is_no_letter_is_refused_with_its_place() -> None:
+    with pytest.raises(ValueError, match="genome 1: 4 at place 0 is no letter"):
+        one(RED).decode(np.array([[0], [4]], np.uint8))
+
+
+def test_values_that_no_codon_codes_for_are_refused() -> None:
+    size = one(Gene(name="size", letters=2, low=0.2, high=0.6))
+    with pytest.raises(ValueError, match=r"gene 'size': no codon codes for 0.7; allowed are 0.2 to 0.6"):
+        size.encode({"size": [0.3, 0.7]})
+    assert size.decode(size.encode({"size": 0.7}, clip=True))["size"] == pytest.approx(0.6)
+    with pytest.raises(ValueError, match="allowed are -1, 0"):
+        one(RED).encode({"red": 1})
+    assert one(RED).decode(one(RED).encode({"red": [-0.6, 3]}, clip=True))["red"].tolist() == [-1, 0]
+    with pytest.raises(ValueError, match="not finite"):
+        size.encode({"size": float("nan")})
+    weights = one(Gene(name="w", letters=2, low=-1, high=1, form="direct"), shapes={"w": [(2, 2)]})
+    with pytest.raises(ValueError, match=r"shape \(3,\); allowed is \(n, 4\)"):
+        weights.encode({"w": [0, 0, 0]})
+    with pytest.raises(ValueError, match="allowed are weights from -1 to 1"):
+        weights.encode({"w": [0, 0, 0, 2]})
+
+
+def test_names_of_genes_are_known_or_refused() -> None:
+    layout = Layout([Gene(name="size", trait="body.radius", letters=1, low=0.1, high=1)])
+    with pytest.raises(UnknownName, match='did you mean "size"'):
+        layout.encode({"siz": 1})
+    with pytest.raises(ValueError, match="no value given"):
+        layout.encode({})
+    with pytest.raises(ValueError, match="allowed are 1 or 3"):
+        Layout([Gene(**G), Gene(**G | {"name": "h"})]).encode({"g": [0, 0, 0], "h": [0, 0]})
+
+
+def test_a_text_with_a_wrong_letter_or_length_is_refused() -> None:
+    with pytest.raises(ValueError, match="'X' at place 1"):
+        one(RED, loci=2).mark("AX")
+    with pytest.raises(ValueError, match=r"allowed are rows of u8\[n, 2\]"):
+        one(RED, loci=2).mark("A")
