@@ -46,10 +46,17 @@ class Blocked:
 
     def parts(self, rows: np.ndarray) -> Iterator[tuple[int, np.ndarray, np.ndarray]]:
         """Yield (number of the block, rows within it i64, their places in `rows` i64), block by block, in the order given."""
+        if not rows.size:
+            return
+        first, last = int(rows.min()) // BLOCK, int(rows.max()) // BLOCK
+        if first == last:
+            yield first, rows - first * BLOCK if first else rows, np.arange(rows.size)
+            return
         block = rows // BLOCK
-        for b in np.unique(block):
-            places = np.flatnonzero(block == b)
-            yield int(b), rows[places] - b * BLOCK, places
+        for b in range(first, last + 1):
+            places = (block == b).nonzero()[0]
+            if places.size:
+                yield b, rows[places] - b * BLOCK, places
 
     def __getitem__(self, rows: Any) -> Any:
         if isinstance(rows, int | np.integer):

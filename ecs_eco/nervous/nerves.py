@@ -144,11 +144,10 @@ class Nerves:
         assert minds is not None
         rows = self.rows[due]
         _, values = minds.forward(table[Policy], rows, self.x[due], world.split)
+        settings = None
         if Plasticity in table:
             own = table[Plasticity]
-            settings = tuple(column[rows] for column in (own.learning_rate, own.discount, own.entropy))
-        else:
-            settings = tuple(np.full(rows.size, v, np.float32) for v in (minds.ppo.learning_rate, minds.ppo.discount, minds.ppo.entropy))
+            settings = own.learning_rate[rows], own.discount[rows], own.entropy[rows]
         minds.learn(table[Policy], table[Experience], rows, table.uid[rows], values, settings, world.split)
 
     def _read(self, network: Network, table: Any) -> np.ndarray:
