@@ -5,7 +5,7 @@ from ecs_eco.schema import component, f32
 
 @component
 class Growth:
-    """Growth by light, and the rate at which it takes free sites."""
+    """Growth by light, and the share of its seeds that sprout."""
 
     growth: f32 = 0.0  # [energy/s] in full light
-    spread: f32 = 0.0  # [1/s]
+    spread: f32 = 1.0

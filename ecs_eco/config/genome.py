@@ -74,7 +74,6 @@ class GenomeSection(Section):
     )
     mate: Mate = table("crossover", Mate)
     mutate: Mutate = table("mutation", lambda: Mutate.model_validate({"indpb": 0.005}))
-    select_mate: Literal["nearest", "random", "richest", "oldest"] = about("whom a parent mates with, of those in reach", "nearest")
     genes: Annotated[list[Gene], Field(min_length=1)] = about("what the loci code for")
 
     @field_validator("alphabet")

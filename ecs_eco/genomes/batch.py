@@ -37,9 +37,9 @@ class Operators:
             self._operator(word)
 
     @classmethod
-    def from_config(cls, section: GenomeSection, layout: Layout) -> Operators:
-        """Return the operators that a world file says."""
-        return cls(toolbox_of(section, layout), layout, section.mate.chance)
+    def from_config(cls, section: GenomeSection, layout: Layout, select_mate: str = "nearest") -> Operators:
+        """Return the operators that a world file says; `select_mate` is the rule of its species."""
+        return cls(toolbox_of(section, layout, select_mate), layout, section.mate.chance)
 
     @property
     def choice(self) -> int:

@@ -18,12 +18,13 @@ class Heredity:
 
     `targets` maps a gene's name to (component, field, index or None): where what it says is written. `mutation`,
     `expression` and `shuffled` are switches of controls: without expression genes are inherited and change, but say
-    nothing; shuffled, the genes of a newborn come from any of the living instead of its parents.
+    nothing; shuffled, the genes of a newborn come from any of the living instead of its parents. Founders start from
+    letters drawn at random, but where `alike` is given: (row u8[loci], which of its letters all have bool[loci]).
     """
 
     def __init__(self, layout: Any = None, operators: Any = None, targets: Mapping[str, tuple[type, str, int | None]] | None = None, *,
                  minds: Any = None, inherit: str = "none", noise: float = 0.0, founder: np.ndarray | None = None,
-                 alike: np.ndarray | None = None) -> None:
+                 alike: tuple[np.ndarray, np.ndarray] | None = None) -> None:
         self.layout, self.operators, self.targets = layout, operators, dict(targets or {})
         self.minds, self.inherit, self.noise, self.founder, self.alike = minds, inherit, float(noise), founder, alike
         self.mutation = self.expression = True
@@ -34,7 +35,10 @@ class Heredity:
         keys = _keys(world, table, who)
         values: Values = {}
         if self.layout is not None:
-            loci = self.layout.random(keys) if self.alike is None else np.repeat(self.alike[None], who.size, axis=0)
+            loci = self.layout.random(keys)
+            if self.alike is not None:
+                own, coded = self.alike
+                loci[:, coded] = own[coded]
             values = {(Genome, "loci"): loci} | self.express(table, loci)
         if self.minds is not None and (Policy, "weights") not in values:
             if self.founder is None:

@@ -133,6 +133,14 @@ class Layout:
                     code.codons.write(numbers, out, string * self.length)
         return out
 
+    def coded(self) -> np.ndarray:
+        """Return which letters of an organism say a value of its species: bool[loci]; neutral ones and those of a network do not."""
+        out = np.zeros(self.row, np.bool_)
+        for code in self.genes:
+            for string in range(self.ploidy if code.trait is not None and not isinstance(code, Weights) else 0):
+                out[string * self.length + code.first : string * self.length + code.stop] = True
+        return out
+
     def random(self, keys: np.ndarray) -> np.ndarray:
         """Return rows u8[n, loci] of letters drawn alike, for keys u64[n]: equal keys, equal rows."""
         from ecs_eco.genomes.kernels import letters_of

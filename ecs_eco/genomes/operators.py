@@ -36,8 +36,8 @@ REFUSED = {  # operators of DEAP that cannot work on letters
 }  # fmt: skip
 
 
-def toolbox_of(section: GenomeSection | Mapping[str, Any], layout: Layout) -> Toolbox:
-    """Return a DEAP toolbox with `mate`, `mutate` and `select_mate` as a section, or a dict with these keys, says.
+def toolbox_of(section: GenomeSection | Mapping[str, Any], layout: Layout, select_mate: str = "nearest") -> Toolbox:
+    """Return a DEAP toolbox with `mate` and `mutate` as a section, or a dict with these keys, says, and a rule as `select_mate`.
 
     mutUniformInt draws among all letters where it is not told otherwise. Raises ValueError for an operator that cannot
     work on these genomes, UnknownName for one that DEAP does not have.
@@ -49,7 +49,9 @@ def toolbox_of(section: GenomeSection | Mapping[str, Any], layout: Layout) -> To
     for word in ("mate", "mutate"):
         entry = getattr(section, word)
         toolbox.register(word, operator_of(word, entry.operator), **defaults(entry.operator, layout) | entry.arguments)
-    toolbox.register("select_mate", RULES[section.select_mate])
+    if select_mate not in RULES:
+        raise UnknownName(unknown_name("select_mate", "rule", select_mate, RULES))
+    toolbox.register("select_mate", RULES[select_mate])
     for word in ("mate", "mutate"):
         check_operator(word, getattr(toolbox, word), layout)
     return toolbox

@@ -20,8 +20,8 @@ class Spread(System):
     """The ground is cut into sites of side `spacing`, one plant each: logistic growth without any rule that says so.
 
     In a tick a free site receives a seed of a random other site, anywhere or within `dispersal`, with probability
-    rate·dt, which sprouts if a plant stands there; and one of the seed rain with probability seed_rain·dt. Where the
-    rate is each plant's own, or lessened by what it spends on its defence, its seeds sprout at that rate.
+    rate·dt, which sprouts if a plant stands there; and one of the seed rain with probability seed_rain·dt. Of a
+    plant's seeds sprout as many as its genes say, and fewer the more it spends on its defence.
     """
 
     needs = (Position, Metabolism)
@@ -71,7 +71,7 @@ def seeds(table: Any, rate: float) -> tuple[float, np.ndarray]:
     left = left_by_defence(table, table.high)
     if Growth not in table and np.ndim(left) == 0:
         return rate * float(left), EVEN
-    each = np.asarray((table[Growth].spread[: table.high] if Growth in table else np.float32(rate)) * left)
+    each = np.asarray(np.float32(rate) * (table[Growth].spread[: table.high] if Growth in table else np.float32(1)) * left)
     highest = float(each[table.alive[: table.high]].max(initial=0.0))
     return highest, np.broadcast_to(each / np.float32(highest or 1.0), table.high).astype(np.float32)
 

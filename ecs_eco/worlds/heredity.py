@@ -31,12 +31,12 @@ def add_heredity(world: Any, table: Any, species: Any, founder: np.ndarray | Non
         traits = traits_of(species, world.config.dims, [named_function(c) for c in species.components])
         shapes = policy_shapes(species, world.config.dims) if minds is None else minds.shapes
         layout = Layout.from_config(section, traits, shapes=shapes)
-        operators = Operators.from_config(section, layout)
+        operators = Operators.from_config(section, layout, getattr(species.reproduction, "choice", "nearest"))
         table.dims["loci"] = layout.row
         table.add_component(Genome)
         targets = _targets(table, species, layout, traits)
         if section.founders == "own":
-            alike = layout.own()[0]
+            alike = layout.own()[0], layout.coded()
     if species.reproduction is not None and species.reproduction.kind == "sexual":
         table.dims.setdefault("loci", 0)
         table.add_component(Gestation)

@@ -41,7 +41,7 @@ def reverse(genome: list[int]) -> tuple[list[int]]:
 
 
 def test_a_toolbox_has_what_the_section_says() -> None:
-    toolbox = toolbox_of({"mate": {"operator": "cxUniform", "indpb": 0.3}, "mutate": WELL, "select_mate": "richest"}, LAYOUT)
+    toolbox = toolbox_of({"mate": {"operator": "cxUniform", "indpb": 0.3}, "mutate": WELL}, LAYOUT, "richest")
     assert (toolbox.mate.func, toolbox.mate.keywords) == (tools.cxUniform, {"indpb": 0.3})
     assert (toolbox.mutate.func, toolbox.mutate.keywords) == (tools.mutUniformInt, {"low": 0, "up": 3, "indpb": 0.1})
     assert choice_of(toolbox) == 2

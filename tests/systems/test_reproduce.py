@@ -4,7 +4,7 @@ import pytest
 from ecs_eco import random
 from ecs_eco.components import Biology, Body, LifeHistory, Metabolism, Position
 from ecs_eco.systems import Reproduce
-from ecs_eco.testing import act, arrange
+from ecs_eco.testing import act, arrange, shuffle
 
 WAY = {"kind": "simplified", "rate": 1.0, "energy_min": 0.5, "energy_given": 0.25}  # 1 − 1/e a second
 
@@ -101,6 +101,30 @@ def test_spacing_holds_between_newborn_that_were_moved_out_of_the_way_of_bodies(
     assert apart.min() >= 3 - 1e-4
 
 
+def test_a_place_given_up_for_a_body_keeps_no_other_away(meadow):
+    tree = {"objects": {"tree": {"count": 60, "body": {"radius": 1.5}}}}
+    world = meadow(count=1, world=tree, reproduction=WAY | {"rate": 1.0, "spacing": 8.0}, body={"radius": 0.05, "opaque": False})
+    trees, uid = world.tables["tree"], world.tables["deer"].uid[:1]
+    q, n = trees[Position], 0
+    for world.tick in range(300):
+        arrange(world, "deer", energy=1.0, x=0.0, y=0.0)
+        expected = []
+        for attempt in range(8):
+            at = [random.draw_many(world.key, uid, random.PLACE + (axis << 8) + (attempt << 10))[0] * 20 for axis in (0, 1)]
+            d = np.stack([q.x[trees.rows()] - at[0], q.y[trees.rows()] - at[1]])
+            far = np.hypot(*(np.array(at) - 20 * np.round(np.array(at) / 20))) >= 8
+            if not far or np.hypot(*(d - 20 * np.round(d / 20))).min() >= 1.55:
+                expected = [at] if far else []
+                break
+        if random.draw_many(world.key, uid, random.BIRTH)[0] < 1 - np.exp(-1):
+            act(world, Reproduce)
+            births, world.tables["deer"].births = world.tables["deer"].births, []
+            found = [[v[Position, axis][0] for axis in "xy"] for _, _, v in births]
+            assert np.ravel(found) == pytest.approx(np.ravel(expected))
+            n += len(births) * (attempt > 0)
+    assert n >= 8
+
+
 def test_a_litter_is_as_many_as_the_parent_can_pay_for_and_live(meadow):
     way = WAY | {"rate": 1e3, "litter": 3, "energy_min": 0.25}
     world = meadow(count=5, world={"dt": 1e-3, "space": {"size": [400.0, 400.0]}}, reproduction=way)
@@ -156,6 +180,7 @@ def test_max_count_leaves_room_for_the_first_by_uid(meadow):
     uid = deer.uid[deer.by_uid()]
     ready = uid[random.draw_many(world.key, uid, random.BIRTH) < 1 - np.exp(-1)]
     assert len(ready) > 2
+    shuffle(world, 3)
     assert _born(world)[0] == ready[:2].tolist()
     assert _born(world)[0] == []
 

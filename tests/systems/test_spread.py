@@ -149,14 +149,14 @@ def test_what_is_spent_on_defence_does_not_sprout(meadow):
 
 
 def test_seeds_of_better_spreaders_take_more_sites(meadow):
-    genome = {"loci": 4, "genes": [{"name": "runner", "trait": "reproduction.spread", "letters": 1, "values": [0.0, 0.1, 0.2, 0.4]}]}
+    genome = {"loci": 4, "genes": [{"name": "runner", "trait": "reproduction.spread", "letters": 1, "values": [0.0, 0.25, 0.5, 1.0]}]}
     world = _meadow(meadow, 800, {"rate": 0.4, "spacing": 1.0}, {"space": {"size": [40.0, 40.0]}}, genome=genome)
     grass, born = world.tables["grass"], []
     world.on_birth.append(lambda table, rows, first, second: born.extend(first.tolist()) if table is grass else None)
     spread = {int(u): float(s) for u, s in zip(grass.uid[grass.rows()], grass[Growth].spread[grass.rows()], strict=True)}
     _grow(world)
-    counts = {rate: sum(spread[uid] == rate for uid in born) for rate in np.float32([0, 0.1, 0.2, 0.4]).tolist()}
+    counts = {rate: sum(spread[uid] == rate for uid in born) for rate in (0.0, 0.25, 0.5, 1.0)}
     assert len(born) > 50
     assert next(iter(counts.values())) == 0
     assert sorted(counts.values()) == list(counts.values())
-    assert counts[np.float32(0.4).item()] == pytest.approx(4 * counts[np.float32(0.1).item()], rel=0.6)
+    assert counts[1.0] == pytest.approx(4 * counts[0.25], rel=0.6)
