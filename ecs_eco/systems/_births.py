@@ -8,6 +8,7 @@ import numpy as np
 from ecs_eco import random
 from ecs_eco._numba import njit
 from ecs_eco.components import Biology, Body, LifeHistory, Metabolism, Position
+from ecs_eco.genomes.choices import CHOICES
 from ecs_eco.nervous.senses import rocks
 from ecs_eco.random import draw, mix
 from ecs_eco.space.geometry import into
@@ -15,7 +16,6 @@ from ecs_eco.space.sight import gather, offset
 from ecs_eco.space.terrain import OPEN, ground_at
 
 TRIES = 8  # places looked at before a birth is given up for want of room
-CHOICES = ("nearest", "random", "richest", "oldest")  # of a mate, by number
 
 
 def life_history(table: Any, way: Any) -> tuple[Any, ...]:

@@ -1,5 +1,6 @@
 """Two meet and mate."""
 
+import random as pyrandom
 from typing import Any
 
 import numpy as np
@@ -45,6 +46,9 @@ class Mate(System):
         if n_chooses == 0 or n_sires == 0:
             return
         i, space, radius = world.index(table), world.space, table[Body].radius
+        rule = select_mate(table)
+        if rule is not None and not own:
+            choice = np.array([max(rule[0], 0)], np.uint8)
         widest = 2 * float(radius[: table.high].max()) + way.reach
         partner, distance2 = np.empty(i.n, np.int64), np.empty(i.n, np.float32)
         world.split(propose, i.n, i.rows, i.x, i.y, i.z, i.uid, i.start, can, radius, np.float32(way.reach), space.reach(widest),
@@ -53,10 +57,32 @@ class Mate(System):
         choosers = np.flatnonzero(partner >= 0)
         if choosers.size == 0:
             return
+        if rule is not None and rule[0] < 0 and not own:
+            near = np.float32(way.reach), space.reach(widest), *space.shape, space.inverse, space.lengths, space.torus
+            pay = np.float32(way.father_share), energy_given, litter
+            self.ask(table, rule[1], i, choosers, can, near, (decision, column, WILLING[way.consent]), pay, partner, distance2, world)
         order = choosers[np.lexsort((i.uid[choosers], distance2[choosers]))]
         pairs = np.empty((order.size, 2), np.int64)
         n = pair(order, partner, i.rows, np.zeros(i.n, np.bool_), pairs)
         self.conceive(table, world, way, pairs[:n])
+
+    def ask(self, table: Any, rule: Any, i: Any, choosers: np.ndarray, can: np.ndarray, near: tuple, wants: tuple, pay: tuple,
+            partner: np.ndarray, distance2: np.ndarray, world: Any) -> None:
+        """Let a function of the user's own choose, one chooser after the other, in the order of uids."""
+        found, far = np.empty(i.n, np.int64), np.empty(i.n, np.float32)
+        energy, age, radius = table[Metabolism].energy, table[Biology].age, table[Body].radius
+        state = pyrandom.getstate()
+        try:
+            for me in choosers[np.argsort(i.uid[choosers])]:
+                n = suitors(me, i.rows, i.x, i.y, i.z, i.start, can, radius, *near, *wants, energy, *pay, found, far)
+                rows, uids = i.rows[found[:n]], i.uid[found[:n]].tolist()
+                pyrandom.seed(int(world.key) ^ int(i.uid[me]))
+                it = rule(int(i.uid[me]), uids, np.sqrt(far[:n]).tolist(), energy[rows].tolist(), age[rows].tolist())
+                if it not in uids:
+                    raise ValueError(f"select_mate of {table.name!r} returns {it!r} for {int(i.uid[me])}; allowed is one of {uids[:9]}")
+                partner[me], distance2[me] = found[uids.index(it)], far[uids.index(it)]
+        finally:
+            pyrandom.setstate(state)
 
     def conceive(self, table: Any, world: Any, way: Any, pairs: np.ndarray) -> None:
         """Let `pairs` (rows of mother and father, i64[n, 2]) conceive by chance."""
@@ -77,6 +103,12 @@ def action(table: Any) -> tuple[int, np.ndarray]:
     nerves = table.traits.get("nerves")
     column = -1 if nerves is None else next((i for i, (group, _) in enumerate(nerves.actions) if group == "mate"), -1)
     return column, table[Nervous].decision if column >= 0 else NO_DECISION
+
+
+def select_mate(table: Any) -> tuple[int, Any] | None:
+    """Return the rule in the species' toolbox: its number (−1: a function of the user's own) and its function; None without a toolbox."""
+    operators = getattr(table.traits.get("heredity"), "operators", None)
+    return None if operators is None else (operators.choice, operators.toolbox.select_mate)
 
 
 @njit
@@ -106,6 +138,31 @@ def ready(alive, cause, sex, age, energy, carrying, rest, tick, own, age_min, en
 
 
 @njit
+def suits(i, j, rows, x, y, z, can, radius, near, lengths, torus, decision, column, want, energy, share, pay):
+    """Return the squared distance from entry i to entry j where j can sire, pay, is willing and in reach; else −1."""
+    it = rows[j]
+    if j == i or not can[it] & SIRES or (share > 0 and not energy[it] > pay) or wills(decision, column, it) < want:
+        return np.float32(-1)
+    dx, dy, dz = offset(x[i], y[i], z[i], x[j], y[j], z[j], lengths, torus)
+    d2, s = dx * dx + dy * dy + dz * dz, radius[rows[i]] + radius[it] + near
+    return d2 if d2 <= s * s else np.float32(-1)
+
+
+@njit
+def suitors(i, rows, x, y, z, start, can, radius, near, reach, nx, ny, nz, inverse, lengths, torus, decision, column, consent, energy,
+            share, energy_given, litter, found, far):
+    """List the entries that suit entry i, and their squared distances; return how many."""
+    close, n = np.empty(x.size, np.int64), 0
+    pay, want = share * energy_given[0] * np.float32(whole(litter[0])), consent - wills(decision, column, rows[i])
+    for c in range(gather(x[i], y[i], z[i], reach, start, x, y, z, nx, ny, nz, inverse, lengths, torus, close)):
+        d2 = suits(i, close[c], rows, x, y, z, can, radius, near, lengths, torus, decision, column, want, energy, share, pay)
+        if d2 >= 0:
+            found[n], far[n] = close[c], d2
+            n += 1
+    return n
+
+
+@njit
 def propose(first, last, rows, x, y, z, uid, start, can, radius, near, reach, nx, ny, nz, inverse, lengths, torus, decision, column,
             consent, energy, age, own, energy_given, litter, choice, share, key, partner, distance2):
     """Write whom each of the entries first … last − 1 of the index wants as father (−1: nobody), and how far he is, squared.
@@ -117,19 +174,14 @@ def propose(first, last, rows, x, y, z, uid, start, can, radius, near, reach, nx
         me, partner[i], distance2[i] = rows[i], -1, np.inf
         if not can[me] & CHOOSES:
             continue
-        life = me if own else 0
-        pay = share * energy_given[life] * np.float32(whole(litter[life]))
-        want = consent - wills(decision, column, me)
-        best = np.float32(np.inf)
+        life, best = me if own else 0, np.float32(np.inf)
+        pay, want = share * energy_given[life] * np.float32(whole(litter[life])), consent - wills(decision, column, me)
         n = gather(x[i], y[i], z[i], reach, start, x, y, z, nx, ny, nz, inverse, lengths, torus, close)
         for c in range(n):
             j = close[c]
             it = rows[j]
-            if j == i or not can[it] & SIRES or (share > 0 and not energy[it] > pay) or wills(decision, column, it) < want:
-                continue
-            dx, dy, dz = offset(x[i], y[i], z[i], x[j], y[j], z[j], lengths, torus)
-            d2, s = dx * dx + dy * dy + dz * dz, radius[me] + radius[it] + near
-            if d2 > s * s:
+            d2 = suits(i, j, rows, x, y, z, can, radius, near, lengths, torus, decision, column, want, energy, share, pay)
+            if d2 < 0:
                 continue
             score = d2
             if choice[life] == 1:

@@ -95,6 +95,8 @@ def _own_systems(config: WorldConfig) -> list[Any]:
 def _cell(config: WorldConfig) -> float:
     """Choose the side of the index cells: half the widest sense, so that a look takes about 5 × 5 of them."""
     radii = [getattr(s, "radius", 0.0) for sp in config.species.values() for s in sp.sensors]
+    if not radii:
+        radii = [sp.reproduction.reach for sp in config.species.values() if getattr(sp.reproduction, "reach", 0.0)]
     shortest = min(config.space.size)
     return min(max(max(radii, default=0.0) / 2, shortest / 500), shortest)
 

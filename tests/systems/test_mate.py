@@ -208,6 +208,65 @@ def test_a_chooser_may_have_a_taste_of_its_own(meadow, choice, chosen):
     assert _mated(world) == {0: chosen}
 
 
+GENES = {"genome": {"genes": [{"name": "mark", "letters": 3, "low": 0.0, "high": 1.0}]}}
+
+
+def _court(meadow, rule):
+    """One female and three males at .5, 1 and 1.5 m, the toolbox of the species choosing by `rule`."""
+    world = meadow(count=4, sex="random", world=WIDE, reproduction=WAY, **GENES)
+    arrange(world, "deer", x=[10, 10.5, 11, 11.5], y=10, sex=[FEMALE, MALE, MALE, MALE], energy=[0.6, 0.6, 0.9, 0.7], age=20.0)
+    toolbox = world.tables["deer"].traits["heredity"].operators.toolbox
+    toolbox.register("select_mate", rule)
+    return world
+
+
+def test_a_function_of_ones_own_in_the_toolbox_chooses(meadow):
+    asked = []
+
+    def farthest(chooser, candidates, distance, energy, age):
+        asked.append((chooser, candidates, distance, energy, age))
+        return candidates[int(np.argmax(distance))]
+
+    world = _court(meadow, farthest)
+    assert _mated(world) == {0: 3}
+    uids = _by_uid_all(world)
+    (chooser, candidates, distance, energy, age), = asked
+    assert (chooser, sorted(candidates)) == (uids[0], uids[1:])
+    by = dict(zip(candidates, zip(distance, energy, age, strict=True), strict=True))
+    assert np.allclose([by[u] for u in uids[1:]], [(0.5, 0.6, 20), (1, 0.9, 20), (1.5, 0.7, 20)])
+
+
+def test_a_rule_registered_anew_is_followed(meadow):
+    from ecs_eco.genomes.choices import RULES
+
+    assert _mated(_court(meadow, RULES["nearest"])) == {0: 1}
+    assert _mated(_court(meadow, RULES["richest"])) == {0: 2}
+
+
+def test_a_function_that_chooses_somebody_else_is_refused(meadow):
+    with pytest.raises(ValueError, match="select_mate of 'deer' returns 0"):
+        _mated(_court(meadow, lambda chooser, candidates, distance, energy, age: 0))
+
+
+def test_a_function_that_draws_chooses_alike_in_any_order_of_rows(meadow):
+    import random as python_random
+
+    def any_one(chooser, candidates, distance, energy, age):
+        return python_random.choice(sorted(candidates))
+
+    python_random.seed(5)
+    before = python_random.getstate()
+    first = [_mated(_court(meadow, any_one)) for _ in range(2)]
+    python_random.seed(6)
+    assert first == [_mated(shuffle(_court(meadow, any_one), seed)) for seed in (1, 2)]
+    python_random.setstate(before)
+
+
+def _by_uid_all(world):
+    deer = world.tables["deer"]
+    return deer.uid[deer.by_uid()].tolist()
+
+
 def test_a_litter_of_none_is_not_conceived(meadow):
     world = _couples(meadow, 2)
     world.tables["deer"].add_component(LifeHistory)
