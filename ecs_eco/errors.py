@@ -101,3 +101,7 @@ def unknown_name(place: str, kind: str, name: object, known: Iterable[str]) -> s
     guess = nearest(name, known)
     hint = f'; did you mean "{guess}"?' if guess else ""
     return f"{place}: unknown {kind} {str(name)!r}; known: {listed(known)}{hint}"
+
+
+class CheckpointError(ValueError):
+    """A checkpoint that cannot be read, or a world that cannot be saved or brought to what one holds."""

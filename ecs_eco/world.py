@@ -51,6 +51,8 @@ class World:
         self.causes: list[str] = ["culled"]
         self.config: Any = None
         self.recorder: Any = None
+        self.origin: dict[str, Any] = {}  # how `build` was asked to make it
+        self.intervened: list[tuple[int, Any]] = []  # (tick, what) of interventions carried out
         self.next_uid = 1
         self.ticking = False  # whether a tick is under way
         self.on_death: list[Callable[[Table, np.ndarray], None]] = []
@@ -356,6 +358,27 @@ class World:
         if self.recorder is None:
             raise RuntimeError("this world has no recorder; build it with World.from_config, or add one: ecs_eco.record.Recorder(world)")
         return self.recorder.series()
+
+    # --- kept on disk ----------------------------------------------------------------------------------------------
+
+    def save(self, path: Any) -> Any:
+        """Write a checkpoint, from which the world goes on to the same bytes; see `ecs_eco.record.checkpoint`."""
+        from ecs_eco.record.checkpoint import save
+
+        return save(self, path)
+
+    @classmethod
+    def restore(cls, path: Any, *, threads: int = 1, **options: Any) -> "World":
+        """Return the world that a checkpoint holds; see `ecs_eco.record.checkpoint.restore`."""
+        from ecs_eco.record.checkpoint import restore
+
+        return restore(cls, path, threads=threads, **options)
+
+    def load(self, path: Any) -> None:
+        """Bring this world, built by hand in the same way, to the state that a checkpoint holds."""
+        from ecs_eco.record.checkpoint import load
+
+        load(self, path)
 
     def digest(self) -> str:
         """Return a hash of all that decides this world's future: columns by uid, fields, weights, optimiser states, clock."""

@@ -174,6 +174,32 @@ class Recorder(System):
                     columns = [np.concatenate(c) for c in zip(*over, strict=True)]
                     self.sink(kind, dict(zip(names, columns, strict=True)))
 
+    def state(self) -> dict[str, np.ndarray]:
+        """Return what the recording goes on from, after `flush`: stocks, the page begun, events not handed over, series in memory."""
+        out = {"stock": self._stock.copy(), "last": np.array(self._last)}
+        out |= {f"page/{name}": getattr(self, f"_{name}")[0].copy() for name in PAGES}
+        for kind, names in EVENTS.items():
+            if self._events[kind]:
+                columns = [np.concatenate(c) for c in zip(*self._events[kind], strict=True)]
+                out |= {f"{kind}/{name}": _as_numbers(column) for name, column in zip(names, columns, strict=True)}
+        for name in dict.fromkeys(n for b in self._blocks for n in b):
+            out[f"series/{name}"] = np.concatenate([b.get(name, np.zeros(b["tick"].size, np.int32)) for b in self._blocks])
+        return out
+
+    def load(self, state: dict[str, np.ndarray]) -> None:
+        """Go on from a `state()`."""
+        self._stock[:], self._last, self._at = state["stock"], int(state["last"]), 0
+        for name in PAGES:
+            array = getattr(self, f"_{name}")
+            array[...] = 0
+            array[0] = state[f"page/{name}"]
+        self._events = {kind: [] for kind in EVENTS}
+        for kind, names in EVENTS.items():
+            if f"{kind}/tick" in state:
+                self._events[kind] = [tuple(_as_text(state[f"{kind}/{n}"]) if n == "genome" else state[f"{kind}/{n}"] for n in names)]
+        series = {key.removeprefix("series/"): array for key, array in state.items() if key.startswith("series/")}
+        self._blocks = [series] if series else []
+
     def events(self, kind: str) -> dict[str, np.ndarray]:
         """Return the "births" or "deaths" kept in memory, a row each in the order in which they happened.
 
@@ -204,11 +230,25 @@ class Recorder(System):
         return to_arrow(columns, {"species": self.names})
 
 
+PAGES = ("counts", "means", "ledger", "died")
 EVENTS = {
     "births": ("tick", "species", "uid", "x", "y", "z", "energy", "parent", "parent2", "genome"),
     "deaths": ("tick", "species", "uid", "x", "y", "z", "energy", "cause", "killer", "age"),
     "snapshots": ("tick", "species", "uid", "x", "y", "z", "energy", "heading", "happiness"),
 }
+
+
+def _as_numbers(column: np.ndarray) -> np.ndarray:
+    """Return text as the numbers of its letters u32[n, letters], other columns as they are."""
+    if column.dtype.kind not in "SU":
+        return column
+    wide = np.ascontiguousarray(column.astype(f"U{max(1, int(np.char.str_len(column).max(initial=1)))}"))
+    return wide.view(np.uint32).reshape(len(column), -1)
+
+
+def _as_text(numbers: np.ndarray) -> np.ndarray:
+    text = np.ascontiguousarray(numbers).view(f"U{numbers.shape[1]}")[:, 0]
+    return text.astype("S") if numbers.size and numbers.max() < 128 else text
 
 
 def letters_of(table: "Table") -> np.ndarray:

@@ -1,6 +1,6 @@
 """From a world file to a World: tables with their species' values, nervous systems, and the list of systems in order."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -38,13 +38,14 @@ def schedule(respawn: bool = False) -> list[Any]:
     ]  # fmt: skip
 
 
-def build(cls: Any, config: Any, *, seed: int | None = None, policies: Any = "trained", threads: int = 1, learn: bool | None = None,
-          training: bool = False, record: bool = True, systems: Sequence[Any] = (), controls: Sequence[str] = ()) -> Any:
+def build(cls: Any, config: Any, *, seed: int | None = None, policies: Any = "trained", threads: int = 1, learn: Any = None,
+          training: bool = False, record: bool = True, populate: bool = True, systems: Sequence[Any] = (), controls: Sequence[str] = ()) -> Any:
     """Return a new world.
 
     `policies`: "trained" (the files that the world names; untrained where it names none), "random" (every action with
     equal chance), "untrained" (fresh networks), a folder of <species>.safetensors, or a dict species → one of these.
-    `learn` overrides the species' own `policy.learn`. `training`: numbers held constant by respawn, no births.
+    `learn` overrides the species' own `policy.learn`: true, false, or a dict species → these. `populate`: whether there are
+    organisms at the start. `training`: numbers held constant by respawn, no births.
     `systems` are added to those of the world file, each at the end of its phase. `controls` are names of
     `ecs_eco.worlds.controls`: what is taken away so that its part can be told.
     Raises ConfigError for a configuration that is wrong.
@@ -55,6 +56,8 @@ def build(cls: Any, config: Any, *, seed: int | None = None, policies: Any = "tr
     world = cls(config.space.size, edges=config.space.edges, dt=config.dt, seed=config.seed if seed is None else seed,
                 cell=config.space.cell or _cell(config), threads=threads, name=config.name)
     world.config = config
+    world.origin = {"policies": {name: policies.get(name, "trained") if isinstance(policies, dict) else str(policies) for name in config.species},
+                    "learn": dict(learn) if isinstance(learn, Mapping) else learn, "training": training, "controls": list(controls)}
     world.substances = list(config.substances)
     world.ambient = config.ambient.model_dump()
     world.reproduction = not (training and config.training.respawn)
@@ -76,8 +79,11 @@ def build(cls: Any, config: Any, *, seed: int | None = None, policies: Any = "tr
     apply(controls, world)
     for system in [*schedule(training and config.training.respawn), *_own_systems(config)]:
         world.add_system(system)
-    for name, kind in [*config.objects.items(), *config.species.items()]:
+    for name, kind in [*config.objects.items(), *config.species.items()] if populate else ():
         _populate(world, world.tables[name], kind)
+    if not populate:
+        for table in world.tables.values():
+            table.births.clear()
     world.flush()
     if record:
         from ecs_eco.record.recorder import Recorder
@@ -179,7 +185,7 @@ def _gaits(way: Any, nerves: Nerves) -> tuple[np.ndarray, ...]:
     return layout, *(np.array(a or [0.0], np.float32) for a in arrays)
 
 
-def _networks(world: Any, table: Any, species: Any, policies: Any, learn: bool | None, number: int,
+def _networks(world: Any, table: Any, species: Any, policies: Any, learn: Any, number: int,
               training: bool) -> np.ndarray | None:
     """Build the reflex, happiness and policy networks of one species; return the weights that founders have alike, if any."""
     nerves = table.traits.get("nerves")
@@ -207,7 +213,8 @@ def _networks(world: Any, table: Any, species: Any, policies: Any, learn: bool |
     brain = None if alone and path is None else Brain(*shape, seed=seed)
     if path is not None and brain is not None:
         _load(brain, path, table.name)
-    nerves.learning = species.policy.learn if learn is None else learn
+    chosen = learn.get(table.name) if isinstance(learn, Mapping) else learn
+    nerves.learning = species.policy.learn if chosen is None else chosen
     if nerves.learning and nerves.happiness is None:
         raise ConfigError([Problem(("species", table.name, "policy", "learn"), "nothing rewards it", True,
                                    "a species that learns declares `happiness`; or learn = false")])
