@@ -103,5 +103,9 @@ def unknown_name(place: str, kind: str, name: object, known: Iterable[str]) -> s
     return f"{place}: unknown {kind} {str(name)!r}; known: {listed(known)}{hint}"
 
 
+class RecordingError(ValueError):
+    """A run folder that cannot be read or written."""
+
+
 class CheckpointError(ValueError):
     """A checkpoint that cannot be read, or a world that cannot be saved or brought to what one holds."""

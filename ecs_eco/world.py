@@ -13,7 +13,7 @@ from typing import Any
 import esper
 import numpy as np
 
-from ecs_eco import random
+from ecs_eco import debug, random
 from ecs_eco.errors import UnknownName, unknown_name
 from ecs_eco.schema import Handle
 from ecs_eco.space import Index, Space
@@ -55,6 +55,7 @@ class World:
         self.intervened: list[tuple[int, Any]] = []  # (tick, what) of interventions carried out
         self.next_uid = 1
         self.ticking = False  # whether a tick is under way
+        self.stopping = False  # whether `run` is to return after this tick
         self.on_death: list[Callable[[Table, np.ndarray], None]] = []
         self.on_birth: list[Callable[[Table, np.ndarray, np.ndarray, np.ndarray], None]] = []
         self._indexes: dict[str, Index] = {}
@@ -64,6 +65,7 @@ class World:
         self._context = f"ecs-eco {next(_serial)}"
         self._pool = ThreadPoolExecutor(threads - 1) if threads > 1 else None
         self._shared = False  # whether all threads are at work on pieces of `together`
+        self.debug = debug.start(self)  # None unless ECS_ECO_DEBUG is set
         self._enter(_Deaths(self), "die", 999_999)
         self._enter(_Births(self), "reproduce", 999_999)
         weakref.finalize(self, _forget, self._context, self._pool)
@@ -112,6 +114,8 @@ class World:
         self.systems.append(system)  # type: ignore[arg-type]
         place = 3 * len(self.systems)
         self._enter(system, phase, place)
+        if self.debug is not None:
+            self.debug.follow(system)
         if isinstance(system, System):
             system.start(self)
         else:  # it looks at the world through esper, and may move what it sees
@@ -168,13 +172,13 @@ class World:
     def get(self, uid: int, component: type[Any]) -> Any:
         """Return the handle of one living entity's component."""
         table, row = self.locate(uid)
-        return component.attach(table[component], row)
+        return component.attach(table[component] if self.debug is None else debug.Guard(table, component, row, uid), row)
 
     def each(self, *components: type[Any]) -> Iterator[tuple[Any, ...]]:
         """Yield (uid, handle, …) for all living entities that have these components, in the order of uids."""
         found = [(int(t.uid[r]), t, int(r)) for t in self.tables.values() if t.has(components) for r in t.rows()]
         for uid, table, row in sorted(found, key=lambda f: f[0]):
-            yield uid, *(c.attach(table[c], row) for c in components)
+            yield uid, *(c.attach(table[c] if self.debug is None else debug.Guard(table, c, row, uid), row) for c in components)
 
     # --- time ------------------------------------------------------------------------------------------------------
 
@@ -183,7 +187,10 @@ class World:
         self.run(1)
 
     def run(self, ticks: int, progress: Callable[[int, int], None] | None = None) -> "World":
-        """Let `ticks` ticks pass; `progress(done, ticks)` is called about ten times a second. Returns the world."""
+        """Let `ticks` ticks pass; `progress(done, ticks)` is called about ten times a second. Returns the world.
+
+        Returns earlier, after a whole tick, where `stopping` was set meanwhile.
+        """
         if ticks < 0:
             raise ValueError(f"ticks is {ticks}; time does not run backwards")
         if threading.get_ident() != self._thread:
@@ -203,6 +210,8 @@ class World:
                 if progress is not None and (done == ticks or time.monotonic() - shown > 0.1):
                     shown = time.monotonic()
                     progress(done, ticks)
+                if self.stopping:
+                    break
             if before == self._context:
                 self.sync()
         finally:
@@ -264,7 +273,8 @@ class World:
                     if table.entity_uid[row] and esper.entity_exists(int(table.entity[row])):
                         esper.delete_entity(int(table.entity[row]), immediate=True)
                     if table.uid[row]:
-                        table.entity[row] = esper.create_entity(*[c.attach(columns, int(row)) for c, columns in table.columns.items()])
+                        columns = table.columns if self.debug is None else debug.guards(table, int(row))
+                        table.entity[row] = esper.create_entity(*[c.attach(column, int(row)) for c, column in columns.items()])
                 table.entity_uid[:] = table.uid
         if collecting:
             gc.enable()

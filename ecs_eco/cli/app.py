@@ -1,4 +1,4 @@
-"""`ecs-eco run | train | report | lineage | compare | draw | list | check`."""
+"""`ecs-eco run | resume | train | report | lineage | compare | draw | list | check`."""
 
 from pathlib import Path
 from typing import Annotated
@@ -31,6 +31,8 @@ Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar.")]
 Threads = Annotated[
     int, typer.Option(parser=whole(1, 1024), metavar="N", help="Threads; they change the speed and no result.")
 ]
+
+Report = Annotated[bool, typer.Option("--report/--no-report", help="Draw figures at the end.")]
 
 
 def _version(wanted: bool) -> None:
@@ -69,12 +71,40 @@ def run(
     policies: Annotated[
         str, typer.Option(metavar="trained|random|DIR", help="What policies start from: a folder that `train` left.")
     ] = "trained",
-    report: Annotated[bool, typer.Option("--report/--no-report", help="Draw figures at the end.")] = True,
+    report: Report = True,
+    checkpoint_every: Annotated[
+        int | None, typer.Option(parser=whole(1), metavar="N", help="Write a checkpoint every so many ticks.")
+    ] = None,
+    keep: Annotated[int, typer.Option(parser=whole(1), metavar="K", help="How many checkpoints stay.")] = 3,
 ) -> None:
-    """Run a world and record it in a folder."""
+    """Run a world and record it in a folder; `resume` goes on with it."""
     from ecs_eco.cli.simulate import run_world
 
-    run_world(world, set_ or [], ticks, seed, out, quiet, threads, learn, policies, report)
+    run_world(world, set_ or [], ticks, seed, out, quiet, threads, learn, policies, report, checkpoint_every, keep)
+
+
+@app.command()
+@exits
+def resume(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="A folder that `run` left.")],
+    until: Annotated[
+        int | None, typer.Option(parser=whole(0), metavar="T", help="Go on to this tick; else to where the run was to end.")
+    ] = None,
+    from_tick: Annotated[
+        int | None, typer.Option(parser=whole(0), metavar="T", help="Fork: go on from this tick, in a folder of its own (--out).")
+    ] = None,
+    set_: Annotated[
+        list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Fork: a value that changes from there on. Repeatable.")
+    ] = None,
+    out: Annotated[Path | None, typer.Option(help="Folder of the fork: new or empty.")] = None,
+    quiet: Quiet = False,
+    threads: Threads = 1,
+    report: Report = True,
+) -> None:
+    """Go on with a run from its last checkpoint, or fork it with changed values."""
+    from ecs_eco.cli.simulate import resume_run
+
+    resume_run(folder, until, from_tick, set_ or [], out, quiet, threads, report)
 
 
 @app.command()

@@ -29,6 +29,8 @@ def run_world(
     learn: bool | None,
     policies: str,
     report: bool,
+    checkpoint_every: int | None = None,
+    keep: int = 3,
 ) -> None:
     """Run a world into a folder, and draw its figures."""
     config = load(world, changes)
@@ -42,10 +44,47 @@ def run_world(
             command = f"ecs-eco run {shlex.quote(world)} --seed {seed} --ticks {ticks} --policies {shlex.quote(policies)}"
             command += "".join(f" --set {shlex.quote(change)}" for change in changes)
             command += {None: "", True: " --learn", False: " --no-learn"}[learn] + " --out DIR"
-            found = run_to_folder(config, seed, ticks, out, policies, learn, bar, threads=threads, report=report, command=command)
+            more = {} if checkpoint_every is None else {"checkpoint_every": checkpoint_every, "keep": keep}
+            found = run_to_folder(
+                config, seed, ticks, out, policies, learn, bar, threads=threads, report=report, command=command, **more
+            )
         except KeyboardInterrupt:
             stopped(bar.done, ticks, out)
     say(f"{ticks} ticks of {config.name}, seed {seed}, in {out}{numbers(found)}{populations(out)}")
+
+
+def resume_run(
+    folder: Path,
+    until: int | None,
+    from_tick: int | None,
+    changes: list[str],
+    out: Path | None,
+    quiet: bool,
+    threads: int,
+    report: bool,
+) -> None:
+    """Go on with a run in its folder, or fork it into another."""
+    from ecs_eco.record import fork, resume
+
+    forks = from_tick is not None or bool(changes) or out is not None
+    if forks and out is None:
+        what = "is missing: a fork is recorded in a folder of its own"
+        refuse("--out", what, "", "a folder, new or empty")
+    where = results(out, folder.name) if out is not None else folder
+    with progress(folder.name, quiet) as bar:
+        try:
+            if forks:
+                command = f"ecs-eco resume {shlex.quote(str(folder))} --out DIR"
+                command += "" if from_tick is None else f" --from-tick {from_tick}"
+                command += "".join(f" --set {shlex.quote(change)}" for change in changes)
+                found = fork(
+                    folder, where, from_tick, changes, until, bar, threads=threads, report=report, command=command, complain=complain
+                )
+            else:
+                found = resume(folder, until, bar, threads=threads, report=report, complain=complain)
+        except KeyboardInterrupt:
+            stopped(bar.done, bar.total, where)
+    say(f"{found['done']} ticks of {found['world']}, seed {found['seed']}, in {where}{numbers(found)}{populations(where)}")
 
 
 def train_world(
@@ -97,6 +136,8 @@ def stopped(done: int, ticks: int, out: Path) -> None:
     if manifest.is_file():
         done = json.loads(manifest.read_text(encoding="utf-8")).get("done", done)
     kept = f"what was recorded until then is in {out}" if out.exists() else "nothing was recorded"
+    if any((out / "checkpoints").glob("tick-*")):
+        kept += f"; go on with: ecs-eco resume {out}"
     complain(f"Stopped at tick {done} of {ticks}; {kept}.")
     raise typer.Exit(INTERRUPTED)
 

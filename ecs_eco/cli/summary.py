@@ -13,6 +13,7 @@ def _layout(config: WorldConfig, name: str) -> Any:
 
     species = config.species[name]
     traits = traits_of(species, config.dims, components_of(species))
+    assert species.genome is not None
     return Layout.from_config(species.genome, traits, policy_shapes(species, config.dims))
 
 

@@ -11,7 +11,7 @@ from typing import Any, NoReturn
 
 import typer
 
-REFUSED, INTERRUPTED = 2, 130  # exit codes
+FAILED, REFUSED, INTERRUPTED = 1, 2, 130  # exit codes
 
 
 def say(text: str) -> None:
@@ -29,13 +29,19 @@ def exits(command: Callable[..., None]) -> Callable[..., None]:
 
     @wraps(command)
     def wrapped(*args: Any, **kwargs: Any) -> None:
-        from ecs_eco.errors import ConfigError
+        from ecs_eco.errors import CheckpointError, ConfigError, RecordingError
 
         try:
             command(*args, **kwargs)
         except ConfigError as error:
             complain(str(error))
             raise typer.Exit(REFUSED) from None
+        except (RecordingError, CheckpointError) as error:
+            complain(str(error))
+            raise typer.Exit(FAILED) from None
+        except FloatingPointError as error:
+            complain(f"{error}\nWhat was recorded until then is whole; checkpoints, if any, are in the folder checkpoints/ of the run.")
+            raise typer.Exit(FAILED) from None
         except KeyboardInterrupt:
             complain("Stopped before anything was recorded.")
             raise typer.Exit(INTERRUPTED) from None

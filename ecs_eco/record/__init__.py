@@ -3,7 +3,7 @@
 from importlib import import_module
 from typing import Any
 
-_HOME = {"Recorder": "recorder", "run_to_folder": "folder", "write_report": "report"}
+_HOME = {"Recorder": "recorder", "run_to_folder": "run", "resume": "run", "fork": "run", "write_report": "report"}
 __all__ = list(_HOME)
 
 

@@ -75,6 +75,7 @@ def write(path: Path, meta: Mapping[str, Any], arrays: Arrays) -> None:
         save_file(arrays, temporary, metadata={"meta": text, "parts": parts, "seal": _seal(text, parts)})
         with open(temporary, "rb+") as file:
             os.fsync(file.fileno())
+        temporary.chmod(0o644)
         os.replace(temporary, path)
     finally:
         temporary.unlink(missing_ok=True)
@@ -88,7 +89,7 @@ def read(path: str | Path) -> tuple[dict[str, Any], Arrays]:
         if name not in arrays:
             raise CheckpointError(f"{path}: the part {name!r} is missing")
         if _sum(arrays[name]) != wanted:
-            raise CheckpointError(f"{path}: the part {name!r} is damaged: its checksum is {_sum(arrays[name])[0]}, and should be {wanted[0]}")
+            raise CheckpointError(f"{path}: the part {name!r} is damaged: its checksum is {_sum(arrays[name])[0]}, not {wanted[0]}")
     if more := sorted(set(arrays) - set(parts)):
         raise CheckpointError(f"{path}: holds {more[0]!r}, which it should not")
     arrays = {name: arrays[name] for name in parts}  # in the order in which they were given
@@ -162,7 +163,8 @@ def _meta(path: Path, metadata: Mapping[str, str] | None) -> tuple[dict[str, Any
 
 
 def _sum(array: np.ndarray) -> list[Any]:
-    return [zlib.crc32(np.ascontiguousarray(array).reshape(-1).view(np.uint8)), array.dtype.str, list(array.shape)]
+    data: Any = np.ascontiguousarray(array).reshape(-1).view(np.uint8)
+    return [zlib.crc32(data), array.dtype.str, list(array.shape)]
 
 
 def _seal(text: str, parts: str) -> str:

@@ -3,8 +3,6 @@
 import json
 import os
 import subprocess
-import time
-from collections.abc import Callable, Sequence
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
@@ -34,6 +32,15 @@ class Folder:
         folder.mkdir(exist_ok=True)
         self._write_part(self._to_arrow(columns, words), folder / f"part-{self.parts[kind]:05d}.parquet")
         self.parts[kind] += 1
+
+    def forget_later(self) -> None:
+        """Remove parts from the next number on, and what was half-written: they are of ticks that will be recorded again."""
+        for kind, number in self.parts.items():
+            for part in (self.path / kind).glob("part-*.parquet"):
+                if not part.stem.removeprefix("part-").isdigit() or int(part.stem.removeprefix("part-")) >= number:
+                    part.unlink()
+        for half in self.path.rglob("*.tmp"):
+            half.unlink()
 
 
 def write_json(path: Path, content: Any) -> None:
@@ -84,53 +91,3 @@ def genes_of(table: Any) -> dict[str, Any] | None:
         if code.gene.values is not None:
             gene["values"] = [float(v) for v in code.gene.values]
     return {"alphabet": layout.alphabet.letters, "ploidy": int(layout.ploidy), "genes": genes}
-
-
-def run_to_folder(config: Any, seed: int | None = None, ticks: int | None = None, out: str | Path = "run", policies: Any = "trained",
-                  learn: bool | None = None, progress: Callable[[int, int], None] | None = None, *, threads: int = 1,
-                  snapshot_every: int | None = None, report: bool = True, command: str | None = None,
-                  controls: Sequence[str] = ()) -> dict[str, Any]:
-    """Run a world, with these controls of `ecs_eco.worlds.controls`, and leave a folder; return its manifest.
-
-    An interrupted run leaves what was recorded, with `finished` false. Raises FileExistsError where `out` holds something.
-    """
-    from ecs_eco.config import WorldConfig, load
-    from ecs_eco.record.recorder import Recorder
-    from ecs_eco.world import World
-
-    begin = time.perf_counter()
-    config = config if isinstance(config, WorldConfig) else load(config)
-    ticks = config.ticks if ticks is None else ticks
-    path = Path(out)
-    if path.exists() and (not path.is_dir() or any(path.iterdir())):
-        raise FileExistsError(f"{path} exists and is not an empty folder; name another with --out")
-    world = World.from_config(config, seed=seed, policies=policies, threads=threads, learn=learn, controls=controls, record=False)
-    folder = Folder(path, world)
-    Recorder(world, folder.sink, snapshot_every=max(1, ticks // 100) if snapshot_every is None else snapshot_every)
-    manifest = {
-        "format": 1, "world": config.name, "title": config.title, "config": config.resolved(), "config_hash": config.config_hash,
-        "seed": world.seed, "ticks": ticks, "dt": config.dt, "policies": str(policies), "learn": learn,
-        "controls": list(controls), "command": command, "versions": versions(),
-        "git_commit": git_commit(), "species": world.recorder.names, "causes": world.causes, "finished": False, "done": 0,
-        "colors": {name: world.tables[name].traits.get("color", "#888888") for name in world.recorder.names},
-        "genomes": {name: found for name in world.recorder.names if (found := genes_of(world.tables[name]))},
-    }  # fmt: skip
-    path.mkdir(parents=True, exist_ok=True)
-    write_json(path / "manifest.json", manifest)
-    try:
-        if ticks:
-            world.run(1)
-        manifest["startup_seconds"] = time.perf_counter() - begin
-        start = time.perf_counter()
-        world.run(max(ticks - 1, 0), None if progress is None else lambda done, _: progress(done + 1, ticks))
-        manifest["finished"] = True
-        manifest["wall_seconds"] = time.perf_counter() - start
-    finally:
-        world.recorder.flush()
-        manifest |= {"done": world.tick, "causes": world.causes, "digest": world.digest()}
-        write_json(path / "manifest.json", manifest)
-    if report:
-        from ecs_eco.record.report import write_report
-
-        write_report(path)
-    return manifest

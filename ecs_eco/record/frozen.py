@@ -20,7 +20,8 @@ def freeze(world: Any) -> tuple[dict[str, Any], Arrays]:
         raise RuntimeError("a world is saved between two ticks, not within one")
     arrays: Arrays = {}
     meta: dict[str, Any] = {
-        "versions": versions(), "name": world.name, "clock": {"tick": world.tick, "seed": world.seed, "dt": world.dt, "next_uid": world.next_uid},
+        "versions": versions(), "name": world.name,
+        "clock": {"tick": world.tick, "seed": world.seed, "dt": world.dt, "next_uid": world.next_uid},
         "config": None if world.config is None else world.config.resolved(), "options": world.origin, "reproduction": world.reproduction,
         "ambient": world.ambient, "causes": world.causes, "environment": sorted(world.environment), "instances": _instances(world),
         "tables": {name: _freeze_table(table, arrays) for name, table in world.tables.items()},
@@ -52,7 +53,8 @@ def thaw(cls: Any, meta: Mapping[str, Any], threads: int, config: Any, systems: 
         raise CheckpointError(f"{where}: holds a world that was made by hand; make it again, then world.load(path)")
     handed = {function_name(s): s for s in systems}
     if missing := [name for name in meta["instances"] if name not in handed and config is None]:
-        raise CheckpointError(f"{where}: the system {missing[0]} was handed in as an instance; hand it in again: World.restore(path, systems=[…])")
+        raise CheckpointError(f"{where}: the system {missing[0]} was handed in as an instance; hand it in again: "
+                              "World.restore(path, systems=[…])")  # fmt: skip
     try:
         if config is None:
             data = dict(meta["config"])
@@ -150,8 +152,9 @@ def _load_table(table: Any, made: Mapping[str, Any], arrays: Arrays) -> None:
 
 def _check(world: Any, meta: Mapping[str, Any], arrays: Arrays, where: str) -> None:
     """Raise CheckpointError where a world's tables, fields, systems or parts are others than those frozen."""
-    for what, mine, theirs in (("tables", list(world.tables), list(meta["tables"])), ("fields", sorted(world.fields), meta["fields"]),
-                               ("functions of the environment", sorted(world.environment), meta["environment"])):  # fmt: skip
+    pairs: Any = (("tables", list(world.tables), list(meta["tables"])), ("fields", sorted(world.fields), meta["fields"]),
+                               ("functions of the environment", sorted(world.environment), meta["environment"]))  # fmt: skip
+    for what, mine, theirs in pairs:
         if mine != theirs:
             raise CheckpointError(f"{where}: was saved with the {what} {_words(theirs)}, and this world has {_words(mine)}")
     if world.dt != meta["clock"]["dt"]:
@@ -166,11 +169,11 @@ def _check(world: Any, meta: Mapping[str, Any], arrays: Arrays, where: str) -> N
             if made.get(component) != theirs.get(component):
                 raise CheckpointError(f"{where}: {component} of {name} was saved with the columns {theirs.get(component)}, "
                                       f"and this world has {made.get(component)}")  # fmt: skip
-    mine = {owner: sorted(state) for owner, part in _stateful(world).items() if (state := part.state())}
-    for owner in {**mine, **meta["stateful"]}:
-        if mine.get(owner) != meta["stateful"].get(owner):
+    kept: dict[str, list[str]] = {owner: sorted(state) for owner, part in _stateful(world).items() if (state := part.state())}
+    for owner in {**kept, **meta["stateful"]}:
+        if kept.get(owner) != meta["stateful"].get(owner):
             raise CheckpointError(f"{where}: of {owner} it holds {_words(meta['stateful'].get(owner, []))}, "
-                                  f"and this world has {_words(mine.get(owner, []))}")  # fmt: skip
+                                  f"and this world has {_words(kept.get(owner, []))}")  # fmt: skip
 
 
 def _words(names: Sequence[str]) -> str:
@@ -219,8 +222,8 @@ def _freeze_plain(world: Any, arrays: Arrays) -> list[list[Any]]:
     out: list[list[Any]] = []
     for uid, thing in _plain(world):
         if not (callable(getattr(thing, "state", None)) and callable(getattr(type(thing), "restore", None))):
-            raise CheckpointError(f"organism {uid} has a {type(thing).__name__}, which cannot be saved: give its class state() → dict of arrays "
-                                  "of numbers, and a class method restore(state)")  # fmt: skip
+            raise CheckpointError(f"organism {uid} has a {type(thing).__name__}, which cannot be saved: give its class state() → dict of "
+                                  "arrays of numbers, and a class method restore(state)")  # fmt: skip
         _put(arrays, f"plain/{len(out)}", thing.state())
         out.append([uid, function_name(type(thing))])
     return out
@@ -233,14 +236,13 @@ def _plain(world: Any) -> list[tuple[int, Any]]:
     from ecs_eco.schema import Handle
     from ecs_eco.world import _Inside
 
-    found = []
+    found: list[tuple[int, Any]] = []
     with _Inside(world._context):
         for table in world.tables.values():
             rows = table.rows()
             for row in rows[table.entity_uid[rows] == table.uid[rows]]:
-                for thing in esper.components_for_entity(int(table.entity[row])):
-                    if not isinstance(thing, Handle):
-                        found.append((int(table.uid[row]), thing))
+                things: Any = esper.components_for_entity(int(table.entity[row]))
+                found += [(int(table.uid[row]), thing) for thing in things if not isinstance(thing, Handle)]
     return sorted(found, key=lambda f: (f[0], function_name(type(f[1]))))
 
 

@@ -39,13 +39,14 @@ def schedule(respawn: bool = False) -> list[Any]:
 
 
 def build(cls: Any, config: Any, *, seed: int | None = None, policies: Any = "trained", threads: int = 1, learn: Any = None,
-          training: bool = False, record: bool = True, populate: bool = True, systems: Sequence[Any] = (), controls: Sequence[str] = ()) -> Any:
+          training: bool = False, record: bool = True, populate: bool = True, systems: Sequence[Any] = (),
+          controls: Sequence[str] = ()) -> Any:
     """Return a new world.
 
     `policies`: "trained" (the files that the world names; untrained where it names none), "random" (every action with
     equal chance), "untrained" (fresh networks), a folder of <species>.safetensors, or a dict species → one of these.
-    `learn` overrides the species' own `policy.learn`: true, false, or a dict species → these. `populate`: whether there are
-    organisms at the start. `training`: numbers held constant by respawn, no births.
+    `learn` overrides the species' own `policy.learn`: true, false, or a dict species → these. `populate`: whether there
+    are organisms at the start. `training`: numbers held constant by respawn, no births.
     `systems` are added to those of the world file, each at the end of its phase. `controls` are names of
     `ecs_eco.worlds.controls`: what is taken away so that its part can be told.
     Raises ConfigError for a configuration that is wrong.
@@ -56,8 +57,8 @@ def build(cls: Any, config: Any, *, seed: int | None = None, policies: Any = "tr
     world = cls(config.space.size, edges=config.space.edges, dt=config.dt, seed=config.seed if seed is None else seed,
                 cell=config.space.cell or _cell(config), threads=threads, name=config.name)
     world.config = config
-    world.origin = {"policies": {name: policies.get(name, "trained") if isinstance(policies, dict) else str(policies) for name in config.species},
-                    "learn": dict(learn) if isinstance(learn, Mapping) else learn, "training": training, "controls": list(controls)}
+    sources = {name: policies.get(name, "trained") if isinstance(policies, dict) else policies for name in config.species}
+    world.origin = {"policies": {name: str(source) for name, source in sources.items()}, "training": training, "controls": list(controls)}
     world.substances = list(config.substances)
     world.ambient = config.ambient.model_dump()
     world.reproduction = not (training and config.training.respawn)
@@ -102,7 +103,7 @@ def _cell(config: WorldConfig) -> float:
     """Choose the side of the index cells: half the widest sense, so that a look takes about 5 × 5 of them."""
     radii = [getattr(s, "radius", 0.0) for sp in config.species.values() for s in sp.sensors]
     if not radii:
-        radii = [sp.reproduction.reach for sp in config.species.values() if getattr(sp.reproduction, "reach", 0.0)]
+        radii = [getattr(sp.reproduction, "reach", 0.0) for sp in config.species.values()]
     shortest = min(config.space.size)
     return min(max(max(radii, default=0.0) / 2, shortest / 500), shortest)
 
