@@ -72,7 +72,7 @@ class Suckle(System):
 
 
 class Burn(System):
-    """Living and walking burn glucose with oxygen: the one lasts for twelve minutes, the other for half a minute."""
+    """Living and walking burn glucose with oxygen: the one lasts for a quarter of an hour, the other for half a minute."""
 
     needs = (Nervous, Chemistry, Velocity)
     phase = "metabolise"

@@ -1,0 +1,34 @@
+"""A nervous system at work: one newborn lamb at a pool, then at an udder; what it feels, wants and does in each second."""
+
+from ecs_eco import World
+from ecs_eco.components import Nervous
+from ecs_eco.config import load
+from ecs_eco.testing import arrange
+
+CHANNELS = ("touch_udder", "touch_water", "glucose", "oxygen")
+
+
+def watch(world: World, seconds: int) -> None:
+    """Print what the first lamb senses and does."""
+    lambs = world.table("lamb")
+    nerves, row = lambs.traits["nerves"], lambs.by_uid()[0]
+    print(f"{'second':>6}  {'  '.join(CHANNELS)}  does")
+    for _ in range(seconds):
+        world.run(1)
+        x = nerves.x[list(nerves.rows).index(row)]
+        felt = "  ".join(f"{x[nerves.channels.index(c)]:{len(c)}.2f}" for c in CHANNELS)
+        does = [action for (_, action), on in zip(nerves.actions, lambs[Nervous].decision[row], strict=True) if on]
+        print(f"{world.tick:6}  {felt}  {', '.join(does)}")
+
+
+if __name__ == "__main__":
+    tired = {"species.lamb.substances.glucose": 0.003, "species.lamb.locomotion": {"speed": {"still": 0.0, "walk": 0.01}, "turn": 0.05}}
+    world = World.from_config(load("lamb", tired), seed=4)
+    arrange(world, "ewe", x=5, y=5)
+    arrange(world, "water", x=2, y=2)
+    arrange(world, "lamb", x=1.7, y=2, heading=0)
+    print("It bends over a pool: whatever its policy wants, it does not inhale.")
+    watch(world, 8)
+    arrange(world, "lamb", x=4.2, y=5, heading=0)
+    print("It touches an udder: whatever its policy wants, it sucks; after four seconds milk flows.")
+    watch(world, 8)
