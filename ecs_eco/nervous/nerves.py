@@ -94,12 +94,28 @@ class Nerves:
     # --- thinking and learning, together or alone -------------------------------------------------------------------
 
     def think(self, table: Any, world: Any) -> tuple[np.ndarray, np.ndarray]:
-        """Return the policy's logits f32[n, options] and values f32[n] of what is sensed now; zeros where there is no network."""
+        """Return the policy's logits f32[n, options] and values f32[n] of what is sensed now; zeros where there is no network.
+
+        Raises FloatingPointError with species, tick and organism where a number is not finite.
+        """
         if self.individuals is not None:
-            return self.individuals.forward(table[Policy], self.rows, self.x, world.split)
-        if self.brain is not None:
-            return self.brain.forward(self.x, workers=world.threads)
-        return np.zeros((len(self.rows), int(self.offsets[-1])), np.float32), np.zeros(len(self.rows), np.float32)
+            thought = self.individuals.forward(table[Policy], self.rows, self.x, world.split)
+        elif self.brain is not None:
+            thought = self.brain.forward(self.x, workers=world.threads)
+        else:
+            return np.zeros((len(self.rows), int(self.offsets[-1])), np.float32), np.zeros(len(self.rows), np.float32)
+        if not np.isfinite(thought[0].sum() + thought[1].sum()):  # a sum is quick, and not finite where one number is not
+            self._complain(table, world, thought)
+        return thought
+
+    def _complain(self, table: Any, world: Any, thought: tuple[np.ndarray, np.ndarray]) -> None:
+        logits, values = thought
+        mad = np.flatnonzero(~(np.isfinite(logits).all(axis=1) & np.isfinite(values)))
+        if mad.size:
+            i, blind = int(mad[0]), np.flatnonzero(~np.isfinite(self.x[mad[0]]))
+            why = f"it senses {self.channels[blind[0]]} = {self.x[i, blind[0]]}" if blind.size else "its senses are finite: its weights are not"
+            raise FloatingPointError(f"{table.name}, tick {world.tick}: the policy of organism {table.uid[self.rows[i]]} gives "
+                                     f"{[float(v) for v in logits[i]]} ({mad.size} such of {len(self.rows)}); {why}")  # fmt: skip
 
     def react(self, table: Any) -> np.ndarray | None:
         """Return y of the reflex network for what is sensed now: i8[n, actions]; None where there is none."""
@@ -130,6 +146,12 @@ class Nerves:
 
     def learn(self, table: Any, world: Any) -> None:
         """Update the shared brain when its rollout is full, or those of the individuals whose own is."""
+        try:
+            self._learn(table, world)
+        except FloatingPointError as error:
+            raise FloatingPointError(f"{table.name}, tick {world.tick}: {error}") from error
+
+    def _learn(self, table: Any, world: Any) -> None:
         if self.individuals is not None:
             due = self.individuals.due(table[Experience], self.rows, table.uid[self.rows], table.born[self.rows], world.tick)
             if due.any():

@@ -1,6 +1,7 @@
 """A world as JSON and arrays, and back: what a checkpoint holds (see checkpoint.py for the file)."""
 
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -22,7 +23,8 @@ def freeze(world: Any) -> tuple[dict[str, Any], Arrays]:
     meta: dict[str, Any] = {
         "versions": versions(), "name": world.name,
         "clock": {"tick": world.tick, "seed": world.seed, "dt": world.dt, "next_uid": world.next_uid},
-        "config": None if world.config is None else world.config.resolved(), "options": world.origin, "reproduction": world.reproduction,
+        "config": None if world.config is None else world.config.resolved(),
+        "folder": None if world.config is None else str(world.config.folder.absolute()), "options": world.origin, "reproduction": world.reproduction,
         "ambient": world.ambient, "causes": world.causes, "environment": sorted(world.environment), "instances": _instances(world),
         "tables": {name: _freeze_table(table, arrays) for name, table in world.tables.items()},
         "fields": sorted(world.fields), "systems": [type(s).__name__ for s in world.systems],
@@ -60,6 +62,7 @@ def thaw(cls: Any, meta: Mapping[str, Any], threads: int, config: Any, systems: 
             data = dict(meta["config"])
             data["systems"] = [handed.get(name, name) for name in data["systems"]]
             found = WorldConfig.model_validate(data)
+            found._folder, found._source = Path(meta["folder"]), where
         else:
             found = config if isinstance(config, WorldConfig) and not systems else load(config, systems=systems)
             if found.resolved() != meta["config"]:

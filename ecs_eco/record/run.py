@@ -1,6 +1,5 @@
 """A run that leaves a folder, can be stopped at any moment, and goes on from its last checkpoint to the same bytes."""
 
-import json
 import signal
 import threading
 import time
@@ -10,8 +9,9 @@ from pathlib import Path
 from typing import Any
 
 from ecs_eco.errors import CheckpointError, RecordingError
-from ecs_eco.record import checkpoint, frozen
-from ecs_eco.record.folder import Folder, genes_of, git_commit, versions, write_json
+from ecs_eco.record import checkpoint, frozen, seal
+from ecs_eco.record.folder import Folder, genes_of, git_commit, versions
+from ecs_eco.record.seal import write_manifest
 
 Progress = Callable[[int, int], None]
 KEEP = 3  # checkpoints
@@ -87,9 +87,7 @@ def fork(path: str | Path, out: str | Path, from_tick: int | None = None, change
     The world is restored from the last checkpoint at or before `from_tick` (the last of all where it is None) and runs exactly as
     it did up to that tick; then `changes` ("key=value", or a dict) take effect. The recording begins there.
     """
-    from ecs_eco.config import load
     from ecs_eco.world import World
-    from ecs_eco.worlds.retune import retune
 
     begin, path, out = time.perf_counter(), Path(path), Path(out)
     manifest = read_manifest(path)
@@ -101,7 +99,10 @@ def fork(path: str | Path, out: str | Path, from_tick: int | None = None, change
     if from_tick is not None and from_tick > world.tick:
         world.run(from_tick - world.tick)
     if changes:
-        retune(world, load(world.config.model_dump(mode="python"), changes))
+        from ecs_eco.config.loading import changed
+        from ecs_eco.worlds.retune import retune
+
+        retune(world, changed(world.config, changes))
     until = max(manifest["ticks"], world.tick) if until is None else until
     if until < world.tick:
         raise RecordingError(f"{path}: the fork begins at tick {world.tick}; --until {until} lies before that")
@@ -120,13 +121,10 @@ def read_manifest(path: Path) -> dict[str, Any]:
     """Return the manifest of a run folder; raises RecordingError that says what is wrong with it."""
     file = path / "manifest.json"
     try:
-        manifest = json.loads(file.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        what = "has no manifest.json" if path.is_dir() else "no such folder"
-        raise RecordingError(f"{path}: {what}; allowed is a folder that `ecs-eco run` left") from None
-    except (OSError, ValueError) as error:
-        raise RecordingError(f"{file}: cannot be read: {error}") from None
-    if not isinstance(manifest, dict) or manifest.get("format") != 1 or not {"config", "seed", "ticks"} <= set(manifest):
+        manifest = seal.read_manifest(path)
+    except FileNotFoundError as error:
+        raise RecordingError(str(error)) from None
+    if manifest.get("format") != 1 or not {"config", "seed", "ticks"} <= set(manifest):
         raise RecordingError(f"{file}: is no manifest of a run, or of another version of ecs-eco")
     return manifest
 
@@ -154,7 +152,7 @@ def _record(world: Any, path: Path, manifest: dict[str, Any]) -> Folder:
         "genomes": {name: said for name in world.recorder.names if (said := genes_of(world.tables[name]))},
     }  # fmt: skip
     path.mkdir(parents=True, exist_ok=True)
-    write_json(path / "manifest.json", manifest)
+    write_manifest(path, manifest)
     return folder
 
 
@@ -212,7 +210,7 @@ def _go(world: Any, folder: Folder, manifest: dict[str, Any], until: int, progre
                     manifest["startup_seconds"], start = time.perf_counter() - begin, time.perf_counter()
                 if every and world.tick % every == 0 and world.tick < until:
                     _checkpoint(world, folder, manifest)
-                    write_json(path / "manifest.json", manifest | _state(world))
+                    write_manifest(path, manifest | _state(world))
         whole = True
     except OSError as error:
         raise RecordingError(_cannot_write(error, world, path)) from error
@@ -235,7 +233,7 @@ def _close(world: Any, folder: Folder, manifest: dict[str, Any], finished: bool,
         if last:
             _checkpoint(world, folder, manifest)
         manifest |= _state(world) | {"finished": finished, "digest": world.digest()}
-        write_json(folder.path / "manifest.json", manifest)
+        write_manifest(folder.path, manifest)
     except OSError as error:
         raise RecordingError(_cannot_write(error, world, folder.path)) from error
 

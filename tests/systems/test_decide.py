@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from ecs_eco.components import Nervous
+from ecs_eco.components import Metabolism, Nervous, Policy
 from ecs_eco.learning import choose
 from ecs_eco.random import DECIDE, draw_many
 from ecs_eco.systems import Decide, Sense
@@ -73,3 +73,25 @@ def test_a_learner_gets_what_was_sensed_and_chosen(meadow, learn):
         assert (rollout.observations == nerves.x).all()
         assert rollout.steps["row"].tolist() == nerves.rows.tolist()
         assert (rollout.steps["log_probability"] < 0).all()
+
+
+def test_a_policy_that_is_no_number_stops_with_species_tick_and_organism(meadow):
+    for kind, word in (("shared", "weights are not"), ("individual", "weights are not")):
+        world = meadow(policy={"kind": kind, "hidden": [4]}, ppo={}).run(3)
+        deer = world.tables["deer"]
+        if kind == "shared":
+            deer.traits["nerves"].brain.weights.numpy()[:] = np.nan
+        else:
+            deer[Policy].weights[deer.rows()] = np.nan
+        uid = int(deer.uid[deer.traits["nerves"].rows[0]])
+        with pytest.raises(FloatingPointError, match=f"deer, tick 3: the policy of organism [0-9]+ gives.*2 such of 2.*{word}") as error:
+            world.run(1)
+        assert str(uid) in str(error.value) or len(deer) == 2
+
+
+def test_a_sense_that_is_no_number_is_named(meadow):
+    world = meadow(policy={"kind": "shared", "hidden": [4]}, ppo={})
+    deer = world.tables["deer"]
+    deer[Metabolism].energy[int(deer.rows()[1])] = np.nan
+    with pytest.raises(FloatingPointError, match="it senses energy = nan"):
+        world.run(1)
