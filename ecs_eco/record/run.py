@@ -11,7 +11,6 @@ from typing import Any
 from ecs_eco.errors import CheckpointError, RecordingError
 from ecs_eco.record import checkpoint, frozen, seal
 from ecs_eco.record.folder import Folder, genes_of, git_commit, versions
-from ecs_eco.record.seal import write_manifest
 
 Progress = Callable[[int, int], None]
 KEEP = 3  # checkpoints
@@ -119,13 +118,12 @@ def fork(path: str | Path, out: str | Path, from_tick: int | None = None, change
 
 def read_manifest(path: Path) -> dict[str, Any]:
     """Return the manifest of a run folder; raises RecordingError that says what is wrong with it."""
-    file = path / "manifest.json"
     try:
         manifest = seal.read_manifest(path)
     except FileNotFoundError as error:
         raise RecordingError(str(error)) from None
     if manifest.get("format") != 1 or not {"config", "seed", "ticks"} <= set(manifest):
-        raise RecordingError(f"{file}: is no manifest of a run, or of another version of ecs-eco")
+        raise RecordingError(f"{path / 'manifest.json'}: is no manifest of a run, or of another version of ecs-eco")
     return manifest
 
 
@@ -152,7 +150,7 @@ def _record(world: Any, path: Path, manifest: dict[str, Any]) -> Folder:
         "genomes": {name: said for name in world.recorder.names if (said := genes_of(world.tables[name]))},
     }  # fmt: skip
     path.mkdir(parents=True, exist_ok=True)
-    write_manifest(path, manifest)
+    seal.write_manifest(path, manifest)
     return folder
 
 
@@ -210,7 +208,7 @@ def _go(world: Any, folder: Folder, manifest: dict[str, Any], until: int, progre
                     manifest["startup_seconds"], start = time.perf_counter() - begin, time.perf_counter()
                 if every and world.tick % every == 0 and world.tick < until:
                     _checkpoint(world, folder, manifest)
-                    write_manifest(path, manifest | _state(world))
+                    seal.write_manifest(path, manifest | _state(world))
         whole = True
     except OSError as error:
         raise RecordingError(_cannot_write(error, world, path)) from error
@@ -233,7 +231,7 @@ def _close(world: Any, folder: Folder, manifest: dict[str, Any], finished: bool,
         if last:
             _checkpoint(world, folder, manifest)
         manifest |= _state(world) | {"finished": finished, "digest": world.digest()}
-        write_manifest(folder.path, manifest)
+        seal.write_manifest(folder.path, manifest)
     except OSError as error:
         raise RecordingError(_cannot_write(error, world, folder.path)) from error
 
