@@ -1,0 +1,53 @@
+"""What the studies of runs on disk share: worlds made small, and what a run folder holds, whatever the parts."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from pathlib import Path
+from typing import Any
+
+KINDS = ("series", "births", "deaths", "snapshots")
+
+
+def small(name: str, share: float = 0.25, kind: str | None = None) -> dict[str, Any]:
+    """A shipped world with a share of its organisms on a share of its ground; policies learn, and start untrained.
+
+    `kind` "individual" or "shared" makes all policies such ones.
+    """
+    from ecs_eco.config import load
+
+    config = load(name).resolved()
+    config["space"]["size"] = [s * share**0.5 for s in config["space"]["size"]]
+    for species in config["species"].values():
+        species["count"] = max(4, round(species["count"] * share))
+        policy = species["policy"]
+        if policy["kind"] == "none":
+            continue
+        policy["file"] = None
+        if kind is not None:
+            policy |= {"kind": kind, "hidden": [12]}
+            species["ppo"] |= {"horizon": 16, "epochs": 2, "minibatch": 2048}
+        if policy["kind"] != "individual":
+            policy |= {"inherit": "none", "mutation": 0.0}
+    return config
+
+
+def content(folder: Path) -> str:
+    """A hash of all that a run recorded: rows and columns of each kind in their order, not how they are cut into parts."""
+    from ecs_eco.record.arrow import read_parts
+
+    digest = hashlib.sha256()
+    for kind in KINDS:
+        if any((folder / kind).glob("part-*.parquet")):
+            table = read_parts(folder / kind)
+            digest.update(f"{kind} {table.num_rows} {table.column_names}".encode())
+            for name in table.column_names:
+                digest.update(json.dumps(table[name].to_pylist()).encode())
+    return digest.hexdigest()
+
+
+def summary(folder: Path) -> dict[str, Any]:
+    """Where a run is, and the hashes of its world and of its recording."""
+    manifest = json.loads((folder / "manifest.json").read_text(encoding="utf-8"))
+    return {"done": manifest["done"], "finished": manifest["finished"], "world": manifest["digest"], "recording": content(folder)}

@@ -1,0 +1,100 @@
+"""A run that is killed again and again, at any moment, also while it writes, ends with the same bytes as one that is not."""
+
+import os
+import signal
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import Any
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+import numpy as np
+from _runs import small, summary
+from _study import Study, verdict
+
+
+def live(world: dict[str, Any], seed: int, ticks: int, every: int, out: Path) -> None:
+    """Begin a run, or go on with it."""
+    from ecs_eco.record import resume, run_to_folder
+
+    if (out / "manifest.json").is_file():
+        resume(out, report=False, complain=lambda text: None)
+    else:
+        run_to_folder(world, seed=seed, ticks=ticks, out=out, policies="untrained", learn=True, snapshot_every=5, checkpoint_every=every, report=False)
+
+
+def kill_once(work: Any, wait: float) -> bool:
+    """Fork a process that does the work, and kill it after `wait` seconds; whether it had ended by itself before."""
+    child = os.fork()
+    if child == 0:
+        try:
+            work()
+        finally:
+            os._exit(0)
+    deadline = time.monotonic() + wait
+    while time.monotonic() < deadline:
+        if os.waitpid(child, os.WNOHANG)[0]:
+            return True
+        time.sleep(0.0005)
+    os.kill(child, signal.SIGKILL)
+    os.waitpid(child, 0)
+    return False
+
+
+def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
+    """Kill one run until it has been killed often enough, then let it end; compare it with one that was left in peace."""
+    world, rng = small(case["world"], config["share"], case["brains"]), np.random.default_rng(case["seed"])
+    ticks, every = config["ticks"], config["checkpoint_every"]
+    with tempfile.TemporaryDirectory() as place:
+        live(world, case["seed"], ticks, every, Path(place) / "peace")
+        whole, out = summary(Path(place) / "peace"), Path(place) / "killed"
+        kills = writing = early = 0
+        while kills < config["kills"]:
+            if kill_once(lambda out=out: live(world, case["seed"], ticks, every, out), float(rng.uniform(0.0, config["longest"]))):
+                early += 1  # it had reached its end: begin another one
+                if early > 50:
+                    break
+                if summary(out) != whole:
+                    return {"kills": kills, "inside a write": writing, "same": False, "left behind": 0}
+                out = Path(place) / f"killed-{early}"
+                continue
+            kills += 1
+            writing += bool(list(out.rglob("*.tmp")))
+        live(world, case["seed"], ticks, every, out)
+        return {"kills": kills, "inside a write": writing, "runs": early + 1, "same": summary(out) == whole,
+                "left behind": len(list(out.rglob("*.tmp")))}  # fmt: skip
+
+
+def summarise(cases: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Count the kills, those inside a write, and the runs that came out otherwise."""
+    results = [c["result"] for c in cases]
+    kills, writing = sum(r["kills"] for r in results), sum(r["inside a write"] for r in results)
+    wrong, left = sum(not r["same"] for r in results), sum(r["left behind"] for r in results)
+    return [
+        verdict("kills (SIGKILL) after which the run went on", kills, "200 or more", kills >= 200),
+        verdict("of them inside a write: a half-written file lay there", writing, "60 or more", writing >= 60),
+        verdict("runs whose world or recording differs from that of the run left in peace", f"{wrong} of {len(results)}", "0", wrong == 0),
+        verdict("half-written files left behind at the end", left, "0", left == 0),
+    ]
+
+
+STUDY = Study(
+    name="kills",
+    claim="A run that is killed at any moment resumes, and ends with the same bytes.",
+    config={"ticks": 400, "checkpoint_every": 1, "share": 0.05, "kills": 40, "longest": 0.6},
+    cases=[
+        {"world": world, "brains": brains, "seed": 21 + i}
+        for i, (world, brains) in enumerate(
+            [("predator-prey", "shared"), ("predator-prey", "individual"), ("reflexes", "individual"), ("lamb", "individual"), ("happiness", "individual")]
+        )
+    ],
+    run=run,
+    summarise=summarise,
+    short_config={"ticks": 60, "kills": 6, "longest": 0.3},
+    short_cases=[{"world": "predator-prey", "brains": "shared", "seed": 21}],
+)
+
+if __name__ == "__main__":
+    STUDY.main()
