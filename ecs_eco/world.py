@@ -161,6 +161,18 @@ class World:
             table.cause[row] = self.cause(cause)
             table.killer[row] = killer
 
+    def intervene(self, what: Any) -> None:
+        """Carry out an intervention at the start of the next tick: a dict as in a world file, or a model of `config.interventions`.
+
+        Raises ConfigError for one that would be wrong in a file. `intervened` lists those that were carried out.
+        """
+        from ecs_eco.systems.intervene import Intervene
+
+        system = next((s for s in self.systems if isinstance(s, Intervene)), None)
+        if system is None:
+            raise RuntimeError("this world has no system that intervenes; begin its schedule with add_system(Intervene())")
+        system.ask(what)
+
     def locate(self, uid: int) -> tuple[Table, int]:
         """Return the table and the row of a living entity; KeyError where there is none."""
         for table in self.tables.values():
@@ -407,6 +419,8 @@ class World:
                         digest.update(f"{name}.{key}".encode() + np.ascontiguousarray(array).tobytes())
         for name, field in sorted(self.fields.items()):
             digest.update(name.encode() + field.value.tobytes())
+        if self.terrain is not None and self.terrain.fences:
+            digest.update(self.terrain.ground.tobytes())
         return digest.hexdigest()
 
 

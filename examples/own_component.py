@@ -25,12 +25,11 @@ class GrowWool(System):
         world.table("deer").add_component(Wool, growth=2e-4)
 
     def update(self, table, world) -> None:
-        wool, m, high = table[Wool], table[Metabolism], table.high
-        wool.length[:high] = np.minimum(wool.length[:high] + wool.growth[:high] * world.dt, 0.05)
-        cold = table.alive[:high] * np.float32(0.002 * world.dt) * np.maximum(1 - 10 * wool.length[:high], 0)
-        before = m.energy[:high].copy()
-        m.energy[:high] -= cold
-        m.burnt[:high] += before - m.energy[:high]  # so that the energy ledger closes
+        wool, m, who = table[Wool], table[Metabolism], table.rows()
+        wool.length[who] = np.minimum(wool.length[who] + wool.growth[who] * world.dt, 0.05)
+        before = m.energy[who]
+        m.energy[who] -= np.float32(0.002 * world.dt) * np.maximum(1 - 10 * wool.length[who], 0)
+        m.burnt[who] += before - m.energy[who]  # so that the energy ledger closes
 
 
 if __name__ == "__main__":

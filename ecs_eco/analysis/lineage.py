@@ -10,12 +10,13 @@ from typing import Any
 
 import numpy as np
 import pyarrow as pa
-import pyarrow.parquet as pq
 
 from ecs_eco.analysis import phylogeny
 from ecs_eco.analysis.carriers import Frequencies, frequencies
 from ecs_eco.analysis.runs import parts, read_manifest
 from ecs_eco.errors import UnknownName, unknown_name
+from ecs_eco.record import seal
+from ecs_eco.record.arrow import open_part, read_part
 
 ALIVE = -1
 
@@ -75,15 +76,16 @@ class Lineage:
 
     @classmethod
     def read(cls, folder: Path | str) -> Lineage:
-        """The lineage of a run folder; FileNotFoundError where it holds no run.
+        """The lineage of a run folder; FileNotFoundError where it holds no run, RecordingError where a file of it is damaged.
 
         A folder from before genomes were recorded says nothing of its founders: those who died or had offspring are put in.
         """
         manifest = read_manifest(folder)
-        births = _events(folder, "births", {"tick": int, "species": str, "uid": int, "parent": int, "parent2": int, "genome": str})
-        deaths = _events(folder, "deaths", {"tick": int, "species": str, "uid": int, "cause": str})
+        sealed = seal.WORD in manifest
+        births = _events(folder, "births", {"tick": int, "species": str, "uid": int, "parent": int, "parent2": int, "genome": str}, sealed)
+        deaths = _events(folder, "deaths", {"tick": int, "species": str, "uid": int, "cause": str}, sealed)
         files = parts(folder, "births")
-        if files and "genome" not in pq.read_schema(files[0]).names:
+        if files and "genome" not in open_part(files[0]).schema_arrow.names:
             births = _with_founders(births, deaths)
         end = max(manifest.get("done", manifest.get("ticks", 0)) - 1, 0)
         return cls._joined(births, deaths, end=end, dt=manifest.get("dt", 1.0), genomes=manifest.get("genomes", {}))
@@ -253,9 +255,9 @@ class Lineage:
         return text
 
 
-def _events(folder: Path | str, kind: str, columns: dict[str, type]) -> dict[str, np.ndarray]:
+def _events(folder: Path | str, kind: str, columns: dict[str, type], needed: bool = False) -> dict[str, np.ndarray]:
     """Columns of all parts: strings as str, "" where null; numbers as u64; a column that is not there as 0 or ""."""
-    read = [pq.ParquetFile(file).read() for file in parts(folder, kind)]
+    read = [read_part(file, needed=needed) for file in parts(folder, kind)]
     found: dict[str, np.ndarray] = {}
     for name, what in columns.items():
         tables = [t.column(name).cast(pa.string()) if what is str else t.column(name) for t in read if name in t.column_names]

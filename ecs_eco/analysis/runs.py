@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from difflib import get_close_matches
@@ -12,7 +11,9 @@ from typing import Any
 
 import numpy as np
 import pyarrow as pa
-import pyarrow.parquet as pq
+
+from ecs_eco.record import seal
+from ecs_eco.record.arrow import read_part
 
 DIED = "died: "
 """Prefix of the series columns that count deaths by cause."""
@@ -76,13 +77,8 @@ class Series:
 
 
 def read_manifest(run: Path | str) -> dict[str, Any]:
-    """The manifest of a run folder; FileNotFoundError says what a run folder is."""
-    path = Path(run) / "manifest.json"
-    if not path.is_file():
-        raise FileNotFoundError(
-            f"{run} is no run folder: it has no manifest.json (a folder that `ecs-eco run --out` left)"
-        )
-    return json.loads(path.read_text(encoding="utf-8"))
+    """The manifest of a run folder; FileNotFoundError says what a run folder is, RecordingError what is wrong with this one."""
+    return seal.read_manifest(Path(run))
 
 
 def parts(run: Path | str, kind: str) -> list[Path]:
@@ -95,7 +91,8 @@ def load_series(
 ) -> Series:
     """Series of a run folder, of a table with the columns of `world.series()`, or of a mapping species → numbers.
 
-    `species` chooses and orders the species, producers first; the default is the run's own order.
+    `species` chooses and orders the species, producers first; the default is the run's own order. Raises RecordingError for a
+    folder with a damaged file.
     """
     if isinstance(run, Series):
         found = run
@@ -109,9 +106,7 @@ def load_series(
         files = parts(run, "series")
         if not files:
             raise FileNotFoundError(f"{run} holds no series: expected series/part-00000.parquet")
-        tables = [
-            _plain(pq.ParquetFile(f).read()) for f in files
-        ]  # a cause that first occurs late has no column before
+        tables = [_plain(read_part(f, needed=seal.WORD in manifest)) for f in files]  # a cause that first occurs late has no column before
         found = _pivot(pa.concat_tables(tables, promote_options="default"), manifest)
     if species is None or tuple(species) == found.species:
         return found

@@ -197,12 +197,17 @@ def list_() -> None:
 
 @app.command()
 @exits
-def check(world: World, set_: Set = None) -> None:
+def check(
+    world: Annotated[
+        str | None, typer.Argument(metavar="[WORLD]", show_default=False, help="Name of a shipped world (see `list`), or a TOML file.")
+    ] = None,
+    set_: Set = None,
+    schema: Annotated[bool, typer.Option("--schema", help="Say the JSON schema of world files instead, for editors.")] = False,
+) -> None:
     """Check a world file and say what is in it."""
-    from ecs_eco.cli.summary import summary
-    from ecs_eco.config import load
+    from ecs_eco.cli.summary import check_world, tell_schema
 
-    say(summary(load(world, set_ or [])))
+    tell_schema() if schema else check_world(world, set_ or [])
 
 
 def main() -> None:

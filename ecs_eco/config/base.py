@@ -6,13 +6,20 @@ import importlib
 from collections.abc import Callable
 from typing import Annotated, Any
 
-from pydantic import BaseModel, ConfigDict, Field, PlainSerializer, WrapValidator
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, PlainSerializer, WrapValidator
 
-LARGEST = 1e30  # numbers become float32, which ends at 3.4e38
+LARGEST, SMALLEST = 1e30, 1e-30  # numbers become float32, which ends at 3.4e38 and begins at 1.2e-38
+
+
+def _in_float32(value: float) -> float:
+    if value < SMALLEST:
+        raise ValueError(f"so near to 0 that it becomes 0; allowed is at least {SMALLEST:g}")
+    return value
+
 
 Real = Annotated[float, Field(ge=-LARGEST, le=LARGEST)]
 NonNegative = Annotated[float, Field(ge=0.0, le=LARGEST)]
-Positive = Annotated[float, Field(gt=0.0, le=LARGEST)]
+Positive = Annotated[float, Field(gt=0.0, le=LARGEST), AfterValidator(_in_float32)]
 Share = Annotated[float, Field(ge=0.0, le=1.0)]
 Count = Annotated[int, Field(ge=1, le=50_000_000)]
 Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$", max_length=40)]

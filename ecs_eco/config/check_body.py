@@ -13,6 +13,7 @@ from ecs_eco.config.species import Species
 from ecs_eco.config.world import WorldConfig
 from ecs_eco.errors import Problem
 
+MOST_SITES = 10_000_000  # of plants
 JAMMED = {2: 0.547 / (math.pi / 4), 3: 0.384 / (math.pi / 6)}  # spheres put at random until none fits, per spacing^dims
 
 
@@ -90,6 +91,9 @@ def _check_reproduction(config: WorldConfig, key: Key, species: Species) -> Iter
     if isinstance(way, Sexual):
         yield from _check_mating(config, key, species, way)
     room = _room(config, species)
+    if isinstance(way, Spread) and room > MOST_SITES:
+        what = f"too small: the ground would have {room:.3g} sites"
+        yield Problem((*at, "spacing"), what, way.spacing, f"at most {MOST_SITES:.0e} sites")
     if species.count > room:
         what = f"cannot hold count = {species.count}: there is room for {room}"
         yield Problem((*at, "spacing"), what, way.spacing, "a smaller spacing, or fewer organisms")
@@ -153,6 +157,14 @@ def _check_lethal(key: Key, species: Species) -> Iterator[Problem]:
             end = "min" if value <= low else "max"
             what = f"deadly at birth, when {lethal.property} is {value:g}"
             yield Problem((*at, end), what, getattr(lethal, end), "an interval around the value at birth")
+
+
+def farthest(config: WorldConfig, species: Species) -> float:
+    """How many radii off the largest body a sensor may be; any number where that body itself does not fit."""
+    genes = species.genome.genes if species.genome is not None else []
+    said = [max(gene.values or [gene.high or 0.0]) for gene in genes if gene.trait == "body.radius"]
+    radius = max([species.body.radius, *said])
+    return widest(config) / radius if radius <= min(config.space.size) / 2 else math.inf
 
 
 def widest(config: WorldConfig) -> float:

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ecs_eco.config.base import named_function
-from ecs_eco.config.check_body import too_wide, widest
+from ecs_eco.config.check_body import farthest, too_wide, widest
 from ecs_eco.config.check_matter import Key
 from ecs_eco.config.check_nerves import check_function
-from ecs_eco.config.genome import GenomeSection
+from ecs_eco.config.genome import Gene, GenomeSection
 from ecs_eco.config.species import Species
 from ecs_eco.config.world import WorldConfig
 from ecs_eco.errors import Problem, UnknownName
@@ -66,6 +66,7 @@ def _check_ranges(config: WorldConfig, species: Species, key: Key, section: Geno
     """Values that a gene may take and that this world has no room for."""
     most = min(config.space.size) / 2
     store = species.metabolism.energy_max
+    fastest = max(species.locomotion.speed.values()) * config.dt if species.locomotion else 0.0
     for i, gene in enumerate(section.genes):
         highest = max(gene.values, default=0.0) if gene.values else gene.high
         field = "values" if gene.values else "high"
@@ -75,8 +76,23 @@ def _check_ranges(config: WorldConfig, species: Species, key: Key, section: Geno
             yield Problem((*key, "genes", i, field), "the body would not fit into the world", highest, f"at most {most:g} m")
         if gene.trait.startswith("sensors.") and gene.trait.endswith(".radius") and highest > widest(config):
             yield Problem((*key, "genes", i, field), too_wide(config), highest, f"at most {widest(config):g} m")
+        if gene.trait.startswith("sensors.") and gene.trait.endswith((".forward", ".left")):
+            yield from _check_nose(config, species, (*key, "genes", i), gene)
+        if gene.trait == "locomotion.pace" and highest * fastest > most:
+            allowed = f"at most {most / fastest:g}"
+            yield Problem((*key, "genes", i, field), "further than half of the world in one tick", highest, allowed)
         if gene.trait in ("reproduction.energy_min", "reproduction.energy_given") and highest > store:
             yield Problem((*key, "genes", i, field), "more than energy_max", highest, f"at most {store:g}")
+
+
+def _check_nose(config: WorldConfig, species: Species, key: Key, gene: Gene) -> Iterator[Problem]:
+    """Whether a gene puts a sensor further off the body than the world is wide."""
+    ends = {"values": max(gene.values, key=abs)} if gene.values else {"low": gene.low or 0.0, "high": gene.high or 0.0}
+    most = farthest(config, species)
+    for field, value in ends.items():
+        if abs(value) > most:
+            what = "further off the body than the world is wide, in its radii"
+            yield Problem((*key, field), what, value, f"{-most:g} to {most:g}")
 
 
 def _check_brain(name: str, species: Species, section: GenomeSection) -> Iterator[Problem]:

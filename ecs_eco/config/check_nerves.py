@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import re
 import sys
@@ -9,14 +10,16 @@ from collections import Counter
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
-from ecs_eco.config.base import named_function
-from ecs_eco.config.check_body import too_wide, widest
+from ecs_eco.config.base import LARGEST, named_function
+from ecs_eco.config.check_body import farthest, too_wide, widest
 from ecs_eco.config.check_matter import Key, unknown
 from ecs_eco.config.formula import FormulaError, compile_formula
-from ecs_eco.config.sensors import Custom, Nearest, Own, Rays, Sensor, Smell, Touch
+from ecs_eco.config.sensors import Custom, Nearest, Own, Place, Rays, Sensor, Smell, Touch
 from ecs_eco.config.species import GROUPS, Species, ppo_defaults
 from ecs_eco.config.world import WorldConfig
 from ecs_eco.errors import Problem, listed, nearest
+
+MOST_WHOLE = 10**9  # of a whole number among the hyperparameters
 
 
 def check_nerves(config: WorldConfig, name: str, folder: Path) -> Iterator[Problem]:
@@ -50,6 +53,8 @@ def _check_sensor(config: WorldConfig, species: Species, key: Key, sensor: Senso
     at = getattr(sensor, "at", [])
     if isinstance(sensor, Custom):
         yield from check_function((*key, "function"), sensor.function)
+    if isinstance(sensor, Smell | Place) and math.hypot(*at) > (most := farthest(config, species)):
+        yield Problem((*key, "at"), "further off the body than the world is wide, in its radii", at, f"at most {most:g}")
     if isinstance(sensor, Touch) and at[0] == at[1]:
         yield Problem((*key, "at"), "the sector is empty", at, "two angles that differ [rad]")
     elif not isinstance(sensor, Touch) and len(at) > config.dims:
@@ -226,6 +231,9 @@ def _check_ppo(key: Key, species: Species) -> Iterator[Problem]:
         if name not in known:
             what = "no hyperparameter of this name"
             yield Problem((*key, name), what, value, listed(known, 40), nearest(name, known))
+            continue
+        if isinstance(value, int | float) and abs(value) > (most := MOST_WHOLE if isinstance(value, int) else LARGEST):
+            yield Problem((*key, name), "not possible", value, f"at most {most:g}")
             continue
         try:
             PPO(**{name: value})

@@ -9,6 +9,7 @@ from pathlib import Path
 from ecs_eco.config.base import RESERVED, function_name, named_function
 from ecs_eco.config.check_body import check_body
 from ecs_eco.config.check_genome import check_genome
+from ecs_eco.config.check_interventions import check_interventions
 from ecs_eco.config.check_matter import check_matter, check_size
 from ecs_eco.config.check_nerves import check_function, check_nerves
 from ecs_eco.config.surroundings import ObjectType
@@ -29,6 +30,7 @@ def check(config: WorldConfig, folder: Path) -> list[Problem]:
     for name in config.species:
         found += [*check_body(config, name), *check_nerves(config, name, folder), *check_genome(config, name)]
         found += _check_components(config, name)
+    found += check_interventions(config, folder)
     return found
 
 
@@ -71,7 +73,8 @@ def _check_fields(config: WorldConfig) -> Iterator[Problem]:
     most = min(space.size[:2]) / 2 if space.edges == "torus" else min(space.size[:2])
     for name, field in config.fields.items():
         cells = math.prod(max(1.0, s / field.cell) for s in space.size)
-        steps = field.diffusion * config.dt * sum(2 / 0.9 / min(field.cell, s) ** 2 for s in space.size)
+        sides = [min(field.cell, s) for s in space.size]
+        steps = field.diffusion * config.dt * sum(2 / 0.9 / side / side for side in sides)  # a square may be 0
         if field.cell > most:
             what = "larger than half of the torus" if space.edges == "torus" else "larger than the world"
             yield Problem(("fields", name, "cell"), what, field.cell, f"at most {most:g} m")
@@ -91,7 +94,7 @@ def _check_terrain(config: WorldConfig) -> Iterator[Problem]:
     most = min(size[:2]) / 2
     if terrain.cell > most:
         yield Problem(("terrain", "cell"), "larger than half of the world", terrain.cell, f"at most {most:g} m")
-    if (cells := size[0] * size[1] / terrain.cell**2) > MOST_CELLS:
+    if (cells := (size[0] / terrain.cell) * (size[1] / terrain.cell)) > MOST_CELLS:
         what = f"too small: {cells:.3g} cells"
         yield Problem(("terrain", "cell"), what, terrain.cell, f"at most {MOST_CELLS:.0e} cells")
     for group in ("mountains", "rocks", "lakes"):

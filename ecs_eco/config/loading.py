@@ -8,6 +8,7 @@ import re
 import tomllib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -35,6 +36,11 @@ class _Document:
     folder: Path
     text: str = ""
     set_by: str = "--set"
+
+    @cached_property
+    def lines(self) -> dict[Key, int]:
+        """The line of every key of the text; none where there is no text."""
+        return key_lines(self.text) if self.text else {}
 
     def __post_init__(self) -> None:
         self.set: dict[Key, Key] = {}  # key, and the key as it was written
@@ -66,7 +72,31 @@ def for_training(config: WorldConfig) -> WorldConfig:
     """The world with what [training] sets."""
     data = config.model_dump()  # with functions, not their names
     wanted, data["training"]["set"] = data["training"]["set"], {}
+    data["interventions"] = []  # what happens in a run
     return load(_Document(data, config._source, config._folder, set_by="[training] set"), wanted)  # type: ignore[arg-type]
+
+
+def changed(config: WorldConfig, values: Mapping[str, Any], folder: Path | None = None) -> WorldConfig:
+    """The world with values that somebody sets while it lives; raises ConfigError. Its interventions stay as they are."""
+    data = config.model_dump() | {"interventions": []}  # they are right already: no need to look at them again each time
+    data["training"]["set"] = {}
+    new = load(_Document(data, config._source, folder or config._folder, set_by="set"), values)  # type: ignore[arg-type]
+    kept: dict[str, Any] = {"interventions": config.interventions}
+    if not any(key.partition(".")[0] == "training" for key in values):
+        kept["training"] = config.training
+    return new.model_copy(update=kept)
+
+
+def intervention(config: WorldConfig, what: Mapping[str, Any], before: Iterable[Mapping[str, Any]] = ()) -> Any:
+    """An intervention for a living world, checked as one in its file; `before` are those that it may depend on. Raises ConfigError."""
+    listed_ = [*before, dict(what)]
+    data = config.model_dump() | {"interventions": listed_, "ticks": max(config.ticks, what["at"] + 1)}
+    data["training"]["set"] = {}
+    try:
+        return load(_Document(data, "intervene", config._folder)).interventions[-1]  # type: ignore[arg-type]
+    except ConfigError as error:
+        problems = [p.moved(key=p.key[2:] if p.key[:1] == ("interventions",) else p.key) for p in error.problems]
+        raise ConfigError(problems, "this intervention is refused") from None
 
 
 def _check_training(config: WorldConfig) -> list[Problem]:
@@ -241,6 +271,6 @@ def _placed(problem: Problem, document: _Document) -> Problem:
     written = [k for k in document.set if problem.key[: len(k)] == k or k[: len(problem.key)] == problem.key]
     if written:
         return problem.moved(source=document.set_by, value=value, key=document.set.get(problem.key, problem.key))
-    lines = key_lines(document.text) if document.text else {}
+    lines = document.lines
     line = next((lines[problem.key[:n]] for n in range(len(problem.key), 0, -1) if problem.key[:n] in lines), None)
     return problem.moved(source=document.source, value=value, line=line)

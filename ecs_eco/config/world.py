@@ -10,6 +10,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, PrivateAttr
 
 from ecs_eco.config.base import Function, Name, Positive, Section, about, quantity, table
+from ecs_eco.config.interventions import AnyIntervention
 from ecs_eco.config.species import Species
 from ecs_eco.config.surroundings import Ambient, ObjectType, ScalarField, Space, Terrain
 
@@ -44,6 +45,7 @@ class WorldConfig(Section):
     species: Annotated[dict[Name, Species], Field(min_length=1)] = about("species by name")
     training: Training = table("pre-training", Training)
     systems: list[Function] = table("module:name of systems of your own, each at the end of its phase", list)
+    interventions: list[AnyIntervention] = table("what is done to the world while it runs", list)
 
     _folder: Path = PrivateAttr(default_factory=Path)  # where relative file names start
     _source: str = PrivateAttr(default="dict")  # for messages

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from ecs_eco.genomes.layout import Layout
 
 TRIALS = 20
+LONGEST_TRIED = 10_000  # loci of a string that an operator is tried on
 PREFIX = {"mate": "cx", "mutate": "mut"}
 _NUMBERS = "it makes numbers between letters"
 _STRATEGY = "it needs a strategy besides the genome"
@@ -98,7 +99,10 @@ def check_operator(word: str, operator: Callable[..., Any], layout: Layout) -> N
     for key in ("low", "up"):
         if name == "mutUniformInt" and not _letters(arguments[key], len(layout.alphabet)):
             raise ValueError(f"{word}: {name} with {key} = {arguments[key]}; allowed are 0 to {len(layout.alphabet) - 1}")
-    if "indpb" in arguments and not 0 <= arguments["indpb"] <= 1:
+        if name == "mutUniformInt" and isinstance(arguments[key], list | tuple) and len(arguments[key]) < layout.length:
+            n = len(arguments[key])
+            raise ValueError(f"{word}: {name} with {n} numbers as {key}; allowed is one, or {layout.length}: one each locus")
+    if "indpb" in arguments and not _is_share(arguments["indpb"]):
         raise ValueError(f"{word}: {name} with indpb = {arguments['indpb']}; allowed are 0 to 1")
     own = [code.name for code in layout.genes if code.gene.mutation is not None]
     if word == "mutate" and own and ("indpb" not in arguments or name == "mutShuffleIndexes"):
@@ -161,13 +165,17 @@ def _is_whole(letter: Any) -> bool:
     return isinstance(letter, int | np.integer)
 
 
+def _is_share(value: Any) -> bool:
+    return isinstance(value, int | float) and 0 <= value <= 1
+
+
 def _letters(value: Any, size: int) -> bool:
     values = value if isinstance(value, list | tuple | np.ndarray) else [value]
     return all(_is_whole(v) and 0 <= v < size for v in values)
 
 
 def _try(word: str, name: str, operator: Callable[..., Any], layout: Layout) -> None:
-    size, length = len(layout.alphabet), layout.length
+    size, length = len(layout.alphabet), min(layout.length, LONGEST_TRIED)
     chance, numbers = random.getstate(), str(np.random.get_state())  # noqa: NPY002
     try:
         for trial in range(TRIALS):

@@ -115,7 +115,8 @@ def _of_learning(species: Species) -> Iterator[Trait]:
     settings = ppo_defaults() | species.ppo
     for field, high in {"learning_rate": LARGEST, "discount": 1.0, "entropy": LARGEST}.items():
         text = f"{field.replace('_', ' ')} of its learning by PPO"
-        yield Trait(f"ppo.{field}", "Plasticity", field, None, float(settings[field]), 0.0, high, "number", "1", text)
+        own = float(settings[field]) if isinstance(settings[field], int | float) else 0.0  # what is no number is told of elsewhere
+        yield Trait(f"ppo.{field}", "Plasticity", field, None, own, 0.0, high, "number", "1", text)
 
 
 def _of_life(species: Species) -> Iterator[Trait]:

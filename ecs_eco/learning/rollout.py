@@ -61,7 +61,7 @@ class Rollout:
         self._choices[start:stop] = choices
         steps = self._steps[start:stop]
         steps["row"], steps["log_probability"], steps["value"] = rows, log_probabilities, values
-        steps["reward"] = 0
+        steps["reward"], steps["advantage"] = 0, 0
         self._ended[start:stop] = False
         self.last[rows] = np.arange(start, stop)
         self.n = stop

@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 import pyarrow as pa
 import pyarrow.compute as pc
-import pyarrow.parquet as pq
 
 from ecs_eco.analysis import figures
 from ecs_eco.analysis.carriers import carriers, told_apart
@@ -19,6 +18,8 @@ from ecs_eco.analysis.cycles import CycleStatistics, cycle_statistics
 from ecs_eco.analysis.lineage import Lineage
 from ecs_eco.analysis.page import Markup, number, page, picture, table, write_text
 from ecs_eco.analysis.runs import DIED, Series, load_series, parts
+from ecs_eco.record import seal
+from ecs_eco.record.arrow import open_part, read_part
 
 FEW_PERIODS = 5
 """Below so many periods in a run we say that a longer one is needed."""
@@ -28,7 +29,7 @@ def write_report(run_dir: Path | str) -> Path:
     """Write report.html and figures/*.png into a run folder and return the path of the report.
 
     Reads the manifest and the Parquet parts; events are streamed, so that millions of births fit in little memory.
-    FileNotFoundError where the folder holds no run.
+    FileNotFoundError where the folder holds no run, RecordingError where a file of it is damaged.
     """
     run = Path(run_dir)
     series = load_series(run)
@@ -62,8 +63,9 @@ def write_report(run_dir: Path | str) -> Path:
 def ages_at_death(run: Path | str) -> dict[str, tuple[int, float]]:
     """Deaths and mean age at death [s] of each species, streamed from deaths/*.parquet."""
     totals: dict[str, np.ndarray] = {}
+    sealed = seal.has_seals(Path(run))
     for file in parts(run, "deaths"):
-        for batch in pq.ParquetFile(file).iter_batches(1 << 17, columns=["species", "age"]):
+        for batch in open_part(file, sealed).iter_batches(1 << 17, columns=["species", "age"]):
             summed = pa.Table.from_batches([batch]).group_by("species").aggregate([("age", "count"), ("age", "sum")])
             for row in summed.to_pylist():
                 got = totals.setdefault(row["species"], np.zeros(2))
@@ -76,7 +78,7 @@ def last_snapshot(run: Path | str, species: tuple[str, ...]) -> tuple[int, dict[
     files = parts(run, "snapshots")
     if not files:
         return None
-    found = pq.ParquetFile(files[-1]).read(columns=["tick", "species", "x", "y", "z"])
+    found = read_part(files[-1], ["tick", "species", "x", "y", "z"], seal.has_seals(Path(run)))
     if not len(found):
         return None
     tick = pc.max(found["tick"]).as_py()

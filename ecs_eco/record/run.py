@@ -119,7 +119,7 @@ def fork(path: str | Path, out: str | Path, from_tick: int | None = None, change
 def read_manifest(path: Path) -> dict[str, Any]:
     """Return the manifest of a run folder; raises RecordingError that says what is wrong with it."""
     try:
-        manifest = seal.read_manifest(path)
+        manifest = {key: value for key, value in seal.read_manifest(path).items() if key != seal.WORD}
     except FileNotFoundError as error:
         raise RecordingError(str(error)) from None
     if manifest.get("format") != 1 or not {"config", "seed", "ticks"} <= set(manifest):

@@ -1,21 +1,23 @@
 """A height map with slopes that cost and cells that nothing walks into: lakes, rocks, steep mountains."""
 
 from collections.abc import Mapping, Sequence
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
 from ecs_eco import random
 from ecs_eco._numba import njit
-from ecs_eco.space.geometry import Space
+from ecs_eco.space.geometry import Space, into
 
-OPEN, WATER, ROCK = 0, 1, 2
+OPEN, WATER, ROCK, FENCE = 0, 1, 2, 3
 
 
 class Terrain:
-    """Heights f32[ny, nx] [m] and ground u8[ny, nx] (0 open, 1 water, 2 rock) on cells of side `cell` [m].
+    """Heights f32[ny, nx] [m] and ground u8[ny, nx] (0 open, 1 water, 2 rock, 3 fence) on cells of side `cell` [m].
 
-    Water stops walkers, rock stops walkers and sight. `slope_cost` is the extra cost of locomotion per unit of upward
+    Water stops walkers, rock stops walkers and sight; a fence stops walkers, and who stands where one is put up walks off it to
+    either side. `slope_cost` is the extra cost of locomotion per unit of upward
     slope, as a share of the cost on the flat.
     """
 
@@ -27,6 +29,8 @@ class Terrain:
         self.height = np.zeros((ny, nx), np.float32)
         self.ground = np.zeros((ny, nx), np.uint8)
         self.inverse = np.array([nx / space.size[0], ny / space.size[1]], np.float32)
+        self.declared = True  # by the world file; ground that an intervention makes is kept by it
+        self.fences: list[np.ndarray] = []  # the corners of each, f64[k, 2] [m]
         if hills:
             self.height += _hills(space, nx, ny, **hills)
         for mountain in mountains:
@@ -47,10 +51,71 @@ class Terrain:
         return np.clip(1 - np.hypot(x[None, :], y[:, None]) / place["radius"], 0, 1)
 
     def free(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """Return whether each place [m] is open ground: bool[n]."""
+        """Return whether somebody can stand at each place [m]: bool[n]."""
         i = np.minimum((x * self.inverse[0]).astype(int), self.ground.shape[1] - 1)
         j = np.minimum((y * self.inverse[1]).astype(int), self.ground.shape[0] - 1)
-        return self.ground[j, i] == OPEN
+        return (self.ground[j, i] == OPEN) | (self.ground[j, i] == FENCE)
+
+    def fence(self, corners: np.ndarray) -> None:
+        """Put up a fence along a line f64[k, 2] [m], on open ground; beyond the edge of a torus it goes on at the other side."""
+        self.fences.append(np.asarray(corners, float))
+        self._draw_fences()
+
+    def unfence(self, corners: np.ndarray | None = None) -> None:
+        """Take a fence away, or all of them; raises ValueError where none stands along this line."""
+        same = [i for i, f in enumerate(self.fences) if corners is None or (f.shape == np.shape(corners) and (f == corners).all())]
+        if corners is not None and not same:
+            raise ValueError(f"no fence stands along {np.asarray(corners).tolist()}; there are {len(self.fences)} others")
+        gone = same if corners is None else same[:1]
+        self.fences = [f for i, f in enumerate(self.fences) if i not in gone]
+        self._draw_fences()
+
+    def _draw_fences(self) -> None:
+        ny, nx = self.ground.shape
+        self.ground[self.ground == FENCE] = OPEN
+        for corners in self.fences:
+            i, j = cells_along(corners * self.inverse.astype(float)).T
+            if self.space.torus:
+                i, j = i % nx, j % ny
+            inside = (i >= 0) & (i < nx) & (j >= 0) & (j < ny)
+            i, j = i[inside], j[inside]
+            self.ground[j, i] = np.where(self.ground[j, i] == OPEN, FENCE, self.ground[j, i])
+
+    def state(self) -> dict[str, np.ndarray]:
+        """Return what a run can change: the ground and the fences on it; nothing of ground that is kept elsewhere."""
+        return self.fenced() if self.declared else {}
+
+    def fenced(self) -> dict[str, np.ndarray]:
+        """Return the ground, and the corners of all fences with the number of each one's."""
+        corners = np.concatenate([np.zeros((0, 2)), *self.fences])
+        return {"ground": self.ground.copy(), "corners": corners, "lengths": np.array([len(f) for f in self.fences], np.int64)}
+
+    def load(self, state: Mapping[str, np.ndarray]) -> None:
+        """Take a `state()`; raises ValueError for ground of another size."""
+        if state["ground"].shape != self.ground.shape:
+            raise ValueError(f"terrain has {self.ground.shape} cells, its state {state['ground'].shape}")
+        self.ground[...] = state["ground"]
+        self.fences = [f.copy() for f in np.split(state["corners"], np.cumsum(state["lengths"])[:-1])] if len(state["lengths"]) else []
+
+
+def cells_along(corners: np.ndarray) -> np.ndarray:
+    """Return the cells (i, j) that a line through corners f64[k, 2] passes, in units of cells: i64[n, 2].
+
+    Each shares a side with the next, never a corner alone: there is no way through between them (Amanatides & Woo 1987).
+    """
+    x, y = (int(np.floor(v)) for v in corners[0])
+    cells = [(x, y)]
+    for (ax, ay), (bx, by) in pairwise(corners.tolist()):
+        dx, dy, ends = bx - ax, by - ay, (int(np.floor(bx)), int(np.floor(by)))
+        for _ in range(abs(ends[0] - x) + abs(ends[1] - y)):
+            at_x = ((x + (dx > 0)) - ax) / dx if x != ends[0] else np.inf  # the share of the way at which it leaves this cell
+            at_y = ((y + (dy > 0)) - ay) / dy if y != ends[1] else np.inf
+            if at_x <= at_y:
+                x += 1 if dx > 0 else -1
+            else:
+                y += 1 if dy > 0 else -1
+            cells.append((x, y))
+    return np.array(cells, np.int64)
 
 
 def _hills(space: Space, nx: int, ny: int, seed: float = 0, amplitude: float = 5.0, scale: float = 30.0) -> np.ndarray:
@@ -63,6 +128,20 @@ def _hills(space: Space, nx: int, ny: int, seed: float = 0, amplitude: float = 5
         kx, ky = np.round(waves[0] * np.cos(2 * np.pi * angle)), np.round(waves[1] * np.sin(2 * np.pi * angle))
         height += np.sin(2 * np.pi * (kx * x[None, :] + ky * y[:, None] + phase))
     return (amplitude * height / np.sqrt(16)).astype(np.float32)
+
+
+@njit
+def fence_between(x, y, dx, dy, ground, inverse, lengths, torus):
+    """Return whether a fence begins on the way (dx, dy), for one who does not stand on it; looks at every half cell."""
+    on = ground_at(ground, inverse, x, y) == FENCE
+    steps = int(np.ceil(np.sqrt(dx * dx + dy * dy) * max(inverse[0], inverse[1]) * np.float32(2.0)))
+    for s in range(1, steps + 1):
+        way = np.float32(s) / np.float32(steps)
+        fenced = ground_at(ground, inverse, into(x + way * dx, lengths[0], torus), into(y + way * dy, lengths[1], torus)) == FENCE
+        if fenced and not on:
+            return True
+        on = on and fenced
+    return False
 
 
 @njit

@@ -13,7 +13,7 @@ from ecs_eco.nervous.senses import rocks
 from ecs_eco.random import draw, mix
 from ecs_eco.space.geometry import into
 from ecs_eco.space.sight import gather, offset
-from ecs_eco.space.terrain import OPEN, ground_at
+from ecs_eco.space.terrain import ROCK, WATER, ground_at
 
 TRIES = 8  # places looked at before a birth is given up for want of room
 
@@ -151,7 +151,10 @@ def _place(again, who, px, py, pz, dispersal, spacing, ox, oy, oz, start, reach,
             r, a = dispersal * np.sqrt(u), np.float32(6.2831855) * v
             x, y = into(px[i] + r * np.cos(a), lengths[0], torus), into(py[i] + r * np.sin(a), lengths[1], torus)
             z = into(pz[i] + dispersal * (np.float32(2) * w - np.float32(1)), lengths[2], False) if volume else pz[i]
-        free = ground.size == 1 or ground_at(ground, ground_inverse, x, y) == OPEN
+        free = True
+        if ground.size > 1:  # a fence is no place that is taken
+            kind = ground_at(ground, ground_inverse, x, y)
+            free = kind not in (WATER, ROCK)
         if free and spacing > 0:
             n = gather(x, y, z, reach, start, ox, oy, oz, nx, ny, nz, inverse, lengths, torus, near)
             for q in range(n):

@@ -16,4 +16,5 @@ class Age(System):
 
     def update(self, table: Any, world: Any) -> None:
         """Let one species age."""
-        table[Biology].age[: table.high] += np.float32(world.dt)
+        age, high = table[Biology].age, table.high
+        np.add(age[:high], np.float32(world.dt), out=age[:high], where=table.alive[:high])

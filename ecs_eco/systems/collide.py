@@ -9,7 +9,7 @@ from ecs_eco.components import Body, Position, Velocity
 from ecs_eco.nervous.senses import merged, rocks
 from ecs_eco.space.geometry import into
 from ecs_eco.space.sight import gather, offset
-from ecs_eco.space.terrain import OPEN, ground_at
+from ecs_eco.space.terrain import OPEN, fence_between, ground_at
 from ecs_eco.system import System
 
 
@@ -80,7 +80,8 @@ def _displace(rows, push, lengths, torus, volume, ground, inverse, x, y, z):
     for i in range(rows.size):
         row = rows[i]
         nx, ny = into(x[row] + push[i, 0], lengths[0], torus), into(y[row] + push[i, 1], lengths[1], torus)
-        if ground.size == 1 or ground_at(ground, inverse, nx, ny) == OPEN:
+        if ground.size == 1 or (ground_at(ground, inverse, nx, ny) == OPEN
+                                and not fence_between(x[row], y[row], push[i, 0], push[i, 1], ground, inverse, lengths, torus)):
             x[row] = nx
             y[row] = ny
         if volume:

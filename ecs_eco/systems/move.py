@@ -8,7 +8,7 @@ from ecs_eco._numba import njit
 from ecs_eco.components import Nervous, Position, Velocity, Vigour
 from ecs_eco.nervous.decision import first_on
 from ecs_eco.space.geometry import into
-from ecs_eco.space.terrain import OPEN, ground_at, height_at
+from ecs_eco.space.terrain import FENCE, OPEN, ground_at, height_at
 from ecs_eco.system import System
 
 NO_VIGOUR = np.ones(0, np.float32)
@@ -18,7 +18,7 @@ FLAT, OPEN_GROUND = np.zeros((1, 1), np.float32), np.zeros((1, 1), np.uint8)
 class Move(System):
     """An animal turns, then goes ahead at the speed of its gait, and pays for it; uphill costs more.
 
-    One with more vigour is faster in every gait and pays for it with the square. Water, rock and walls stop it where they begin.
+    One with more vigour is faster in every gait and pays for it with the square. Water, rock, fences and walls stop it where they begin.
     In a volume the group `climb` moves it up and down.
     """
 
@@ -79,12 +79,18 @@ def move(first, last, alive, decision, layout, speeds, costs, turns, climbs, pac
 
 @njit
 def free_way(x, y, heading, v, dt, ground, inverse, lengths, torus):
-    """Return the speed at which a step of dt [s] ends before water or rock begins; looks at every half cell of the way."""
+    """Return the speed at which a step of dt [s] ends before water, rock or a fence begins; looks at every half cell of the way.
+
+    Who stands where a fence is put up walks off it.
+    """
+    on = ground_at(ground, inverse, x, y) == FENCE
     steps = int(np.ceil(v * dt * max(inverse[0], inverse[1]) * np.float32(2.0)))
     for s in range(1, steps + 1):
         way = v * dt * np.float32(s) / np.float32(steps)
         px = into(x + way * np.cos(heading), lengths[0], torus)
         py = into(y + way * np.sin(heading), lengths[1], torus)
-        if ground_at(ground, inverse, px, py) != OPEN:
+        kind = ground_at(ground, inverse, px, py)
+        if kind != OPEN and not (on and kind == FENCE):
             return v * np.float32(s - 1) / np.float32(steps)
+        on = on and kind == FENCE
     return v

@@ -9,7 +9,7 @@ from ecs_eco._numba import njit
 from ecs_eco.components import Growth, Metabolism, Position
 from ecs_eco.nervous.senses import rocks
 from ecs_eco.random import draw
-from ecs_eco.space.terrain import OPEN, ground_at
+from ecs_eco.space.terrain import ROCK, WATER, ground_at
 from ecs_eco.system import System
 from ecs_eco.systems._defence import left_by_defence
 
@@ -98,7 +98,8 @@ def sprout(taken, rate, rain, reach, torus, ground, ground_inverse, inverse, vig
         if u >= rate + rain:
             continue
         if ground.size > 1:
-            if ground_at(ground, ground_inverse, (i + np.float32(0.5)) / inverse[0], (j + np.float32(0.5)) / inverse[1]) != OPEN:
+            kind = ground_at(ground, ground_inverse, (i + np.float32(0.5)) / inverse[0], (j + np.float32(0.5)) / inverse[1])
+            if kind in (WATER, ROCK):
                 continue
         row = np.int64(-1)
         if u < rate:

@@ -22,7 +22,9 @@ from ecs_eco.analysis.runs import load_series
 from ecs_eco.cli import app
 from ecs_eco.components.genome import Genome
 from ecs_eco.record import Recorder, run_to_folder
+from ecs_eco.record.arrow import write_part
 from ecs_eco.record.report import write_report
+from ecs_eco.record.seal import write_manifest
 
 #         uid, mother, father, born, died, genome
 FAMILY = [(1, 0, 0, 0, 4, "AA"), (2, 0, 0, 0, 7, "CA"), (3, 1, 0, 2, 6, "AA"), (4, 1, 2, 3, 9, "CA"), (5, 3, 4, 5, ALIVE, "AC"),
@@ -501,10 +503,10 @@ def test_the_report_draws_genes_of_few_values_alone(run, tmp_path):
     births = pa.concat_tables([pq.read_table(p) for p in sorted((folder / "births").glob("*.parquet"))])
     letters = ["ACGT"[u % 4] + "A" for u in births["uid"].to_pylist()]
     births = births.set_column(births.column_names.index("genome"), "genome", pa.array(letters))
-    pq.write_table(births, folder / "births" / "part-00000.parquet")
+    write_part(births, folder / "births" / "part-00000.parquet")
     manifest = json.loads((folder / "manifest.json").read_text())
     genomes = {"ram": GENES["finch"], "moss": {"alphabet": "ACGT", "ploidy": 1, "genes": GENES["finch"]["genes"][:1]}}
-    (folder / "manifest.json").write_text(json.dumps(manifest | {"genomes": genomes}))
+    write_manifest(folder, manifest | {"genomes": genomes})
     page = write_report(folder).read_text()
     assert "<h2>Genes</h2>" in page
     assert "Number of ram that carry each gene" in page

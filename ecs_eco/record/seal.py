@@ -1,0 +1,86 @@
+"""Seals: a SHA-256 in each file of a recording, of all that is in the file, so that nothing damaged is taken for a result.
+
+In a Parquet part it is an entry of the footer, reckoned with zeros in its place; in the manifest the key `seal`, reckoned without it.
+Files without one, of other origin, can be read where nothing says that they had one.
+"""
+
+import hashlib
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from ecs_eco.errors import RecordingError
+
+KEY = "ecs-eco.seal"
+BLANK = "0" * 64
+WORD = "seal"  # of the manifest
+
+
+def sealed(part: bytes) -> bytes:
+    """Return a Parquet file that has BLANK under KEY in its footer with its seal there."""
+    at = _place(memoryview(part))
+    assert at is not None
+    return part[:at] + _digest(memoryview(part), at).encode() + part[at + 64 :]
+
+
+def check(path: Path, part: memoryview, needed: bool) -> None:
+    """Raise RecordingError where a part's seal does not fit, or where it has none and one is `needed`."""
+    at = _place(part)
+    if at is None:
+        if needed:
+            raise RecordingError(f"{path}: is damaged: its seal is missing")
+    elif bytes(part[at : at + 64]) != _digest(part, at).encode():
+        raise RecordingError(f"{path}: is damaged: its {len(part)} bytes are not those that were written")
+
+
+def _place(part: memoryview) -> int | None:
+    """Return where the 64 digits of the seal are; they stand after the key, a byte for the type and one for the length."""
+    start = max(0, len(part) - (1 << 20))  # the footer is at the end
+    at = bytes(part[start:]).rfind(KEY.encode())
+    place = start + at + len(KEY) + 2
+    return place if at >= 0 and place + 64 <= len(part) else None
+
+
+def _digest(part: memoryview, at: int) -> str:
+    found = hashlib.sha256(part[:at])
+    found.update(BLANK.encode())
+    found.update(part[at + 64 :])
+    return found.hexdigest()
+
+
+def write_manifest(folder: Path, manifest: Mapping[str, Any]) -> None:
+    """Write the manifest of a run with its seal, so that the file is whole or as it was before."""
+    from ecs_eco.record.folder import write_json
+
+    content = {key: value for key, value in manifest.items() if key != WORD}
+    write_json(folder / "manifest.json", content | {WORD: _of(content)})
+
+
+def read_manifest(folder: Path) -> dict[str, Any]:
+    """Return the manifest of a run; FileNotFoundError where there is none, RecordingError where it is damaged or was changed."""
+    file = folder / "manifest.json"
+    if not file.is_file():
+        what = "has no manifest.json" if folder.is_dir() else "no such folder"
+        raise FileNotFoundError(f"{folder} is no run folder: {what} (a folder that `ecs-eco run --out` left)")
+    try:
+        manifest = json.loads(file.read_text(encoding="utf-8"))
+    except (OSError, ValueError, RecursionError) as error:
+        raise RecordingError(f"{file}: is damaged: {error}") from None
+    if not isinstance(manifest, dict):
+        raise RecordingError(f"{file}: is no manifest of a run")
+    content = {key: value for key, value in manifest.items() if key != WORD}
+    if WORD not in manifest and "snapshot_every" in manifest:  # what every manifest has since there are seals
+        raise RecordingError(f"{file}: is damaged: its seal is missing")
+    if WORD in manifest and manifest[WORD] != _of(content):
+        raise RecordingError(f"{file}: is damaged, or was changed: its seal does not fit")
+    return manifest
+
+
+def has_seals(folder: Path) -> bool:
+    """Whether the parts of a run must have seals: where its manifest has one."""
+    return (folder / "manifest.json").is_file() and WORD in read_manifest(folder)
+
+
+def _of(content: Mapping[str, Any]) -> str:
+    return hashlib.sha256(json.dumps(content, separators=(",", ":")).encode()).hexdigest()

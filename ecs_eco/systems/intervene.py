@@ -1,0 +1,222 @@
+"""Somebody intervenes: culls, brings new ones, fences off, changes values."""
+
+import json
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from ecs_eco import random
+from ecs_eco.components import Biology, Metabolism, Position
+from ecs_eco.errors import unknown_name
+from ecs_eco.system import System
+from ecs_eco.systems._founders import newcomers
+
+CELL = 1.0  # [m] side of the cells of a fence where the world has no ground of its own; less in a small world
+CORNERS = 64  # of a round fence
+
+
+class Intervene(System):
+    """The world file's interventions, and those asked for with `World.intervene`, at the start of the tick that they are for.
+
+    The culled die at the end of the phase die of this tick, newcomers live from the end of the phase reproduce on, all
+    else holds from now on. What was carried out is noted in `world.intervened`.
+    """
+
+    phase = "environment"
+
+    def __init__(self) -> None:
+        self.asked: list[Any] = []  # for the next tick, by World.intervene
+        self.made = False  # whether the world's ground was made for a fence
+
+    def process(self, *_: Any) -> None:
+        """Carry out what is due in this tick, in the order of the file; then what was asked for."""
+        world = self.world
+        planned = [] if world.config is None else [x for x in world.config.interventions if x.due(world.tick)]
+        asked, self.asked = self.asked, []
+        for what in (*planned, *asked):
+            getattr(self, what.kind)(world, what)
+            world.intervened.append((world.tick, what.once(world.tick)))
+
+    def ask(self, what: Any) -> None:
+        """Carry out an intervention in the next tick: a dict or a model; raises ConfigError as a world file does."""
+        self.asked.append(checked(self.world, what, [x.once(x.at) for x in self.asked]))
+
+    def cull(self, world: Any, what: Any) -> None:
+        """Doom some of a species."""
+        table = world.table(what.species)
+        rows = table.by_uid()
+        rows = rows[table.cause[rows] == 0]
+        if what.region is not None:
+            p = table[Position]
+            rows = rows[Region(world.space, what.region).has(p.x[rows], p.y[rows])]
+        wanted = what.count if what.share is None else math.floor(what.share * rows.size + 0.5)
+        first = np.argsort(_rank(table, rows, what.which, world.key), kind="stable")
+        table.cause[rows[first[:wanted]]] = world.cause(what.cause)
+
+    def add(self, world: Any, what: Any) -> None:
+        """Ask for newcomers."""
+        table = world.table(what.species)
+        waiting = sum(parents.size for parents, _, _ in table.births)
+        most = table.traits.get("max_count")
+        count = what.count if most is None else max(0, min(what.count, most - table.n - waiting))
+        if count == 0:
+            return
+        who = np.arange(count, dtype=np.uint64) + np.uint64(world.next_uid + waiting)  # uids to come: nobody draws with these numbers
+        within = None if what.region is None else Region(world.space, what.region)
+        values = newcomers(table, world, table.traits.get("species"), who, within, what.at_place)
+        table.request(np.zeros(values[Position, "x"].size, np.uint64), values)
+
+    def fence(self, world: Any, what: Any) -> None:
+        """Put up a fence, or take one away."""
+        corners = None
+        if what.line is not None:
+            corners = np.array(what.line, float)
+        elif what.region is not None:
+            corners = Region(world.space, what.region).border()
+        if world.terrain is None:
+            if what.remove:
+                return
+            world.terrain, self.made = flat_ground(world.space), True
+        if what.remove:
+            world.terrain.unfence(corners)
+        else:
+            world.terrain.fence(corners)
+
+    def set(self, world: Any, what: Any) -> None:
+        """Change values of the world."""
+        from ecs_eco.config.loading import changed
+        from ecs_eco.worlds.retune import retune
+
+        retune(world, changed(world.config, what.set))
+
+    def switch(self, world: Any, what: Any) -> None:
+        """Let births or learning stop, or go on."""
+        names = [what.species] if what.species else [n for n, t in world.tables.items() if not t.traits.get("object")]
+        if what.reproduction is not None:
+            for name in names:
+                traits = world.table(name).traits
+                traits["barren"] = not what.reproduction
+                traits["reproduction"] = None if traits["barren"] else getattr(traits.get("species"), "reproduction", None)
+        if what.learning is not None:
+            from ecs_eco.config.check_interventions import learns
+            from ecs_eco.config.loading import changed
+            from ecs_eco.worlds.retune import learning, retune
+
+            can = [n for n in names if learns(world.config.species[n])]
+            retune(world, changed(world.config, {f"species.{n}.policy.learn": what.learning for n in can}))
+            for name in can:  # also where the world was built to learn otherwise than its file says
+                learning(world, world.tables[name])
+
+    def state(self) -> dict[str, np.ndarray]:
+        """Return what is not elsewhere: who bears no young, what was asked for, and ground that was made for fences."""
+        tables = self.world.tables.values()
+        text = json.dumps([x.once(x.at) for x in self.asked]).encode()
+        out = {"barren": np.array([bool(t.traits.get("barren")) for t in tables], np.uint8), "asked": np.frombuffer(text, np.uint8)}
+        ground = self.world.terrain.fenced() if self.made else {}
+        none = {"ground": np.zeros((0, 0), np.uint8), "corners": np.zeros((0, 2)), "lengths": np.zeros(0, np.int64)}
+        return out | {f"ground.{key}": array for key, array in (none | ground).items()}
+
+    def load(self, state: dict[str, np.ndarray]) -> None:
+        """Take a `state()`."""
+        world = self.world
+        for table, barren in zip(world.tables.values(), state["barren"], strict=True):
+            if barren or "barren" in table.traits:
+                table.traits["barren"] = bool(barren)
+                table.traits["reproduction"] = None if barren else getattr(table.traits.get("species"), "reproduction", None)
+        self.asked = []
+        for what in json.loads(state["asked"].tobytes()):
+            self.ask(what)
+        ground = {k.removeprefix("ground."): v for k, v in state.items() if k.startswith("ground.")}
+        there = ground["ground"].size > 0
+        if self.made or there:
+            world.terrain, self.made = flat_ground(world.space) if there else None, there
+        if there:
+            world.terrain.load(ground)
+
+
+class Region:
+    """A circle [x, y, radius] or a rectangle [x0, y0, x1, y1] on the ground [m]; a circle goes on beyond the edge of a torus."""
+
+    def __init__(self, space: Any, numbers: Sequence[float]) -> None:
+        self.space, self.numbers, self.round = space, [float(v) for v in numbers], len(numbers) == 3
+
+    def has(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        """Return whether each place is in it: bool[n]."""
+        if not self.round:
+            x0, y0, x1, y1 = self.numbers
+            return (x >= x0) & (x <= x1) & (y >= y0) & (y <= y1)
+        away = [np.asarray(v, float) - centre for v, centre in zip((x, y), self.numbers, strict=False)]
+        if self.space.torus:
+            away = [d - size * np.round(d / size) for d, size in zip(away, self.space.size, strict=False)]
+        return np.hypot(*away) <= self.numbers[2]
+
+    def places(self, u: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """Return the places in it that two numbers in [0, 1) each stand for, all equally likely: f32[n, 2]."""
+        if self.round:
+            x, y, radius = self.numbers
+            r, angle = radius * np.sqrt(u), 2 * np.pi * v
+            place = np.stack([x + r * np.cos(angle), y + r * np.sin(angle)], 1)
+        else:
+            x0, y0, x1, y1 = self.numbers
+            place = np.stack([x0 + u * (x1 - x0), y0 + v * (y1 - y0)], 1)
+        size = np.array(self.space.size[:2])
+        place = place % size if self.space.torus else place.clip(0, size)
+        return np.minimum(place.astype(np.float32), np.nextafter(self.space.lengths[:2], np.float32(0)))
+
+    def border(self) -> np.ndarray:
+        """Return the corners of its border, the first one again at the end: f64[k, 2]."""
+        if not self.round:
+            x0, y0, x1, y1 = self.numbers
+            return np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1], [x0, y0]])
+        x, y, radius = self.numbers
+        angle = 2 * np.pi * (np.arange(CORNERS + 1) % CORNERS) / CORNERS
+        return np.stack([x + radius * np.cos(angle), y + radius * np.sin(angle)], 1)
+
+
+def flat_ground(space: Any) -> Any:
+    """Return open ground without hills, on which fences can stand."""
+    from ecs_eco.space import Terrain
+
+    cell = max(min(CELL, min(space.size[:2]) / 100), math.sqrt(space.size[0] * space.size[1] / 4e6))
+    ground = Terrain(space, cell)
+    ground.declared = False
+    return ground
+
+
+def checked(world: Any, what: Any, asked: Sequence[dict[str, Any]]) -> Any:
+    """Return an intervention for the next tick, from a dict or a model, that is to follow those `asked` for already."""
+    from pydantic import TypeAdapter, ValidationError
+
+    from ecs_eco.config.interventions import AnyIntervention
+    from ecs_eco.config.loading import intervention
+
+    said = what if isinstance(what, dict) else {k: v for k, v in what.model_dump().items() if v is not None}
+    data = {"at": world.tick} | said
+    if data["at"] != world.tick or "every" in data or "until" in data:
+        raise ValueError(f"intervene: it is tick {world.tick} now; leave out at, every and until, or put it into the world file")
+    if world.config is not None:
+        fences = [done for done in (*(d for _, d in world.intervened), *asked) if done["kind"] == "fence"]
+        return intervention(world.config, data, fences)
+    try:
+        model = TypeAdapter(AnyIntervention).validate_python(data)
+    except ValidationError as error:
+        raise ValueError(f"intervene: {error}") from None
+    if model.kind == "set" or getattr(model, "learning", None) is not None:
+        raise ValueError("intervene: this world was made by hand, without a configuration that values could be set in")
+    if (name := getattr(model, "species", None)) is not None and name not in world.tables:
+        raise ValueError(unknown_name("intervene", "table", name, world.tables))
+    return model
+
+
+def _rank(table: Any, rows: np.ndarray, which: str, key: np.uint64) -> np.ndarray:
+    """Return a number for each row, in the order of uids: who has the lowest is taken first."""
+    if which == "random":
+        return random.draw_many(key, table.uid[rows], random.CULL)
+    if which in ("richest", "poorest"):
+        energy = table[Metabolism].energy[rows]
+        return -energy if which == "richest" else energy
+    age = table[Biology].age[rows] if Biology in table else -table.born[rows]
+    return -age if which == "oldest" else age
+

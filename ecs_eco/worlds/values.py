@@ -1,0 +1,87 @@
+"""What the values of a world file become in tables, nerves and learners: for a world that is built, and for one that is retuned."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from ecs_eco import random
+from ecs_eco.components import Biology, Body, Chemistry, Metabolism, Physical
+from ecs_eco.config import WorldConfig
+from ecs_eco.nervous.networks import HappinessNetwork, ReflexNetwork
+
+SEXES = {"none": 0, "female": 1, "male": 2, "random": 0}
+
+
+def matter(table: Any, kind: Any, substances: list[str]) -> None:
+    """Set mass, radius, physical and chemical properties that a newborn has."""
+    table.set_defaults(Body, radius=kind.body.radius, mass=kind.body.mass)
+    table.traits |= {"opaque": kind.body.opaque, "solid": kind.body.solid, "color": kind.color}
+    table.traits.setdefault("radius", kind.body.radius)  # of the largest: genes and the dead may make it larger
+    if kind.properties:
+        table.add_component(Physical, **kind.properties)
+    if kind.substances:
+        table.add_component(Chemistry, molarity=[kind.substances.get(s, 0.0) for s in substances])
+
+
+def values(table: Any, species: Any, substances: list[str]) -> None:
+    """Set what a newborn of a species has, and what its systems read of the species."""
+    matter(table, species, substances)
+    table.set_defaults(Metabolism, energy=species.metabolism.energy)
+    table.set_defaults(Biology, sex=SEXES[species.sex], fertility=species.fertility)
+    way = None if table.traits.get("barren") else species.reproduction  # switched off by an intervention
+    table.traits |= {"species": species, "emits": dict(species.emits), "diet": list(species.diet), "lethal": list(species.lethal),
+                     "reproduction": way, "remains": species.remains, "sex": species.sex, "max_count": species.max_count}
+
+
+def gaits(way: Any, nerves: Any) -> tuple[np.ndarray, ...]:
+    """Return layout i64[3, 3] and the speeds, costs, turns and climbs of the actions that move a body."""
+    layout = np.zeros((3, 3), np.int64)
+    found = []
+    for i, group in enumerate(("speed", "turn", "climb")):
+        names = nerves.groups.get(group, [])
+        if names:
+            layout[i] = (*nerves.columns[group], nerves.neutral[group])
+        found.append(names)
+    speeds, turns, climbs = found
+    turning = {"left": way.turn, "right": -way.turn}
+    climbing = {"up": way.climb, "down": -way.climb}
+    arrays = ([way.speed.get(a, 0.0) for a in speeds], [way.cost.get(a, 0.0) for a in speeds],
+              [turning.get(a, 0.0) for a in turns], [climbing.get(a, 0.0) for a in climbs])
+    return layout, *(np.array(a or [0.0], np.float32) for a in arrays)
+
+
+def networks(nerves: Any, species: Any) -> None:
+    """Give nerves the reflex and the happiness network that the species declares, if any."""
+    coded = {gene.trait.partition(".")[0] for gene in (species.genome.genes if species.genome else ()) if gene.trait}
+    nerves.reflex = nerves.happiness = None
+    if species.reflex is not None:
+        nerves.reflex = ReflexNetwork(species.reflex, nerves, species.action_rows(), "reflex" in coded)
+    if species.happiness is not None:
+        nerves.happiness = HappinessNetwork(species.happiness, nerves, "happiness" in coded)
+        nerves.minimum = np.float32(species.happiness.minimum)
+
+
+def settings(values: Mapping[str, Any], training: bool) -> Any:
+    """Return the PPO of a species; in life without a plan that ends."""
+    from ecs_eco.learning import PPO
+
+    ppo = PPO(**values)
+    return ppo if training else replace(ppo, anneal=0)  # a plan for pre-training: life has no end to plan for
+
+
+def learner_seed(seed: int, number: int) -> int:
+    """Return the seed of the networks of species `number` in a world with this seed."""
+    return (random.mix_int(seed) + number) & 0x7FFFFFFFFFFFFFFF
+
+
+def cell(config: WorldConfig) -> float:
+    """Choose the side of the index cells: half the widest sense, so that a look takes about 5 × 5 of them."""
+    radii = [getattr(s, "radius", 0.0) for sp in config.species.values() for s in sp.sensors]
+    if not radii:
+        radii = [getattr(sp.reproduction, "reach", 0.0) for sp in config.species.values()]
+    shortest = min(config.space.size)
+    return min(max(max(radii, default=0.0) / 2, shortest / 500), shortest)

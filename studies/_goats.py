@@ -1,0 +1,124 @@
+"""What the studies of goats share: the world with one thing changed, who lived and carried what, and what the genes did."""
+
+from typing import Any
+
+import numpy as np
+
+GENES = ("red", "yellow", "green", "blue")
+ARMS: dict[str, dict[str, Any]] = {  # what each changes in the shipped world
+    "goats": {},
+    "frozen learning": {"learn": False},
+    "no mutation": {"controls": ("no-mutation",)},
+    "neutral drift": {"controls": ("neutral-drift",)},
+    "no red gene": {"set": {"species.goat.genome.genes.0.values": [0, 0, 0, 0]}},
+    "shuffled genome": {"controls": ("shuffled-genome",)},
+}
+
+
+class Family:
+    """Births and deaths of one species of a world, kept as they happen."""
+
+    def __init__(self, world: Any, species: str) -> None:
+        from ecs_eco.record.recorder import letters_of
+
+        self.world, self.table, self.letters = world, world.tables[species], letters_of(world.tables[species])
+        self.births: list[tuple[np.ndarray, ...]] = []
+        self.deaths: list[tuple[np.ndarray, ...]] = []
+        rows = self.table.by_uid()
+        self.born(self.table, rows, np.zeros(rows.size, np.uint64), np.zeros(rows.size, np.uint64))
+        world.on_birth.append(self.born)
+        world.on_death.append(self.died)
+
+    def born(self, table: Any, rows: np.ndarray, first: np.ndarray, second: np.ndarray) -> None:
+        """Note newborn: rows i64[k], uids of their parents u64[k]."""
+        if table is self.table:
+            from ecs_eco.components import Genome
+
+            text = self.letters[table[Genome].loci[rows]]
+            genome = text.view(f"{text.dtype.kind}{text.shape[1]}")[:, 0]
+            self.births.append((table.uid[rows], first, second, np.full(rows.size, self.world.tick), genome))
+
+    def died(self, table: Any, rows: np.ndarray) -> None:
+        """Note the dying: rows i64[k]."""
+        if table is self.table:
+            self.deaths.append((table.uid[rows], np.full(rows.size, self.world.tick), table.cause[rows]))
+
+    def lineage(self, since: int = 0) -> Any:
+        """The Lineage of those born at this tick or later."""
+        from ecs_eco.analysis.lineage import Lineage
+        from ecs_eco.record.folder import genes_of
+
+        uid, first, second, born, genome = (np.concatenate(c) for c in zip(*self.births, strict=True))
+        of = born >= since
+        uid, first, second, born, genome = (a[of] for a in (uid, first, second, born, genome))
+        first, second = (np.where(np.isin(p, uid), p, np.uint64(0)) for p in (first, second))
+        died, cause = np.full(len(uid), -1, np.int64), np.zeros(len(uid), np.int64)
+        for dead, tick, why in self.deaths:
+            known = np.isin(dead, uid)
+            at = np.searchsorted(uid, dead[known])
+            died[at], cause[at] = tick[known], why[known]
+        return Lineage(uid, first, second, np.full(len(uid), self.table.name), born, died, np.array(["", *self.world.causes])[cause],
+                       genome.astype(str).astype(object), end=self.world.tick - 1, dt=self.world.dt,
+                       genomes={self.table.name: genes_of(self.table)})  # fmt: skip
+
+
+def identity() -> str:
+    """Hash of the world as it is shipped: a study of another world is another study."""
+    import hashlib
+
+    from ecs_eco.config import load
+
+    return hashlib.sha256(str(load("reflexes").resolved()).encode()).hexdigest()[:16]
+
+
+def live(seed: int, ticks: int, arm: str = "goats", also: dict[str, Any] | None = None) -> Family:
+    """Let the world of an arm live; it ends early where the goats die out. `also` are further changes of the world file."""
+    from ecs_eco import World
+    from ecs_eco.config import load
+
+    change = dict(ARMS[arm])
+    world = World.from_config(load("reflexes", change.pop("set", {}) | (also or {})), seed=seed, record=False, **change)
+    family = Family(world, "goat")
+    while world.tick < ticks and family.table.n:
+        world.run(min(100, ticks - world.tick))
+    return family
+
+
+def carriers(lineage: Any, every: int) -> dict[str, Any]:
+    """Ticks, numbers of the living, their mean generation, and carriers of each gene: arrays [samples]."""
+    found = {gene: lineage.frequencies("goat", gene, every) for gene in GENES}
+    out = {"tick": found["blue"].ticks, "n": found["blue"].n, "generation": lineage.mean_generation("goat", every)}
+    return out | {gene: carry(f) for gene, f in found.items()}
+
+
+def carry(found: Any) -> np.ndarray:
+    """Who has another value than 0 (a gene that can say only 0 is told by its letter): i64[samples]."""
+    return found.count[:, -1] if len(found.values) == 2 else np.zeros(len(found.ticks), np.int64)
+
+
+def until_settled(k: np.ndarray, n: np.ndarray) -> slice:
+    """The samples up to the first at which none or all carry a gene."""
+    over = np.flatnonzero((k == 0) | (k == n))
+    return slice(0, int(over[0]) + 1 if over.size else len(k))
+
+
+def drift_free(k: np.ndarray, n: np.ndarray, generation: np.ndarray, mutation: float, share: float = 0.25) -> float:
+    """Selection coefficient per generation, with the pull of mutation taken off; NaN where a gene has no variance.
+
+    sum (dp − m (q − p) dt) / sum p (1 − p) dt over samples: the least-squares estimate where a generation of drift has the
+    variance p (1 − p) / N. m is the rate at which letters are drawn anew, q the share of them that are the gene.
+    """
+    p = k / np.maximum(n, 1)
+    dt, dp, before = np.diff(generation), np.diff(p), p[:-1]
+    weight = (before * (1 - before) * dt).sum()
+    return float((dp - mutation * (share - before) * dt).sum() / weight) if weight > 0 else float("nan")
+
+
+def text(x: np.ndarray) -> str:
+    """Numbers as one line of JSON."""
+    return " ".join(f"{v:g}" for v in np.round(x, 2))
+
+
+def numbers(line: str) -> np.ndarray:
+    """The numbers of such a line: f64."""
+    return np.array([float(v) for v in line.split()])

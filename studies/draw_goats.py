@@ -1,0 +1,71 @@
+"""Draw how many goats carry each gene over time, from studies/results/goats.json: docs/img/goats_carriers.png.
+
+Above the run of the first seed, as in the paper's figure; below the share of carriers in all runs of an arm.
+"""
+
+import argparse
+import json
+import sys
+from pathlib import Path
+from typing import Any
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+import matplotlib as mpl
+
+mpl.use("Agg")
+import matplotlib.pyplot as plt
+from _goats import GENES, numbers
+
+from ecs_eco.analysis.carriers import CLEAR
+
+ROOT = Path(__file__).parent.parent
+SHOWN = {"goats": "goats that learn", "frozen learning": "goats that do not learn"}
+DASHES = {"red": "-", "yellow": "-", "green": "-", "blue": "--"}
+
+
+def draw(record: dict[str, Any], path: Path) -> None:
+    """Write the figure of a result."""
+    figure, axes = plt.subplots(3, 1, figsize=(8, 7.6), layout="constrained")
+    first = next(e for e in record["cases"] if e["case"]["arm"] == "goats")
+    one(axes[0], first["result"]["series"])
+    axes[0].set_title(f"Goats that carry each gene, one run (seed {first['case']['seed']})", loc="left", fontsize=10)
+    for ax, (arm, words) in zip(axes[1:], SHOWN.items(), strict=True):
+        runs = [e["result"]["series"] for e in record["cases"] if e["case"]["arm"] == arm]
+        for series in runs:
+            share(ax, series)
+        ax.set_title(f"Share of carriers, all {len(runs)} runs: {words}", loc="left", fontsize=10)
+        ax.set_xlabel("generation")
+    figure.savefig(path, dpi=100)
+
+
+def one(ax: Any, series: dict[str, str]) -> None:
+    """Numbers of carriers over ticks."""
+    for gene in GENES:
+        ax.plot(numbers(series["tick"]), numbers(series[gene]), color=CLEAR[gene], ls=DASHES[gene], lw=1.5, label=gene)
+    ax.plot(numbers(series["tick"]), numbers(series["n"]), color="#888888", lw=0.8, label="all goats")
+    ax.set_xlabel("tick")
+    ax.set_ylim(0)
+    ax.legend(ncols=5, fontsize=8, frameon=False, loc="lower center", bbox_to_anchor=(0.6, 1.0))
+
+
+def share(ax: Any, series: dict[str, str]) -> None:
+    """Shares of carriers over generations, thin lines."""
+    n = numbers(series["n"])
+    for gene in GENES:
+        ax.plot(numbers(series["generation"])[n > 0], (numbers(series[gene])[n > 0] / n[n > 0]), color=CLEAR[gene], ls=DASHES[gene], lw=0.8)
+    ax.set_ylim(0, 1.02)
+
+
+def main() -> None:
+    """Read the result and draw."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--results", type=Path, default=ROOT / "studies" / "results" / "goats.json")
+    parser.add_argument("--out", type=Path, default=ROOT / "docs" / "img" / "goats_carriers.png")
+    asked = parser.parse_args()
+    draw(json.loads(asked.results.read_text(encoding="utf-8")), asked.out)
+    print(asked.out)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,173 @@
+"""Genes for not eating red, yellow and green grass, in goats that also learn: which of them spread, and why?
+
+A gene is one locus; it blocks the action eat while the goat touches grass of its colour, and blue does nothing. Random
+genomes start with a quarter of carriers each, which is also where mutation alone keeps a neutral gene. The selection
+coefficient of a gene is the slope of its logit against blue's over generations, from the start to the first sample in which none
+or all carry the gene. One run has one coefficient; seeds are the replicates. World and settings were found with seeds 1 to 10.
+"""
+
+import sys
+from pathlib import Path
+from typing import Any
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+import numpy as np
+from _goats import ARMS, GENES, carriers, drift_free, identity, live, text, until_settled
+from _study import Study, verdict
+
+SEEDS = tuple(range(1001, 1011))
+EDGES = (0, 50, 100, 150, 200, 300, 400, 501)
+MARGIN = 0.05
+ALLOWED = 0.8  # carriers of red at the end
+
+
+def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
+    """Run one world; return carriers over time, what selection did to each gene, and of what goats died at what age."""
+    from ecs_eco.analysis.genes import deaths_by_age, reappearances, selection_coefficient
+
+    ticks = config["ticks of arm"].get(case["arm"], config["ticks"])
+    family = live(case["seed"], ticks, case["arm"])
+    every = config["every"]
+    found = carriers(family.lineage(), every)
+    n, generation, tail = found["n"], found["generation"], -max(1, config["last"] // every)
+    genes = {}
+    for gene in GENES:
+        k, part = found[gene], until_settled(found[gene], n)
+        s = selection_coefficient(k[part], found["blue"][part], n[part], generation[part]) if gene != "blue" else 0.0
+        lost = int(((k[:-1] > 0) & (k[1:] == 0)).sum())
+        genes[gene] = {"s": s, "s without mutation's pull": drift_free(k, n, generation, config["mutation"]), "lost": lost,
+                       "back": reappearances(k), "end": float(k[tail:].sum() / max(1, n[tail:].sum()))}  # fmt: skip
+    adult = family.lineage(since=config["settled"]) if family.world.tick > config["settled"] else family.lineage()
+    red = deaths_by_age(adult, "poisoned by red", EDGES, "goat")
+    causes = {c: int((adult.cause == c).sum()) for c in family.world.causes if (adult.cause == c).any()}
+    kept = slice(0, None, max(1, config["kept"] // every))
+    return {"genes": genes, "n": float(n.mean()), "least": int(n.min()), "generations": float(generation[n > 0][-1]),
+            "extinct": bool(family.table.n == 0), "red deaths": red.deaths.tolist(), "lived": red.lived.tolist(), "died": causes,
+            "series": {key: text(values[kept]) for key, values in found.items()}}  # fmt: skip
+
+
+def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
+    """Every statement with its interval; a table of all arms."""
+    arms = {arm: [e["result"] for e in cases if e["case"]["arm"] == arm] for arm in ARMS}
+    arms = {arm: results for arm, results in arms.items() if results}
+    rows = [row(arm, results) for arm, results in arms.items()]
+    head = ["arm", "runs", "died out", "goats", "generations", *(f"s of {g}" for g in GENES[:3]), *(f"{g} at the end" for g in GENES),
+            "green lost", "green back"]  # fmt: skip
+    ages = {arm: by_age(results) for arm, results in arms.items()}
+    lines = [line for arm, results in arms.items() for line in SAY[arm](results)]
+    return {"verdicts": lines, "table": {"head": head, "rows": rows}, "red deaths per 1000 ticks by age": ages, "notes": notes(ages, arms)}
+
+
+def row(arm: str, results: list[dict[str, Any]]) -> list[Any]:
+    """One line of the table."""
+    def median(path: str, gene: str) -> float:
+        return float(np.median([r["genes"][gene][path] for r in results]))
+
+    return [arm, len(results), sum(r["extinct"] for r in results), np.mean([r["n"] for r in results]), np.mean([r["generations"] for r in results]),
+            *(interval(s_of(results, g)) for g in GENES[:3]), *(median("end", g) for g in GENES), median("lost", "green"), median("back", "green")]  # fmt: skip
+
+
+def s_of(results: list[dict[str, Any]], gene: str, what: str = "s") -> list[float]:
+    """The coefficients of a gene, of the runs that have one."""
+    return [r["genes"][gene][what] for r in results if r["genes"][gene][what] is not None]
+
+
+def interval(values: list[float], level: int = 95) -> list[float]:
+    """Mean and its interval over runs (Student's t)."""
+    from ecs_eco.analysis.genes import pooled
+
+    if not values:
+        return [float("nan")] * 3
+    all_of_them = pooled(values)
+    return [all_of_them.mean, *(all_of_them.interval95 if level == 95 else all_of_them.interval90)]
+
+
+def say_goats(results: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """What the paper's figure shows."""
+    from ecs_eco.analysis.genes import equivalence
+
+    n, size, depth = len(results), [r["n"] for r in results], [r["generations"] for r in results]
+    end = {g: [r["genes"][g]["end"] for r in results] for g in GENES}
+    above, red, green = sum(a > b for a, b in zip(end["red"], end["blue"], strict=True)), s_of(results, "red"), s_of(results, "green")
+    same, sharper = equivalence(s_of(results, "yellow"), MARGIN), np.subtract(s_of(results, "yellow", PULL), s_of(results, "blue", PULL))
+    fine = equivalence(sharper, MARGIN)
+    back, lost = ([r["genes"]["green"][what] for r in results] for what in ("back", "lost"))
+    return [
+        verdict("goats alive at a time, mean of the smallest run", min(size), "at least 300", min(size) >= 300),
+        verdict("generations, mean depth of those alive at the end of the shortest run", min(depth), "at least 40", min(depth) >= 40),
+        verdict("runs in which red ends above blue", f"{above} of {n}", "all", above == n),
+        verdict("carriers of red at the end, median over runs", float(np.median(end["red"])), f"at least {ALLOWED}", np.median(end["red"]) >= ALLOWED),
+        verdict("red: selection coefficient per generation", interval(red), "above 0", interval(red)[1] > 0),
+        verdict(f"yellow: selection coefficient per generation, 90 % interval (two one-sided tests p {same.p:.2g})", [same.mean, *same.interval],
+                f"within ±{MARGIN}", same.equivalent),
+        verdict(f"yellow less blue, each with mutation's pull and the edges taken off, 90 % interval (p {fine.p:.2g})",
+                [fine.mean, *fine.interval], f"within ±{MARGIN}", fine.equivalent),
+        verdict("green: selection coefficient per generation until it is lost", interval(green), "below 0", interval(green)[2] < 0),
+        verdict("runs in which green dies out and comes back", f"{sum(b > 0 for b in back)} of {n}", "most", 2 * sum(b > 0 for b in back) > n),
+        verdict("times that green dies out and comes back in a run, medians", f"{np.median(lost):.0f} and {np.median(back):.0f}", "reported", True),
+    ]  # fmt: skip
+
+
+def say_frozen(results: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Where nobody learns, yellow is worth having."""
+    s, n = interval(s_of(results, "yellow")), len(results)
+    above = sum(r["genes"]["yellow"]["end"] > r["genes"]["blue"]["end"] for r in results)
+    return [verdict("frozen learning: selection coefficient of yellow", s, "above 0", s[1] > 0),
+            verdict("frozen learning: runs in which yellow ends above blue", f"{above} of {n}", "most", 2 * above > n)]  # fmt: skip
+
+
+def say_no_mutation(results: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Without mutation what is lost stays lost."""
+    lost, back = (sum(r["genes"]["green"][what] > 0 for r in results) for what in ("lost", "back"))
+    return [verdict(f"no mutation: runs in which green comes back, of the {lost} in which it is lost", back, "none", back == 0 and lost > 0)]
+
+
+def say_neutral(arm: str, results: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """A gene that says nothing, or that is not passed on, is not selected."""
+    found = {g: interval(s_of(results, g, PULL)) for g in GENES[:3]}
+    ends = {g: np.mean([r["genes"][g]["end"] > r["genes"]["blue"]["end"] for r in results]) for g in GENES[:3]}
+    return [verdict(f"{arm}: selection coefficient of {g}, with mutation's pull and the edges taken off ({ends[g]:.0%} of runs end above blue)",
+                    s, "0 within the interval", s[1] <= 0 <= s[2]) for g, s in found.items()]  # fmt: skip
+
+
+def say_no_red(results: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """What learning alone does about a danger that kills at once."""
+    found = by_age(results)
+    young, old = found[0][1:], found[-1][1:]
+    return [verdict("no red gene: deaths by red per goat and 1,000 ticks at the oldest ages", old, "above 0", old[1] > 0),
+            verdict("no red gene: the same at the youngest ages (the paper: no less in old age)", young, "reported", True)]  # fmt: skip
+
+
+def by_age(results: list[dict[str, Any]]) -> list[list[Any]]:
+    """Deaths by red per goat and 1,000 ticks in each class of age, with the interval over runs."""
+    rates = [1000 * np.array(r["red deaths"]) / np.maximum(1, r["lived"]) for r in results]
+    return [[f"{a} to {b}", *interval([r[i] for r in rates])] for i, (a, b) in enumerate(zip(EDGES, EDGES[1:], strict=False))]
+
+
+def notes(ages: dict[str, Any], arms: dict[str, Any]) -> str:
+    """Deaths by red at every age, of those born after the first generations."""
+    words = [f"{arm}: " + ", ".join(f"{age} {m:.2f}" for age, m, *_ in found) for arm, found in ages.items() if arm in ("goats", "no red gene")]
+    return f"Deaths by red grass per goat and 1,000 ticks by age, of those born from tick {CONFIG['settled']} on. " + "; ".join(words) + "."
+
+
+PULL = "s without mutation's pull"
+SAY = {
+    "goats": say_goats, "frozen learning": say_frozen, "no mutation": say_no_mutation, "no red gene": say_no_red,
+    "neutral drift": lambda results: say_neutral("neutral drift", results),
+    "shuffled genome": lambda results: say_neutral("shuffled genome", results),
+}  # fmt: skip
+CONFIG = {"world": "reflexes", "identity": identity(), "ticks": 10_400, "ticks of arm": dict.fromkeys(("no mutation", "neutral drift", "no red gene", "shuffled genome"), 6000), "every": 20, "kept": 100,
+          "last": 1000, "settled": 2000, "mutation": 0.01, "arms": ARMS}  # fmt: skip
+STUDY = Study(
+    name="goats",
+    claim="Goats that learn need a reflex against red grass, which kills at once, and none against yellow grass, which they learn to leave alone.",
+    config=CONFIG,
+    cases=[{"arm": arm, "seed": seed} for arm in ARMS for seed in (SEEDS if arm == "goats" else SEEDS[:8])],
+    run=run, summarise=summarise,
+    short_cases=[{"arm": arm, "seed": seed} for arm in ("goats", "no red gene") for seed in SEEDS[:2]],
+    short_config={"ticks": 500, "ticks of arm": {}, "last": 100, "settled": 100},
+)  # fmt: skip
+
+if __name__ == "__main__":
+    STUDY.main()

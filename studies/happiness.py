@@ -1,0 +1,234 @@
+"""Does happiness evolve? Voles learn in life to seek what makes them happy; what makes them happy is in their genes.
+
+Nobody says what a vole should want. Founders draw the four weights of their happiness at random, births and deaths select.
+An arm takes one thing away: what genes say (neutral drift), learning, the voles themselves, so that berries evolve without
+grazers, or whose genes a newborn gets (shuffled genome). The last is no null: genes drawn from the living are the genes of
+who stays alive, so it takes away selection by breeding and leaves selection by death. Runs of one seed begin with the same
+genomes, and are compared in pairs.
+"""
+
+import sys
+from pathlib import Path
+from typing import Any
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+import numpy as np
+from _study import Study, config_hash, verdict
+
+ARMS: dict[str, dict[str, Any]] = {
+    "evolving": {},
+    "neutral drift": {"controls": ("neutral-drift",)},
+    "shuffled genome": {"controls": ("shuffled-genome",)},
+    "no learning": {"learn": False},
+    "no grazers": {},
+}
+WEIGHTS = {"energy": 1, "berry": 1, "nightshade": -1}  # the weights that we expect to rise, and the one to fall
+GENES = {"vole": (*WEIGHTS, "vole", "marker"), "berry": ("tough", "poison", "spread", "marker")}
+SEEDS = tuple(range(2001, 2011))
+FIGURE = Path(__file__).parent.parent / "docs" / "img" / "happiness_genes.png"
+
+
+class Generations:
+    """The number of generations since the founders of every organism of a species, by uid."""
+
+    def __init__(self, world: Any, species: str) -> None:
+        self.table = world.tables[species]
+        self.of = dict.fromkeys(self.table.uid[self.table.rows()].tolist(), 0.0)
+        world.on_birth.append(self.born)
+
+    def born(self, table: Any, rows: np.ndarray, first: np.ndarray, second: np.ndarray) -> None:
+        """Note newborn: one more than the mean of their parents."""
+        if table is self.table:
+            for uid, a, b in zip(table.uid[rows].tolist(), first.tolist(), second.tolist(), strict=True):
+                mother = self.of.get(a, 0.0)
+                self.of[uid] = 1 + (mother + self.of.get(b, mother)) / 2
+
+    def mean(self) -> float | None:
+        """Return the mean of the living, None where nobody lives."""
+        living = self.table.uid[self.table.rows()].tolist()
+        return float(np.mean([self.of[uid] for uid in living])) if living else None
+
+
+def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
+    """Run one arm; return what genes say on average every `every` ticks, generations, numbers and causes of death."""
+    from ecs_eco import World
+    from ecs_eco.config import load
+
+    world = World.from_config(load(config["world"]), seed=case["seed"], **ARMS[case["arm"]])
+    depth, said = Generations(world, "vole"), [genes(world)]
+    if case["arm"] == "no grazers":
+        for uid in world.tables["vole"].uid[world.tables["vole"].rows()]:
+            world.kill(uid)
+        world.flush()
+    while world.tick < config["ticks"]:
+        world.run(config["every"])
+        said.append(genes(world))
+    lived = {n: world.tables[n].n for n in ("vole", "berry", "nightshade")}
+    return {"genes": {k: " ".join(f"{s[k]:.3f}" for s in said) for k in said[0]}, "generations": depth.mean(), "end": lived, **lives(world)}
+
+
+def genes(world: Any) -> dict[str, float]:
+    """What each gene says, the mean over the living of its species; NaN where there are none."""
+    from ecs_eco.components import Genome
+
+    out: dict[str, float] = {}
+    for species, names in GENES.items():
+        table = world.tables[species]
+        rows = table.rows()
+        values = table.traits["heredity"].layout.decode(table[Genome].loci[rows])
+        out |= {f"{species}.{n}": float(values[n].mean(dtype=np.float64)) if rows.size else np.nan for n in names}
+    return out
+
+
+def lives(world: Any) -> dict[str, Any]:
+    """Mean numbers, causes of death, and poisonings per vole, nightshade and 10⁶ ticks, all of the last quarter of a run."""
+    series = world.series().to_pydict()
+    rows = {n: [i for i, (s, t) in enumerate(zip(series["species"], series["tick"], strict=True)) if s == n and t >= 0.75 * world.tick]
+            for n in ("vole", "berry", "nightshade")}  # fmt: skip
+    n = {name: np.array([series["n"][i] for i in at], float) for name, at in rows.items()}
+    died = {c: sum(series[c][i] for i in rows["vole"]) for c in series if c.startswith("died: ")}
+    met = float((n["vole"] * n["nightshade"]).sum())
+    return {"numbers": {k: v.mean() for k, v in n.items()}, "deaths": {k: v for k, v in died.items() if v},
+            "risk": died["died: poisoned by nightshade"] / met * 1e6 if met else None}  # fmt: skip
+
+
+def changed(cases: list[dict[str, Any]], arm: str, gene: str) -> dict[int, float]:
+    """By seed: how far the mean of a gene moved, from the founders to the last quarter of the run; without runs that died out."""
+    out = {}
+    for entry in cases:
+        if entry["case"]["arm"] == arm and not np.isnan(end := late(line := numbers(entry, gene))):
+            out[entry["case"]["seed"]] = end - float(line[0])
+    return out
+
+
+def numbers(entry: dict[str, Any], gene: str) -> np.ndarray:
+    """What a gene said on average over time in one run: f64[samples], NaN where nobody had it."""
+    return np.array([float(v) for v in entry["result"]["genes"][gene].split()])
+
+
+def late(line: np.ndarray) -> float:
+    """Mean of the last quarter of the samples."""
+    return float(line[-max(1, len(line) // 4) :].mean())
+
+
+def interval(values: list[float]) -> list[float] | None:
+    """Mean and 95 % t interval over seeds, None for fewer than two."""
+    from ecs_eco.analysis.genes import pooled
+
+    if len(values) < 2:
+        return None
+    found = pooled(values)
+    return [found.mean, *found.interval95]
+
+
+def apart(one: dict[int, float], other: dict[int, float]) -> list[float] | None:
+    """Mean difference of two arms and its interval, paired by seed."""
+    return interval([one[s] - other[s] for s in sorted(set(one) & set(other))])
+
+
+def beyond(found: list[float] | None, sign: int) -> bool:
+    """Whether an interval lies on one side of 0."""
+    return found is not None and (found[1] > 0 if sign > 0 else found[2] < 0)
+
+
+def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
+    """Every gene's change by arm, and the arms against each other."""
+    arms = [a for a in ARMS if any(e["case"]["arm"] == a for e in cases)]
+    moved = {(a, f"{s}.{g}"): changed(cases, a, f"{s}.{g}") for a in arms for s, names in GENES.items() for g in names}
+    out = []
+    for name, sign in WEIGHTS.items():
+        for control in ("neutral drift", "no learning"):
+            if control in arms:
+                found = apart(moved["evolving", f"vole.{name}"], moved[control, f"vole.{name}"])
+                out.append(verdict(f"change of the weight of {name} in happiness, evolving less {control}", found,
+                                   "above 0" if sign > 0 else "below 0", beyond(found, sign)))  # fmt: skip
+    for control in [a for a in ("neutral drift", "no learning") if a in arms]:
+        each = {g: interval(list(moved[control, f"vole.{g}"].values())) for g in (*WEIGHTS, "vole", "marker")}
+        n = sum(beyond(v, 1) or beyond(v, -1) for v in each.values())
+        out.append(verdict(f"{control}: of 5 genes of voles those that changed (95 % interval without 0)", n, "at most 1, by chance", n <= 1))
+    if "no learning" in arms:
+        risk = {a: {e["case"]["seed"]: e["result"]["risk"] for e in cases if e["case"]["arm"] == a and e["result"]["risk"]} for a in arms}
+        found = apart({s: np.log(v) for s, v in risk["evolving"].items()}, {s: np.log(v) for s, v in risk["no learning"].items()})
+        ratio = None if found is None else [float(np.exp(v)) for v in found]
+        out.append(verdict("risk of a vole to die of nightshade, evolving over no learning", ratio, "below 1", beyond(found, -1)))
+    if "no grazers" in arms:
+        tough, poison = (apart(moved["evolving", f"berry.{g}"], moved["no grazers", f"berry.{g}"]) for g in ("tough", "poison"))
+        out.append(verdict("change of toughness in berries, with grazers less without", tough, "above 0", beyond(tough, 1)))
+        out.append(verdict("change of poison in berries, with grazers less without", poison,
+                           "not above 0: it protects only the others", not beyond(poison, 1)))  # fmt: skip
+        alone = interval(list(moved["no grazers", "berry.tough"].values()))
+        out.append(verdict("change of toughness in berries without grazers", alone, "below 0: it costs seeds", beyond(alone, -1)))
+    if "shuffled genome" in arms:
+        sums = [{s: sum(sign * moved[a, f"vole.{g}"][s] for g, sign in WEIGHTS.items()) for s in moved[a, "vole.energy"]}
+                for a in ("evolving", "shuffled genome")]  # fmt: skip
+        found = apart(sums[0], sums[1])
+        out.append(verdict("changes of energy and berry less that of nightshade, evolving less shuffled genome", found,
+                           "above 0: breeding counts, not only staying alive", beyond(found, 1)))  # fmt: skip
+    mine = [e["result"] for e in cases if e["case"]["arm"] == "evolving"]
+    least = min(r["generations"] or 0 for r in mine)
+    out.append(verdict("generations of voles, the fewest of all evolving runs", least, "30 or more", least >= 30))
+    least = min(r["numbers"]["vole"] for r in mine)
+    out.append(verdict("voles, mean of the last quarter, the fewest of all evolving runs", least, "300 or more", least >= 300))
+    rows = [[a, g, len(v), np.mean([numbers(e, g)[0] for e in cases if e["case"]["arm"] == a]), interval(list(v.values()))]
+            for (a, g), v in moved.items() if v]  # fmt: skip
+    return {"verdicts": out, "table": {"head": ["arm", "gene", "runs", "start", "change"], "rows": rows}}
+
+
+def draw(record: dict[str, Any], path: Path) -> None:
+    """Draw mean genes over time: a line for each run, a thick one for the mean of an arm."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+    from PIL import Image
+
+    from ecs_eco.analysis.figures import PALETTE
+
+    panels = {"vole.energy": "own energy", "vole.berry": "nearness of a berry", "vole.nightshade": "nearness of nightshade",
+              "vole.vole": "nearness of a vole", "vole.marker": "neutral marker", "berry.tough": "berries: toughness"}  # fmt: skip
+    figure = Figure(figsize=(9.6, 5.2), layout="constrained")
+    FigureCanvasAgg(figure)
+    every = record["config"]["every"]
+    for axes, (gene, title) in zip(figure.subplots(2, 3, sharex=True).flat, panels.items(), strict=True):
+        shown = [a for a in ARMS if a != "shuffled genome" and (gene.startswith("berry") or a != "no grazers")]
+        for arm in shown:
+            lines = np.array([numbers(e, gene) for e in record["cases"] if e["case"]["arm"] == arm])
+            if not lines.size:
+                continue
+            t, color = np.arange(lines.shape[1]) * every, PALETTE[list(ARMS).index(arm)]
+            axes.plot(t, lines.T, color=color, alpha=0.25, lw=0.6)
+            axes.plot(t, lines.mean(0), color=color, lw=2, label=arm)
+        axes.set_title(title if gene.startswith(("berry", "vole.marker")) else f"weight of {title}", fontsize=10, loc="left")
+        axes.spines[["top", "right"]].set_visible(False)
+        axes.set_ylim(*((0, 1) if gene.startswith("berry") else (-1, 1)))
+        if gene.startswith("vole"):
+            axes.axhline(0, color="#999999", lw=0.6)
+        if axes.get_subplotspec().is_last_row():
+            axes.set_xlabel("tick")
+        if gene in ("vole.energy", "berry.tough"):
+            axes.legend(frameon=False, fontsize=8, loc="upper right" if gene.startswith("berry") else "lower right")
+    figure.savefig(path, dpi=100)
+    Image.open(path).convert("RGB").quantize(96).save(path, optimize=True)  # a third of the bytes
+
+
+def identity() -> str:
+    """Hash of the world as it is shipped: a study of another world is another study."""
+    from ecs_eco.config import load
+
+    return config_hash(load("happiness").resolved())[:16]
+
+
+STUDY = Study(
+    name="happiness", claim="Weights of happiness that make their owners live and breed evolve; nobody says what a vole should want.",
+    config={"world": "happiness", "identity": identity(), "ticks": 4000, "every": 200},
+    cases=[{"arm": arm, "seed": s} for s in SEEDS for arm in ARMS], run=run, summarise=summarise,
+    short_cases=[{"arm": arm, "seed": s} for s in (1, 2) for arm in ("evolving", "neutral drift", "no grazers")],
+    short_config={"ticks": 400},
+)  # fmt: skip
+
+if __name__ == "__main__":
+    if "--draw" in sys.argv:
+        import json
+
+        draw(json.loads((Path(__file__).parent / "results" / "happiness.json").read_text()), FIGURE)
+    else:
+        STUDY.main()

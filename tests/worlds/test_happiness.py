@@ -1,0 +1,130 @@
+"""The world `happiness`: it lives, its genes are the weights of its voles' happiness, and its study counts right."""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from ecs_eco import World
+from ecs_eco.components import Defence, Desires, Genome, Growth, Nervous, Policy
+from ecs_eco.config import load
+from ecs_eco.config.shipped import shipped
+
+STUDIES = str(Path(__file__).parents[2] / "studies")
+SMALL = {"space.size": [60.0, 60.0], "species.vole.count": 150, "species.berry.count": 320, "species.nightshade.count": 30}
+READINGS = ("energy", "berry_near", "nightshade_near", "vole_near")
+
+
+@pytest.fixture(scope="module")
+def world():
+    return World.from_config(load("happiness", SMALL), seed=1).run(300)
+
+
+def test_the_world_is_shipped_and_lives_300_ticks(world):
+    assert "happiness" in shipped()
+    series = world.series().to_pydict()
+    voles = [i for i, s in enumerate(series["species"]) if s == "vole"]
+    total = {k: sum(series[k][i] for i in voles) for k in series if k == "births" or k.startswith("died: ")}
+    assert min(series["n"][i] for i in voles) > 20
+    assert total["births"] > 200
+    assert all(total[f"died: {cause}"] > 0 for cause in ("starved", "poisoned by nightshade", "too old"))
+
+
+def test_the_weights_of_happiness_are_what_the_genes_say(world):
+    vole = world.tables["vole"]
+    rows = vole.rows()[vole.born[vole.rows()] > 0]
+    said = vole.traits["heredity"].layout.decode(vole[Genome].loci[rows])
+    assert rows.size > 20
+    for i, gene in enumerate(("energy", "berry", "nightshade", "vole")):
+        assert np.array_equal(vole[Desires].weight[rows, i], said[gene])
+        assert -1 <= said[gene].min() < said[gene].max() <= 1
+
+
+def test_voles_are_happy_about_what_they_sense_as_their_own_weights_say(world):
+    vole = world.tables["vole"]
+    nerves, weight = vole.traits["nerves"], vole[Desires].weight
+    rows = nerves.rows[vole.alive[nerves.rows] & vole[Nervous].awake[nerves.rows]]  # not who was born since, in the row of a dead
+    x = {int(row): i for i, row in enumerate(nerves.rows)}
+    at = [x[int(row)] for row in rows]
+    wanted = sum(weight[rows, i] * nerves.reading(name, nerves.x)[at] for i, name in enumerate(READINGS))
+    assert np.allclose(vole[Nervous].happiness[rows], np.maximum(wanted, -4), atol=1e-6)
+
+
+def test_what_a_vole_learned_dies_with_it():
+    world, alike = World.from_config(load("happiness", SMALL), seed=2), []
+    vole = world.tables["vole"]
+
+    def born(table, rows, first, second):
+        if table is vole:
+            assert not table[Policy].updates[rows].any()
+            parents = [np.flatnonzero(table.uid[: table.high] == uid) for uid in first]
+            alike.extend((table[Policy].weights[int(row)] == table[Policy].weights[int(p[0])]).mean()
+                         for row, p in zip(rows, parents, strict=True) if p.size)  # fmt: skip
+
+    world.on_birth.append(born)
+    world.run(120)
+    assert vole[Policy].updates[vole.rows()].max() >= 7  # 120 ticks, 16 in a rollout
+    assert len(alike) > 20
+    assert max(alike) < 0.1
+
+
+def test_what_berries_are_is_what_their_genes_say(world):
+    berry = world.tables["berry"]
+    rows = berry.rows()
+    said = berry.traits["heredity"].layout.decode(berry[Genome].loci[rows])
+    for gene, column in (("tough", berry[Defence].toughness), ("poison", berry[Defence].poison), ("spread", berry[Growth].spread)):
+        assert np.array_equal(column[rows], said[gene])
+        assert len(np.unique(said[gene])) > 8
+
+
+def test_where_genes_say_nothing_voles_have_the_declared_weights():
+    vole = World.from_config(load("happiness", SMALL), seed=1, controls=("neutral-drift",)).run(60).tables["vole"]
+    assert np.array_equal(np.unique(vole[Desires].weight[vole.rows()], axis=0), [[0.5, 0, 0, 0]])
+
+
+@pytest.fixture
+def study(monkeypatch):
+    monkeypatch.syspath_prepend(STUDIES)
+    monkeypatch.delitem(sys.modules, "happiness", raising=False)
+    import happiness
+
+    return happiness
+
+
+def _case(study, arm, seed, end, risk=1.0):
+    genes = {f"{s}.{g}": f"0.0 0.0 0.0 {end} {end}" for s, names in study.GENES.items() for g in names}
+    genes["vole.nightshade"] = f"0.0 0.0 0.0 0.0 {-end}"
+    return {"case": {"arm": arm, "seed": seed}, "result": {"genes": genes, "generations": 31.0, "numbers": {"vole": 310.0}, "risk": risk}}
+
+
+def test_the_study_compares_arms_in_pairs_of_one_seed(study):
+    cases = [_case(study, "evolving", s, e, 0.5) for s, e in ((1, 0.8), (2, 0.6), (3, 0.7))]
+    cases += [_case(study, "no learning", s, e, 1.0) for s, e in ((1, 0.1), (2, -0.1), (3, 0.0))]
+    assert study.changed(cases, "evolving", "vole.energy") == pytest.approx({1: 0.8, 2: 0.6, 3: 0.7})
+    found = {v["statement"]: v for v in study.summarise(cases)["verdicts"]}
+    energy = found["change of the weight of energy in happiness, evolving less no learning"]
+    assert energy["value"] == pytest.approx([0.7, 0.7, 0.7])
+    assert energy["met"]
+    assert found["change of the weight of nightshade in happiness, evolving less no learning"]["value"] == pytest.approx([-0.7] * 3)
+    assert found["risk of a vole to die of nightshade, evolving over no learning"]["value"] == pytest.approx([0.5] * 3)
+    assert found["no learning: of 5 genes of voles those that changed (95 % interval without 0)"]["value"] == 0
+
+
+def test_the_study_says_so_where_nothing_evolved(study):
+    cases = [_case(study, arm, s, e) for arm in ("evolving", "neutral drift") for s, e in ((1, 0.2), (2, -0.2), (3, 0.1))]
+    found = {v["statement"]: v["met"] for v in study.summarise(cases)["verdicts"]}
+    assert not found["change of the weight of energy in happiness, evolving less neutral drift"]
+    assert found["generations of voles, the fewest of all evolving runs"]
+
+
+def test_generations_are_counted_from_both_parents(study):
+    world = World.from_config(load("happiness", SMALL), seed=1)
+    vole = world.tables["vole"]
+    depth = study.Generations(world, "vole")
+    rows, (a, b) = vole.rows()[:1], vole.uid[vole.rows()[1:3]]
+    assert depth.mean() == 0
+    depth.born(vole, rows, np.array([a]), np.array([b]))
+    assert depth.of[int(vole.uid[rows[0]])] == 1
+    depth.born(vole, rows, vole.uid[rows], np.array([b]))
+    assert depth.of[int(vole.uid[rows[0]])] == 1.5
