@@ -18,7 +18,8 @@ if TYPE_CHECKING:
 FLOWS = ("taken", "burnt", "given")
 WHO = ("alive", "uid", "born")  # what flushes alone change
 ROUNDING = np.float32(1e-6)  # [1] of the largest number of a sum in float32: 8 units in the last place
-FULL_TURN = 6.2831855
+FULL_TURN = 6.2831855  # [rad]
+BETWEEN = "what was done between ticks"
 
 
 class DebugError(RuntimeError):
@@ -40,6 +41,7 @@ class Guard(Columns):
     __slots__ = ("_component", "_row", "_table", "_uid")
 
     def __init__(self, table: "Table", component: type[Any], row: int, uid: int) -> None:
+        table[component]  # raises the error that names what there is
         self._table, self._component, self._row, self._uid = table, component, row, int(uid)
 
     def __getattr__(self, name: str) -> Any:
@@ -85,6 +87,8 @@ class Debug:
         outer = self.before
         if outer is not None:
             outer.compare()
+        elif not self.world.ticking:
+            Before(self.world, BETWEEN, None, True).check()
         self.before = Before(self.world, name, system, flush)
         try:
             act()
@@ -106,7 +110,7 @@ class Opening(esper.Processor):
 
     def process(self, *_: Any) -> None:
         """Check the world as the tick finds it, and note what the ledger of this tick cannot know."""
-        Before(self.world, "what was done between ticks", None, True).check()
+        Before(self.world, BETWEEN, None, True).check()
         recorder = self.world.recorder
         for s, name in enumerate(recorder.names if recorder is not None else ()):
             page, energy = recorder._ledger[recorder._at, s], _budget(table := self.world.tables[name]).get("energy")
@@ -221,7 +225,7 @@ class Before:
     def _shapes(self, table: Any) -> None:
         now = {(c, n): (a.dtype, a.shape) for c, n, a in _columns(table)}
         for (component, name), was in self.shapes[table.name].items():
-            if (found := now.get((component, name))) != was:
+            if (found := now.get((component, name))) != was and component in table:
                 is_now = "gone" if found is None else f"{found[0]}{list(found[1])}"
                 self.fail(table, f"column {component.__name__}.{name} was {was[0]}{list(was[1])} and is {is_now}; "
                                  f"write into it: table[{component.__name__}].{name}[rows] = …")

@@ -72,7 +72,16 @@ def sources() -> dict[str, tuple[str, Path | None]]:
     goat = herd["species"]["goat"]
     del goat["components"]  # of the test's own
     goat["genome"]["genes"] = [g for g in goat["genome"]["genes"] if g["name"] != "wool"]
-    return found | {"menagerie": (toml(menagerie), None), "herd": (toml(_without_none(herd)), None)}
+    return found | {"menagerie": (toml(menagerie), None), "herd": (toml(_without_none(herd) | {"interventions": DONE}), None)}
+
+
+DONE = [  # to the herd
+    {"kind": "cull", "at": 1, "species": "goat", "share": 0.2, "which": "oldest", "region": [15.0, 15.0, 8.0]},
+    {"kind": "add", "at": 1, "every": 2, "until": 4, "species": "grass", "count": 3, "region": [2.0, 2.0, 9.0, 9.0]},
+    {"kind": "fence", "at": 2, "line": [[5.0, 5.0], [5.0, 20.0]]},
+    {"kind": "set", "at": 3, "set": {"species.goat.metabolism.basal": 0.005}},
+    {"kind": "switch", "at": 3, "species": "goat", "learning": False},
+]
 
 
 def _module(path: str) -> Any:

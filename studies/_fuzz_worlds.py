@@ -146,6 +146,7 @@ def _less(config: Any) -> dict[str, Any]:
     less: dict[str, Any] = {}
     for group in ("species", "objects"):
         less |= {f"{group}.{name}.count": FEW for name, kind in getattr(config, group).items() if kind.count > FEW}
+    less |= {f"interventions.{i}.count": FEW for i, w in enumerate(config.interventions) if w.kind == "add" and w.count > FEW}
     side = min(config.space.size[:2]) / 10
     for name, field in config.fields.items():
         if np.prod([s / field.cell for s in config.space.size]) > SMALL["cells"]:

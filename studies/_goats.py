@@ -96,12 +96,6 @@ def carry(found: Any) -> np.ndarray:
     return found.count[:, -1] if len(found.values) == 2 else np.zeros(len(found.ticks), np.int64)
 
 
-def until_settled(k: np.ndarray, n: np.ndarray) -> slice:
-    """The samples up to the first at which none or all carry a gene."""
-    over = np.flatnonzero((k == 0) | (k == n))
-    return slice(0, int(over[0]) + 1 if over.size else len(k))
-
-
 def drift_free(k: np.ndarray, n: np.ndarray, generation: np.ndarray, mutation: float, share: float = 0.25) -> float:
     """Selection coefficient per generation, with the pull of mutation taken off; NaN where a gene has no variance.
 

@@ -4,6 +4,7 @@ Above the run of the first seed, as in the paper's figure; below the share of ca
 """
 
 import argparse
+import io
 import json
 import sys
 from pathlib import Path
@@ -16,6 +17,7 @@ import matplotlib as mpl
 mpl.use("Agg")
 import matplotlib.pyplot as plt
 from _goats import GENES, numbers
+from PIL import Image
 
 from ecs_eco.analysis.carriers import CLEAR
 
@@ -26,7 +28,7 @@ DASHES = {"red": "-", "yellow": "-", "green": "-", "blue": "--"}
 
 def draw(record: dict[str, Any], path: Path) -> None:
     """Write the figure of a result."""
-    figure, axes = plt.subplots(3, 1, figsize=(8, 7.6), layout="constrained")
+    figure, axes = plt.subplots(3, 1, figsize=(8.5, 7), layout="constrained")
     first = next(e for e in record["cases"] if e["case"]["arm"] == "goats")
     one(axes[0], first["result"]["series"])
     axes[0].set_title(f"Goats that carry each gene, one run (seed {first['case']['seed']})", loc="left", fontsize=10)
@@ -36,7 +38,9 @@ def draw(record: dict[str, Any], path: Path) -> None:
             share(ax, series)
         ax.set_title(f"Share of carriers, all {len(runs)} runs: {words}", loc="left", fontsize=10)
         ax.set_xlabel("generation")
-    figure.savefig(path, dpi=100)
+    whole = io.BytesIO()
+    figure.savefig(whole, dpi=90)
+    Image.open(whole).convert("RGB").quantize(64).save(path, optimize=True)  # a third of the bytes
 
 
 def one(ax: Any, series: dict[str, str]) -> None:
@@ -45,8 +49,10 @@ def one(ax: Any, series: dict[str, str]) -> None:
         ax.plot(numbers(series["tick"]), numbers(series[gene]), color=CLEAR[gene], ls=DASHES[gene], lw=1.5, label=gene)
     ax.plot(numbers(series["tick"]), numbers(series["n"]), color="#888888", lw=0.8, label="all goats")
     ax.set_xlabel("tick")
-    ax.set_ylim(0)
-    ax.legend(ncols=5, fontsize=8, frameon=False, loc="lower center", bbox_to_anchor=(0.6, 1.0))
+    there = numbers(series["green"]) > 0
+    ax.plot(numbers(series["tick"])[there], 0 * numbers(series["n"])[there] - 25, "|", color=CLEAR["green"], ms=5, label="some green")
+    ax.set_ylim(-50)
+    ax.legend(fontsize=8, frameon=False, loc="center left", bbox_to_anchor=(1.0, 0.5))
 
 
 def share(ax: Any, series: dict[str, str]) -> None:

@@ -250,6 +250,16 @@ def test_columns_that_a_system_grows_or_replaces_are_caught(caught):
                                "write into it: table[Body].mass[rows] = …")
 
 
+def test_a_component_that_an_intervention_takes_away_is_right(debug, meadow):
+    world = meadow(components=[Wool], options={"systems": [does(lambda table, world: table.columns.pop(Wool))]}).run(4)
+    assert Wool not in world.table("deer")
+
+
+def test_a_component_that_the_table_lacks_is_named_as_without_debug_mode(debug, meadow):
+    with pytest.raises(KeyError, match="unknown component 'Wool'"):
+        meadow().get(3, Wool)
+
+
 def test_a_cause_of_death_where_nobody_lives_is_caught(caught):
     def work(table, world):
         table.cause[9] = 1

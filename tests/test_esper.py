@@ -182,6 +182,7 @@ def test_worlds_do_not_mix():
 
 
 def test_a_world_that_nobody_holds_frees_its_context_and_columns(menagerie):
+    gc.collect()  # worlds of other tests
     kept = set(esper.list_worlds())
     world = World.from_config(menagerie(), policies="untrained", learn=True, threads=2)
     with world:

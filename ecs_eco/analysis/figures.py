@@ -12,6 +12,7 @@ import numpy as np
 from ecs_eco.analysis.cycles import Surrogates, cross_correlation, living_stretch
 from ecs_eco.analysis.runs import DIED, Series
 from ecs_eco.analysis.spectrum import Peak, smooth, thin, transform
+from ecs_eco.config.interventions import describe
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -112,7 +113,29 @@ def populations(series: Series) -> Figure:
     lines = [line for a in figure.axes for line in a.get_lines() if not str(line.get_label()).startswith("_")]
     figure.legend(handles=lines, loc="outside upper center", ncols=max(1, len(lines)))
     ax.margins(x=0)
+    _mark(figure.axes[-1], interventions(series))
     return figure
+
+
+def interventions(series: Series) -> list[tuple[int, str]]:
+    """What was done to the world: (tick, what), in the order of time."""
+    return [(int(tick), describe(what)) for tick, what in series.manifest.get("intervened") or ()]
+
+
+def _mark(ax: Any, done: Sequence[tuple[int, str]]) -> None:
+    """Draw a vertical line at each intervention; each kind has its words at its first line, where there is room for them."""
+    room = float(np.ptp(ax.get_xlim())) / 45  # the width of a line of text
+    last, said = -np.inf, set[str]()
+    for tick in sorted({t for t, _ in done}):
+        ax.axvline(tick, color="#444c54", lw=0.9, ls=(0, (3, 2)), zorder=1)
+        fresh = dict.fromkeys(what for t, what in done if t == tick and what not in said)
+        if fresh and tick - last >= room:
+            text = "; ".join(fresh)
+            ax.annotate(text if len(text) <= 44 else text[:43] + "…", (tick, 1), xycoords=("data", "axes fraction"), xytext=(2, -3),
+                        textcoords="offset points", rotation=90, ha="left", va="top", fontsize=7.5, color="#222222",
+                        bbox={"facecolor": "white", "alpha": 0.8, "edgecolor": "none", "pad": 0.6})  # fmt: skip
+            last = tick
+            said.update(fresh)
 
 
 @_styled

@@ -22,7 +22,9 @@ KINDS = {
     "temperature": "surroundings",
     "pressure": "surroundings",
 }
-SECTIONS = {"eat": "homeostatic regulation", "mate": "reproduction", "speed": "locomotion", "turn": "locomotion", "climb": "locomotion"}
+SECTIONS = dict.fromkeys(("eat", "drink", "breathe", "suck", "sleep"), "homeostatic regulation") | {
+    "mate": "reproduction", "speed": "locomotion", "turn": "locomotion", "climb": "locomotion",
+}  # fmt: skip
 ORDER = ("homeostatic regulation", "reproduction", "other actions", "locomotion")
 
 

@@ -199,7 +199,7 @@ def list_() -> None:
 @exits
 def check(
     world: Annotated[
-        str | None, typer.Argument(metavar="[WORLD]", show_default=False, help="Name of a shipped world (see `list`), or a TOML file.")
+        str | None, typer.Argument(metavar="WORLD", show_default=False, help="Name of a shipped world (see `list`), or a TOML file.")
     ] = None,
     set_: Set = None,
     schema: Annotated[bool, typer.Option("--schema", help="Say the JSON schema of world files instead, for editors.")] = False,

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import json
 from typing import Any
 
-from ecs_eco.config import WorldConfig
+from ecs_eco.cli.terminal import refuse, say
+from ecs_eco.config import WorldConfig, load
 
 
 def _layout(config: WorldConfig, name: str) -> Any:
@@ -35,3 +37,17 @@ def summary(config: WorldConfig) -> str:
             lines += [f"    {line}" for line in str(_layout(config, name)).splitlines()]
     lines += [f"  {name}: {kind.count or len(kind.at)}" for name, kind in config.objects.items()]
     return "\n".join([*lines, f"  configuration {config.config_hash[:16]}, no problems"])
+
+
+def check_world(world: str | None, changes: list[str]) -> None:
+    """Say what is in a world, once it is found right."""
+    if world is None:
+        refuse("WORLD", "is missing", "", "a world, or --schema")
+    say(summary(load(world, changes)))
+
+
+def tell_schema() -> None:
+    """Say the JSON schema of world files."""
+    from ecs_eco.config.schema import json_schema
+
+    say(json.dumps(json_schema(), indent=1, ensure_ascii=False))

@@ -76,14 +76,16 @@ def for_training(config: WorldConfig) -> WorldConfig:
     return load(_Document(data, config._source, config._folder, set_by="[training] set"), wanted)  # type: ignore[arg-type]
 
 
-def changed(config: WorldConfig, values: Mapping[str, Any], folder: Path | None = None) -> WorldConfig:
-    """The world with values that somebody sets while it lives; raises ConfigError. Its interventions stay as they are."""
-    data = config.model_dump() | {"interventions": []}  # they are right already: no need to look at them again each time
-    data["training"]["set"] = {}
-    new = load(_Document(data, config._source, folder or config._folder, set_by="set"), values)  # type: ignore[arg-type]
-    kept: dict[str, Any] = {"interventions": config.interventions}
-    if not any(key.partition(".")[0] == "training" for key in values):
-        kept["training"] = config.training
+def changed(config: WorldConfig, values: Overrides, folder: Path | None = None) -> WorldConfig:
+    """The world with values that somebody sets while it lives; raises ConfigError."""
+    names = values if isinstance(values, Mapping) else [text.partition("=")[0].strip() for text in values or ()]
+    kept: dict[str, Any] = {}
+    data, touched = config.model_dump(), {name.partition(".")[0] for name in names}
+    if "interventions" not in touched:  # right already: no need to look at them again each time
+        data["interventions"], kept["interventions"] = [], config.interventions
+    if "training" not in touched:
+        data["training"]["set"], kept["training"] = {}, config.training
+    new = load(_Document(data, config._source, folder or config._folder), values)  # type: ignore[arg-type]
     return new.model_copy(update=kept)
 
 

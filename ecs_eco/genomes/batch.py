@@ -32,6 +32,7 @@ class Operators:
         if not 0 <= chance <= 1:
             raise ValueError(f"mate: chance = {chance}; allowed are 0 to 1")
         self.toolbox, self.layout, self.chance, self.mutation = toolbox, layout, chance, True
+        self._loci: tuple[Any, np.ndarray, np.ndarray, np.ndarray] | None = None  # mutate, and what it does to each locus
         self._seen: dict[str, tuple[Any, Callable[..., Any], dict[str, Any]]] = {}
         for word in ("mate", "mutate"):
             self._operator(word)
@@ -107,10 +108,10 @@ class Operators:
         from deap import tools
 
         function, arguments = self._operator("mutate")
-        rates = self.layout.rates(arguments.get("indpb", 0.0))
-        n = strings.shape[1]
+        if self._loci is None or self._loci[0] is not self.toolbox.mutate:
+            self._loci = self.toolbox.mutate, self.layout.rates(arguments.get("indpb", 0.0)), *self._bounds(arguments)
+        _, rates, low, up = self._loci
         if function is tools.mutUniformInt:
-            low, up = (np.broadcast_to(np.atleast_1d(np.asarray(arguments[k], np.int64))[:n], n) for k in ("low", "up"))
             kernels.mutate_uniform(strings, keys, salt, rates, low, up)
         elif function is tools.mutFlipBit:
             kernels.mutate_flip(strings, keys, salt, rates)
@@ -118,6 +119,12 @@ class Operators:
             kernels.mutate_shuffle(strings, keys, salt, rates)
         else:
             self._mutate_each(strings, keys, salt, function, arguments)
+
+    def _bounds(self, arguments: dict[str, Any]) -> tuple[np.ndarray, np.ndarray]:
+        """Return the lowest and the highest letter of each locus: i64[length] each."""
+        n, highest = self.layout.length, len(self.layout.alphabet) - 1
+        low, up = (np.atleast_1d(np.asarray(arguments.get(k, v), np.int64))[:n] for k, v in (("low", 0), ("up", highest)))
+        return np.broadcast_to(low, n).copy(), np.broadcast_to(up, n).copy()
 
     def _mutate_each(self, strings: np.ndarray, keys: np.ndarray, salt: int, function: Any, arguments: dict[str, Any]) -> None:
         """Mutate birth by birth; loci of genes with rates of their own are handed over apart from the others."""

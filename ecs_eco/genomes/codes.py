@@ -136,6 +136,11 @@ class Range(Code):
         values = np.clip(values, self.low, self.high)
         share = np.log(values / self.low) / np.log(self.high / self.low) if self.log else (values - self.low) / (self.high - self.low)
         total = np.rint(share * self.steps).astype(np.int64)
+        if self.log:  # the nearest value is not always that of the nearest logarithm
+            ratio = self.high / self.low
+            low = np.clip(np.floor(share * self.steps), 0, self.steps - 1)
+            below, above = self.low * ratio ** (low / self.steps), self.low * ratio ** ((low + 1) / self.steps)
+            total = (low + (above - values < values - below)).astype(np.int64)
         n = self.codons.n
         return total[:, None] // n + (np.arange(n) < total[:, None] % n)
 

@@ -75,7 +75,7 @@ class Heredity:
         if not self.expression:
             return {}
         out: Values = {}
-        said = self.layout.decode(loci)
+        said = self.layout.decode(loci, self.targets)
         for gene, (component, field, index) in self.targets.items():
             default = table.defaults[component][field]
             if index is None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple, get_args
 
 import numpy as np
@@ -88,10 +88,14 @@ class Layout:
                         "codes for": code.text, "resolution": fine})  # fmt: skip
         return out
 
-    def decode(self, loci: np.ndarray) -> dict[str, np.ndarray]:
-        """Return the values that rows u8[n, loci] say, by gene: f32[n], i32[n] for whole numbers, f32[n, weights]."""
+    def decode(self, loci: np.ndarray, names: Collection[str] | None = None) -> dict[str, np.ndarray]:
+        """Return the values that rows u8[n, loci] say, by gene: f32[n], i32[n] for whole numbers, f32[n, weights].
+
+        `names` are the genes asked for; None: all.
+        """
         loci = self.check(loci)
-        return {code.name: self._expressed(code, loci).astype(code.dtype) for code in self.genes}
+        asked = self.genes if names is None else [code for code in self.genes if code.name in names]
+        return {code.name: self._expressed(code, loci).astype(code.dtype) for code in asked}
 
     def alleles(self, loci: np.ndarray, name: str) -> np.ndarray:
         """Return what each string says of one gene, before dominance: [n, ploidy, …]."""

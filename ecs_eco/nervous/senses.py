@@ -58,7 +58,7 @@ def own(property: str, scale: float, substances: list[str]) -> Sense:
 
 def own_range(table: "Table", seekers: Seekers, number: int, radius: float) -> tuple[float, np.ndarray]:
     """Return how far the sensor reaches at most, and for each seeker f32[n] [m]; `radius` where that is not its own."""
-    if Senses not in table or not seekers.n:
+    if number not in table.traits.get("own ranges", ()) or not seekers.n:
         return radius, np.full(seekers.n, radius, np.float32)
     own = table[Senses].radius[seekers.rows, number]
     return float(own.max()), own
@@ -139,7 +139,7 @@ def smell(field: str, at: list[float], scale: float, number: int = 0) -> Sense:
         f, mine, space = world.fields[field], seekers.index, world.space
         x, y = mine.x, mine.y
         body = (seekers.radius, seekers.cos, seekers.sin, forward, left)
-        if Senses in table:  # each has its nose in a place of its own: that is where the kernel finds it then
+        if number in table.traits.get("own places", ()):  # the kernel finds each one's nose where its body is
             own = table[Senses]
             x, y = nose(seekers, own.forward[seekers.rows, number], own.left[seekers.rows, number], space)
             body = (seekers.radius, seekers.cos, seekers.sin, np.float32(0), np.float32(0))
@@ -178,7 +178,7 @@ def ambient(quantity: str, zero: float, scale: float, at: Sequence[float] = (), 
 
     def sense(world: "World", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
         x, y, z = seekers.index.x, seekers.index.y, seekers.index.z
-        own, space = Senses in table, world.space
+        own, space = number in table.traits.get("own places", ()), world.space
         if own or forward or left or up:
             of = table[Senses] if own else None
             ahead, aside = (forward, left) if of is None else (of.forward[seekers.rows, number], of.left[seekers.rows, number])

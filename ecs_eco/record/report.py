@@ -41,6 +41,7 @@ def write_report(run_dir: Path | str) -> Path:
         f"<p class='under'>{escape(_what(series))}</p>",
         _verdict(series),
         pictures.get("populations", ""),
+        *(("<h2>Interventions</h2>", done) if (done := _interventions(series)) else ()),
         "<h2>Numbers</h2>",
         _numbers(series, ages_at_death(run)),
         "<h2>Cycles</h2>",
@@ -100,7 +101,8 @@ def _draw(run: Path, series: Series, cycles: CycleStatistics) -> dict[str, str]:
     hue = figures.colors(series.species, series.manifest.get("colors"))
     alive = [s for s, here in zip(series.species, series.present, strict=True) if here]
     pairs = list(zip(alive, alive[1:], strict=False))
-    add("populations", figures.populations(series), "Numbers over time. A cross marks the end of a species.")
+    marked = ", a dashed line an intervention" if figures.interventions(series) else ""
+    add("populations", figures.populations(series), f"Numbers over time. A cross marks the end of a species{marked}.")
     peaks = {s: peak for s, peak in cycles.peaks.items() if peak is not None}
     if peaks:
         add(
@@ -189,6 +191,15 @@ def how_it_ended(series: Series, species: str) -> str:
     born = f" against {births:,} birth{'s' * (births != 1)}" if total else ""
     how = f", {total:,} death{'s' * (total != 1)}{born}: {', '.join(shares)}" if shares else ""
     return f"{species} died out at tick {series.extinct[i]:,.0f}. From tick {series.ticks[since]:,}, when there were {n[since]:,.0f}{how}."
+
+
+def _interventions(series: Series) -> str:
+    """A table of what was done to the world; what was done many times is one row. "" where nothing was."""
+    ticks: dict[str, list[int]] = {}
+    for tick, what in figures.interventions(series):
+        ticks.setdefault(what, []).append(tick)
+    rows = [[f"{at[0]:,}" if len(at) == 1 else f"{at[0]:,} to {at[-1]:,}", f"{len(at):,}", what] for what, at in ticks.items()]
+    return table(["tick", "times", "what"], rows) if rows else ""
 
 
 def _numbers(series: Series, ages: Mapping[str, tuple[int, float]]) -> str:

@@ -74,7 +74,7 @@ class Terrain:
         ny, nx = self.ground.shape
         self.ground[self.ground == FENCE] = OPEN
         for corners in self.fences:
-            i, j = cells_along(corners * self.inverse.astype(float)).T
+            i, j = cells_along(corners * np.array([nx, ny]) / np.array(self.space.size[:2])).T
             if self.space.torus:
                 i, j = i % nx, j % ny
             inside = (i >= 0) & (i < nx) & (j >= 0) & (j < ny)

@@ -19,7 +19,10 @@ def neutral_drift(world: Any) -> None:
 
 
 def shuffled_genome(world: Any) -> None:
-    """Genes speak, but a newborn's come from any of the living instead of its parents: what helps its owner is not passed on."""
+    """Genes speak, but a newborn's come from any of the living instead of its parents.
+
+    What keeps its owner alive is still more common among the living; what makes it breed more is not passed on.
+    """
     for heredity in _all(world, "heredity"):
         heredity.shuffled = True
 

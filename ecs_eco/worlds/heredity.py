@@ -60,6 +60,8 @@ def _targets(table: Any, species: Any, layout: Any, traits: dict[str, Any]) -> T
                 table.add_component(component)
             column = table.defaults[component][trait.field]
             column[... if trait.index is None else trait.index] = trait.default
+    table.traits["own ranges"] = frozenset(t.index for _, t in coded if (t.component, t.field) == ("Senses", "radius"))
+    table.traits["own places"] = frozenset(t.index for _, t in coded if t.component == "Senses" and t.field in ("forward", "left"))
     for gene, trait in coded:
         if trait.name == "body.radius":
             table.traits["radius"] = max([species.body.radius, *(gene.values or [gene.low, gene.high])])

@@ -67,7 +67,7 @@ def test_equal_steps_of_a_logarithmic_scale_are_equal_factors() -> None:
     layout = one(Gene(name="l", letters=1, low=1, high=8, scale="log"))
     assert [said(layout, letter)["l"] for letter in "ACGT"] == pytest.approx([1, 2, 4, 8])
     assert layout["l"].resolution == pytest.approx(4)
-    assert said(layout, layout.alphabet.decode(layout.encode({"l": 2.9})[0]))["l"] == pytest.approx(4)  # nearer in its logarithm
+    assert said(layout, layout.alphabet.decode(layout.encode({"l": 2.9})[0]))["l"] == pytest.approx(2)  # nearer, if not in its logarithm
 
 
 def test_the_resolution_is_the_range_over_the_steps() -> None:
@@ -163,8 +163,6 @@ def test_a_value_comes_back_within_half_a_resolution(layout: Layout, seed: int) 
         fine = 1e-5 * max(abs(code.low), abs(code.high))
         if code.gene.form == "cosine":
             assert layout.ploidy == 2 or off <= 1e-4 * max(abs(code.low), abs(code.high))
-        elif code.gene.scale == "log":
-            assert off <= code.resolution * 0.75 + fine  # the middle of the logarithms is not that of the numbers
         else:
             assert off <= code.resolution / 2 + fine
 

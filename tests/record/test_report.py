@@ -37,6 +37,18 @@ def test_a_run_in_which_all_persist_and_cycle(tmp_path: Path) -> None:
     assert drawn == {"populations", "spectra", "lags", "phase", "deaths", "energy"}
 
 
+def test_interventions_have_a_table_with_a_row_for_what_was_done_many_times(tmp_path: Path) -> None:
+    run = chains.write_run(tmp_path / "run", chains.chain(300), events=False)
+    assert "Interventions" not in words(write_report(run))
+    manifest = json.loads((run / "manifest.json").read_text())
+    cull, stop = {"kind": "cull", "species": "<deer>", "count": 7}, {"kind": "switch", "reproduction": False}
+    manifest["intervened"] = [[10, cull], [20, cull], [20, stop], [30, cull]]
+    (run / "manifest.json").write_text(json.dumps(manifest))
+    text = words(write_report(run))
+    assert "tick times what 10 to 30 3 cull 7 &lt;deer&gt; 20 1 reproduction off for all" in text
+    assert "a dashed line an intervention" in text
+
+
 def test_a_page_asks_for_nothing_from_outside(tmp_path: Path) -> None:
     page = write_report(chains.write_run(tmp_path / "run", chains.chain(200))).read_text()
     assert not re.findall(r"""(?:src|href)=["'](?!data:)""", page)

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from ecs_eco.space import Space, Terrain
-from ecs_eco.space.terrain import OPEN, ROCK, WATER, ground_at, height_at
+from ecs_eco.space.terrain import FENCE, OPEN, ROCK, WATER, cells_along, ground_at, height_at
 
 F = np.float32
 
@@ -67,3 +67,39 @@ def test_hills_have_the_size_asked_for_are_the_same_for_the_same_seed_and_close_
     assert 0.5 * 3 < one.std() < 2 * 3
     steps = np.abs(np.diff(one, axis=1)).max()
     assert np.abs(one[:, 0] - one[:, -1]).max() <= 1.1 * steps  # no cliff at the seam
+
+
+@pytest.mark.parametrize(("corners", "cells"), [
+    ([[0.5, 0.5], [3.5, 0.5]], [(0, 0), (1, 0), (2, 0), (3, 0)]),
+    ([[0.5, 0.5], [2.5, 1.3]], [(0, 0), (1, 0), (1, 1), (2, 1)]),  # y is 1 at x = 1.75
+    ([[0.5, 0.5], [2.5, 2.5]], [(0, 0), (1, 0), (1, 1), (2, 1), (2, 2)]),  # through corners: by way of the cell beside them
+    ([[2.5, 1.5], [0.5, 1.5], [0.5, 0.2]], [(2, 1), (1, 1), (0, 1), (0, 0)]),
+    ([[0.5, 0.5], [-1.5, 0.5]], [(0, 0), (-1, 0), (-2, 0)]),
+])  # fmt: skip
+def test_the_cells_of_a_line_are_those_it_passes_each_beside_the_next(corners, cells):
+    assert [tuple(c) for c in cells_along(np.array(corners)).tolist()] == cells
+
+
+def test_no_line_has_a_gap_at_a_corner():
+    generator = np.random.Generator(np.random.Philox(1))
+    for corners in generator.uniform(-5, 30, (200, 4, 2)):
+        steps = np.abs(np.diff(cells_along(corners), axis=0)).sum(axis=1)
+        assert (steps == 1).all()
+
+
+def test_ground_with_fences_is_saved_and_brought_back():
+    space = Space((20.0, 10.0), "torus")
+    a, b = (Terrain(space, 1.0, lakes=[{"at": [5.0, 5.0], "radius": 2.0}]) for _ in range(2))
+    a.fence(np.array([[0.5, 5.5], [19.5, 5.5]]))
+    a.fence(np.array([[15.5, 0.5], [15.5, 9.5], [18.0, 9.5]]))
+    assert np.unique(a.ground[5], return_counts=True)[1].tolist() == [4, 16]  # of 20 cells 4 are water
+    b.load(a.state())
+    assert (b.ground == a.ground).all()
+    for terrain in (a, b):
+        terrain.unfence(np.array([[0.5, 5.5], [19.5, 5.5]]))
+        assert terrain.ground[5, 15] == FENCE  # the other one
+        assert terrain.ground[5, 12] == 0
+    with pytest.raises(ValueError, match="no fence stands along"):
+        b.unfence(np.array([[0.5, 5.5], [19.5, 5.5]]))
+    with pytest.raises(ValueError, match="cells"):
+        Terrain(space, 2.0).load(a.state())

@@ -158,7 +158,8 @@ def go(w, ticks):
 @pytest.mark.parametrize("speed", [0.3, 1.0, 7.0])
 def test_nobody_gets_out_of_a_round_fence_in_any_direction_and_who_is_outside_does_not_get_in(speed):
     n = 60
-    w = world({"kind": "fence", "at": 0, "region": [50.0, 30.0, 15.0]}, **{"species.deer.count": n, "species.deer.locomotion.speed.run": speed})
+    more = {"species.deer.count": n, "species.deer.locomotion.speed.run": speed}
+    w = world({"kind": "fence", "at": 0, "region": [50.0, 30.0, 15.0]}, **more)
     angle = 2 * np.pi * (np.arange(n) + 0.37) / n
     inside = np.arange(n) % 2 == 0
     r = np.where(inside, 2.0, 20.0)
@@ -232,7 +233,7 @@ def test_a_fence_spares_lakes_and_crossing_fences_stand_when_one_is_taken_away(m
 
 
 def test_births_stop_and_go_on_for_one_species_or_for_all():
-    more = {"species.deer.reproduction.rate": 0.5, "species.deer.reproduction.energy_min": 0.0, "species.deer.reproduction.energy_given": 0.0}
+    more = {f"species.deer.reproduction.{key}": value for key, value in {"rate": 0.5, "energy_min": 0.0, "energy_given": 0.0}.items()}
     w = world({"kind": "switch", "at": 2, "species": "deer", "reproduction": False}, {"kind": "switch", "at": 4, "reproduction": True},
               {"kind": "switch", "at": 6, "reproduction": False}, **more)
     w.run(8)
@@ -308,6 +309,20 @@ def test_a_world_saved_before_or_after_an_intervention_goes_on_the_same(name, tm
         restored = World.restore(file)
         assert restored.run(12 - restored.tick).digest() == end, file.name
         assert restored.intervened == planned.intervened
+
+
+@pytest.mark.parametrize("name", ["a cull of half the wolves", "a doubled birth rate", "a fence"])
+def test_in_the_file_and_in_a_fork_of_a_checkpoint_are_the_same(name, tmp_path):
+    from ecs_eco.record import run_to_folder
+    from ecs_eco.record.run import fork
+
+    what = CASES[name] | {"at": 6}
+    run_to_folder(small(), seed=4, ticks=8, out=tmp_path / "burnt-in", policies="untrained", checkpoint_every=4, keep=9, report=False)
+    asked = {"interventions": [what]} if what["kind"] != "set" else what["set"]
+    forked = fork(tmp_path / "burnt-in", tmp_path / "fork", from_tick=6, changes=asked, until=14, report=False)
+    planned = run_to_folder(small(what), seed=4, ticks=14, out=tmp_path / "planned", policies="untrained", report=False)
+    assert forked["digest"] == planned["digest"]
+    assert planned["intervened"] == [[6, what | planned["intervened"][0][1]]]
 
 
 def test_a_world_with_interventions_keeps_the_promises_of_worlds():  # among them: no fate depends on rows

@@ -12,7 +12,7 @@ from ecs_eco.config import load
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "studies"))
 
-from _goats import Family, carriers, drift_free, until_settled
+from _goats import Family, carriers, drift_free
 
 GENES = ("red", "yellow", "green", "blue")
 FEW = {
@@ -123,10 +123,3 @@ def test_selection_without_the_pull_of_mutation_by_hand():
     k = np.array([50, 60, 75])  # dp 0.10, 0.15; pull 0.1 (0.25 − p) dt = −0.05, −0.035; p (1 − p) dt = 0.5, 0.24
     assert drift_free(k, n, generation, 0.1) == pytest.approx((0.15 + 0.185) / 0.74)
     assert np.isnan(drift_free(np.zeros(3), n, generation, 0.1))
-
-
-def test_a_gene_is_settled_at_the_first_sample_in_which_none_or_all_carry_it():
-    n = np.array([10, 10, 12, 12])
-    assert until_settled(np.array([3, 5, 12, 9]), n) == slice(0, 3)
-    assert until_settled(np.array([3, 0, 0, 9]), n) == slice(0, 2)
-    assert until_settled(np.array([3, 1, 2, 9]), n) == slice(0, 4)

@@ -1,0 +1,338 @@
+"""Some hundred cases of studies/fuzz.py, which has the rest; and what fuzzing found, each by itself."""
+
+import json
+import os
+import random
+import re
+import signal
+import sys
+import time
+import tomllib
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from ecs_eco.cli.app import app
+from ecs_eco.config import load
+from ecs_eco.config.schema import json_schema
+from ecs_eco.config.shipped import shipped
+from ecs_eco.errors import CheckpointError, ConfigError, RecordingError
+
+sys.path.insert(0, str(Path(__file__).parent.parent / "studies"))
+import _fuzz
+import _fuzz_files
+import _fuzz_worlds
+
+
+def _judged(judge, items):
+    found = []
+    for item in items:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            found.append(judge(item) | {"item": item[:3]})
+    return found
+
+
+@pytest.mark.parametrize("what", ["text", "values"])
+def test_mutated_worlds_are_refused_with_a_place_or_run(what, tmp_path):
+    found = _judged(_fuzz_worlds.judge, [("herd", what, seed, str(tmp_path)) for seed in range(60)])
+    assert not [f for f in found if f["kind"] in _fuzz_worlds.FAILURES]
+    kinds = {f["kind"] for f in found}
+    assert {"refused", "ran 5 ticks"} <= kinds
+
+
+@pytest.mark.parametrize("world", ["predator-prey", "menagerie"])
+def test_mutated_worlds_are_refused_with_a_place_or_accepted(world, tmp_path, monkeypatch):
+    monkeypatch.setattr(_fuzz_worlds, "_run", lambda config: {"kind": "accepted"})
+    found = _judged(_fuzz_worlds.judge, [(world, what, seed, str(tmp_path)) for what in ("text", "values") for seed in range(100)])
+    assert not [f for f in found if f["kind"] in _fuzz_worlds.FAILURES]
+    assert {"refused", "accepted"} <= {f["kind"] for f in found}
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("recorded") / "run"
+    _fuzz_files.recorded("herd", folder)
+    return folder
+
+
+@pytest.mark.parametrize("judge", [_fuzz_files._Checkpoints, _fuzz_files._Recordings])
+def test_damaged_files_are_refused_by_name_or_hold_the_same(judge, recorded, tmp_path):
+    found = _judged(judge(recorded, tmp_path / "damaged"), [("herd", "", seed) for seed in range(1, 61)])
+    assert not [f for f in found if f["kind"] in _fuzz_worlds.FAILURES]
+    assert sum(f["kind"] == "refused" for f in found) > 50
+
+
+def test_the_judge_sees_a_wrong_load(recorded, tmp_path, monkeypatch):
+    from ecs_eco.record import checkpoint
+
+    judge, read = _fuzz_files._Checkpoints(recorded, tmp_path / "damaged"), checkpoint.read
+
+    def careless(path):
+        meta, arrays = read(path)
+        return meta, arrays | {"table/goat/uid": arrays["table/goat/uid"] + (1 if "damaged" in str(path) else 0)}
+
+    assert judge.asked(judge.files()[0], 1)["kind"] == "the same content"
+    monkeypatch.setattr(checkpoint, "read", careless)
+    assert judge.asked(judge.files()[0], 1)["kind"] == "wrong load"
+
+
+def test_readings_are_the_same_to_the_bit():
+    one = {"a": [np.array([np.nan, 0.0]), 1.0, float("nan")], "b": "x"}
+    assert _fuzz_files._equal(one, {"a": [np.array([np.nan, 0.0]), 1.0, float("nan")], "b": "x"})
+    for other in ({"a": one["a"]}, one | {"b": "y"}, one | {"a": [np.array([np.nan, -0.0]), 1.0, float("nan")]}, one | {"a": one["a"][:2]}):
+        assert not _fuzz_files._equal(one, other)
+
+
+def test_a_hang_and_a_dead_process_are_counted_and_the_rest_goes_on():
+    def judge(item):
+        if item == 1:
+            time.sleep(60)
+        if item == 2:
+            os.kill(os.getpid(), signal.SIGKILL)
+        return {"kind": str(item)}
+
+    found = list(_fuzz.guarded(judge, range(4), seconds=1.0))
+    assert [f["kind"] for f in found] == ["0", "hang", "crash", "3"]
+
+
+@pytest.mark.parametrize("kind", ["series", "births", "deaths", "snapshots"])
+def test_one_flipped_bit_anywhere_in_a_part_is_seen(kind, recorded, tmp_path):
+    from ecs_eco.record.arrow import read_part
+
+    part = sorted((recorded / kind).glob("*.parquet"))[0]
+    raw, chance = part.read_bytes(), random.Random(5)
+    for at in chance.sample(range(len(raw)), 40):
+        damaged = bytearray(raw)
+        damaged[at] ^= 1 << chance.randrange(8)
+        (tmp_path / "part.parquet").write_bytes(damaged)
+        with pytest.raises(RecordingError, match=r"part\.parquet: is damaged"):
+            read_part(tmp_path / "part.parquet", needed=True)
+
+
+def test_a_changed_manifest_is_refused_and_one_without_seal_too(recorded, tmp_path):
+    from ecs_eco.analysis.runs import load_series
+
+    _fuzz_files._copied(recorded, tmp_path / "run")
+    manifest = json.loads((recorded / "manifest.json").read_text())
+    (tmp_path / "run" / "manifest.json").write_text(json.dumps(manifest | {"dt": 2.0}))
+    with pytest.raises(RecordingError, match="its seal does not fit"):
+        load_series(tmp_path / "run")
+    (tmp_path / "run" / "manifest.json").write_text(json.dumps({k: v for k, v in manifest.items() if k != "seal"}))
+    with pytest.raises(RecordingError, match="its seal is missing"):
+        load_series(tmp_path / "run")
+
+
+@pytest.mark.parametrize("command", ["report", "lineage"])
+def test_a_damaged_part_ends_a_command_with_its_name(command, recorded, tmp_path):
+    _fuzz_files._copied(recorded, tmp_path / "run")
+    part = tmp_path / "run" / "births" / "part-00000.parquet"
+    part.write_bytes(part.read_bytes()[:-7])
+    done = CliRunner().invoke(app, [command, str(tmp_path / "run")])
+    assert done.exit_code in (1, 2)
+    assert "part-00000.parquet: is damaged" in done.stderr
+
+
+# --- what fuzzing found ----------------------------------------------------------------------------------------------
+
+
+def _goat(path, value):
+    """The herd with one value of a goat changed."""
+    data = _fuzz.parsed(_fuzz.sources()["herd"][0])
+    node = data["species"]["goat"]
+    for part in path[:-1]:
+        node = node[part]
+    node[path[-1]] = value
+    return data
+
+
+def _refused(data, path, *words):
+    with pytest.raises(ConfigError) as error:
+        load(data)
+    [problem] = [p for p in error.value.problems if ".".join(map(str, p.key)) == path]
+    for word in words:
+        assert word in str(problem)
+
+
+def test_a_nose_further_off_than_the_world_is_wide_is_refused():
+    # it smelled beyond the end of the field: 30 m of world, bodies of up to 0.6 m (a gene says so), so 25 radii at most
+    _refused(_goat(("sensors", 2, "at"), [1e6, 0.5]), "species.goat.sensors.2.at", "at most 25")
+    assert load(_goat(("sensors", 2, "at"), [24.0, 0.5]))
+
+
+def _gene(data, trait):
+    """The place of a gene of the goat, and the gene."""
+    return next((i, gene) for i, gene in enumerate(data["species"]["goat"]["genome"]["genes"]) if gene.get("trait") == trait)
+
+
+def test_a_gene_that_puts_a_nose_there_is_refused():
+    data = _goat(("count",), 5)
+    i, gene = _gene(data, "sensors.musk.left")
+    gene["low"] = -1e6
+    _refused(data, f"species.goat.genome.genes.{i}.low", "-25 to 25")
+
+
+def test_a_gene_of_pace_beyond_the_world_is_refused():
+    data = _goat(("count",), 5)
+    i, gene = _gene(data, "locomotion.pace")
+    gene["high"] = 1e6
+    _refused(data, f"species.goat.genome.genes.{i}.high", "at most 18.75")  # 15 m, at 0.8 m in a tick
+
+
+@pytest.mark.parametrize("value", ["1/0", {}, [], True])
+def test_a_hyperparameter_that_is_no_number_is_told_where_genes_name_it(value):
+    _refused(_goat(("ppo", "learning_rate"), value), "species.goat.ppo.learning_rate", "not possible")
+
+
+@pytest.mark.parametrize(("name", "value", "most"), [("entropy", 1e39, "1e+30"), ("horizon", 10**40, "1e+09")])
+def test_a_hyperparameter_beyond_all_numbers_is_refused(name, value, most):
+    _refused(_goat(("ppo", name), value), f"species.goat.ppo.{name}", f"at most {most}")
+
+
+def test_a_long_genome_is_checked_at_once():
+    assert load(_goat(("genome", "loci"), 50_000_000)).species["goat"].genome.loci == 50_000_000  # operators were tried on all of it
+
+
+@pytest.mark.parametrize(("mutate", "word"), [({"low": [0], "up": 1, "indpb": 0.1}, "1 numbers as low"), ({"indpb": "x"}, "indpb = x")])
+def test_odd_arguments_of_an_operator_are_refused(mutate, word):
+    _refused(_goat(("genome", "mutate"), {"operator": "mutUniformInt", **mutate}), "species.goat.genome.mutate.operator", word)
+
+
+@pytest.mark.parametrize(("section", "cell"), [("terrain", 1e-200), ("fields", 1e-200)])
+def test_cells_whose_square_is_nothing_are_refused(section, cell):
+    data = _goat(("count",), 5)
+    if section == "terrain":
+        data["terrain"] = {"cell": cell}
+        _refused(data, "terrain.cell", "so near to 0")
+    else:
+        data["fields"]["musk"]["cell"] = cell
+        _refused(data, "fields.musk.cell", "so near to 0")
+
+
+@pytest.mark.parametrize("section", ["terrain", "fields"])
+def test_cells_of_almost_nothing_are_refused_for_their_number(section):
+    data = _goat(("count",), 5)
+    (data.setdefault("terrain", {}) if section == "terrain" else data["fields"]["musk"])["cell"] = 1e-30
+    _refused(data, "terrain.cell" if section == "terrain" else "fields.musk.cell", "cells")
+
+
+def test_a_number_that_float32_makes_0_is_refused_where_0_is():
+    _refused(_goat(("sensors", 2, "scale"), 5e-324), "species.goat.sensors.2.scale", "at least 1e-30")
+
+
+def test_more_sites_of_plants_than_can_be_is_refused():
+    data = _goat(("count",), 5)
+    data["space"]["size"] = [30.0, 1e8]
+    _refused(data, "species.grass.reproduction.spacing", "sites")
+
+
+def test_many_problems_of_a_long_file_are_told_at_once(tmp_path):
+    eaten = ", ".join('{ eats = "nobody", gain = 0.1 }' for _ in range(3000))  # each line was looked for anew
+    text = _fuzz.sources()["menagerie"][0]
+    new = re.sub(r'diet = \[\{ eats = "ram".*?\]', f"diet = [{eaten}]", text)
+    assert new != text
+    (tmp_path / "world.toml").write_text(new)
+    with pytest.raises(ConfigError, match=r"world\.toml, line \d+: species\.lynx\.diet\.0\.eats"):
+        load(tmp_path / "world.toml")
+
+
+def test_too_little_memory_ends_a_command_with_a_word(monkeypatch):
+    def exhausted(*arguments, **more):
+        raise MemoryError("Unable to allocate 3 TiB")
+
+    monkeypatch.setattr("ecs_eco.cli.simulate.run_world", exhausted)
+    done = CliRunner().invoke(app, ["run", "predator-prey"])
+    assert (done.exit_code, done.stderr) == (1, "The memory is not enough for this: Unable to allocate 3 TiB\n")
+
+
+# --- the JSON schema -------------------------------------------------------------------------------------------------
+
+TYPES = {"string": str, "integer": int, "number": (int, float), "boolean": bool, "object": dict, "array": list}
+SAID = {"$schema", "$defs", "title", "description", "default", "unit", "discriminator"}  # limits nothing
+
+
+def _wrong(value, schema, root, at=""):
+    """What a schema says against a value: a small checker, which knows no other keywords than those it checks."""
+    patterns = schema.get("patternProperties", {})
+    others = [k for k in value if k not in schema.get("properties", {}) and not any(re.search(p, k) for p in patterns)] if isinstance(value, dict) else []
+    checks = {
+        "$ref": lambda s: _wrong(value, root["$defs"][s.removeprefix("#/$defs/")], root, at),
+        "anyOf": lambda s: [] if any(not _wrong(value, one, root, at) for one in s) else [f"{at}: none of anyOf"],
+        "oneOf": lambda s: [] if sum(not _wrong(value, one, root, at) for one in s) == 1 else [f"{at}: not one of oneOf"],
+        "type": lambda s: [] if isinstance(value, TYPES[s]) and (s == "boolean" or not isinstance(value, bool)) else [f"{at}: no {s}"],
+        "const": lambda s: [] if value == s else [f"{at}: not {s}"],
+        "enum": lambda s: [] if value in s else [f"{at}: none of {s}"],
+        "minimum": lambda s: [] if value >= s else [f"{at}: below {s}"],
+        "maximum": lambda s: [] if value <= s else [f"{at}: above {s}"],
+        "exclusiveMinimum": lambda s: [] if value > s else [f"{at}: not above {s}"],
+        "exclusiveMaximum": lambda s: [] if value < s else [f"{at}: not below {s}"],
+        "minLength": lambda s: [] if len(value) >= s else [f"{at}: shorter than {s}"],
+        "maxLength": lambda s: [] if len(value) <= s else [f"{at}: longer than {s}"],
+        "minItems": lambda s: [] if len(value) >= s else [f"{at}: fewer than {s}"],
+        "maxItems": lambda s: [] if len(value) <= s else [f"{at}: more than {s}"],
+        "minProperties": lambda s: [] if len(value) >= s else [f"{at}: fewer keys than {s}"],
+        "pattern": lambda s: [] if re.search(s, value) else [f"{at}: not like {s}"],
+        "required": lambda s: [f"{at}.{key}: missing" for key in s if key not in value],
+        "items": lambda s: [w for i, x in enumerate(value) for w in _wrong(x, s, root, f"{at}.{i}")],
+        "properties": lambda s: [w for key in s.keys() & value.keys() for w in _wrong(value[key], s[key], root, f"{at}.{key}")],
+        "propertyNames": lambda s: [w for key in value for w in _wrong(key, s, root, f"{at}.{key}")],
+        "patternProperties": lambda s: [w for p in s for k in value if re.search(p, k) for w in _wrong(value[k], s[p], root, f"{at}.{k}")],
+        "additionalProperties": lambda s: [w for k in others for w in (
+            [] if s is True else [f"{at}.{k}: unknown"] if s is False else _wrong(value[k], s, root, f"{at}.{k}"))],
+    }  # fmt: skip
+    kind = schema.get("type")
+    if kind and (wrong := checks["type"](kind)):
+        return wrong
+    return [w for keyword, said in schema.items() if keyword not in SAID for w in checks[keyword](said)]
+
+
+@pytest.mark.parametrize("world", shipped())
+def test_every_shipped_world_fits_the_schema(world):
+    schema = json_schema()
+    assert _wrong(tomllib.loads(shipped()[world].read_text(encoding="utf-8")), schema, schema) == []
+
+
+def test_worlds_with_everything_fit_the_schema():
+    schema = json_schema()
+    for world in ("menagerie", "herd"):
+        assert _wrong(tomllib.loads(_fuzz.sources()[world][0]), schema, schema) == []
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "said"),
+    [
+        (("species", "goat", "metabolism", "bassal"), 0.1, ".species.goat.metabolism.bassal: unknown"),
+        (("species", "goat", "metabolism", "basal"), -0.1, ".species.goat.metabolism.basal: below 0.0"),
+        (("species", "goat", "ppo", "horizon"), 0, ".species.goat.ppo.horizon: below 1"),
+        (("species", "goat", "ppo", "horizn"), 3, ".species.goat.ppo.horizn: unknown"),
+        (("species", "goat", "count"), "10", ".species.goat.count: no integer"),
+        (("species", "a goat"), {}, ".species.a goat: unknown"),
+        (("species", "goat", "genome", "ploidy"), 3, ".species.goat.genome.ploidy: none of [1, 2]"),
+        (("space",), {}, ".space.size: missing"),
+    ],
+)
+def test_the_schema_marks_what_is_wrong(path, value, said):
+    data, schema = tomllib.loads(_fuzz.sources()["herd"][0]), json_schema()
+    node = data
+    for part in path[:-1]:
+        node = node[part]
+    node[path[-1]] = value
+    assert _wrong(data, schema, schema) == [said]
+
+
+def test_the_schema_has_units_and_no_null():
+    schema = json_schema()
+    assert schema["$defs"]["Metabolism"]["properties"]["basal"]["unit"] == "energy/s"
+    assert schema["$defs"]["Metabolism"]["properties"]["basal"]["description"] == "energy burnt by living [energy/s]"
+    assert "null" not in json.dumps(schema)
+
+
+def test_check_says_the_schema_and_needs_a_world_otherwise():
+    done = CliRunner().invoke(app, ["check", "--schema"])
+    assert json.loads(done.stdout) == json_schema()
+    done = CliRunner().invoke(app, ["check"])
+    assert done.exit_code == 2
+    assert "WORLD" in done.stderr
