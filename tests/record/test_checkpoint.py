@@ -180,7 +180,7 @@ def test_a_world_made_by_hand_is_made_again_and_loaded(tmp_path):
         world.add_system(Counter())
         return world, table
 
-    world, table = make()
+    world, _ = make()
     world.spawn("sheep", Position(x=3.0), Wool(length=0.5), n=4)
     world.run(3)
     path = world.save(tmp_path / "hand.safetensors")
@@ -272,10 +272,13 @@ def test_a_cut_or_changed_file_is_refused_with_its_name(written, tmp_path):
         bad = bytearray(data)
         bad[at] ^= 1 << rng.integers(8)
         (tmp_path / "flip.safetensors").write_bytes(bad)
+        said = ""
         try:
             again = checkpoint.read(tmp_path / "flip.safetensors")
         except CheckpointError as error:
-            assert "flip.safetensors" in str(error)
+            said = str(error)
+        if said:
+            assert "flip.safetensors" in said
         else:  # a byte that means nothing
             assert again[0] == meta
             assert all(np.array_equal(again[1][k], v, equal_nan=v.dtype.kind == "f") for k, v in arrays.items())

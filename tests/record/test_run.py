@@ -191,7 +191,8 @@ def test_a_killed_process_resumes(menagerie, tmp_path, whole):
         "import json, sys\nfrom ecs_eco.record import resume, run_to_folder\nfrom pathlib import Path\n"
         "out, config = Path(sys.argv[1]), json.loads(Path(sys.argv[2]).read_text())\n"
         "if (out / 'manifest.json').exists():\n    resume(out, report=False)\nelse:\n"
-        "    run_to_folder(config, seed=7, ticks=40, out=out, policies='untrained', learn=True, report=False, snapshot_every=5, checkpoint_every=3)\n"
+        "    run_to_folder(config, seed=7, ticks=40, out=out, policies='untrained', learn=True, report=False, snapshot_every=5,\n"
+        "                  checkpoint_every=3)\n"
     )
     (tmp_path / "config.json").write_text(json.dumps(menagerie()))
     arguments = [sys.executable, "-c", script, str(tmp_path / "run"), str(tmp_path / "config.json")]

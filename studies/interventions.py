@@ -1,0 +1,70 @@
+"""What is done to a world by its file, and what is done to a fork of it: the same bytes. Half the wolves, twice the births, a fence."""
+
+import sys
+import tempfile
+from pathlib import Path
+from typing import Any
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+import numpy as np
+from _runs import content
+from _study import Study, verdict
+
+DONE = {
+    "half of the wolves": {"kind": "cull", "species": "wolf", "share": 0.5},
+    "twice the births of deer": {"kind": "set", "set": {"species.deer.reproduction.rate": 0.028}},
+    "a fence across the world": {"kind": "fence", "region": [60.0, 60.0, 180.0, 180.0]},
+}
+
+
+def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
+    """Do one thing at a tick by the file and in a fork there; compare worlds and recordings with each other and with a world left alone."""
+    from ecs_eco.analysis.runs import load_series
+    from ecs_eco.config import load
+    from ecs_eco.record import fork, run_to_folder
+    from ecs_eco.record.report import write_report
+
+    at, until, seed, done = config["at"], config["until"], case["seed"], DONE[case["what"]] | {"at": config["at"]}
+    with tempfile.TemporaryDirectory() as place:
+        here = Path(place)
+        alone = run_to_folder(load("predator-prey"), seed=seed, ticks=until, out=here / "alone", report=False, checkpoint_every=at, keep=99)
+        planned = run_to_folder(load("predator-prey", {"interventions": [done]}), seed=seed, ticks=until, out=here / "planned", report=False)
+        changes = done["set"] if done["kind"] == "set" else {"interventions": [done]}
+        forked = fork(here / "alone", here / "fork", from_tick=at, changes=changes, report=False)
+        write_report(here / "planned")
+        page = (here / "planned" / "report.html").read_text(encoding="utf-8")
+        numbers = {name: load_series(here / name).n for name in ("alone", "planned", "fork")}
+        same_rows = bool(np.array_equal(numbers["planned"][at:], numbers["fork"]))
+        recorded = content(here / "planned") != content(here / "alone")
+    return {"alone": alone["digest"], "by the file": planned["digest"], "in a fork": forked["digest"], "the same numbers from then on": same_rows,
+            "recorded otherwise": recorded, "in the report": "ntervention" in page,
+            "at the end, alone and with it": [numbers["alone"][-1].tolist(), numbers["planned"][-1].tolist()]}  # fmt: skip
+
+
+def summarise(cases: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Count what was the same."""
+    results, n = [c["result"] for c in cases], len(cases)
+    same = sum(r["by the file"] == r["in a fork"] and r["the same numbers from then on"] for r in results)
+    other, marked = sum(r["by the file"] != r["alone"] for r in results), sum(r["in the report"] for r in results)
+    what = ", ".join(sorted({c["case"]["what"] for c in cases}))
+    return [
+        verdict(f"runs in which file and fork end with the same bytes ({what})", f"{same} of {n}", f"{n}", same == n),
+        verdict("runs that differ from the world left alone", f"{other} of {n}", f"{n}", other == n),
+        verdict("reports that mark it", f"{marked} of {n}", f"{n}", marked == n),
+    ]
+
+
+STUDY = Study(
+    name="interventions",
+    claim="An intervention in the file and the same one in a fork of a checkpoint give the same bytes.",
+    config={"at": 400, "until": 800},
+    cases=[{"what": what, "seed": seed} for what in DONE for seed in (41, 42)],
+    run=run,
+    summarise=summarise,
+    short_config={"at": 20, "until": 30},
+    short_cases=[{"what": what, "seed": 41} for what in DONE],
+)
+
+if __name__ == "__main__":
+    STUDY.main()
