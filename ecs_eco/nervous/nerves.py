@@ -113,7 +113,9 @@ class Nerves:
         mad = np.flatnonzero(~(np.isfinite(logits).all(axis=1) & np.isfinite(values)))
         if mad.size:
             i, blind = int(mad[0]), np.flatnonzero(~np.isfinite(self.x[mad[0]]))
-            why = f"it senses {self.channels[blind[0]]} = {self.x[i, blind[0]]}" if blind.size else "its senses are finite: its weights are not"
+            why = "its senses are finite: its weights are not"
+            if blind.size:
+                why = f"it senses {self.channels[blind[0]]} = {self.x[i, blind[0]]}"
             raise FloatingPointError(f"{table.name}, tick {world.tick}: the policy of organism {table.uid[self.rows[i]]} gives "
                                      f"{[float(v) for v in logits[i]]} ({mad.size} such of {len(self.rows)}); {why}")  # fmt: skip
 
