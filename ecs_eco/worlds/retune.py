@@ -140,8 +140,8 @@ def _genes(world: Any, table: Any, old: Any, new: Any, changed: set[str]) -> Non
     own, known = [named_function(c) for c in new.components], {c.__name__: c for c in table.columns}
     before, now = (traits_of(s, world.config.dims, own) for s in (old, new))
     for name, trait in now.items():
-        own = trait.component in known and trait.component not in ("Policy", "Body")
-        if own and name in before and before[name].default != trait.default:
+        lives = trait.component in known and trait.component not in ("Policy", "Body")
+        if lives and name in before and before[name].default != trait.default:
             component, at = known[trait.component], ... if trait.index is None else trait.index
             table.defaults[component][trait.field][at] = trait.default
             column = table.field(component, trait.field)
