@@ -18,6 +18,7 @@ from _goats import ARMS, GENES, carriers, drift_free, identity, live, numbers, t
 from _study import Study, verdict
 
 SEEDS = tuple(range(1001, 1011))
+DRIFTING = tuple(range(1001, 1025))  # 16 more than other controls: of the first 8 runs without any selection yellow beat blue in 7, by chance?
 EDGES = (0, 50, 100, 150, 200, 300, 400, 501)
 HALF = 4  # classes of age below 200 ticks
 MARGIN = 0.05
@@ -132,11 +133,12 @@ def say_no_mutation(results: list[dict[str, Any]]) -> list[dict[str, Any]]:
 
 
 def say_neutral(arm: str, results: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """A gene that says nothing, or that is not passed on, is not selected."""
+    """A gene that says nothing is not selected; one drawn from the living still is, by death, if not by breeding: that is reported."""
     found = {g: interval(s_of(results, g)) for g in GENES[:3]}
     ends = {g: np.mean([r["genes"][g]["end"] > r["genes"]["blue"]["end"] for r in results]) for g in GENES[:3]}
     return [verdict(f"{arm}: selection coefficient of {g} per generation ({ends[g]:.0%} of runs end above blue)",
-                    s, "0 within the interval", s[1] <= 0 <= s[2]) for g, s in found.items()]  # fmt: skip
+                    s, "0 within the interval" if arm == "neutral drift" else "reported: death still selects",
+                    arm != "neutral drift" or s[1] <= 0 <= s[2]) for g, s in found.items()]  # fmt: skip
 
 
 def say_no_red(results: list[dict[str, Any]]) -> list[dict[str, Any]]:
@@ -176,7 +178,7 @@ STUDY = Study(
     name="goats",
     claim="Goats that learn need a reflex against red grass, which kills at once, and none against yellow grass, which they learn to leave alone.",
     config=CONFIG,
-    cases=[{"arm": arm, "seed": seed} for arm in ARMS for seed in (SEEDS if arm == "goats" else SEEDS[:8])],
+    cases=[{"arm": arm, "seed": seed} for arm in ARMS for seed in {"goats": SEEDS, "neutral drift": DRIFTING}.get(arm, SEEDS[:8])],
     run=run, summarise=summarise,
     short_cases=[{"arm": arm, "seed": seed} for arm in ("goats", "no red gene") for seed in SEEDS[:2]],
     short_config={"ticks": 500, "ticks of arm": {}, "last": 100, "settled": 100},
