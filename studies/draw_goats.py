@@ -7,6 +7,7 @@ import argparse
 import io
 import json
 import sys
+import tempfile
 from pathlib import Path
 from typing import Any
 
@@ -68,7 +69,10 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--results", type=Path, default=ROOT / "studies" / "results" / "goats.json")
     parser.add_argument("--out", type=Path, default=ROOT / "docs" / "img" / "goats_carriers.png")
+    parser.add_argument("--short", action="store_true", help="for CI: draw into a temporary folder")
     asked = parser.parse_args()
+    if asked.short:
+        asked.out = Path(tempfile.mkdtemp(prefix="ecs-eco-figure-")) / asked.out.name
     draw(json.loads(asked.results.read_text(encoding="utf-8")), asked.out)
     print(asked.out)
 

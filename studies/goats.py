@@ -71,11 +71,11 @@ def row(arm: str, results: list[dict[str, Any]]) -> list[Any]:
 
 
 def s_of(results: list[dict[str, Any]], gene: str) -> list[float]:
-    """The coefficient of a gene in each run: the slope of its logit against blue's over all generations."""
+    """The coefficient of a gene in each run: the slope of its logit against blue's over all generations; NaN where nobody can have it."""
     from ecs_eco.analysis.genes import selection_coefficient
 
     found = [{key: numbers(line) for key, line in r["series"].items()} for r in results]
-    return [selection_coefficient(x[gene], x["blue"], x["n"], x["generation"]) for x in found]
+    return [selection_coefficient(x[gene], x["blue"], x["n"], x["generation"]) if x[gene].any() else float("nan") for x in found]
 
 
 def changes_of(results: list[dict[str, Any]], gene: str) -> list[float]:
