@@ -162,7 +162,14 @@ def by_age(results: list[dict[str, Any]]) -> list[list[Any]]:
 def notes(ages: dict[str, Any], arms: dict[str, Any]) -> str:
     """Deaths by red at every age, of those born after the first generations."""
     words = [f"{arm}: " + ", ".join(f"{age} {m:.2f}" for age, m, *_ in found) for arm, found in ages.items() if arm in ("goats", "no red gene")]
-    return f"Deaths by red grass per goat and 1,000 ticks by age, of those born from tick {CONFIG['settled']} on. " + "; ".join(words) + "."
+    by_age_ = f"Deaths by red grass per goat and 1,000 ticks by age, of those born from tick {CONFIG['settled']} on. " + "; ".join(words) + "."
+    first = {half: interval(s_of(runs, "yellow")) for half, runs in (("the first 8 runs", arms.get("neutral drift", [])[:8]),
+                                                                     ("the 16 more", arms.get("neutral drift", [])[8:])) if runs}  # fmt: skip
+    drift = ", ".join(f"{s[0]:.3f} ({s[1]:.3f} … {s[2]:.3f}) in {half}" for half, s in first.items())
+    return (by_age_ + f" Neutral drift had 8 seeds first; since yellow came out above 0 there, 16 were added: yellow is {drift}. "
+            "A first version of the slope stopped when a gene was first lost; it was changed to the whole run after the main arm had been seen "
+            "(one early loss of yellow decided its mean), and green, which is lost at once, got the estimate from changes of frequency. Where "
+            "genomes are shuffled, genes come from those alive: death still selects, breeding does not.")  # fmt: skip
 
 
 PULL = "s without mutation's pull"
