@@ -282,6 +282,32 @@ def test_a_run_that_fails_is_named_and_the_others_go_on(here: Path, capsys: pyte
 
 
 @pytest.mark.slow
+def test_a_killed_worker_is_one_message_and_no_traceback(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    import multiprocessing
+    import threading
+    import time
+
+    from ecs_eco.cli.arms import Arm, run_all
+
+    def kill() -> None:
+        while not multiprocessing.active_children():
+            time.sleep(0.05)
+        time.sleep(0.5)
+        for child in multiprocessing.active_children():
+            child.kill()
+
+    killer = threading.Thread(target=kill)
+    killer.start()
+    arm = Arm("world", load("predator-prey", FEW[1::2]))
+    jobs = {("world", seed): (arm, seed, 10**6, here / str(seed)) for seed in (1, 2, 3)}
+    assert run_all(jobs, workers=1, quiet=True) == {}
+    killer.join()
+    said = capsys.readouterr().err
+    assert said.count("was killed from outside") == 1
+    assert "Traceback" not in said
+
+
+@pytest.mark.slow
 def test_ctrl_c_ends_a_comparison_and_keeps_what_was_recorded(here: Path) -> None:
     said = interrupt(here / "out", "compare", "predator-prey", "--seeds", "3")
     assert "Stopped after 0 of 6 runs; what was recorded until then is in " in said

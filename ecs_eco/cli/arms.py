@@ -8,6 +8,7 @@ import re
 import signal
 from collections.abc import Iterator
 from concurrent.futures import Future, ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -123,7 +124,11 @@ def run_all(jobs: dict[tuple[str, int], tuple[Any, ...]], workers: int, quiet: b
                 bar(0, len(jobs))
                 for future in as_completed(futures):
                     arm, seed = futures[future]
-                    if error := future.exception():
+                    if isinstance(error := future.exception(), BrokenProcessPool):
+                        complain("A worker process was killed from outside (out of memory?): the runs that it and the others had not "
+                                 "finished are lost; those done are whole.")  # fmt: skip
+                        break
+                    if error:
                         complain(f"{arm}, seed {seed}: {type(error).__name__}: {error}")
                     else:
                         done[arm, seed] = future.result()
