@@ -145,7 +145,7 @@ def _record(world: Any, path: Path, manifest: dict[str, Any]) -> Folder:
     folder = Folder(path, world)
     Recorder(world, folder.sink, snapshot_every=manifest["snapshot_every"])
     manifest |= {
-        "species": world.recorder.names, "causes": world.causes, "finished": False, "done": world.tick,
+        "species": world.recorder.names, "causes": world.causes, "finished": False, "done": world.tick, "parts": {},
         "colors": {name: world.tables[name].traits.get("color", "#888888") for name in world.recorder.names},
         "genomes": {name: said for name in world.recorder.names if (said := genes_of(world.tables[name]))},
     }  # fmt: skip
@@ -208,7 +208,7 @@ def _go(world: Any, folder: Folder, manifest: dict[str, Any], until: int, progre
                     manifest["startup_seconds"], start = time.perf_counter() - begin, time.perf_counter()
                 if every and world.tick % every == 0 and world.tick < until:
                     _checkpoint(world, folder, manifest)
-                    seal.write_manifest(path, manifest | _state(world))
+                    seal.write_manifest(path, manifest | _state(world) | {"parts": dict(folder.parts)})
         whole = True
     except OSError as error:
         raise RecordingError(_cannot_write(error, world, path)) from error
@@ -230,7 +230,7 @@ def _close(world: Any, folder: Folder, manifest: dict[str, Any], finished: bool,
         world.recorder.flush()
         if last:
             _checkpoint(world, folder, manifest)
-        manifest |= _state(world) | {"finished": finished, "digest": world.digest()}
+        manifest |= _state(world) | {"finished": finished, "digest": world.digest(), "parts": dict(folder.parts)}
         seal.write_manifest(folder.path, manifest)
     except OSError as error:
         raise RecordingError(_cannot_write(error, world, folder.path)) from error

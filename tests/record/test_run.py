@@ -217,3 +217,13 @@ def test_resumed_runs_take_any_number_of_threads(menagerie, tmp_path, whole):
 
 def test_the_world_of_a_run_is_that_of_the_library(menagerie, whole):
     assert World.from_config(menagerie(), seed=7, policies="untrained", learn=True).run(TICKS).digest() == whole[0]["digest"]
+
+
+def test_a_part_that_is_gone_is_missed(menagerie, tmp_path):
+    from ecs_eco.analysis.runs import load_series
+
+    _run(menagerie(), tmp_path / "run", ticks=9, checkpoint_every=4)
+    assert load_series(tmp_path / "run").n.shape[0] == 9
+    (tmp_path / "run" / "series" / "part-00001.parquet").unlink()
+    with pytest.raises(RecordingError, match="1 of 3 parts of series are missing"):
+        load_series(tmp_path / "run")
