@@ -14,8 +14,7 @@ from _runs import small, summary
 from _study import Study, verdict
 
 AGAIN = "import sys\nfrom ecs_eco.record import resume\nresume(sys.argv[1], int(sys.argv[2]), threads=int(sys.argv[3]), report=False)\n"
-WORLDS = [("predator-prey", "shared"), ("predator-prey", "individual"), ("reflexes", "individual"), ("lamb", "individual"),
-          ("happiness", "individual")]  # fmt: skip
+WORLDS = [(world, brains) for world in ("predator-prey", "reflexes", "lamb", "happiness") for brains in ("shared", "individual")]
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:

@@ -7,6 +7,8 @@ from pathlib import Path
 import esper
 import numpy as np
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 
 from ecs_eco import System, World, component, f32
 from ecs_eco.components import Biology, Metabolism, Position
@@ -99,6 +101,18 @@ def test_a_world_goes_on_from_a_checkpoint_to_the_same_bytes(menagerie, tmp_path
     world.run(50 - split)
     assert _same(world, whole)
     assert _same(begun.run(50 - split), whole)  # saving changes nothing
+
+
+@settings(max_examples=20, deadline=None, derandomize=True, database=None, suppress_health_check=list(HealthCheck))
+@given(splits=st.lists(st.integers(0, 45), min_size=1, max_size=3), individual=st.booleans())
+def test_wherever_and_however_often_a_run_is_cut_it_ends_the_same(menagerie, herd, tmp_path, splits, individual):
+    def make():
+        return World.from_config(herd) if individual else World.from_config(menagerie(), policies="untrained", learn=True)
+
+    world = make()
+    for split in sorted(splits):
+        world = World.restore(world.run(split - world.tick).save(tmp_path / "world.safetensors"))
+    assert _same(world.run(45 - world.tick), make().run(45))
 
 
 @pytest.mark.parametrize("split", [3, 30])
