@@ -30,6 +30,14 @@ class Heredity:
         self.mutation = self.expression = True
         self.shuffled = False
 
+    def state(self) -> dict[str, np.ndarray]:
+        """Return what no column holds: the weights that those who come without parents start from; empty where they are random."""
+        return {} if self.minds is None else {"founder": np.zeros(0, np.float32) if self.founder is None else self.founder}
+
+    def load(self, state: Mapping[str, np.ndarray]) -> None:
+        """Take a `state()`."""
+        self.founder = state["founder"] if state["founder"].size else None
+
     def founders(self, world: Any, table: Any, who: np.ndarray) -> Values:
         """Return what organisms without parents are born with; who u64[k] tells them apart."""
         keys = _keys(world, table, who)

@@ -29,7 +29,7 @@ def freeze(world: Any) -> tuple[dict[str, Any], Arrays]:
         "ambient": world.ambient, "causes": world.causes, "environment": sorted(world.environment), "instances": _instances(world),
         "tables": {name: _freeze_table(table, arrays) for name, table in world.tables.items()},
         "fields": sorted(world.fields), "systems": [type(s).__name__ for s in world.systems],
-        "intervened": getattr(world, "intervened", []),
+        "intervened": world.intervened,
     }  # fmt: skip
     for name, field in world.fields.items():
         arrays[f"field/{name}"] = field.value

@@ -30,7 +30,7 @@ def run_to_folder(config: Any, seed: int | None = None, ticks: int | None = None
                   keep: int = KEEP) -> dict[str, Any]:
     """Run a world, with these controls of `ecs_eco.worlds.controls`, and leave a folder; return its manifest.
 
-    With `checkpoint_every` a checkpoint is written at tick 0 and each so many ticks, and at the end; the last `keep` stay. Ctrl-C and
+    A checkpoint is written at tick 0, every `checkpoint_every` ticks if asked for, and at the end; the last `keep` stay. Ctrl-C and
     SIGTERM stop at the end of the tick with a checkpoint and raise Stopped; a second one stops at once. Raises
     FileExistsError where `out` holds something; RecordingError where nothing can be written any more.
     """
@@ -50,8 +50,7 @@ def run_to_folder(config: Any, seed: int | None = None, ticks: int | None = None
         "checkpoint_every": checkpoint_every, "keep": keep, "wall_seconds": 0.0,
     }  # fmt: skip
     folder = _record(world, path, manifest)
-    if checkpoint_every:
-        _checkpoint(world, folder, manifest)
+    _checkpoint(world, folder, manifest)  # whatever happens later, there is one to go on from
     return _go(world, folder, manifest, ticks, progress, report, begin)
 
 
@@ -111,8 +110,7 @@ def fork(path: str | Path, out: str | Path, from_tick: int | None = None, change
         "versions": versions(), "git_commit": git_commit(), "forked": {"from": str(path), "tick": world.tick, "changes": told},
     }  # fmt: skip
     folder = _record(world, out, manifest)
-    if manifest.get("checkpoint_every"):
-        _checkpoint(world, folder, manifest)
+    _checkpoint(world, folder, manifest)
     return _go(world, folder, manifest, until, progress, report, begin)
 
 

@@ -19,7 +19,7 @@ def neutral_drift(world: Any) -> None:
 
 
 def shuffled_genome(world: Any) -> None:
-    """Genes speak, but a newborn's come from any of the living instead of its parents.
+    """Genes speak, but a newborn's come, as inherited weights do, from any of the living instead of its parents.
 
     What keeps its owner alive is still more common among the living; what makes it breed more is not passed on.
     """

@@ -167,4 +167,4 @@ def _causes(world: Any) -> None:
 
 
 def _trains(world: Any) -> bool:
-    return bool(getattr(world, "origin", {}).get("training"))
+    return bool(world.origin.get("training"))

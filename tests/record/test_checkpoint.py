@@ -122,6 +122,23 @@ def test_individual_brains_pregnancies_and_genomes_go_on_too(herd, tmp_path, spl
     assert _same(world, whole)
 
 
+def test_who_comes_later_starts_from_the_same_trained_brain_after_a_restore(herd, tmp_path):
+    from safetensors.numpy import save_file
+
+    from ecs_eco.learning import Brain
+
+    nerves = World.from_config(herd).tables["goat"].traits["nerves"]
+    brain = Brain(len(nerves.channels), nerves.choices, (6,), seed=9)
+    save_file(brain.state(), tmp_path / "goat.safetensors")
+    begun = World.from_config(herd, policies=str(tmp_path)).run(3)
+    other = World.restore(begun.save(tmp_path / "world.safetensors"))
+    newcomers = {"kind": "add", "species": "goat", "count": 5}
+    for world in (begun, other):
+        world.intervene(newcomers)
+        world.run(4)
+    assert _same(other, begun)
+
+
 def test_a_checkpoint_may_go_on_with_another_number_of_threads(menagerie, tmp_path):
     config = menagerie(species={"ram": {"count": 120}})
     whole = World.from_config(config, policies="untrained", learn=True).run(30)
