@@ -68,10 +68,11 @@ def load(
     return config
 
 
-def for_training(config: WorldConfig) -> WorldConfig:
-    """The world with what [training] sets."""
+def for_training(config: WorldConfig, values: Mapping[str, Any] | None = None) -> WorldConfig:
+    """The world with what [training] sets, and with `values` (of keys that vary from world to world)."""
     data = config.model_dump()  # with functions, not their names
-    wanted, data["training"]["set"] = data["training"]["set"], {}
+    wanted, data["training"]["set"] = {**data["training"]["set"], **(values or {})}, {}
+    data["training"]["vary"] = {}
     data["interventions"] = []  # what happens in a run
     return load(_Document(data, config._source, config._folder, set_by="[training] set"), wanted)  # type: ignore[arg-type]
 
@@ -84,7 +85,7 @@ def changed(config: WorldConfig, values: Overrides, folder: Path | None = None) 
     if "interventions" not in touched:  # right already: no need to look at them again each time
         data["interventions"], kept["interventions"] = [], config.interventions
     if "training" not in touched:
-        data["training"]["set"], kept["training"] = {}, config.training
+        data["training"]["set"], data["training"]["vary"], kept["training"] = {}, {}, config.training
     new = load(_Document(data, config._source, folder or config._folder), values)  # type: ignore[arg-type]
     return new.model_copy(update=kept)
 
@@ -93,7 +94,7 @@ def intervention(config: WorldConfig, what: Mapping[str, Any], before: Iterable[
     """An intervention for a living world, checked as one in its file; `before` are those that it may depend on. Raises ConfigError."""
     listed_ = [*before, dict(what)]
     data = config.model_dump() | {"interventions": listed_, "ticks": max(config.ticks, what["at"] + 1)}
-    data["training"]["set"] = {}
+    data["training"]["set"], data["training"]["vary"] = {}, {}
     try:
         return load(_Document(data, "intervene", config._folder)).interventions[-1]  # type: ignore[arg-type]
     except ConfigError as error:
@@ -102,19 +103,26 @@ def intervention(config: WorldConfig, what: Mapping[str, Any], before: Iterable[
 
 
 def _check_training(config: WorldConfig) -> list[Problem]:
-    if not config.training.set:
-        return []
-    try:
-        for_training(config)
-    except ConfigError as error:
-        return [_moved_to_training(p, config.training.set) for p in error.problems]
-    return []
+    plan, problems = config.training, []
+    for name, (low, high) in plan.vary.items():
+        if not low < high:
+            problems.append(Problem(("training", "vary", name), "is no range", [low, high], "[low, high] with low < high"))
+    ends = (0, 1) if plan.vary else (None,) if plan.set else ()
+    for end in ends:
+        values = {} if end is None else {k: v[end] for k, v in plan.vary.items()}
+        try:
+            if not problems:
+                for_training(config, values)
+        except ConfigError as error:
+            problems = [_moved_to_training(p, plan) for p in error.problems]
+    return problems
 
 
-def _moved_to_training(problem: Problem, wanted: Mapping[str, Any]) -> Problem:
-    """The problem at the entry of [training] set that it comes from."""
-    written = next((k for k in wanted if ".".join(map(str, problem.key)) == k), None)
-    key = ("training", "set") if written is None else ("training", "set", written)
+def _moved_to_training(problem: Problem, plan: Any) -> Problem:
+    """The problem at the entry of [training] set or vary that it comes from."""
+    path = ".".join(map(str, problem.key))
+    part, written = next(((part, k) for part in ("vary", "set") for k in getattr(plan, part) if k == path), ("set", None))
+    key = ("training", part) if written is None else ("training", part, written)
     what = problem.what if written is not None else f"{problem.what}, at {problem.path} while training"
     return problem.moved(key=key, what=what, source="", line=None)
 

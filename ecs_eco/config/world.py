@@ -24,6 +24,16 @@ class Training(Section):
     )
     respawn: bool = about("whether the dead are replaced at once, and nobody is born", True)
     set: dict[str, Any] = table("dotted key = value that holds while training", dict)
+    worlds: Annotated[int, Field(ge=1, le=64)] = about("worlds that train the same policies at a time", 1)
+    vary: dict[str, Annotated[list[int | float], Field(min_length=2, max_length=2)]] = table(
+        "dotted key = [low, high]: each of the worlds has a value of its own, the steps between them being equal factors", dict
+    )
+    renew: Annotated[int, Field(ge=0, le=10**12)] = quantity(
+        "after so many the worlds begin anew, with other values of `vary`; 0: never", "ticks", 0
+    )
+    pool: Annotated[float, Field(ge=0, le=1)] = quantity(
+        "chance of each species in each world but the first to be an earlier self that does not learn, until the next renewal", "1", 0.0
+    )
 
 
 class WorldConfig(Section):

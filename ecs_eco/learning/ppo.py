@@ -52,8 +52,12 @@ class Learner:
         Returns means over all gradient steps: policy_loss, value_loss, entropy [nat], approx_kl [nat], clip_fraction,
         gradient_norm; and explained_variance, reward (per transition), learning_rate, n_transitions.
         """
+        self.rollout.advantages(rows, values, self.ppo.gae_lambda)
+        return self.fit()
+
+    def fit(self) -> dict[str, float]:
+        """Learn from a rollout whose advantages are known, and clear it; returns what `update` does."""
         ppo, rollout = self.ppo, self.rollout
-        rollout.advantages(rows, values, ppo.gae_lambda)
         done = min(1.0, self.updates * ppo.horizon / ppo.anneal) if ppo.anneal else 0.0
         rate, clip = ppo.learning_rate * (1 - done), ppo.clip * (1 - done)
         report = _summary(rollout.steps) | {"learning_rate": rate, "n_transitions": rollout.n}

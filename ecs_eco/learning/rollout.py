@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from ecs_eco.learning.arithmetic import fused_njit
@@ -92,6 +94,16 @@ class Rollout:
                 "hand in the values of all the living, and end or cut the others first"
             )
         _sweep(self.steps, self.ended, later, np.float32(self.discount), np.float32(gae_lambda))
+
+    @classmethod
+    def joined(cls, parts: Sequence[Rollout]) -> Rollout:
+        """Return one log of several whose advantages are known; its rows mean nothing."""
+        out = cls(parts[0]._observations.shape[1], parts[0]._choices.shape[1], parts[0].discount)
+        out._observations, out._choices, out._steps, out._ended = (
+            np.concatenate(columns) for columns in zip(*((p.observations, p.choices, p.steps, p.ended) for p in parts), strict=True)
+        )
+        out.n, out.ticks = len(out._ended), max(p.ticks for p in parts)
+        return out
 
     def clear(self) -> None:
         """Forget all transitions, keep the memory."""

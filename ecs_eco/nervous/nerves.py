@@ -160,7 +160,8 @@ class Nerves:
                 self._learn_alone(table, world, np.flatnonzero(due))
         elif self.learner is not None and self.learner.full:
             _, values = self.think(table, world)
-            self.reports.append({"tick": world.tick, **self.learner.update(self.rows, values)})
+            if (report := self.learner.update(self.rows, values)) is not None:
+                self.reports.append({"tick": world.tick, **report})
 
     def _learn_alone(self, table: Any, world: Any, due: np.ndarray) -> None:
         """Let some of those that sense now learn, each from its own experience; due i64[k] are their places among them."""
