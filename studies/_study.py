@@ -57,6 +57,7 @@ class Study:
     summarise: Callable[[list[dict[str, Any]]], dict[str, Any] | list[dict[str, Any]]]
     short_cases: Sequence[Case] = field(default_factory=list)  # the first two cases where empty
     short_config: dict[str, Any] = field(default_factory=dict)  # what differs from config
+    depends: Callable[[dict[str, Any], Case], Any] | None = None  # what of config a case depends on; absent: all of it
 
     def main(self, argv: Sequence[str] | None = None) -> None:
         """The command line of a study script; exits with 1 where a case failed."""
@@ -86,9 +87,9 @@ class Study:
             results = Path(tempfile.mkdtemp(prefix="ecs-eco-study-")) if short else RESULTS
         path = results / f"{self.name}{'.short' if short else ''}.json"
         partial = path.with_suffix(".partial.json")
-        done = {} if fresh else _kept([path, partial], config_hash(config))
         wanted = {_key(case): case for case in cases}
-        done = {key: entry for key, entry in done.items() if key in wanted}
+        hashes = {key: self._hash(config, case) for key, case in wanted.items()}
+        done = {} if fresh else _kept([path, partial], hashes)
         missing = [case for key, case in wanted.items() if key not in done]
         print(
             f"{self.name}: {self.claim}\n{len(cases)} cases, {len(cases) - len(missing)} there already → {path}",
@@ -100,7 +101,8 @@ class Study:
             if "error" in entry:
                 failed += 1
                 continue
-            done[_key(case)] = {"case": dict(case), **entry, **origin}
+            own = {} if self.depends is None else {"depends_hash": hashes[_key(case)]}
+            done[_key(case)] = {"case": dict(case), **entry, **origin, **own}
             write_json(partial, self._record(config, [done[k] for k in wanted if k in done], short))
         record = self._record(config, [done[k] for k in wanted if k in done], short)
         if failed:
@@ -115,6 +117,10 @@ class Study:
                 f"{'met    ' if line['met'] else 'NOT MET'}  {line['statement']}: {line['value']} (goal: {line['goal']})"
             )
         return record
+
+    def _hash(self, config: dict[str, Any], case: Case) -> str:
+        """sha256 of what of the configuration a case depends on."""
+        return config_hash(config if self.depends is None else self.depends(config, case))
 
     def _record(self, config: dict[str, Any], entries: list[dict[str, Any]], short: bool) -> dict[str, Any]:
         return {
@@ -223,14 +229,16 @@ def _key(case: Case) -> str:
     return canonical(dict(case))
 
 
-def _kept(paths: Sequence[Path], wanted_hash: str) -> dict[str, dict[str, Any]]:
-    """Finished cases of earlier runs with the same configuration, by key."""
+def _kept(paths: Sequence[Path], hashes: Mapping[str, str]) -> dict[str, dict[str, Any]]:
+    """Finished cases of earlier runs, by key: those still wanted, with the hash that they would have today."""
     found: dict[str, dict[str, Any]] = {}
     for path in paths:
         if path.is_file():
             record = json.loads(path.read_text(encoding="utf-8"))
-            if record.get("config_hash") == wanted_hash:
-                found |= {_key(entry["case"]): entry for entry in record["cases"]}
+            for entry in record["cases"]:
+                key = _key(entry["case"])
+                if key in hashes and hashes[key] == entry.get("depends_hash", record.get("config_hash")):
+                    found[key] = entry
     return found
 
 

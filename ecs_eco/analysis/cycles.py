@@ -7,7 +7,7 @@ be coupled: species a of one run with species b of another (`cross_seed_surrogat
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from itertools import permutations
 from typing import Any
@@ -22,6 +22,7 @@ __all__ = [
     "CycleStatistics",
     "Lag",
     "Surrogates",
+    "consumers",
     "cross_correlation",
     "cross_seed_surrogates",
     "cycle_statistics",
@@ -63,7 +64,8 @@ class CycleStatistics:
     enough: bool  # whether that stretch is long enough to look at all
     peaks: dict[str, Peak | None] = field(default_factory=dict)  # against red noise that relaxes
     p_ar1: dict[str, float | None] = field(default_factory=dict)  # against AR(1), the lenient null
-    period: float | None = None  # [ticks] of the clearest peak: the one at which lags are taken
+    period: float | None = None  # [ticks] of the clearest peak of `period_of`: the one at which lags are taken
+    period_of: tuple[str, ...] = ()  # species whose peaks were asked for it
     lags: dict[str, Lag] = field(default_factory=dict)  # "grass→deer": …
 
     def cycling(self, level: float = 0.05) -> tuple[str, ...]:
@@ -81,6 +83,7 @@ class CycleStatistics:
             "peaks": peaks,
             "p_ar1": self.p_ar1,
             "period": self.period,
+            "period_of": list(self.period_of),
             "lags": {pair: asdict(found) for pair, found in self.lags.items()},
         }
 
@@ -93,21 +96,40 @@ def living_stretch(series: Series, skip: float = 0.1) -> np.ndarray:
     return n[min(int(skip * len(series.n)), end) : end]
 
 
+def consumers(config: Mapping[str, Any]) -> tuple[str, ...]:
+    """Species of a resolved configuration (`manifest["config"]`) that eat another species."""
+    species = config.get("species", {})
+    eaten = {name: {food["eats"] for food in about.get("diet") or ()} - {name} for name, about in species.items()}
+    return tuple(name for name, of in eaten.items() if of & set(species))
+
+
 def cycle_statistics(
-    run: Any, species: Sequence[str] | None = None, *, skip: float = 0.1, n_boot: int = 499, seed: int = 0
+    run: Any,
+    species: Sequence[str] | None = None,
+    *,
+    skip: float = 0.1,
+    n_boot: int = 499,
+    seed: int = 0,
+    period_of: Sequence[str] | None = None,
 ) -> CycleStatistics:
-    """Peaks, periods and lags of a run (folder, table or series); `species` from producers upwards."""
+    """Peaks, periods and lags of a run (folder, table or series); `species` from producers upwards.
+
+    The period at which lags are taken is that of the clearest peak among `period_of`. Where it is absent, among the
+    consumers, if the run's manifest tells who eats whom (plants also beat in time with what grows back, faster than they are
+    eaten), else among all. KeyError for a species in `period_of` that the run does not have.
+    """
     series = load_series(run, species)
     names = tuple(s for s, here in zip(series.species, series.present, strict=True) if here)
+    asked = _asked(series, names, period_of)
     n = living_stretch(series, skip)
     if len(n) < SHORTEST:
-        return CycleStatistics(names, len(n), False)
+        return CycleStatistics(names, len(n), False, period_of=asked)
     peaks = {s: spectral_peak(x, n_boot=n_boot, seed=seed) for s, x in zip(names, n.T, strict=True)}
     lenient = {s: spectral_peak(x, null="ar1", n_boot=n_boot, seed=seed) for s, x in zip(names, n.T, strict=True)}
     p_ar1 = {s: None if peak is None else peak.p for s, peak in lenient.items()}
-    found = [peak for peak in peaks.values() if peak is not None]
+    found = [peak for s in asked if (peak := peaks[s]) is not None]
     if not found:
-        return CycleStatistics(names, len(n), True, peaks, p_ar1)
+        return CycleStatistics(names, len(n), True, peaks, p_ar1, period_of=asked)
     period = min(found, key=lambda peak: (peak.p, -peak.ratio)).period
     log = transform(n)
     pairs = [(i, j) for i in range(len(names)) for j in range(i + 1, len(names))]
@@ -116,7 +138,16 @@ def cycle_statistics(
         for i, j in pairs
         if np.ptp(n[:, [i, j]], 0).all()
     }
-    return CycleStatistics(names, len(n), True, peaks, p_ar1, period, lags)
+    return CycleStatistics(names, len(n), True, peaks, p_ar1, period, asked, lags)
+
+
+def _asked(series: Series, names: Sequence[str], period_of: Sequence[str] | None) -> tuple[str, ...]:
+    """Species among whose peaks the period is looked for: those given, the consumers, or all."""
+    if period_of is not None:
+        for name in period_of:
+            series.index(name)
+        return tuple(s for s in names if s in period_of)
+    return tuple(s for s in consumers(series.manifest.get("config", {})) if s in names) or tuple(names)
 
 
 def waves(x: np.ndarray, period: float) -> np.ndarray:

@@ -1,0 +1,103 @@
+"""Who died out, when, and of what: said first wherever a run or a set of runs is told of."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ecs_eco.analysis.runs import DIED, Series
+
+
+@dataclass(frozen=True)
+class Decline:
+    """The end of a species, from the last tick at which it had at least half of its greatest number."""
+
+    species: str
+    tick: int  # gone for good from this tick on
+    since: int
+    n: int  # how many there were then
+    births: int | None  # after `since`; None where the run does not count them
+    causes: dict[str, int] = field(default_factory=dict)  # deaths after `since`, the most frequent cause first
+
+    @property
+    def deaths(self) -> int:
+        """Deaths in the decline, of all causes."""
+        return sum(self.causes.values())
+
+    def shares(self) -> str:
+        """The causes with their shares of the deaths: "starved 80%, eaten by wolf 20%"; "" where none is known."""
+        return ", ".join(f"{cause} {k / self.deaths:.0%}" for cause, k in self.causes.items())
+
+
+def decline(series: Series, species: str) -> Decline | None:
+    """How a species ended; None where it lives at the end or was never there."""
+    i, n = series.index(species), series.of(species)
+    if np.isnan(series.extinct[i]) or not series.present[i]:
+        return None
+    end = int(np.searchsorted(series.ticks, series.extinct[i]))
+    since = int(np.flatnonzero(n[: end + 1] >= max(0.5 * n[: end + 1].max(), 1))[-1])
+    counts = {c: int(series.columns[DIED + c][since + 1 : end + 1, i].sum()) for c in series.causes}
+    counts = {c: k for c, k in sorted(counts.items(), key=lambda x: -x[1]) if k}
+    births = int(series.columns["births"][since + 1 : end + 1, i].sum()) if "births" in series.columns else None
+    return Decline(species, int(series.extinct[i]), int(series.ticks[since]), int(n[since]), births, counts)
+
+
+def declines(series: Series) -> list[Decline]:
+    """All extinctions of a run, the first first."""
+    found = [d for s in series.species if (d := decline(series, s)) is not None]
+    return sorted(found, key=lambda d: d.tick)
+
+
+def lifetime(series: Series) -> tuple[float, bool]:
+    """Ticks from the start to the first extinction of any species and True; to the end of the run and False where there was none."""
+    gone = series.extinct[series.present]
+    if not len(series.ticks):
+        return 0.0, False
+    end = float(series.ticks[-1]) if np.isnan(gone).all() else float(np.nanmin(gone))
+    return end - float(series.ticks[0]), not np.isnan(gone).all()
+
+
+def opening(series: Series) -> list[str]:
+    """What the report of one run opens with, a sentence a line: whether all species persisted; else who died out, when and of what."""
+    lived = [s for s, here in zip(series.species, series.present, strict=True) if here]
+    if not lived:
+        return ["No species had a living member at the end of any tick."]
+    lost, end = declines(series), f"tick {series.ticks[-1]:,.0f}"
+    kept = [s for s in lived if s not in {d.species for d in lost}]
+    if not lost:
+        first = f"All {len(lived)} species persisted to {end}." if len(lived) > 1 else f"The only species, {lived[0]}, persisted to {end}."
+    elif not kept:
+        whole = f"All {len(lived)} species" if len(lived) > 1 else f"The only species, {lived[0]},"
+        first = f"{whole} died out; at the end, {end}, nobody lives."
+    else:
+        first = f"{len(lost)} of {len(lived)} species died out; {', '.join(kept)} persisted to {end}."
+    absent = [s for s in series.species if s not in lived]
+    return [first, *map(sentence, lost), *([f"Never present: {', '.join(absent)}."] if absent else [])]
+
+
+def sentence(end: Decline) -> str:
+    """One sentence: when a species died out, and through which causes since it last had half of its greatest number."""
+    born = "" if end.births is None else f" against {end.births:,} birth{'s' * (end.births != 1)}"
+    how = f", {end.deaths:,} death{'s' * (end.deaths != 1)}{born}: {end.shares()}" if end.causes else ""
+    return f"{end.species} died out at tick {end.tick:,}. From tick {end.since:,}, when there were {end.n:,}{how}."
+
+
+def shared(runs: Sequence[Series]) -> str:
+    """What the report of several runs opens with: in how many all species persisted; who died out in how many, and of what."""
+    n, kept = len(runs), sum(run.persisted for run in runs)
+    first = f"All species persisted in {kept} of {n} run{'s' * (n != 1)} ({kept / n:.0%})."
+    found = [d for run in runs for d in declines(run)]
+    told = []
+    for species in dict.fromkeys(d.species for d in found):
+        of = [d for d in found if d.species == species]
+        causes: dict[str, int] = {}
+        for d in of:
+            for cause, k in d.causes.items():
+                causes[cause] = causes.get(cause, 0) + k
+        pooled = Decline(species, 0, 0, 0, None, dict(sorted(causes.items(), key=lambda x: -x[1])))
+        ticks = sorted(d.tick for d in of)
+        when = f"at tick {ticks[0]:,}" if len(of) == 1 else f"at ticks {ticks[0]:,} to {ticks[-1]:,}"
+        told.append(f"{species} died out in {len(of)} of {n}, {when}" + (f" ({pooled.shares()})" if causes else "") + ".")
+    return " ".join([first, *told])

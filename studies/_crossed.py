@@ -1,0 +1,228 @@
+"""Training seed × world seed: every policy of a grid lives in every world of it, for each arm of a protocol.
+
+    STUDY = crossed_study("persistence", "…", arms={"shipped": {}, "in life": {"life": {…}, "learn": True}},
+                          training=range(11, 17), worlds=range(4001, 4006), ticks=20_000)
+
+    if __name__ == "__main__":
+        STUDY.main()
+
+`python studies/persistence.py --workers 2` trains each policy once, runs what is missing, and goes on where it was stopped: a
+cell is kept under its arm, its seeds, its length and the hash of what its arm says, so that a new arm leaves the others as
+they are. What an arm may say (all of it may be absent):
+
+    set        changes of the world, in training and in life: {"species.deer.count": 500}
+    train      changes in training only
+    life       changes in life only
+    learn      whether policies go on learning in life; absent: as the world says
+    trainer    "module:function" that trains in place of ecs_eco.worlds.pretrain:pretrain, with (config, seed=, ticks=, out=)
+    training_ticks    length of the training; absent: the world's own
+    policies   "random", "untrained" or a folder in place of trained ones: then the training seed is a replicate and no more
+"""
+
+import contextlib
+import hashlib
+import os
+import tempfile
+from collections.abc import Iterable, Mapping, Sequence
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from _study import Study, canonical, verdict
+
+BLOCK = 40  # [ticks] of the means kept
+CHUNK = 250  # [ticks] between looks at who is left
+TRAINER = "ecs_eco.worlds.pretrain:pretrain"
+SAYS = ("set", "train", "life", "learn", "trainer", "training_ticks", "policies")
+LAGS = {"deer→wolf": (0.20, 0.35), "grass→deer": (0.28, 0.50)}
+Entry = dict[str, Any]
+
+
+# --- the grid ----------------------------------------------------------------------------------------------------------
+
+
+def crossed_study(name: str, claim: str, arms: Mapping[str, Mapping[str, Any]], training: Iterable[int], worlds: Iterable[int], *,
+                  world: str = "predator-prey", ticks: int = 20_000, judged: Sequence[str] = (), also: Sequence[Mapping[str, Any]] = (),
+                  goal: float = 0.8, short: Mapping[str, Any] | None = None) -> Study:
+    """A study of all cells; the arms in `judged` (the first where it is empty) must persist in a share of `goal`.
+
+    `also` holds further cases, such as one long run: {"arm": …, "training": …, "seed": …, "ticks": 60_000}; they are not judged.
+    """  # fmt: skip
+    training, worlds = list(training), list(worlds)
+    for arm, says in arms.items():
+        if odd := sorted(set(says) - set(SAYS)):
+            raise ValueError(f"arm {arm!r}: no {odd[0]!r}; an arm may say {', '.join(SAYS)}")
+    judged = list(judged) or [next(iter(arms))]
+    config = {"world": world, "identity": _hash(_bare(_load(world, {}))), "ticks": ticks, "block": BLOCK, "arms": {k: dict(v) for k, v in arms.items()},
+              "judged": judged, "goal": goal, "training seeds": training, "world seeds": worlds}  # fmt: skip
+    few = [{"arm": arm, "training": training[0], "seed": worlds[0]} for arm in list(arms)[:2]]
+    return Study(name=name, claim=claim, config=config, cases=[*cells(arms, training, worlds), *also], run=cell, depends=depends,
+                 summarise=lambda entries: summarise(entries, judged, goal), short_cases=few,
+                 short_config={"ticks": 1500, "short training": 200, **(short or {})})  # fmt: skip
+
+
+def cells(arms: Iterable[str], training: Sequence[int], worlds: Sequence[int]) -> list[dict[str, Any]]:
+    """All cells, world seed by world seed: two workers then never train the same policy, and an early look is balanced."""
+    return [{"arm": arm, "training": t, "seed": w} for w in worlds for arm in arms for t in training]
+
+
+def depends(config: Mapping[str, Any], case: Mapping[str, Any]) -> dict[str, Any]:
+    """What of the configuration a cell depends on."""
+    kept = {k: config.get(k) for k in ("world", "identity", "block", "short training")}
+    return kept | {"ticks": case.get("ticks", config["ticks"]), "arm": config["arms"][case["arm"]]}
+
+
+# --- one cell ----------------------------------------------------------------------------------------------------------
+
+
+def cell(config: Mapping[str, Any], case: Mapping[str, Any]) -> dict[str, Any]:
+    """Train the policies of a cell, or find them, let them live, and return what became of everybody."""
+    says = config["arms"][case["arm"]]
+    living = _load(config["world"], says.get("set", {}) | says.get("life", {}))
+    ticks = case.get("ticks", config["ticks"])
+    policies = says.get("policies") or str(policies_of(config, says, case["training"]))
+    return record(live(living, case["seed"], policies, ticks, says.get("learn")), living)
+
+
+def policies_of(config: Mapping[str, Any], says: Mapping[str, Any], seed: int) -> Path:
+    """A folder with the policies of one training seed under the protocol of an arm: trained now, or found from before.
+
+    They are found by protocol, seed and the sources of ecs_eco, so that they are never stale.
+    """
+    learnt = _load(config["world"], says.get("set", {}) | says.get("train", {}))
+    ticks, trainer = config.get("short training") or says.get("training_ticks"), says.get("trainer", TRAINER)
+    module, _, function = trainer.partition(":")
+    train = getattr(import_module(module), function)
+    name = _hash([_sources(), _hash(Path(str(import_module(module).__file__)).read_text("utf-8")), _bare(learnt), trainer, seed, ticks])
+    folder = Path(tempfile.gettempdir()) / "ecs-eco-policies" / name
+    if not (folder / "training.json").is_file():
+        own = folder.with_name(f"{name}.{os.getpid()}")
+        train(learnt, seed=seed, ticks=ticks, out=own)
+        with contextlib.suppress(OSError):  # another worker was first, with the same bytes
+            own.rename(folder)
+    return folder
+
+
+def live(config: Any, seed: int, policies: Any, ticks: int, learn: bool | None) -> Any:
+    """Run a world until `ticks` or, to within CHUNK ticks, the first extinction of a consumer: nothing brings it back."""
+    from ecs_eco import World
+    from ecs_eco.analysis.cycles import consumers
+
+    world = World.from_config(config, seed=seed, policies=policies, learn=learn)
+    mortal = [s for s in consumers(config.resolved()) if world.tables[s].n]
+    while world.tick < ticks and all(world.tables[s].n for s in mortal):
+        world.run(min(CHUNK, ticks - world.tick))
+    return world
+
+
+def record(world: Any, config: Any) -> dict[str, Any]:
+    """What is kept of a cell: who persisted, when and of what the others died out, numbers, deaths, and cycles."""
+    from dataclasses import asdict
+
+    from ecs_eco.analysis.cycles import consumers, cycle_statistics
+    from ecs_eco.analysis.extinction import declines, lifetime
+    from ecs_eco.analysis.runs import load_series
+
+    series = load_series(world.series())
+    lost, lived = declines(series), lifetime(series)[0]
+    found = cycle_statistics(series, period_of=consumers(config.resolved())).as_dict()
+    n, names = series.n, series.species
+    died = {s: {c: int(k) for c in series.causes if (k := series.of(s, f"died: {c}").sum())} for s in names}
+    return {
+        "persisted": series.persisted, "lived": lived if lost else float(len(series.ticks)), "extinct": lost[0].species if lost else None,
+        "ends": [asdict(d) for d in lost], "deaths": died,
+        "numbers": {s: {"mean": n[:, i].mean(), "mean log": np.log1p(n[:, i]).mean(), "least": n[:, i].min(), "most": n[:, i].max(), "end": n[-1, i]}
+                    for i, s in enumerate(names)},
+        "cycles": found, "periods": found["ticks"] / found["period"] if found["period"] else 0.0, "series": packed(n, names),
+    }  # fmt: skip
+
+
+def packed(n: np.ndarray, names: Sequence[str]) -> dict[str, str]:
+    """Means over blocks of ticks by species, as text: a line of JSON each."""
+    kept = n[: len(n) // BLOCK * BLOCK].reshape(-1, BLOCK, n.shape[1]).mean(1)
+    return {name: " ".join(f"{v:.0f}" for v in kept[:, i]) for i, name in enumerate(names)}
+
+
+# --- what the cells say ------------------------------------------------------------------------------------------------
+
+
+def summarise(entries: Sequence[Entry], judged: Sequence[str], goal: float, lags: Mapping[str, tuple[float, float]] = LAGS) -> dict[str, Any]:
+    """Verdicts on the judged arms, and a table of all."""
+    of: dict[str, list[Entry]] = {}
+    for e in entries:
+        if "ticks" not in e["case"]:
+            of.setdefault(e["case"]["arm"], []).append(e)
+    out = [line for arm in judged if arm in of for line in verdicts(arm, of[arm], goal, lags)]
+    for e in entries:
+        if "ticks" in e["case"]:
+            r, case = e["result"], e["case"]
+            out.append(verdict(f"{case['arm']}, training seed {case['training']}, world seed {case['seed']}: periods of one run of {case['ticks']:,} ticks",
+                               r["periods"], "at least 50, all persist", r["persisted"] and r["periods"] >= 50))  # fmt: skip
+    head = ["arm", "runs", "all persist", "died out", "of them: both peaks > AR(1)", "median period [ticks]", *lags]
+    return {"verdicts": out, "table": {"head": head, "rows": [row(arm, found, lags) for arm, found in of.items()]}}
+
+
+def both_peaks(result: Mapping[str, Any], level: float = 0.05) -> bool:
+    """Whether deer and wolves (all consumers) have a spectral peak beyond AR(1)."""
+    p = [result["cycles"]["p_ar1"].get(s) for s in result["cycles"]["period_of"]]
+    return bool(p) and all(v is not None and v < level for v in p)
+
+
+def verdicts(arm: str, entries: Sequence[Entry], goal: float, lags: Mapping[str, tuple[float, float]]) -> list[dict[str, Any]]:
+    """Persistence over the grid, and peaks and lags where everybody persists."""
+    from ecs_eco.analysis.cycles import median_lag_interval
+
+    found = [e["result"] for e in entries]
+    kept = [r for r in found if r["persisted"]]
+    share, cycling = len(kept) / len(found), sum(map(both_peaks, kept))
+    out = [verdict(f"{arm}: runs in which all species persist", f"{len(kept)} of {len(found)} ({share:.0%})", f"at least {goal:.0%}", share >= goal),
+           verdict(f"{arm}: of these with peaks of all consumers beyond AR(1), p < .05", f"{cycling} of {len(kept)}", f"at least {goal:.0%}",
+                   bool(kept) and cycling >= goal * len(kept))]  # fmt: skip
+    for pair, (low, high) in lags.items():
+        m = median_lag_interval([r["cycles"]["lags"][pair]["share"] for r in kept if pair in r["cycles"]["lags"]])
+        out.append(verdict(f"{arm}: median lag {pair}, share of the period", [m["median"], m["low"], m["high"]], f"{low} to {high}",
+                           bool(m["n"]) and low <= m["median"] <= high))  # fmt: skip
+    return out
+
+
+def row(arm: str, entries: Sequence[Entry], lags: Mapping[str, Any]) -> list[Any]:
+    """One line of the table."""
+    from ecs_eco.analysis.cycles import median_lag_interval
+
+    found = [e["result"] for e in entries]
+    kept = [r for r in found if r["persisted"]]
+    gone = [r["extinct"] for r in found if r["extinct"]]
+    who = ", ".join(f"{s} {gone.count(s)}" for s in dict.fromkeys(gone)) or "–"
+    periods = [r["cycles"]["period"] for r in kept if r["cycles"]["period"]]
+    m = [median_lag_interval([r["cycles"]["lags"][pair]["share"] for r in kept if pair in r["cycles"]["lags"]]) for pair in lags]
+    return [arm, len(found), len(kept), who, sum(map(both_peaks, kept)), float(np.median(periods)) if periods else None,
+            *([v["median"], v["low"], v["high"]] if v["n"] else None for v in m)]  # fmt: skip
+
+
+# --- names under which things are kept ---------------------------------------------------------------------------------
+
+
+def _load(world: str, changes: Mapping[str, Any]) -> Any:
+    from ecs_eco.config import load
+
+    return load(world, dict(changes) or None)
+
+
+def _bare(config: Any) -> dict[str, Any]:
+    """A configuration without the bundled policies, which a grid does not use."""
+    data: dict[str, Any] = config.resolved()
+    for species in data["species"].values():
+        species["policy"]["file"] = None
+    return data
+
+
+def _hash(x: Any) -> str:
+    return hashlib.sha256(canonical(x).encode()).hexdigest()[:24]
+
+
+def _sources() -> str:
+    import ecs_eco
+
+    files = sorted(Path(str(ecs_eco.__file__)).parent.rglob("*.py"))
+    return hashlib.sha256(b"".join(p.read_bytes() for p in files)).hexdigest()
