@@ -1,6 +1,7 @@
 """Arms of an experiment side by side: who persists, for how long, how many, and do they cycle?
 
 An arm is a name and one run a seed. Seeds are the replicates; a run in which a species dies out is a result.
+Where policies of several training seeds were run on the same world seeds, both are replicates (`analysis/crossed.py`).
 Takes what runs left; it runs no world.
 """
 
@@ -8,14 +9,17 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
+from html import escape
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from scipy.stats import chi2
 
-from ecs_eco.analysis import figures
+from ecs_eco.analysis import crossed_figures, figures
+from ecs_eco.analysis.crossed import EFFECTS, Grid, crossed, mean_interval
 from ecs_eco.analysis.cycles import CycleStatistics, cross_seed_surrogates, cycle_statistics, median_lag_interval
+from ecs_eco.analysis.extinction import shared
 from ecs_eco.analysis.page import number, page, picture, table, write_text
 from ecs_eco.analysis.runs import Series, load_series
 from ecs_eco.analysis.survival import (
@@ -35,9 +39,13 @@ def compare(
     species: Sequence[str] | None = None,
     n_boot: int = 499,
     seed: int = 0,
+    training: Mapping[str, Sequence[int]] | None = None,
+    policies: Mapping[str, str] | None = None,
 ) -> dict[str, Any]:
     """Compare arms (name → run folders, series tables or `Series`, one a seed) with the first arm as the reference.
 
+    `training` gives the training seed of each run of an arm whose policies were trained from several: its runs, which carry
+    their world seeds in their manifests, are then a crossed design. `policies` says in words what an arm runs with.
     Returns what compare.json holds; with `out`, writes compare.json, compare.html and figures/ there.
     """
     if not arms:
@@ -57,10 +65,13 @@ def compare(
     curves = {s: {arm: extinction_curve(runs, s) for arm, runs in loaded.items()} for s in names}
     cycles = {arm: [cycle_statistics(run, n_boot=n_boot, seed=seed) for run in runs] for arm, runs in loaded.items()}
     reference = next(iter(loaded))
-    result = {
+    grids = {arm: _grid_of(loaded[arm], seeds) for arm, seeds in (training or {}).items()}
+    by_run = {id(run): c for arm in grids for run, c in zip(loaded[arm], cycles[arm], strict=True)}
+    result: dict[str, Any] = {
         "format": 1,
         "reference": reference,
         "species": list(names),
+        "opening": {arm: shared(runs) for arm, runs in loaded.items()},
         "arms": {
             arm: _arm(runs, {s: curves[s][arm] for s in names}, cycles[arm], seed) for arm, runs in loaded.items()
         },
@@ -68,10 +79,40 @@ def compare(
             arm: _effects(loaded[reference], runs, names, seed) for arm, runs in loaded.items() if arm != reference
         },
     }
+    for arm, grid in grids.items():
+        found = crossed(grid, by_run, n_boot=max(n_boot, 99), seed=seed)
+        result["arms"][arm] |= {"crossed": found, "persistence": found["persistence"]}
+    for arm, effect in result["effects"].items():
+        if (gap := _paired(loaded[reference], grids.get(reference), loaded[arm], grids.get(arm))) is not None:
+            effect["persistence"] = gap
+    for arm, words in (policies or {}).items():
+        result["arms"][arm]["policies"] = words
     result = clean(result)
     if out is not None:
-        _write(Path(out), result, loaded, curves)
+        _write(Path(out), result, loaded, curves, grids)
     return result
+
+
+def _grid_of(runs: Sequence[Series], training: Sequence[int]) -> Grid:
+    return Grid.of(runs, training, [int(run.manifest["seed"]) for run in runs])
+
+
+def _paired(reference: Sequence[Series], first: Grid | None, runs: Sequence[Series], second: Grid | None) -> Any:
+    """Share that persists minus that of the reference, cell by cell with the same seeds; None where that cannot be.
+
+    An arm without training seeds (random policies) has one row, which stands against every training seed.
+    """
+    if first is None and second is None:
+        return None
+    tables = []
+    for grid, members in ((second, runs), (first, reference)):
+        if grid is None:
+            grid = _grid_of(members, [0] * len(members))
+        tables.append((grid.worlds, grid.training if len(grid.training) > 1 else None, grid.table(lambda run: run.persisted)))
+    (worlds, rows, table), (other_worlds, other_rows, other) = tables
+    if worlds != other_worlds or (rows and other_rows and rows != other_rows):
+        return None
+    return mean_interval(table - other)
 
 
 def extinction_curve(runs: Sequence[Series], species: str) -> SurvivalCurve:
@@ -201,6 +242,7 @@ def _write(
     result: dict[str, Any],
     loaded: Mapping[str, Sequence[Series]],
     curves: Mapping[str, Mapping[str, SurvivalCurve]],
+    grids: Mapping[str, Grid],
 ) -> None:
     write_text(out / "compare.json", json.dumps(result, indent=1, ensure_ascii=False, allow_nan=False) + "\n")
     until = max(arm["ticks"] for arm in result["arms"].values())
@@ -213,14 +255,64 @@ def _write(
         for s in shown
     ]
     pictures.append(picture(figures.save(figures.arms(loaded), out / "figures" / "numbers.png"), _MEANS))
-    write_text(out / "compare.html", page("Comparison of " + ", ".join(result["arms"]), *_blocks(result, pictures)))
+    drawn = {arm: _draw_grid(out / "figures", arm, grid) for arm, grid in grids.items()}
+    write_text(out / "compare.html", page("Comparison of " + ", ".join(result["arms"]), *_blocks(result, pictures, drawn)))
+
+
+def _draw_grid(folder: Path, arm: str, grid: Grid) -> list[str]:
+    """Survival by training seed and the map of first extinctions of one arm, as HTML."""
+    curve = figures.save(crossed_figures.persistence(grid, f"{arm}: all species persist"), folder / f"persistence_{arm}.png")
+    cells = figures.save(crossed_figures.lifetimes(grid, f"{arm}: first extinction"), folder / f"first_extinction_{arm}.png")
+    return [picture(curve, _BY_SEED), picture(cells, _CELLS)]
 
 
 _CURVE = "Share of runs in which {} lives (Kaplan–Meier, 95 % bands)."
+_BY_SEED = "Share of runs in which all species live: all runs thick, with a band over both kinds of seeds (95 %); each training seed thin."
+_CELLS = "The tick at which the first species died out, and which it was, by training seed and world seed."
 _MEANS = "Numbers over time: every run thin, the median over runs thick."
 
 
-def _blocks(result: dict[str, Any], pictures: Sequence[str]) -> list[str]:
+def _opening(result: dict[str, Any]) -> str:
+    """What the page opens with: in how many runs of each arm all species persisted, and who died out of what."""
+    lines = "".join(f"<p>{escape(arm)}: {escape(text)}</p>" for arm, text in result["opening"].items())
+    lost = any(a["persisted"] < a["n"] for a in result["arms"].values())
+    return f"<div class='verdict{' lost' if lost else ''}'>{lines}</div>"
+
+
+def _crossed_blocks(result: dict[str, Any], drawn: Mapping[str, Sequence[str]]) -> list[str]:
+    """The crossed design of the arms that have one: by training seed, and whence the variance comes."""
+    found = {arm: a["crossed"] for arm, a in result["arms"].items() if "crossed" in a}
+    if not found:
+        return []
+    blocks = ["<h2>Training seed and world seed</h2>"]
+    for arm, c in found.items():
+        worlds = len(c["world_seeds"])
+        each = ", ".join(f"{seed}: {kept}" for seed, kept in c["persisted_by_training_seed"].items())
+        blocks.append(
+            f"<p>{escape(arm)}: {len(c['training_seeds'])} training seeds × {worlds} world seeds. Runs of {worlds} in which all "
+            f"persist, by training seed: {each}. The {len(c['training_seeds']) * worlds} runs say as much about that share as "
+            f"{number(c['effective_runs'])} independent ones would.</p>"
+        )
+        blocks += drawn[arm]
+    rows = [
+        [arm, outcome, x["n"], *(_interval(x["share"][effect]) if x["share"][effect][0] is not None else "–" for effect in EFFECTS)]
+        for arm, c in found.items()
+        for outcome, x in c["variance_shares"].items()
+    ]
+    if rows:
+        blocks.append(_SHARES)
+        blocks.append(table(["arm", "outcome", "runs", *EFFECTS], rows))
+    return blocks
+
+
+_SHARES = (
+    "<p>Whence the variance comes: shares of training seed, of world seed and of the rest, which is chance and the interaction of both. "
+    "“Persisted” counts as 0 and 1, on the linear scale; a time that the end of the run cut off counts as the whole run; a period is told "
+    "where a run cycles. A dash: nothing varies. Intervals by a two-way bootstrap.</p>"
+)
+
+
+def _blocks(result: dict[str, Any], pictures: Sequence[str], drawn: Mapping[str, Sequence[str]]) -> list[str]:
     arms, names = result["arms"], result["species"]
     who = [
         [arm, a["n"], f"{a['ticks']:,}", a["persisted"], _interval(a["persistence"])]
@@ -261,11 +353,16 @@ def _blocks(result: dict[str, Any], pictures: Sequence[str]) -> list[str]:
         for s, x in e["per_species"].items()
     ]
     blocks = [
-        f"<h1>Comparison of {len(arms)} arms</h1><p class='under'>Seeds are the replicates. Intervals are 95 %.</p>",
+        f"<h1>Comparison of {len(arms)} arms</h1>",
+        _opening(result),
+        "<p class='under'>Seeds are the replicates. Intervals are 95 %.</p>",
+        *(f"<p class='under'>{escape(arm)} runs with {escape(a['policies'])}.</p>" for arm, a in arms.items() if "policies" in a),
         "<h2>Who persists</h2>",
-        table(["arm", "runs", "ticks", "all persist", "share (Wilson)", *(f"{s} extinct" for s in names)], who),
+        table(["arm", "runs", "ticks", "all persist", "share", *(f"{s} extinct" for s in names)], who),
         *pictures[:-1],
+        *_crossed_blocks(result, drawn),
     ]
+
     if gaps:
         share = [[arm, _interval(e["persistence"])] for arm, e in result["effects"].items()]
         blocks += [

@@ -37,10 +37,13 @@ def decline(series: Series, species: str) -> Decline | None:
     if np.isnan(series.extinct[i]) or not series.present[i]:
         return None
     end = int(np.searchsorted(series.ticks, series.extinct[i]))
-    since = int(np.flatnonzero(n[: end + 1] >= max(0.5 * n[: end + 1].max(), 1))[-1])
+    high = np.flatnonzero(n[: end + 1] >= max(0.5 * n[: end + 1].max(), 1))
+    since = int(high[-1]) if len(high) else -1  # gone within the first tick: all who were there died in it
     counts = {c: int(series.columns[DIED + c][since + 1 : end + 1, i].sum()) for c in series.causes}
     counts = {c: k for c, k in sorted(counts.items(), key=lambda x: -x[1]) if k}
     births = int(series.columns["births"][since + 1 : end + 1, i].sum()) if "births" in series.columns else None
+    if since < 0:
+        return Decline(species, int(series.ticks[0]), int(series.ticks[0]), int(series.of(species, "deaths")[0]), births, counts)
     return Decline(species, int(series.extinct[i]), int(series.ticks[since]), int(n[since]), births, counts)
 
 
@@ -74,7 +77,15 @@ def opening(series: Series) -> list[str]:
     else:
         first = f"{len(lost)} of {len(lived)} species died out; {', '.join(kept)} persisted to {end}."
     absent = [s for s in series.species if s not in lived]
-    return [first, *map(sentence, lost), *([f"Never present: {', '.join(absent)}."] if absent else [])]
+    barren = [d.species for d in lost if not multiplies(series, d.species)]
+    expected = [f"{species} does not multiply in this world: its end was to be expected." for species in barren]
+    return [first, *map(sentence, lost), *expected, *([f"Never present: {', '.join(absent)}."] if absent else [])]
+
+
+def multiplies(series: Series, species: str) -> bool:
+    """Whether a species can have offspring: it has some, or its configuration says how, or nothing is known of that."""
+    known = series.manifest.get("config", {}).get("species", {}).get(species, {"reproduction": "not known"})
+    return bool(known.get("reproduction")) or bool("births" in series.columns and series.of(species, "births").any())
 
 
 def sentence(end: Decline) -> str:

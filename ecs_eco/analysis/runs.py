@@ -68,8 +68,9 @@ class Series:
 
     @property
     def present(self) -> np.ndarray:
-        """Whether a species ever had a member, (species,) bool."""
-        return np.asarray((self.n > 0).any(axis=0))
+        """Whether a species ever had a member, if only one that died in the first tick, (species,) bool."""
+        died = self.columns.get("deaths", np.zeros_like(self.n))
+        return np.asarray(((self.n > 0) | (died > 0)).any(axis=0))
 
     @property
     def persisted(self) -> bool:

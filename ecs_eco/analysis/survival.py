@@ -45,7 +45,7 @@ class SurvivalCurve:
         return float((np.diff(edges) * self.survival).sum())
 
 
-def kaplan_meier(durations: Sequence[float], died: Sequence[bool], level: float = 0.95) -> SurvivalCurve:
+def kaplan_meier(durations: Sequence[float] | np.ndarray, died: Sequence[bool] | np.ndarray, level: float = 0.95) -> SurvivalCurve:
     """Kaplan–Meier curve with Greenwood's variance on the log(−log) scale (Kalbfleisch and Prentice 1980).
 
     `died` is False where the observation ended first (censored). Where the interval is undefined (survival 1 or 0)
@@ -90,8 +90,8 @@ def log_rank(groups: Sequence[tuple[Sequence[float], Sequence[bool]]]) -> tuple[
     return value, float(chi2.sf(value, len(groups) - 1))
 
 
-def wilson(successes: int, n: int, level: float = 0.95) -> Interval:
-    """Share with Wilson's score interval (Wilson 1927); [0, 1] where n is 0."""
+def wilson(successes: float, n: float, level: float = 0.95) -> Interval:
+    """Share with Wilson's score interval (Wilson 1927); [0, 1] where n is 0. An effective n need not be whole."""
     if not 0 <= successes <= n:
         raise ValueError(f"successes must lie in 0 … {n}, got {successes}")
     if n == 0:

@@ -15,6 +15,7 @@ import pyarrow.compute as pc
 from ecs_eco.analysis import figures
 from ecs_eco.analysis.carriers import carriers, told_apart
 from ecs_eco.analysis.cycles import CycleStatistics, cycle_statistics
+from ecs_eco.analysis.extinction import opening
 from ecs_eco.analysis.lineage import Lineage
 from ecs_eco.analysis.page import Markup, number, page, picture, table, write_text
 from ecs_eco.analysis.runs import DIED, Series, load_series, parts
@@ -38,8 +39,8 @@ def write_report(run_dir: Path | str) -> Path:
     title = f"{series.manifest.get('title') or series.manifest.get('world', 'A run')}"
     blocks = [
         f"<h1>{escape(title)}</h1>",
-        f"<p class='under'>{escape(_what(series))}</p>",
         _verdict(series),
+        f"<p class='under'>{escape(_what(series))}</p>",
         pictures.get("populations", ""),
         *(("<h2>Interventions</h2>", done) if (done := _interventions(series)) else ()),
         "<h2>Numbers</h2>",
@@ -155,42 +156,10 @@ def _what(series: Series) -> str:
 
 
 def _verdict(series: Series) -> str:
-    lived = [s for s, here in zip(series.species, series.present, strict=True) if here]
-    absent = [s for s in series.species if s not in lived]
-    lost = [s for s in lived if not np.isnan(series.extinct[series.index(s)])]
-    lines = []
-    if not lived:
-        lines.append("No species had a living member at the end of any tick.")
-    elif not lost:
-        who = f"All {len(lived)} species" if len(lived) > 1 else f"The only species, {lived[0]},"
-        lines.append(f"{who} persisted to tick {series.ticks[-1]:,}.")
-    else:
-        kept = [s for s in lived if s not in lost]
-        lines.append(
-            f"{len(lost)} of {len(lived)} species died out; {', '.join(kept) if kept else 'none'} persisted to tick {series.ticks[-1]:,}."
-        )
-        lines += [how_it_ended(series, s) for s in sorted(lost, key=lambda s: series.extinct[series.index(s)])]
-    if absent and lived:
-        lines.append(f"Never present: {', '.join(absent)}.")
-    return (
-        f"<div class='verdict{' lost' if lost or not lived else ''}'>"
-        + "".join(f"<p>{escape(x)}</p>" for x in lines)
-        + "</div>"
-    )
-
-
-def how_it_ended(series: Series, species: str) -> str:
-    """One sentence: when a species died out and through which causes since its last peak, above a tenth of its maximum."""
-    i, n = series.index(species), series.of(species)
-    end = int(np.searchsorted(series.ticks, series.extinct[i]))
-    since = int(np.flatnonzero(n[: end + 1] >= max(0.5 * n[: end + 1].max(), 1))[-1])
-    counts = {c: int(series.columns[DIED + c][since + 1 : end + 1, i].sum()) for c in series.causes}
-    total = sum(counts.values())
-    shares = [f"{c} {k / total:.0%}" for c, k in sorted(counts.items(), key=lambda x: -x[1]) if k] if total else []
-    births = int(series.columns["births"][since + 1 : end + 1, i].sum()) if "births" in series.columns else 0
-    born = f" against {births:,} birth{'s' * (births != 1)}" if total else ""
-    how = f", {total:,} death{'s' * (total != 1)}{born}: {', '.join(shares)}" if shares else ""
-    return f"{species} died out at tick {series.extinct[i]:,.0f}. From tick {series.ticks[since]:,}, when there were {n[since]:,.0f}{how}."
+    """What the report opens with: whether all species persisted, and else when and of what they died out."""
+    lines = opening(series)
+    lost = not series.present.any() or not series.persisted
+    return f"<div class='verdict{' lost' if lost else ''}'>" + "".join(f"<p>{escape(x)}</p>" for x in lines) + "</div>"
 
 
 def _interventions(series: Series) -> str:

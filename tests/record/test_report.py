@@ -12,7 +12,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from ecs_eco.analysis.runs import load_series
-from ecs_eco.record.report import ages_at_death, how_it_ended, last_snapshot, ledger_gap, rerun, write_report
+from ecs_eco.record.report import ages_at_death, last_snapshot, ledger_gap, rerun, write_report
 
 chains = SimpleNamespace(**runpy.run_path(str(Path(__file__).parent.parent / "analysis" / "chains.py")))
 
@@ -67,7 +67,7 @@ def test_the_extinct_are_named_with_when_and_why(tmp_path: Path) -> None:
     # the last tick with at least half of 40 is tick 121
     end = series.columns["died: starved"][121:141, 2].sum() / series.columns["deaths"][121:141, 2].sum()
     assert f"From tick 121, when there were 20, {series.columns['deaths'][121:141, 2].sum():.0f} deaths" in text
-    assert f"starved {end:.0%}" in how_it_ended(series, "wolf")
+    assert f"starved {end:.0%}" in text
 
 
 def test_a_run_too_short_for_cycles_says_so(tmp_path: Path) -> None:
