@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
+from functools import partial
 from html import escape
 from pathlib import Path
 from typing import Any
@@ -25,6 +26,7 @@ from ecs_eco.analysis.runs import Series, load_series
 from ecs_eco.analysis.survival import (
     SurvivalCurve,
     bootstrap_difference,
+    difference_of_intervals,
     difference_of_shares,
     kaplan_meier,
     log_rank,
@@ -83,8 +85,8 @@ def compare(
         found = crossed(grid, by_run, n_boot=max(n_boot, 99), seed=seed)
         result["arms"][arm] |= {"crossed": found, "persistence": found["persistence"]}
     for arm, effect in result["effects"].items():
-        if (gap := _paired(loaded[reference], grids.get(reference), loaded[arm], grids.get(arm))) is not None:
-            effect["persistence"] = gap
+        if arm in grids or reference in grids:
+            effect |= _crossed_effects(loaded, grids, result, reference, arm)
     for arm, words in (policies or {}).items():
         result["arms"][arm]["policies"] = words
     result = clean(result)
@@ -97,22 +99,33 @@ def _grid_of(runs: Sequence[Series], training: Sequence[int]) -> Grid:
     return Grid.of(runs, training, [int(run.manifest["seed"]) for run in runs])
 
 
-def _paired(reference: Sequence[Series], first: Grid | None, runs: Sequence[Series], second: Grid | None) -> Any:
-    """Share that persists minus that of the reference, cell by cell with the same seeds; None where that cannot be.
+def _crossed_effects(
+    loaded: Mapping[str, Sequence[Series]], grids: Mapping[str, Grid], result: Mapping[str, Any], reference: str, arm: str
+) -> dict[str, Any]:
+    """An arm minus the reference where both kinds of seeds are replicates.
 
-    An arm without training seeds (random policies) has one row, which stands against every training seed.
+    Shares: by the square-and-add rule from the intervals of both (Newcombe 1998; Zou and Donner 2008). Times and numbers: mean
+    over the cells of the difference between runs of the same seeds; an arm without training seeds (random policies) has one
+    row, which stands against every training seed. No log-rank p: it takes runs for independent.
     """
-    if first is None and second is None:
-        return None
-    tables = []
-    for grid, members in ((second, runs), (first, reference)):
-        if grid is None:
-            grid = _grid_of(members, [0] * len(members))
-        tables.append((grid.worlds, grid.training if len(grid.training) > 1 else None, grid.table(lambda run: run.persisted)))
-    (worlds, rows, table), (other_worlds, other_rows, other) = tables
-    if worlds != other_worlds or (rows and other_rows and rows != other_rows):
-        return None
-    return mean_interval(table - other)
+    one, two = result["arms"][arm]["persistence"], result["arms"][reference]["persistence"]
+    found: dict[str, Any] = {"persistence": difference_of_intervals(one, two)}
+    first, second = (grids.get(name) or _grid_of(loaded[name], [0] * len(loaded[name])) for name in (arm, reference))
+    paired = first.worlds == second.worlds and (first.training == second.training or 1 in (len(first.training), len(second.training)))
+    if not paired:
+        return found
+    names = result["species"]
+    values = {s: (partial(_lived, species=s), partial(_mean, species=s)) for s in names}
+    gaps = {s: [mean_interval(first.table(f) - second.table(f)) for f in both] for s, both in values.items()}
+    return found | {"per_species": {s: {"lifetime": gaps[s][0], "log_rank_p": np.nan, "mean_number": gaps[s][1]} for s in names}}
+
+
+def _lived(run: Series, species: str) -> float:
+    return _lifetimes([run], species)[0][0]
+
+
+def _mean(run: Series, species: str) -> float:
+    return float(run.of(species).mean())
 
 
 def extinction_curve(runs: Sequence[Series], species: str) -> SurvivalCurve:
@@ -295,7 +308,7 @@ def _crossed_blocks(result: dict[str, Any], drawn: Mapping[str, Sequence[str]]) 
         )
         blocks += drawn[arm]
     rows = [
-        [arm, outcome, x["n"], *(_interval(x["share"][effect]) if x["share"][effect][0] is not None else "–" for effect in EFFECTS)]
+        [arm, outcome, x["n"], *(_share(x["share"][effect]) for effect in EFFECTS)]
         for arm, c in found.items()
         for outcome, x in c["variance_shares"].items()
     ]
@@ -303,6 +316,10 @@ def _crossed_blocks(result: dict[str, Any], drawn: Mapping[str, Sequence[str]]) 
         blocks.append(_SHARES)
         blocks.append(table(["arm", "outcome", "runs", *EFFECTS], rows))
     return blocks
+
+
+def _share(x: Sequence[float]) -> str:
+    return "–" if x[0] is None else f"{x[0]:.2f} ({x[1]:.2f} … {x[2]:.2f})"
 
 
 _SHARES = (

@@ -104,7 +104,11 @@ def wilson(successes: float, n: float, level: float = 0.95) -> Interval:
 
 def difference_of_shares(k1: int, n1: int, k2: int, n2: int, level: float = 0.95) -> Interval:
     """Share 1 − share 2 with Newcombe's hybrid interval (Newcombe 1998, method 10)."""
-    a, b = wilson(k1, n1, level), wilson(k2, n2, level)
+    return difference_of_intervals(wilson(k1, n1, level), wilson(k2, n2, level))
+
+
+def difference_of_intervals(a: Interval, b: Interval) -> Interval:
+    """a − b of two independent estimates from their intervals: squares of the distances to the ends add (Zou and Donner 2008)."""
     gap = a.value - b.value
     return Interval(
         gap,

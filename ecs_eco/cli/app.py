@@ -162,13 +162,23 @@ def compare(
     workers: Annotated[
         int, typer.Option(parser=whole(1, 1024), metavar="N", help="Processes, of one thread each.")
     ] = 2,
-    out: Out = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder for the results: new, empty, or begun by this command. Default: in runs/.")
+    ] = None,
     quiet: Quiet = False,
+    training_seeds: Annotated[
+        int | None,
+        typer.Option(parser=whole(1, 10_000), metavar="N", help="Train policies from seeds 1 to N, and run each with every seed."),
+    ] = None,
+    retrain: Annotated[
+        bool,
+        typer.Option("--retrain", help="Train anew for a control KEY=VALUE, under its values; else it runs with the same policies."),
+    ] = False,
 ) -> None:
-    """Compare a world with its controls."""
+    """Compare a world with its controls; the same command with --out DIR goes on with what was stopped."""
     from ecs_eco.cli.arms import compare_arms
 
-    compare_arms(world, set_ or [], control or ["random-policy"], seeds, ticks, workers, out, quiet)
+    compare_arms(world, set_ or [], control or ["random-policy"], seeds, ticks, workers, out, quiet, training_seeds, retrain)
 
 
 @app.command()

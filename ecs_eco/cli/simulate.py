@@ -148,10 +148,11 @@ def numbers(found: dict[str, Any]) -> str:
 
 
 def populations(out: Path) -> str:
-    """The numbers of each species at the end of a run, in a line."""
+    """Whether all species persisted, who else died out of what, and the numbers of each species at the end of a run."""
+    from ecs_eco.analysis.extinction import opening
     from ecs_eco.analysis.runs import load_series
 
     series = load_series(out)
-    return "\n  at the end: " + ", ".join(
+    return "".join(f"\n  {line}" for line in opening(series)) + "\n  at the end: " + ", ".join(
         f"{n:.0f} {name}" for name, n in zip(series.species, series.n[-1], strict=True)
     )

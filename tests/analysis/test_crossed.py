@@ -155,10 +155,12 @@ def test_a_grid_with_a_gap_or_a_run_twice_is_refused() -> None:
 def test_a_crossed_comparison_opens_with_who_persisted_and_tells_the_variance(tmp_path: Path) -> None:
     members, training, _ = runs({(8, 1): 101, (8, 2): 201})
     alone = runs({(7, 1): 51, (7, 2): 61})[0][:2]
-    found = compare({"world": members, "random": alone}, tmp_path, n_boot=99, training={"world": training}, policies={"world": "policies trained"})
+    words = {"world": "policies trained"}
+    found = compare({"world": members, "random": alone}, tmp_path, n_boot=99, training={"world": training}, policies=words)
     arm = found["arms"]["world"]
-    assert found["opening"]["world"].startswith("All species persisted in 4 of 6 runs (67%). wolf died out in 2 of 6, at ticks 101 to 201 (")
-    assert arm["persistence"] == pytest.approx(list(share_interval(np.array([[1.0, 1.0], [0.0, 0.0], [1.0, 1.0]]))))
+    said = found["opening"]["world"]
+    assert said.startswith("All species persisted in 4 of 6 runs (67%). wolf died out in 2 of 6, at ticks 101 to 201 (")
+    assert arm["persistence"] == pytest.approx(list(share_interval(np.array([[1, 1], [0, 0], [1, 1]]))))
     assert arm["crossed"]["world_seeds"] == [1, 2]
     assert found["effects"]["random"]["persistence"][0] == pytest.approx(-2 / 3)
     page = (tmp_path / "compare.html").read_text()
