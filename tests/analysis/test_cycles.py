@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from ecs_eco.analysis.cycles import (
+    consumers,
     cross_correlation,
     cross_seed_surrogates,
     cycle_statistics,
@@ -15,7 +16,7 @@ from ecs_eco.analysis.cycles import (
     living_stretch,
     median_lag_interval,
 )
-from ecs_eco.analysis.runs import load_series
+from ecs_eco.analysis.runs import Series, load_series
 
 chains = SimpleNamespace(**runpy.run_path(str(Path(__file__).with_name("chains.py"))))
 quasi_cycle = runpy.run_path(str(Path(__file__).with_name("test_spectrum.py")))["quasi_cycle"]
@@ -144,3 +145,31 @@ def test_surrogates_want_four_runs_and_two_periods() -> None:
         cross_seed_surrogates(runs[:3], "deer", "wolf")
     with pytest.raises(ValueError, match="fewer than two periods"):
         cross_seed_surrogates(runs, "deer", "wolf", 200)
+
+
+FOOD = {"grass": [], "deer": ["grass"], "wolf": ["deer", "carrion"]}
+DIETS = {"species": {name: {"diet": [{"eats": food} for food in foods]} for name, foods in FOOD.items()}}
+
+
+def test_the_period_is_that_of_the_consumers_where_it_is_known_who_eats_whom() -> None:
+    """Grass that beats clearly and fast by itself does not set the period of deer and wolves."""
+    t, rng = np.arange(4000), np.random.default_rng(5)
+    wave, beat = quasi_cycle(4000, 300, rng), 0.8 * np.sin(2 * np.pi * t / 60)
+    wave /= wave.std()
+    columns = np.stack([beat, 0.3 * wave, 0.3 * np.roll(wave, 75)], 1) + 0.02 * rng.standard_normal((4000, 3))
+    numbers = {"n": np.round(500 * np.exp(columns))}
+    blind, told = (cycle_statistics(Series(t, NAMES, numbers, manifest), n_boot=99) for manifest in ({}, {"config": DIETS}))
+    assert (blind.period_of, told.period_of) == (NAMES, ("deer", "wolf"))
+    assert blind.period == pytest.approx(60, rel=0.03)
+    assert told.period == pytest.approx(300, rel=0.1)
+    assert told.lags["deer→wolf"].share == pytest.approx(0.25, abs=0.04)
+    chosen = cycle_statistics(of(numbers["n"]), n_boot=99, period_of=("wolf",))
+    assert (chosen.period_of, chosen.period) == (("wolf",), told.peaks["wolf"].period)
+    with pytest.raises(KeyError, match="did you mean 'wolf'"):
+        cycle_statistics(of(numbers["n"]), period_of=("wolfs",))
+
+
+def test_consumers_are_those_that_eat_another_species() -> None:
+    assert consumers(DIETS) == ("deer", "wolf")
+    assert consumers({}) == ()
+    assert consumers({"species": {"pike": {"diet": [{"eats": "pike"}]}, "crab": {"diet": [{"eats": "carrion"}]}}}) == ()
