@@ -16,7 +16,7 @@ import numpy as np
 from _crossed import crossed_study
 from _study import Study, verdict
 
-TRAINING, WORLDS, TICKS = range(41, 51), (6001,), 8000
+TRAINING, WORLDS, TICKS = range(41, 49), (6001,), 8000
 HALF = {"space.size": [170.0, 170.0], "species.grass.count": 2150, "species.deer.count": 350, "species.wolf.count": 125}
 SMALL = {"space.size": [120.0, 120.0], "species.grass.count": 800, "species.deer.count": 155, "species.wolf.count": 45,
          "species.grass.reproduction.rate": 0.0, "species.grass.reproduction.seed_rain": 0.02}  # fmt: skip
@@ -42,7 +42,6 @@ PROTOCOLS: dict[str, dict[str, Any]] = {
     "average of the last 60 %": plan(average=0.6),
     "twice the area": plan(set=WIDE),
     "more exploration": both("entropy", 0.02),
-    "twice as long": plan(ticks=6000) | both("anneal", 6000),
     "varied, pool, average": VARIED | plan(renew=512, pool=0.4, average=0.6),
 }
 
