@@ -32,7 +32,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
     n = numbers(lived)
     when, who = first_extinction(n)
     return {"lived": when, "extinct": who, "mean": n.mean(0).round(), "least": n.min(0), "most": n.max(0),
-            "cycles": cycle_statistics(lived.series()).as_dict(), "numbers": packed(n, BLOCK)}  # fmt: skip
+            "cycles": cycle_statistics(lived.series(), period_of=config["period of"]).as_dict(), "numbers": packed(n, BLOCK)}  # fmt: skip
 
 
 def arm(cases: list[dict[str, Any]], name: str) -> list[dict[str, Any]]:
@@ -114,7 +114,7 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
 
 STUDY = Study(
     name="cycles", claim="Grass, deer and wolves with learned policies cycle: deer follow grass, wolves follow deer.",
-    config={"world": "predator-prey", "identity": identity(), "ticks": 20_000, "block": BLOCK, "training_ticks": None, "in life": IN_LIFE, "seeds": {
+    config={"world": "predator-prey", "identity": identity(), "ticks": 20_000, "block": BLOCK, "training_ticks": None, "period of": ["deer", "wolf"], "in life": IN_LIFE, "seeds": {
         "chosen on": "parameters: policies of training seeds 1–4 on world seeds 100–103; bundled policies: studies/select_policies.py",
         "fresh": list(FRESH), "grid, training": list(GRID), "grid, worlds": list(GRID_WORLDS)}},
     cases=[*({"arm": "bundled", "seed": s} for s in FRESH), *({"arm": "grid", "training": t, "seed": s} for t in GRID for s in GRID_WORLDS),

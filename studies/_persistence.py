@@ -1,0 +1,58 @@
+"""What every study of living worlds opens with: in how many of its runs all species persisted, by arm, and who died out."""
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+SEEDS = ("seed", "training", "ticks")  # what of a case is no arm
+NOTES = {"from_scratch": "Numbers are held constant by respawn while policies learn: nobody can die out."}
+
+
+def _told(result: Mapping[str, Any]) -> bool:
+    return bool(result["persisted"])
+
+
+def _nobody_extinct(result: Mapping[str, Any]) -> bool:
+    return result["extinct"] in (None, False)
+
+
+def _all_at_the_end(result: Mapping[str, Any]) -> bool:
+    """Those who were never there (an arm without grazers) cannot die out."""
+    return all(n > 0 for s, n in result["end"].items() if result["numbers"][s] > 0)
+
+
+def _with_interventions(result: Mapping[str, Any]) -> bool:
+    return all(n > 0 for numbers in result["at the end, alone and with it"] for n in numbers)
+
+
+KINDS: tuple[tuple[tuple[str, ...], str, Callable[[Mapping[str, Any]], bool]], ...] = (
+    (("persisted",), "All species persisted", _told),
+    (("extinct",), "All animals persisted", _nobody_extinct),
+    (("end", "numbers"), "All species persisted", _all_at_the_end),
+    (("at the end, alone and with it",), "All species persisted", _with_interventions),
+    (("rabbits, fewest at the end of a block",), "All species persisted", lambda r: r["rabbits, fewest at the end of a block"] > 0),
+    (("lambs", "alive"), "Lambs are a cohort without offspring: all die, soon or late. Some lived to the end", lambda r: r["alive"] > 0),
+)  # how it is seen from a result: the keys that it has, what is said, and whether it is so
+
+
+def opening(record: Mapping[str, Any]) -> str:
+    """One or two sentences; "" for a study that follows no world to its end. A study may say them itself: record["persistence"]."""
+    if said := record.get("persistence") or NOTES.get(record["name"]):
+        return str(said)
+    entries = record["cases"]
+    for keys, words, holds in KINDS:
+        if entries and all(key in entry["result"] for entry in entries for key in keys):
+            return _count(entries, words, holds)
+    return ""
+
+
+def _count(entries: list[dict[str, Any]], words: str, holds: Callable[[Mapping[str, Any]], bool]) -> str:
+    arms: dict[str, list[bool]] = {}
+    for entry in entries:
+        arm = ", ".join(str(v) for k, v in entry["case"].items() if k not in SEEDS)
+        arms.setdefault(arm, []).append(holds(entry["result"]))
+    n, kept = len(entries), sum(map(sum, arms.values()))
+    each = "; ".join(f"{arm} {sum(found)} of {len(found)}" for arm, found in arms.items())
+    first = f"{words} in {kept} of {n} run{'s' * (n != 1)} ({kept / n:.0%})" + (f": {each}." if len(arms) > 1 and kept < n else ".")
+    gone = [who for entry in entries if isinstance(who := entry["result"].get("extinct"), str)]
+    who = ", ".join(f"{s} in {gone.count(s)}" for s in dict.fromkeys(gone))
+    return first + (f" First to die out: {who}." if who else "")
