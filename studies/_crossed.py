@@ -159,8 +159,10 @@ def summarise(entries: Sequence[Entry], judged: Sequence[str], goal: float, lags
             r, case = e["result"], e["case"]
             out.append(verdict(f"{case['arm']}, training seed {case['training']}, world seed {case['seed']}: periods of one run of {case['ticks']:,} ticks",
                                r["periods"], "at least 50, all persist", r["persisted"] and r["periods"] >= 50))  # fmt: skip
-    head = ["arm", "runs", "all persist", "died out", "of them: both peaks > AR(1)", "median period [ticks]", *lags]
-    return {"verdicts": out, "table": {"head": head, "rows": [row(arm, found, lags) for arm, found in of.items()]}}
+    head = ["arm", "runs", "share that persists (95 %, both seeds replicates)", "by training seed", "first to die out",
+            "peaks of all consumers > AR(1), of those that persist", "median period [ticks]", *lags]  # fmt: skip
+    return {"verdicts": out, "table": {"head": head, "rows": [row(arm, found, lags) for arm, found in of.items()]},
+            "variance": {arm: variance(found) for arm, found in of.items()}, "notes": "\n\n".join(map(told, of.values()))}  # fmt: skip
 
 
 def both_peaks(result: Mapping[str, Any], level: float = 0.05) -> bool:
@@ -186,17 +188,56 @@ def verdicts(arm: str, entries: Sequence[Entry], goal: float, lags: Mapping[str,
     return out
 
 
+def grid(entries: Sequence[Entry], value: Any) -> np.ndarray:
+    """A value of the result of every cell of one arm, (training seeds, world seeds); NaN where the cell is missing."""
+    rows, columns = (sorted({e["case"][key] for e in entries}) for key in ("training", "seed"))
+    out = np.full((len(rows), len(columns)), np.nan)
+    for e in entries:
+        found = value(e["result"])
+        out[rows.index(e["case"]["training"]), columns.index(e["case"]["seed"])] = np.nan if found is None else found
+    return out
+
+
+def variance(entries: Sequence[Entry]) -> dict[str, Any]:
+    """Shares of the variance of what became of the cells of one arm: training seed, world seed, rest; [value, low, high] each."""
+    from ecs_eco.analysis.crossed import EFFECTS, variance_shares
+
+    names = list(entries[0]["result"]["numbers"])
+    tables = {"persisted": grid(entries, lambda r: r["persisted"]), "log time to first extinction": grid(entries, lambda r: np.log(max(r["lived"], 1))),
+              "log period": grid(entries, lambda r: np.log(r["cycles"]["period"]) if r["persisted"] and r["cycles"]["period"] else None),
+              **{f"mean log number of {s}": grid(entries, lambda r, s=s: r["numbers"][s]["mean log"]) for s in names}}  # fmt: skip
+    out = {}
+    for name, table in tables.items():
+        if min(table.shape) > 1 and np.isfinite(table).sum() > max(table.shape):
+            found = variance_shares(table)
+            out[name] = {"n": found.n, "mean": found.mean, **{k: list(v) for k, v in zip(EFFECTS, found.share, strict=True)}}
+    return out
+
+
+def told(entries: Sequence[Entry]) -> str:
+    """Whence the variance of one arm comes, in a sentence."""
+    arm, found = entries[0]["case"]["arm"], variance(entries)
+    parts = [f"{name}: training seed {x['training seed'][0]:.0%}, world seed {x['world seed'][0]:.0%}, rest {x['rest'][0]:.0%}"
+             for name, x in found.items() if np.isfinite(x["rest"][0])]  # fmt: skip
+    words = "; ".join(parts) or "nothing varies, or there are too few seeds"
+    return f"{arm}, whence the variance comes (persisted on the linear scale of 0 and 1): {words}."
+
+
 def row(arm: str, entries: Sequence[Entry], lags: Mapping[str, Any]) -> list[Any]:
     """One line of the table."""
+    from ecs_eco.analysis.crossed import share_interval
     from ecs_eco.analysis.cycles import median_lag_interval
 
     found = [e["result"] for e in entries]
     kept = [r for r in found if r["persisted"]]
+    table = grid(entries, lambda r: r["persisted"])
+    share = list(share_interval(table)) if np.isfinite(table).all() else None
+    each = ", ".join(f"{np.nansum(line):.0f}/{np.isfinite(line).sum()}" for line in table)
     gone = [r["extinct"] for r in found if r["extinct"]]
     who = ", ".join(f"{s} {gone.count(s)}" for s in dict.fromkeys(gone)) or "–"
     periods = [r["cycles"]["period"] for r in kept if r["cycles"]["period"]]
     m = [median_lag_interval([r["cycles"]["lags"][pair]["share"] for r in kept if pair in r["cycles"]["lags"]]) for pair in lags]
-    return [arm, len(found), len(kept), who, sum(map(both_peaks, kept)), float(np.median(periods)) if periods else None,
+    return [arm, len(found), share, each, who, f"{sum(map(both_peaks, kept))} of {len(kept)}", float(np.median(periods)) if periods else None,
             *([v["median"], v["low"], v["high"]] if v["n"] else None for v in m)]  # fmt: skip
 
 

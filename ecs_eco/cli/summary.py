@@ -27,7 +27,7 @@ def summary(config: WorldConfig) -> str:
         f"  {space} m, {config.space.edges}, {config.dt:g} s a tick",
     ]
     for name, species in config.species.items():
-        lines.append(f"  {name}: {species.count}")
+        lines.append(f"  {name}: {species.count}" + ("" if species.reproduction else ", does not multiply"))
         channels = species.channels(config.dims)
         if channels:
             lines.append(f"    senses {', '.join(channels)}")
