@@ -59,7 +59,7 @@ def crossed_study(name: str, claim: str, arms: Mapping[str, Mapping[str, Any]], 
     few = [{"arm": arm, "training": training[0], "seed": worlds[0]} for arm in list(arms)[:2]]
     return Study(name=name, claim=claim, config=config, cases=[*cells(arms, training, worlds), *also], run=cell, depends=depends,
                  summarise=lambda entries: summarise(entries, judged, goal), short_cases=few,
-                 short_config={"ticks": 1500, "short training": 200, **(short or {})})  # fmt: skip
+                 short_config={"ticks": 1000, "short training": 100, **(short or {})})  # fmt: skip
 
 
 def cells(arms: Iterable[str], training: Sequence[int], worlds: Sequence[int]) -> list[dict[str, Any]]:

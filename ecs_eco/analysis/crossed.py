@@ -184,6 +184,11 @@ class Grid:
                     raise ValueError(f"training seed {a}, world seed {b} has no run: the design is to be complete")
         return cls(tuple(rows), tuple(columns), tuple(tuple(cells[a, b] for b in columns) for a in rows))
 
+    @property
+    def length(self) -> float:
+        """Ticks of the longest run, from its first one."""
+        return max(float(run.ticks[-1] - run.ticks[0]) for row in self.runs for run in row)
+
     def table(self, value: Callable[[Series], float]) -> np.ndarray:
         """A value of every run, (training, worlds)."""
         return np.array([[value(run) for run in row] for row in self.runs], float)

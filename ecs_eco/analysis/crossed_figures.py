@@ -20,7 +20,7 @@ def persistence(grid: Grid, title: str = "") -> Figure:
     """Share of runs in which all species live (Kaplan–Meier): all runs thick, with a band; each training seed thin."""
     figure, ((ax,),) = _grid(1, 1, 7, 3.4)
     lived, died = grid.table(lambda run: lifetime(run)[0]), grid.table(lambda run: lifetime(run)[1]).astype(bool)
-    until = float(lived.max())
+    until = grid.length
     time, low, high = survival_band(grid)
     time, low, high = np.append(time, until), np.append(low, low[-1]), np.append(high, high[-1])
     ax.fill_between(time, low, high, step="post", color=PALETTE[2], alpha=0.15, lw=0)
@@ -33,7 +33,7 @@ def persistence(grid: Grid, title: str = "") -> Figure:
     ax.step(np.append(curve.time, until), np.append(curve.survival, curve.survival[-1]), where="post", color=PALETTE[2], lw=2.4,
             label=f"all {lived.size} runs")  # fmt: skip
     ax.set(xlim=(0, until), ylim=(-0.04, 1.06), xlabel="tick", ylabel="share with all species", title=title)
-    ax.legend(loc="lower left")
+    ax.legend(loc="lower left" if curve.survival[-1] > 0.4 else "upper right")
     return figure
 
 
@@ -43,7 +43,7 @@ def lifetimes(grid: Grid, title: str = "") -> Figure:
     rows, columns = len(grid.training), len(grid.worlds)
     figure, ((ax,),) = _grid(1, 1, 2.4 + 1.05 * columns, 1.5 + 0.52 * rows)
     lived = grid.table(lambda run: lifetime(run)[0])
-    top = float(lived.max())
+    top = max(grid.length, 1.0)
     image = ax.imshow(lived, cmap="cividis", vmin=0, vmax=top, aspect="auto")
     for i in range(rows):
         for j in range(columns):
