@@ -42,6 +42,7 @@ PROTOCOLS: dict[str, dict[str, Any]] = {
     "average of the last 60 %": plan(average=0.6),
     "twice the area": plan(set=WIDE),
     "more exploration": both("entropy", 0.02),
+    "more exploration, average of the last 60 %": both("entropy", 0.02) | plan(average=0.6),
     "varied, pool, average": VARIED | plan(renew=512, pool=0.4, average=0.6),
 }
 
