@@ -1,6 +1,6 @@
-"""Do grass, deer and wolves cycle, each following the other, when their policies were learned and are frozen (or go on learning)?
+"""Do grass, deer and wolves cycle, each following the other, when their policies were learned and are frozen?
 
-Bundled policies on fresh world seeds; beside them, as they come, policies of other training seeds; and learning in life.
+Bundled policies, those of training seed 1, on fresh world seeds; persistence.py has other training seeds, and learning in life.
 Peaks are tested against red noise: AR(1), as asked for, and the stricter one that relaxes at two rates.
 """
 
@@ -11,13 +11,11 @@ from typing import Any
 sys.path.insert(0, str(Path(__file__).parent))
 
 import numpy as np
-from _predator_prey import first_extinction, identity, live, numbers, packed, trained, unpacked
+from _predator_prey import first_extinction, identity, live, numbers, packed, unpacked
 from _study import Study, verdict
 
 FRESH = tuple(range(1001, 1011))  # world seeds that nothing was chosen on
-GRID, GRID_WORLDS = (5, 6, 7), (2001, 2002, 2003)  # training seeds not looked at before; not selected from
 BLOCK = 40  # [ticks] of the means kept
-IN_LIFE = {f"species.{s}.ppo.learning_rate": 1e-4 for s in ("deer", "wolf")}  # a tenth of the rate of pre-training, constant
 LAGS = {"deer→wolf": (0.20, 0.35), "grass→deer": (0.28, 0.50)}
 
 
@@ -26,18 +24,11 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
     from ecs_eco.analysis.cycles import cycle_statistics
     from ecs_eco.config import load
 
-    world = load(config["world"], config["in life"] if case["arm"] == "learning" else None)
-    policies = str(trained(world, case["training"], config["training_ticks"])) if case["arm"] == "grid" else "trained"
-    lived = live(world, case["seed"], policies, config["ticks"], learn=case["arm"] == "learning")
+    lived = live(load(config["world"]), case["seed"], "trained", config["ticks"], learn=False)
     n = numbers(lived)
     when, who = first_extinction(n)
     return {"lived": when, "extinct": who, "mean": n.mean(0).round(), "least": n.min(0), "most": n.max(0),
             "cycles": cycle_statistics(lived.series(), period_of=config["period of"]).as_dict(), "numbers": packed(n, BLOCK)}  # fmt: skip
-
-
-def arm(cases: list[dict[str, Any]], name: str) -> list[dict[str, Any]]:
-    """Results of one arm."""
-    return [entry["result"] for entry in cases if entry["case"]["arm"] == name]
 
 
 def periods(result: dict[str, Any]) -> float:
@@ -78,11 +69,10 @@ def row(name: str, results: list[dict[str, Any]]) -> list[Any]:
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
-    """Judge the bundled policies; report the others."""
+    """Judge the bundled policies."""
     from ecs_eco.analysis.cycles import median_lag_interval
 
-    arms = [name for name in ("bundled", "grid", "learning") if arm(cases, name)]
-    main = arm(cases, "bundled")
+    main = [entry["result"] for entry in cases]
     n, kept = len(main), sum(r["extinct"] is None for r in main)
     least = min(periods(r) for r in main)
     out = [verdict("bundled policies, fresh world seeds: runs in which grass, deer and wolves persist", f"{kept} of {n}", "all", kept == n),
@@ -102,25 +92,15 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
         if surrogate is not None:
             out.append(verdict(f"{pair} of the same run against pairs of different runs: coherency {surrogate.coherency:.2f}, p", surrogate.p,
                                "< .05", surrogate.p < 0.05))  # fmt: skip
-    for name, what in (("grid", "policies of training seeds 5, 6, 7, as they come"), ("learning", "bundled policies that go on learning")):
-        if results := arm(cases, name):
-            kept = sum(r["extinct"] is None for r in results)
-            both = sum(count([r], "deer", "ar1") and count([r], "wolf", "ar1") for r in results)
-            out.append(verdict(f"{what}: runs in which all persist; of these with both peaks beyond AR(1)", f"{kept} and {both} of {len(results)}",
-                               "reported", kept == len(results)))  # fmt: skip
     head = ["arm", "runs", "all persist", "median period [ticks]", "deer > AR(1)", "wolf > AR(1)", "deer, strict", "wolf, strict", *LAGS]
-    return {"verdicts": out, "table": {"head": head, "rows": [row(name, arm(cases, name)) for name in arms]}}
+    return {"verdicts": out, "table": {"head": head, "rows": [row("bundled", main)]}}
 
 
 STUDY = Study(
     name="cycles", claim="Grass, deer and wolves with learned policies cycle: deer follow grass, wolves follow deer.",
-    config={"world": "predator-prey", "identity": identity(), "ticks": 20_000, "block": BLOCK, "training_ticks": None, "period of": ["deer", "wolf"], "in life": IN_LIFE, "seeds": {
-        "chosen on": "parameters: policies of training seeds 1–4 on world seeds 100–103; bundled policies: studies/select_policies.py",
-        "fresh": list(FRESH), "grid, training": list(GRID), "grid, worlds": list(GRID_WORLDS)}},
-    cases=[*({"arm": "bundled", "seed": s} for s in FRESH), *({"arm": "grid", "training": t, "seed": s} for t in GRID for s in GRID_WORLDS),
-           *({"arm": "learning", "seed": s} for s in FRESH[:5])],
-    run=run, summarise=summarise, short_cases=[{"arm": "bundled", "seed": 1001}, {"arm": "learning", "seed": 1001}],
-    short_config={"ticks": 2500, "training_ticks": 300},
+    config={"world": "predator-prey", "identity": identity(), "ticks": 20_000, "block": BLOCK, "period of": ["deer", "wolf"], "seeds": {
+        "parameters chosen on": "policies of training seeds 1–4 on world seeds 100–103", "bundled": "training seed 1, not selected", "fresh": list(FRESH)}},
+    cases=[{"seed": s} for s in FRESH], run=run, summarise=summarise, short_cases=[{"seed": FRESH[0]}], short_config={"ticks": 2500},
 )  # fmt: skip
 
 if __name__ == "__main__":

@@ -17,7 +17,7 @@ import numpy as np
 from _predator_prey import identity, trained
 from _study import Study, verdict
 
-SEEDS = (1, 2, 3, 4, 5, 6, 7)  # the training seeds of studies/select_policies.py and studies/cycles.py
+SEEDS = (1, 2, 3, 4, 5, 6, 7)  # the first seven
 DEER = (700, 200, 60)  # prey on the whole ground
 MEASURES = {"deer intake": 1, "deer starved": -1, "deer killed": -1, "wolf intake": 1, "wolf starved": -1, "kills per wolf": 1}
 

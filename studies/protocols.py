@@ -35,8 +35,9 @@ def both(key: str, value: Any) -> dict[str, Any]:
 
 
 VARIED = plan(worlds=4, vary=RANGES, set=SMALL)
+OLD = both("entropy", 0.01) | plan(average=0.2)  # what the others differ from; the shipped recipe is the last but one
 PROTOCOLS: dict[str, dict[str, Any]] = {
-    "as shipped": {},
+    "as shipped before": {},
     "numbers varied in four worlds": VARIED,
     "opponents from a pool": plan(worlds=4, set=SMALL, renew=512, pool=0.4),
     "average of the last 60 %": plan(average=0.6),
@@ -60,10 +61,10 @@ def summarise(entries: list[dict[str, Any]]) -> dict[str, Any]:
         most = np.array([r["numbers"]["deer"]["most"] for r in found], float)
         shares[name] = kept / len(found)
         rows.append([name, len(found), kept, float(np.median(least)), spread(least), float(np.median(most)), spread(most)])
-    reference = shares.get("as shipped", 0.0)
+    reference = shares.get("as shipped before", 0.0)
     for name, share in shares.items():
-        if name != "as shipped":
-            out.append(verdict(f"{name}: share of training seeds whose worlds persist, against {reference:.2f} as shipped", share, "reported", True))
+        if name != "as shipped before":
+            out.append(verdict(f"{name}: share of training seeds whose worlds persist, against {reference:.2f} as shipped before", share, "reported", True))
     head = ["protocol", "training seeds", "all persist", "least wolves, median", "between seeds, deviation of log", "most deer, median",
             "between seeds, deviation of log"]  # fmt: skip
     return {"verdicts": out or [verdict("protocols", len(rows), "reported", True)], "table": {"head": head, "rows": rows}}
@@ -75,7 +76,7 @@ def spread(values: Sequence[float] | np.ndarray) -> float:
 
 
 GRID: Study = crossed_study("protocols", "Ways of training that make outcomes depend less on the training seed.",
-                            {name: {"train": train, "life": HALF} for name, train in PROTOCOLS.items()}, TRAINING, WORLDS, ticks=TICKS)  # fmt: skip
+                            {name: {"train": OLD | train, "life": HALF} for name, train in PROTOCOLS.items()}, TRAINING, WORLDS, ticks=TICKS)  # fmt: skip
 STUDY = Study(name=GRID.name, claim=GRID.claim, config=GRID.config, cases=GRID.cases, run=GRID.run, depends=GRID.depends, summarise=summarise,
               short_cases=GRID.short_cases, short_config=GRID.short_config)  # fmt: skip
 
