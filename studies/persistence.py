@@ -13,7 +13,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 
 from _crossed import crossed_study
 
-TRAINING, WORLDS = range(61, 67), range(7001, 7006)  # seen by nothing before
+TRAINING, WORLDS = range(71, 77), range(7201, 7206)  # seen by nothing before
 
 
 def in_life(deer: float, wolf: float) -> dict[str, Any]:

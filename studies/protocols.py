@@ -35,7 +35,7 @@ def both(key: str, value: Any) -> dict[str, Any]:
 
 
 VARIED = plan(worlds=4, vary=RANGES, set=SMALL)
-OLD = both("entropy", 0.01) | plan(average=0.2)  # what the others differ from; the shipped recipe is the last but one
+OLD = both("entropy", 0.01) | plan(average=0.2)  # what the others differ from; the shipped recipe is the average alone
 PROTOCOLS: dict[str, dict[str, Any]] = {
     "as shipped before": {},
     "numbers varied in four worlds": VARIED,
