@@ -56,6 +56,7 @@ class World:
         self.next_uid = 1
         self.ticking = False  # whether a tick is under way
         self.stopping = False  # whether `run` is to return after this tick
+        self.between: Callable[[], None] | None = None  # called before every tick, when a viewer may look, ask for an intervention, wait
         self.on_death: list[Callable[[Table, np.ndarray], None]] = []
         self.on_birth: list[Callable[[Table, np.ndarray, np.ndarray, np.ndarray], None]] = []
         self._indexes: dict[str, Index] = {}
@@ -201,7 +202,7 @@ class World:
     def run(self, ticks: int, progress: Callable[[int, int], None] | None = None) -> "World":
         """Let `ticks` ticks pass; `progress(done, ticks)` is called about ten times a second. Returns the world.
 
-        Returns earlier, after a whole tick, where `stopping` was set meanwhile.
+        Returns earlier, after a whole tick, where `stopping` was set meanwhile. `between` is called before every tick.
         """
         if ticks < 0:
             raise ValueError(f"ticks is {ticks}; time does not run backwards")
@@ -215,6 +216,10 @@ class World:
                 self.flush()
             shown = time.monotonic()
             for done in range(1, ticks + 1):
+                if self.between is not None:
+                    self.between()
+                    if self.stopping:
+                        break
                 self.ticking = True
                 esper.process()
                 self.ticking = False

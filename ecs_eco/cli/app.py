@@ -1,4 +1,4 @@
-"""`ecs-eco run | resume | train | report | lineage | compare | draw | list | check`."""
+"""`ecs-eco run | watch | resume | repeat | train | report | lineage | compare | draw | list | check`."""
 
 from pathlib import Path
 from typing import Annotated
@@ -32,6 +32,10 @@ Threads = Annotated[
     int, typer.Option(parser=whole(1, 1024), metavar="N", help="Threads; they change the speed and no result.")
 ]
 
+Port = Annotated[
+    int, typer.Option(parser=whole(0, 65535), metavar="N", help="Port of the viewer on this machine; 0: any free one.")
+]
+NoBrowser = Annotated[bool, typer.Option("--no-browser", help="Only say the viewer's address.")]
 Report = Annotated[bool, typer.Option("--report/--no-report", help="Draw figures at the end.")]
 
 
@@ -76,11 +80,54 @@ def run(
         int | None, typer.Option(parser=whole(1), metavar="N", help="Write a checkpoint every so many ticks.")
     ] = None,
     keep: Annotated[int, typer.Option(parser=whole(1), metavar="K", help="How many checkpoints stay.")] = 3,
+    watch: Annotated[bool, typer.Option("--watch", help="Show it in the browser meanwhile; what is done there is recorded.")] = False,
+    port: Port = 0,
+    no_browser: NoBrowser = False,
 ) -> None:
     """Run a world and record it in a folder; `resume` goes on with it."""
     from ecs_eco.cli.simulate import run_world
 
-    run_world(world, set_ or [], ticks, seed, out, quiet, threads, learn, policies, report, checkpoint_every, keep)
+    shown = (port, not no_browser) if watch else None
+    run_world(world, set_ or [], ticks, seed, out, quiet, threads, learn, policies, report, checkpoint_every, keep, shown)
+
+
+@app.command()
+@exits
+def watch(
+    world: Annotated[str, typer.Argument(metavar="WORLD|DIR", help="A shipped world, a TOML file, or a folder that `run` left.")],
+    ticks: Annotated[
+        int | None, typer.Option(parser=whole(1), metavar="N", help="It ends at this tick; absent: it lives on.")
+    ] = None,
+    seed: Seed = None,
+    set_: Set = None,
+    threads: Threads = 1,
+    learn: Annotated[
+        bool | None, typer.Option("--learn/--no-learn", help="Whether policies learn; else as the world says.")
+    ] = None,
+    policies: Annotated[
+        str, typer.Option(metavar="trained|random|DIR", help="What policies start from: a folder that `train` left.")
+    ] = "trained",
+    port: Port = 0,
+    no_browser: NoBrowser = False,
+) -> None:
+    """Watch a living world, or a recorded run, in the browser."""
+    from ecs_eco.cli.watch import watch_it
+
+    watch_it(world, set_ or [], ticks, seed, threads, learn, policies, port, not no_browser)
+
+
+@app.command()
+@exits
+def repeat(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="A folder that `run` left.")],
+    out: Annotated[Path | None, typer.Option(help="Folder for the repetition: new or empty. Default: it is not recorded.")] = None,
+    quiet: Quiet = False,
+    threads: Threads = 1,
+) -> None:
+    """Run a recorded run again, with all that was done to it, and say whether it comes to the same end."""
+    from ecs_eco.cli.simulate import repeat_run
+
+    repeat_run(folder, out, quiet, threads)
 
 
 @app.command()

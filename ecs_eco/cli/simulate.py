@@ -5,13 +5,14 @@ from __future__ import annotations
 import json
 import os
 import shlex
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 
 import typer
 
 from ecs_eco.cli.folders import results
-from ecs_eco.cli.terminal import INTERRUPTED, complain, progress, refuse, say
+from ecs_eco.cli.terminal import FAILED, INTERRUPTED, complain, progress, refuse, say
 from ecs_eco.config import WorldConfig, load
 from ecs_eco.errors import nearest
 
@@ -31,26 +32,52 @@ def run_world(
     report: bool,
     checkpoint_every: int | None = None,
     keep: int = 3,
+    shown: tuple[int, bool] | None = None,
 ) -> None:
-    """Run a world into a folder, and draw its figures."""
+    """Run a world into a folder, and draw its figures; `shown`: in a viewer on this port, and whether to open the browser."""
     config = load(world, changes)
     seed, ticks = config.seed if seed is None else seed, ticks or config.ticks
     known_policies(policies, config)
     out = results(out, f"{config.name}-{seed}")
     from ecs_eco.record import run_to_folder
 
-    with progress(config.name, quiet) as bar:
+    with progress(config.name, quiet) as bar, _viewer(config, ticks, shown) as viewer:
         try:
             command = f"ecs-eco run {shlex.quote(world)} --seed {seed} --ticks {ticks} --policies {shlex.quote(policies)}"
             command += "".join(f" --set {shlex.quote(change)}" for change in changes)
             command += {None: "", True: " --learn", False: " --no-learn"}[learn] + " --out DIR"
-            more = {} if checkpoint_every is None else {"checkpoint_every": checkpoint_every, "keep": keep}
+            more: dict[str, Any] = {} if viewer is None else {"prepare": viewer.open}
+            more |= {} if checkpoint_every is None else {"checkpoint_every": checkpoint_every, "keep": keep}
             found = run_to_folder(
                 config, seed, ticks, out, policies, learn, bar, threads=threads, report=report, command=command, **more
             )
         except KeyboardInterrupt:
             stopped(bar.done, ticks, out)
     say(f"{ticks} ticks of {config.name}, seed {seed}, in {out}{numbers(found)}{populations(out)}")
+
+
+def _viewer(config: WorldConfig, ticks: int, shown: tuple[int, bool] | None) -> Any:
+    """The viewer of a run, or nothing."""
+    if shown is None:
+        return nullcontext()
+    from ecs_eco.cli.watch import window
+
+    return window(ticks, config.title or config.name, *shown)
+
+
+def repeat_run(folder: Path, out: Path | None, quiet: bool, threads: int) -> None:
+    """Run a recorded run again and compare the digests; ends with code 1 where they differ."""
+    from ecs_eco.record.repeat import repeat
+
+    out = None if out is None else results(out, folder.name)
+    with progress(folder.name, quiet) as bar:
+        found = repeat(folder, out, bar, threads=threads)
+    done = f"{found['ticks']} ticks of {found['world']} again, with {found['interventions']} interventions"
+    if found["same"]:
+        say(f"{done}: the same end, {found['digest'][:16]}")
+        return
+    complain(f"{done}: ANOTHER end, {found['digest'][:16]} instead of {found['recorded'][:16]}{found['why']}")
+    raise typer.Exit(FAILED)
 
 
 def resume_run(

@@ -49,7 +49,7 @@ def refused(old: WorldConfig, new: WorldConfig) -> list[Problem]:
     """A problem for each value that differs and cannot change in a living world."""
     found = []
     for key, before, now in changes(old.model_dump(), new.model_dump()):
-        hint = next(hint for pattern, hint in _RULES if pattern.fullmatch(".".join(map(str, key))))
+        hint = _hint(".".join(map(str, key)))
         if not hint and len(key) > 2 and key[2] in ("properties", "substances") and MISSING in (before, now):
             hint = SHAPE  # a column more, or one less
         if not hint and key[0] == "substances" and MISSING in (before, now):
@@ -60,6 +60,15 @@ def refused(old: WorldConfig, new: WorldConfig) -> list[Problem]:
         if name in old.species and not found:
             found += _of_genes(("species", name), old.species[name], species, new.dims)
     return found
+
+
+def may_change(key: str) -> bool:
+    """Whether the value of a dotted key may change in a living world, as far as the key alone tells."""
+    return not _hint(key)
+
+
+def _hint(key: str) -> str:
+    return next(hint for pattern, hint in _RULES if pattern.fullmatch(key))
 
 
 def _of_genes(key: Key, old: Any, new: Any, dims: int) -> Iterator[Problem]:

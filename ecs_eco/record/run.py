@@ -27,12 +27,13 @@ class Stopped(KeyboardInterrupt):
 def run_to_folder(config: Any, seed: int | None = None, ticks: int | None = None, out: str | Path = "run", policies: Any = "trained",
                   learn: bool | None = None, progress: Progress | None = None, *, threads: int = 1, snapshot_every: int | None = None,
                   report: bool = True, command: str | None = None, controls: Sequence[str] = (), checkpoint_every: int | None = None,
-                  keep: int = KEEP) -> dict[str, Any]:
+                  keep: int = KEEP, prepare: Callable[[Any], None] | None = None) -> dict[str, Any]:
     """Run a world, with these controls of `ecs_eco.worlds.controls`, and leave a folder; return its manifest.
 
     A checkpoint is written at tick 0, every `checkpoint_every` ticks if asked for, and at the end; the last `keep` stay. Ctrl-C and
-    SIGTERM stop at the end of the tick with a checkpoint and raise Stopped; a second one stops at once. Raises
-    FileExistsError where `out` holds something; RecordingError where nothing can be written any more.
+    SIGTERM stop at the end of the tick with a checkpoint and raise Stopped; a second one stops at once. `prepare(world)` is called
+    before the first tick: a viewer begins there. Raises FileExistsError where `out` holds something; RecordingError where nothing
+    can be written any more.
     """
     from ecs_eco.config import WorldConfig, load
 
@@ -50,6 +51,8 @@ def run_to_folder(config: Any, seed: int | None = None, ticks: int | None = None
         "checkpoint_every": checkpoint_every, "keep": keep, "wall_seconds": 0.0,
     }  # fmt: skip
     folder = _record(world, path, manifest)
+    if prepare is not None:
+        prepare(world)
     _checkpoint(world, folder, manifest)  # whatever happens later, there is one to go on from
     return _go(world, folder, manifest, ticks, progress, report, begin)
 

@@ -197,8 +197,9 @@ def checked(world: Any, what: Any, asked: Sequence[dict[str, Any]]) -> Any:
     if data["at"] != world.tick or "every" in data or "until" in data:
         raise ValueError(f"intervene: it is tick {world.tick} now; leave out at, every and until, or put it into the world file")
     if world.config is not None:
-        fences = [done for done in (*(d for _, d in world.intervened), *asked) if done["kind"] == "fence"]
-        return intervention(world.config, data, fences)
+        fences = [done for _, done in world.intervened if done["kind"] == "fence"]
+        waiting = [done for done in asked if done["kind"] in ("fence", "set")]  # what it must fit: values set so far are in the config
+        return intervention(world.config, data, [*fences, *waiting])
     try:
         model = TypeAdapter(AnyIntervention).validate_python(data)
     except ValidationError as error:

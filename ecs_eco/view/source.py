@@ -35,6 +35,9 @@ class Source(Protocol):
     def greeting(self) -> list[Message]:
         """Return what else a new page needs, after hello: `marks`, say."""
 
+    def news(self) -> list[Message]:
+        """Return what all pages have to hear since the last call, `marks` of a new intervention, say; cheap where there is none."""
+
     def counts(self) -> dict[str, int]:
         """Return how many there are of each species and object type, for `state`."""
 

@@ -1,0 +1,86 @@
+"""watch, and run --watch."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from ecs_eco.cli.terminal import refuse, say
+
+
+def watch_it(
+    what: str,
+    changes: list[str],
+    ticks: int | None,
+    seed: int | None,
+    threads: int,
+    learn: bool | None,
+    policies: str,
+    port: int,
+    browser: bool,
+) -> None:
+    """Show a world that lives, or a run that was recorded, until Ctrl-C."""
+    recorded = os.path.isfile(Path(what) / "manifest.json")
+    if recorded and (changes or ticks or seed is not None or learn is not None):
+        allowed = "a world; what was recorded is shown as it was, and `resume --from-tick T --set … --out NEW` forks it"
+        refuse("WORLD", "is a recorded run, which no option changes", what, allowed)
+    with _port(port):
+        from ecs_eco.view.watch import watch
+
+        source = _replay(Path(what)) if recorded else _live(what, changes, ticks, seed, threads, learn, policies)
+        try:
+            watch(source, lambda address: _announce(source.hello()["title"], address, browser), port=port)
+        except KeyboardInterrupt:
+            say("")
+
+
+@contextmanager
+def window(ticks: int, title: str, port: int, browser: bool) -> Iterator[Any]:
+    """A window on a world that is run and recorded: hand its `open` to the run."""
+    from ecs_eco.view.watch import Window
+
+    with _port(port), Window(ticks, lambda address: _announce(title, address, browser), port=port) as found:
+        yield found
+
+
+def _live(what: str, changes: list[str], ticks: int | None, seed: int | None, threads: int, learn: bool | None, policies: str) -> Any:
+    from ecs_eco.cli.simulate import known_policies
+    from ecs_eco.config import load
+    from ecs_eco.view.live import Live
+    from ecs_eco.world import World
+
+    config = load(what, changes)
+    known_policies(policies, config)
+    return Live(World.from_config(config, seed=seed, policies=policies, threads=threads, learn=learn, record=False), ticks)
+
+
+def _replay(folder: Path) -> Any:
+    from ecs_eco.view.replay import Replay
+
+    return Replay(folder)
+
+
+def _announce(title: str, address: str, browser: bool) -> None:
+    from ecs_eco.view.watch import open_browser
+
+    say(f"{title}: {address}")
+    say("Whoever has this address, on this machine, sees and changes what is shown. Ctrl-C ends it.")
+    if browser:
+        open_browser(address)
+
+
+@contextmanager
+def _port(port: int) -> Iterator[None]:
+    """Refuses a port that cannot be had."""
+    import socket
+
+    with socket.socket(socket.AF_INET, socket.SOCK_STREAM) as found:
+        found.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            found.bind(("127.0.0.1", port))
+        except OSError as error:
+            refuse("--port", f"cannot be had: {error.strerror or error}", port, "a free one, from 1024 to 65535, or 0 for any")
+    yield

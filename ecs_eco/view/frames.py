@@ -1,0 +1,95 @@
+"""Frames: all organisms of a tick in one binary message, 12 bytes each; docs/watching.md describes the bytes."""
+
+from __future__ import annotations
+
+import math
+import struct
+import sys
+from collections.abc import Sequence
+
+import numpy as np
+
+from ecs_eco._numba import njit
+
+MAGIC = 0x31434545  # "EEC1"
+HEADER = struct.Struct("<IIIIffI")
+WORDS = 3  # u32 an organism: x and y; z, heading and value; uid
+
+
+class Encoder:
+    """One buffer that frames of a world are written into, again and again.
+
+    `size` [m] is that of the world, two numbers or three; `kinds` are the species and object types of a frame, in order.
+    """
+
+    def __init__(self, size: Sequence[float], kinds: int) -> None:
+        lengths = [*size, 0.0][:3]
+        self._share = np.array([65535.0 / s if s > 0 else 0.0 for s in lengths], np.float32)
+        self._head = HEADER.size // 4 + kinds
+        self._counts = np.zeros(kinds, np.uint32)
+        self._words = np.zeros(self._head + WORDS * 1024, np.uint32)
+        self._kind, self._end = 0, self._head
+
+    def begin(self, number: int, tick: int, light: float = 1.0, sun: float = math.pi / 2) -> None:
+        """Begin a frame: its number, its tick, light at the surface (0 to 1) and the sun's elevation [rad]."""
+        head = HEADER.pack(MAGIC, number & 0xFFFFFFFF, tick & 0xFFFFFFFF, 0, light, sun, self._counts.size)
+        self._words[: HEADER.size // 4] = np.frombuffer(head, "<u4")
+        self._counts[:] = 0
+        self._kind, self._end = 0, self._head
+
+    def add(self, x: np.ndarray, y: np.ndarray, z: np.ndarray, heading: np.ndarray, value: np.ndarray, uid: np.ndarray,
+            alive: np.ndarray | None = None) -> None:
+        """Add the next kind: places f32[n] [m], heading f32[n] [rad], value u8[n], uid u64[n]; of `alive` bool[n] rows alone."""
+        alive = np.ones(x.size, np.bool_) if alive is None else alive
+        needed = self._end + WORDS * x.size
+        if needed > self._words.size:
+            self._words = np.concatenate([self._words, np.zeros(max(needed, 2 * self._words.size) - self._words.size, np.uint32)])
+        end = pack(alive, x, y, z, heading, value, uid, self._share, self._words, self._end)
+        self._counts[self._kind] = (end - self._end) // WORDS
+        self._kind, self._end = self._kind + 1, end
+
+    def bytes(self) -> bytes:
+        """Return the frame; the buffer is free for the next one."""
+        first = HEADER.size // 4
+        self._words[first : self._head] = self._counts
+        words = self._words[: self._end]
+        return (words if sys.byteorder == "little" else words.byteswap()).tobytes()
+
+
+@njit
+def pack(alive, x, y, z, heading, value, uid, share, words, at):
+    """Write the living to `words` from `at` on, three words each; return the new end."""
+    top, turn = np.float32(65535.0), np.float32(256.0 / (2.0 * math.pi))
+    half = np.float32(0.5)
+    for row in range(alive.size):
+        if not alive[row]:
+            continue
+        px = np.uint32(min(max(x[row] * share[0], np.float32(0.0)), top) + half)
+        py = np.uint32(min(max(y[row] * share[1], np.float32(0.0)), top) + half)
+        pz = np.uint32(min(max(z[row] * share[2], np.float32(0.0)), top) + half)
+        angle = np.uint32(np.int32(np.floor(heading[row] * turn + half)) & 255)
+        words[at] = px | (py << np.uint32(16))
+        words[at + 1] = pz | (angle << np.uint32(16)) | (np.uint32(value[row]) << np.uint32(24))
+        words[at + 2] = np.uint32(uid[row])
+        at += 3
+    return at
+
+
+@njit
+def grade(alive, column, low, high, out):
+    """Write what share of the way from low to high each living one's value is: 1 to 255; 0 for what is no number."""
+    span = np.float32(254.0) / (high - low) if high > low else np.float32(0.0)
+    for row in range(alive.size):
+        if alive[row]:
+            v = (column[row] - low) * span
+            out[row] = np.uint8(0) if np.isnan(v) else np.uint8(min(max(v, np.float32(0.0)), np.float32(254.0)) + np.float32(1.5))
+
+
+@njit
+def extent(alive, column):
+    """Return the least and the greatest of the living's values; infinities where there are none."""
+    low, high = np.float32(np.inf), np.float32(-np.inf)
+    for row in range(alive.size):
+        if alive[row]:
+            low, high = min(low, column[row]), max(high, column[row])
+    return low, high

@@ -1,0 +1,237 @@
+"""A living world as something to watch."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from ecs_eco.components import Biology, Genome, Metabolism, Nervous, Position
+from ecs_eco.errors import ConfigError
+from ecs_eco.view.frames import Encoder, extent, grade
+from ecs_eco.view.kin import Kin
+from ecs_eco.view.scene import coloured_genes, describe, fences, kinds_of, sky
+from ecs_eco.view.series import Curves
+from ecs_eco.view.source import Message
+
+TRACED = 600  # points of the happiness trace of one organism
+FOLLOWED = 16  # organisms whose traces are kept
+
+
+class Live:
+    """A world that lives in this thread, to be watched; see `ecs_eco.view.source.Source`.
+
+    `last` is the tick at which it is to end, None for never. Watching changes nothing: what pages may do to the world are
+    interventions, at the start of the next tick.
+    """
+
+    def __init__(self, world: Any, last: int | None = None) -> None:
+        self.world, self.last = world, last
+        self.species, self.objects = kinds_of(world)
+        self.names = [*self.species, *self.objects]
+        self.kin = Kin(world)
+        self._encoder = Encoder(world.space.size, len(self.names))
+        self._genes = {name: coloured_genes(world.tables[name]) for name in self.species}
+        self._ranges: dict[tuple[str, str], tuple[float, float]] = {}
+        self._values: dict[str, np.ndarray] = {}
+        self._curves = Curves()
+        self._traces: dict[int, deque[tuple[int, float | None, float | None]]] = {}
+        self._told = len(world.intervened)
+        self.frame(0, "happiness")  # kernels are compiled before anybody waits
+
+    @property
+    def tick(self) -> int:
+        """The tick that comes next."""
+        return self.world.tick
+
+    @property
+    def done(self) -> bool:
+        """Whether the world has lived as long as it was to."""
+        return self.last is not None and self.world.tick >= self.last
+
+    def run(self, turn: Callable[[], bool]) -> None:
+        """Let the world live, `turn()` before every tick and after the last, until that says False."""
+        world = self.world
+        world.stopping, go = False, True
+
+        def between() -> None:
+            nonlocal go
+            go = turn()
+            world.stopping = not go
+
+        world.between = between
+        try:
+            world.run(10**12 if self.last is None else max(0, self.last - world.tick))
+            while go and turn():
+                pass
+        finally:
+            world.between = None
+
+    def hello(self) -> Message:
+        """Return what a page has to know of the world."""
+        genes = dict.fromkeys(f"gene:{gene}" for found in self._genes.values() for gene in found)
+        said = describe(self.world, self.species, self.objects, self._genes)
+        return {"kind": "hello", "mode": "live", "first": 0, "last": self.last, "tick": self.tick, "acts": True,
+                "colours": ["species", "energy", "happiness", "age", *genes], **said}  # fmt: skip
+
+    def greeting(self) -> list[Message]:
+        """Return what was done to the world so far."""
+        return [self._marks()]
+
+    def news(self) -> list[Message]:
+        """Return the marks anew where somebody intervened."""
+        if self._told == len(self.world.intervened):
+            return []
+        self._told = len(self.world.intervened)
+        return [self._marks()]
+
+    def _marks(self) -> Message:
+        from ecs_eco.config.interventions import describe as words
+
+        done = [{"tick": tick, "text": words(what)} for tick, what in self.world.intervened[-1000:]]
+        return {"kind": "marks", "births": None, "deaths": None, "interventions": done, "fences": fences(self.world)}
+
+    def counts(self) -> dict[str, int]:
+        """Return how many there are of each kind."""
+        return {name: int(self.world.tables[name].n) for name in self.names}
+
+    # --- frames -----------------------------------------------------------------------------------------------------
+
+    def frame(self, number: int, colour: str) -> bytes:
+        """Return the frame of this tick: value 0 for those who have no such thing, 1 to 255 from the low to the high of `scales`."""
+        light, elevation = sky(self.world)
+        self._encoder.begin(number, self.tick, light, elevation)
+        for name in self.names:
+            table = self.world.tables[name]
+            high, p = table.high, table[Position]
+            self._encoder.add(p.x[:high], p.y[:high], p.z[:high], p.heading[:high], self._value(table, colour)[:high], table.uid[:high],
+                              table.alive[:high])
+        return self._encoder.bytes()
+
+    def scales(self, colour: str) -> dict[str, tuple[float, float]]:
+        """Return low and high of a colour, by kind."""
+        return {name: (float(f"{low:.5g}"), float(f"{high:.5g}")) for (c, name), (low, high) in self._ranges.items() if c == colour}
+
+    def _value(self, table: Any, colour: str) -> np.ndarray:
+        """Return the value of each row: u8[capacity]."""
+        value = self._values.get(table.name)
+        if value is None or value.size < table.capacity:
+            value = self._values[table.name] = np.zeros(table.capacity, np.uint8)
+        column, low, high = self._column(table, colour)
+        if column is None:
+            value[:] = 0
+            return value
+        alive = table.alive[: table.high]
+        if low is None or high is None:
+            low, high = self._range(table.name, colour, low, high, *extent(alive, column[: table.high]))
+        self._ranges[colour, table.name] = low, high
+        grade(alive, column[: table.high], np.float32(low), np.float32(high), value)
+        return value
+
+    def _column(self, table: Any, colour: str) -> tuple[Any, float | None, float | None]:
+        """Return what a colour shows of a table: a column or None, and its range as far as it is known beforehand."""
+        if colour == "energy" and Metabolism in table:
+            species = table.traits.get("species")
+            return table[Metabolism].energy, 0.0, None if species is None else float(species.metabolism.energy_max)
+        if colour == "happiness" and Nervous in table and table.traits["nerves"].happiness is not None:
+            return table[Nervous].happiness, None, None
+        if colour == "age" and Biology in table:
+            return table[Biology].age, 0.0, None
+        code = self._genes.get(table.name, {}).get(colour.removeprefix("gene:")) if colour.startswith("gene:") else None
+        if code is None:
+            return None, None, None
+        return self._expressed(table, code.name), float(code.low), float(code.high)
+
+    def _expressed(self, table: Any, gene: str) -> np.ndarray:
+        rows, out = table.rows(), np.zeros(table.capacity, np.float32)
+        out[rows] = table.traits["heredity"].layout.decode(table[Genome].loci[rows], [gene])[gene]
+        return out
+
+    def _range(self, name: str, colour: str, low: float | None, high: float | None, least: float, most: float) -> tuple[float, float]:
+        """Return the range of a colour: wide enough for all now, and only slowly narrower, so that colours do not jump."""
+        if not least <= most:
+            return self._ranges.get((colour, name), (0.0, 1.0))
+        before = self._ranges.get((colour, name), (least, most))
+        low = min(least, before[0] + 0.02 * (least - before[0])) if low is None else low
+        high = max(most, before[1] + 0.02 * (most - before[1])) if high is None else high
+        return low, high
+
+    # --- curves -----------------------------------------------------------------------------------------------------
+
+    def sample(self) -> None:
+        """Note how many there are, how happy they are, what their genes say on the mean, and the light."""
+        point: dict[tuple[str, str], float] = {("light", ""): sky(self.world)[0]}
+        for name in self.species:
+            table = self.world.tables[name]
+            point["n", name] = int(table.n)
+            if not table.n:
+                continue
+            rows = table.rows()
+            if Nervous in table and table.traits["nerves"].happiness is not None:
+                point["happiness", name] = float(table[Nervous].happiness[rows].mean(dtype=np.float64))
+            if self._genes[name]:
+                said = table.traits["heredity"].layout.decode(table[Genome].loci[rows], self._genes[name])
+                for gene, values in said.items():
+                    point["genes", f"{name}.{gene}"] = float(values.mean(dtype=np.float64))
+        self._curves.add(self.tick, point)
+
+    def series(self, after: int) -> Message | None:
+        """Return the points since a tick."""
+        return self._curves.after(after)
+
+    # --- one organism -----------------------------------------------------------------------------------------------
+
+    def organism(self, uid: int) -> Message:
+        """Return one organism, living or dead; KeyError for one that nobody knows."""
+        from ecs_eco.view.inspect import state_of
+
+        found = state_of(self.world, uid, kin=self.kin)
+        happy = None if found.get("nerves") is None else found["nerves"].get("happiness")
+        return found | {"kind": "organism", "trace": self._trace(uid, happy, found.get("energy"))}
+
+    def _trace(self, uid: int, happiness: float | None, energy: float | None) -> Message:
+        """Note a point of one's life and return those noted so far; the traces of the last few who were looked at are kept."""
+        points = self._traces.pop(uid, None)
+        points = self._traces[uid] = deque(maxlen=TRACED) if points is None else points
+        while len(self._traces) > FOLLOWED:
+            self._traces.pop(next(iter(self._traces)))
+        if energy is not None and (not points or points[-1][0] < self.tick):
+            points.append((self.tick, _number(happiness), _number(energy)))
+        names = ("tick", "happiness", "energy")
+        return {name: list(values) for name, values in zip(names, zip(*points, strict=True) if points else ([], [], []), strict=True)}
+
+    # --- what pages ask for -----------------------------------------------------------------------------------------
+
+    def handle(self, request: Message) -> list[Message]:
+        """Intervene, or list the values that may be changed."""
+        kind = request["kind"]
+        if kind == "act":
+            return [self._act(request.get("what"))]
+        if kind == "params":
+            from ecs_eco.view.params import parameters
+
+            return [{"kind": "params", "list": [] if self.world.config is None else parameters(self.world.config)}]
+        return [{"kind": "said", "level": "warning", "text": f"{kind} is for recorded runs; this world is alive", "field": kind}]
+
+    def _act(self, what: Any) -> Message:
+        from ecs_eco.config.interventions import describe as words
+
+        if not isinstance(what, dict):
+            raise ValueError("act: `what` is no intervention; see [[interventions]] of a world file")
+        if self.done:
+            raise ValueError("act: the run is at its end")
+        try:
+            self.world.intervene(what)
+        except ConfigError as error:
+            field = ".".join(str(k) for k in error.problems[0].key) if error.problems else ""
+            return {"kind": "said", "level": "error", "text": str(error), "field": field}
+        except RuntimeError as error:
+            raise ValueError(str(error)) from None
+        return {"kind": "said", "level": "info", "text": f"tick {self.tick}: {words(what)}"}
+
+
+def _number(value: float | None) -> float | None:
+    return None if value is None or not math.isfinite(value) else float(f"{value:.6g}")

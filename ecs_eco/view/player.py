@@ -1,0 +1,306 @@
+"""The player: it lets time pass as the pages ask for, and sends them what they see.
+
+All of it runs in the thread of the world. What pages say arrives in `inbox`, from the server's thread, and is read between
+ticks. Nothing waits in a queue for a page: a frame is made when the page has acknowledged the last one, from what is then.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import threading
+import time
+from collections import deque
+from collections.abc import Callable
+from functools import partial
+from typing import Any, Protocol
+
+from ecs_eco.errors import nearest
+from ecs_eco.view.source import Message, Source
+
+USUAL = 10.0  # ticks a second that are called 1×
+FASTEST_FRAMES = 0.05  # [s] from frame to frame
+PATIENCE = 0.25  # [s] from state to state, and longest wait
+SHARE = 0.03  # of the time that pictures, charts and panels may take from a running world
+SPEEDS = (0.01, 100_000.0)
+ELSEWHERE = ("act", "params", "seek", "fill")  # what the source answers
+
+
+class Page(Protocol):
+    """The server's end of one page."""
+
+    def send(self, messages: list[str | bytes]) -> None:
+        """Hand over messages; returns at once."""
+
+
+class View:
+    """What one page looks at, and what it has been sent."""
+
+    def __init__(self) -> None:
+        self.colour, self.selected = "species", None  # type: str, int | None
+        self.awaits: int | None = None  # the frame that it has not acknowledged yet
+        self.seen: tuple[Any, ...] | None = None  # what its last frame showed
+        self.frame_at = self.panel_at = -math.inf
+        self.series = -1  # last tick of the series that it has
+        self.panel: tuple[Any, ...] | None = None  # what its last panel showed
+        self.news = True  # whether it has to be told of the state
+
+
+class Player:
+    """Plays a source to any number of pages. `speed` [ticks/s], None for as fast as it runs; `halted` says when to give up."""
+
+    def __init__(self, source: Source, speed: float | None = USUAL, playing: bool = True,
+                 halted: Callable[[], bool] = lambda: False) -> None:
+        self.source, self.speed, self.playing, self.halted = source, speed, playing, halted
+        self.inbox: deque[tuple[Page, Message]] = deque()
+        self.closing = False
+        self.frames = 0  # made so far
+        self._wake = threading.Event()
+        self._views: dict[Page, View] = {}
+        self._steps = 0
+        self._next = time.monotonic()  # when the next tick is due
+        self._looks = -math.inf, -math.inf  # when pages are looked after next: if the tick stays, if it changes
+        self._served = -1  # the tick when they were last
+        self._made: dict[str, tuple[int, int, bytes]] = {}  # the last frame of each colour: tick, number, bytes
+        self._cost = {"frame": 0.0, "sample": 0.0}  # [s] of one
+        self._sampled, self._sample_at, self._state_at = -1, -math.inf, -math.inf
+        self._ticked, self._rate = (time.monotonic(), source.tick), 0.0
+        self._colours: list[str] = source.hello()["colours"]
+
+    # --- from the server's thread -----------------------------------------------------------------------------------
+
+    def say(self, page: Page, request: Message) -> None:
+        """Hand in what a page says: {"kind": …}; "join" and "leave" tell that it is there."""
+        self.inbox.append((page, request))
+        self._wake.set()
+
+    def close(self) -> None:
+        """End: the next `turn` says False."""
+        self.closing = True
+        self._wake.set()
+
+    # --- from the world's thread ------------------------------------------------------------------------------------
+
+    def turn(self) -> bool:
+        """Look after the pages until the next tick is due; False where it is time to end."""
+        while True:
+            self._wake.clear()
+            while self.inbox:
+                self._answer(*self.inbox.popleft())
+                self._looks = -math.inf, -math.inf
+            now = time.monotonic()
+            if now >= self._looks[self.source.tick != self._served]:
+                self._serve(now)
+            if self.closing or self.halted():
+                return False
+            due = self._due(now)
+            if due <= now:
+                return True
+            self._wake.wait(max(0.0, min(due, self._looks[0]) - now))
+
+    def tell(self, level: str, text: str) -> None:
+        """Say something to all pages."""
+        for page in self._views:
+            page.send([_text({"kind": "said", "level": level, "text": text})])
+
+    def show(self) -> None:
+        """Send the last state and frame to all pages that can take them: nothing follows."""
+        for view in self._views.values():
+            view.frame_at, view.news = -math.inf, True
+        self._serve(time.monotonic())
+
+    def _due(self, now: float) -> float:
+        """Return when the next tick is due, and count it where that is now."""
+        if self._steps and not self.source.done:
+            self._steps -= 1
+            return now
+        if not self.playing or self.source.done:
+            self._steps = 0
+            return math.inf
+        if self.speed is None:
+            return now
+        due = self._next
+        if due <= now:
+            self._next = max(due + 1.0 / self.speed, now - PATIENCE)  # what was lost is made up for, in bounds
+        return due
+
+    def _serve(self, now: float) -> None:
+        """Send each page what is due to it, and note when to look again."""
+        tick = self._served = self.source.tick
+        if tick != self._sampled and now >= self._sample_at:
+            self._sampled = tick
+            self._sample_at = now + max(2 * FASTEST_FRAMES, self._timed("sample", self.source.sample) / SHARE)
+        state = now >= self._state_at and self.playing
+        if state or any(view.news for view in self._views.values()):
+            self._measure(now)
+        news = [_text(message) for message in self.source.news()]
+        same, new = now + PATIENCE, min(now + PATIENCE, self._sample_at)
+        for page, view in self._views.items():
+            out: list[str | bytes] = [*news]
+            if view.news or (state and view.awaits is None):
+                view.news = False
+                out.append(self._state(view))
+            if view.awaits is None:
+                self._timed("frame", partial(self._show, view, out, now))
+                new = min(new, view.frame_at + self._period())
+                if view.awaits is None and not self._whole(view):
+                    same = min(same, max(now, min(view.frame_at, view.panel_at) + FASTEST_FRAMES))
+            if out:
+                page.send(out)
+        self._looks = (min(same, self._sample_at) if tick != self._sampled else same), new
+
+    def _period(self) -> float:
+        """Return the time from frame to frame [s]: longer where a frame costs a running world too much."""
+        busy = self.playing and self.speed is None
+        return max(FASTEST_FRAMES, self._cost["frame"] * max(1, len(self._views)) / SHARE) if busy else FASTEST_FRAMES
+
+    def _timed(self, what: str, work: Callable[[], Any]) -> float:
+        """Do some work and return how long it takes as a rule [s]: a first time, with all that is loaded then, counts little."""
+        begin = time.perf_counter()
+        if work() is not False:
+            spent, usual = time.perf_counter() - begin, self._cost[what]
+            self._cost[what] = min(spent, max(1.5 * usual, 0.0005)) if spent > usual else 0.5 * (spent + usual)
+        return self._cost[what]
+
+    def _whole(self, view: View) -> bool:
+        """Whether a page has all of this tick."""
+        tick = self.source.tick
+        return view.seen == (tick, view.colour) and (view.selected is None or view.panel == (tick, view.selected))
+
+    def _show(self, view: View, out: list[str | bytes], now: float) -> bool:
+        """Make what a page has not seen yet: increments of the series, the panel of whom it has selected, the frame. Say whether."""
+        tick, n = self.source.tick, len(out)
+        series = self.source.series(view.series)
+        if series is not None:
+            view.series = series["tick"][-1]
+            out.append(_text(series))
+        if view.selected is not None and view.panel != (tick, view.selected) and now >= view.panel_at + 2 * FASTEST_FRAMES:
+            self._panel(view, out, now)
+        if view.seen != (tick, view.colour) and now >= view.frame_at + self._period():
+            if self._made.get(view.colour, (-1,))[0] != tick:
+                self.frames += 1
+                self._made[view.colour] = tick, self.frames, self.source.frame(self.frames, view.colour)
+            _, view.awaits, frame = self._made[view.colour]
+            view.seen, view.frame_at = (tick, view.colour), now
+            out.append(frame)
+        return len(out) > n
+
+    def _panel(self, view: View, out: list[str | bytes], now: float) -> None:
+        assert view.selected is not None
+        view.panel_at, view.panel = now, (self.source.tick, view.selected)
+        try:
+            out.append(_text(self.source.organism(view.selected)))
+        except KeyError:
+            out.append(_said(f"no organism {view.selected} is known here", "select"))
+            view.selected = None
+        except Exception as error:  # a panel that cannot be drawn ends no run
+            out.append(_said(f"organism {view.selected}: {type(error).__name__}: {error}", "select"))
+            view.selected = None
+
+    def _measure(self, now: float) -> None:
+        before, tick = self._ticked
+        if now - before > 0.2:
+            self._rate, self._ticked = max(0.0, (self.source.tick - tick) / (now - before)), (now, self.source.tick)
+        self._state_at = now + PATIENCE
+
+    def _state(self, view: View) -> str:
+        source = self.source
+        rate = round(self._rate, 2) if self.playing and not source.done else 0.0
+        return _text({"kind": "state", "playing": self.playing, "speed": self.speed, "tick": source.tick, "rate": rate, "done": source.done,
+                      "n": source.counts(), "scales": source.scales(view.colour), "pages": len(self._views)})  # fmt: skip
+
+    # --- what pages ask for -----------------------------------------------------------------------------------------
+
+    def _answer(self, page: Page, request: Message) -> None:
+        kind = request.get("kind")
+        if kind == "join":
+            self._views[page] = View()
+            page.send([_text(message) for message in (self.source.hello(), *self.source.greeting())])
+            return
+        if (view := self._views.get(page)) is None:
+            return
+        if kind == "leave":
+            del self._views[page]
+            return
+        try:
+            if kind in ELSEWHERE:
+                self._ask(page, request)
+            elif kind in REQUESTS:
+                REQUESTS[kind](self, view, request)
+            else:
+                raise ValueError(f"unknown request {str(kind)[:40]!r}; did you mean {nearest(kind, [*REQUESTS, *ELSEWHERE])!r}?")
+        except ValueError as error:  # ConfigError too
+            page.send([_said(str(error), str(kind)[:40])])
+        except Exception as error:  # whatever a page says, the run goes on
+            page.send([_said(f"{type(error).__name__}: {error}", str(kind)[:40])])
+
+    def _ask(self, page: Page, request: Message) -> None:
+        answers = self.source.handle(request)
+        if answers:
+            page.send([_text(answer) for answer in answers])
+        if request["kind"] == "fill":
+            for view in self._views.values():
+                view.panel = None
+        self._all_told()
+
+    def _all_told(self) -> None:
+        for view in self._views.values():
+            view.news = True
+
+    def _ack(self, view: View, request: Message) -> None:
+        if view.awaits is not None and request.get("frame") == view.awaits:
+            view.awaits = None
+
+    def _play(self, view: View, request: Message) -> None:
+        self.playing, self._steps = request["kind"] == "play", 0
+        self._next = time.monotonic()
+        self._all_told()
+
+    def _step(self, view: View, request: Message) -> None:
+        ticks = request.get("ticks", 1)
+        if isinstance(ticks, bool) or not isinstance(ticks, int) or not 1 <= ticks <= 100_000:
+            raise ValueError(f"step: ticks = {_short(ticks)}; allowed: a whole number from 1 to 100000")
+        self.playing = False
+        self._steps += ticks
+        self._all_told()
+
+    def _speed(self, view: View, request: Message) -> None:
+        value = request.get("value")
+        number = isinstance(value, int | float) and not isinstance(value, bool)
+        if value is not None and not (number and SPEEDS[0] <= value <= SPEEDS[1]):
+            raise ValueError(f"speed: value = {_short(value)}; allowed: {SPEEDS[0]:g} to {SPEEDS[1]:g} ticks a second, or null")
+        self.speed = None if value is None else float(value)
+        self._next = time.monotonic()
+        self._all_told()
+
+    def _select(self, view: View, request: Message) -> None:
+        uid = request.get("uid")
+        if uid is not None and (isinstance(uid, bool) or not isinstance(uid, int) or not 0 < uid < 2**63):
+            raise ValueError(f"select: uid = {_short(uid)}; allowed: the uid of an organism, or null")
+        view.selected, view.panel, view.panel_at = uid, None, -math.inf
+
+    def _colour(self, view: View, request: Message) -> None:
+        by, known = request.get("by"), self._colours
+        if by not in known:
+            raise ValueError(f"colour: by = {_short(by)}; allowed: {', '.join(known)}; did you mean {nearest(by, known)!r}?")
+        view.colour = by
+        view.news = True
+
+
+REQUESTS: dict[str, Callable[[Player, View, Message], None]] = {
+    "ack": Player._ack, "play": Player._play, "pause": Player._play, "step": Player._step, "speed": Player._speed,
+    "select": Player._select, "colour": Player._colour,
+}  # fmt: skip
+
+
+def _text(message: Message) -> str:
+    return json.dumps(message, separators=(",", ":"), allow_nan=False)
+
+
+def _said(text: str, field: str | None = None) -> str:
+    return _text({"kind": "said", "level": "error", "text": text} | ({} if field is None else {"field": field}))
+
+
+def _short(value: Any) -> str:
+    text = json.dumps(value)
+    return text if len(text) <= 60 else text[:59] + "…"

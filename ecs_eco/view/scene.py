@@ -1,0 +1,83 @@
+"""What a page has to know of a world before it draws it: who lives there, the ground, the sky."""
+
+from __future__ import annotations
+
+import base64
+import math
+from typing import Any
+
+import numpy as np
+
+from ecs_eco.components import Position, Velocity
+
+CELLS = 65_536  # of the ground that is sent; larger grounds are sent coarser
+
+
+def kinds_of(world: Any) -> tuple[list[str], list[str]]:
+    """Return the names of the species and of the object types that have places; landmarks of the ground are not among them."""
+    placed = [name for name, table in world.tables.items() if Position in table]
+    species = [name for name in placed if not world.tables[name].traits.get("object")]
+    declared = placed if world.config is None else world.config.objects
+    return species, [name for name in placed if name not in species and name in declared]
+
+
+def coloured_genes(table: Any) -> dict[str, Any]:
+    """Return the genes of a species that say one number each, by name: an `ecs_eco.genomes` code each."""
+    layout: Any = getattr(table.traits.get("heredity"), "layout", None)
+    return {} if layout is None else {code.name: code for code in layout.genes if code.trait is not None and not code.width}
+
+
+def describe(world: Any, species: list[str], objects: list[str], genes: dict[str, dict[str, Any]]) -> dict[str, Any]:
+    """Return the part of hello that follows from the world: names, sizes, kinds, ground, day."""
+    return {
+        "world": world.name, "title": getattr(world.config, "title", "") or world.name, "dt": world.dt, "seed": world.seed,
+        "size": list(world.space.size), "edges": world.space.edges, "day": day(world), "usual_speed": 10.0,
+        "species": [_kind(world, name, list(genes.get(name, ()))) for name in species],
+        "objects": [_kind(world, name, []) | {"inanimate": True} for name in objects], "terrain": ground(world),
+    }  # fmt: skip
+
+
+def _kind(world: Any, name: str, genes: list[str]) -> dict[str, Any]:
+    table = world.tables[name]
+    nerves, moves = table.traits.get("nerves"), Velocity in table
+    return {"name": name, "color": table.traits.get("color", "#888888"), "radius": float(table.traits.get("radius", 0.5)), "moves": moves,
+            "sessile": not moves, "genes": genes, "learns": bool(nerves is not None and nerves.learning)}  # fmt: skip
+
+
+def ground(world: Any) -> dict[str, Any] | None:
+    """Return heights and landmarks; None where the world is flat and open."""
+    terrain, config = world.terrain, getattr(world.config, "terrain", None)
+    if terrain is None:
+        return None
+    ny, nx = terrain.height.shape
+    every = max(1, math.ceil(math.sqrt(ny * nx / CELLS)))
+    heights = np.ascontiguousarray(terrain.height[every // 2 :: every, every // 2 :: every]).astype("<f4")
+    marks = {kind: [p.model_dump() for p in getattr(config, kind, ())] for kind in ("rocks", "lakes")}
+    return {"cell": every * world.space.size[0] / nx, "nx": heights.shape[1], "ny": heights.shape[0],
+            "heights": base64.b64encode(heights.tobytes()).decode(), **marks}  # fmt: skip
+
+
+def fences(world: Any) -> list[list[list[float]]]:
+    """Return the corners of every fence that stands."""
+    return [] if world.terrain is None else [corners.round(3).tolist() for corners in world.terrain.fences]
+
+
+def day(world: Any) -> dict[str, float] | None:
+    """Return the length of a day [s] and the time of the day at tick 0, a share; None where there is no sun."""
+    sun = getattr(world, "sun", None)
+    return None if sun is None else {"length": float(sun.day), "start": float(sun.start)}
+
+
+def sky(world: Any) -> tuple[float, float]:
+    """Return the light at the surface, 0 to 1, and the sun's elevation [rad]; without a sun it stands high and light is ambient."""
+    sun, full = getattr(world, "sun", None), float(world.ambient["light"])
+    if sun is None:
+        top = np.array([world.space.size[2] if world.space.volume else 0.0], np.float32)
+        middle = [np.array([s / 2], np.float32) for s in world.space.size[:2]]
+        light = float(world.surroundings("light", *middle, top)[0]) if "light" in world.environment else full
+        return min(max(light, 0.0), 1.0), math.asin(min(max(light, 0.0), 1.0))
+    from ecs_eco.space.sun import sine_of_elevation
+
+    shift = 0.5 if sun.kind == "inverted" else 0.0
+    height = sine_of_elevation(world.time / sun.day + sun.start + shift, sun.latitude, sun.season(world.time))
+    return min(max(full * sun.light(world.time), 0.0), 1.0), math.asin(min(max(height, -1.0), 1.0))

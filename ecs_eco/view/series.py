@@ -1,0 +1,47 @@
+"""The curves of a watched world: points noted now and then, thinned where they become many."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+MOST = 4000  # points
+
+
+class Curves:
+    """Points by tick, each a flat dict of numbers; a name that a point lacks is null there."""
+
+    def __init__(self, most: int = MOST) -> None:
+        self.most, self.every = most, 1
+        self.ticks: list[int] = []
+        self.points: list[dict[tuple[str, str], float]] = []
+
+    def add(self, tick: int, point: dict[tuple[str, str], float]) -> None:
+        """Add a point {(group, name): number}; where there are `most`, every second one is forgotten."""
+        if len(self.ticks) >= self.most:
+            del self.ticks[1::2], self.points[1::2]
+        self.ticks.append(tick)
+        self.points.append(point)
+
+    def after(self, tick: int) -> dict[str, Any] | None:
+        """Return the points of later ticks as a message; None where there are none."""
+        first = len(self.ticks)
+        while first and self.ticks[first - 1] > tick:
+            first -= 1
+        if first == len(self.ticks):
+            return None
+        points = self.points[first:]
+        out: dict[str, Any] = {"kind": "series", "tick": self.ticks[first:], "n": {}, "happiness": {}, "genes": {}}
+        for group, name in dict.fromkeys(key for point in points for key in point):
+            values = [_plain(point.get((group, name))) for point in points]
+            if name:
+                out[group][name] = values
+            else:
+                out[group] = values
+        return out
+
+
+def _plain(value: float | None) -> float | None:
+    if value is None or not math.isfinite(value):
+        return None
+    return value if isinstance(value, int) else float(f"{value:.6g}")

@@ -1,0 +1,151 @@
+"""The viewer's server: the page's files, and a WebSocket from each page to the player. It runs in a thread of its own."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import mimetypes
+import secrets
+import socket
+import threading
+from collections import deque
+from pathlib import Path
+from typing import Any
+
+import uvicorn
+from starlette.applications import Starlette
+from starlette.responses import FileResponse
+from starlette.routing import Mount, Route, WebSocketRoute
+from starlette.staticfiles import StaticFiles
+from starlette.websockets import WebSocket, WebSocketDisconnect
+
+from ecs_eco.view.guard import Guard
+from ecs_eco.view.player import Player
+
+STATIC = Path(__file__).parent / "static"
+HOST = "127.0.0.1"
+PAGES = 32  # at a time
+WAITING = 64  # messages that may wait for a page that does not read: it asked for them all, and is let go beyond that
+ASKED = 200  # requests that may wait for the end of a tick
+LARGEST = 1 << 18  # [bytes] of what a page says at once
+TYPES = {".js": "text/javascript", ".css": "text/css", ".svg": "image/svg+xml", ".woff2": "font/woff2", ".html": "text/html"}
+
+
+class Client:
+    """One page: what waits to be sent to it. `send` is for the world's thread, the rest for the server's."""
+
+    def __init__(self, socket: WebSocket) -> None:
+        self.socket, self.loop = socket, asyncio.get_running_loop()
+        self._waiting: deque[str | bytes] = deque()
+        self._some = asyncio.Event()
+
+    def send(self, messages: list[str | bytes]) -> None:
+        """Hand over messages; returns at once."""
+        if not self.loop.is_closed():
+            self.loop.call_soon_threadsafe(self._take, messages)
+
+    def _take(self, messages: list[str | bytes]) -> None:
+        self._waiting.extend(messages)
+        self._some.set()
+
+    async def pour(self) -> None:
+        """Send what waits, as fast as the page reads; return when it has fallen too far behind."""
+        while True:
+            await self._some.wait()
+            self._some.clear()
+            while self._waiting:
+                if len(self._waiting) > WAITING:
+                    await self.socket.close(1013, "too far behind")
+                    return
+                message = self._waiting.popleft()
+                await (self.socket.send_text(message) if isinstance(message, str) else self.socket.send_bytes(message))
+
+
+class Server:
+    """The page of one player, at `address`, from `start` to `stop`. Raises OSError where the port is taken; 0: any free one."""
+
+    def __init__(self, player: Player, port: int = 0, token: str | None = None) -> None:
+        self.player, self.token = player, token or secrets.token_urlsafe(24)
+        self._socket = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+        try:
+            self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            self._socket.bind((HOST, port))
+        except OSError:
+            self._socket.close()
+            raise
+        self.port = self._socket.getsockname()[1]
+        self.address = f"http://{HOST}:{self.port}/?token={self.token}"
+        self.clients: set[Client] = set()
+        self.app = Guard(self._pages(), self.token, self.port)
+        config = uvicorn.Config(self.app, lifespan="off", log_config=None, log_level="critical", access_log=False, ws="websockets-sansio",
+                                ws_per_message_deflate=False, ws_max_size=LARGEST, server_header=False, timeout_graceful_shutdown=1,
+                                proxy_headers=False)  # fmt: skip
+        self._uvicorn = uvicorn.Server(config)
+        self._thread = threading.Thread(target=self._uvicorn.run, kwargs={"sockets": [self._socket]}, name="ecs-eco viewer", daemon=True)
+
+    def start(self) -> Server:
+        """Listen; returns when pages can come."""
+        self._thread.start()
+        while not self._uvicorn.started and self._thread.is_alive():
+            threading.Event().wait(0.01)
+        return self
+
+    def stop(self) -> None:
+        """Let all pages go and listen no longer."""
+        self._uvicorn.should_exit = True
+        if self._thread.ident is not None:
+            self._thread.join(5)
+        self._socket.close()
+
+    def __enter__(self) -> Server:
+        return self.start()
+
+    def __exit__(self, *_: object) -> None:
+        self.stop()
+
+    def _pages(self) -> Starlette:
+        for suffix, kind in TYPES.items():  # the machine's own list may say otherwise, and browsers then refuse scripts
+            mimetypes.add_type(kind, suffix)
+
+        async def page(_: Any) -> FileResponse:
+            return FileResponse(STATIC / "index.html")
+
+        files = Mount("/", StaticFiles(directory=STATIC, check_dir=False))
+        return Starlette(routes=[Route("/", page), WebSocketRoute("/ws", self._speak), files])
+
+    async def _speak(self, websocket: WebSocket) -> None:
+        """Serve one page until it goes."""
+        if len(self.clients) >= PAGES:
+            await websocket.close(1013, f"{PAGES} pages are open already")
+            return
+        await websocket.accept()
+        client = Client(websocket)
+        self.clients.add(client)
+        self.player.say(client, {"kind": "join"})
+        pouring = asyncio.create_task(client.pour())
+        listening = asyncio.create_task(self._listen(client))
+        try:
+            await asyncio.wait((pouring, listening), return_when=asyncio.FIRST_COMPLETED)
+        finally:
+            self.player.say(client, {"kind": "leave"})
+            self.clients.discard(client)
+            for task in (pouring, listening):
+                task.cancel()
+            await asyncio.gather(pouring, listening, return_exceptions=True)
+
+    async def _listen(self, client: Client) -> None:
+        """Hand in what a page says until it goes."""
+        while True:
+            try:
+                text = await client.socket.receive_text()
+            except (WebSocketDisconnect, KeyError, RuntimeError):  # gone, or bytes where text belongs
+                return
+            try:
+                request = json.loads(text)
+            except (ValueError, RecursionError):
+                request = None
+            if not isinstance(request, dict) or request.get("kind") in ("join", "leave"):
+                request = {"kind": "what is no request"}
+            while len(self.player.inbox) > ASKED:  # a page that asks faster than ticks pass has to wait
+                await asyncio.sleep(0.05)
+            self.player.say(client, request)
