@@ -1,0 +1,100 @@
+"""The bytes of a frame, against hand-counted ones and a slow twin."""
+
+import math
+import struct
+
+import numpy as np
+import pytest
+
+from ecs_eco.view.frames import Encoder, extent, grade
+
+
+def f32(*values):
+    return np.array(values, np.float32)
+
+
+def read(frame):
+    """Header and blocks of a frame, read one by one."""
+    magic, number, tick, base, light, sun, kinds = struct.unpack_from("<IIIIffI", frame)
+    counts = struct.unpack_from(f"<{kinds}I", frame, 28)
+    at, blocks = 28 + 4 * kinds, []
+    for count in counts:
+        blocks.append([struct.unpack_from("<HHHBBI", frame, at + 12 * i) for i in range(count)])
+        at += 12 * count
+    assert at == len(frame)
+    return (magic, number, tick, base, light, sun), blocks
+
+
+def test_a_frame_has_the_bytes_that_were_counted_by_hand():
+    encoder = Encoder([100.0, 200.0], 2)
+    encoder.begin(7, 2**32 + 5, 0.5, 1.0)
+    encoder.add(f32(0, 75, 100), f32(0, 50, 200), f32(9, 9, 9), f32(0, math.pi, -math.pi / 2), np.array([0, 1, 255], np.uint8),
+                np.array([1, 2, 3], np.uint64))  # fmt: skip
+    encoder.add(f32(25), f32(25), f32(0), f32(2 * math.pi), np.array([9], np.uint8), np.array([2**32 - 1], np.uint64))
+    head, blocks = read(encoder.bytes())
+    assert head == (0x31434545, 7, 5, 0, 0.5, 1.0)
+    assert encoder.bytes()[:4] == b"EEC1"
+    assert blocks == [
+        [(0, 0, 0, 0, 0, 1), (49151, 16384, 0, 128, 1, 2), (65535, 65535, 0, 192, 255, 3)],  # a plane has no height
+        [(16384, 8192, 0, 0, 9, 2**32 - 1)],  # a whole turn is none
+    ]
+
+
+def test_heights_are_shares_of_a_volume():
+    encoder = Encoder([10.0, 10.0, 40.0], 1)
+    encoder.begin(1, 1)
+    encoder.add(f32(5), f32(5), f32(30), f32(0), np.zeros(1, np.uint8), np.ones(1, np.uint64))
+    assert read(encoder.bytes())[1][0][0][2] == 49151  # 3/4 of 65535 is 49151.25
+
+
+def test_the_dead_are_in_no_frame_and_who_is_outside_is_at_the_edge():
+    encoder = Encoder([10.0, 10.0], 1)
+    encoder.begin(1, 1)
+    alive = np.array([False, True, False, True])
+    encoder.add(f32(1, -3, 3, 12), f32(1, 2, 3, 5), f32(0, 0, 0, 0), f32(0, 0, 0, 0), np.arange(4, dtype=np.uint8),
+                np.arange(10, 14, dtype=np.uint64), alive)  # fmt: skip
+    (_, ((one, two),)) = read(encoder.bytes())
+    assert (one[0], one[4], one[5]) == (0, 1, 11)
+    assert (two[0], two[4], two[5]) == (65535, 3, 13)
+
+
+def test_a_large_frame_is_that_of_a_slow_twin():
+    rng = np.random.default_rng(1)
+    size = (240.0, 120.0, 60.0)
+    n = 5000  # beyond the first buffer, which holds 1024
+    x, y, z = ((rng.random(n) * s).astype(np.float32) for s in size)
+    heading, value = rng.uniform(-10, 10, n).astype(np.float32), rng.integers(0, 256, n, np.uint8)
+    uid, alive = rng.integers(1, 2**31, n).astype(np.uint64), rng.random(n) < 0.7
+    encoder = Encoder(size, 1)
+    for _ in range(2):  # the buffer is used again
+        encoder.begin(1, 1)
+        encoder.add(x, y, z, heading, value, uid, alive)
+    _, (block,) = read(encoder.bytes())
+    slow = [(x[i], y[i], z[i], heading[i], value[i], uid[i]) for i in range(n) if alive[i]]
+    assert len(block) == len(slow)
+    for got, (*place, angle, v, u) in zip(block, slow, strict=True):
+        for share, p, s in zip(got[:3], place, size, strict=True):
+            assert abs(share - p / s * 65535) <= 0.51
+        turn = (angle / (2 * math.pi) * 256 - got[3] + 128) % 256 - 128
+        assert abs(turn) <= 0.51
+        assert got[4:] == (v, u)
+
+
+@pytest.mark.parametrize(("value", "code"), [(2.0, 1), (4.0, 255), (3.0, 128), (1.0, 1), (9.0, 255), (math.nan, 0)])
+def test_values_are_graded_from_1_to_255(value, code):
+    out = np.zeros(1, np.uint8)
+    grade(np.ones(1, np.bool_), f32(value), np.float32(2), np.float32(4), out)
+    assert out[0] == code
+
+
+def test_a_range_without_extent_is_all_low():
+    out = np.zeros(2, np.uint8)
+    grade(np.ones(2, np.bool_), f32(3, 3), np.float32(3), np.float32(3), out)
+    assert out.tolist() == [1, 1]
+
+
+def test_the_extent_is_that_of_the_living():
+    low, high = extent(np.array([False, True, True]), f32(-9, 2, 5))
+    assert (low, high) == (2, 5)
+    low, high = extent(np.zeros(2, np.bool_), f32(1, 2))
+    assert low > high
