@@ -219,17 +219,16 @@ class Live:
     def _act(self, what: Any) -> Message:
         from ecs_eco.config.interventions import describe as words
 
-        if not isinstance(what, dict):
-            raise ValueError("act: `what` is no intervention; see [[interventions]] of a world file")
-        if self.done:
-            raise ValueError("act: the run is at its end")
         try:
+            if not isinstance(what, dict):
+                raise ValueError("act: `what` is no intervention; see [[interventions]] of a world file")
+            if self.done:
+                raise ValueError("act: the run is at its end")
             self.world.intervene(what)
-        except ConfigError as error:
-            field = ".".join(str(k) for k in error.problems[0].key) if error.problems else ""
+        except (ValueError, RuntimeError) as error:
+            problems = error.problems if isinstance(error, ConfigError) else []
+            field = ".".join(map(str, problems[0].key)) if problems else "act"
             return {"kind": "said", "level": "error", "text": str(error), "field": field}
-        except RuntimeError as error:
-            raise ValueError(str(error)) from None
         return {"kind": "said", "level": "info", "text": f"tick {self.tick}: {words(what)}"}
 
 

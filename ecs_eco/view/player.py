@@ -43,7 +43,7 @@ class View:
         self.frame_at = self.panel_at = -math.inf
         self.series = -1  # last tick of the series that it has
         self.panel: tuple[Any, ...] | None = None  # what its last panel showed
-        self.news = True  # whether it has to be told of the state
+        self.news, self.told = True, -1  # whether it has to be told of the state; the tick that it was last told
 
 
 class Player:
@@ -137,8 +137,9 @@ class Player:
         same, new = now + PATIENCE, min(now + PATIENCE, self._sample_at)
         for page, view in self._views.items():
             out: list[str | bytes] = [*news]
-            if view.news or (state and view.awaits is None):
-                view.news = False
+            stood = not self.playing and view.told != tick  # a step was made
+            if view.news or ((state or stood) and view.awaits is None):
+                view.news, view.told = False, tick
                 out.append(self._state(view))
             if view.awaits is None:
                 self._timed("frame", partial(self._show, view, out, now))

@@ -1,0 +1,269 @@
+"""The viewer's server: who gets 403, what a page gets, and what one that does not read costs."""
+
+import http.client
+import json
+import socket
+import struct
+import threading
+import time
+from contextlib import ExitStack
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from websockets.exceptions import ConnectionClosed, InvalidStatus
+from websockets.sync.client import connect
+
+from ecs_eco import World
+from ecs_eco.components import Position
+from ecs_eco.view import server as module
+from ecs_eco.view.live import Live
+from ecs_eco.view.player import Player
+from ecs_eco.view.server import ASKED, PAGES, WAITING, Server
+
+
+@pytest.fixture(scope="module")
+def served(tmp_path_factory):
+    """A server of a page of one line, and of a world of 2,000 mites that lives in a thread of its own."""
+    static = tmp_path_factory.mktemp("view") / "static"
+    static.mkdir()
+    (static / "index.html").write_text("<p>the page</p>")
+    (static / "page.js").write_text("let a = 1")
+    (static.parent / "secret.txt").write_text("secret")
+    before, module.STATIC = module.STATIC, static
+    ready, made = threading.Event(), SimpleNamespace()
+
+    def live():
+        world = World([100.0, 100.0])
+        world.add_table("mite", Position)
+        rng = np.random.default_rng(1)
+        world.table("mite").request(np.zeros(2000, np.uint64), {(Position, a): rng.random(2000).astype(np.float32) * 100 for a in "xy"})
+        world.flush()
+        made.player = Player(Live(world), speed=None)
+        made.server = Server(made.player).start()
+        ready.set()
+        made.player.source.run(made.player.turn)
+        made.server.stop()
+
+    thread = threading.Thread(target=live)
+    thread.start()
+    assert ready.wait(60)
+    yield made
+    made.player.close()
+    thread.join()
+    module.STATIC = before
+
+
+def get(server, path, host=None, **headers):
+    """Status, headers and body of a GET."""
+    connection = http.client.HTTPConnection("127.0.0.1", server.port, timeout=10)
+    connection.putrequest("GET", path, skip_host=True)
+    connection.putheader("Host", f"127.0.0.1:{server.port}" if host is None else host)
+    for name, value in headers.items():
+        connection.putheader(name, value)
+    connection.endheaders()
+    answer = connection.getresponse()
+    found = answer.status, {k.lower(): v for k, v in answer.getheaders()}, answer.read().decode()
+    connection.close()
+    return found
+
+
+def page(server, token=None, origin="ours", **options):
+    token = server.token if token is None else token
+    origin = f"http://127.0.0.1:{server.port}" if origin == "ours" else origin
+    return connect(f"ws://127.0.0.1:{server.port}/ws?token={token}", origin=origin, compression=None, max_size=None, **options)
+
+
+def refused(server, **options):
+    """The status that a WebSocket is refused with."""
+    with pytest.raises(InvalidStatus) as caught, page(server, **options):
+        pass
+    return caught.value.response.status_code
+
+
+def until(condition, seconds=30):
+    """Wait for something."""
+    end = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < end
+        time.sleep(0.001)
+
+
+def receive(ws, kind, most=500):
+    """The next message of a kind; frames on the way are acknowledged."""
+    for _ in range(most):
+        message = ws.recv(10)
+        if isinstance(message, bytes):
+            ws.send(json.dumps({"kind": "ack", "frame": struct.unpack_from("<I", message, 4)[0]}))
+            if kind == "frame":
+                return message
+        elif json.loads(message)["kind"] == kind:
+            return json.loads(message)
+    raise AssertionError(f"no {kind} among {most} messages")
+
+
+def test_the_address_gives_the_page_and_a_cookie_that_opens_the_rest(served):
+    server = served.server
+    status, headers, body = get(server, f"/?token={server.token}")
+    assert (status, body) == (200, "<p>the page</p>")
+    cookie = headers["set-cookie"]
+    assert "HttpOnly" in cookie
+    assert "SameSite=Strict" in cookie
+    status, headers, body = get(server, "/page.js", Cookie=cookie.split(";")[0])
+    assert (status, body) == (200, "let a = 1")
+    assert headers["content-type"].startswith("text/javascript")
+    assert "set-cookie" not in headers
+
+
+def test_nothing_that_a_page_loads_may_come_from_elsewhere(served):
+    policy = get(served.server, f"/?token={served.server.token}")[1]["content-security-policy"]
+    assert "default-src 'none'" in policy
+    places = {word for rule in policy.split(";") for word in rule.split()[1:]}
+    ours = {f"ws://{host}:{served.server.port}" for host in ("127.0.0.1", "localhost")}
+    assert places <= {"'none'", "'self'", "'unsafe-inline'", "data:", "blob:"} | ours
+    assert "'unsafe-inline'" not in policy.split("script-src")[1].split(";")[0]
+
+
+@pytest.mark.parametrize("path", [
+    "/", "/page.js", "/nothing.js", "/?token=", "/?token=wrong", "/?token={token}x", "/?token={token}&token=a",
+])  # fmt: skip
+def test_without_the_token_everything_is_403(served, path):
+    status, headers, body = get(served.server, path.format(token=served.server.token))
+    assert status == 403
+    assert "the page" not in body
+    assert "set-cookie" not in headers
+
+
+@pytest.mark.parametrize("cookie", ["ecs-eco-{port}=wrong", "ecs-eco-1={token}", "{token}", ";;;=", "ecs-eco-{port}="])
+def test_another_cookie_is_403(served, cookie):
+    cookie = cookie.format(port=served.server.port, token=served.server.token)
+    assert get(served.server, "/page.js", Cookie=cookie)[0] == 403
+
+
+@pytest.mark.parametrize("origin", ["http://example.org", "null", "https://127.0.0.1:{port}", "http://127.0.0.1:1", "http://127.0.0.1"])
+def test_another_origin_is_403_even_with_the_token(served, origin):
+    origin = origin.format(port=served.server.port)
+    assert get(served.server, f"/?token={served.server.token}", Origin=origin)[0] == 403
+    assert refused(served.server, origin=origin) == 403
+
+
+@pytest.mark.parametrize("host", ["example.org", "example.org:{port}", "127.0.0.1", "127.0.0.1:1", "[::1]:{port}", ""])
+def test_another_host_is_403_whatever_its_name_stands_for(served, host):
+    assert get(served.server, f"/?token={served.server.token}", host.format(port=served.server.port))[0] == 403
+
+
+def test_localhost_is_this_machine_too(served):
+    assert get(served.server, f"/?token={served.server.token}", f"localhost:{served.server.port}")[0] == 200
+
+
+@pytest.mark.parametrize("path", ["/../secret.txt", "/%2e%2e/secret.txt", "/..%2fsecret.txt", "/static/../../secret.txt"])
+def test_no_file_outside_of_the_page_is_served(served, path):
+    status, _, body = get(served.server, f"{path}?token={served.server.token}")
+    assert status in (400, 404)
+    assert "secret" not in body
+
+
+def test_it_listens_on_this_machine_alone(served):
+    assert served.server._socket.getsockname()[0] == "127.0.0.1"
+
+
+def test_a_socket_without_token_or_origin_is_403(served):
+    assert refused(served.server, token="wrong") == 403
+    assert refused(served.server, origin=None) == 403  # a browser says where it comes from
+
+
+def test_a_page_sees_the_world_live_and_steers_it(served):
+    with page(served.server) as ws:
+        hello = receive(ws, "hello")
+        assert [s["name"] for s in hello["species"]] == ["mite"]
+        first, second = (struct.unpack_from("<II", receive(ws, "frame"), 4) for _ in range(2))
+        assert second[0] > first[0]
+        assert second[1] > first[1]
+        ws.send('{"kind": "pause"}')
+        while receive(ws, "state")["playing"]:
+            pass
+        ws.send('{"kind": "step", "ticks": 2}')
+        now = receive(ws, "state")["tick"]
+        while (state := receive(ws, "state"))["tick"] < now + 2:
+            assert state["playing"] is False
+        assert state["tick"] == now + 2
+        ws.send('{"kind": "speed", "value": null}')
+        ws.send('{"kind": "play"}')
+        while not receive(ws, "state")["playing"]:
+            pass
+
+
+@pytest.mark.parametrize("text", ["", "{", "[]", "7", '{"kind": "join"}', '{"kind": "leave"}', "[" * 5000, '{"kind": NaN}', '{"a": 1}'])
+def test_nonsense_is_answered_in_words_and_harms_nobody(served, text):
+    with page(served.server) as ws:
+        ws.send(text)
+        assert receive(ws, "said")["level"] == "error"
+        receive(ws, "frame")
+
+
+def test_bytes_or_too_much_at_once_end_that_page_alone(served):
+    for said in (b"\x00\x01", "x" * 300_000):
+        with page(served.server) as ws:
+            ws.send(said)
+            with pytest.raises(ConnectionClosed):
+                receive(ws, "nothing of this kind")
+    with page(served.server) as ws:
+        receive(ws, "frame")
+
+
+def test_pages_have_colours_of_their_own(served):
+    with page(served.server) as one, page(served.server) as two:
+        one.send('{"kind": "colour", "by": "age"}')
+        two.send('{"kind": "select", "uid": 99999999}')
+        assert "99999999" in receive(two, "said")["text"]
+        receive(one, "frame")
+
+
+def test_pages_are_not_without_number(served):
+    with ExitStack() as crowd:
+        for _ in range(PAGES):
+            receive(crowd.enter_context(page(served.server)), "hello")
+        assert refused(served.server) == 403
+
+
+def test_a_page_that_stops_reading_waits_with_one_frame_and_the_world_goes_on(served):
+    with page(served.server) as ws, page(served.server, max_queue=1, close_timeout=0.1):  # the second client reads one message, no more
+        receive(ws, "frame")
+        until(lambda: len(served.player._views) == 2 and all(view.seen for view in served.player._views.values()))
+        tick, made = served.player.source.tick, served.player.frames
+        for _ in range(8):
+            receive(ws, "frame")
+        assert served.player.source.tick > tick + 50
+        awaits = sorted(view.awaits for view in served.player._views.values() if view.awaits is not None)
+        assert awaits[0] <= made  # the stalled one's, from before
+        assert max(len(client._waiting) for client in served.server.clients) <= 4
+
+
+def test_a_page_that_asks_and_never_reads_is_let_go(served):
+    server, raw = served.server, socket.socket()
+    raw.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+    raw.settimeout(10)
+    raw.connect(("127.0.0.1", server.port))
+    raw.sendall((f"GET /ws?token={server.token} HTTP/1.1\r\nHost: 127.0.0.1:{server.port}\r\nUpgrade: websocket\r\n"
+                 f"Connection: Upgrade\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Version: 13\r\n"
+                 f"Origin: http://127.0.0.1:{server.port}\r\n\r\n").encode())  # fmt: skip
+    assert b" 101 " in raw.recv(100)
+    until(lambda: len(server.clients) == 1)
+    (client,) = server.clients
+    text = b'{"kind": "nonsense"}'
+    frame = bytes([0x81, 0x80 | len(text), 0, 0, 0, 0]) + text  # a mask of zeros masks nothing
+    most = []
+
+    def gone():
+        raw.sendall(50 * frame)
+        most.append(len(client._waiting))
+        return client not in server.clients
+
+    until(gone)
+    raw.close()
+    assert max(most) < 2 * (ASKED + WAITING)
+
+
+def test_a_port_that_is_taken_is_an_error(served):
+    with pytest.raises(OSError, match="in use"):
+        Server(served.player, served.server.port)
