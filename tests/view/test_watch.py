@@ -1,0 +1,141 @@
+"""ecs-eco watch and run --watch, as somebody types them."""
+
+import json
+import os
+import re
+import signal
+import socket
+import struct
+import subprocess
+import sys
+from contextlib import contextmanager
+
+import pytest
+from typer.testing import CliRunner
+from websockets.sync.client import connect
+
+from ecs_eco.cli import app
+from ecs_eco.view.watch import open_browser
+
+MAIN = "from ecs_eco.cli import main; main()"
+SMALL = ["--set", "species.grass.count=300", "--set", "species.deer.count=60", "--set", "species.wolf.count=12"]
+
+
+@contextmanager
+def started(*words):
+    """A command that has said its address: the process and the address."""
+    command, environment = [sys.executable, "-c", MAIN, *words, "--no-browser"], os.environ | {"OMP_NUM_THREADS": "1"}
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment)
+    try:
+        assert process.stdout is not None
+        line = process.stdout.readline()
+        found = re.search(r"http://127\.0\.0\.1:(\d+)/\?token=(\S+)", line)
+        assert found, line
+        yield process, int(found[1]), found[2]
+    finally:
+        process.kill()
+        process.communicate()
+
+
+@contextmanager
+def page(port, token):
+    with connect(f"ws://127.0.0.1:{port}/ws?token={token}", origin=f"http://127.0.0.1:{port}", compression=None, max_size=None) as ws:
+        yield ws
+
+
+def receive(ws, kind):
+    while True:
+        message = ws.recv(30)
+        if isinstance(message, bytes):
+            ws.send(json.dumps({"kind": "ack", "frame": struct.unpack_from("<I", message, 4)[0]}))
+            if kind == "frame":
+                return message
+        elif (said := json.loads(message))["kind"] == kind:
+            return said
+
+
+@pytest.mark.slow
+def test_a_recorded_run_is_watched_acted_upon_stopped_while_it_stands_still_and_repeated(tmp_path):
+    out = tmp_path / "run"
+    words = ["run", "predator-prey", *SMALL, "--ticks", "1000000", "--policies", "random", "--out", str(out), "--watch"]
+    with started(*words) as (run, *where):
+        with page(*where) as ws:
+            assert receive(ws, "hello")["last"] == 1_000_000
+            receive(ws, "frame")
+            ws.send('{"kind": "pause"}')
+            while (state := receive(ws, "state"))["playing"]:
+                pass
+            ws.send(json.dumps({"kind": "act", "what": {"kind": "cull", "species": "deer", "share": 0.5}}))
+            assert receive(ws, "said")["text"] == f"tick {state['tick']}: cull 50 % of deer"
+            ws.send('{"kind": "step"}')
+            assert receive(ws, "marks")["interventions"] == [{"tick": state["tick"], "text": "cull 50 % of deer"}]
+            run.send_signal(signal.SIGINT)
+            said = run.communicate(timeout=60)[1]
+        assert run.returncode == 130, said
+    manifest = json.loads((out / "manifest.json").read_text())
+    assert manifest["done"] == state["tick"] + 1
+    assert [tick for tick, _ in manifest["intervened"]] == [state["tick"]]
+    found = CliRunner().invoke(app, ["repeat", str(out), "--quiet"])
+    assert found.exit_code == 0, found.output
+    assert "the same end" in found.output
+
+
+@pytest.mark.slow
+def test_a_living_world_is_watched_until_ctrl_c():
+    with started("watch", "predator-prey", *SMALL, "--policies", "random") as (process, *where):
+        with page(*where) as ws:
+            assert receive(ws, "hello")["last"] is None
+            receive(ws, "frame")
+            process.send_signal(signal.SIGINT)
+            said = process.communicate(timeout=60)[1]
+        assert process.returncode == 0, said
+        assert "Traceback" not in said
+
+
+@pytest.mark.parametrize(("words", "said"), [
+    (["predator-pray"], 'did you mean "predator-prey"?'),
+    (["predator-prey", "--port", "70000"], "65535"),
+    (["predator-prey", "--policies", "trainde"], "trained"),
+    (["RUN", "--seed", "3"], "is a recorded run"),
+    (["RUN", "--set", "seed=3"], "resume --from-tick"),
+])  # fmt: skip
+def test_what_cannot_be_watched_is_refused(words, said, tmp_path):
+    (tmp_path / "manifest.json").write_text("{}")
+    found = CliRunner().invoke(app, ["watch", *(str(tmp_path) if w == "RUN" else w for w in words), "--no-browser"])
+    assert found.exit_code == 2
+    assert said in found.output
+
+
+def test_a_taken_port_is_refused_before_anything_is_recorded(tmp_path):
+    with socket.socket() as other:
+        other.bind(("127.0.0.1", 0))
+        other.listen()
+        port = str(other.getsockname()[1])
+        for words in (["watch", "predator-prey"], ["run", "predator-prey", "--watch", "--out", str(tmp_path / "run")]):
+            found = CliRunner().invoke(app, [*words, "--port", port, "--no-browser"])
+            assert found.exit_code == 2
+            assert f"--port: {port}" in found.output
+    assert not (tmp_path / "run").exists()
+
+
+def test_a_fork_is_not_repeated_from_its_start(tmp_path):
+    from ecs_eco.record.seal import write_manifest
+
+    manifest = {"format": 1, "config": {}, "seed": 1, "ticks": 5, "forked": {"from": "runs/a"}}
+    write_manifest(tmp_path, manifest)
+    found = CliRunner().invoke(app, ["repeat", str(tmp_path)])
+    assert found.exit_code == 1
+    assert "is a fork of runs/a" in found.output
+
+
+def test_no_browser_for_terminals_is_opened(monkeypatch):
+    monkeypatch.setattr(sys, "platform", "linux")
+    monkeypatch.delenv("DISPLAY", raising=False)
+    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+    monkeypatch.setattr("webbrowser.open", lambda address: pytest.fail("opened"))
+    assert not open_browser("http://127.0.0.1:1/")
+
+
+def test_help_and_the_package_load_no_server():
+    code = "import sys, ecs_eco, ecs_eco.cli.app; assert not {'uvicorn', 'starlette', 'websockets', 'numba'} & set(sys.modules)"
+    subprocess.run([sys.executable, "-c", code], check=True)
