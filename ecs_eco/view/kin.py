@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 MOST = 500_000  # lives that are remembered; beyond that the oldest quarter is forgotten
+LATER = 20_000  # births and deaths that wait to be entered: one by one they would cost a large world some percent
 FIELDS = {"uid": np.uint64, "parent": np.uint64, "second": np.uint64, "born": np.int64, "kind": np.int16, "generation": np.int32,
           "died": np.int64, "cause": np.uint8, "killer": np.uint64}  # fmt: skip
 
@@ -14,17 +15,22 @@ FIELDS = {"uid": np.uint64, "parent": np.uint64, "second": np.uint64, "born": np
 class Kin:
     """The lives of a world from now on, in columns by uid; those who live already have no known parents.
 
-    It listens to births and deaths; it changes nothing. Lives are added in the order of uids, which are never reused.
+    It listens to births and deaths, changes nothing, and puts them in order only when it is asked, or when many wait. Lives are
+    in the order of uids, which are given in the order of births and never again.
     """
 
     def __init__(self, world: Any, most: int = MOST) -> None:
         self.world, self.most, self.n = world, most, 0
         self.names = list(world.tables)
         self._columns = {name: np.zeros(1024, kind) for name, kind in FIELDS.items()}
+        self._births: list[tuple[int, np.ndarray, np.ndarray, int, int]] = []  # first uid, parents, second parents, tick, kind
+        self._deaths: list[tuple[np.ndarray, np.ndarray, np.ndarray, int]] = []  # uids, causes, killers, tick
+        self._waiting = 0
         found = [(t.uid[rows], t.born[rows], np.full(rows.size, i)) for i, t in enumerate(world.tables.values()) for rows in [t.rows()]]
         uid, born, kind = (np.concatenate(part) for part in zip(*found, strict=True)) if found else (np.zeros(0, np.int64),) * 3
         order = np.argsort(uid)
         nobody = np.zeros(uid.size, np.uint64)
+        self._since, self._at = int(world.next_uid), uid.size  # the first uid to come, and its row
         self._add(uid[order], nobody, nobody, born[order], kind[order])
         world.on_birth.append(self._was_born)
         world.on_death.append(self._has_died)
@@ -41,6 +47,7 @@ class Kin:
 
     def children(self, uid: int, most: int = 200) -> list[int]:
         """Return the uids of its children, in the order of birth; the last `most` of them."""
+        self._settle()
         c, n = self._columns, self.n
         return [int(u) for u in c["uid"][:n][(c["parent"][:n] == uid) | (c["second"][:n] == uid)][-most:]]
 
@@ -69,41 +76,69 @@ class Kin:
         return {"tick": int(c["died"][row]), "cause": self.world.causes[c["cause"][row] - 1], "killer": killer or None}
 
     def _row(self, uid: int) -> int | None:
+        self._settle()
         uids = self._columns["uid"][: self.n]
         row = int(np.searchsorted(uids, np.uint64(uid)))
         return row if row < self.n and uids[row] == uid else None
 
     def _rows(self, uid: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the rows of these uids, and which of them are known."""
+        """Return the rows of these uids, and which of them are known. Those born since it listens have no gaps between them."""
+        if not self.n:
+            return np.zeros(uid.size, np.int64), np.zeros(uid.size, np.bool_)
         uids = self._columns["uid"][: self.n]
-        rows = np.minimum(np.searchsorted(uids, uid), max(self.n - 1, 0))
-        return rows, uids[rows] == uid if self.n else np.zeros(uid.size, np.bool_)
+        rows = uid.astype(np.int64) - self._since + self._at
+        old = uid < self._since
+        if old.any():
+            rows[old] = np.searchsorted(uids[: max(self._at, 0)], uid[old])
+        rows = rows.clip(0, self.n - 1)
+        return rows, uids[rows] == uid
 
     def _was_born(self, table: Any, rows: np.ndarray, parents: np.ndarray, second: np.ndarray) -> None:
-        self._add(table.uid[rows], parents, second, table.born[rows], np.full(rows.size, self.names.index(table.name)))
+        self._births.append((int(table.uid[rows[0]]), parents, second, self.world.tick, self.names.index(table.name)))
+        self._wait(rows.size)
 
     def _has_died(self, table: Any, rows: np.ndarray) -> None:
-        at, known = self._rows(table.uid[rows])
-        at, rows = at[known], rows[known]
-        self._columns["died"][at] = self.world.tick
-        self._columns["cause"][at] = table.cause[rows]
-        self._columns["killer"][at] = table.killer[rows]
+        self._deaths.append((table.uid[rows], table.cause[rows], table.killer[rows], self.world.tick))
+        self._wait(rows.size)
+
+    def _wait(self, k: int) -> None:
+        self._waiting += k + 50  # what is kept of a call besides its arrays counts too
+        if self._waiting > LATER:
+            self._settle()
+
+    def _settle(self) -> None:
+        """Enter all births, then all deaths that wait: nobody dies before being born."""
+        births, deaths, self._births, self._deaths, self._waiting = self._births, self._deaths, [], [], 0
+        if births:
+            sizes = [parents.size for _, parents, _, _, _ in births]
+            first, born, kind = (np.repeat(np.array([birth[i] for birth in births]), sizes) for i in (0, 3, 4))
+            place = np.arange(first.size) - np.repeat(np.cumsum([0, *sizes[:-1]]), sizes)
+            uid = (first + place).astype(np.uint64)
+            self._add(uid, np.concatenate([b[1] for b in births]), np.concatenate([b[2] for b in births]), born, kind)
+        if deaths:
+            uid, cause, killer = (np.concatenate([death[i] for death in deaths]) for i in (0, 1, 2))
+            at, known = self._rows(uid)
+            when = np.repeat(np.array([tick for *_, tick in deaths]), [who.size for who, *_ in deaths])
+            for name, values in (("died", when), ("cause", cause), ("killer", killer)):
+                self._columns[name][at[known]] = values[known]
 
     def _add(self, uid: np.ndarray, parent: np.ndarray, second: np.ndarray, born: np.ndarray, kind: np.ndarray) -> None:
-        generation = np.zeros(uid.size, np.int32)
-        for who in (parent, second):
-            if self.n and who.any():
-                at, known = self._rows(who)
-                generation = np.maximum(generation, np.where(known, self._columns["generation"][at] + 1, 0))
         self._reserve(uid.size)
         new = slice(self.n, self.n + uid.size)
-        for name, values in zip(FIELDS, (uid, parent, second, born, kind, generation, -1, 0, 0), strict=True):
+        for name, values in zip(FIELDS, (uid, parent, second, born, kind, 0, -1, 0, 0), strict=True):
             self._columns[name][new] = values
         self.n += uid.size
+        generation = self._columns["generation"]
+        above = [(at, known) for who in (parent, second) if who.any() for at, known in [self._rows(who)]]
+        while above:  # parents may be among the new: until nothing changes
+            found = np.max([np.where(known, generation[at] + 1, 0) for at, known in above], axis=0)
+            if (found == generation[new]).all():
+                return
+            generation[new] = found
 
     def _reserve(self, k: int) -> None:
-        forgotten = self.n // 4 if self.n + k > self.most else 0
-        self.n -= forgotten
+        forgotten = max(self.n // 4, min(self.n, self.n + k - self.most)) if self.n + k > self.most else 0
+        self.n, self._at = self.n - forgotten, self._at - forgotten
         room = max(self._columns["uid"].size, self.n + k)
         room = room if room == self._columns["uid"].size else 2 * room
         for name, column in self._columns.items():

@@ -4,6 +4,7 @@ import numpy as np
 
 from ecs_eco import World
 from ecs_eco.components import Position
+from ecs_eco.view import kin as module
 from ecs_eco.view.kin import Kin
 
 
@@ -47,7 +48,8 @@ def test_deaths_are_noted_with_cause_and_killer():
     assert kin.born(1) == 0
 
 
-def test_the_oldest_lives_are_forgotten_before_memory_runs_out():
+def test_the_oldest_lives_are_forgotten_before_memory_runs_out(monkeypatch):
+    monkeypatch.setattr(module, "LATER", 200)
     world = family()
     kin = Kin(world, most=1000)
     parent = 1
@@ -56,6 +58,7 @@ def test_the_oldest_lives_are_forgotten_before_memory_runs_out():
         world.table("deer").request(np.full(100, parent, np.uint64), {})
         world.flush()
         parent = first
+    kin.born(1)
     assert kin.n <= 1000
     assert all(column.size <= 4096 for column in kin._columns.values())
     last = world.next_uid - 1
@@ -70,3 +73,25 @@ def test_who_listens_no_longer_notes_nothing():
     world.spawn("deer")
     world.flush()
     assert kin.species(3) is None
+
+
+def test_lives_are_entered_late_as_they_would_be_at_once(monkeypatch):
+    def lives(later):
+        monkeypatch.setattr(module, "LATER", later)
+        world = family()
+        kin, rng = Kin(world), np.random.default_rng(3)
+        for _ in range(30):
+            deer = world.tables["deer"]
+            living = deer.uid[deer.by_uid()]
+            parents, second = rng.choice(living, (2, 7))
+            deer.request(parents, {}, np.where(rng.random(7) < 0.5, second, 0).astype(np.uint64))
+            world.spawn("wolf", n=2)
+            for uid in rng.choice(living, min(5, living.size - 1), replace=False):
+                world.kill(int(uid), "starved")
+            world.step()
+        known = (kin.parents, kin.children, kin.born, kin.died, kin.species, kin.generation)
+        return [tuple(ask(uid) for ask in known) for uid in range(world.next_uid)]
+
+    at_once, late = lives(0), lives(10**9)
+    assert at_once == late
+    assert max(generation or 0 for *_, generation in late) > 5

@@ -1,0 +1,224 @@
+"""What a viewer costs a run, how long a frame takes to encode, and what a page that does not read costs.
+
+    python benchmarks/viewer.py [--organisms 11000] [--pairs 15] [--minutes 0.33] [--only cost|frames|stall]
+"""
+
+import argparse
+import json
+import os
+import socket
+import statistics
+import struct
+import subprocess
+import sys
+import threading
+import time
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+sys.path.insert(0, str(Path(__file__).parent))
+import _bench
+
+_bench.pin_threads()
+
+from ecs_eco import World
+from ecs_eco.view.kin import Kin
+from ecs_eco.view.live import Live
+from ecs_eco.view.player import Player
+from ecs_eco.view.server import Server
+
+PLANTS = 0.8  # for each animal: about as many as are left when they are eaten as fast as they grow
+
+
+def made(organisms: int, record: bool = True) -> World:
+    """Return a world of about this many organisms; animals that die are replaced at once."""
+    config = _bench.savanna(round(organisms / (1 + PLANTS)), PLANTS)
+    return World.from_config(config, seed=1, policies="untrained", training=True, record=record).run(20)
+
+
+def read_all(port: int, token: str) -> None:
+    """Be a page, in a process of its own: read and acknowledge every frame, and say how many there were at the end."""
+    from websockets.exceptions import ConnectionClosed
+    from websockets.sync.client import connect
+
+    frames = size = 0
+    with connect(f"ws://127.0.0.1:{port}/ws?token={token}", origin=f"http://127.0.0.1:{port}", compression=None, max_size=None) as ws:
+        try:
+            while True:
+                message = ws.recv()
+                if isinstance(message, bytes):
+                    ws.send(json.dumps({"kind": "ack", "frame": struct.unpack_from("<I", message, 4)[0]}))
+                    frames, size = frames + 1, size + len(message)
+        except (ConnectionClosed, KeyboardInterrupt):
+            print(json.dumps({"frames": frames, "bytes": size}))
+
+
+@contextmanager
+def page(server: Server) -> Any:
+    """Let a page watch from another process."""
+    words = [sys.executable, __file__, "--page", str(server.port), server.token]
+    process = subprocess.Popen(words, stdout=subprocess.PIPE, text=True)
+    while not server.clients:
+        time.sleep(0.01)
+    try:
+        yield process
+    finally:
+        process.kill() if process.poll() is None else None
+        process.wait()
+
+
+def run(world: World, ticks: int) -> tuple[float, float]:
+    """Let it live for some ticks; return how long they took and how much work the whole process did meanwhile [s]."""
+    wall, work = time.perf_counter(), time.process_time()
+    world.run(ticks)
+    return time.perf_counter() - wall, time.process_time() - work
+
+
+def cost(organisms: int, pairs: int) -> tuple[list[dict[str, Any]], dict[str, Any]]:
+    """The same world twice, in turn for a second each: one alone, one with a server and a page that reads all.
+
+    A loaded machine makes ratios larger than they are: frames come 20 times a second, whatever the world's share of the core is
+    meanwhile. The share of a core that the viewer itself takes does not depend on that.
+    """
+    alone, seen = made(organisms), made(organisms)
+    player, spent = Player(Live(seen), None), [0.0]
+
+    def turn() -> None:
+        begin = time.thread_time()
+        player.turn()
+        spent[0] += time.thread_time() - begin
+
+    wall, work, watched = [], [], 0.0
+    with Server(player) as server, page(server):
+        seen.between = turn
+        seconds = run(alone, 50)[0] / 50
+        run(seen, 50)
+        clock = time.pthread_getcpuclockid(server._thread.ident)  # type: ignore[arg-type]
+        ticks, frames, spent[0], served = max(10, round(1.0 / seconds)), player.frames, 0.0, time.clock_gettime(clock)
+        for i in range(pairs):
+            took = {world is seen: run(world, ticks) for world in ((alone, seen), (seen, alone))[i % 2]}
+            wall.append(took[True][0] / took[False][0] - 1)
+            work.append(took[True][1] / took[False][1] - 1)
+            watched += took[True][0]
+        share = (spent[0] + time.clock_gettime(clock) - served) / watched
+        seen.between = None
+    n = sum(t.n for t in seen.tables.values())
+    rows = [{"cost of a page, as a share of": what, "median": statistics.median(found), "from": min(found), "to": max(found), "goal": 0.05}
+            for what, found in (("the run's wall time", wall), ("the processor's time, all threads", work),
+                                ("one core, for turns and the server's thread", [share]))]  # fmt: skip
+    notes = {"organisms": n, "pairs": pairs, "ticks in each": ticks, "ms a tick": 1e3 * seconds,
+             "frames a second": (player.frames - frames) / watched, "same digest": alone.digest() == seen.digest()}  # fmt: skip
+    return rows, notes
+
+
+def encoding(sizes: list[int]) -> list[dict[str, Any]]:
+    """How long one frame takes, for each colour."""
+    rows = []
+    for organisms in sizes:
+        live = Live(made(organisms))
+        for colour in ("species", "energy", "happiness", "age"):
+            live.frame(1, colour)
+            times = []
+            for number in range(200):
+                begin = time.perf_counter()
+                frame = live.frame(number, colour)
+                times.append(time.perf_counter() - begin)
+            n = sum(live.counts().values())
+            rows.append({"organisms": n, "colour": colour, "ms a frame, median": 1e3 * statistics.median(times), "best": 1e3 * min(times),
+                         "bytes an organism": len(frame) / n, "goal": 3.0})  # fmt: skip
+    return rows
+
+
+def resident() -> float:
+    """Return how much memory this process holds [MB]."""
+    return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGESIZE") / 1e6
+
+
+def deaf(server: Server) -> socket.socket:
+    """Open a page that never reads anything but the answer that it may come."""
+    raw = socket.socket()
+    raw.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+    raw.connect(("127.0.0.1", server.port))
+    raw.sendall((f"GET /ws?token={server.token} HTTP/1.1\r\nHost: 127.0.0.1:{server.port}\r\nUpgrade: websocket\r\n"
+                 f"Connection: Upgrade\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Version: 13\r\n"
+                 f"Origin: http://127.0.0.1:{server.port}\r\n\r\n").encode())  # fmt: skip
+    raw.recv(12)
+    return raw
+
+
+def frozen(server: Server, until: threading.Event) -> None:
+    """Be a page whose browser answers pings while its script stands still: it reads, and never acknowledges."""
+    from websockets.exceptions import ConnectionClosed
+    from websockets.sync.client import connect
+
+    address = f"ws://127.0.0.1:{server.port}/ws?token={server.token}"
+    with connect(address, origin=f"http://127.0.0.1:{server.port}", compression=None, max_size=None) as ws:
+        while not until.is_set():
+            try:
+                ws.recv(0.5)
+            except TimeoutError:
+                continue
+            except ConnectionClosed:
+                return
+
+
+def stalls(organisms: int, minutes: float) -> list[dict[str, Any]]:
+    """A world with no page, then with one that does not read and one that does not acknowledge: its speed and the memory."""
+    world, rows, end = made(organisms, record=False), [], threading.Event()
+    live = Live(world)
+    live.kin.forget()
+    live.kin = Kin(world, most=100_000)  # what is remembered of lives has a bound, which is to be reached before
+    player = Player(live, None)
+    with Server(player) as server:
+        world.between = player.turn  # type: ignore[assignment]
+        while world.next_uid < 400_000:
+            world.run(50)
+        rows.append(standing(world, player, server, "no page", minutes / 4, []))
+        threading.Thread(target=frozen, args=(server, end), daemon=True).start()
+        rows.append(standing(world, player, server, "a page that does not read, one that does not acknowledge", minutes, [deaf(server)]))
+        end.set()
+        world.between = None
+    return rows
+
+
+def standing(world: World, player: Player, server: Server, what: str, minutes: float, raw: list[socket.socket]) -> dict[str, Any]:
+    """Let a world run with pages that stand still; one that is let go because it answers no pings comes again."""
+    world.run(100)
+    before, frames, begin, ticks, most, again = resident(), player.frames, time.perf_counter(), 0, 0.0, 0
+    while (spent := time.perf_counter() - begin) < 60 * minutes:
+        world.run(20)
+        ticks, most = ticks + 20, max(most, resident())
+        if raw and len(server.clients) < 2:
+            raw[0].close()
+            raw[0], again = deaf(server), again + 1
+    waiting = max((len(client._waiting) for client in server.clients), default=0)
+    for page_ in raw:
+        page_.close()
+    return {"with": what, "minutes": spent / 60, "ticks/s": ticks / spent, "memory before [MB]": before, "after": resident(), "most": most,
+            "frames made": player.frames - frames, "messages waiting": waiting, "let go and came again": again}  # fmt: skip
+
+
+def main() -> None:
+    """Measure what was asked for."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--organisms", type=int, default=11_000)
+    parser.add_argument("--pairs", type=int, default=15)
+    parser.add_argument("--minutes", type=float, default=1 / 3)
+    parser.add_argument("--only", choices=("cost", "frames", "stall"))
+    parser.add_argument("--page", nargs=2, help=argparse.SUPPRESS)
+    asked = parser.parse_args()
+    if asked.page:
+        read_all(int(asked.page[0]), asked.page[1])
+        return
+    if asked.only in (None, "cost"):
+        rows, notes = cost(asked.organisms, asked.pairs)
+        _bench.save("viewer_cost", "What a viewer with one page costs a run that goes as fast as it can", rows, notes)
+    if asked.only in (None, "frames"):
+        _bench.save("viewer_frames", "Encoding one frame, on one core", encoding([asked.organisms, 55_000]))
+    if asked.only in (None, "stall"):
+        _bench.save("viewer_stall", "A page that stops: the run's speed and the server's memory", stalls(asked.organisms, asked.minutes))
+
+
+if __name__ == "__main__":
+    main()
