@@ -96,7 +96,7 @@ class Player:
             due = self._due(now)
             if due <= now:
                 return True
-            self._wake.wait(max(0.0, min(due, self._looks[0]) - now))
+            self._wake.wait(max(0.0, min(due, self._looks[self.source.tick != self._served]) - now))
 
     def tell(self, level: str, text: str) -> None:
         """Say something to all pages."""

@@ -92,7 +92,7 @@ def until(condition, seconds=30):
 def receive(ws, kind, most=500):
     """The next message of a kind; frames on the way are acknowledged."""
     for _ in range(most):
-        message = ws.recv(10)
+        message = ws.recv(60)
         if isinstance(message, bytes):
             ws.send(json.dumps({"kind": "ack", "frame": struct.unpack_from("<I", message, 4)[0]}))
             if kind == "frame":
