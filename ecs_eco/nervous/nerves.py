@@ -8,6 +8,7 @@ import numpy as np
 from ecs_eco.components import Experience, Nervous, Plasticity, Policy
 from ecs_eco.nervous.networks import Network
 from ecs_eco.nervous.senses import Sense
+from ecs_eco.nervous.thoughts import Thoughts
 
 if TYPE_CHECKING:
     from ecs_eco.learning.brain import Brain
@@ -43,6 +44,7 @@ class Nerves:
         self.rows = np.zeros(0, np.int64)
         self._x = np.zeros((0, len(self.channels)), np.float32)
         self.x = self._x
+        self.thoughts: Thoughts | None = None  # of the last tick, for whoever looks on
         self.reports: list[dict[str, float]] = []
 
     def heads(self) -> None:

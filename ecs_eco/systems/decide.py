@@ -7,6 +7,7 @@ import numpy as np
 from ecs_eco.components import Nervous
 from ecs_eco.learning import choose
 from ecs_eco.nervous.decision import decide, uniforms
+from ecs_eco.nervous.thoughts import Thoughts
 from ecs_eco.system import System
 
 NO_REFLEX = np.zeros((1, 1), np.int8)
@@ -40,5 +41,6 @@ class Decide(System):
                    nerves.rows, decision)
 
         world.split(part, n)
+        nerves.thoughts = Thoughts(uid, logits if thinks else None, y if reacts else None, choice)
         if thinks and nerves.learning:
             nerves.remember(table, choice, log_probability, values)

@@ -1,0 +1,154 @@
+"""What there is to say about one organism, as the viewer's panel shows it: from a living world, without changing it."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, Protocol
+
+import numpy as np
+
+from ecs_eco.components import Biology, Genome, Metabolism, Nervous, Position
+from ecs_eco.nervous.thoughts import Minds, minds, thinkers
+
+SEXES = ("none", "female", "male")
+WIDEST = 64  # values of a gene that are listed
+
+
+class Known(Protocol):
+    """Who remembers the lives of organisms: `ecs_eco.view.kin.Kin` those of a living world, a recording those of a run."""
+
+    def species(self, uid: int) -> str | None:
+        """Return the name of its species; None where it is not known."""
+
+    def parents(self, uid: int) -> list[int]:
+        """Return the uids of its known parents."""
+
+    def children(self, uid: int) -> list[int]:
+        """Return the uids of its children."""
+
+    def born(self, uid: int) -> int | None:
+        """Return the tick of its birth."""
+
+    def generation(self, uid: int) -> int | None:
+        """Return how many ancestors it has in its longest line."""
+
+    def died(self, uid: int) -> dict[str, Any] | None:
+        """Return tick, cause and killer of its death; None while it lives."""
+
+
+def state_of(world: Any, uid: int, kin: Known | None = None) -> dict[str, Any]:
+    """Return the state of one organism between two ticks: the message "organism" of the viewer.
+
+    Parents, children and what is known of the dead come from `kin`. Raises KeyError for one that never was, or is forgotten.
+    Draws no random number and changes nothing. What it sensed and decided is of the last tick; before it first sensed there
+    is nothing of that.
+    """
+    out = {"kind": "organism", "uid": int(uid), "detail": "full", "note": ""} | pedigree(uid, kin)
+    try:
+        table, row = world.locate(uid)
+    except KeyError:
+        if out["species"] is None:
+            raise
+        return nothing_of(out)
+    out |= {"species": table.name, "alive": True, "born": int(table.born[row]), "died": None}
+    return out | body(world, table, row) | {"genome": genome(table, row), "nerves": nerves(table, row)}
+
+
+def nothing_of(out: dict[str, Any]) -> dict[str, Any]:
+    """Return a message that says of an organism no more than its pedigree."""
+    nothing = dict.fromkeys(("age", "sex", "energy", "energy_max", "place", "heading", "genome", "nerves"))
+    return nothing | {"trace": {"tick": [], "happiness": [], "energy": []}, "alive": False} | out | {"detail": "record"}
+
+
+def pedigree(uid: int, kin: Known | None) -> dict[str, Any]:
+    """Return species, birth, death, parents, children and generation as far as they are remembered."""
+    if kin is None:
+        return {"species": None, "born": None, "died": None, "parents": [], "children": [], "generation": None}
+    return {"species": kin.species(uid), "born": kin.born(uid), "died": kin.died(uid), "parents": kin.parents(uid),
+            "children": kin.children(uid), "generation": kin.generation(uid)}  # fmt: skip
+
+
+def body(world: Any, table: Any, row: int) -> dict[str, Any]:
+    """Return place, age, sex and energy of a living organism, None for what it has not, and these as a trace of one tick."""
+    out: dict[str, Any] = dict.fromkeys(("place", "heading", "age", "sex", "energy", "energy_max"))
+    if Position in table:
+        p = table[Position]
+        out |= {"place": [number(p.x[row]), number(p.y[row]), number(p.z[row])], "heading": number(p.heading[row])}
+    if Biology in table:
+        out |= {"age": number(table[Biology].age[row]), "sex": SEXES[table[Biology].sex[row]]}
+    if Metabolism in table:
+        species = table.traits.get("species")
+        out |= {"energy": number(table[Metabolism].energy[row]), "energy_max": None if species is None else species.metabolism.energy_max}
+    happiness = number(table[Nervous].happiness[row]) if Nervous in table else None
+    return out | {"trace": {"tick": [world.tick], "happiness": [happiness], "energy": [out["energy"]]}}
+
+
+def genome(table: Any, row: int) -> dict[str, Any] | None:
+    """Return the genome of a living organism with its genes marked; None where it has none."""
+    layout: Any = getattr(table.traits.get("heredity"), "layout", None)
+    if layout is None or Genome not in table:
+        return None
+    return marked(layout, table[Genome].loci[row])
+
+
+def marked(layout: Any, loci: np.ndarray) -> dict[str, Any]:
+    """Return a genome u8[loci] as text, with the place and the value of each gene; a network's weights are counted, not listed."""
+    said, length = layout.decode(loci[None]), layout.length
+    text = layout.alphabet.decode(loci)
+    genes = []
+    for code in layout.genes:
+        value = said[code.name][0]
+        gene = {"name": code.name, "trait": code.gene.trait, "from": int(code.first), "to": int(code.stop), "value": _listed(value),
+                "text": f"{np.size(value):,} weights" if np.ndim(value) else code.text}  # fmt: skip
+        if layout.ploidy == 2:
+            gene["alleles"] = [_listed(v) for v in layout.alleles(loci[None], code.name)[0]]
+        genes.append(gene)
+    return {"alphabet": layout.alphabet.letters, "strings": [text[s * length : (s + 1) * length] for s in range(layout.ploidy)],
+            "genes": genes}  # fmt: skip
+
+
+def _listed(value: Any) -> Any:
+    """Return a gene's value for JSON: a number, or a short list; None for the weights of a network."""
+    if np.ndim(value) == 0:
+        return number(value)
+    return [number(v) for v in value] if len(value) <= WIDEST else None
+
+
+def nerves(table: Any, row: int) -> dict[str, Any] | None:
+    """Return what a living organism sensed, weighed, decided and felt in the last tick; None where it did not."""
+    rows, at = thinkers(table)
+    mine = np.flatnonzero(rows == row)
+    if not mine.size:
+        return None
+    own = table.traits["nerves"]
+    felt = table[Nervous].happiness[row], table[Nervous].reward[row]
+    return described(own.channels, own.actions, minds(table, rows[mine], at[mine]), *(felt if own.happiness is not None else (None, None)))
+
+
+def described(channels: Any, actions: Any, mind: Minds, happiness: Any, reward: Any) -> dict[str, Any]:
+    """Return one organism's nervous system (the first of `mind`) as the viewer shows it."""
+    said = zip(actions, mind.y[0], mind.p[0], mind.z[0], mind.decision[0], strict=True)
+    return {
+        "sensors": [{"name": name, "value": number(v)} for name, v in zip(channels, mind.x[0], strict=True)],
+        "actions": [{"group": group, "name": name, "reflex": int(y), "probability": number(p), "chosen": int(z), "decision": int(h)}
+                    for (group, name), y, p, z, h in said],
+        "happiness": number(happiness), "reward": number(reward),
+    }  # fmt: skip
+
+
+def drawable(nerves: dict[str, Any] | None) -> dict[str, Any]:
+    """Return nerves as `draw_nervous_system(config, species, values)` takes them."""
+    if nerves is None:
+        return {}
+    column = {"y": "reflex", "probabilities": "probability", "decision": "decision"}
+    values: dict[str, Any] = {"readings": [math.nan if s["value"] is None else s["value"] for s in nerves["sensors"]]}
+    for name, key in column.items():
+        values[name] = [math.nan if a[key] is None else a[key] for a in nerves["actions"]]
+    return values | {"happiness": nerves["happiness"]}
+
+
+def number(value: Any) -> float | None:
+    """Return a number for JSON, as short as its single precision allows; None for what is none."""
+    if value is None or not math.isfinite(value):
+        return None
+    return float(np.format_float_positional(np.float32(value), unique=True)) if abs(value) < 1e15 else float(value)
