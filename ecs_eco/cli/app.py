@@ -80,6 +80,9 @@ def run(
         int | None, typer.Option(parser=whole(1), metavar="N", help="Write a checkpoint every so many ticks.")
     ] = None,
     keep: Annotated[int, typer.Option(parser=whole(1), metavar="K", help="How many checkpoints stay.")] = 3,
+    record: Annotated[
+        str | None, typer.Option(metavar="focal=N|full", help="Record every tick of N organisms of each species, or of all.")
+    ] = None,
     watch: Annotated[bool, typer.Option("--watch", help="Show it in the browser meanwhile; what is done there is recorded.")] = False,
     port: Port = 0,
     no_browser: NoBrowser = False,
@@ -88,7 +91,7 @@ def run(
     from ecs_eco.cli.simulate import run_world
 
     shown = (port, not no_browser) if watch else None
-    run_world(world, set_ or [], ticks, seed, out, quiet, threads, learn, policies, report, checkpoint_every, keep, shown)
+    run_world(world, set_ or [], ticks, seed, out, quiet, threads, learn, policies, report, checkpoint_every, keep, shown, record)
 
 
 @app.command()

@@ -33,11 +33,15 @@ def run_world(
     checkpoint_every: int | None = None,
     keep: int = 3,
     shown: tuple[int, bool] | None = None,
+    record: str | None = None,
 ) -> None:
     """Run a world into a folder, and draw its figures; `shown`: in a viewer on this port, and whether to open the browser."""
     config = load(world, changes)
     seed, ticks = config.seed if seed is None else seed, ticks or config.ticks
     known_policies(policies, config)
+    from ecs_eco.record.details import how_many
+
+    how_many(record)
     out = results(out, f"{config.name}-{seed}")
     from ecs_eco.record import run_to_folder
 
@@ -48,6 +52,8 @@ def run_world(
             command += {None: "", True: " --learn", False: " --no-learn"}[learn] + " --out DIR"
             more: dict[str, Any] = {} if viewer is None else {"prepare": viewer.open}
             more |= {} if checkpoint_every is None else {"checkpoint_every": checkpoint_every, "keep": keep}
+            more |= {} if record is None else {"record": record}
+            command += "" if record is None else f" --record {record}"
             found = run_to_folder(
                 config, seed, ticks, out, policies, learn, bar, threads=threads, report=report, command=command, **more
             )

@@ -24,18 +24,20 @@ class Folder:
 
     def sink(self, kind: str, columns: dict[str, np.ndarray]) -> None:
         """Write one block of rows as a Parquet part."""
-        words = {"species": self.world.recorder.names}
+        words = {"species": self.world.recorder.names} if "species" in columns else {}
         if kind == "deaths":
             columns = columns | {"cause": columns["cause"].astype(np.int32) - 1}
             words["cause"] = self.world.causes
         folder = self.path / kind
         folder.mkdir(exist_ok=True)
+        self.parts.setdefault(kind, 0)
         self._write_part(self._to_arrow(columns, words), folder / f"part-{self.parts[kind]:05d}.parquet")
         self.parts[kind] += 1
 
     def forget_later(self) -> None:
         """Remove parts from the next number on, and what was half-written: they are of ticks that will be recorded again."""
-        for kind, number in self.parts.items():
+        kinds = self.parts | {folder.name: 0 for folder in self.path.glob("details-*") if folder.name not in self.parts}
+        for kind, number in kinds.items():
             for part in (self.path / kind).glob("part-*.parquet"):
                 if not part.stem.removeprefix("part-").isdigit() or int(part.stem.removeprefix("part-")) >= number:
                     part.unlink()

@@ -8,6 +8,7 @@ import numpy as np
 from ecs_eco._numba import njit
 from ecs_eco.components import Metabolism, Nervous, Position
 from ecs_eco.components.genome import Genome
+from ecs_eco.record.details import Details, how_many
 from ecs_eco.system import System
 
 if TYPE_CHECKING:
@@ -24,13 +25,17 @@ class Recorder(System):
     The ledger closes: stock_after = stock_before + endowed + taken_in − burnt − given − lost, in sums of float64.
     `sink(kind, columns)` receives finished blocks of "series", "births", "deaths" and "snapshots"; without one the
     series stay in memory, and so do single events where `keep_events` asks for them: see `events`. Those who live when
-    the recording begins are births too, of parent 0 and at the tick at which they were born.
+    the recording begins are births too, of parent 0 and at the tick at which they were born. `record` asks for details of single
+    organisms too, "focal=N" or "full": see `ecs_eco.record.details`.
     """
 
     phase = "record"
 
     def __init__(self, world: "World", sink: Callable[[str, dict[str, np.ndarray]], None] | None = None, *, block: int = 1000,
-                 snapshot_every: int = 0, keep_events: bool = False) -> None:
+                 snapshot_every: int = 0, keep_events: bool = False, record: str | None = None) -> None:
+        most = how_many(record, "Recorder: record")
+        if most != 0 and sink is None:
+            raise ValueError(f"Recorder: record is {record!r}, but there is no sink to take the details")
         if keep_events and sink is not None:
             raise ValueError("Recorder: keep_events is True, but a sink takes the events; allowed is one of the two")
         self.sink, self.block, self.snapshot_every = sink, block, snapshot_every
@@ -54,6 +59,7 @@ class Recorder(System):
         self._blocks: list[dict[str, np.ndarray]] = []
         self._events: dict[str, list[tuple[np.ndarray, ...]]] = {"births": [], "deaths": [], "snapshots": []}
         self._letters: dict[str, np.ndarray] = {}  # of each species with a genome: a letter per number, "S1" or "U1"
+        self.details = None if most == 0 else Details(world, most, sink)
         world.on_birth.append(self.born)
         world.on_death.append(self.died)
         world.recorder = self
@@ -72,6 +78,8 @@ class Recorder(System):
 
     def born(self, table: "Table", rows: np.ndarray, parents: np.ndarray, second: np.ndarray) -> None:
         """Note newborn: rows i64[k], uids of their parents u64[k]."""
+        if self.details is not None:
+            self.details.born(table, rows)
         s = self.place.get(table.name)
         if s is None:
             return
@@ -84,6 +92,8 @@ class Recorder(System):
 
     def died(self, table: "Table", rows: np.ndarray) -> None:
         """Note the dying, before their rows are free: their flows of this tick, and what they still held."""
+        if self.details is not None:
+            self.details.died(table, rows, self.world)
         s = self.place.get(table.name)
         if s is None:
             return
@@ -139,6 +149,8 @@ class Recorder(System):
             self._means[at, s] = self._sums[0] / max(table.n, 1), self._sums[4] / max(table.n, 1)
         if self.snapshot_every and world.tick % self.snapshot_every == 0:
             self._snapshot()
+        if self.details is not None:
+            self.details.note(world)
         self._at, self._last = self._at + 1, world.tick
         if self._at == self.block:
             self.flush()
@@ -166,6 +178,8 @@ class Recorder(System):
                 array[...] = 0
                 array[0] = begun
             self._at = 0
+        if self.details is not None:
+            self.details.flush(self.world)
         if self.sink is not None:
             for kind, names in EVENTS.items():
                 over = [e for e in self._events[kind] if e[0][0] <= self._last]
@@ -182,6 +196,8 @@ class Recorder(System):
             if self._events[kind]:
                 columns = [np.concatenate(c) for c in zip(*self._events[kind], strict=True)]
                 out |= {f"{kind}/{name}": _as_numbers(column) for name, column in zip(names, columns, strict=True)}
+        if self.details is not None:
+            out |= {f"details/{name}": column for name, column in self.details.state().items()}
         for name in dict.fromkeys(n for b in self._blocks for n in b):
             out[f"series/{name}"] = np.concatenate([b.get(name, np.zeros(b["tick"].size, np.int32)) for b in self._blocks])
         return out
@@ -197,6 +213,8 @@ class Recorder(System):
         for kind, names in EVENTS.items():
             if f"{kind}/tick" in state:
                 self._events[kind] = [tuple(_as_text(state[f"{kind}/{n}"]) if n == "genome" else state[f"{kind}/{n}"] for n in names)]
+        if self.details is not None:
+            self.details.load({key.removeprefix("details/"): array for key, array in state.items() if key.startswith("details/")})
         series = {key.removeprefix("series/"): array for key, array in state.items() if key.startswith("series/")}
         self._blocks = [series] if series else []
 

@@ -10,6 +10,7 @@ from typing import Any
 
 from ecs_eco.errors import CheckpointError, RecordingError
 from ecs_eco.record import checkpoint, frozen, seal
+from ecs_eco.record.details import how_many
 from ecs_eco.record.folder import Folder, genes_of, git_commit, versions
 
 Progress = Callable[[int, int], None]
@@ -27,8 +28,10 @@ class Stopped(KeyboardInterrupt):
 def run_to_folder(config: Any, seed: int | None = None, ticks: int | None = None, out: str | Path = "run", policies: Any = "trained",
                   learn: bool | None = None, progress: Progress | None = None, *, threads: int = 1, snapshot_every: int | None = None,
                   report: bool = True, command: str | None = None, controls: Sequence[str] = (), checkpoint_every: int | None = None,
-                  keep: int = KEEP, prepare: Callable[[Any], None] | None = None) -> dict[str, Any]:
+                  keep: int = KEEP, record: str | None = None, prepare: Callable[[Any], None] | None = None) -> dict[str, Any]:
     """Run a world, with these controls of `ecs_eco.worlds.controls`, and leave a folder; return its manifest.
+
+    `record` asks for details of single organisms: "focal=N" of each species, or "full" (see `ecs_eco.record.details`).
 
     A checkpoint is written at tick 0, every `checkpoint_every` ticks if asked for, and at the end; the last `keep` stay. Ctrl-C and
     SIGTERM stop at the end of the tick with a checkpoint and raise Stopped; a second one stops at once. `prepare(world)` is called
@@ -39,6 +42,7 @@ def run_to_folder(config: Any, seed: int | None = None, ticks: int | None = None
 
     begin = time.perf_counter()
     config = config if isinstance(config, WorldConfig) else load(config)
+    how_many(record, "record")
     ticks = config.ticks if ticks is None else ticks
     path = Path(out)
     _free(path)
@@ -48,7 +52,8 @@ def run_to_folder(config: Any, seed: int | None = None, ticks: int | None = None
         "format": 1, "world": config.name, "title": config.title, "config": config.resolved(), "config_hash": config.config_hash,
         "seed": world.seed, "ticks": ticks, "dt": config.dt, "policies": str(policies), "learn": learn, "controls": list(controls),
         "command": command, "versions": versions(), "git_commit": git_commit(), "snapshot_every": every,
-        "checkpoint_every": checkpoint_every, "keep": keep, "wall_seconds": 0.0,
+        "checkpoint_every": checkpoint_every, "keep": keep, "record": record,
+        "wall_seconds": 0.0,
     }  # fmt: skip
     folder = _record(world, path, manifest)
     if prepare is not None:
@@ -144,7 +149,7 @@ def _record(world: Any, path: Path, manifest: dict[str, Any]) -> Folder:
     from ecs_eco.record.recorder import Recorder
 
     folder = Folder(path, world)
-    Recorder(world, folder.sink, snapshot_every=manifest["snapshot_every"])
+    Recorder(world, folder.sink, snapshot_every=manifest["snapshot_every"], record=manifest.get("record"))
     manifest |= {
         "species": world.recorder.names, "causes": world.causes, "finished": False, "done": world.tick, "parts": {},
         "colors": {name: world.tables[name].traits.get("color", "#888888") for name in world.recorder.names},
@@ -164,7 +169,7 @@ def _from(found: Path, path: Path, manifest: dict[str, Any], threads: int) -> tu
 
     def record(world: Any) -> None:
         folders.append(Folder(path, world))
-        Recorder(world, folders[0].sink, snapshot_every=manifest["snapshot_every"])
+        Recorder(world, folders[0].sink, snapshot_every=manifest["snapshot_every"], record=manifest.get("record"))
 
     world = World.restore(found, threads=threads, prepare=record, record=False)
     parts = checkpoint.describe(found)["run"]["parts"]
@@ -180,7 +185,7 @@ def _from_the_start(path: Path, manifest: dict[str, Any], threads: int) -> tuple
     config = load(manifest["config"])
     world = _build(config, manifest["seed"], manifest["policies"], threads, manifest["learn"], manifest.get("controls", ()))
     folder = Folder(path, world)
-    Recorder(world, folder.sink, snapshot_every=manifest["snapshot_every"])
+    Recorder(world, folder.sink, snapshot_every=manifest["snapshot_every"], record=manifest.get("record"))
     return world, folder
 
 

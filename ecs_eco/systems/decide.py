@@ -41,6 +41,6 @@ class Decide(System):
                    nerves.rows, decision)
 
         world.split(part, n)
-        nerves.thoughts = Thoughts(uid, logits if thinks else None, y if reacts else None, choice)
+        nerves.thoughts = Thoughts(world.tick, uid, logits if thinks else None, y if reacts else None, choice)
         if thinks and nerves.learning:
             nerves.remember(table, choice, log_probability, values)

@@ -116,13 +116,12 @@ def _listed(value: Any) -> Any:
 
 def nerves(table: Any, row: int) -> dict[str, Any] | None:
     """Return what a living organism sensed, weighed, decided and felt in the last tick; None where it did not."""
-    rows, at = thinkers(table)
-    mine = np.flatnonzero(rows == row)
-    if not mine.size:
+    rows, at = thinkers(table, table.uid[row : row + 1])
+    if not rows.size:
         return None
     own = table.traits["nerves"]
     felt = table[Nervous].happiness[row], table[Nervous].reward[row]
-    return described(own.channels, own.actions, minds(table, rows[mine], at[mine]), *(felt if own.happiness is not None else (None, None)))
+    return described(own.channels, own.actions, minds(table, rows, at), *(felt if own.happiness is not None else (None, None)))
 
 
 def described(channels: Any, actions: Any, mind: Minds, happiness: Any, reward: Any) -> dict[str, Any]:

@@ -114,9 +114,8 @@ def test_of_the_dead_is_said_what_is_remembered(meadow):
     dead = state_of(world, 33, _Kin())
     assert [dead[k] for k in ("species", "alive", "born", "parents", "children", "generation")] == ["deer", False, 2, [1], [8, 9], 1]
     assert (dead["died"]["cause"], dead["energy"], dead["nerves"], dead["detail"]) == ("starved", None, None, "record")
-    deer = int(world.tables["deer"].uid[0])
-    living = state_of(world, deer, _Kin())
-    assert [living[k] for k in ("alive", "died", "energy", "children")] == [True, None, 0.5, [8, 9]]
+    living = state_of(world, int(world.tables["deer"].uid[0]), _Kin())
+    assert [living[k] for k in ("alive", "died", "energy_max", "children")] == [True, None, 1.0, [8, 9]]
 
 
 @pytest.mark.parametrize("uid", [0, 77])

@@ -1,0 +1,146 @@
+"""Details: what single organisms sensed, weighed, decided and felt in every tick of a run, for `--record focal=N` or `full`."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ecs_eco.components import Metabolism, Nervous, Position
+from ecs_eco.errors import ConfigError, Problem
+from ecs_eco.nervous.thoughts import thinkers, weighed
+
+if TYPE_CHECKING:
+    from ecs_eco.table import Table
+    from ecs_eco.world import World
+
+KIND = "details-"  # and the name of a species: its folder in the run's
+ROWS = 100_000  # of a species that are kept in memory before they are handed over
+PLACE = ("x", "y", "z", "heading")
+NOBODY = np.zeros(0, np.int64)
+
+
+def how_many(record: str | None, source: str = "--record") -> int | None:
+    """Return how many of each species `record` asks for: 0 for nothing, None for all. Raises ConfigError."""
+    if not record:
+        return 0
+    if record == "full":
+        return None
+    word, _, number = record.partition("=")
+    if word == "focal" and number.isdecimal() and 1 <= int(number) <= 1_000_000:
+        return int(number)
+    near = "full" if record.startswith("fu") else "focal=50"
+    raise ConfigError([Problem((), "not possible", record, "focal=N with N from 1 to 1000000, or full", near, source)])
+
+
+def columns_of(nerves: Any) -> list[str]:
+    """Return the names of the columns that a species' details have, in their order."""
+    actions = [f"{group}.{name}" for group, name in nerves.actions]
+    free = [action for action, has in zip(actions, has_probability(nerves), strict=True) if has]
+    return ["tick", "uid", *PLACE, "energy", "happiness", "reward", *(f"sensor: {name}" for name in nerves.channels),
+            *(f"reflex: {a}" for a in actions), *(f"probability: {a}" for a in free), *(f"chosen: {a}" for a in actions),
+            *(f"decision: {a}" for a in actions)]  # fmt: skip
+
+
+def has_probability(nerves: Any) -> np.ndarray:
+    """Return of which actions the policy has a say: bool[actions]."""
+    out = np.zeros(len(nerves.actions), np.bool_)
+    if nerves.policy:
+        out[nerves.targets[nerves.targets >= 0]] = True
+    return out
+
+
+class Details:
+    """Collects the details of every species that has a nervous system: of all its members, or of a focal sample.
+
+    The sample of a species are the first `most` of those that live at the start, by uid; who dies is replaced by the next one
+    that is born, in the order of uids, so that all but the first are followed from birth to death. What the dying decided
+    in their last tick is kept too. It is handed to `sink("details-SPECIES", columns)`.
+    """
+
+    def __init__(self, world: World, most: int | None, sink: Any) -> None:
+        self.most, self.sink = most, sink
+        self.species = [name for name, t in world.tables.items() if "nerves" in t.traits and not t.traits.get("object")]
+        self.focal = {name: world.tables[name].uid[world.tables[name].by_uid()[: self.most]] for name in self.species}
+        self._born: dict[str, list[np.ndarray]] = {name: [] for name in self.species}  # since the last tick was noted
+        self._dying: dict[str, list[tuple[np.ndarray, ...]]] = {name: [] for name in self.species}  # in the tick that is not over
+        self._blocks: dict[str, list[tuple[np.ndarray, ...]]] = {name: [] for name in self.species}
+        self._rows = dict.fromkeys(self.species, 0)
+
+    def born(self, table: Table, rows: np.ndarray) -> None:
+        """Note newborn: rows i64[k]."""
+        if table.name in self.focal and self.most is not None:
+            self._born[table.name].append(table.uid[rows])
+
+    def died(self, table: Table, rows: np.ndarray, world: World) -> None:
+        """Note the dying before their rows are free."""
+        if table.name not in self.focal:
+            return
+        who = table.uid[rows]
+        if self.most is not None:
+            focal = self.focal[table.name]
+            who = who[np.isin(who, focal)]
+            self.focal[table.name] = np.setdiff1d(focal, who) if who.size else focal
+        if world.ticking and who.size:
+            self._dying[table.name].append(self._of(table, world, who))
+
+    def note(self, world: World) -> None:
+        """Note a tick that is over."""
+        for name in self.species:
+            found = [*self._dying[name], self._of(world.tables[name], world, None if self.most is None else self.focal[name])]
+            self._dying[name] = []
+            self._admit(name)
+            self._blocks[name] += found
+            self._rows[name] += sum(len(block[0]) for block in found)
+            if self._rows[name] >= ROWS:
+                self._hand_over(name, world)
+
+    def flush(self, world: World) -> None:
+        """Hand over what was noted."""
+        for name in self.species:
+            self._hand_over(name, world)
+
+    def state(self) -> dict[str, np.ndarray]:
+        """Return what the recording goes on from, after `flush`: the sample, and who was born since the last tick."""
+        out = {f"focal/{name}": who for name, who in self.focal.items()} if self.most is not None else {}
+        return out | {f"waiting/{name}": np.concatenate(born) for name, born in self._born.items() if born}
+
+    def load(self, state: dict[str, np.ndarray]) -> None:
+        """Go on from a `state()`."""
+        for name in self.species:
+            self.focal[name] = state.get(f"focal/{name}", self.focal[name])
+            self._born[name] = [state[f"waiting/{name}"]] if f"waiting/{name}" in state else []
+            self._dying[name], self._blocks[name], self._rows[name] = [], [], 0
+
+    def _admit(self, name: str) -> None:
+        """Fill the places of the dead with newborn."""
+        born, self._born[name] = self._born[name], []
+        if self.most is not None and born and (room := self.most - len(self.focal[name])) > 0:
+            self.focal[name] = np.union1d(self.focal[name], np.sort(np.concatenate(born))[:room])
+
+    def _of(self, table: Table, world: World, who: np.ndarray | None) -> tuple[np.ndarray, ...]:
+        """Return what is noted of this tick: a row each of these uids, of all where None, in the order of uids."""
+        nerves, felt, p = table.traits["nerves"], table[Nervous], table[Position]
+        thoughts = nerves.thoughts
+        rows, at = thinkers(table, who) if thoughts is not None and thoughts.tick == world.tick else (NOBODY, NOBODY)
+        if not rows.size:
+            return (NOBODY,)
+        energy = table[Metabolism].energy[rows] if Metabolism in table else np.zeros(rows.size, np.float32)
+        y = np.zeros((rows.size, len(nerves.actions)), np.int8) if thoughts.y is None else thoughts.y[at].astype(np.int8)
+        logits = np.zeros((rows.size, 0), np.float32) if thoughts.logits is None else thoughts.logits[at]
+        return (np.full(rows.size, world.tick), table.uid[rows], *(getattr(p, axis)[rows] for axis in PLACE), energy, felt.happiness[rows],
+                felt.reward[rows], nerves.x[at], y, logits, thoughts.choice[at], felt.decision[rows])  # fmt: skip
+
+    def _hand_over(self, name: str, world: World) -> None:
+        """Hand over what was noted of a species, by tick, then uid."""
+        blocks, self._blocks[name], self._rows[name] = [b for b in self._blocks[name] if b[0].size], [], 0
+        if not blocks:
+            return
+        nerves = world.tables[name].traits["nerves"]
+        parts = [np.concatenate(part) for part in zip(*blocks, strict=True)]
+        order = np.lexsort((parts[1], parts[0]))
+        *single, x, y, logits, choice, decision = (part[order] for part in parts)
+        p, z = weighed(nerves, logits if logits.shape[1] else None, choice)
+        for matrix in (x, y, p[:, has_probability(nerves)], z, decision):
+            single += list(matrix.T)
+        self.sink(KIND + name, dict(zip(columns_of(nerves), single, strict=True)))
