@@ -1,0 +1,104 @@
+"""Who was where at a tick of a recorded run: between two snapshots, from these and from births and deaths."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from ecs_eco.view.parts import Columns, Parts
+
+STATE = ("x", "y", "z", "heading", "energy", "happiness")
+EVENT = ("uid", "species", "x", "y", "z", "energy")
+
+
+class Crowd(NamedTuple):
+    """The living of one species at a tick, in the order of uids; `exact` says whose state was recorded at this tick itself."""
+
+    uid: np.ndarray  # u64[n]
+    x: np.ndarray  # f32[n] [m], as y and z
+    y: np.ndarray
+    z: np.ndarray
+    heading: np.ndarray  # f32[n] [rad]
+    energy: np.ndarray
+    happiness: np.ndarray  # NaN where nothing is known
+    exact: np.ndarray  # bool[n]
+
+
+class Chapter:
+    """The ticks from `first` to before `end`, which are snapshots or the ends of the recording.
+
+    Who is there is exact: births and deaths say so. Places and states lie on a straight line from what was recorded last (a
+    snapshot, the birth) to what is recorded next (a snapshot, the death), the shorter way around a torus.
+    """
+
+    def __init__(self, first: int, end: int, before: Columns | None, after: Columns | None, births: Columns, deaths: Columns,
+                 size: Sequence[float], torus: bool) -> None:
+        self.first, self.end = first, end
+        self.size, self.torus = [*size, 0.0][:3], torus
+        unknown = np.full(births["uid"].size, np.nan, np.float32)
+        born = {**births, "heading": unknown, "happiness": unknown}
+        earlier = born if before is None else {k: np.concatenate([before[k], born[k]]) for k in ("uid", "species", *STATE)}
+        order = np.lexsort((earlier["uid"], earlier["species"]))
+        since = np.concatenate([np.full(0 if before is None else before["uid"].size, first), np.maximum(births["tick"], first)])
+        self.uid, self.species, self.since = earlier["uid"][order].astype(np.uint64), earlier["species"][order], since[order]
+        self.start = np.stack([earlier[k][order].astype(np.float32) for k in STATE])  # f32[6, n]
+        self.goal, self.until = self.start.copy(), np.full(self.uid.size, end)
+        self.dies = np.zeros(self.uid.size, np.bool_)
+        by_uid = np.argsort(self.uid, kind="stable")
+        if after is not None:
+            self._lead(by_uid, after, STATE, end)
+        ended = self._lead(by_uid, deaths, ("x", "y", "z", "energy"), deaths["tick"])
+        self.dies[ended] = True
+        missing = np.isnan(self.start)
+        self.start[missing] = self.goal[missing]
+        self.bounds = np.searchsorted(self.species, np.arange(int(self.species.max(initial=-1)) + 2))
+
+    def _lead(self, by_uid: np.ndarray, found: Columns, names: Sequence[str], when: int | np.ndarray) -> np.ndarray:
+        """Take the state of these organisms at `when` as what the line leads to; return where they are."""
+        if not self.uid.size or not found["uid"].size:
+            return np.zeros(0, np.int64)
+        known = self.uid[by_uid]
+        place = np.minimum(np.searchsorted(known, found["uid"].astype(np.uint64)), known.size - 1)
+        there = known[place] == found["uid"]
+        at = by_uid[place[there]]
+        for name in names:
+            self.goal[STATE.index(name), at] = found[name][there]
+        self.until[at] = when if isinstance(when, int) else when[there]
+        return at
+
+    def alive(self, tick: int, species: int) -> np.ndarray:
+        """Return the places in the arrays of those of a species that live at the end of a tick: i64[k]."""
+        if species + 1 >= self.bounds.size:
+            return np.zeros(0, np.int64)
+        a, b = self.bounds[species], self.bounds[species + 1]
+        return a + np.flatnonzero((self.since[a:b] <= tick) & (~self.dies[a:b] | (tick < self.until[a:b])))
+
+    def crowd(self, tick: int, species: int) -> Crowd:
+        """Return the living of a species at the end of a tick."""
+        at = self.alive(tick, species)
+        since = self.since[at]
+        share = np.clip((tick - since) / np.maximum(self.until[at] - since, 1), 0, 1).astype(np.float32)
+        start, step = self.start[:, at], self.goal[:, at] - self.start[:, at]
+        for axis in (0, 1) if self.torus else ():
+            step[axis] -= self.size[axis] * np.round(step[axis] / self.size[axis])
+        step[3] -= 2 * np.pi * np.round(step[3] / (2 * np.pi))
+        now = start + share * step
+        for axis in (0, 1) if self.torus else ():
+            now[axis] %= self.size[axis]
+        now[3] = np.nan_to_num(now[3])
+        x, y, z, heading, energy, happiness = now
+        return Crowd(self.uid[at], x, y, z, heading, energy, happiness, since == tick)
+
+
+def chapter(tick: int, first: int, last: int, every: int, snapshots: Parts, births: Parts, deaths: Parts, size: Sequence[float],
+            torus: bool) -> Chapter:
+    """Return the chapter of a tick of a run that was recorded from first to last, with a snapshot `every` so many ticks."""
+    a = max(first, tick // every * every)
+    b = min((tick // every + 1) * every, last + 1)
+    state = ("uid", "species", *STATE)
+    before = snapshots.between(a, a, state) if a % every == 0 else None
+    after = snapshots.between(b, b, state) if b <= last else None
+    since = -(2**62) if before is None else a + 1
+    return Chapter(a, b, before, after, births.between(since, min(b, last), EVENT), deaths.between(a + 1, min(b, last), EVENT), size, torus)

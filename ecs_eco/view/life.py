@@ -1,0 +1,172 @@
+"""What a recording says of one organism at a tick: the viewer's panel in a replay."""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ecs_eco.view.again import Stretch
+from ecs_eco.view.inspect import SEXES, marked, nothing_of, number
+from ecs_eco.view.parts import Columns
+from ecs_eco.view.recording import Recording
+
+KEPT = 64  # lives that are remembered
+TRACED = 300  # ticks of the trace before this one, where every tick was recorded
+
+
+class Life(NamedTuple):
+    """What does not change with the tick."""
+
+    said: dict[str, Any]  # the part of the message
+    species: str
+    born: int
+    died: int | None
+    birth: dict[str, Any]
+    seen: Columns  # its rows in the snapshots
+
+
+class Lives:
+    """The lives of the organisms of a recording; `stretches` are those that were run again."""
+
+    def __init__(self, recording: Recording, stretches: list[Stretch]) -> None:
+        self.recording, self.stretches = recording, stretches
+        self._kept: OrderedDict[int, Life] = OrderedDict()
+
+    def organism(self, uid: int, tick: int) -> dict[str, Any]:
+        """Return the message "organism" of a tick. KeyError for one that was never born.
+
+        `detail` is "full" where what it sensed and decided is known, "snapshot" where its state is that of the nearest snapshot,
+        "record" where there is nothing but birth and death; `note` says so.
+        """
+        life = self.life(uid)
+        out = life.said | {"alive": life.born <= tick and (life.died is None or tick < life.died)}
+        out |= {"age": number(max(0, min(tick, tick if life.died is None else life.died) - life.born) * self.recording.dt)}
+        detail = self._detail(life, uid, tick)
+        if detail is not None:
+            return out | detail
+        return out | self._nearest(life, tick, bool(out["alive"]))
+
+    def life(self, uid: int) -> Life:
+        """Return what is known of an organism for good."""
+        if uid not in self._kept:
+            self._kept[uid] = self._read(uid)
+            while len(self._kept) > KEPT:
+                self._kept.popitem(last=False)
+        self._kept.move_to_end(uid)
+        return self._kept[uid]
+
+    def _read(self, uid: int) -> Life:
+        r = self.recording
+        birth = r.birth(uid)
+        if birth is None:
+            raise KeyError(f"no organism of this run has the uid {uid}")
+        species, born = r.species[birth["species"]], int(birth["tick"])
+        death = r.death(uid, born)
+        parents = [int(p) for p in (birth["parent"], birth["parent2"]) if p]
+        said = nothing_of({"kind": "organism", "uid": uid, "species": species, "born": born, "died": death, "parents": parents, "note": "",
+                           "children": r.children(uid), "generation": r.generation(uid), "genome": self._genome(species, birth["genome"]),
+                           "energy_max": r.manifest["config"]["species"][species]["metabolism"]["energy_max"]})  # fmt: skip
+        until = r.last if death is None else death["tick"]
+        return Life(said, species, born, None if death is None else death["tick"], birth, self._seen(uid, max(born, r.first), until))
+
+    def _seen(self, uid: int, first: int, last: int) -> Columns:
+        names = ("tick", "uid", "x", "y", "z", "heading", "energy", "happiness")
+        found: list[Columns] = []
+        for group in self.recording.snapshots.groups:
+            if group.ticks[0] <= last and group.ticks[1] >= first:
+                at = self.recording.snapshots.read(group, ("uid",))["uid"] == uid
+                if at.any():
+                    found.append({n: column[at] for n, column in self.recording.snapshots.read(group, names).items()})
+        return {n: np.concatenate([f[n] for f in found]) if found else np.zeros(0) for n in names}
+
+    def _genome(self, species: str, text: Any) -> dict[str, Any] | None:
+        r = self.recording
+        if not isinstance(text, str) or not text:
+            return None
+        if r.scene is not None and (heredity := r.scene.tables[species].traits.get("heredity")) is not None and heredity.layout is not None:
+            return marked(heredity.layout, heredity.layout.alphabet.encode(text))
+        known = r.manifest.get("genomes", {}).get(species)
+        if known is None:
+            return None
+        length = len(text) // known["ploidy"]
+        genes = [{"name": g["name"], "trait": g["trait"], "from": g["at"], "to": g["at"] + g["letters"], "value": None}
+                 for g in known["genes"]]  # fmt: skip
+        strings = [text[s * length : (s + 1) * length] for s in range(known["ploidy"])]
+        return {"alphabet": known["alphabet"], "strings": strings, "genes": genes}
+
+    # --- at a tick ----------------------------------------------------------------------------------------------------
+
+    def _detail(self, life: Life, uid: int, tick: int) -> dict[str, Any] | None:
+        """Return the state at a tick from details, recorded or run again; None where there are none."""
+        for stretch in reversed(self.stretches):
+            if stretch.first <= tick <= stretch.last:
+                columns = stretch.details.get(life.species)
+                note = f"Run again from a checkpoint, ticks {stretch.first} to {stretch.last}."
+                row = None if columns is None else _row(columns, uid, tick)
+                if row is not None and columns is not None:
+                    sex = stretch.sexes.get(uid)
+                    trace = _trace(columns, uid, tick)
+                    return _full(row, trace, note) | ({} if sex is None else {"sex": SEXES[sex]})
+                state = _row(stretch.states, uid, tick)
+                if state is not None:
+                    return _state(state, _trace(stretch.states, uid, tick)) | {"detail": "full", "note": note}
+        parts = self.recording.details[life.species]
+        if not parts.rows:
+            return None
+        names = [n for group in parts.groups[:1] for n in group.names]
+        columns = parts.between(tick, tick, names)
+        if (row := _row(columns, uid, tick)) is None:
+            return None
+        trace = _trace(parts.between(tick - TRACED, tick, ("uid", "happiness", "energy")), uid, tick)
+        return _full(row, trace, "")
+
+    def _nearest(self, life: Life, tick: int, alive: bool) -> dict[str, Any]:
+        """Return what the nearest snapshot says, or birth alone."""
+        seen, every = life.seen, self.recording.every
+        so_far = seen["tick"] <= tick
+        trace = {n: [number(v) for v in seen[n][so_far]] for n in ("happiness", "energy")}
+        if not self.recording.manifest["config"]["species"][life.species].get("happiness"):
+            trace["happiness"] = [None] * len(trace["energy"])
+        out: dict[str, Any] = {"trace": {"tick": [int(t) for t in seen["tick"][so_far]], **trace}}
+        if not alive:
+            return out | {"detail": "record", "note": "Not born yet." if tick < life.born else ""}
+        fill = "“Fill in” runs the stretch around this tick again."
+        near = int(np.argmin(np.abs(seen["tick"] - tick))) if seen["tick"].size else -1
+        if near < 0 or abs(seen["tick"][near] - tick) >= tick - life.born:  # nothing was recorded nearer to this tick than its birth
+            b = life.birth
+            said = {"place": [number(b[axis]) for axis in "xyz"], "energy": number(b["energy"])}
+            return out | said | {"detail": "record", "note": f"As it was born, at tick {life.born}. {fill}"}
+        row = {n: column[near] for n, column in seen.items()}
+        when = "" if row["tick"] == tick else f"As of tick {int(row['tick'])}. "
+        nerves = ", without nerves" if self.recording.manifest["config"]["species"][life.species].get("actions") else ""
+        return out | _state(row, out["trace"]) | {"detail": "snapshot", "note": f"{when}Recorded every {every} ticks{nerves}. {fill}"}
+
+
+def _row(columns: Columns, uid: int, tick: int) -> dict[str, Any] | None:
+    at = np.flatnonzero((columns["uid"] == uid) & (columns["tick"] == tick))
+    return {n: column[at[0]] for n, column in columns.items()} if at.size else None
+
+
+def _trace(columns: Columns, uid: int, tick: int) -> dict[str, list[Any]]:
+    at = np.flatnonzero((columns["uid"] == uid) & (columns["tick"] <= tick))
+    return {"tick": columns["tick"][at].tolist(), **{n: [number(v) for v in columns[n][at]] for n in ("happiness", "energy")}}
+
+
+def _state(row: dict[str, Any], trace: dict[str, list[Any]]) -> dict[str, Any]:
+    place = [number(row[axis]) for axis in "xyz"]
+    return {"place": place, "heading": number(row["heading"]), "energy": number(row["energy"]), "trace": trace}
+
+
+def _full(row: dict[str, Any], trace: dict[str, list[Any]], note: str) -> dict[str, Any]:
+    """Return a row of details as the message has it."""
+    actions = [name.removeprefix("decision: ") for name in row if name.startswith("decision: ")]
+    nerves = {
+        "sensors": [{"name": n.removeprefix("sensor: "), "value": number(v)} for n, v in row.items() if n.startswith("sensor: ")],
+        "actions": [{"group": a.partition(".")[0], "name": a.partition(".")[2], "reflex": int(row[f"reflex: {a}"]),
+                     "probability": number(row.get(f"probability: {a}")), "chosen": int(row[f"chosen: {a}"]),
+                     "decision": int(row[f"decision: {a}"])} for a in actions],
+        "happiness": number(row["happiness"]), "reward": number(row["reward"]),
+    }  # fmt: skip
+    return _state(row, trace) | {"nerves": nerves, "detail": "full", "note": note}

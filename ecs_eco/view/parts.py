@@ -1,0 +1,156 @@
+"""The parts of one kind of a recorded run, read by ticks: a row group at a time, and only the columns that are asked for."""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from ecs_eco.analysis.runs import parts
+from ecs_eco.errors import RecordingError
+from ecs_eco.record.arrow import open_part
+
+BUDGET = 192 * 2**20  # bytes of columns that are kept
+Columns = dict[str, np.ndarray]
+
+
+class Group(NamedTuple):
+    """A row group of a part: what its ticks and uids are between, both inclusive."""
+
+    path: Path
+    number: int
+    rows: int
+    ticks: tuple[int, int]
+    uids: tuple[int, int] | None  # None where there is no column of this name
+    names: tuple[str, ...]
+
+
+class Cache:
+    """Columns read lately, and the files last opened; the oldest go where there are too many bytes."""
+
+    def __init__(self, budget: int = BUDGET, files: int = 4) -> None:
+        self.budget, self.size, self.most = budget, 0, files
+        self.columns: OrderedDict[tuple[Path, int, str], np.ndarray] = OrderedDict()
+        self.files: OrderedDict[Path, Any] = OrderedDict()
+
+    def file(self, path: Path, needed: bool) -> Any:
+        """Return an open part whose seal is right; RecordingError where it is not."""
+        if path not in self.files:
+            self.files[path] = open_part(path, needed)
+            while len(self.files) > self.most:
+                self.files.popitem(last=False)
+        self.files.move_to_end(path)
+        return self.files[path]
+
+    def put(self, key: tuple[Path, int, str], column: np.ndarray) -> None:
+        """Keep a column."""
+        self.columns[key] = column
+        self.size += column.nbytes
+        while self.size > self.budget and len(self.columns) > 1:
+            self.size -= self.columns.popitem(last=False)[1].nbytes
+
+
+class Parts:
+    """All parts of one kind ("births", say). `words` says which columns of words there are, and the number of each word."""
+
+    def __init__(self, run: Path, kind: str, words: Mapping[str, Sequence[str]], cache: Cache, sealed: bool) -> None:
+        self.words, self.cache, self.sealed = words, cache, sealed
+        self.groups = [group for path in parts(run, kind) for group in _groups(path)]
+
+    @property
+    def rows(self) -> int:
+        """How many rows there are in all."""
+        return sum(group.rows for group in self.groups)
+
+    def ticks(self) -> tuple[int, int] | None:
+        """Return the first and the last tick, None where there is no row."""
+        spans = [group.ticks for group in self.groups if group.rows]
+        return (min(first for first, _ in spans), max(last for _, last in spans)) if spans else None
+
+    def between(self, first: int, last: int, names: Sequence[str]) -> Columns:
+        """Return these columns of all rows of the ticks from first to last, in the order of the recording."""
+        found: list[Columns] = []
+        for group in self.groups:
+            if group.rows and group.ticks[0] <= last and group.ticks[1] >= first:
+                columns = self.read(group, ("tick", *names))
+                if group.ticks[0] < first or group.ticks[1] > last:
+                    chosen = np.flatnonzero((columns["tick"] >= first) & (columns["tick"] <= last))
+                    columns = {name: column[chosen] for name, column in columns.items()}
+                found.append(columns)
+        if not found:
+            return {name: np.zeros(0, np.float32 if name in FLOATS else np.int64) for name in ("tick", *names)}
+        return {name: np.concatenate([columns[name] for columns in found]) for name in ("tick", *names)}
+
+    def each(self, names: Sequence[str]) -> Iterator[Columns]:
+        """Yield these columns, a row group at a time."""
+        for group in self.groups:
+            yield self.read(group, names)
+
+    def find(self, uid: int, names: Sequence[str], first: int = 0) -> dict[str, Any] | None:
+        """Return the row of an organism as a dict: the first one at or after a tick; None where there is none."""
+        for group in self.groups:
+            if group.rows and group.ticks[1] >= first and (group.uids is None or group.uids[0] <= uid <= group.uids[1]):
+                at = np.flatnonzero(self.read(group, ("uid",))["uid"] == uid)
+                if at.size:
+                    return {name: column[at[0]] for name, column in self.read(group, names).items()}
+        return None
+
+    def read(self, group: Group, names: Sequence[str]) -> Columns:
+        """Return columns of one row group; those that it lacks are zeros."""
+        cache = self.cache
+        missing = [name for name in dict.fromkeys(names) if (group.path, group.number, name) not in cache.columns and name in group.names]
+        fresh: Columns = {}
+        if missing:
+            try:
+                table = cache.file(group.path, self.sealed).read_row_group(group.number, columns=missing)
+            except (pa.ArrowException, OSError, ValueError) as error:
+                raise RecordingError(f"{group.path}: cannot be read: {error}") from None
+            for name in missing:
+                fresh[name] = self._plain(name, table[name].combine_chunks())
+                cache.put((group.path, group.number, name), fresh[name])
+        out = {}
+        for name in names:
+            key = group.path, group.number, name
+            if key in cache.columns:
+                cache.columns.move_to_end(key)
+            out[name] = fresh[name] if name in fresh else cache.columns.get(key, np.zeros(group.rows, np.uint64))
+        return out
+
+    def _plain(self, name: str, column: Any) -> np.ndarray:
+        if isinstance(column, pa.ChunkedArray):
+            column = pa.concat_arrays(column.chunks)
+        if name in self.words and pa.types.is_dictionary(column.type):
+            known = list(self.words[name])
+            code = np.array([known.index(word) if word in known else -1 for word in column.dictionary.to_pylist()], np.int16)
+            return code[column.indices.to_numpy(zero_copy_only=False)] if code.size else np.zeros(len(column), np.int16)
+        if pa.types.is_dictionary(column.type):
+            column = column.cast(column.type.value_type)
+        return column.to_numpy(zero_copy_only=False)
+
+
+FLOATS = ("x", "y", "z", "heading", "energy", "happiness", "reward", "age")
+
+
+def _groups(path: Path) -> Iterator[Group]:
+    """Yield the row groups of a part; RecordingError where its footer cannot be read."""
+    try:
+        meta = pq.read_metadata(path)
+    except (pa.ArrowException, OSError) as error:
+        raise RecordingError(f"{path}: cannot be read: {error}") from None
+    names = tuple(meta.schema.to_arrow_schema().names)
+    for number in range(meta.num_row_groups):
+        group = meta.row_group(number)
+        spans = {}
+        for i in range(group.num_columns):
+            column = group.column(i)
+            if column.path_in_schema in ("tick", "uid"):
+                s = column.statistics
+                spans[column.path_in_schema] = (int(s.min), int(s.max)) if s is not None and s.has_min_max else (0, 2**63 - 1)
+        if "tick" not in spans:
+            raise RecordingError(f"{path}: has no column tick")
+        yield Group(path, number, group.num_rows, spans["tick"], spans.get("uid"), names)

@@ -1,0 +1,215 @@
+"""A recorded run as something to look into: who was where at a tick, the life of one organism, curves, and what was done."""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from collections.abc import Sequence
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ecs_eco.errors import CheckpointError, ConfigError, RecordingError
+from ecs_eco.record import checkpoint, seal
+from ecs_eco.record.details import KIND
+from ecs_eco.record.run import read_manifest
+from ecs_eco.view.crowd import STATE, Chapter, Crowd, chapter
+from ecs_eco.view.parts import Cache, Columns, Parts
+
+CHAPTERS = 3  # that are kept
+POINTS = 4000  # of a curve
+BINS = 400  # of births and deaths on the timeline
+
+
+class Recording:
+    """A folder that `ecs-eco run` left, read lazily; damaged files are refused when they are needed, by their names.
+
+    `first` and `last` are the ticks that were recorded. `scene` is a world built as the recorded one, without organisms: it
+    says what does not change, and is None where it cannot be built here (`why` says why). Raises FileNotFoundError for
+    a folder without a run, RecordingError for one without a tick.
+    """
+
+    def __init__(self, path: str | Path) -> None:
+        self.path = Path(path)
+        self.manifest = read_manifest(self.path)
+        self.species: list[str] = self.manifest["species"]
+        self.dt, self.every = float(self.manifest["dt"]), int(self.manifest["snapshot_every"])
+        self._sealed, self._cache = seal.has_seals(self.path), Cache()
+        self.series, self.births, self.deaths, self.snapshots = (self.parts(k) for k in ("series", "births", "deaths", "snapshots"))
+        span = self.series.ticks()
+        if span is None:
+            raise RecordingError(f"{self.path}: no tick of this run was recorded")
+        self.first, self.last = span
+        self.details = {name: self.parts(KIND + name) for name in self.species}
+        space = self.manifest["config"]["space"]
+        self.size, self.torus = [float(s) for s in space["size"]], space.get("edges", "torus") == "torus"
+        self._chapters: OrderedDict[int, Chapter] = OrderedDict()
+        self.scene, self.why = self._build()
+
+    def parts(self, kind: str, cache: Cache | None = None) -> Parts:
+        """Return the parts of one kind; another thread has a cache of its own."""
+        words = {"species": self.species, "cause": self.manifest.get("causes", [])}
+        return Parts(self.path, kind, words, self._cache if cache is None else cache, self._sealed)
+
+    def _build(self) -> tuple[Any, str]:
+        from ecs_eco.config import load
+        from ecs_eco.world import World
+
+        try:
+            config = load(self.manifest["config"])
+            return World.from_config(config, seed=self.manifest["seed"], policies="random", populate=False, record=False), ""
+        except (ConfigError, ImportError, AttributeError, ValueError, TypeError) as error:  # what it names is not here, say
+            return None, str(error)
+
+    # --- who is where -----------------------------------------------------------------------------------------------
+
+    def crowd(self, tick: int, species: str) -> Crowd:
+        """Return the living of a species at the end of a tick: as recorded in its details, where there are any; else between snapshots."""
+        crowd = self._chapter(tick).crowd(tick, self.species.index(species))
+        return overlaid(crowd, self.details_at(tick, species))
+
+    def _chapter(self, tick: int) -> Chapter:
+        number = tick // self.every
+        if number not in self._chapters:
+            self._chapters[number] = chapter(tick, self.first, self.last, self.every, self.snapshots, self.births, self.deaths, self.size,
+                                             self.torus)  # fmt: skip
+            while len(self._chapters) > CHAPTERS:
+                self._chapters.popitem(last=False)
+        self._chapters.move_to_end(number)
+        return self._chapters[number]
+
+    def details_at(self, tick: int, species: str, names: Sequence[str] = ("uid", *STATE)) -> Columns:
+        """Return columns of the details of a species at a tick, empty where none were recorded."""
+        return self.details[species].between(tick, tick, names)
+
+    @cached_property
+    def objects(self) -> dict[str, np.ndarray]:
+        """Places f32[n, 3] [m] of the objects that lie there for good, by type, from the first checkpoint that is left."""
+        config = self.manifest["config"]
+        declared = config.get("objects") or {}
+        remains = {s.get("remains") for s in config["species"].values()}
+        names = [name for name in declared if name not in remains]
+        kept = sorted((self.path / "checkpoints").glob(f"tick-*{checkpoint.SUFFIX}"))
+        if not names or not kept:
+            return {n: np.array([[*at, 0.0][:3] for at in declared[n].get("at", [])], np.float32).reshape(-1, 3) for n in names}
+        from safetensors import SafetensorError, safe_open
+
+        try:
+            with safe_open(str(kept[0]), framework="numpy") as file:
+                return {n: np.stack([file.get_tensor(f"table/{n}/Position.{axis}") for axis in "xyz"], axis=1) for n in names}
+        except (SafetensorError, OSError) as error:
+            raise CheckpointError(f"{kept[0]}: is no whole checkpoint: {error}") from None
+
+    # --- one life ---------------------------------------------------------------------------------------------------
+
+    def birth(self, uid: int) -> dict[str, Any] | None:
+        """Return the row of births of an organism, None where it was never born."""
+        return self.births.find(uid, ("tick", "species", "uid", "x", "y", "z", "energy", "parent", "parent2", "genome"))
+
+    def death(self, uid: int, since: int = 0) -> dict[str, Any] | None:
+        """Return tick, cause and killer of an organism's death; None where it survived the recording."""
+        row = self.deaths.find(uid, ("tick", "cause", "killer"), since)
+        if row is None:
+            return None
+        cause = int(row["cause"])
+        words = self.manifest.get("causes", [])
+        return {"tick": int(row["tick"]), "cause": words[cause] if cause >= 0 else "unknown", "killer": int(row["killer"]) or None}
+
+    def children(self, uid: int, most: int = 200) -> list[int]:
+        """Return the uids of an organism's children, the last `most` of them."""
+        found: list[int] = []
+        for group in self.births.groups:
+            if group.uids is None or group.uids[1] > uid:
+                columns = self.births.read(group, ("uid", "parent", "parent2"))
+                found += columns["uid"][(columns["parent"] == uid) | (columns["parent2"] == uid)].tolist()
+        return sorted(found)[-most:]
+
+    def generation(self, uid: int, most: int = 5000) -> int | None:
+        """Return how many ancestors an organism has in its longest line, founders 0; None where there are too many to follow."""
+        known: dict[int, int] = {}
+        waiting = [uid]
+        while waiting:
+            if len(known) > most:
+                return None
+            one = waiting[-1]
+            row = self.births.find(one, ("parent", "parent2"))
+            parents = [] if row is None else [int(p) for p in (row["parent"], row["parent2"]) if p]
+            if missing := [p for p in parents if p not in known]:
+                waiting += missing
+            else:
+                known[one] = 1 + max((known[p] for p in parents), default=-1)
+                waiting.pop()
+        return known[uid]
+
+    @cached_property
+    def _births_by_uid(self) -> tuple[np.ndarray, np.ndarray]:
+        """The least uid of each run of uids that were born in one tick, ascending, and that tick."""
+        uid, tick = [], []
+        for columns in self.births.each(("uid", "tick")):
+            order = np.argsort(columns["uid"], kind="stable")
+            u, t = columns["uid"][order], columns["tick"][order]
+            starts = np.flatnonzero(np.diff(t, prepend=-(2**62)))
+            uid.append(u[starts])
+            tick.append(t[starts])
+        return np.concatenate(uid or [np.zeros(0, np.uint64)]), np.concatenate(tick or [np.zeros(0, np.int64)])
+
+    def born(self, uid: np.ndarray) -> np.ndarray:
+        """Return the ticks at which organisms were born: i64[n]."""
+        starts, ticks = self._births_by_uid
+        return ticks[np.maximum(np.searchsorted(starts, uid, side="right") - 1, 0)] if ticks.size else np.zeros(uid.size, np.int64)
+
+    def genomes(self, uid: np.ndarray) -> list[str]:
+        """Return the genomes of organisms (uids ascending) as text, "" where there is none."""
+        out = [""] * uid.size
+        for group in self.births.groups:
+            if group.uids is not None and uid.size and group.uids[0] <= uid[-1] and group.uids[1] >= uid[0] and "genome" in group.names:
+                columns = self.births.read(group, ("uid", "genome"))
+                for i in np.flatnonzero(np.isin(columns["uid"], uid)):
+                    out[int(np.searchsorted(uid, columns["uid"][i]))] = columns["genome"][i] or ""
+        return out
+
+    # --- curves -----------------------------------------------------------------------------------------------------
+
+    @cached_property
+    def curves(self) -> dict[str, Any]:
+        """`tick` and, by species, `n` and `happiness`, at most POINTS of each; `births` and `deaths` in BINS of all ticks."""
+        step = max(1, -(-(self.last + 1 - self.first) // POINTS))
+        width = max(1, -(-(self.last + 1 - self.first) // BINS))  # ticks of a bin
+        bins = -(-(self.last + 1 - self.first) // width)
+        out: dict[str, Any] = {"tick": np.arange(self.first, self.last + 1, step)}
+        out |= {kind: {name: np.zeros(out["tick"].size) for name in self.species} for kind in ("n", "happiness")}
+        out |= {kind: np.zeros(bins, np.int64) for kind in ("births", "deaths")}
+        for c in self.series.each(("tick", "species", "n", "happiness_mean", "births", "deaths")):
+            since = c["tick"] - self.first
+            for kind in ("births", "deaths"):
+                out[kind] += np.bincount(since // width, c[kind], bins).astype(np.int64)
+            for i, name in enumerate(self.species):
+                chosen = (c["species"] == i) & (since % step == 0)
+                out["n"][name][since[chosen] // step] = c["n"][chosen]
+                out["happiness"][name][since[chosen] // step] = c["happiness_mean"][chosen]
+        return out
+
+    def numbers(self, tick: int) -> dict[str, int]:
+        """Return how many of each species live at the end of a tick."""
+        found = self.series.between(tick, tick, ("species", "n"))
+        return dict.fromkeys(self.species, 0) | {self.species[s]: int(n) for s, n in zip(found["species"], found["n"], strict=True)}
+
+    def interventions(self) -> list[dict[str, Any]]:
+        """Return what was done to the world: tick and text."""
+        from ecs_eco.config.interventions import describe
+
+        return [{"tick": tick, "text": describe(what)} for tick, what in self.manifest.get("intervened", [])]
+
+
+def overlaid(crowd: Crowd, details: Columns) -> Crowd:
+    """Return a crowd in which those of whom there are details are where, and as, these say."""
+    if not details["uid"].size or not crowd.uid.size:
+        return crowd
+    at = np.minimum(np.searchsorted(crowd.uid, details["uid"].astype(np.uint64)), crowd.uid.size - 1)
+    there = crowd.uid[at] == details["uid"]
+    at = at[there]
+    for name in STATE:
+        getattr(crowd, name)[at] = details[name][there]
+    crowd.exact[at] = True
+    return crowd

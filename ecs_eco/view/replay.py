@@ -1,0 +1,298 @@
+"""A recorded run as something to watch; see `ecs_eco.view.source.Source`."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ecs_eco.view.again import COMPARED, Again, Stretch
+from ecs_eco.view.crowd import Crowd
+from ecs_eco.view.frames import Encoder, extent, grade
+from ecs_eco.view.life import Lives
+from ecs_eco.view.parts import Cache
+from ecs_eco.view.recording import Recording, overlaid
+from ecs_eco.view.scene import coloured_genes, describe, sky
+from ecs_eco.view.source import Message
+
+STRETCHES = 3  # that are kept
+GENOMES = 500_000  # births up to which mean genes are reckoned
+OBJECT_UID = 0x80000000  # objects are not recorded by uid: theirs in a frame begin here
+
+
+class Replay:
+    """A folder that `ecs-eco run` left. Time is the tick shown; nothing of the recording changes."""
+
+    def __init__(self, path: str | Path) -> None:
+        self.recording = Recording(path)
+        r = self.recording
+        self.stretches: list[Stretch] = []
+        self.lives = Lives(r, self.stretches)
+        self._tick = r.first
+        self._genes = {} if r.scene is None else {name: coloured_genes(r.scene.tables[name]) for name in r.species}
+        self._genes = {name: genes for name, genes in self._genes.items() if genes}
+        self._said: dict[str, tuple[np.ndarray, dict[str, np.ndarray]]] = {}  # values of genes, by species, of the uids shown lately
+        self._ranges: dict[tuple[str, str], tuple[float, float]] = {}
+        self._encoder = Encoder(r.size, len(r.species) + len(r.objects))
+        self._again = Again(r.path, r.manifest, r.last)
+        self._hello: Message | None = None
+        self._curves: Message | None = None
+
+    @property
+    def tick(self) -> int:
+        """The tick that is shown: how things stood at its end."""
+        return self._tick
+
+    @property
+    def done(self) -> bool:
+        """Whether this is the last tick."""
+        return self._tick >= self.recording.last
+
+    def run(self, turn: Callable[[], bool]) -> None:
+        """Show tick after tick."""
+        try:
+            while turn():
+                self._tick = min(self._tick + 1, self.recording.last)
+        finally:
+            self._again.halt()
+
+    # --- what a page has to know ----------------------------------------------------------------------------------------
+
+    def hello(self) -> Message:
+        """Return what a page has to know of the run."""
+        if self._hello is None:
+            r = self.recording
+            genes = dict.fromkeys(f"gene:{gene}" for found in self._genes.values() for gene in found)
+            self._hello = {"kind": "hello", "mode": "replay", "first": r.first, "last": r.last, "acts": False, "snapshot_every": r.every,
+                           "colours": ["species", "energy", "happiness", "age", *genes], "note": self.note(), **self._scene()}  # fmt: skip
+        return self._hello | {"tick": self._tick}
+
+    def note(self) -> str:
+        """Return what is exact in what is shown, and what is not."""
+        r = self.recording
+        detailed = [name for name in r.species if r.details[name].rows]
+        said = "Recorded in every tick."
+        if r.every > 1:
+            said = f"Recorded every {r.every} ticks; in between, births and deaths are exact and places are on straight lines."
+        return said + (f" Details of {', '.join(detailed)}: {r.manifest.get('record')}." if detailed else "")
+
+    def _scene(self) -> Message:
+        r = self.recording
+        colors, config = r.manifest.get("colors", {}), r.manifest["config"]
+        if r.scene is not None:
+            said = describe(r.scene, r.species, list(r.objects), {name: dict.fromkeys(g) for name, g in self._genes.items()})
+            learn = r.manifest.get("learn")
+            for kind in said["species"]:
+                policy = config["species"][kind["name"]]["policy"]
+                kind["learns"] = policy["kind"] != "none" and bool(policy["learn"] if learn is None else learn)
+                kind["color"] = colors.get(kind["name"], kind["color"])
+            return said
+        kinds = [{"name": n, "color": colors.get(n, "#888888"), "radius": config["species"][n]["body"]["radius"],
+                  "moves": bool(config["species"][n].get("locomotion")), "sessile": not config["species"][n].get("locomotion"), "genes": [],
+                  "learns": False} for n in r.species]  # fmt: skip
+        things = [{"name": n, "color": config["objects"][n].get("color", "#888888"), "radius": config["objects"][n]["body"]["radius"],
+                   "moves": False, "sessile": True, "genes": [], "learns": False, "inanimate": True} for n in r.objects]  # fmt: skip
+        world = r.manifest["world"]
+        return {"world": world, "title": r.manifest.get("title") or world, "dt": r.dt, "seed": r.manifest["seed"], "size": r.size,
+                "edges": "torus" if r.torus else "walls", "day": None, "usual_speed": 10.0,
+                "species": kinds, "objects": things, "terrain": None}  # fmt: skip
+
+    def greeting(self) -> list[Message]:
+        """Return births and deaths along the time line, and what was done to the world."""
+        curves = self.recording.curves
+        marks = {"births": curves["births"].tolist(), "deaths": curves["deaths"].tolist()}
+        said = [] if self.recording.scene is not None else [_said("warning", f"this world cannot be built here: {self.recording.why}")]
+        return [{"kind": "marks", **marks, "interventions": self.recording.interventions()}, *said]
+
+    def news(self) -> list[Message]:
+        """Return what came of a `fill`, once that is known."""
+        found = self._again.answer()
+        if found is None:
+            return []
+        if isinstance(found, str):
+            return [_said("error", found, "fill")]
+        del self.stretches[: max(0, len(self.stretches) + 1 - STRETCHES)]
+        self.stretches.append(found)
+        text = f"ticks {found.first} to {found.last} have been run again: everybody shows all there"
+        said = _said("info", text, "fill") if found.wrong is None else _said(
+            "warning", f"{text}; but from tick {found.wrong} on not as recorded: other versions or another machine than then?", "fill")
+        try:
+            return [said, self.organism(self._again.uid)]
+        except KeyError:
+            return [said]
+
+    def counts(self) -> dict[str, int]:
+        """Return how many there are of each kind."""
+        return self.recording.numbers(self._tick) | {name: len(places) for name, places in self.recording.objects.items()}
+
+    # --- frames ---------------------------------------------------------------------------------------------------------
+
+    def crowd(self, species: str) -> Crowd:
+        """Return the living of a species at this tick, as exactly as is known."""
+        r = self.recording
+        crowd = r.crowd(self._tick, species)
+        for stretch in self.stretches:
+            if stretch.first <= self._tick <= stretch.last:
+                crowd = overlaid(crowd, stretch.at(self._tick, r.species.index(species)))
+        return crowd
+
+    def sky(self, tick: int) -> tuple[float, float]:
+        """Return the light at the surface at a tick, 0 to 1, and the sun's elevation [rad]."""
+        scene = self.recording.scene
+        if scene is None:
+            return 1.0, math.pi / 2
+        scene.tick = tick
+        return sky(scene)
+
+    def frame(self, number: int, colour: str) -> bytes:
+        """Return the frame of this tick: value 0 for those of whom it is not known, 1 to 255 from the low to the high of `scales`."""
+        self._encoder.begin(number, self._tick, *self.sky(self._tick))
+        for name in self.recording.species:
+            crowd = self.crowd(name)
+            self._encoder.add(crowd.x, crowd.y, crowd.z, crowd.heading, self._value(name, crowd, colour), crowd.uid)
+        first = OBJECT_UID
+        for places in self.recording.objects.values():
+            none = np.zeros(len(places), np.float32)
+            x, y, z = (np.ascontiguousarray(places[:, i]) for i in range(3))
+            self._encoder.add(x, y, z, none, none.astype(np.uint8), np.arange(first, first + len(places), dtype=np.uint64))
+            first += len(places)
+        return self._encoder.bytes()
+
+    def scales(self, colour: str) -> dict[str, tuple[float, float]]:
+        """Return low and high of a colour, by kind."""
+        return {name: (float(f"{low:.5g}"), float(f"{high:.5g}")) for (c, name), (low, high) in self._ranges.items() if c == colour}
+
+    def _value(self, name: str, crowd: Crowd, colour: str) -> np.ndarray:
+        out = np.zeros(crowd.uid.size, np.uint8)
+        column, low, high = self._column(name, crowd, colour)
+        if column is None:
+            return out
+        alive = np.ones(column.size, np.bool_)
+        if low is None or high is None:
+            least, most = extent(alive, column)
+            was = self._ranges.get((colour, name), (least, most) if least <= most else (0.0, 1.0))
+            low = min(was[0], least) if low is None else low
+            high = max(was[1], most) if high is None else high
+        self._ranges[colour, name] = float(low), float(high)
+        grade(alive, column, np.float32(low), np.float32(high), out)
+        return out
+
+    def _column(self, name: str, crowd: Crowd, colour: str) -> tuple[Any, float | None, float | None]:
+        """Return what a colour shows of a species: f32[n] or None, and its range as far as it is known beforehand."""
+        species = self.recording.manifest["config"]["species"][name]
+        if colour == "energy":
+            return crowd.energy, 0.0, float(species["metabolism"]["energy_max"])
+        if colour == "happiness" and species.get("happiness"):
+            return crowd.happiness, None, None
+        if colour == "age":
+            return ((self._tick - self.recording.born(crowd.uid)) * self.recording.dt).astype(np.float32), 0.0, None
+        code = self._genes.get(name, {}).get(colour.removeprefix("gene:")) if colour.startswith("gene:") else None
+        if code is None:
+            return None, None, None
+        return self._expressed(name, crowd.uid, code.name), float(code.low), float(code.high)
+
+    def _expressed(self, name: str, uid: np.ndarray, gene: str) -> np.ndarray:
+        """Return what a gene says of organisms (uids ascending): f32[n]."""
+        kept, said = self._said.get(name, (np.zeros(0, np.uint64), {}))
+        if not np.isin(uid, kept).all():
+            fresh = uid[~np.isin(uid, kept)]
+            values = self._decoded(name, fresh)
+            old = np.isin(kept, uid)
+            order = np.argsort(np.concatenate([kept[old], fresh]), kind="stable")
+            said = {g: np.concatenate([said[g][old] if g in said else np.zeros(0, np.float32), values[g]])[order] for g in values}
+            kept = np.concatenate([kept[old], fresh])[order]
+            self._said[name] = kept, said
+        return said[gene][np.searchsorted(kept, uid)]
+
+    def _decoded(self, name: str, uid: np.ndarray) -> dict[str, np.ndarray]:
+        layout = self.recording.scene.tables[name].traits["heredity"].layout
+        texts = self.recording.genomes(uid)
+        known = np.array([bool(text) for text in texts], np.bool_)
+        out = {gene: np.full(uid.size, np.nan, np.float32) for gene in self._genes[name]}
+        if known.any():
+            loci = np.stack([layout.alphabet.encode(text) for text in texts if text])
+            for gene, values in layout.decode(loci, list(self._genes[name])).items():
+                out[gene][known] = values
+        return out
+
+    # --- curves ---------------------------------------------------------------------------------------------------------
+
+    def sample(self) -> None:
+        """Do nothing: the series were recorded."""
+
+    def series(self, after: int) -> Message | None:
+        """Return the points after a tick: all of them for −1, those of the future too."""
+        if self._curves is None:
+            self._curves = self._all()
+        return self._curves if self._curves["tick"][-1] > after else None
+
+    def _all(self) -> Message:
+        r = self.recording
+        tick = r.curves["tick"]
+        out: Message = {"kind": "series", "tick": tick.tolist(), "n": {n: v.astype(int).tolist() for n, v in r.curves["n"].items()}}
+        feels = [name for name in r.species if r.manifest["config"]["species"][name].get("happiness")]
+        out["happiness"] = {name: [float(f"{v:.5g}") for v in r.curves["happiness"][name]] for name in feels}
+        out["genes"] = self._mean_genes(tick) if self._genes and r.births.rows <= GENOMES else {}
+        if self.hello()["day"] is not None:
+            out["light"] = [round(self.sky(t)[0], 4) for t in tick.tolist()]
+        return out
+
+    def _mean_genes(self, tick: np.ndarray) -> dict[str, list[float | None]]:
+        """Return the mean of each gene over the living at these ticks, by "species.gene"."""
+        from ecs_eco.analysis.lineage import Lineage
+
+        lineage = Lineage.read(self.recording.path)
+        out: dict[str, list[float | None]] = {}
+        for name, genes in self._genes.items():
+            mask = (lineage.species == name) & (lineage.genome != "")
+            values = self._decoded(name, lineage.uid[mask])
+            n = lineage.living_sums(tick, mask=mask)
+            for gene in genes:
+                weights = np.zeros(len(lineage))
+                weights[mask] = values[gene]
+                mean = lineage.living_sums(tick, weights, mask) / np.where(n, n, np.nan)
+                out[f"{name}.{gene}"] = [float(f"{v:.5g}") if math.isfinite(v) else None for v in mean]
+        return out
+
+    # --- one organism, and what pages ask for -----------------------------------------------------------------------------
+
+    def organism(self, uid: int) -> Message:
+        """Return what is known of one organism at this tick; KeyError for one that was never born."""
+        return self.lives.organism(uid, self._tick)
+
+    def handle(self, request: Message) -> list[Message]:
+        """Go to a tick, or fill in what was not recorded; a recording is not acted upon."""
+        kind = request["kind"]
+        if kind == "seek":
+            return self._seek(request.get("tick"))
+        if kind == "fill":
+            return self._fill(request.get("uid"))
+        if kind == "params":
+            return [{"kind": "params", "list": []}]
+        how = "ecs-eco resume DIR --from-tick T --set KEY=VALUE --out NEW"
+        return [_said("warning", f"a recorded run does not change; fork it: {how}", kind)]
+
+    def _seek(self, tick: Any) -> list[Message]:
+        r = self.recording
+        if isinstance(tick, bool) or not isinstance(tick, int | float) or not math.isfinite(tick):
+            raise ValueError(f"seek: tick = {str(tick)[:60]}; allowed: a tick from {r.first} to {r.last}")
+        self._tick = min(max(round(tick), r.first), r.last)
+        return []
+
+    def _fill(self, uid: Any) -> list[Message]:
+        if isinstance(uid, bool) or not isinstance(uid, int) or not 0 < uid < 2**63:
+            raise ValueError(f"fill: uid = {str(uid)[:60]}; allowed: the uid of an organism")
+        if self._again.busy:
+            return [_said("info", f"still at it: {100 * self._again.share:.0f} %", "fill")]
+        if any(s.first <= self._tick <= s.last for s in self.stretches):
+            return [self.organism(uid)]
+        series = self.recording.parts("series", Cache())  # its own files and cache: the recording's belong to this thread
+        self._again.begin(uid, self._tick, lambda tick: series.between(tick, tick, COMPARED))
+        return [_said("info", f"running again from the last checkpoint before tick {self._tick + 1}", "fill")]
+
+
+def _said(level: str, text: str, field: str = "") -> Message:
+    return {"kind": "said", "level": level, "text": text} | ({"field": field} if field else {})
