@@ -247,6 +247,53 @@ def draw(
     draw_world(world, set_ or [], species, out)
 
 
+Run = Annotated[Path, typer.Argument(metavar="DIR", help="A folder that `run` left.")]
+Size = Annotated[str, typer.Option(metavar="WIDTHxHEIGHT", help="In pixels.")]
+
+
+@app.command()
+@exits
+def picture(
+    folder: Run,
+    out: Annotated[Path | None, typer.Argument(metavar="FILE", help="A PNG. Default: WORLD-TICK.png here.")] = None,
+    tick: Annotated[
+        int | None, typer.Option(parser=whole(0), metavar="T", help="The tick; the last one where absent.")
+    ] = None,
+    organism: Annotated[
+        int | None, typer.Option(parser=whole(1, 2**63 - 1), metavar="UID", help="Draw the nervous system of this organism at that tick.")
+    ] = None,
+    size: Size = "1280x720",
+    quiet: Quiet = False,
+) -> None:
+    """Draw a tick of a recorded run."""
+    from ecs_eco.cli.picture import picture_run
+
+    picture_run(folder, out, tick, organism, size, quiet)
+
+
+@app.command()
+@exits
+def video(
+    folder: Run,
+    out: Annotated[
+        Path | None,
+        typer.Argument(metavar="FILE", help="Ends in .mp4, .mkv, .mov or .webm, which need ffmpeg, or in .gif. Default: WORLD.mp4 here."),
+    ] = None,
+    fps: Annotated[float, typer.Option(metavar="N", help="Frames a second.")] = 30.0,
+    from_: Annotated[int | None, typer.Option("--from", parser=whole(0), metavar="T", help="First tick.")] = None,
+    to: Annotated[int | None, typer.Option(parser=whole(0), metavar="T", help="Last tick.")] = None,
+    step: Annotated[
+        int | None, typer.Option(parser=whole(1), metavar="N", help="Ticks from frame to frame; else a film of a minute at most.")
+    ] = None,
+    size: Size = "1280x720",
+    quiet: Quiet = False,
+) -> None:
+    """Make a film of a recorded run."""
+    from ecs_eco.cli.picture import video_run
+
+    video_run(folder, out, fps, from_, to, step, size, quiet)
+
+
 @app.command("list")
 def list_() -> None:
     """List worlds, sensors, components and systems."""

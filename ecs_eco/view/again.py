@@ -17,7 +17,6 @@ from ecs_eco.view.parts import Columns
 
 ROWS = 2_000_000  # organisms times ticks that a stretch may have
 BEFORE, AFTER = 20, 60  # ticks around the one asked for
-COMPARED = ("n", "births", "deaths", "energy_mean", "happiness_mean")
 
 
 class Stretch:
@@ -113,7 +112,7 @@ def _differs(blocks: list[Columns], recorded: Callable[[int], dict[str, np.ndarr
     for block in blocks:
         for tick in np.unique(block["tick"]).tolist():
             was, here = recorded(tick), block["tick"] == tick
-            if any(not np.array_equal(block[name][here], was[name]) for name in COMPARED):
+            if any(not np.array_equal(block[name][here], column) for name, column in was.items()):
                 return int(tick)
     return None
 

@@ -18,6 +18,7 @@ from ecs_eco.view.crowd import STATE, Chapter, Crowd, chapter
 from ecs_eco.view.parts import Cache, Columns, Parts
 
 CHAPTERS = 3  # that are kept
+COMPARED = ("n", "births", "deaths", "energy_mean", "happiness_mean")
 POINTS = 4000  # of a curve
 BINS = 400  # of births and deaths on the timeline
 
@@ -194,6 +195,10 @@ class Recording:
         """Return how many of each species live at the end of a tick."""
         found = self.series.between(tick, tick, ("species", "n"))
         return dict.fromkeys(self.species, 0) | {self.species[s]: int(n) for s, n in zip(found["species"], found["n"], strict=True)}
+
+    def recorded(self, tick: int) -> Columns:
+        """Return what the series say of a tick, a row for each species: what a repetition is compared with."""
+        return self.series.between(tick, tick, COMPARED)
 
     def interventions(self) -> list[dict[str, Any]]:
         """Return what was done to the world: tick and text."""

@@ -1,0 +1,143 @@
+"""picture and video: a recorded run without a browser."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+from ecs_eco.cli.terminal import complain, progress, refuse, say
+
+SIZES = (320, 7680)  # [px]
+
+
+def picture_run(folder: Path, out: Path | None, tick: int | None, organism: int | None, size: str, quiet: bool) -> None:
+    """Draw a tick of a run, or the nervous system of one organism at that tick, into a file."""
+    replay = _replay(folder)
+    tick = _tick(replay, tick, "--tick", replay.recording.last)
+    if organism is not None:
+        _draw_nerves(replay, folder, out, tick, organism, quiet)
+        return
+    path = _file(out or Path(f"{replay.recording.manifest['world']}-{tick}.png"), (".png",))
+    from ecs_eco.view.paint import Painter
+
+    try:
+        say(f"Drawn in {Painter(replay, _size(size)).save(tick, path)}")
+    except OSError as error:
+        _unwritable(path, error)
+
+
+def video_run(
+    folder: Path, out: Path | None, fps: float, first: int | None, last: int | None, step: int | None, size: str, quiet: bool
+) -> None:
+    """Make a film of a run."""
+    from ecs_eco.view import film
+
+    replay = _replay(folder)
+    path = _file(out or Path(f"{replay.recording.manifest['world']}.mp4"), film.ENDINGS)
+    try:
+        film.encoder(path)
+    except film.FilmError as error:
+        allowed = "a name that ends in .gif, which needs nothing, or ffmpeg installed"
+        refuse("OUT", str(error), str(path), allowed, f"{path.stem}.gif")
+    first = _tick(replay, first, "--from", replay.recording.first)
+    last = _tick(replay, last, "--to", replay.recording.last)
+    if first > last:
+        refuse("--to", f"lies before --from {first}", last, f"{first} to {replay.recording.last}")
+    if not 1 <= fps <= 240:
+        refuse("--fps", "not possible", fps, "1 to 240 frames a second")
+    pixels, ticks = _size(size), film.ticks_of(first, last, fps, step)
+    from ecs_eco.view.paint import Painter
+
+    painter = Painter(replay, pixels)
+    with progress(path.name, quiet, "frames") as bar:
+        try:
+            film.write(path, ticks, painter.paint, pixels, fps, bar)
+        except film.FilmError as error:
+            refuse("OUT", str(error), str(path), "an ffmpeg that knows this format, or a name that ends in .gif")
+        except OSError as error:
+            _unwritable(path, error)
+    say(f"{len(ticks)} frames, {len(ticks) / fps:.1f} s, one every {ticks.step} ticks, in {path}")
+
+
+def _draw_nerves(replay: Any, folder: Path, out: Path | None, tick: int, uid: int, quiet: bool) -> None:
+    """Draw one organism's nervous system, from the recorded details or from the stretch run again."""
+    from ecs_eco.cli.draw import ENDINGS
+
+    path = _file(out or Path(f"{replay.recording.manifest['world']}-{uid}-{tick}.png"), ENDINGS)
+    replay.handle({"kind": "seek", "tick": tick})
+    try:
+        state = replay.organism(uid)
+    except KeyError as error:
+        refuse("--organism", str(error.args[0]), uid, "the uid of an organism of this run: see births/")
+    species = state["species"]
+    if not replay.recording.manifest["config"]["species"][species].get("actions"):
+        refuse("--organism", f"is a {species}, which has no nervous system", uid, "an animal")
+    if not state["alive"] and state["nerves"] is None:
+        ended = state["died"]["tick"] if state["died"] else None
+        refuse("--tick", f"organism {uid} does not live then", tick, f"{state['born'] + 1} to {ended or replay.recording.last}")
+    if state["nerves"] is None:
+        state = _again(replay, uid, quiet)
+    if state["nerves"] is None:
+        refuse("--tick", f"organism {uid} has not sensed yet", tick, f"{state['born'] + 1} or later")
+    if state["note"]:
+        complain(state["note"])
+    from ecs_eco.analysis.nervous_figure import draw_nervous_system, save
+    from ecs_eco.config import load
+    from ecs_eco.view.inspect import drawable
+
+    figure = draw_nervous_system(load(replay.recording.manifest["config"]), species, drawable(state["nerves"]))
+    try:
+        say(f"Drawn in {save(figure, path)}")
+    except OSError as error:
+        _unwritable(path, error)
+
+
+def _again(replay: Any, uid: int, quiet: bool) -> dict[str, Any]:
+    """Run the stretch around the tick again, and return the organism as it is known then."""
+    from ecs_eco.errors import RecordingError
+    from ecs_eco.view.again import compute
+
+    r = replay.recording
+    with progress("running again", quiet) as bar:
+        stretch = compute(r.path, r.manifest, replay.tick, min(r.last, replay.tick), r.recorded, bar)
+    if stretch.wrong is not None:
+        raise RecordingError(f"{r.path}: run again, it is another at tick {stretch.wrong}: other versions or another machine than then")
+    replay.stretches.append(stretch)
+    return dict(replay.organism(uid))
+
+
+def _replay(folder: Path) -> Any:
+    if not (folder / "manifest.json").is_file():
+        what = "has no manifest.json" if folder.is_dir() else "no such folder"
+        refuse("DIR", what, str(folder), "a folder that `ecs-eco run` left")
+    from ecs_eco.view.replay import Replay
+
+    return Replay(folder)
+
+
+def _tick(replay: Any, tick: int | None, option: str, default: int) -> int:
+    r = replay.recording
+    if tick is not None and not r.first <= tick <= r.last:
+        refuse(option, "was not recorded", tick, f"{r.first} to {r.last}")
+    return default if tick is None else tick
+
+
+def _size(text: str) -> tuple[int, int]:
+    found = re.fullmatch(r"(\d+)x(\d+)", text)
+    low, high = SIZES
+    if found is None or not all(low <= int(n) <= high for n in found.groups()):
+        refuse("--size", "not possible", text, f"WIDTHxHEIGHT, each {low} to {high}", "1280x720")
+    return int(found[1]) // 2 * 2, int(found[2]) // 2 * 2  # encoders want even numbers
+
+
+def _file(path: Path, endings: tuple[str, ...]) -> Path:
+    if path.suffix.lower() not in endings:
+        refuse("OUT", "cannot be written", str(path), f"a file ending in {', '.join(endings)}", f"{path.stem}{endings[0]}")
+    if path.is_dir():
+        refuse("OUT", "is a folder", str(path), "a file")
+    return path
+
+
+def _unwritable(path: Path, error: OSError) -> None:
+    refuse("OUT", f"cannot be written: {error.strerror or error}", str(path), "a file that can be made")

@@ -1,0 +1,110 @@
+"""Films of a recorded run: frames to ffmpeg through a pipe, or a GIF where that is asked for."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import tempfile
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+CODECS = {
+    ".mp4": ("libx264", "-preset", "medium", "-crf", "20", "-movflags", "+faststart"),
+    ".mkv": ("libx264", "-preset", "medium", "-crf", "20"),
+    ".mov": ("libx264", "-preset", "medium", "-crf", "20", "-movflags", "+faststart"),
+    ".webm": ("libvpx-vp9", "-crf", "32", "-b:v", "0"),
+}
+ENDINGS = (*CODECS, ".gif")
+SECONDS = 60  # that a film lasts at most where nobody says how many ticks a frame is
+
+
+class FilmError(RuntimeError):
+    """No film can be made: ffmpeg is not there, or failed."""
+
+
+def ticks_of(first: int, last: int, fps: float, step: int | None = None) -> range:
+    """Return the ticks of a film's frames: every `step` ticks, so many that it lasts SECONDS at most where None."""
+    n = last + 1 - first
+    return range(first, last + 1, step or max(1, -(-n // max(1, round(fps * SECONDS)))))
+
+
+def encoder(path: Path) -> str:
+    """Return the program that makes films of this ending, "" for a GIF; FilmError where it is not installed."""
+    if path.suffix.lower() == ".gif":
+        return ""
+    found = shutil.which("ffmpeg")
+    if found is None:
+        raise FilmError("ffmpeg is not installed")
+    return found
+
+
+def write(path: Path, ticks: Sequence[int], paint: Callable[[int], np.ndarray], size: tuple[int, int], fps: float,
+          progress: Callable[[int, int], None] | None = None) -> Path:
+    """Write a film of these ticks, painted as u8[height, width, 3], so that the file is whole or as it was before.
+
+    Raises FilmError, OSError.
+    """
+    program = encoder(path)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    handle, name = tempfile.mkstemp(prefix=f".{path.stem}-", suffix=path.suffix.lower(), dir=path.parent)
+    os.close(handle)
+    temporary = Path(name)
+    try:
+        frames = _painted(ticks, paint, progress)
+        if program:
+            _pipe(program, temporary, frames, size, fps)
+        else:
+            _gif(temporary, frames, fps)
+        temporary.chmod(0o644)
+        os.replace(temporary, path)
+    finally:
+        temporary.unlink(missing_ok=True)
+    return path
+
+
+def _painted(ticks: Sequence[int], paint: Callable[[int], np.ndarray], progress: Callable[[int, int], None] | None) -> Iterator[np.ndarray]:
+    for i, tick in enumerate(ticks):
+        yield paint(tick)
+        if progress is not None:
+            progress(i + 1, len(ticks))
+
+
+def _pipe(program: str, path: Path, frames: Iterator[np.ndarray], size: tuple[int, int], fps: float) -> None:
+    codec, *how = CODECS[path.suffix]
+    command = [program, "-y", "-loglevel", "error", "-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{size[0]}x{size[1]}", "-r", f"{fps:g}",
+               "-i", "-", "-an", "-c:v", codec, "-pix_fmt", "yuv420p", *how, str(path)]  # fmt: skip
+    with tempfile.TemporaryFile() as said:
+        process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=said)
+        assert process.stdin is not None
+        try:
+            for frame in frames:
+                process.stdin.write(frame.tobytes())
+            process.stdin.close()
+        except BrokenPipeError:
+            pass  # it has ended: why, it says
+        except BaseException:
+            process.kill()
+            raise
+        finally:
+            process.wait()
+        if process.returncode:
+            said.seek(0)
+            words = said.read().decode(errors="replace").strip().splitlines()
+            raise FilmError(f"ffmpeg ended with code {process.returncode}: {words[-1] if words else 'it said nothing'}")
+
+
+def _gif(path: Path, frames: Iterator[np.ndarray], fps: float) -> None:
+    """A GIF of one palette, that of its first frame."""
+    from PIL import Image
+
+    first = Image.fromarray(next(frames)).quantize(colors=128, dither=Image.Dither.NONE)
+
+    def rest() -> Iterator[Any]:
+        for frame in frames:
+            yield Image.fromarray(frame).quantize(palette=first, dither=Image.Dither.NONE)
+
+    first.save(path, format="GIF", save_all=True, append_images=rest(), duration=max(20, round(1000 / fps)), loop=0)
