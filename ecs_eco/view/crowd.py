@@ -100,5 +100,6 @@ def chapter(tick: int, first: int, last: int, every: int, snapshots: Parts, birt
     state = ("uid", "species", *STATE)
     before = snapshots.between(a, a, state) if a % every == 0 else None
     after = snapshots.between(b, b, state) if b <= last else None
-    since = -(2**62) if before is None else a + 1
-    return Chapter(a, b, before, after, births.between(since, min(b, last), EVENT), deaths.between(a + 1, min(b, last), EVENT), size, torus)
+    since = -(2**62) if before is None else a + 1  # without a snapshot all there are were born, or there when the recording began
+    births_then, deaths_then = (parts.between(since, min(b, last), EVENT) for parts in (births, deaths))
+    return Chapter(a, b, before, after, births_then, deaths_then, size, torus)

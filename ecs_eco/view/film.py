@@ -7,6 +7,7 @@ import shutil
 import subprocess
 import tempfile
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -83,13 +84,14 @@ def _pipe(program: str, path: Path, frames: Iterator[np.ndarray], size: tuple[in
         try:
             for frame in frames:
                 process.stdin.write(frame.tobytes())
-            process.stdin.close()
         except BrokenPipeError:
             pass  # it has ended: why, it says
         except BaseException:
             process.kill()
             raise
         finally:
+            with suppress(BrokenPipeError):
+                process.stdin.close()
             process.wait()
         if process.returncode:
             said.seek(0)

@@ -64,6 +64,8 @@ class Painter:
         self._light(tick, light)
         for kind in self.kinds:
             self._crowd(kind, self.replay.crowd(kind["name"]))
+        if not self.volume:
+            self.fences.set_segments(self.replay.recording.fences(tick))
         self._strips(tick)
         self._words(tick)
         self.canvas.restore_region(self.still)
@@ -179,8 +181,10 @@ class Painter:
     # --- what moves -----------------------------------------------------------------------------------------------------
 
     def _moving(self) -> list[Any]:
-        from matplotlib.collections import PolyCollection
+        from matplotlib.collections import LineCollection, PolyCollection
 
+        self.fences = LineCollection([], colors=INK, linewidths=1.2, linestyles=(0, (3, 1)), clip_on=True)
+        self.ax.add_collection(self.fences)
         self.shade = self.light = None
         (w, h), none = self.extent, np.zeros(0)
         if self.volume:
@@ -200,7 +204,7 @@ class Painter:
         ordered = [self.bodies[kind["name"]] for kind in sorted(self.kinds, key=lambda kind: kind["moves"])]
         frame = list(self.ax.spines.values())
         pasts = [line for line, _, _ in self.pasts]
-        return [self.light, self.shade, *ordered, *frame, *pasts, *self.cursors, *self.counts, self.clock, self.hint]
+        return [self.light, self.shade, self.fences, *ordered, *frame, *pasts, *self.cursors, *self.counts, self.clock, self.hint]
 
     def _discs(self, ax: Any, x: np.ndarray, y: np.ndarray, radius: float, hue: str, alpha: float, **rim: Any) -> Any:
         return ax.scatter(x, y, s=(2 * radius * 0.72) ** 2, facecolor=hue, alpha=alpha, marker="o", **(rim or {"linewidth": 0}))

@@ -206,6 +206,23 @@ class Recording:
 
         return [{"tick": tick, "text": describe(what)} for tick, what in self.manifest.get("intervened", [])]
 
+    def fences(self, tick: int) -> list[np.ndarray]:
+        """Return the corners f64[k, 2] [m] of the fences that stand at the end of a tick; puts them up in the scene."""
+        from pydantic import TypeAdapter
+
+        from ecs_eco.config.interventions import AnyIntervention
+        from ecs_eco.systems.intervene import Intervene
+
+        done = [(when, what) for when, what in self.manifest.get("intervened", []) if isinstance(what, dict) and what["kind"] == "fence"]
+        if self.scene is None or not done:
+            return []
+        if self.scene.terrain is not None and self.scene.terrain.fences:
+            self.scene.terrain.unfence()
+        for when, what in done:
+            if when <= tick:
+                Intervene().fence(self.scene, TypeAdapter(AnyIntervention).validate_python(dict(what) | {"at": when}))
+        return [] if self.scene.terrain is None else list(self.scene.terrain.fences)
+
 
 def overlaid(crowd: Crowd, details: Columns) -> Crowd:
     """Return a crowd in which those of whom there are details are where, and as, these say."""

@@ -38,6 +38,8 @@ class Replay:
         self._ranges: dict[tuple[str, str], tuple[float, float]] = {}
         self._encoder = Encoder(r.size, len(r.species) + len(r.objects))
         self._again = Again(r.path, r.manifest, r.last)
+        self._fences = any(what["kind"] == "fence" for _, what in r.manifest.get("intervened", []) if isinstance(what, dict))
+        self._fenced: list[np.ndarray] = r.fences(r.first) if self._fences else []
         self._hello: Message | None = None
         self._curves: Message | None = None
 
@@ -102,13 +104,27 @@ class Replay:
 
     def greeting(self) -> list[Message]:
         """Return births and deaths along the time line, and what was done to the world."""
-        curves = self.recording.curves
-        marks = {"births": curves["births"].tolist(), "deaths": curves["deaths"].tolist()}
         said = [] if self.recording.scene is not None else [_said("warning", f"this world cannot be built here: {self.recording.why}")]
-        return [{"kind": "marks", **marks, "interventions": self.recording.interventions()}, *said]
+        return [self._marks(), *said]
+
+    def _marks(self) -> Message:
+        r = self.recording
+        fences = [corners.round(3).tolist() for corners in self._fenced]
+        return {"kind": "marks", "births": r.curves["births"].tolist(), "deaths": r.curves["deaths"].tolist(),
+                "interventions": r.interventions(), "fences": fences}  # fmt: skip
+
+    def _stand(self) -> list[Message]:
+        """Return the marks anew where other fences stand than at the tick shown before."""
+        fences = self.recording.fences(self._tick) if self._fences else []
+        same = len(fences) == len(self._fenced) and all(np.array_equal(a, b) for a, b in zip(fences, self._fenced, strict=True))
+        self._fenced = fences
+        return [] if same else [self._marks()]
 
     def news(self) -> list[Message]:
-        """Return what came of a `fill`, once that is known."""
+        """Return the fences where these are others, and what came of a `fill`, once that is known."""
+        return [*self._stand(), *self._filled()]
+
+    def _filled(self) -> list[Message]:
         found = self._again.answer()
         if found is None:
             return []
