@@ -111,6 +111,8 @@ class Lives:
                     return _full(row, trace, note) | ({} if sex is None else {"sex": SEXES[sex]})
                 state = _row(stretch.states, uid, tick)
                 if state is not None:
+                    senses = self.recording.manifest["config"]["species"][life.species].get("actions")
+                    note += " It has not sensed yet." if senses else ""
                     return _state(state, _trace(stretch.states, uid, tick)) | {"detail": "full", "note": note}
         parts = self.recording.details[life.species]
         if not parts.rows:

@@ -42,6 +42,7 @@ class Replay:
         self._fenced: list[np.ndarray] = r.fences(r.first) if self._fences else []
         self._hello: Message | None = None
         self._curves: Message | None = None
+        self.frame(0, "happiness")  # kernels are compiled before anybody waits
 
     @property
     def tick(self) -> int:
