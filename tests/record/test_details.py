@@ -166,3 +166,22 @@ def test_large_samples_are_handed_over_in_parts(menagerie, tmp_path, monkeypatch
     parts = sorted((tmp_path / "run" / "details-ram").glob("*.parquet"))
     assert len(parts) > 3
     assert all(pq.read_metadata(p).num_rows < 300 for p in parts)
+
+
+def test_the_command_line_hands_it_on_and_refuses_other_words(tmp_path):
+    from typer.testing import CliRunner
+
+    from ecs_eco.cli.app import app
+
+    def run(out, record):
+        words = ["run", "lamb", "--ticks", "5", "-q", "--no-report", "--out", str(tmp_path / out), "--record", record]
+        return CliRunner().invoke(app, words)
+
+    assert run("good", "focal=2").exit_code == 0
+    manifest = json.loads((tmp_path / "good" / "manifest.json").read_text())
+    assert (manifest["record"], manifest["parts"]["details-lamb"]) == ("focal=2", 1)
+    assert "--record focal=2" in manifest["command"]
+    assert len(_details(tmp_path / "good", "lamb")["uid"]) == 10
+    refused = run("bad", "some")
+    assert (refused.exit_code, (tmp_path / "bad").exists()) == (2, False)
+    assert "allowed: focal=N with N from 1 to 1000000, or full" in refused.output
