@@ -1,0 +1,97 @@
+// Palettes: colours of kinds that colour-blind people tell apart (Okabe and Ito 2008), and ramps for values.
+
+import { DataTexture, LinearFilter, NoColorSpace, RGBAFormat, UnsignedByteType } from "./vendor.js";
+
+const SAFE = ["#009E73", "#E69F00", "#D55E00", "#56B4E9", "#CC79A7", "#F0E442", "#0072B2"];
+
+/** Stops of ramps from low to high; their lightness rises steadily, or falls to both sides from the middle. */
+const RAMPS = {
+  sequential: ["#440154", "#472d7b", "#3b528b", "#2c728e", "#21918c", "#28ae80", "#5ec962", "#addc30", "#fde725"], // viridis
+  diverging: ["#b35806", "#e08214", "#fdb863", "#e9e2d6", "#b2c7e0", "#6f9fd0", "#2166ac"],
+};
+
+/** @param {string} hex */
+export const rgb = (hex) => [1, 3, 5].map((i) => parseInt(hex.slice(i, i + 2), 16));
+
+/** @param {number[]} colour */
+const hexOf = (colour) => "#" + colour.map((part) => Math.round(part).toString(16).padStart(2, "0")).join("");
+
+/**
+ * Each kind gets the safe colour nearest to its own that is still free; more than there are repeat, lighter.
+ * @param {import("./protocol.js").Kind[]} kinds
+ * @returns {string[]}
+ */
+export function safe(kinds) {
+  const free = [...SAFE];
+  return kinds.map((kind) => {
+    if (kind.inanimate && nearGrey(rgb(kind.color))) return "#9aa3a8";
+    if (!free.length) free.push(...SAFE.map((hex) => hexOf(rgb(hex).map((part) => 0.5 * part + 110))));
+    const distance = free.map((hex) => apart(rgb(hex), rgb(kind.color)));
+    return free.splice(distance.indexOf(Math.min(...distance)), 1)[0];
+  });
+}
+
+/** @param {number[]} colour */
+const nearGrey = (colour) => Math.max(...colour) - Math.min(...colour) < 24;
+
+/**
+ * How different two colours are: mostly hue, as people name them.
+ * @param {number[]} a
+ * @param {number[]} b
+ */
+function apart(a, b) {
+  const [p, q] = [direction(a), direction(b)];
+  return (p[0] - q[0]) ** 2 + (p[1] - q[1]) ** 2 + 0.05 * (p[2] - q[2]) ** 2;
+}
+
+/** Hue as a point on a circle (times how colourful), and lightness. @param {number[]} colour */
+function direction([r, g, b]) {
+  const [x, y] = [r - 0.5 * (g + b), (Math.sqrt(3) / 2) * (g - b)];
+  const length = Math.hypot(x, y) || 1;
+  return [x / length, y / length, (r + g + b) / 765];
+}
+
+/**
+ * A world's own colour, made light enough for a dark ground or dark enough for a light one.
+ * @param {string} hex
+ * @param {boolean} dark
+ */
+export function legible(hex, dark) {
+  const colour = rgb(hex);
+  const luminance = (0.3 * colour[0] + 0.59 * colour[1] + 0.11 * colour[2]) / 255;
+  if (dark && luminance < 0.36) return hexOf(colour.map((part) => part + (255 - part) * (0.36 - luminance) * 1.1));
+  if (!dark && luminance > 0.78) return hexOf(colour.map((part) => (part * 0.74) / luminance));
+  return hex;
+}
+
+/**
+ * The ramp for what organisms are coloured by.
+ * @param {string} by
+ * @returns {"sequential" | "diverging"}
+ */
+export const rampOf = (by) => (by === "happiness" ? "diverging" : "sequential");
+
+/** @param {keyof typeof RAMPS} name */
+export const gradient = (name) => `linear-gradient(90deg, ${RAMPS[name].join(", ")})`;
+
+/**
+ * A colour of a ramp.
+ * @param {keyof typeof RAMPS} name
+ * @param {number} share 0 … 1
+ */
+export function rampColour(name, share) {
+  const stops = RAMPS[name].map(rgb);
+  const level = Math.min(1, Math.max(0, share)) * (stops.length - 1) * 0.99999;
+  const i = Math.floor(level);
+  return stops[i].map((part, k) => part + (stops[i + 1][k] - part) * (level - i));
+}
+
+/** The colours of all 256 values, for the shader. @param {keyof typeof RAMPS} name */
+export function rampTexture(name) {
+  const data = new Uint8Array(256 * 4);
+  for (let value = 0; value < 256; value++) data.set([...rampColour(name, value / 255).map(Math.round), 255], 4 * value);
+  const texture = new DataTexture(data, 256, 1, RGBAFormat, UnsignedByteType, undefined, undefined, undefined, LinearFilter, LinearFilter);
+  texture.colorSpace = NoColorSpace;
+  texture.needsUpdate = true;
+  return texture;
+}

@@ -1,0 +1,83 @@
+// The WebSocket to the server: what arrives is handed to who listens for its kind; reconnects politely.
+
+/** @typedef {import("./protocol.js").Message} Message */
+/** @typedef {"connecting" | "open" | "lost" | "ended"} Link */
+
+const WAITS = [0.5, 1, 2, 4, 8]; // [s] between attempts; after the last, the run has ended
+
+export class Connection {
+  constructor() {
+    /** @type {Map<string, ((message: any) => void)[]>} */
+    this.listeners = new Map();
+    /** @type {(buffer: ArrayBuffer) => number} reads a frame and returns its number */
+    this.onframe = () => 0;
+    /** @type {(link: Link) => void} */
+    this.onlink = () => {};
+    /** @type {Record<string, number>} */
+    this.counts = {};
+    /** @type {WebSocket | null} */
+    this.socket = null;
+    this.attempts = 0;
+    this.greeted = false;
+    this.done = false;
+  }
+
+  /**
+   * Calls the listener with each message of this kind.
+   * @template {Message["kind"]} K
+   * @param {K} kind
+   * @param {(message: Extract<Message, {kind: K}>) => void} listener
+   */
+  on(kind, listener) {
+    this.listeners.set(kind, [...(this.listeners.get(kind) ?? []), listener]);
+  }
+
+  open() {
+    const scheme = location.protocol === "https:" ? "wss" : "ws";
+    const socket = new WebSocket(`${scheme}://${location.host}/ws${location.search}`);
+    this.socket = socket;
+    socket.binaryType = "arraybuffer";
+    this.onlink("connecting");
+    socket.onopen = () => this.onlink("open");
+    socket.onmessage = ({ data }) => (typeof data === "string" ? this.read(JSON.parse(data)) : this.frame(data));
+    socket.onclose = (event) => this.closed(event.code);
+  }
+
+  /** @param {Message} message */
+  read(message) {
+    if (message.kind === "hello") {
+      this.greeted = true;
+      this.attempts = 0;
+    }
+    if (message.kind === "state") this.done = message.done;
+    this.counts[message.kind] = (this.counts[message.kind] ?? 0) + 1;
+    for (const listener of this.listeners.get(message.kind) ?? []) listener(message);
+  }
+
+  /** @param {ArrayBuffer} buffer */
+  frame(buffer) {
+    this.send({ kind: "ack", frame: this.onframe(buffer) });
+  }
+
+  /** @param {number} code */
+  closed(code) {
+    this.socket = null;
+    if (code === 1000 || this.attempts >= WAITS.length) return this.onlink("ended");
+    this.onlink("lost");
+    setTimeout(() => this.open(), WAITS[this.attempts++] * 1000);
+  }
+
+  /** Tries again after the end. */
+  again() {
+    this.attempts = 0;
+    this.open();
+  }
+
+  /**
+   * Says something to the server; nothing where nobody listens.
+   * @param {{kind: string} & Record<string, unknown>} message
+   */
+  send(message) {
+    if (this.socket?.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify(message));
+  }
+}

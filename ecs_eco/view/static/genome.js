@@ -1,0 +1,48 @@
+// The genome of one organism: its letters, genes marked in colour, and what they decode to.
+
+import { h, number } from "./dom.js";
+
+const HUES = ["#0072B2", "#E69F00", "#009E73", "#CC79A7", "#D55E00", "#56B4E9", "#b09f00"];
+
+/** @param {import("./protocol.js").Gene} gene */
+const decoded = (gene) => (typeof gene.value === "number" ? number(gene.value) : String(gene.value ?? "–"));
+
+/** @param {import("./protocol.js").Genome} genome */
+export function drawGenome(genome) {
+  const strings = genome.strings ?? (genome.string ? [genome.string] : []);
+  const genes = [...genome.genes].sort((a, b) => a.from - b.from);
+  /** @type {Map<string, HTMLElement[]>} */
+  const marked = new Map();
+  const light = (/** @type {string} */ name, /** @type {boolean} */ on) => marked.get(name)?.forEach((mark) => mark.classList.toggle("lit", on));
+  const root = h("div", {}, ...strings.map((string) => letters(string, genes, marked)));
+  const list = h("ul", { class: "genes" }, ...genes.map((gene, i) => h("li", {
+    style: `--c:${HUES[i % HUES.length]}`, title: explain(gene),
+    onpointerenter: () => light(gene.name, true), onpointerleave: () => light(gene.name, false),
+  }, h("i"), h("span", { text: gene.name }), h("b", { text: decoded(gene) }))));
+  root.append(list);
+  return root;
+}
+
+/** @param {import("./protocol.js").Gene} gene */
+function explain(gene) {
+  return `${gene.name}${gene.trait && gene.trait !== gene.name ? ` (${gene.trait})` : ""} = ${decoded(gene)}, letters ${gene.from + 1}–${gene.to}`;
+}
+
+/**
+ * @param {string} string
+ * @param {import("./protocol.js").Gene[]} genes by where they begin; `to` is exclusive
+ * @param {Map<string, HTMLElement[]>} marked written
+ */
+function letters(string, genes, marked) {
+  const root = h("div", { class: "genome", tabindex: 0, role: "group", "aria-label": `Genome of ${string.length} letters` });
+  let at = 0;
+  genes.forEach((gene, i) => {
+    if (gene.from > at) root.append(string.slice(at, gene.from));
+    const mark = h("mark", { style: `--c:${HUES[i % HUES.length]}`, title: explain(gene), text: string.slice(Math.max(at, gene.from), gene.to) });
+    marked.set(gene.name, [...(marked.get(gene.name) ?? []), mark]);
+    root.append(mark);
+    at = Math.max(at, gene.to);
+  });
+  if (at < string.length) root.append(string.slice(at));
+  return root;
+}

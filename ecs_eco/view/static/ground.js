@@ -1,0 +1,211 @@
+// Land and sea: the ground with its relief, lakes and rocks; for a volume the water, its surface and its bottom.
+
+import {
+  BackSide, BoxGeometry, BufferAttribute, BufferGeometry, CircleGeometry, Color, DataTexture, DoubleSide, FloatType, Group, IcosahedronGeometry, LineBasicMaterial,
+  LineSegments, Mesh, MeshBasicMaterial, MeshLambertMaterial, NearestFilter, PlaneGeometry, RedFormat, ShaderMaterial,
+} from "./vendor.js";
+import { WATER_FRAGMENT, WATER_VERTEX } from "./shaders.js";
+
+/** @typedef {import("./protocol.js").Hello} Hello */
+
+/** Heights of the ground, bilinear between the centres of cells; 0 everywhere without terrain. */
+export class Relief {
+  /** @param {Hello} hello */
+  constructor(hello) {
+    this.size = hello.size;
+    const terrain = hello.terrain;
+    this.nx = terrain?.nx ?? 0;
+    this.ny = terrain?.ny ?? 0;
+    const bytes = terrain ? Uint8Array.from(atob(terrain.heights), (letter) => letter.charCodeAt(0)) : new Uint8Array(4);
+    this.heights = new Float32Array(bytes.buffer);
+    this.highest = this.heights.reduce((a, b) => Math.max(a, b), 0);
+    this.lowest = this.heights.reduce((a, b) => Math.min(a, b), 0);
+    this.texture = new DataTexture(this.heights, this.nx || 1, this.ny || 1, RedFormat, FloatType, undefined, undefined, undefined, NearestFilter, NearestFilter);
+    this.texture.needsUpdate = true;
+  }
+
+  /**
+   * @param {number} x [m]
+   * @param {number} y [m]
+   */
+  at(x, y) {
+    if (!this.nx) return 0;
+    const { nx, ny, heights } = this;
+    const u = (x / this.size[0]) * nx - 0.5;
+    const v = (y / this.size[1]) * ny - 0.5;
+    const [i, j] = [Math.floor(u), Math.floor(v)];
+    const cell = (/** @type {number} */ a, /** @type {number} */ b) => heights[((b + ny) % ny) * nx + ((a + nx) % nx)];
+    const [p, q] = [u - i, v - j];
+    return (cell(i, j) * (1 - p) + cell(i + 1, j) * p) * (1 - q) + (cell(i, j + 1) * (1 - p) + cell(i + 1, j + 1) * p) * q;
+  }
+}
+
+/** What lies still in the scene. */
+export class Ground {
+  /**
+   * @param {Hello} hello
+   * @param {Relief} relief
+   */
+  constructor(hello, relief) {
+    this.hello = hello;
+    this.relief = relief;
+    this.group = new Group();
+    this.volume = hello.size.length > 2;
+    this.light = 1;
+    this.murk = this.volume ? 2.6 / hello.size[2] : 0;
+    /** @type {boolean | undefined} the theme that the hills are painted for */
+    this.painted = undefined;
+    this.lines = new LineBasicMaterial({ transparent: true });
+    this.soil = new MeshLambertMaterial({ vertexColors: Boolean(relief.nx) });
+    this.flat = new MeshBasicMaterial({ side: DoubleSide });
+    this.lake = new MeshLambertMaterial({ transparent: true, opacity: 0.86 });
+    this.stone = new MeshLambertMaterial({ flatShading: true });
+    this.surface = new MeshBasicMaterial({ transparent: true, opacity: 0.16, side: DoubleSide, depthWrite: false });
+    this.water = new ShaderMaterial({
+      vertexShader: WATER_VERTEX, fragmentShader: WATER_FRAGMENT, side: BackSide,
+      uniforms: {
+        depth: { value: hello.size[2] ?? 0 }, murk: { value: this.murk }, day: { value: 1 },
+        shallow: { value: new Color() }, deep: { value: new Color() }, night: { value: new Color() },
+      },
+    });
+    if (this.volume) this.sea();
+    else this.land();
+  }
+
+  land() {
+    const [x, y] = this.hello.size;
+    if (this.relief.nx) this.group.add(this.hills());
+    else {
+      const plane = new Mesh(new PlaneGeometry(x, y), this.flat);
+      plane.position.set(x / 2, y / 2, -0.02 * Math.min(1, x / 100));
+      this.group.add(plane);
+      this.group.add(this.grid());
+    }
+    for (const lake of this.hello.terrain?.lakes ?? []) this.group.add(this.disc(lake));
+    for (const [i, rock] of (this.hello.terrain?.rocks ?? []).entries()) this.group.add(this.rock(rock, i));
+  }
+
+  /** Lines at round distances, and the border. */
+  grid() {
+    const [x, y] = this.hello.size;
+    const step = round(Math.max(x, y) / 8);
+    const points = [];
+    for (let a = 0; a <= x + 1e-6; a += step) points.push(a, 0, 0, a, y, 0);
+    for (let b = 0; b <= y + 1e-6; b += step) points.push(0, b, 0, x, b, 0);
+    points.push(x, 0, 0, x, y, 0, 0, y, 0, x, y, 0);
+    const geometry = new BufferGeometry();
+    geometry.setAttribute("position", new BufferAttribute(new Float32Array(points), 3));
+    return new LineSegments(geometry, this.lines);
+  }
+
+  hills() {
+    const { nx, ny, size } = this.relief;
+    const most = 160;
+    const [mx, my] = [Math.min(most, nx), Math.min(most, ny)];
+    const geometry = new PlaneGeometry(size[0], size[1], mx, my);
+    const at = geometry.getAttribute("position");
+    for (let k = 0; k < at.count; k++) {
+      const [x, y] = [at.getX(k) + size[0] / 2, at.getY(k) + size[1] / 2];
+      at.setXYZ(k, x, y, this.relief.at(x, y));
+    }
+    geometry.setAttribute("color", new BufferAttribute(new Float32Array(at.count * 3), 3));
+    geometry.computeVertexNormals();
+    this.mountains = geometry;
+    return new Mesh(geometry, this.soil);
+  }
+
+  /** @param {import("./protocol.js").Landmark} lake */
+  disc(lake) {
+    const geometry = new CircleGeometry(lake.radius, 48);
+    const at = geometry.getAttribute("position");
+    const lift = 0.004 * Math.max(...this.hello.size);
+    const level = this.relief.at(lake.at[0], lake.at[1]);
+    for (let k = 0; k < at.count; k++) {
+      const [x, y] = [at.getX(k) + lake.at[0], at.getY(k) + lake.at[1]];
+      at.setXYZ(k, x, y, Math.max(level, this.relief.at(x, y)) + lift);
+    }
+    geometry.computeVertexNormals();
+    return new Mesh(geometry, this.lake);
+  }
+
+  /**
+   * @param {import("./protocol.js").Landmark} rock
+   * @param {number} i
+   */
+  rock(rock, i) {
+    const geometry = new IcosahedronGeometry(1, 1);
+    const at = geometry.getAttribute("position");
+    for (let k = 0; k < at.count; k++) {
+      const [x, y, z] = [at.getX(k), at.getY(k), at.getZ(k)];
+      const bump = 0.9 + 0.14 * Math.sin(5 * x + 3.1 * i) * Math.cos(4 * y - 2.3 * i + 3 * z);
+      at.setXYZ(k, x * bump, y * bump, z * bump);
+    }
+    geometry.computeVertexNormals();
+    const mesh = new Mesh(geometry, this.stone);
+    mesh.position.set(rock.at[0], rock.at[1], this.relief.at(rock.at[0], rock.at[1]));
+    mesh.scale.set(rock.radius, rock.radius, rock.height || rock.radius * 0.7);
+    return mesh;
+  }
+
+  sea() {
+    const [x, y, z] = this.hello.size;
+    const box = new Mesh(new BoxGeometry(x, y, z), this.water); // only its far inner sides are drawn
+    box.position.set(x / 2, y / 2, z / 2);
+    const surface = new Mesh(new PlaneGeometry(x, y), this.surface);
+    surface.position.set(x / 2, y / 2, z);
+    surface.renderOrder = 5;
+    const points = [];
+    for (const [a, b] of [[0, 0], [x, 0], [x, y], [0, y]]) points.push(a, b, 0, a, b, z);
+    for (const c of [0, z]) points.push(0, 0, c, x, 0, c, x, 0, c, x, y, c, x, y, c, 0, y, c, 0, y, c, 0, 0, c);
+    const edges = new BufferGeometry();
+    edges.setAttribute("position", new BufferAttribute(new Float32Array(points), 3));
+    this.group.add(box, surface, new LineSegments(edges, this.lines));
+  }
+
+  /**
+   * Colours for a theme and the light of the hour.
+   * @param {boolean} dark
+   * @param {number} light 0 … 1
+   */
+  tint(dark, light) {
+    const day = Math.min(1, Math.max(0, light));
+    const mix = (/** @type {string} */ night, /** @type {string} */ noon) => new Color(night).lerp(new Color(noon), day);
+    this.flat.color.copy(dark ? mix("#10171a", "#1a2321") : mix("#b9c2cb", "#eef0e8"));
+    this.lines.color.copy(dark ? new Color("#5b6f73") : new Color("#7d8a86"));
+    this.lines.opacity = this.volume ? 0.55 : dark ? 0.28 : 0.26;
+    this.lake.color.copy(dark ? mix("#173248", "#2f6f9e") : mix("#6f93b0", "#7fb7dc"));
+    this.stone.color.copy(dark ? mix("#3c4347", "#6b7377") : mix("#8b9297", "#aab0b3"));
+    this.surface.color.copy(mix("#5b7fa6", "#d9f3ff"));
+    const uniforms = this.water.uniforms;
+    uniforms.day.value = day;
+    uniforms.shallow.value.set(dark ? "#2f7fa3" : "#a9d8ea");
+    uniforms.deep.value.set(dark ? "#07263a" : "#2d6a8e");
+    uniforms.night.value.set(dark ? "#0a141d" : "#35506a");
+    this.paint(dark);
+  }
+
+  /** Colours of the hills by height. @param {boolean} dark */
+  paint(dark) {
+    const geometry = this.mountains;
+    if (!geometry || this.painted === dark) return;
+    this.painted = dark;
+    const stops = (dark ? ["#20302a", "#2c3b2e", "#4a4a3c", "#77736a"] : ["#dbe5cf", "#e6e8d2", "#ddd3bb", "#f3f1ec"]).map((hex) => new Color(hex));
+    const [at, colour] = [geometry.getAttribute("position"), geometry.getAttribute("color")];
+    const span = Math.max(1e-6, this.relief.highest - this.relief.lowest);
+    const mixed = new Color();
+    for (let k = 0; k < at.count; k++) {
+      const level = 2.999 * Math.min(1, Math.max(0, (at.getZ(k) - this.relief.lowest) / span));
+      const i = Math.floor(level);
+      mixed.copy(stops[i]).lerp(stops[i + 1], level - i);
+      colour.setXYZ(k, mixed.r, mixed.g, mixed.b);
+    }
+    colour.needsUpdate = true;
+  }
+}
+
+/** The largest of 1, 2, 5 × 10ⁿ that is not more. @param {number} value */
+export function round(value) {
+  const power = 10 ** Math.floor(Math.log10(value));
+  const lead = value / power;
+  return power * (lead >= 5 ? 5 : lead >= 2 ? 2 : 1);
+}

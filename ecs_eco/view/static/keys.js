@@ -1,0 +1,45 @@
+// Everything by keyboard, and the help that lists it.
+
+import { $, h } from "./dom.js";
+
+/**
+ * @typedef {object} Key
+ * @property {string[]} keys as event.key says them
+ * @property {string} shown
+ * @property {string} about
+ * @property {(event: KeyboardEvent) => void} does
+ */
+
+/**
+ * Listens to keys that are not meant for a field.
+ * @param {Key[]} keys
+ */
+export function listen(keys) {
+  document.addEventListener("keydown", (event) => {
+    const target = /** @type {HTMLElement} */ (event.target);
+    if (event.ctrlKey || event.metaKey || event.altKey || document.querySelector("dialog[open]")) return;
+    const typing = target.closest("input:not([type=range]), select, textarea") !== null;
+    const arrows = event.key.startsWith("Arrow") || event.key === "Home";
+    if (typing && event.key !== "Escape") return;
+    if (arrows && target.id !== "canvas" && target !== document.body) return;
+    if (event.key === " " && target.closest("button, [role=tab]") && target.id !== "play") return;
+    const found = keys.find((key) => key.keys.includes(event.key));
+    if (!found) return;
+    event.preventDefault();
+    found.does(event);
+  });
+}
+
+/** @param {Key[]} keys */
+export function help(keys) {
+  const pointer = [
+    ["click", "select an organism"], ["drag", "move the ground"], ["right drag", "turn around"], ["wheel, pinch", "nearer, farther"],
+  ];
+  $("help").replaceChildren(
+    h("h2", { id: "helpTitle", text: "Keys" }),
+    h("dl", { class: "keys" }, ...keys.map(({ shown, about }) => h("div", {}, h("dt", {}, ...shown.split(" ").flatMap((key, i) => [i ? " " : "", h("kbd", { text: key })])), h("dd", { text: about })))),
+    h("h2", { text: "Pointer", style: "margin-top:18px" }),
+    h("dl", { class: "keys" }, ...pointer.map(([what, about]) => h("div", {}, h("dt", { text: what }), h("dd", { text: about })))),
+    h("form", { method: "dialog" }, h("button", { class: "button", text: "Close" })),
+  );
+}

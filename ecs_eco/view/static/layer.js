@@ -1,0 +1,142 @@
+// The organisms of one kind in the scene: darts where a few thousand move, points for the others.
+
+import {
+  BufferAttribute, BufferGeometry, DoubleSide, DynamicDrawUsage, InstancedBufferGeometry, InstancedInterleavedBuffer, InterleavedBuffer,
+  InterleavedBufferAttribute, Mesh, Points, ShaderMaterial,
+} from "./vendor.js";
+import { dart } from "./body.js";
+import { LONGS, WORDS } from "./frame.js";
+import { match, still } from "./match.js";
+import { BODY_FRAGMENT, BODY_VERTEX, POINT_FRAGMENT, POINT_VERTEX } from "./shaders.js";
+
+const DARTS = 3000; // above so many, points
+const NOTHING = { n: 0, words: new Uint16Array(0), longs: new Uint32Array(0) };
+
+/** @typedef {import("./frame.js").Block} Block */
+/** @typedef {{value: any}} Uniform */
+
+export class Layer {
+  /**
+   * @param {import("./protocol.js").Kind} kind
+   * @param {import("./vendor.js").Group} group
+   * @param {Record<string, Uniform>} shared uniforms of all layers
+   */
+  constructor(kind, group, shared) {
+    this.kind = kind;
+    this.group = group;
+    this.room = 0;
+    this.base = 0;
+    /** @type {Block} */
+    this.block = NOTHING;
+    this.now = new Uint16Array(0);
+    this.before = new Uint16Array(0);
+    this.past = new Uint16Array(0);
+    this.shown = true;
+    this.own = {
+      radius: { value: kind.radius || 0.3 },
+      plain: { value: [0.5, 0.5, 0.5] },
+      least: { value: 2 },
+      byValue: { value: 0 },
+      pointed: { value: kind.moves ? 1 : 0 },
+    };
+    const uniforms = { ...shared, ...this.own };
+    this.pointed = new ShaderMaterial({ uniforms, vertexShader: POINT_VERTEX, fragmentShader: POINT_FRAGMENT });
+    this.bodied = new ShaderMaterial({ uniforms, vertexShader: BODY_VERTEX, fragmentShader: BODY_FRAGMENT, side: DoubleSide });
+    /** @type {{drawn: Points | Mesh, geometry: BufferGeometry, buffers: InterleavedBuffer[], darts: boolean} | null} */
+    this.form = null;
+  }
+
+  /**
+   * Takes the organisms of a new frame.
+   * @param {Block} block
+   * @param {number} base of the uids
+   * @param {number} share how far the motion shown has come
+   * @param {boolean} jump whether nothing moves smoothly from the last frame to this one
+   */
+  take(block, base, share, jump) {
+    this.base = base;
+    const darts = Boolean(this.kind.moves) && block.n <= (this.form?.darts ? DARTS * 1.2 : DARTS);
+    if (block.n > this.room || !this.form || this.form.darts !== darts) this.build(block.n, darts);
+    [this.before, this.past] = [this.past, this.before];
+    if (jump || !this.kind.moves) still(this.before, block);
+    else match(this.before, block, this.block, this.past, share);
+    this.now.set(block.words);
+    this.block = block;
+    this.upload();
+  }
+
+  upload() {
+    const { form, block } = this;
+    if (!form) return;
+    for (const [k, buffer] of form.buffers.entries()) {
+      const array = k ? this.before : this.now;
+      buffer.array = array;
+      buffer.clearUpdateRanges();
+      buffer.addUpdateRange(0, block.n * (k ? 4 : WORDS));
+      buffer.needsUpdate = true;
+    }
+    if (form.darts) /** @type {InstancedBufferGeometry} */ (form.geometry).instanceCount = block.n;
+    else form.geometry.setDrawRange(0, block.n);
+    form.drawn.visible = this.shown && block.n > 0;
+  }
+
+  /**
+   * Makes room for n organisms.
+   * @param {number} n
+   * @param {boolean} darts
+   */
+  build(n, darts) {
+    if (this.form) {
+      this.group.remove(this.form.drawn);
+      this.form.geometry.dispose();
+    }
+    if (n > this.room) {
+      this.room = Math.max(256, Math.ceil(n * 1.3));
+      this.now = new Uint16Array(this.room * WORDS);
+      const [before, past] = [this.before, this.past];
+      this.before = new Uint16Array(this.room * 4);
+      this.past = new Uint16Array(this.room * 4);
+      this.before.set(before);
+      this.past.set(past);
+    }
+    const Buffer = darts ? InstancedInterleavedBuffer : InterleavedBuffer;
+    const buffers = [new Buffer(this.now, WORDS), new Buffer(this.before, 4)];
+    const geometry = darts ? new InstancedBufferGeometry() : new BufferGeometry();
+    for (const [k, name] of ["now", "before"].entries()) {
+      buffers[k].setUsage(DynamicDrawUsage);
+      geometry.setAttribute(name, new InterleavedBufferAttribute(buffers[k], 4, 0));
+    }
+    if (darts) {
+      const { corners, normals } = dart();
+      geometry.setAttribute("corner", new BufferAttribute(corners, 3));
+      geometry.setAttribute("facing", new BufferAttribute(normals, 3));
+      geometry.setAttribute("position", geometry.getAttribute("corner"));
+    }
+    const drawn = darts ? new Mesh(geometry, this.bodied) : new Points(geometry, this.pointed);
+    drawn.frustumCulled = false;
+    this.group.add(drawn);
+    this.form = { drawn, geometry, buffers, darts };
+  }
+
+  /** @param {boolean} shown */
+  show(shown) {
+    this.shown = shown;
+    if (this.form) this.form.drawn.visible = shown && this.block.n > 0;
+  }
+
+  /** @param {number} row */
+  uid(row) {
+    return this.base + this.block.longs[row * LONGS + 2];
+  }
+
+  /**
+   * The row of an organism, −1 where it is not in this frame.
+   * @param {number} uid
+   */
+  row(uid) {
+    const { n, longs } = this.block;
+    const offset = uid - this.base;
+    for (let row = 0; row < n; row++) if (longs[row * LONGS + 2] === offset) return row;
+    return -1;
+  }
+}

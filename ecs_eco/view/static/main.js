@@ -1,0 +1,352 @@
+// The page: ties the connection to scene, charts, timeline and panels.
+
+import { Act } from "./act.js";
+import { Charts } from "./charts.js";
+import { Connection } from "./connection.js";
+import { $, announce, h, number } from "./dom.js";
+import { help, listen } from "./keys.js";
+import * as overlay from "./overlay.js";
+import { Panel } from "./panel.js";
+import { Stage } from "./stage.js";
+import { onTheme, recallTheme, switchTheme } from "./theme.js";
+import { Timeline } from "./timeline.js";
+
+/** @typedef {import("./protocol.js").Hello} Hello */
+/** @typedef {import("./protocol.js").State} State */
+
+const SPEEDS = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, null]; // ticks a second; the last: as fast as it runs
+const NORMAL = 10; // ticks a second that count as 1×
+const PLAY = '<svg viewBox="0 0 16 16" aria-hidden="true"><path d="M4.5 2.5v11l9-5.5z"/></svg>';
+const PAUSE = '<svg viewBox="0 0 16 16" aria-hidden="true"><path d="M3.5 2.5h3v11h-3zM9.5 2.5h3v11h-3z"/></svg>';
+const STEP = '<svg viewBox="0 0 16 16" aria-hidden="true"><path d="M3 2.5v11L10 8zM11 2.5h2.5v11H11z"/></svg>';
+
+const connection = new Connection();
+/** @type {{stage: Stage, charts: Charts, panel: Panel, timeline: Timeline, act: Act | null, hello: Hello} | null} */
+let page = null;
+/** @type {State | null} */
+let state = null;
+let own = false; // whether kinds have the colours of the world file
+let by = "species";
+let updateLegend = () => {};
+
+// ---- what the server says
+
+connection.on("hello", (hello) => {
+  if (page) { // after a reconnection the world may be another one: begin anew
+    if (JSON.stringify([page.hello.world, page.hello.size, page.hello.species]) !== JSON.stringify([hello.world, hello.size, hello.species])) return location.reload();
+    page.stage.jump = true;
+    if (by !== "species") connection.send({ kind: "colour", by });
+    if (page.stage.selected !== null) connection.send({ kind: "select", uid: page.stage.selected });
+    return;
+  }
+  begin(hello);
+});
+connection.on("state", show);
+connection.on("series", (series) => page?.charts.add(series));
+connection.on("marks", (marks) => page?.timeline.mark(marks));
+connection.on("params", ({ list }) => page?.act?.offer(list));
+connection.on("organism", (organism) => {
+  if (organism.uid === page?.stage.selected) page.panel.show(organism);
+});
+connection.on("said", (said) => {
+  page?.act?.note(said);
+  announce(said.text);
+  if (!page?.act || said.level !== "info") flash(said.text);
+});
+connection.onframe = (buffer) => (page ? page.stage.take(buffer) : 0);
+connection.onlink = (link) => {
+  const words = { connecting: "connecting", open: page?.hello.mode === "replay" ? "replay" : "live", lost: "reconnecting", ended: "ended" };
+  $("link").dataset.link = link;
+  $("link").textContent = words[link];
+  $("link").title = words[link];
+  if (link === "ended") overlay.notice(connection.done || connection.greeted ? "The run has ended." : "No run answers here.", { text: "Try again", does: () => connection.again() });
+  else if (link === "lost") overlay.notice("The connection is lost; trying again …");
+  else overlay.notice(null);
+};
+
+/** @param {Hello} hello */
+function begin(hello) {
+  document.title = `${hello.title || hello.world} · ecs-eco`;
+  $("title").textContent = hello.title || hello.world;
+  $("mode").hidden = false;
+  $("mode").textContent = hello.mode;
+  if (hello.mode === "replay") $("link").textContent = "replay";
+  const stage = new Stage($("canvas"), hello);
+  const colourOf = (/** @type {string} */ name) => stage.colours[stage.kinds.findIndex((kind) => kind.name === name)] ?? "#888888";
+  const charts = new Charts(hello, colourOf);
+  const panel = new Panel(hello, { select, fill: (uid) => connection.send({ kind: "fill", uid }), follow: () => look("follow"), colourOf });
+  const timeline = new Timeline(hello, (tick) => connection.send({ kind: "seek", tick }));
+  const act = hello.acts ? new Act(hello, {
+    send: (what) => connection.send({ kind: "act", what }),
+    aim: (on) => $("canvas").classList.toggle("aim", on),
+    now: () => stage.tick,
+    selected: () => (panel.organism?.alive ? panel.organism : null),
+  }) : null;
+  $("tab-act").hidden = !act;
+  page = { stage, charts, panel, timeline, act, hello };
+  stage.onrender = () => {
+    overlay.follow(stage);
+    updateLegend();
+    $("tick").textContent = number(stage.tick);
+    timeline.at(stage.tick);
+    charts.at(stage.tick);
+  };
+  stage.onlight = () => overlay.sky(stage);
+  onTheme((dark) => paint(dark));
+  $("colour").replaceChildren(...hello.colours.map((name) => h("option", { value: name, text: name.replace("gene:", "gene ") })));
+  look("side", false);
+  if (act) connection.send({ kind: "params" });
+}
+
+/** @param {boolean} dark */
+function paint(dark) {
+  if (!page) return;
+  page.stage.theme(dark, own);
+  updateLegend = overlay.legend(page.stage, own, (chosen) => {
+    own = chosen;
+    paint(page?.stage.dark ?? dark);
+  });
+  page.charts.rebuild();
+  page.panel.redraw();
+}
+
+/** @param {State} now */
+function show(now) {
+  const changed = state?.playing !== now.playing;
+  state = now;
+  if (changed) {
+    $("play").innerHTML = now.playing ? PAUSE : PLAY;
+    $("play").setAttribute("aria-label", now.playing ? "Pause" : "Play");
+  }
+  $("step").disabled = now.done;
+  $("play").disabled = now.done;
+  $("rate").textContent = now.done ? "done" : now.playing ? `${number(now.rate, 2)} ticks/s` : "paused";
+  const slot = SPEEDS.indexOf(now.speed);
+  const nearest = slot >= 0 ? slot : SPEEDS.findIndex((speed) => speed === null || speed >= (now.speed ?? Infinity));
+  if (document.activeElement !== $("speed") || slot >= 0) $("speed").value = nearest;
+  tellSpeed(now.speed);
+  if (page) overlay.ramp(by, now.colour);
+  if (now.done && page?.hello.mode === "live") overlay.notice("The run has ended.");
+}
+
+// ---- what people do
+
+/** @param {number | null} speed */
+function tellSpeed(speed) {
+  const text = speed === null ? "as fast as it runs" : `${number(speed / NORMAL)}× · ${number(speed)} ticks/s`;
+  $("speedText").textContent = text;
+  $("speed").setAttribute("aria-valuetext", text);
+}
+
+/** @param {number} slot */
+function speed(slot) {
+  const value = SPEEDS[Math.max(0, Math.min(SPEEDS.length - 1, slot))];
+  $("speed").value = SPEEDS.indexOf(value);
+  tellSpeed(value);
+  connection.send({ kind: "speed", value });
+}
+
+function play() {
+  connection.send({ kind: state?.playing ? "pause" : "play" });
+}
+
+/** @param {number} ticks */
+function step(ticks) {
+  connection.send({ kind: "step", ticks });
+}
+
+/** @param {number | null} uid */
+function select(uid) {
+  if (!page) return;
+  page.stage.select(uid);
+  page.panel.expect(uid);
+  page.act?.selected(uid !== null);
+  connection.send({ kind: "select", uid });
+  eyes();
+  if (uid !== null) {
+    open("organism");
+    announce(`Selected number ${uid}`);
+  } else if (page.stage.eye.preset === "follow") look("side");
+}
+
+/**
+ * Selects the next or the one before, animals first.
+ * @param {number} by
+ */
+function next(by) {
+  if (!page) return;
+  const { stage } = page;
+  const layers = stage.layers.filter((layer) => layer.kind.moves && layer.shown && layer.block.n);
+  const layer = (stage.selected !== null && stage.find(stage.selected)?.layer) || layers[0] || stage.layers.find(({ block }) => block.n);
+  if (!layer) return;
+  const row = stage.selected === null ? (by > 0 ? -1 : 0) : layer.row(stage.selected);
+  select(layer.uid((row + by + layer.block.n) % layer.block.n));
+}
+
+/** @param {"top" | "side" | "follow"} preset @param {boolean} [fly] */
+function look(preset, fly = true) {
+  if (!page || (preset === "follow" && page.stage.selected === null)) return;
+  if (preset === "follow") page.stage.eye.followed = page.stage.place(/** @type {number} */ (page.stage.selected));
+  page.stage.eye.look(preset, fly);
+  page.stage.dirty = true;
+  eyes();
+}
+
+function eyes() {
+  for (const button of document.querySelectorAll("[data-eye]")) {
+    const preset = /** @type {HTMLButtonElement} */ (button).dataset.eye;
+    button.setAttribute("aria-pressed", String(preset === page?.stage.eye.preset));
+    if (preset === "follow") /** @type {HTMLButtonElement} */ (button).disabled = page?.stage.selected === null;
+  }
+}
+
+/** @param {string} name of a colouring */
+function colour(name) {
+  by = name;
+  $("colour").value = name;
+  page?.stage.colourBy(name);
+  overlay.ramp(name, state?.colour);
+  connection.send({ kind: "colour", by: name });
+}
+
+/** @param {"charts" | "organism" | "act"} name of a panel */
+function open(name) {
+  for (const other of ["charts", "organism", "act"]) {
+    $(other).hidden = other !== name;
+    $(`tab-${other}`).setAttribute("aria-selected", String(other === name));
+    $(`tab-${other}`).tabIndex = other === name ? 0 : -1;
+  }
+  if (name !== "act") page?.act?.aim(false);
+}
+
+let flashing = 0;
+
+/** @param {string} text */
+function flash(text) {
+  overlay.notice(text);
+  clearTimeout(flashing);
+  flashing = setTimeout(() => overlay.notice(null), 6000);
+}
+
+// ---- the pointer
+
+const canvas = $("canvas");
+/** @type {{x: number, y: number} | null} */
+let pressed = null;
+let hovered = 0;
+
+canvas.addEventListener("pointerdown", (/** @type {PointerEvent} */ event) => {
+  pressed = event.button === 0 ? { x: event.offsetX, y: event.offsetY } : null;
+});
+canvas.addEventListener("pointerup", (/** @type {PointerEvent} */ event) => {
+  if (!page || !pressed || Math.hypot(event.offsetX - pressed.x, event.offsetY - pressed.y) > 5) return;
+  if (page.act?.aiming) {
+    const place = page.stage.under(event.offsetX, event.offsetY);
+    if (place) page.act.placeAt(place);
+    return;
+  }
+  const found = page.stage.pick(event.offsetX, event.offsetY, event.pointerType === "touch" ? 26 : 15);
+  if (found && !found.kind.inanimate) select(found.uid);
+  else if (page.stage.selected !== null) select(null);
+});
+canvas.addEventListener("pointermove", (/** @type {PointerEvent} */ event) => {
+  if (!page || event.buttons || event.pointerType === "touch" || performance.now() - hovered < 80) return;
+  hovered = performance.now();
+  const found = page.act?.aiming ? null : page.stage.pick(event.offsetX, event.offsetY, 12);
+  overlay.tip(found ? { x: event.offsetX, y: event.offsetY } : null, found ? `${found.kind.name} #${found.uid}` : "");
+});
+canvas.addEventListener("pointerleave", () => overlay.tip(null));
+
+// ---- buttons and keys
+
+recallTheme();
+onTheme(() => {});
+$("play").innerHTML = PLAY;
+$("step").innerHTML = STEP;
+$("play").addEventListener("click", play);
+$("step").addEventListener("click", () => step(1));
+$("speed").addEventListener("input", () => speed(Number($("speed").value)));
+$("theme").addEventListener("click", switchTheme);
+$("colour").addEventListener("change", () => colour($("colour").value));
+for (const button of document.querySelectorAll("[data-eye]")) {
+  button.addEventListener("click", () => look(/** @type {"top"} */ (/** @type {HTMLElement} */ (button).dataset.eye)));
+}
+for (const name of /** @type {const} */ (["charts", "organism", "act"])) $(`tab-${name}`).addEventListener("click", () => open(name));
+$("side").querySelector("[role=tablist]").addEventListener("keydown", (/** @type {KeyboardEvent} */ event) => {
+  if (event.key !== "ArrowLeft" && event.key !== "ArrowRight") return;
+  const tabs = /** @type {HTMLElement[]} */ ([...document.querySelectorAll("[role=tab]:not([hidden])")]);
+  const at = tabs.findIndex((tab) => tab.getAttribute("aria-selected") === "true");
+  const tab = tabs[(at + (event.key === "ArrowRight" ? 1 : tabs.length - 1)) % tabs.length];
+  tab.click();
+  tab.focus();
+});
+
+const slot = () => Number($("speed").value);
+const eye = () => page?.stage.eye;
+/** @type {import("./keys.js").Key[]} */
+const KEYS = [
+  { keys: [" "], shown: "space", about: "play or pause", does: play },
+  { keys: [".", ">"], shown: ".", about: "one tick; with shift, ten", does: (event) => step(event.shiftKey ? 10 : 1) },
+  { keys: ["-", "_"], shown: "−", about: "slower", does: () => speed(slot() - 1) },
+  { keys: ["+", "="], shown: "+", about: "faster", does: () => speed(slot() + 1) },
+  { keys: ["1"], shown: "1", about: "look from above", does: () => look("top") },
+  { keys: ["2"], shown: "2", about: "look from the side", does: () => look("side") },
+  { keys: ["3", "f"], shown: "3 F", about: "follow the selected organism", does: () => look("follow") },
+  { keys: ["n"], shown: "N", about: "select the next organism", does: () => next(1) },
+  { keys: ["N", "p"], shown: "P", about: "select the one before", does: () => next(-1) },
+  { keys: ["Escape"], shown: "Esc", about: "deselect; stop placing", does: () => (page?.act?.aiming ? page.act.aim(false) : select(null)) },
+  { keys: ["c"], shown: "C", about: "next colouring", does: () => {
+    const all = page?.hello.colours ?? ["species"];
+    colour(all[(all.indexOf(by) + 1) % all.length]);
+  } },
+  { keys: ["g"], shown: "G", about: "charts", does: () => open("charts") },
+  { keys: ["o"], shown: "O", about: "the organism", does: () => open("organism") },
+  { keys: ["a"], shown: "A", about: "act", does: () => page?.act && open("act") },
+  { keys: ["t"], shown: "T", about: "dark or light", does: switchTheme },
+  { keys: ["ArrowLeft"], shown: "← → ↑ ↓", about: "move; with shift, turn and tilt", does: (event) => (event.shiftKey ? eye()?.nudge(0, 0, -0.12) : eye()?.nudge(-0.06, 0)) },
+  { keys: ["PageUp", "i"], shown: "I PgUp", about: "nearer", does: () => eye()?.nudge(0, 0, 0, 0.85) },
+  { keys: ["PageDown", "u"], shown: "U PgDn", about: "farther", does: () => eye()?.nudge(0, 0, 0, 1.18) },
+  { keys: ["Home"], shown: "Home", about: "all of the world", does: () => look(eye()?.preset === "top" ? "top" : "side") },
+  { keys: ["?"], shown: "?", about: "this help", does: () => $("help").showModal() },
+];
+const MOVES = [
+  { keys: ["ArrowRight"], shown: "", about: "", does: (/** @type {KeyboardEvent} */ event) => (event.shiftKey ? eye()?.nudge(0, 0, 0.12) : eye()?.nudge(0.06, 0)) },
+  { keys: ["ArrowUp"], shown: "", about: "", does: () => eye()?.nudge(0, 0.06) },
+  { keys: ["ArrowDown"], shown: "", about: "", does: () => eye()?.nudge(0, -0.06) },
+];
+listen([...KEYS, ...MOVES]);
+help(KEYS);
+$("helpOpen").addEventListener("click", () => $("help").showModal());
+
+// ---- what tests read
+
+window.ecs = {
+  get frames() { return page?.stage.frames ?? 0; },
+  get tick() { return page?.stage.tick ?? 0; },
+  get counts() { return Object.fromEntries((page?.stage.layers ?? []).map((layer) => [layer.kind.name, layer.block.n])); },
+  get decodeMs() { return page?.stage.decodeMs ?? 0; },
+  get renderMs() { return page?.stage.renderMs ?? 0; },
+  get renders() { return page?.stage.renders ?? 0; },
+  get selected() { return page?.stage.selected ?? null; },
+  get mode() { return page?.hello.mode ?? ""; },
+  get playing() { return state?.playing ?? false; },
+  get connected() { return $("link").dataset.link === "open"; },
+  get ended() { return $("link").dataset.link === "ended"; },
+  get messages() { return connection.counts; },
+  get acts() { return page?.act?.sent ?? 0; },
+  uids(kind, most = 100) {
+    const layer = page?.stage.layers.find((one) => one.kind.name === kind);
+    return layer ? Array.from({ length: Math.min(most, layer.block.n) }, (_, row) => layer.uid(row)) : [];
+  },
+  place(uid) {
+    return page?.stage.place(uid)?.toArray() ?? null;
+  },
+  screen(uid) {
+    const place = page?.stage.place(uid);
+    const at = place && page?.stage.project(place);
+    const box = canvas.getBoundingClientRect();
+    return at ? { x: at.x + box.left, y: at.y + box.top } : null;
+  },
+};
+
+connection.open();

@@ -1,0 +1,119 @@
+// Who of a frame was where in the one before: by row where rows are stable, else by a table of uids.
+
+import { LONGS, WORDS } from "./frame.js";
+
+const NOBODY = 0xffffffff;
+const NEWBORN = 256; // bit in the fourth word of `before`
+
+/** Rows by uid: open addressing, powers of two. */
+class Rows {
+  constructor() {
+    this.keys = new Uint32Array(0);
+    this.rows = new Int32Array(0);
+    this.mask = 0;
+  }
+
+  /**
+   * @param {Uint32Array} longs
+   * @param {number} n
+   */
+  fill(longs, n) {
+    let room = 64;
+    while (room < 2 * n) room *= 2;
+    if (this.keys.length !== room) {
+      this.keys = new Uint32Array(room);
+      this.rows = new Int32Array(room);
+      this.mask = room - 1;
+    }
+    const { keys, rows, mask } = this;
+    keys.fill(NOBODY);
+    for (let row = 0; row < n; row++) {
+      const uid = longs[row * LONGS + 2];
+      let slot = Math.imul(uid, 0x9e3779b1) & mask;
+      while (keys[slot] !== NOBODY) slot = (slot + 1) & mask;
+      keys[slot] = uid;
+      rows[slot] = row;
+    }
+  }
+
+  /** @param {number} uid */
+  get(uid) {
+    const { keys, mask } = this;
+    let slot = Math.imul(uid, 0x9e3779b1) & mask;
+    while (keys[slot] !== NOBODY) {
+      if (keys[slot] === uid) return this.rows[slot];
+      slot = (slot + 1) & mask;
+    }
+    return -1;
+  }
+}
+
+const table = new Rows();
+
+/**
+ * Writes for each organism of `block` where it is drawn now: `before[4 i …]` = x, y, z, heading | NEWBORN if it was not there.
+ * @param {Uint16Array} before written
+ * @param {import("./frame.js").Block} block the new frame
+ * @param {import("./frame.js").Block} old the frame shown now
+ * @param {Uint16Array} oldBefore where those of `old` came from
+ * @param {number} share how far the motion from oldBefore to old has come, 0 … 1
+ */
+export function match(before, block, old, oldBefore, share) {
+  const { n, words, longs } = block;
+  let filled = false;
+  for (let i = 0; i < n; i++) {
+    const uid = longs[i * LONGS + 2];
+    let j = i;
+    if (i >= old.n || old.longs[i * LONGS + 2] !== uid) {
+      if (!filled) table.fill(old.longs, old.n);
+      filled = true;
+      j = table.get(uid);
+    }
+    const to = 4 * i;
+    if (j < 0) {
+      const w = WORDS * i;
+      before[to] = words[w];
+      before[to + 1] = words[w + 1];
+      before[to + 2] = words[w + 2];
+      before[to + 3] = (words[w + 3] & 255) | NEWBORN;
+    } else {
+      const w = WORDS * j;
+      before[to] = old.words[w];
+      before[to + 1] = old.words[w + 1];
+      before[to + 2] = old.words[w + 2];
+      before[to + 3] = old.words[w + 3] & 255;
+      if (share < 1) between(before, to, oldBefore, 4 * j, share);
+    }
+  }
+}
+
+/**
+ * Moves `a[i …]` back towards `b[j …]`: the way round the torus falls out of 16-bit differences; walls never see one that long.
+ * @param {Uint16Array} a
+ * @param {number} i
+ * @param {Uint16Array} b
+ * @param {number} j
+ * @param {number} share
+ */
+function between(a, i, b, j, share) {
+  for (let axis = 0; axis < 3; axis++) {
+    const step = ((a[i + axis] - b[j + axis] + 98304) & 65535) - 32768; // shortest signed difference
+    a[i + axis] = b[j + axis] + Math.round(step * share);
+  }
+  const turn = ((a[i + 3] - b[j + 3] + 384) & 255) - 128;
+  a[i + 3] = (b[j + 3] + Math.round(turn * share)) & 255;
+}
+
+/**
+ * Everyone of a block where it stands: nothing moves.
+ * @param {Uint16Array} before
+ * @param {import("./frame.js").Block} block
+ */
+export function still(before, { n, words }) {
+  for (let i = 0; i < n; i++) {
+    before[4 * i] = words[WORDS * i];
+    before[4 * i + 1] = words[WORDS * i + 1];
+    before[4 * i + 2] = words[WORDS * i + 2];
+    before[4 * i + 3] = words[WORDS * i + 3] & 255;
+  }
+}

@@ -1,0 +1,193 @@
+// The nervous system of one organism: sensors at the left, reflex network, policy and happiness in the middle, actions at the
+// right with y (reflex), p (policy), z (chosen) and the decision H(y + z), as in Figure 1 of the paper. Values change in place.
+
+import { number, s } from "./dom.js";
+import { rampColour } from "./colours.js";
+
+/** @typedef {import("./protocol.js").Nerves} Nerves */
+
+const WIDTH = 400;
+const STEP = 17;
+const NODE = 142; // x of the sensors' nodes
+const BOX = [188, 62]; // x and width of the networks
+const Y = 272, P = 290, Z = 331, H = 348, NAME = 360;
+const WORDS = { y: "y: the reflex forces (+1), leaves (0) or blocks (−1) the action", p: "p: probability by the policy", z: "z: chosen by the policy", H: "the decision H(y + z): done or not" };
+
+/**
+ * Draws a nervous system; `update` shows other values of the same one.
+ * @param {Nerves} nerves
+ */
+export function drawNerves(nerves) {
+  const rows = Math.max(nerves.sensors.length, nerves.actions.length + 1, 9);
+  const height = 26 + rows * STEP + 4;
+  const root = s("svg", { class: "nerves", viewBox: `0 0 ${WIDTH} ${height}`, role: "img", "aria-label": describe(nerves) });
+  const spread = (/** @type {number} */ n, /** @type {number} */ i) => 26 + ((i + 0.5) * rows * STEP) / n;
+  const wires = s("g", { fill: "none" });
+  root.append(wires);
+  head(root);
+  const boxes = networks(root, rows);
+  /** @type {((nerves: Nerves) => void)[]} */
+  const parts = [];
+  nerves.sensors.forEach((sensor, i) => parts.push(sense(root, wires, sensor, i, spread(nerves.sensors.length, i), boxes)));
+  nerves.actions.forEach((action, i) => parts.push(act(root, wires, action, i, spread(nerves.actions.length, i), boxes, groupStarts(nerves, i))));
+  parts.push(joy(root, boxes.happiness));
+  const update = (/** @type {Nerves} */ values) => parts.forEach((part) => part(values));
+  update(nerves);
+  return { root, update, signature: signature(nerves) };
+}
+
+/** What makes a drawing fit other values. @param {Nerves} nerves */
+export function signature(nerves) {
+  return [...nerves.sensors.map(({ name }) => name), ...nerves.actions.map(({ group, name }) => `${group}/${name}`)].join();
+}
+
+/** @param {Nerves} nerves */
+function describe(nerves) {
+  return `Nervous system: ${nerves.sensors.length} sensors, ${nerves.actions.length} actions`;
+}
+
+/**
+ * @param {Nerves} nerves
+ * @param {number} i
+ */
+function groupStarts(nerves, i) {
+  return i > 0 && nerves.actions[i].group !== nerves.actions[i - 1].group;
+}
+
+/** @param {SVGElement} root */
+function head(root) {
+  const label = (/** @type {number} */ x, /** @type {string} */ text, /** @type {string} */ title) =>
+    root.append(s("text", { x, y: 14, "font-size": 10.5, class: "muted", "text-anchor": "middle" }, s("title", {}, title), text));
+  label(62, "sensors x", "what the organism senses");
+  label(Y, "y", WORDS.y);
+  label(P + 16, "p", WORDS.p);
+  label(Z, "z", WORDS.z);
+  label(H, "H", WORDS.H);
+}
+
+/**
+ * @param {SVGElement} root
+ * @param {number} rows
+ */
+function networks(root, rows) {
+  const total = rows * STEP;
+  const each = Math.min(52, total / 3 - 8);
+  const place = (/** @type {number} */ k) => 26 + (total * (k + 0.5)) / 3;
+  const boxes = { reflex: place(0), policy: place(1), happiness: place(2), half: each / 2 };
+  for (const name of /** @type {const} */ (["reflex", "policy", "happiness"])) {
+    const middle = boxes[name];
+    root.append(
+      s("rect", { x: BOX[0], y: middle - each / 2, width: BOX[1], height: each, rx: 8, fill: "var(--hover)", stroke: "var(--chart)" }),
+      s("text", { x: BOX[0] + BOX[1] / 2, y: middle + (name === "happiness" ? -3 : 3.5), "font-size": 10.5, "text-anchor": "middle" }, name),
+    );
+  }
+  return boxes;
+}
+
+/** @param {number} x0 @param {number} y0 @param {number} x1 @param {number} y1 */
+const curve = (x0, y0, x1, y1) => `M${x0} ${y0.toFixed(1)}C${(x0 + x1) / 2} ${y0.toFixed(1)} ${(x0 + x1) / 2} ${y1.toFixed(1)} ${x1} ${y1.toFixed(1)}`;
+
+/**
+ * A sensor: its name, a bar for its value, a node, and wires into the networks.
+ * @param {SVGElement} root
+ * @param {SVGElement} wires
+ * @param {import("./protocol.js").Sensor} sensor
+ * @param {number} i
+ * @param {number} y
+ * @param {ReturnType<typeof networks>} boxes
+ * @returns {(nerves: Nerves) => void}
+ */
+function sense(root, wires, sensor, i, y, boxes) {
+  const bar = s("rect", { y: y - 3, height: 6, rx: 1.5 });
+  const node = s("circle", { cx: NODE, cy: y, r: 3.6, stroke: "var(--chart)" });
+  const title = s("title", {});
+  const lines = /** @type {const} */ (["reflex", "policy", "happiness"]).map((name) => s("path", { d: curve(NODE + 4, y, BOX[0], boxes[name] + ((i % 7) - 3) * boxes.half * 0.2) }));
+  wires.append(...lines);
+  root.append(s("g", {}, title, s("rect", { x: 0, y: y - 8, width: NODE + 4, height: 16, fill: "transparent" }),
+    s("text", { x: 88, y: y + 3.5, "font-size": 10.5, "text-anchor": "end" }, short(sensor.name, 17)),
+    s("rect", { x: 94, y: y - 3, width: 40, height: 6, rx: 1.5, fill: "var(--line)" }), bar, node));
+  let most = 1;
+  return (nerves) => {
+    const value = nerves.sensors[i]?.value ?? 0;
+    most = Math.max(most, Math.abs(value));
+    const share = Math.max(-1, Math.min(1, value / most));
+    const signed = share < 0;
+    const width = Math.abs(share) * (signed ? 20 : 40);
+    set(bar, { x: signed ? 114 - width : 94, width: Math.max(0.5, width), fill: signed ? "var(--minus)" : "var(--accent)" });
+    const colour = `rgb(${rampColour("diverging", 0.5 + share / 2).map(Math.round).join(" ")})`;
+    node.setAttribute("fill", colour);
+    for (const line of lines) set(line, { stroke: "var(--soft)", "stroke-width": 0.5 + 0.9 * Math.abs(share), opacity: 0.12 + 0.5 * Math.abs(share) });
+    title.textContent = `${sensor.name} = ${number(nerves.sensors[i]?.value)}`;
+  };
+}
+
+/**
+ * An action: what reflex and policy say of it, and whether it is done.
+ * @param {SVGElement} root
+ * @param {SVGElement} wires
+ * @param {import("./protocol.js").Action} action
+ * @param {number} i
+ * @param {number} y
+ * @param {ReturnType<typeof networks>} boxes
+ * @param {boolean} starts a group
+ * @returns {(nerves: Nerves) => void}
+ */
+function act(root, wires, action, i, y, boxes, starts) {
+  const end = BOX[0] + BOX[1];
+  const forced = s("path", { d: curve(end, boxes.reflex + ((i % 5) - 2) * boxes.half * 0.3, Y - 10, y) });
+  const likely = s("path", { d: curve(end, boxes.policy + ((i % 5) - 2) * boxes.half * 0.3, Y - 10, y), stroke: "var(--accent)" });
+  wires.append(forced, likely);
+  const cell = s("rect", { x: Y - 9, y: y - 6.5, width: 18, height: 13, rx: 3.5 });
+  const sign = s("text", { x: Y, y: y + 3.6, "font-size": 10, "text-anchor": "middle", "font-weight": 600 });
+  const bar = s("rect", { x: P, y: y - 3, height: 6, rx: 1.5, fill: "var(--accent)" });
+  const dot = s("circle", { cx: Z, cy: y, r: 3.6, stroke: "var(--accent)", "stroke-width": 1.4 });
+  const lamp = s("rect", { x: H - 5, y: y - 5, width: 10, height: 10, rx: 2.5, stroke: "var(--ink)", "stroke-width": 1.4 });
+  const name = s("text", { x: NAME, y: y + 3.5, "font-size": 10.5 }, short(action.name, 8));
+  const title = s("title", {});
+  if (starts) root.append(s("line", { x1: Y - 9, x2: WIDTH, y1: y - STEP * 0.5 - 1, y2: y - STEP * 0.5 - 1, stroke: "var(--line)" }));
+  root.append(s("g", {}, title, s("rect", { x: Y - 10, y: y - 8, width: WIDTH - Y + 10, height: 16, fill: "transparent" }), cell, sign,
+    s("rect", { x: P, y: y - 3, width: 32, height: 6, rx: 1.5, fill: "var(--line)" }), bar, dot, lamp, name));
+  return (nerves) => {
+    const { reflex, probability, chosen, decision } = nerves.actions[i];
+    const hue = reflex > 0 ? "var(--plus)" : reflex < 0 ? "var(--minus)" : "var(--line)";
+    set(cell, { fill: hue, opacity: reflex ? 1 : 0.7 });
+    set(sign, { fill: reflex ? "var(--card)" : "var(--soft)" });
+    sign.style.fill = reflex ? "var(--card)" : "var(--soft)";
+    sign.textContent = reflex > 0 ? "+1" : reflex < 0 ? "−1" : "0";
+    set(forced, { stroke: reflex ? hue : "var(--chart)", "stroke-width": reflex ? 2 : 0.6, opacity: reflex ? 0.9 : 0.4, "stroke-dasharray": reflex < 0 ? "4 3" : "none" });
+    const p = probability ?? 0;
+    set(bar, { width: 32 * p });
+    set(likely, { "stroke-width": 0.5 + 2 * p, opacity: probability === null ? 0 : 0.12 + 0.6 * p });
+    set(dot, { fill: chosen ? "var(--accent)" : "none" });
+    set(lamp, { fill: decision ? "var(--ink)" : "none", opacity: decision ? 1 : 0.45 });
+    name.setAttribute("font-weight", decision ? "650" : "400");
+    title.textContent = `${action.group}: ${action.name}\ny = ${sign.textContent}, p = ${number(probability)}, z = ${Number(chosen)}, H = ${Number(decision)}`;
+  };
+}
+
+/**
+ * The number that happiness comes to, and the reward.
+ * @param {SVGElement} root
+ * @param {number} y
+ * @returns {(nerves: Nerves) => void}
+ */
+function joy(root, y) {
+  const value = s("text", { x: BOX[0] + BOX[1] / 2, y: y + 13, "font-size": 13, "font-weight": 650, "text-anchor": "middle" });
+  const reward = s("text", { x: BOX[0] + BOX[1] + 8, y: y + 11, "font-size": 10 });
+  root.append(value, reward);
+  reward.append(s("title", {}, "reward: the change of happiness"));
+  return (nerves) => {
+    value.textContent = number(nerves.happiness);
+    const change = nerves.reward ?? 0;
+    reward.textContent = nerves.reward === null ? "" : `${change >= 0 ? "+" : "−"}${number(Math.abs(change), 2)}`;
+    reward.style.fill = change < 0 ? "var(--minus)" : "var(--plus)";
+  };
+}
+
+/** @param {string} text @param {number} most */
+const short = (text, most) => (text.length > most ? text.slice(0, most - 1) + "…" : text);
+
+/** @param {SVGElement} element @param {Record<string, string | number>} attributes */
+function set(element, attributes) {
+  for (const [name, value] of Object.entries(attributes)) element.setAttribute(name, String(value));
+}

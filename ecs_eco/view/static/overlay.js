@@ -1,0 +1,122 @@
+// What lies over the scene: legend, ring around the selected one, tip under the pointer, scale, course of the sun, notices.
+
+import { $, h, number, s } from "./dom.js";
+import { gradient, rampOf } from "./colours.js";
+import { round } from "./ground.js";
+import { sign } from "./marks.js";
+
+/** @typedef {import("./stage.js").Stage} Stage */
+
+/**
+ * The kinds with their numbers; each is shown or hidden with a click.
+ * @param {Stage} stage
+ * @param {boolean} own
+ * @param {(own: boolean) => void} onown
+ */
+export function legend(stage, own, onown) {
+  const rows = stage.kinds.map((kind, k) => {
+    const count = h("b", { text: "0" });
+    const row = h("button", { class: "legend-row", type: "button", "aria-pressed": String(stage.layers[k].shown), title: `Show or hide ${kind.name}`, onclick: () => {
+      stage.layers[k].show(!stage.layers[k].shown);
+      stage.dirty = true;
+      row.setAttribute("aria-pressed", String(stage.layers[k].shown));
+    } }, sign(kind, stage.colours[k]), h("span", { text: kind.name }), count);
+    return { row, count };
+  });
+  const box = h("input", { type: "checkbox", checked: own, onchange: () => onown(box.checked) });
+  const note = h("label", { class: "legend-note", title: "Else a palette that colour-blind people tell apart" }, box, "colours of the world file");
+  $("legend").replaceChildren(...rows.map(({ row }) => row), note);
+  const update = () => rows.forEach(({ count }, k) => {
+    const text = number(stage.layers[k].block.n);
+    if (count.textContent !== text) count.textContent = text;
+  });
+  update();
+  return update;
+}
+
+/**
+ * What the colours of values mean.
+ * @param {string} by
+ * @param {import("./protocol.js").ColourRange} [range]
+ */
+export function ramp(by, range) {
+  const root = $("ramp");
+  root.hidden = by === "species";
+  if (root.hidden) return;
+  const known = range?.by === by ? range : undefined;
+  const unit = known?.unit ? ` ${known.unit}` : "";
+  const end = (/** @type {number | null | undefined} */ value, /** @type {string} */ word) => (value === null || value === undefined ? word : number(value) + unit);
+  root.replaceChildren(by.replace("gene:", "gene "), h("i", { style: `background:${gradient(rampOf(by))}` }),
+    h("div", {}, h("span", { text: end(known?.low, "low") }), h("span", { text: end(known?.high, "high") })));
+}
+
+/**
+ * Ring and name of the selected organism, and the scale; after each drawing.
+ * @param {Stage} stage
+ */
+export function follow(stage) {
+  const [ring, tag] = [$("ring"), $("trailLabel")];
+  const place = stage.selected === null ? null : stage.place(stage.selected);
+  const at = place && stage.project(place);
+  ring.hidden = tag.hidden = !at;
+  if (at) {
+    ring.style.transform = `translate(${at.x.toFixed(1)}px, ${at.y.toFixed(1)}px)`;
+    tag.style.transform = `translate(${(at.x + 17).toFixed(1)}px, ${(at.y - 11).toFixed(1)}px)`;
+    const text = `#${stage.selected}`;
+    if (tag.textContent !== text) tag.textContent = text;
+  }
+  const perMetre = stage.scale();
+  const metres = round(110 / perMetre);
+  const [bar, text] = $("scale").children;
+  bar.style.width = `${(metres * perMetre).toFixed(0)}px`;
+  const shown = metres >= 1000 ? `${metres / 1000} km` : metres >= 1 ? `${metres} m` : `${Number((metres * 100).toPrecision(2))} cm`;
+  if (text.textContent !== shown) text.textContent = shown;
+}
+
+/**
+ * @param {{x: number, y: number} | null} at [px]
+ * @param {string} [text]
+ */
+export function tip(at, text = "") {
+  const root = $("tip");
+  root.hidden = !at;
+  $("canvas").classList.toggle("over", Boolean(at));
+  if (!at) return;
+  root.textContent = text;
+  root.style.transform = `translate(${(at.x + 14).toFixed(0)}px, ${(at.y + 14).toFixed(0)}px)`;
+}
+
+/**
+ * The light of the hour: sky, and the sun's place on its course.
+ * @param {Stage} stage
+ */
+export function sky(stage) {
+  const day = Math.min(1, Math.max(0, stage.light));
+  const mix = (/** @type {string} */ end) => `color-mix(in oklab, var(--sky-day-${end}) ${(100 * day).toFixed(0)}%, var(--sky-night-${end}))`;
+  $("stage").style.setProperty("--sky-high", mix("high"));
+  $("stage").style.setProperty("--sky-low", mix("low"));
+  const dial = $("dial");
+  dial.toggleAttribute("hidden", !stage.hello.day);
+  if (!stage.hello.day) return;
+  const e = stage.elevation;
+  const rising = stage.shared.sun.value.x >= 0;
+  const x = 32 + (rising ? -1 : 1) * 24 * Math.cos(e);
+  const y = 27 - 22 * Math.sin(e);
+  const up = e > 0;
+  dial.replaceChildren(
+    s("path", { d: "M6 27a26 22 0 0 1 52 0", fill: "none", stroke: "var(--soft)", "stroke-width": 0.8, "stroke-dasharray": "1.5 2" }),
+    s("line", { x1: 2, x2: 62, y1: 27, y2: 27, stroke: "var(--soft)", "stroke-width": 0.8 }),
+    s("circle", { cx: x, cy: Math.min(y, 33), r: 4.2, fill: up ? "#f0b429" : "var(--card)", stroke: up ? "#b87d00" : "var(--soft)", "stroke-width": 0.8 }),
+    s("text", { x: 32, y: 35.5, "font-size": 6.5, "text-anchor": "middle", fill: "var(--soft)" }, `light ${number(Math.round(100 * stage.light))} %`),
+  );
+}
+
+/**
+ * @param {string | null} text
+ * @param {{text: string, does: () => void}} [button]
+ */
+export function notice(text, button) {
+  const root = $("notice");
+  root.hidden = text === null;
+  root.replaceChildren(text ?? "", ...(button ? [h("button", { type: "button", text: button.text, onclick: button.does })] : []));
+}

@@ -1,0 +1,209 @@
+// The panel of the selected organism: facts, kin, nervous system, happiness and energy over time, genome.
+
+import { uPlot } from "./vendor.js";
+import { $, h, number } from "./dom.js";
+import { drawGenome } from "./genome.js";
+import { sign, stroke } from "./marks.js";
+import { drawNerves, signature } from "./nerves.js";
+import { css } from "./theme.js";
+
+/** @typedef {import("./protocol.js").Organism} Organism */
+
+const KIN = 12; // shown before "and more"
+
+export class Panel {
+  /**
+   * @param {import("./protocol.js").Hello} hello
+   * @param {{select: (uid: number | null) => void, fill: (uid: number) => void, follow: () => void, colourOf: (name: string) => string}} calls
+   */
+  constructor(hello, calls) {
+    this.hello = hello;
+    this.calls = calls;
+    this.root = $("organism");
+    /** @type {Organism | null} */
+    this.organism = null;
+    /** @type {ReturnType<typeof drawNerves> | null} */
+    this.nerves = null;
+    /** @type {ReturnType<typeof drawNerves> | null} */
+    this.enlarged = null;
+    /** @type {uPlot | null} */
+    this.plot = null;
+    this.kept = "";
+    new ResizeObserver(() => this.plot?.setSize({ width: Math.max(200, this.root.clientWidth - 32), height: 130 })).observe(this.root);
+    this.empty();
+  }
+
+  empty() {
+    this.forget();
+    const kind = this.hello.species.find((species) => species.moves) ?? this.hello.species[0];
+    const replay = this.hello.mode === "replay" ? " In a replay, everyone in the recorded detail shows all; the others what was recorded." : "";
+    this.root.replaceChildren(h("div", { class: "empty" }, kind ? sign(kind, "currentColor") : null,
+      h("p", { text: `Click an organism, or press N for the next one, to look into its head.${replay}` })));
+  }
+
+  forget() {
+    this.organism = null;
+    this.nerves = null;
+    this.plot?.destroy();
+    this.plot = null;
+    this.kept = "";
+  }
+
+  /** Is about to show an organism. @param {number | null} uid */
+  expect(uid) {
+    if (uid === null) this.empty();
+    else if (this.organism?.uid !== uid) {
+      this.forget();
+      this.root.replaceChildren(h("div", { class: "empty", text: `Asking for #${uid} …` }));
+    }
+  }
+
+  /** @param {Organism} organism */
+  show(organism) {
+    const kept = [organism.uid, organism.detail, organism.alive, organism.note, Boolean(organism.nerves && signature(organism.nerves)), organism.genome !== null].join();
+    if (kept !== this.kept) this.build(organism);
+    this.kept = kept;
+    this.organism = organism;
+    this.facts(organism);
+    this.kin(organism);
+    if (organism.nerves) {
+      this.nerves?.update(organism.nerves);
+      if ($("large").open) this.enlarged?.update(organism.nerves);
+    }
+    this.trace(organism);
+  }
+
+  /** @param {Organism} organism */
+  build(organism) {
+    this.plot?.destroy();
+    this.plot = null;
+    this.nerves = organism.nerves ? drawNerves(organism.nerves) : null;
+    this.factsAt = h("dl", { class: "facts" });
+    this.kinAt = h("div");
+    this.traceAt = h("div", { class: "chart" });
+    const kind = this.kind(organism);
+    const head = h("div", { class: "who" }, sign(kind, this.calls.colourOf(organism.species)), h("strong", { text: `${organism.species} #${organism.uid}` }),
+      h("span", { class: organism.alive ? "state" : "state dead", text: organism.alive ? "alive" : "dead" }), h("span", { class: "grow" }),
+      h("button", { class: "button", type: "button", text: "Follow", title: "Follow with the camera (3)", onclick: this.calls.follow }),
+      h("button", { class: "icon", type: "button", text: "✕", "aria-label": "Deselect", title: "Deselect (Esc)", onclick: () => this.calls.select(null) }));
+    this.root.replaceChildren(head, ...this.note(organism), this.factsAt, this.kinAt);
+    if (this.nerves) this.root.append(part("Nervous system", this.nerves.root, h("button", { class: "plain", type: "button", text: "enlarge", onclick: () => this.enlarge() })));
+    this.root.append(part("Happiness and energy", this.traceAt));
+    if (organism.genome) this.root.append(part("Genome", drawGenome(organism.genome)));
+  }
+
+  /** @param {Organism} organism @returns {import("./protocol.js").Kind} */
+  kind(organism) {
+    const kinds = [...this.hello.species, ...(this.hello.objects ?? [])];
+    return kinds.find(({ name }) => name === organism.species) ?? { name: organism.species, color: "#888888", radius: 1 };
+  }
+
+  /** What was recorded, where that is not all. @param {Organism} organism */
+  note(organism) {
+    if (organism.detail === "full" && !organism.note) return [];
+    const fill = this.hello.mode === "replay" && organism.detail !== "full"
+      && h("button", { class: "button", type: "button", text: "Fill in", title: "Replay from the nearest checkpoint", onclick: (/** @type {Event} */ event) => {
+        /** @type {HTMLButtonElement} */ (event.currentTarget).disabled = true;
+        this.calls.fill(organism.uid);
+      } });
+    const text = organism.note || (organism.detail === "record" ? "Only birth and death were recorded." : "Recorded in snapshots.");
+    return [h("div", { class: "note" }, h("span", { text }), fill)];
+  }
+
+  /** @param {Organism} organism */
+  facts(organism) {
+    const { energy, energy_max: most, place, nerves, died } = organism;
+    const share = energy !== null && most ? Math.max(0, Math.min(1, energy / most)) : null;
+    const energyAt = h("dd", { text: number(energy) + (most ? ` / ${number(most)}` : "") });
+    const items = [
+      fact("age", `${number(organism.age)} s`),
+      h("div", {}, h("dt", { text: "energy" }), energyAt, share !== null && h("div", { class: "meter" }, h("i", { style: `width:${(100 * share).toFixed(1)}%` }))),
+      fact("happiness", number(nerves?.happiness ?? last(organism.trace?.happiness))),
+      fact("sex", organism.sex === null || organism.sex === "" ? "–" : String(organism.sex)),
+      fact("generation", number(organism.generation)),
+      fact("born", organism.born === null ? "–" : `tick ${number(organism.born)}`),
+      fact("place", place ? place.map((value) => number(value)).join(", ") + " m" : "–"),
+      fact("heading", organism.heading === null ? "–" : `${Math.round((((organism.heading * 180) / Math.PI) % 360 + 360) % 360)}°`),
+      fact("reward", number(nerves?.reward)),
+    ];
+    if (died) {
+      const killer = typeof died.killer === "number" ? h("button", { class: "uid", type: "button", text: `#${died.killer}`, onclick: () => this.calls.select(Number(died.killer)) }) : died.killer;
+      const text = h("dd", { text: `${died.cause}, tick ${number(died.tick)} ` });
+      if (killer) text.append(killer);
+      items.push(h("div", { class: "wide" }, h("dt", { text: "died" }), text));
+    }
+    this.factsAt?.replaceChildren(...items);
+  }
+
+  /** @param {Organism} organism */
+  kin(organism) {
+    const key = `${organism.parents}/${organism.children}`;
+    if (!this.kinAt || this.kinAt.dataset.key === key) return;
+    this.kinAt.dataset.key = key;
+    this.kinAt.replaceChildren(this.family("parents", organism.parents), this.family("children", organism.children));
+  }
+
+  /** @param {string} title @param {number[]} uids */
+  family(title, uids) {
+    const one = (/** @type {number} */ uid) => h("button", { class: "uid", type: "button", text: `#${uid}`, onclick: () => this.calls.select(uid) });
+    const row = h("div", { class: "kin" }, h("span", { text: title }), ...uids.slice(0, KIN).map(one));
+    if (!uids.length) row.append("none");
+    if (uids.length > KIN) {
+      const more = h("button", { class: "plain", type: "button", text: `and ${uids.length - KIN} more`, onclick: () => more.replaceWith(...uids.slice(KIN).map(one)) });
+      row.append(more);
+    }
+    return row;
+  }
+
+  enlarge() {
+    if (!this.organism?.nerves) return;
+    this.enlarged = drawNerves(this.organism.nerves);
+    this.enlarged.root.setAttribute("style", "max-height:78vh");
+    const dialog = $("large");
+    dialog.replaceChildren(h("h2", { text: `Nervous system of ${this.organism.species} #${this.organism.uid}` }), this.enlarged.root,
+      h("form", { method: "dialog" }, h("button", { class: "button", text: "Close" })));
+    dialog.showModal();
+  }
+
+  /** @param {Organism} organism */
+  trace({ trace }) {
+    if (!trace?.tick.length || !this.traceAt) return;
+    const data = [trace.tick, trace.happiness ?? trace.tick.map(() => null), trace.energy ?? trace.tick.map(() => null)];
+    if (!this.plot) this.plot = this.draw(this.traceAt);
+    this.plot.setData(/** @type {any} */ (data));
+  }
+
+  /** @param {HTMLElement} place */
+  draw(place) {
+    const hues = ["#CC79A7", css("--accent")];
+    const dash = [5, 3];
+    place.replaceChildren(h("div", { class: "chart-head" }, h("span", { class: "key" }, stroke(hues[0], []), "happiness (left)"), h("span", { class: "key" }, stroke(hues[1], dash), "energy (right)")));
+    const axis = { stroke: css("--soft"), font: "11px " + css("--font"), ticks: { show: false }, grid: { stroke: css("--line"), width: 1 } };
+    const text = (/** @type {uPlot} */ _, /** @type {number[]} */ splits) => splits.map((value) => number(value));
+    return new uPlot({
+      width: Math.max(200, this.root.clientWidth - 32), height: 130, padding: [6, 0, 0, 0], legend: { show: false },
+      cursor: { y: false, drag: { x: false, y: false } },
+      scales: { x: { time: false }, h: {}, e: {} },
+      axes: [{ ...axis, size: 24, space: 70, values: text }, { ...axis, scale: "h", size: 42, space: 26, values: text }, { ...axis, scale: "e", side: 1, size: 42, space: 26, grid: { show: false }, values: text }],
+      series: [{}, { scale: "h", stroke: hues[0], width: 1.8, points: { show: false } }, { scale: "e", stroke: hues[1], width: 1.8, dash, points: { show: false } }],
+    }, [[]], place);
+  }
+
+  /** After the theme changed. */
+  redraw() {
+    const { organism } = this;
+    this.kept = "";
+    if (organism) this.show(organism);
+  }
+}
+
+/** @param {string} name @param {string} text */
+const fact = (name, text) => h("div", {}, h("dt", { text: name }), h("dd", { text, title: text }));
+
+/** @param {(number | null)[] | undefined} list */
+const last = (list) => (list?.length ? list[list.length - 1] : null);
+
+/** @param {string} title @param {Element} content @param {Element} [extra] */
+function part(title, content, extra) {
+  return h("section", { class: "part" }, h("div", { class: "part-head" }, h("h2", { text: title }), extra ?? null), content);
+}

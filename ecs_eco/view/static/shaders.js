@@ -1,0 +1,138 @@
+// The shaders of organisms. Positions come as 16-bit words of the frame; motion, colour by value and size are worked out here.
+
+const COMMON = /* glsl */ `
+uniform vec3 size;        // of the world [m]
+uniform vec3 wrap;        // 1 along an axis that is a torus
+uniform float alpha;      // how far from the last frame to this one
+uniform float radius;     // of the body [m]
+uniform float least;      // smallest radius on the screen [px]
+uniform float lens;       // pixels of one metre at a distance of one metre
+uniform float day;        // light at the surface 0 … 1
+uniform float murk;       // how fast light fades with depth [1/m], 0 on land
+uniform vec3 plain;       // colour of the kind
+uniform float byValue;    // 1 where the value chooses the colour
+uniform sampler2D ramp;
+uniform sampler2D relief; // heights of the ground [m]
+uniform vec2 cells;       // of relief; 0 where the ground is flat
+
+attribute vec4 now;       // x, y, z, heading | value << 8
+attribute vec4 before;    // x, y, z, heading | newborn << 8
+
+varying vec3 vColour;
+
+float ground(vec2 p) {
+  if (cells.x < 1.0) return 0.0;
+  vec2 at = p * cells - 0.5;
+  vec2 low = floor(at), part = at - low;
+  ivec2 n = ivec2(cells), a = ivec2(mod(low, cells)), b = ivec2(mod(low + 1.0, cells));
+  float bottom = mix(texelFetch(relief, a, 0).r, texelFetch(relief, ivec2(b.x, a.y), 0).r, part.x);
+  float top = mix(texelFetch(relief, ivec2(a.x, b.y), 0).r, texelFetch(relief, b, 0).r, part.x);
+  return mix(bottom, top, part.y);
+}
+
+vec3 place() {
+  vec3 a = before.xyz / 65535.0, d = now.xyz / 65535.0 - a;
+  d -= wrap * floor(d + 0.5);
+  vec3 p = a + d * alpha;
+  p = mix(p, fract(p), wrap);
+  vec3 at = p * size;
+  if (size.z <= 0.0) at.z = ground(p.xy) + radius;
+  return at;
+}
+
+float heading() {
+  float a = mod(before.w, 256.0), d = mod(now.w, 256.0) - a;
+  d -= 256.0 * floor(d / 256.0 + 0.5);
+  return (a + d * alpha) * 0.02454369260617026;
+}
+
+float grown() { return before.w > 255.5 ? 0.25 + 0.75 * alpha : 1.0; }
+
+vec3 colour(float z) {
+  float value = floor(now.w / 256.0);
+  vec3 own = mix(plain, texture2D(ramp, vec2((value + 0.5) / 256.0, 0.5)).rgb, byValue);
+  float light = day * exp(-murk * max(0.0, size.z - z));
+  return own * mix(0.62, 1.0, light);
+}
+`;
+
+export const POINT_VERTEX = /* glsl */ `
+${COMMON}
+varying vec2 vAhead;
+varying float vPixels;
+uniform float pointed;    // 1 where the heading shows
+
+void main() {
+  vec3 at = place();
+  vColour = colour(at.z);
+  vec4 seen = modelViewMatrix * vec4(at, 1.0);
+  gl_Position = projectionMatrix * seen;
+  float pixels = max(radius * lens / -seen.z, least) * grown() * (1.0 + 0.45 * pointed);
+  gl_PointSize = 2.0 * pixels;
+  vPixels = pixels;
+  float h = heading();
+  vec2 ahead = (modelViewMatrix * vec4(cos(h), sin(h), 0.0, 0.0)).xy;
+  vAhead = pointed > 0.5 && length(ahead) > 0.1 ? normalize(ahead) : vec2(0.0);
+}`;
+
+export const POINT_FRAGMENT = /* glsl */ `
+varying vec3 vColour;
+varying vec2 vAhead;
+varying float vPixels;
+
+void main() {
+  vec2 q = vec2(2.0 * gl_PointCoord.x - 1.0, 1.0 - 2.0 * gl_PointCoord.y);
+  float edge;               // 0 at the centre, 1 at the rim
+  if (vAhead == vec2(0.0) || vPixels < 2.5) edge = length(q);
+  else {                    // a drop, its tip ahead
+    float x = dot(q, vAhead), y = abs(dot(q, vec2(-vAhead.y, vAhead.x)));
+    float round = length(vec2(x + 0.38, y)) / 0.6, tip = x > -0.2 ? y / max(0.001, 0.52 * (0.98 - x)) : 9.0;
+    edge = min(round, tip);
+  }
+  if (edge > 1.0) discard;
+  float rim = smoothstep(1.0 - 2.0 / max(vPixels, 2.0), 1.0, edge);
+  vec3 lit = vColour * (1.06 - 0.16 * length(q - vec2(-0.25, 0.3)));
+  gl_FragColor = vec4(mix(lit, vColour * 0.62, 0.75 * rim), 1.0);
+}`;
+
+export const BODY_VERTEX = /* glsl */ `
+${COMMON}
+attribute vec3 corner;    // of the body, ahead is +x, in radii
+attribute vec3 facing;
+uniform vec3 sun;
+
+void main() {
+  vec3 at = place();
+  vec4 centre = viewMatrix * vec4(at, 1.0);
+  float scale = max(radius, least * -centre.z / lens) * grown();
+  float h = heading(), c = cos(h), s = sin(h);
+  mat3 turn = mat3(c, s, 0.0, -s, c, 0.0, 0.0, 0.0, 1.0);
+  vec3 light = turn * facing;
+  float lit = 0.66 + 0.24 * dot(light, sun) + 0.16 * light.z;
+  vColour = colour(at.z) * clamp(lit, 0.4, 1.08);
+  gl_Position = projectionMatrix * viewMatrix * vec4(at + turn * corner * scale, 1.0);
+}`;
+
+export const BODY_FRAGMENT = /* glsl */ `
+varying vec3 vColour;
+void main() { gl_FragColor = vec4(vColour, 1.0); }`;
+
+/** The walls of the water: light fades with depth. */
+export const WATER_VERTEX = /* glsl */ `
+varying vec3 vAt;
+void main() {
+  vAt = (modelMatrix * vec4(position, 1.0)).xyz;
+  gl_Position = projectionMatrix * modelViewMatrix * vec4(position, 1.0);
+}`;
+
+export const WATER_FRAGMENT = /* glsl */ `
+varying vec3 vAt;
+uniform float depth, murk, day;
+uniform vec3 shallow, deep, night;
+void main() {
+  float light = exp(-murk * max(0.0, depth - vAt.z));
+  vec3 lit = mix(deep, shallow, light);
+  vec3 colour = mix(night * (0.75 + 0.25 * light), lit, clamp(day, 0.0, 1.0));
+  float grain = fract(sin(dot(gl_FragCoord.xy, vec2(12.9898, 78.233))) * 43758.5453);
+  gl_FragColor = vec4(colour + (grain - 0.5) / 128.0, 1.0);
+}`;

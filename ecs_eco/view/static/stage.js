@@ -1,0 +1,343 @@
+// The scene: takes frames, draws them smoothly one after the other, and tells who is where on the screen.
+
+import {
+  AmbientLight, ColorManagement, BufferAttribute, BufferGeometry, DirectionalLight, DynamicDrawUsage, Group, LineBasicMaterial,
+  LineSegments, LinearSRGBColorSpace, Raycaster, Scene, Vector2, Vector3, WebGLRenderer,
+} from "./vendor.js";
+import { legible, rampOf, rampTexture, rgb, safe } from "./colours.js";
+import { Eye } from "./eye.js";
+import { WORDS, decode } from "./frame.js";
+import { Ground, Relief } from "./ground.js";
+import { Layer } from "./layer.js";
+
+/** @typedef {import("./protocol.js").Hello} Hello */
+
+const TRAIL = 240; // points of the track of the selected organism
+const JUMP = 200; // [ticks] between frames beyond which nothing is drawn as motion
+
+ColorManagement.enabled = false; // colours are shown as they are written
+
+export class Stage {
+  /**
+   * @param {HTMLCanvasElement} canvas
+   * @param {Hello} hello
+   */
+  constructor(canvas, hello) {
+    this.canvas = canvas;
+    this.hello = hello;
+    this.kinds = [...hello.species, ...(hello.objects ?? []).map((kind) => ({ ...kind, inanimate: true }))];
+    this.renderer = new WebGLRenderer({ canvas, antialias: true, alpha: true, powerPreference: "low-power" });
+    this.renderer.outputColorSpace = LinearSRGBColorSpace;
+    this.renderer.setClearColor(0, 0);
+    this.scene = new Scene();
+    this.relief = new Relief(hello);
+    this.ground = new Ground(hello, this.relief);
+    const top = hello.size.length > 2 ? hello.size[2] : Math.max(this.relief.highest, 0);
+    this.eye = new Eye(canvas, hello.size, [Math.min(0, this.relief.lowest), top]);
+    this.sun = new DirectionalLight(0xffffff, 2.2);
+    this.sky = new AmbientLight(0xffffff, 1.6);
+    const group = new Group();
+    this.scene.add(this.ground.group, this.sun, this.sky, group);
+    const torus = hello.edges === "torus" ? 1 : 0;
+    this.ramps = { sequential: rampTexture("sequential"), diverging: rampTexture("diverging") };
+    this.shared = {
+      size: { value: new Vector3(hello.size[0], hello.size[1], hello.size[2] ?? 0) },
+      wrap: { value: new Vector3(torus, torus, 0) },
+      alpha: { value: 1 },
+      lens: { value: 500 },
+      day: { value: 1 },
+      murk: { value: this.ground.murk },
+      sun: { value: new Vector3(0.3, -0.4, 0.86) },
+      ramp: { value: this.ramps.sequential },
+      relief: { value: this.relief.texture },
+      cells: { value: new Vector2(this.relief.nx, this.relief.ny) },
+    };
+    this.layers = this.kinds.map((kind) => new Layer(kind, group, this.shared));
+    this.colours = this.kinds.map((kind) => kind.color);
+    this.frames = 0;
+    this.tick = hello.tick;
+    this.light = 1;
+    this.elevation = 1;
+    this.arrived = 0;
+    this.interval = 50; // [ms] between frames
+    this.decodeMs = 0;
+    this.renderMs = 0;
+    this.renders = 0;
+    this.jump = true;
+    this.dark = false;
+    /** @type {number | null} */
+    this.selected = null;
+    this.trail = this.track();
+    this.dirty = true;
+    this.onrender = () => {};
+    this.onlight = () => {};
+    this.eye.controls.addEventListener("change", () => (this.dirty = true));
+    new ResizeObserver(() => this.resize()).observe(canvas);
+    this.resize();
+    requestAnimationFrame((now) => this.loop(now));
+  }
+
+  /**
+   * Takes a binary frame; returns its number.
+   * @param {ArrayBuffer} buffer
+   */
+  take(buffer) {
+    const start = performance.now();
+    const frame = decode(buffer);
+    const jump = this.jump || frame.tick < this.tick || frame.tick - this.tick > JUMP;
+    const share = this.share(start);
+    const same = frame.tick === this.tick && !jump;
+    if (!same) this.interval = Math.min(1000, Math.max(30, 0.7 * this.interval + 0.3 * (start - this.arrived)));
+    this.layers.forEach((layer, k) => frame.blocks[k] && layer.take(frame.blocks[k], frame.base, share, jump));
+    this.arrived = start;
+    this.jump = false;
+    this.tick = frame.tick;
+    this.frames++;
+    if (Math.abs(frame.light - this.light) > 0.002 || Math.abs(frame.elevation - this.elevation) > 0.002) this.shine(frame.light, frame.elevation);
+    this.dirty = true;
+    this.decodeMs += (performance.now() - start - this.decodeMs) * (this.frames < 10 ? 1 : 0.1);
+    return frame.frame;
+  }
+
+  /** How far the motion from the last frame to this one has come. @param {number} now [ms] */
+  share(now) {
+    return Math.min(1, (now - this.arrived) / this.interval);
+  }
+
+  /**
+   * The light of the hour.
+   * @param {number} light 0 … 1
+   * @param {number} elevation of the sun [rad]
+   */
+  shine(light, elevation) {
+    const rising = elevation >= this.elevation;
+    this.light = light;
+    this.elevation = elevation;
+    const e = this.hello.day ? elevation : 1;
+    const high = Math.max(0.12, Math.sin(e));
+    const along = (rising ? 1 : -1) * Math.max(0, Math.cos(e));
+    this.shared.sun.value.set(0.8 * along, -0.45, high).normalize();
+    this.sun.position.copy(this.shared.sun.value).multiplyScalar(this.eye.span);
+    this.shared.day.value = light;
+    this.sun.intensity = 0.4 + 1.9 * Math.min(1, light);
+    this.sky.intensity = 1.0 + 0.7 * Math.min(1, light);
+    this.ground.tint(this.dark, light);
+    this.dirty = true;
+    this.onlight();
+  }
+
+  /**
+   * Colours of kinds for a theme.
+   * @param {boolean} dark
+   * @param {boolean} own whether kinds have the colours of the world file, not those of the safe palette
+   */
+  theme(dark, own) {
+    this.dark = dark;
+    this.colours = own ? this.kinds.map((kind) => kind.color) : safe(this.kinds);
+    this.colours = this.colours.map((hex) => legible(hex, dark));
+    this.layers.forEach((layer, k) => (layer.own.plain.value = rgb(this.colours[k]).map((part) => part / 255)));
+    this.shine(this.light, this.elevation);
+  }
+
+  /** What organisms are coloured by. @param {string} by */
+  colourBy(by) {
+    const gene = by.startsWith("gene:") ? by.slice(5) : null;
+    this.shared.ramp.value = this.ramps[rampOf(by)];
+    for (const layer of this.layers) {
+      const has = gene === null || !layer.kind.genes || layer.kind.genes.includes(gene) || gene.startsWith(layer.kind.name + ".");
+      layer.own.byValue.value = by === "species" || layer.kind.inanimate || !has ? 0 : 1;
+      if (by === "happiness" && !layer.kind.moves) layer.own.byValue.value = 0;
+    }
+    this.dirty = true;
+  }
+
+  resize() {
+    const { clientWidth: width, clientHeight: height } = this.canvas;
+    if (!width || !height) return;
+    const ratio = Math.min(2, devicePixelRatio || 1);
+    this.renderer.setPixelRatio(ratio);
+    this.renderer.setSize(width, height, false);
+    this.eye.resize(width, height);
+    this.shared.lens.value = (height * ratio) / (2 * Math.tan((this.eye.camera.fov * Math.PI) / 360));
+    const crowd = this.layers.reduce((sum, layer) => sum + layer.block.n, 0);
+    this.crowd = crowd;
+    const room = Math.sqrt((width * height) / Math.max(50, crowd)); // px a head
+    for (const layer of this.layers) {
+      const most = layer.kind.moves ? 4.6 : 2.6;
+      const least = layer.kind.moves ? 1.6 : 1.1;
+      layer.own.least.value = ratio * Math.min(most, Math.max(least, room * (layer.kind.moves ? 0.22 : 0.12)));
+    }
+    this.dirty = true;
+  }
+
+  /** @param {number} now [ms] */
+  loop(now) {
+    requestAnimationFrame((next) => this.loop(next));
+    const moved = this.eye.update(now);
+    const share = this.share(performance.now());
+    const moving = share < 1 || this.shared.alpha.value < 1;
+    if (!moved && !moving && !this.dirty) return;
+    this.dirty = false;
+    this.shared.alpha.value = share;
+    const crowd = this.layers.reduce((sum, layer) => sum + layer.block.n, 0);
+    if (Math.abs(crowd - (this.crowd ?? 0)) > 0.2 * crowd) this.resize();
+    const place = this.selected === null ? null : this.place(this.selected);
+    this.eye.follow(place);
+    this.step(place);
+    const start = performance.now();
+    this.renderer.render(this.scene, this.eye.camera);
+    this.renderMs += (performance.now() - start - this.renderMs) * (this.renders < 10 ? 1 : 0.1);
+    this.renders++;
+    this.onrender();
+  }
+
+  /** @param {number | null} uid */
+  select(uid) {
+    this.selected = uid;
+    this.trail.count = 0;
+    this.trail.last = null;
+    this.trail.drawn.geometry.setDrawRange(0, 0);
+    this.dirty = true;
+  }
+
+  track() {
+    const geometry = new BufferGeometry();
+    const attribute = new BufferAttribute(new Float32Array(TRAIL * 6), 3).setUsage(DynamicDrawUsage);
+    geometry.setAttribute("position", attribute);
+    const drawn = new LineSegments(geometry, new LineBasicMaterial({ color: "#8aa0ab", transparent: true, opacity: 0.8 }));
+    drawn.frustumCulled = false;
+    this.scene.add(drawn);
+    return { drawn, attribute, count: 0, last: /** @type {Vector3 | null} */ (null), frame: 0 };
+  }
+
+  /** Draws the track on. @param {Vector3 | null} place */
+  step(place) {
+    const { trail } = this;
+    if (!place || trail.frame === this.frames) return;
+    trail.frame = this.frames;
+    const last = trail.last;
+    trail.last = place.clone();
+    if (!last || last.distanceTo(place) > 0.2 * Math.min(this.hello.size[0], this.hello.size[1])) return;
+    const slot = trail.count++ % TRAIL;
+    trail.attribute.setXYZ(2 * slot, last.x, last.y, last.z);
+    trail.attribute.setXYZ(2 * slot + 1, place.x, place.y, place.z);
+    trail.attribute.needsUpdate = true;
+    trail.drawn.geometry.setDrawRange(0, 2 * Math.min(trail.count, TRAIL));
+  }
+
+  /**
+   * Who has this uid: its layer and row.
+   * @param {number} uid
+   */
+  find(uid) {
+    for (const [k, layer] of this.layers.entries()) {
+      const row = layer.row(uid);
+      if (row >= 0) return { k, layer, row };
+    }
+    return null;
+  }
+
+  /**
+   * Where an organism is drawn [m], null where it is not in the frame.
+   * @param {number} uid
+   */
+  place(uid) {
+    const found = this.find(uid);
+    return found ? this.spot(found.layer, found.row, new Vector3()) : null;
+  }
+
+  /**
+   * The shader's `place`, on the processor.
+   * @param {Layer} layer
+   * @param {number} row
+   * @param {Vector3} at written
+   */
+  spot(layer, row, at) {
+    const { now, before } = layer;
+    const { size } = this.hello;
+    const alpha = this.shared.alpha.value;
+    for (let axis = 0; axis < 3; axis++) {
+      const a = before[4 * row + axis] / 65535;
+      let d = now[WORDS * row + axis] / 65535 - a;
+      const wraps = axis < 2 && this.hello.edges === "torus";
+      if (wraps) d -= Math.floor(d + 0.5);
+      const p = a + d * alpha;
+      at.setComponent(axis, (wraps ? p - Math.floor(p) : p) * (size[axis] ?? 0));
+    }
+    if (size.length < 3) at.z = this.relief.at(at.x, at.y) + layer.own.radius.value;
+    return at;
+  }
+
+  /**
+   * Pixels of a place on the canvas, null where it is behind the camera.
+   * @param {Vector3} place
+   */
+  project(place) {
+    const seen = place.clone().project(this.eye.camera);
+    if (seen.z > 1) return null;
+    return { x: ((seen.x + 1) / 2) * this.canvas.clientWidth, y: ((1 - seen.y) / 2) * this.canvas.clientHeight };
+  }
+
+  /**
+   * The organism nearest to a point of the canvas: animals before plants, plants before things.
+   * @param {number} x [px]
+   * @param {number} y [px]
+   * @param {number} reach [px]
+   */
+  pick(x, y, reach) {
+    const at = new Vector3();
+    const matrix = this.eye.camera.projectionMatrix.clone().multiply(this.eye.camera.matrixWorldInverse);
+    const m = matrix.elements;
+    const [w, h] = [this.canvas.clientWidth / 2, this.canvas.clientHeight / 2];
+    let best = null;
+    let least = reach * reach;
+    for (const layer of this.layers) {
+      if (!layer.shown) continue;
+      const handicap = layer.kind.inanimate ? 16 : layer.kind.moves ? 0 : 9; // [px²]
+      for (let row = 0; row < layer.block.n; row++) {
+        this.spot(layer, row, at);
+        const depth = m[3] * at.x + m[7] * at.y + m[11] * at.z + m[15];
+        if (depth <= 0) continue;
+        const dx = ((m[0] * at.x + m[4] * at.y + m[8] * at.z + m[12]) / depth + 1) * w - x;
+        const dy = (1 - (m[1] * at.x + m[5] * at.y + m[9] * at.z + m[13]) / depth) * h - y;
+        const distance = dx * dx + dy * dy + handicap;
+        if (distance < least) {
+          least = distance;
+          best = { layer, row };
+        }
+      }
+    }
+    return best && { uid: best.layer.uid(best.row), kind: best.layer.kind };
+  }
+
+  /**
+   * The place of the ground (of the water's middle) under a point of the canvas [m].
+   * @param {number} x [px]
+   * @param {number} y [px]
+   */
+  under(x, y) {
+    const { size } = this.hello;
+    const ray = new Raycaster();
+    ray.setFromCamera(new Vector2((x / this.canvas.clientWidth) * 2 - 1, 1 - (y / this.canvas.clientHeight) * 2), this.eye.camera);
+    const { origin, direction } = ray.ray;
+    const at = new Vector3();
+    if (size.length > 2) {
+      const middle = this.eye.middle();
+      const normal = this.eye.camera.getWorldDirection(new Vector3());
+      at.copy(direction).multiplyScalar(middle.sub(origin).dot(normal) / direction.dot(normal)).add(origin);
+    } else {
+      let level = 0;
+      for (let k = 0; k < 8; k++) { // walks towards where the ray meets the ground
+        at.copy(direction).multiplyScalar((level - origin.z) / direction.z).add(origin);
+        level = this.relief.at(at.x, at.y);
+      }
+    }
+    const inside = [at.x, at.y, at.z].slice(0, size.length).every((value, axis) => value >= 0 && value <= size[axis]);
+    return inside ? [at.x, at.y, at.z].slice(0, size.length) : null;
+  }
+
+  /** Pixels of a metre where the camera looks. */
+  scale() {
+    return this.shared.lens.value / this.renderer.getPixelRatio() / this.eye.camera.position.distanceTo(this.eye.controls.target);
+  }
+}

@@ -1,0 +1,195 @@
+// What server and page say to each other as JSON; binary frames are read in frame.js. The modules import these as types only.
+
+export interface Kind {
+  name: string;
+  color: string;
+  radius: number;
+  moves?: boolean;
+  sessile?: boolean;
+  inanimate?: boolean;
+  learns?: boolean;
+  genes?: string[];
+}
+
+export interface Landmark {
+  at: number[];
+  radius: number;
+  height?: number;
+}
+
+export interface Terrain {
+  cell: number;
+  nx: number;
+  ny: number;
+  heights: string;
+  rocks?: Landmark[];
+  lakes?: Landmark[];
+}
+
+export interface Hello {
+  kind: "hello";
+  mode: "live" | "replay";
+  world: string;
+  title: string;
+  dt: number;
+  tick: number;
+  first: number;
+  last: number | null;
+  size: number[];
+  edges: string;
+  day: { length?: number } | null;
+  species: Kind[];
+  objects?: Kind[];
+  terrain: Terrain | null;
+  colours: string[];
+  acts: boolean;
+  snapshot_every?: number | null;
+}
+
+export interface ColourRange {
+  by: string;
+  low?: number | null;
+  high?: number | null;
+  unit?: string;
+  labels?: string[];
+}
+
+export interface State {
+  kind: "state";
+  playing: boolean;
+  speed: number | null;
+  tick: number;
+  rate: number;
+  done: boolean;
+  n: Record<string, number>;
+  colour?: ColourRange;
+}
+
+export interface Series {
+  kind: "series";
+  tick: number[];
+  n: Record<string, (number | null)[]>;
+  happiness?: Record<string, (number | null)[]>;
+  genes?: Record<string, (number | null)[]>;
+  light?: (number | null)[];
+}
+
+export interface Mark {
+  tick: number;
+  text: string;
+}
+
+export interface Marks {
+  kind: "marks";
+  births?: number[];
+  deaths?: number[];
+  interventions?: Mark[];
+}
+
+export interface Gene {
+  name: string;
+  trait?: string | null;
+  from: number;
+  to: number;
+  value: number | string | boolean | null;
+}
+
+export interface Genome {
+  alphabet: string;
+  string?: string;
+  strings?: string[];
+  genes: Gene[];
+}
+
+export interface Sensor {
+  name: string;
+  value: number | null;
+}
+
+export interface Action {
+  group: string;
+  name: string;
+  reflex: number;
+  probability: number | null;
+  chosen: number | boolean;
+  decision: number | boolean;
+}
+
+export interface Nerves {
+  sensors: Sensor[];
+  actions: Action[];
+  happiness: number | null;
+  reward: number | null;
+}
+
+export interface Organism {
+  kind: "organism";
+  uid: number;
+  species: string;
+  alive: boolean;
+  age: number | null;
+  sex: string | number | null;
+  energy: number | null;
+  energy_max: number | null;
+  place: number[] | null;
+  heading: number | null;
+  parents: number[];
+  children: number[];
+  born: number | null;
+  died: { tick: number; cause: string; killer?: number | string | null } | null;
+  generation: number | null;
+  genome: Genome | null;
+  nerves: Nerves | null;
+  trace: { tick: number[]; happiness?: (number | null)[]; energy?: (number | null)[] } | null;
+  detail: "full" | "snapshot" | "record";
+  note?: string | null;
+}
+
+export interface Said {
+  kind: "said";
+  level: "info" | "warning" | "error";
+  text: string;
+  field?: string | null;
+}
+
+export interface Parameter {
+  key: string;
+  value: unknown;
+  unit?: string | null;
+  low?: number | null;
+  high?: number | null;
+  about?: string | null;
+}
+
+export interface Params {
+  kind: "params";
+  list: Parameter[];
+}
+
+export type Message = Hello | State | Series | Marks | Organism | Said | Params;
+
+/** What tests may read of the page, as `window.ecs`; see docs/watching.md. */
+export interface Counters {
+  frames: number;
+  tick: number;
+  counts: Record<string, number>;
+  decodeMs: number;
+  renderMs: number;
+  renders: number;
+  selected: number | null;
+  mode: string;
+  playing: boolean;
+  connected: boolean;
+  ended: boolean;
+  messages: Record<string, number>;
+  acts: number;
+  uids(kind: string, most?: number): number[];
+  place(uid: number): number[] | null;
+  screen(uid: number): { x: number; y: number } | null;
+}
+
+declare global {
+  interface Window {
+    ecs: Counters;
+  }
+}
