@@ -9,7 +9,7 @@ import { css } from "./theme.js";
 /** @typedef {(number | null)[]} Line */
 
 const MOST = 12000; // points kept; then every second of the older half goes
-const WINDOWS = [["last 500", 500], ["last 2 000", 2000], ["last 10 000", 10000], ["all", Infinity]];
+const WINDOWS = [["last 500", 500], ["last 2 000", 2000], ["last 10 000", 10000], ["all ticks", Infinity]];
 const GENES = ["#0072B2", "#E69F00", "#009E73", "#CC79A7", "#D55E00", "#56B4E9", "#999933", "#8866cc"];
 
 /** @type {{key: "n" | "happiness" | "genes", title: string}[]} */
@@ -50,14 +50,14 @@ export class Charts {
     const choice = h("select", { class: "input", style: "width:auto", "aria-label": "Ticks shown", onchange: () => {
       this.window = Number(WINDOWS[choice.selectedIndex][1]);
       this.draw();
-    } }, ...WINDOWS.map(([text, ticks]) => h("option", { text: `${text}${ticks === Infinity ? "" : " ticks"}`, selected: ticks === this.window })));
-    const log = h("button", { type: "button", class: "toggle", "aria-pressed": "false", text: "log", title: "Logarithmic axis for populations", onclick: () => {
+    } }, ...WINDOWS.map(([text, ticks]) => h("option", { text: text, selected: ticks === this.window })));
+    this.logarithmic = h("button", { type: "button", class: "toggle", "aria-pressed": "false", text: "log", title: "Logarithmic axis for populations", onclick: () => {
       this.log = !this.log;
-      log.setAttribute("aria-pressed", String(this.log));
+      this.logarithmic?.setAttribute("aria-pressed", String(this.log));
       this.rebuild();
     } });
     this.chooser = h("div", { class: "row", role: "group", "aria-label": "Charts shown" });
-    return h("div", { class: "row tools" }, this.chooser, h("div", { class: "row" }, log, choice));
+    return h("div", { class: "row tools" }, this.chooser, choice);
   }
 
   /** @param {Series} series points to be appended */
@@ -176,6 +176,7 @@ export class Charts {
       values.set(name, value);
       head.append(h("span", { class: "key" }, stroke(colours[i], dashes[i]), name, " ", value));
     });
+    if (key === "n" && this.logarithmic) head.append(h("span", { class: "grow" }), this.logarithmic);
     const place = h("div", { class: "chart" }, head);
     const after = CHARTS.slice(CHARTS.findIndex((chart) => chart.key === key) + 1).map((chart) => this.plots.get(chart.key)).find(Boolean);
     this.body.insertBefore(place, after?.plot.root.closest(".chart") ?? null);
@@ -213,12 +214,12 @@ export class Charts {
     if (!this.light.some((value) => value !== null && value < 0.98)) return;
     const { left, top, width, height } = u.bbox;
     u.ctx.save();
-    u.ctx.fillStyle = css("--soft");
+    u.ctx.fillStyle = css("--night");
     let from = left;
     for (let i = 1; i < this.ticks.length; i++) {
       const to = u.valToPos(this.ticks[i], "x", true);
       if (to < left || to - from < 1) continue;
-      u.ctx.globalAlpha = 0.26 * (1 - Math.min(1, Math.max(0, this.light[i] ?? 1)));
+      u.ctx.globalAlpha = 0.4 * (1 - Math.min(1, Math.max(0, this.light[i] ?? 1)));
       u.ctx.fillRect(Math.round(from), top, Math.round(Math.min(to, left + width)) - Math.round(from), height);
       from = to;
       if (to > left + width) break;

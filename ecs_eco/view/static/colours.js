@@ -2,7 +2,8 @@
 
 import { DataTexture, LinearFilter, NoColorSpace, RGBAFormat, UnsignedByteType } from "./vendor.js";
 
-const SAFE = ["#009E73", "#E69F00", "#D55E00", "#56B4E9", "#CC79A7", "#F0E442", "#0072B2"];
+/** Colours, and the hue [degrees] that each stands for. @type {[string, number][]} */
+const SAFE = [["#009E73", 125], ["#E69F00", 38], ["#D55E00", 2], ["#56B4E9", 198], ["#CC79A7", 308], ["#F0E442", 58], ["#0072B2", 225]];
 
 /** Stops of ramps from low to high; their lightness rises steadily, or falls to both sides from the middle. */
 const RAMPS = {
@@ -17,39 +18,32 @@ export const rgb = (hex) => [1, 3, 5].map((i) => parseInt(hex.slice(i, i + 2), 1
 const hexOf = (colour) => "#" + colour.map((part) => Math.round(part).toString(16).padStart(2, "0")).join("");
 
 /**
- * Each kind gets the safe colour nearest to its own that is still free; more than there are repeat, lighter.
+ * Each kind gets the safe colour nearest to the hue of its own, the best pairs first; more kinds than colours repeat them, lighter.
  * @param {import("./protocol.js").Kind[]} kinds
  * @returns {string[]}
  */
 export function safe(kinds) {
-  const free = [...SAFE];
-  return kinds.map((kind) => {
-    if (kind.inanimate && nearGrey(rgb(kind.color))) return "#9aa3a8";
-    if (!free.length) free.push(...SAFE.map((hex) => hexOf(rgb(hex).map((part) => 0.5 * part + 110))));
-    const distance = free.map((hex) => apart(rgb(hex), rgb(kind.color)));
-    return free.splice(distance.indexOf(Math.min(...distance)), 1)[0];
-  });
+  /** @type {string[]} */
+  const found = kinds.map((kind) => (nearGrey(rgb(kind.color)) ? "#9aa3a8" : ""));
+  let offers = SAFE.map(([hex, hue]) => ({ hex, hue }));
+  while (found.includes("")) {
+    if (!offers.length) offers = SAFE.map(([hex, hue]) => ({ hex: hexOf(rgb(hex).map((part) => 0.5 * part + 110)), hue }));
+    const pairs = kinds.flatMap((kind, k) => (found[k] ? [] : offers.map((offer) => ({ k, offer, gap: gap(hueOf(rgb(kind.color)), offer.hue) }))));
+    const best = pairs.reduce((a, b) => (b.gap < a.gap ? b : a));
+    found[best.k] = best.offer.hex;
+    offers = offers.filter((offer) => offer !== best.offer);
+  }
+  return found;
 }
 
 /** @param {number[]} colour */
 const nearGrey = (colour) => Math.max(...colour) - Math.min(...colour) < 24;
 
-/**
- * How different two colours are: mostly hue, as people name them.
- * @param {number[]} a
- * @param {number[]} b
- */
-function apart(a, b) {
-  const [p, q] = [direction(a), direction(b)];
-  return (p[0] - q[0]) ** 2 + (p[1] - q[1]) ** 2 + 0.05 * (p[2] - q[2]) ** 2;
-}
+/** The hue of a colour [degrees]. @param {number[]} colour */
+const hueOf = ([r, g, b]) => (Math.atan2(Math.sqrt(3) * (g - b), 2 * r - g - b) * 180) / Math.PI;
 
-/** Hue as a point on a circle (times how colourful), and lightness. @param {number[]} colour */
-function direction([r, g, b]) {
-  const [x, y] = [r - 0.5 * (g + b), (Math.sqrt(3) / 2) * (g - b)];
-  const length = Math.hypot(x, y) || 1;
-  return [x / length, y / length, (r + g + b) / 765];
-}
+/** Degrees between two hues. @param {number} a @param {number} b */
+const gap = (a, b) => Math.abs(((((a - b + 180) % 360) + 360) % 360) - 180);
 
 /**
  * A world's own colour, made light enough for a dark ground or dark enough for a light one.

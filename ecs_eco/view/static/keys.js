@@ -22,7 +22,7 @@ export function listen(keys) {
     const arrows = event.key.startsWith("Arrow") || event.key === "Home";
     if (typing && event.key !== "Escape") return;
     if (arrows && target.id !== "canvas" && target !== document.body) return;
-    if (event.key === " " && target.closest("button, [role=tab]") && target.id !== "play") return;
+    if (event.key === " " && target.closest("button, [role=tab]")) return;
     const found = keys.find((key) => key.keys.includes(event.key));
     if (!found) return;
     event.preventDefault();

@@ -40,7 +40,7 @@ export class Layer {
       pointed: { value: kind.moves ? 1 : 0 },
     };
     const uniforms = { ...shared, ...this.own };
-    this.pointed = new ShaderMaterial({ uniforms, vertexShader: POINT_VERTEX, fragmentShader: POINT_FRAGMENT });
+    this.pointed = new ShaderMaterial({ uniforms, vertexShader: POINT_VERTEX, fragmentShader: POINT_FRAGMENT, transparent: true });
     this.bodied = new ShaderMaterial({ uniforms, vertexShader: BODY_VERTEX, fragmentShader: BODY_FRAGMENT, side: DoubleSide });
     /** @type {{drawn: Points | Mesh, geometry: BufferGeometry, buffers: InterleavedBuffer[], darts: boolean} | null} */
     this.form = null;

@@ -55,7 +55,7 @@ connection.on("said", (said) => {
 });
 connection.onframe = (buffer) => (page ? page.stage.take(buffer) : 0);
 connection.onlink = (link) => {
-  const words = { connecting: "connecting", open: page?.hello.mode === "replay" ? "replay" : "live", lost: "reconnecting", ended: "ended" };
+  const words = { connecting: "connecting", open: "connected", lost: "reconnecting", ended: "ended" };
   $("link").dataset.link = link;
   $("link").textContent = words[link];
   $("link").title = words[link];
@@ -70,7 +70,6 @@ function begin(hello) {
   $("title").textContent = hello.title || hello.world;
   $("mode").hidden = false;
   $("mode").textContent = hello.mode;
-  if (hello.mode === "replay") $("link").textContent = "replay";
   const stage = new Stage($("canvas"), hello);
   const colourOf = (/** @type {string} */ name) => stage.colours[stage.kinds.findIndex((kind) => kind.name === name)] ?? "#888888";
   const charts = new Charts(hello, colourOf);
@@ -118,15 +117,15 @@ function show(now) {
     $("play").innerHTML = now.playing ? PAUSE : PLAY;
     $("play").setAttribute("aria-label", now.playing ? "Pause" : "Play");
   }
-  $("step").disabled = now.done;
-  $("play").disabled = now.done;
-  $("rate").textContent = now.done ? "done" : now.playing ? `${number(now.rate, 2)} ticks/s` : "paused";
+  const over = now.done && page?.hello.mode === "live";
+  $("step").disabled = $("play").disabled = over;
+  $("rate").textContent = over ? "done" : now.playing ? `${number(now.rate, 2)} ticks/s` : "paused";
   const slot = SPEEDS.indexOf(now.speed);
   const nearest = slot >= 0 ? slot : SPEEDS.findIndex((speed) => speed === null || speed >= (now.speed ?? Infinity));
   if (document.activeElement !== $("speed") || slot >= 0) $("speed").value = nearest;
   tellSpeed(now.speed);
   if (page) overlay.ramp(by, now.colour);
-  if (now.done && page?.hello.mode === "live") overlay.notice("The run has ended.");
+  if (over) overlay.notice("The run has ended.");
 }
 
 // ---- what people do

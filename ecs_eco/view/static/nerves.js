@@ -9,7 +9,7 @@ import { rampColour } from "./colours.js";
 const WIDTH = 400;
 const STEP = 17;
 const NODE = 142; // x of the sensors' nodes
-const BOX = [188, 62]; // x and width of the networks
+const BOX = [166, 62]; // x and width of the networks
 const Y = 272, P = 290, Z = 331, H = 348, NAME = 360;
 const WORDS = { y: "y: the reflex forces (+1), leaves (0) or blocks (−1) the action", p: "p: probability by the policy", z: "z: chosen by the policy", H: "the decision H(y + z): done or not" };
 
@@ -78,7 +78,7 @@ function networks(root, rows) {
     const middle = boxes[name];
     root.append(
       s("rect", { x: BOX[0], y: middle - each / 2, width: BOX[1], height: each, rx: 8, fill: "var(--hover)", stroke: "var(--chart)" }),
-      s("text", { x: BOX[0] + BOX[1] / 2, y: middle + (name === "happiness" ? -3 : 3.5), "font-size": 10.5, "text-anchor": "middle" }, name),
+      s("text", { x: BOX[0] + BOX[1] / 2, y: middle + (name === "happiness" ? -11 : 3.5), "font-size": 10.5, "text-anchor": "middle" }, name),
     );
   }
   return boxes;
@@ -107,13 +107,14 @@ function sense(root, wires, sensor, i, y, boxes) {
     s("text", { x: 88, y: y + 3.5, "font-size": 10.5, "text-anchor": "end" }, short(sensor.name, 17)),
     s("rect", { x: 94, y: y - 3, width: 40, height: 6, rx: 1.5, fill: "var(--line)" }), bar, node));
   let most = 1;
+  let signed = false; // whether it has been below 0: then the bar begins in the middle
   return (nerves) => {
     const value = nerves.sensors[i]?.value ?? 0;
     most = Math.max(most, Math.abs(value));
     const share = Math.max(-1, Math.min(1, value / most));
-    const signed = share < 0;
+    signed ||= share < 0;
     const width = Math.abs(share) * (signed ? 20 : 40);
-    set(bar, { x: signed ? 114 - width : 94, width: Math.max(0.5, width), fill: signed ? "var(--minus)" : "var(--accent)" });
+    set(bar, { x: share < 0 ? 114 - width : signed ? 114 : 94, width: Math.max(0.5, width), fill: share < 0 ? "var(--minus)" : "var(--accent)" });
     const colour = `rgb(${rampColour("diverging", 0.5 + share / 2).map(Math.round).join(" ")})`;
     node.setAttribute("fill", colour);
     for (const line of lines) set(line, { stroke: "var(--soft)", "stroke-width": 0.5 + 0.9 * Math.abs(share), opacity: 0.12 + 0.5 * Math.abs(share) });
@@ -172,8 +173,8 @@ function act(root, wires, action, i, y, boxes, starts) {
  * @returns {(nerves: Nerves) => void}
  */
 function joy(root, y) {
-  const value = s("text", { x: BOX[0] + BOX[1] / 2, y: y + 13, "font-size": 13, "font-weight": 650, "text-anchor": "middle" });
-  const reward = s("text", { x: BOX[0] + BOX[1] + 8, y: y + 11, "font-size": 10 });
+  const value = s("text", { x: BOX[0] + BOX[1] / 2, y: y + 5, "font-size": 13, "font-weight": 650, "text-anchor": "middle" });
+  const reward = s("text", { x: BOX[0] + BOX[1] / 2, y: y + 18, "font-size": 10, "text-anchor": "middle" });
   root.append(value, reward);
   reward.append(s("title", {}, "reward: the change of happiness"));
   return (nerves) => {

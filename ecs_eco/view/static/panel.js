@@ -79,6 +79,7 @@ export class Panel {
     this.plot = null;
     this.nerves = organism.nerves ? drawNerves(organism.nerves) : null;
     this.factsAt = h("dl", { class: "facts" });
+    this.diedAt = h("dl", { class: "facts died", hidden: true });
     this.kinAt = h("div");
     this.traceAt = h("div", { class: "chart" });
     const kind = this.kind(organism);
@@ -86,7 +87,7 @@ export class Panel {
       h("span", { class: organism.alive ? "state" : "state dead", text: organism.alive ? "alive" : "dead" }), h("span", { class: "grow" }),
       h("button", { class: "button", type: "button", text: "Follow", title: "Follow with the camera (3)", onclick: this.calls.follow }),
       h("button", { class: "icon", type: "button", text: "✕", "aria-label": "Deselect", title: "Deselect (Esc)", onclick: () => this.calls.select(null) }));
-    this.root.replaceChildren(head, ...this.note(organism), this.factsAt, this.kinAt);
+    this.root.replaceChildren(head, ...this.note(organism), this.factsAt, this.diedAt, this.kinAt);
     if (this.nerves) this.root.append(part("Nervous system", this.nerves.root, h("button", { class: "plain", type: "button", text: "enlarge", onclick: () => this.enlarge() })));
     this.root.append(part("Happiness and energy", this.traceAt));
     if (organism.genome) this.root.append(part("Genome", drawGenome(organism.genome)));
@@ -103,7 +104,9 @@ export class Panel {
     if (organism.detail === "full" && !organism.note) return [];
     const fill = this.hello.mode === "replay" && organism.detail !== "full"
       && h("button", { class: "button", type: "button", text: "Fill in", title: "Replay from the nearest checkpoint", onclick: (/** @type {Event} */ event) => {
-        /** @type {HTMLButtonElement} */ (event.currentTarget).disabled = true;
+        const button = /** @type {HTMLButtonElement} */ (event.currentTarget);
+        button.disabled = true;
+        setTimeout(() => (button.disabled = false), 4000);
         this.calls.fill(organism.uid);
       } });
     const text = organism.note || (organism.detail === "record" ? "Only birth and death were recorded." : "Recorded in snapshots.");
@@ -122,17 +125,21 @@ export class Panel {
       fact("sex", organism.sex === null || organism.sex === "" ? "–" : String(organism.sex)),
       fact("generation", number(organism.generation)),
       fact("born", organism.born === null ? "–" : `tick ${number(organism.born)}`),
-      fact("place", place ? place.map((value) => number(value)).join(", ") + " m" : "–"),
+      fact("place", place ? place.slice(0, this.hello.size.length).map((value) => value.toFixed(1)).join(", ") + " m" : "–"),
       fact("heading", organism.heading === null ? "–" : `${Math.round((((organism.heading * 180) / Math.PI) % 360 + 360) % 360)}°`),
       fact("reward", number(nerves?.reward)),
     ];
+    this.factsAt?.replaceChildren(...items);
+    const key = JSON.stringify(died);
+    if (!this.diedAt || this.diedAt.dataset.key === key) return;
+    this.diedAt.dataset.key = key;
+    this.diedAt.hidden = !died;
     if (died) {
       const killer = typeof died.killer === "number" ? h("button", { class: "uid", type: "button", text: `#${died.killer}`, onclick: () => this.calls.select(Number(died.killer)) }) : died.killer;
       const text = h("dd", { text: `${died.cause}, tick ${number(died.tick)} ` });
       if (killer) text.append(killer);
-      items.push(h("div", { class: "wide" }, h("dt", { text: "died" }), text));
+      this.diedAt.replaceChildren(h("div", { class: "wide" }, h("dt", { text: "died" }), text));
     }
-    this.factsAt?.replaceChildren(...items);
   }
 
   /** @param {Organism} organism */

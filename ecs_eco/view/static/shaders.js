@@ -52,7 +52,7 @@ vec3 colour(float z) {
   float value = floor(now.w / 256.0);
   vec3 own = mix(plain, texture2D(ramp, vec2((value + 0.5) / 256.0, 0.5)).rgb, byValue);
   float light = day * exp(-murk * max(0.0, size.z - z));
-  return own * mix(0.62, 1.0, light);
+  return own * mix(0.7, 1.0, light);
 }
 `;
 
@@ -89,10 +89,11 @@ void main() {
     float round = length(vec2(x + 0.38, y)) / 0.6, tip = x > -0.2 ? y / max(0.001, 0.52 * (0.98 - x)) : 9.0;
     edge = min(round, tip);
   }
-  if (edge > 1.0) discard;
-  float rim = smoothstep(1.0 - 2.0 / max(vPixels, 2.0), 1.0, edge);
+  float blur = 1.2 / max(vPixels, 1.2), cover = 1.0 - smoothstep(1.0 - blur, 1.0, edge);
+  if (cover < 0.1) discard;
+  float rim = smoothstep(1.0 - 2.6 / max(vPixels, 4.0), 1.0, edge);
   vec3 lit = vColour * (1.06 - 0.16 * length(q - vec2(-0.25, 0.3)));
-  gl_FragColor = vec4(mix(lit, vColour * 0.62, 0.75 * rim), 1.0);
+  gl_FragColor = vec4(mix(lit, vColour * 0.66, 0.6 * rim), cover);
 }`;
 
 export const BODY_VERTEX = /* glsl */ `

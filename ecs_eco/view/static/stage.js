@@ -119,8 +119,8 @@ export class Stage {
     this.shared.sun.value.set(0.8 * along, -0.45, high).normalize();
     this.sun.position.copy(this.shared.sun.value).multiplyScalar(this.eye.span);
     this.shared.day.value = light;
-    this.sun.intensity = 0.4 + 1.9 * Math.min(1, light);
-    this.sky.intensity = 1.0 + 0.7 * Math.min(1, light);
+    this.sun.intensity = 0.35 + 1.35 * Math.min(1, light);
+    this.sky.intensity = 1.0 + 0.75 * Math.min(1, light);
     this.ground.tint(this.dark, light);
     this.dirty = true;
     this.onlight();
@@ -163,9 +163,9 @@ export class Stage {
     this.crowd = crowd;
     const room = Math.sqrt((width * height) / Math.max(50, crowd)); // px a head
     for (const layer of this.layers) {
-      const most = layer.kind.moves ? 4.6 : 2.6;
-      const least = layer.kind.moves ? 1.6 : 1.1;
-      layer.own.least.value = ratio * Math.min(most, Math.max(least, room * (layer.kind.moves ? 0.22 : 0.12)));
+      const most = layer.kind.moves ? 6 : 3.4;
+      const least = layer.kind.moves ? 1.8 : 1.3;
+      layer.own.least.value = ratio * Math.min(most, Math.max(least, room * (layer.kind.moves ? 0.34 : 0.2)));
     }
     this.dirty = true;
   }

@@ -80,6 +80,10 @@ export class Timeline {
     pen.fillStyle = css("--accent");
     pen.fillRect(4, middle - 2, at(this.tick) - 4, 4);
     for (const { tick } of this.marks.interventions ?? []) diamond(pen, at(tick), middle, 4.5, css("--ink"), css("--card"));
+    pen.fillStyle = css("--soft");
+    pen.font = `11px ${css("--font")}`;
+    pen.textAlign = "right";
+    if (height > 36 && !this.marks.deaths?.length) pen.fillText(this.hello.last === null ? "" : number(this.hello.last), width - 4, height - 4);
     pen.beginPath();
     pen.arc(at(this.tick), middle, 7, 0, 7);
     pen.fillStyle = css("--accent");
