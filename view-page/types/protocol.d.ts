@@ -46,14 +46,6 @@ export interface Hello {
   snapshot_every?: number | null;
 }
 
-export interface ColourRange {
-  by: string;
-  low?: number | null;
-  high?: number | null;
-  unit?: string;
-  labels?: string[];
-}
-
 export interface State {
   kind: "state";
   playing: boolean;
@@ -62,7 +54,8 @@ export interface State {
   rate: number;
   done: boolean;
   n: Record<string, number>;
-  colour?: ColourRange;
+  scales?: Record<string, [number, number]>;
+  pages?: number;
 }
 
 export interface Series {
@@ -81,9 +74,10 @@ export interface Mark {
 
 export interface Marks {
   kind: "marks";
-  births?: number[];
-  deaths?: number[];
+  births?: number[] | null;
+  deaths?: number[] | null;
   interventions?: Mark[];
+  fences?: number[][][];
 }
 
 export interface Gene {
@@ -91,7 +85,9 @@ export interface Gene {
   trait?: string | null;
   from: number;
   to: number;
-  value: number | string | boolean | null;
+  value: number | (number | null)[] | null;
+  text?: string;
+  alleles?: (number | (number | null)[] | null)[];
 }
 
 export interface Genome {

@@ -5,6 +5,8 @@
 
 const WAITS = [0.5, 1, 2, 4, 8]; // [s] between attempts; after the last, the run has ended
 
+const ENDS = [1000, 1001, 1012]; // the server went away on purpose
+
 export class Connection {
   constructor() {
     /** @type {Map<string, ((message: any) => void)[]>} */
@@ -19,7 +21,8 @@ export class Connection {
     this.socket = null;
     this.attempts = 0;
     this.greeted = false;
-    this.done = false;
+    this.live = false;
+    this.done = false; // whether a living world has come to its end
   }
 
   /**
@@ -47,9 +50,10 @@ export class Connection {
   read(message) {
     if (message.kind === "hello") {
       this.greeted = true;
+      this.live = message.mode === "live";
       this.attempts = 0;
     }
-    if (message.kind === "state") this.done = message.done;
+    if (message.kind === "state") this.done = message.done && this.live;
     this.counts[message.kind] = (this.counts[message.kind] ?? 0) + 1;
     for (const listener of this.listeners.get(message.kind) ?? []) listener(message);
   }
@@ -62,7 +66,7 @@ export class Connection {
   /** @param {number} code */
   closed(code) {
     this.socket = null;
-    if (code === 1000 || this.attempts >= WAITS.length) return this.onlink("ended");
+    if (this.done || ENDS.includes(code) || this.attempts >= WAITS.length) return this.onlink("ended");
     this.onlink("lost");
     setTimeout(() => this.open(), WAITS[this.attempts++] * 1000);
   }

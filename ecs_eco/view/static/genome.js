@@ -5,7 +5,10 @@ import { h, number } from "./dom.js";
 const HUES = ["#0072B2", "#E69F00", "#009E73", "#CC79A7", "#D55E00", "#56B4E9", "#b09f00"];
 
 /** @param {import("./protocol.js").Gene} gene */
-const decoded = (gene) => (typeof gene.value === "number" ? number(gene.value) : String(gene.value ?? "–"));
+function decoded({ value, text }) {
+  if (typeof value === "number") return number(value);
+  return Array.isArray(value) ? value.map((one) => number(one)).join(", ") : (text ?? String(value ?? "–"));
+}
 
 /** @param {import("./protocol.js").Genome} genome */
 export function drawGenome(genome) {
@@ -25,7 +28,7 @@ export function drawGenome(genome) {
 
 /** @param {import("./protocol.js").Gene} gene */
 function explain(gene) {
-  return `${gene.name}${gene.trait && gene.trait !== gene.name ? ` (${gene.trait})` : ""} = ${decoded(gene)}, letters ${gene.from + 1}–${gene.to}`;
+  return `${gene.name}${gene.trait && gene.trait !== gene.name ? ` (${gene.trait})` : ""} = ${decoded(gene)}, letters ${gene.from + 1}–${gene.to}${gene.alleles ? `; alleles ${gene.alleles.map((allele) => decoded({ ...gene, value: allele })).join(" and ")}` : ""}`;
 }
 
 /**

@@ -13,6 +13,7 @@ export class Relief {
   /** @param {Hello} hello */
   constructor(hello) {
     this.size = hello.size;
+    this.torus = hello.edges === "torus";
     const terrain = hello.terrain;
     this.nx = terrain?.nx ?? 0;
     this.ny = terrain?.ny ?? 0;
@@ -34,7 +35,8 @@ export class Relief {
     const u = (x / this.size[0]) * nx - 0.5;
     const v = (y / this.size[1]) * ny - 0.5;
     const [i, j] = [Math.floor(u), Math.floor(v)];
-    const cell = (/** @type {number} */ a, /** @type {number} */ b) => heights[((b + ny) % ny) * nx + ((a + nx) % nx)];
+    const into = (/** @type {number} */ a, /** @type {number} */ n) => (this.torus ? (a + n) % n : Math.min(n - 1, Math.max(0, a)));
+    const cell = (/** @type {number} */ a, /** @type {number} */ b) => heights[into(b, ny) * nx + into(a, nx)];
     const [p, q] = [u - i, v - j];
     return (cell(i, j) * (1 - p) + cell(i + 1, j) * p) * (1 - q) + (cell(i, j + 1) * (1 - p) + cell(i + 1, j + 1) * p) * q;
   }
@@ -55,6 +57,9 @@ export class Ground {
     this.murk = this.volume ? 2.6 / hello.size[2] : 0;
     /** @type {boolean | undefined} the theme that the hills are painted for */
     this.painted = undefined;
+    /** @type {LineSegments | null} */
+    this.fenced = null;
+    this.wood = new LineBasicMaterial();
     this.lines = new LineBasicMaterial({ transparent: true });
     this.soil = new MeshLambertMaterial({ vertexColors: Boolean(relief.nx) });
     this.flat = new MeshBasicMaterial({ side: DoubleSide });
@@ -147,6 +152,35 @@ export class Ground {
     return mesh;
   }
 
+  /**
+   * Fences that stand, each a line of corners [m].
+   * @param {number[][][]} fences
+   */
+  fence(fences) {
+    if (this.fenced) this.group.remove(this.fenced);
+    const points = [];
+    const tall = 0.012 * Math.max(...this.hello.size);
+    for (const corners of fences) {
+      for (let k = 1; k < corners.length; k++) {
+        const [[ax, ay], [bx, by]] = [corners[k - 1], corners[k]];
+        const parts = Math.max(1, Math.ceil(Math.hypot(bx - ax, by - ay) / tall));
+        for (let p = 0; p <= parts; p++) {
+          const at = (/** @type {number} */ share) => [ax + (bx - ax) * share, ay + (by - ay) * share];
+          const [x, y] = at(p / parts);
+          const ground = this.relief.at(x, y);
+          points.push(x, y, ground, x, y, ground + tall);
+          if (p === parts) continue;
+          const [u, v] = at((p + 1) / parts);
+          for (const level of [0.45, 0.85]) points.push(x, y, ground + level * tall, u, v, this.relief.at(u, v) + level * tall);
+        }
+      }
+    }
+    const geometry = new BufferGeometry();
+    geometry.setAttribute("position", new BufferAttribute(new Float32Array(points), 3));
+    this.fenced = new LineSegments(geometry, this.wood);
+    this.group.add(this.fenced);
+  }
+
   sea() {
     const [x, y, z] = this.hello.size;
     const box = new Mesh(new BoxGeometry(x, y, z), this.water); // only its far inner sides are drawn
@@ -173,6 +207,7 @@ export class Ground {
     this.flat.color.copy(dark ? mix("#10171a", "#1a2321") : mix("#b9c2cb", "#eef0e8"));
     this.lines.color.copy(dark ? new Color("#5b6f73") : new Color("#7d8a86"));
     this.lines.opacity = this.volume ? 0.55 : dark ? 0.28 : 0.26;
+    this.wood.color.copy(new Color(dark ? "#c9a36a" : "#7a5a2e"));
     this.lake.color.copy(dark ? mix("#173248", "#2f6f9e") : mix("#6f93b0", "#7fb7dc"));
     this.stone.color.copy(dark ? mix("#3c4347", "#6b7377") : mix("#8b9297", "#aab0b3"));
     this.surface.color.copy(mix("#5b7fa6", "#d9f3ff"));

@@ -43,15 +43,19 @@ connection.on("hello", (hello) => {
 });
 connection.on("state", show);
 connection.on("series", (series) => page?.charts.add(series));
-connection.on("marks", (marks) => page?.timeline.mark(marks));
+connection.on("marks", (marks) => {
+  page?.timeline.mark(marks);
+  page?.stage.ground.fence(marks.fences ?? []);
+});
 connection.on("params", ({ list }) => page?.act?.offer(list));
 connection.on("organism", (organism) => {
   if (organism.uid === page?.stage.selected) page.panel.show(organism);
 });
 connection.on("said", (said) => {
   page?.act?.note(said);
+  if (said.field === "select") page?.panel.refuse(said.text);
   announce(said.text);
-  if (!page?.act || said.level !== "info") flash(said.text);
+  if (said.field !== "select" && $("act").hidden) flash(said.text);
 });
 connection.onframe = (buffer) => (page ? page.stage.take(buffer) : 0);
 connection.onlink = (link) => {
@@ -124,7 +128,7 @@ function show(now) {
   const nearest = slot >= 0 ? slot : SPEEDS.findIndex((speed) => speed === null || speed >= (now.speed ?? Infinity));
   if (document.activeElement !== $("speed") || slot >= 0) $("speed").value = nearest;
   tellSpeed(now.speed);
-  if (page) overlay.ramp(by, now.colour);
+  if (page) overlay.ramp(by, now.scales);
   if (over) overlay.notice("The run has ended.");
 }
 
@@ -204,7 +208,7 @@ function colour(name) {
   by = name;
   $("colour").value = name;
   page?.stage.colourBy(name);
-  overlay.ramp(name, state?.colour);
+  overlay.ramp(name);
   connection.send({ kind: "colour", by: name });
 }
 

@@ -37,17 +37,19 @@ export function legend(stage, own, onown) {
 /**
  * What the colours of values mean.
  * @param {string} by
- * @param {import("./protocol.js").ColourRange} [range]
+ * @param {Record<string, [number, number]>} [scales] low and high, by kind
  */
-export function ramp(by, range) {
+export function ramp(by, scales) {
   const root = $("ramp");
   root.hidden = by === "species";
   if (root.hidden) return;
-  const known = range?.by === by ? range : undefined;
-  const unit = known?.unit ? ` ${known.unit}` : "";
-  const end = (/** @type {number | null | undefined} */ value, /** @type {string} */ word) => (value === null || value === undefined ? word : number(value) + unit);
-  root.replaceChildren(by.replace("gene:", "gene "), h("i", { style: `background:${gradient(rampOf(by))}` }),
-    h("div", {}, h("span", { text: end(known?.low, "low") }), h("span", { text: end(known?.high, "high") })));
+  const found = Object.entries(scales ?? {});
+  const key = JSON.stringify([by, found]);
+  if (root.dataset.key === key) return;
+  root.dataset.key = key;
+  root.replaceChildren(by.replace("gene:", "gene "), h("i", { style: `background:${gradient(rampOf(by))}` }), ...found.map(([name, [low, high]]) =>
+    h("div", {}, h("span", { text: number(low) }), h("em", { text: name }), h("span", { text: number(high) }))));
+  if (!found.length) root.append(h("div", {}, h("span", { text: "low" }), h("span", { text: "high" })));
 }
 
 /**

@@ -58,6 +58,12 @@ export class Panel {
     }
   }
 
+  /** There is nothing to show. @param {string} why */
+  refuse(why) {
+    this.forget();
+    this.root.replaceChildren(h("div", { class: "empty", text: why }));
+  }
+
   /** @param {Organism} organism */
   show(organism) {
     const kept = [organism.uid, organism.detail, organism.alive, organism.note, Boolean(organism.nerves && signature(organism.nerves)), organism.genome !== null].join();
@@ -125,7 +131,7 @@ export class Panel {
       fact("sex", organism.sex === null || organism.sex === "" ? "–" : String(organism.sex)),
       fact("generation", number(organism.generation)),
       fact("born", organism.born === null ? "–" : `tick ${number(organism.born)}`),
-      fact("place", place ? place.slice(0, this.hello.size.length).map((value) => value.toFixed(1)).join(", ") + " m" : "–"),
+      fact("place [m]", place ? place.slice(0, this.hello.size.length).map((value) => value.toFixed(1)).join(", ") : "–"),
       fact("heading", organism.heading === null ? "–" : `${Math.round((((organism.heading * 180) / Math.PI) % 360 + 360) % 360)}°`),
       fact("reward", number(nerves?.reward)),
     ];

@@ -11,6 +11,7 @@ uniform float day;        // light at the surface 0 … 1
 uniform float murk;       // how fast light fades with depth [1/m], 0 on land
 uniform vec3 plain;       // colour of the kind
 uniform float byValue;    // 1 where the value chooses the colour
+uniform vec3 mute;        // colour of who has no value
 uniform sampler2D ramp;
 uniform sampler2D relief; // heights of the ground [m]
 uniform vec2 cells;       // of relief; 0 where the ground is flat
@@ -24,7 +25,9 @@ float ground(vec2 p) {
   if (cells.x < 1.0) return 0.0;
   vec2 at = p * cells - 0.5;
   vec2 low = floor(at), part = at - low;
-  ivec2 n = ivec2(cells), a = ivec2(mod(low, cells)), b = ivec2(mod(low + 1.0, cells));
+  vec2 high = low + 1.0;
+  ivec2 a = ivec2(mix(clamp(low, vec2(0.0), cells - 1.0), mod(low, cells), wrap.xy));
+  ivec2 b = ivec2(mix(clamp(high, vec2(0.0), cells - 1.0), mod(high, cells), wrap.xy));
   float bottom = mix(texelFetch(relief, a, 0).r, texelFetch(relief, ivec2(b.x, a.y), 0).r, part.x);
   float top = mix(texelFetch(relief, ivec2(a.x, b.y), 0).r, texelFetch(relief, b, 0).r, part.x);
   return mix(bottom, top, part.y);
@@ -50,7 +53,8 @@ float grown() { return before.w > 255.5 ? 0.25 + 0.75 * alpha : 1.0; }
 
 vec3 colour(float z) {
   float value = floor(now.w / 256.0);
-  vec3 own = mix(plain, texture2D(ramp, vec2((value + 0.5) / 256.0, 0.5)).rgb, byValue);
+  vec3 told = value < 0.5 ? mute : texture2D(ramp, vec2((value - 0.5) / 255.0, 0.5)).rgb; // 0: has no such thing
+  vec3 own = mix(plain, told, byValue);
   float light = day * exp(-murk * max(0.0, size.z - z));
   return own * mix(0.7, 1.0, light);
 }

@@ -48,6 +48,7 @@ export class Stage {
       day: { value: 1 },
       murk: { value: this.ground.murk },
       sun: { value: new Vector3(0.3, -0.4, 0.86) },
+      mute: { value: [0.6, 0.63, 0.65] },
       ramp: { value: this.ramps.sequential },
       relief: { value: this.relief.texture },
       cells: { value: new Vector2(this.relief.nx, this.relief.ny) },
@@ -133,6 +134,7 @@ export class Stage {
    */
   theme(dark, own) {
     this.dark = dark;
+    this.shared.mute.value = dark ? [0.27, 0.31, 0.33] : [0.74, 0.77, 0.78];
     this.colours = own ? this.kinds.map((kind) => kind.color) : safe(this.kinds);
     this.colours = this.colours.map((hex) => legible(hex, dark));
     this.layers.forEach((layer, k) => (layer.own.plain.value = rgb(this.colours[k]).map((part) => part / 255)));
@@ -141,13 +143,8 @@ export class Stage {
 
   /** What organisms are coloured by. @param {string} by */
   colourBy(by) {
-    const gene = by.startsWith("gene:") ? by.slice(5) : null;
     this.shared.ramp.value = this.ramps[rampOf(by)];
-    for (const layer of this.layers) {
-      const has = gene === null || !layer.kind.genes || layer.kind.genes.includes(gene) || gene.startsWith(layer.kind.name + ".");
-      layer.own.byValue.value = by === "species" || layer.kind.inanimate || !has ? 0 : 1;
-      if (by === "happiness" && !layer.kind.moves) layer.own.byValue.value = 0;
-    }
+    for (const layer of this.layers) layer.own.byValue.value = by === "species" || layer.kind.inanimate ? 0 : 1;
     this.dirty = true;
   }
 
