@@ -48,8 +48,8 @@ def _check_who(config: WorldConfig, key: Key, what: Cull | Add) -> Iterator[Prob
     if what.species not in (*config.species, *config.objects):
         yield unknown((*key, "species"), "species or object type", what.species, [*config.species, *config.objects])
     if isinstance(what, Cull):
-        if (what.share is None) == (what.count is None):
-            yield Problem((*key, "share"), "give exactly one of share and count", allowed="share = 0.5, or count = 20")
+        if (what.share, what.count, what.uids).count(None) != 2:
+            yield Problem((*key, "share"), "give exactly one of share, count and uids", allowed="share = 0.5, count = 20, or uids = [7]")
         if what.which in ("richest", "poorest") and what.species in config.objects:
             yield Problem((*key, "which"), "objects have no energy", what.which, "random, oldest, youngest")
 

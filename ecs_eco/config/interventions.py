@@ -11,6 +11,7 @@ from ecs_eco.config.base import Count, Name, Point, Real, Section, Share, about,
 
 Tick = Annotated[int, Field(ge=0, le=10**12)]
 Region = Annotated[list[Real], Field(min_length=3, max_length=4)]
+Uids = Annotated[list[Annotated[int, Field(ge=1, lt=2**63)]], Field(min_length=1, max_length=100_000)]
 Corner = Annotated[list[Real], Field(min_length=2, max_length=2)]
 REGION = "a circle [x, y, radius] or a rectangle [x0, y0, x1, y1]"
 
@@ -51,7 +52,8 @@ class Cull(Intervention):
     kind: Literal["cull"]
     species: Name = about("a species or an object type")
     share: Share | None = quantity("share of those alive that die, rounded to whole organisms", "1", None)
-    count: Count | None = quantity("how many die, or all where there are fewer; give share or count", "1", None)
+    count: Count | None = quantity("how many die, or all where there are fewer; give one of share, count and uids", "1", None)
+    uids: Uids | None = about("those that die, where they live; give one of share, count and uids", None)
     region: Region | None = quantity(f"of those in {REGION}; absent: of all", "m", None)
     which: Literal["random", "oldest", "youngest", "richest", "poorest"] = about(
         "who dies first; rich is who has much energy; equals by the lower uid", "random"
@@ -104,7 +106,10 @@ def describe(what: Mapping[str, Any] | str) -> str:
     where = f" in {_place(what['region'])}" if what.get("region") else ""
     kind, species = what.get("kind"), what.get("species")
     if kind == "cull":
-        much = f"{100 * what['share']:g} % of" if "share" in what else f"{what['count']:,}"
+        if what.get("uids"):
+            much = " and ".join(f"#{uid}" for uid in what["uids"]) if len(what["uids"]) < 4 else f"{len(what['uids']):,} chosen"
+        else:
+            much = f"{100 * what['share']:g} % of" if "share" in what else f"{what['count']:,}"
         first = "" if what.get("which", "random") == "random" else f", the {what['which']} first"
         return f"cull {much} {species}{where}{first}" + (f" ({what['cause']})" if what.get("cause", "culled") != "culled" else "")
     if kind == "add":

@@ -51,6 +51,10 @@ class Intervene(System):
         if what.region is not None:
             p = table[Position]
             rows = rows[Region(world.space, what.region).has(p.x[rows], p.y[rows])]
+        if what.uids is not None:
+            rows = rows[np.isin(table.uid[rows], np.array(what.uids, np.uint64))]
+            table.cause[rows] = world.cause(what.cause)
+            return
         wanted = what.count if what.share is None else math.floor(what.share * rows.size + 0.5)
         first = np.argsort(_rank(table, rows, what.which, world.key), kind="stable")
         table.cause[rows[first[:wanted]]] = world.cause(what.cause)

@@ -68,6 +68,16 @@ def test_only_those_in_the_region_are_culled_and_a_circle_reaches_around_a_torus
     assert square.has(np.array([5.0, 5.0, 11.0]), np.array([5.0, 21.0, 5.0])).tolist() == [True, False, False]
 
 
+def test_named_ones_are_culled_and_no_others_and_who_is_dead_already_does_not_matter():
+    w = world({"kind": "cull", "at": 0, "species": "wolf", "uids": [75, 10**9, 72], "cause": "removed"},
+              **{"species.grass.count": 10, "species.wolf.count": 6})  # fmt: skip
+    wolf = w.tables["wolf"]
+    assert uids(wolf) == {71, 72, 73, 74, 75, 76}  # after 10 tufts and 60 deer
+    w.systems[0].process()
+    assert sorted(wolf.uid[wolf.doomed()]) == [72, 75]
+    assert {w.causes[c - 1] for c in wolf.cause[wolf.doomed()]} == {"removed"}
+
+
 def test_newcomers_live_from_the_end_of_the_tick_with_the_next_uids_in_the_region_and_founders_energy():
     w = world({"kind": "add", "at": 3, "species": "deer", "count": 40, "region": [10.0, 20.0, 30.0, 25.0]},
               **{"species.deer.reproduction.rate": 0.0})
