@@ -146,8 +146,9 @@ export class Eye {
    * @param {number} ahead
    * @param {number} [turn] [rad]
    * @param {number} [zoom] factor
+   * @param {number} [tilt] [rad] towards the view from above
    */
-  nudge(right, ahead, turn = 0, zoom = 1) {
+  nudge(right, ahead, turn = 0, zoom = 1, tilt = 0) {
     this.touched = true;
     this.flight = null;
     const arm = this.camera.position.clone().sub(this.controls.target);
@@ -155,7 +156,10 @@ export class Eye {
     const side = new Vector3().crossVectors(forward, UP);
     const step = side.multiplyScalar(right * arm.length()).addScaledVector(forward, ahead * arm.length());
     this.controls.target.add(step);
-    arm.applyAxisAngle(UP, turn).multiplyScalar(zoom);
+    const slope = Math.min(this.controls.maxPolarAngle, Math.max(0.02, arm.angleTo(UP) - tilt));
+    const level = Math.hypot(arm.x, arm.y) || 1e-9;
+    const length = zoom * arm.length();
+    arm.set((arm.x / level) * Math.sin(slope), (arm.y / level) * Math.sin(slope), Math.cos(slope)).multiplyScalar(length).applyAxisAngle(UP, turn);
     this.camera.position.copy(this.controls.target).add(arm);
     this.controls.update();
   }

@@ -314,8 +314,8 @@ const KEYS = [
 ];
 const MOVES = [
   { keys: ["ArrowRight"], shown: "", about: "", does: (/** @type {KeyboardEvent} */ event) => (event.shiftKey ? eye()?.nudge(0, 0, 0.12) : eye()?.nudge(0.06, 0)) },
-  { keys: ["ArrowUp"], shown: "", about: "", does: () => eye()?.nudge(0, 0.06) },
-  { keys: ["ArrowDown"], shown: "", about: "", does: () => eye()?.nudge(0, -0.06) },
+  { keys: ["ArrowUp"], shown: "", about: "", does: (/** @type {KeyboardEvent} */ event) => (event.shiftKey ? eye()?.nudge(0, 0, 0, 1, 0.1) : eye()?.nudge(0, 0.06)) },
+  { keys: ["ArrowDown"], shown: "", about: "", does: (/** @type {KeyboardEvent} */ event) => (event.shiftKey ? eye()?.nudge(0, 0, 0, 1, -0.1) : eye()?.nudge(0, -0.06)) },
 ];
 listen([...KEYS, ...MOVES]);
 help(KEYS);
