@@ -14,10 +14,11 @@ import pytest
 
 api = pytest.importorskip("playwright.sync_api", reason='playwright is not installed: pip install -e ".[dev]"')
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
-pytestmark = [pytest.mark.slow, pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on this machine (Debian: apt-get install chromium)")]
+pytestmark = [pytest.mark.slow, pytest.mark.skipif(CHROMIUM is None, reason="no Chromium here (Debian: apt-get install chromium)")]
 
 MAIN = "from ecs_eco.cli import main; main()"
-PARK = {"space.size": "[60, 60]", "species.grass.count": 300, "species.deer.count": 80, "species.wolf.count": 12, "species.wolf.diet.0.chance": 0}
+PARK = {"space.size": "[60, 60]", "species.grass.count": 300, "species.deer.count": 80, "species.wolf.count": 12,
+        "species.wolf.diet.0.chance": 0}  # fmt: skip
 for animal in ("deer", "wolf"):  # nobody is eaten, starves or is born: tests may take their time
     zero = ("metabolism.basal", "locomotion.cost.walk", "locomotion.cost.run", "reproduction.rate")
     PARK |= {f"species.{animal}.{key}": 0 for key in zero} | {f"species.{animal}.lethal.1.max": 1e9}

@@ -136,7 +136,7 @@ export class Panel {
       fact("reward", number(nerves?.reward)),
     ];
     this.factsAt?.replaceChildren(...items);
-    const key = JSON.stringify(died);
+    const key = JSON.stringify([died, organism.alive]);
     if (!this.diedAt || this.diedAt.dataset.key === key) return;
     this.diedAt.dataset.key = key;
     this.diedAt.hidden = !died;
@@ -144,7 +144,7 @@ export class Panel {
       const killer = typeof died.killer === "number" ? h("button", { class: "uid", type: "button", text: `#${died.killer}`, onclick: () => this.calls.select(Number(died.killer)) }) : died.killer;
       const text = h("dd", { text: `${died.cause}, tick ${number(died.tick)} ` });
       if (killer) text.append(killer);
-      this.diedAt.replaceChildren(h("div", { class: "wide" }, h("dt", { text: "died" }), text));
+      this.diedAt.replaceChildren(h("div", { class: "wide" }, h("dt", { text: organism.alive ? "will die" : "died" }), text));
     }
   }
 
