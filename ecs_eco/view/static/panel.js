@@ -194,7 +194,7 @@ export class Panel {
     const axis = { stroke: css("--soft"), font: "11px " + css("--font"), ticks: { show: false }, grid: { stroke: css("--line"), width: 1 } };
     const text = (/** @type {uPlot} */ _, /** @type {number[]} */ splits) => splits.map((value) => number(value));
     return new uPlot({
-      width: Math.max(200, this.root.clientWidth - 32), height: 130, padding: [6, 0, 0, 0], legend: { show: false },
+      width: Math.max(200, this.root.clientWidth - 32), height: 130, padding: [6, 12, 0, 12], legend: { show: false },
       cursor: { y: false, drag: { x: false, y: false } },
       scales: { x: { time: false }, h: {}, e: {} },
       axes: [{ ...axis, size: 24, space: 70, values: text }, { ...axis, scale: "h", size: 42, space: 26, values: text }, { ...axis, scale: "e", side: 1, size: 42, space: 26, grid: { show: false }, values: text }],
