@@ -230,3 +230,22 @@ def test_the_page_says_when_the_run_has_ended(browser):
         assert "has ended" in page.locator("#notice").inner_text()
         run.process.terminate()
         until(page, "ecs.ended")
+
+
+def test_a_recorded_run_is_scrubbed_and_what_was_not_recorded_is_filled_in(browser, tmp_path):
+    words = ["run", "predator-prey", *SMALL, "--policies", "random", "--ticks", "60", "--out", str(tmp_path / "run"), "--quiet"]
+    subprocess.run([sys.executable, "-c", MAIN, *words], check=True, capture_output=True, env=os.environ | {"OMP_NUM_THREADS": "1"})
+    with watched(str(tmp_path / "run")) as run, opened(browser, run.address) as page:
+        assert page.evaluate("ecs.mode") == "replay"
+        assert not page.locator("#tab-act").is_visible()
+        pause(page)
+        for tick in (43, 7):
+            page.get_by_label("Time, in ticks").evaluate(f"slider => {{ slider.value = {tick}; slider.dispatchEvent(new Event('input')) }}")
+            until(page, f"ecs.tick === {tick} && document.querySelector('#tick').textContent === '{tick}'")
+        uid = select(page, "deer")
+        panel = page.locator("#organism")
+        panel.locator(".note").wait_for()
+        assert f"#{uid}" in panel.locator(".who").inner_text()
+        assert panel.locator(".nerves").count() == 0
+        panel.get_by_role("button", name="Fill in").click()
+        panel.locator(".nerves").wait_for(timeout=60_000)
