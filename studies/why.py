@@ -1,8 +1,9 @@
 """Does `ecs-eco why` find what was done to a world? Five staged disasters and healthy worlds, each many times at random.
 
 The label of a world is what was changed in it (studies/_disasters.py). A world is drawn anew where what was to happen did not:
-a disaster in which the species it was meant for lived on, a healthy world in which a species of animals fell below 5. The limits in ecs_eco.analysis.why were chosen on the
-variants of the tuning seeds alone; those of the test seeds were looked at once they stood.
+a disaster in which the species it was meant for lived on, a healthy world in which a species of animals fell below 5. The limits in
+ecs_eco.analysis.why were chosen on variants of other seeds (1000 to 1007 and 2000 to 2007), and were right in all of those in the
+end; those of the test seeds were first looked at when the limits stood.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 from _disasters import CLASSES, web
 from _study import Study, verdict
 
-TUNING, TEST = 1_000, 50_000
+TEST = 50_000
 DRAWS = 20  # of a world until what was to happen did
 
 
@@ -71,9 +72,8 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
         lines, right, total = confusion(cases, which)
         rows += lines
         share, low, high = wilson(right, total)
-        goal = "≥ 80 %" if which == "test" else "for comparison: the limits were chosen on these"
         said = f"{right} of {total} ({share:.0%}, {low:.0%} … {high:.0%})"
-        out.append(verdict(f"verdicts that name what was done, {which} variants", said, goal, share >= 0.8))
+        out.append(verdict(f"verdicts that name what was done, {which} variants", said, "≥ 80 %", share >= 0.8))
         used = [c for c in cases if c["case"]["set"] == which]
         named = sum(c["case"]["label"] in (c["result"]["said"], (c["result"]["runner_up"] or {}).get("verdict")) for c in used)
         out.append(verdict(f"verdict or runner-up, {which} variants", f"{named} of {total}", "≥ 80 %", named >= 0.8 * total))
@@ -82,8 +82,7 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
     return {"verdicts": out, "table": {"head": ["variants", "staged", *(f"said {c}" for c in CLASSES), "said another"], "rows": rows}}
 
 
-CASES = [{"set": which, "label": label, "seed": first + i} for which, first, n in (("test", TEST, 10), ("tuning", TUNING, 5))
-         for label in CLASSES for i in range(n)]  # fmt: skip
+CASES = [{"set": "test", "label": label, "seed": TEST + i} for label in CLASSES for i in range(10)]
 STUDY = Study(
     name="why", claim="`ecs-eco why` names what was done to a world", config={"ticks": 1000}, cases=CASES, run=run, summarise=summarise,
     short_cases=[{"set": "test", "label": label, "seed": TEST + 10} for label in CLASSES],
