@@ -119,6 +119,20 @@ def test_hunters_that_age_and_hardly_breed_were_too_few() -> None:
     assert diagnose(run)["verdict"] == "predators too few"
 
 
+def test_hunters_that_starved_in_a_trough_of_prey_are_not_to_blame_for_its_later_end() -> None:
+    n = {
+        "a": course((0, 500), (20, 20), (40, 20), (60, 500), (80, 10), (99, 400)),
+        "b": course((0, 100), (20, 100), (40, 5), (65, 100), (90, 0)),
+        "c": course((0, 10), (30, 10), (50, 0)),
+    }
+    fell = {s: np.maximum(-np.diff(v, append=v[-1]), 0) for s, v in n.items()}
+    died = {("a", "eaten by b"): n["b"] / 5, ("b", HUNGER): fell["b"], ("b", "eaten by c"): n["c"] / 20, ("c", HUNGER): fell["c"]}
+    found = diagnose(case(n, died, {"a": PLANT, "b": animal("a"), "c": animal("b")}, burnt={s: 0.01 * n[s] for s in "bc"}))
+    assert [f["species"] for f in found["fell"]] == ["c", "b"]
+    assert found["fell"][0]["causes"]["scarce: b"] > 0.9
+    assert (found["verdict"], found["species"], found["victim"]) == ("overgrazing", "b", "a")
+
+
 def test_newborn_that_cannot_last_until_a_meal_starve() -> None:
     n = {"a": course((0, 500), (99, 500)), "b": course((0, 100), (90, 0), (99, 0))}
     fell = np.maximum(-np.diff(n["b"], append=0), 0)

@@ -15,7 +15,8 @@ def advise(case: Case, diagnosis: dict[str, Any], limits: dict[str, str | None] 
     """Values to turn for a verdict, the likeliest first: key, value now, direction, what it does. None that stands at its end already."""
     found: dict[str, dict[str, Any]] = {}
     if diagnosis["species"] is None:
-        lines = [line for s, limit in (limits or {}).items() for line in list(_of_limit(case, s, limit))[:2]]
+        told = [(s, line) for s, limit in (limits or {}).items() for line in list(_of_limit(case, s, limit))[:2]]
+        lines = [(key, way, f"for more {s}: {what}") for s, (key, way, what) in told]
     else:
         lines = list(REMEDIES[diagnosis["verdict"]](case, diagnosis["species"], diagnosis["victim"]))
     for key, way, what in lines:

@@ -35,7 +35,7 @@ def headline(case: Case, found: Mapping[str, Any]) -> str:
     if not len(series.ticks):
         return "The run has no ticks."
     if what == "healthy":
-        said = f"Nothing died out in {len(series.ticks):,} ticks."
+        said = f"Nothing died out in {len(series.ticks):,} tick{'s' * (len(series.ticks) != 1)}."
     elif what == "nobody":
         said = "Nobody lived at the end of any tick."
     else:
