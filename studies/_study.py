@@ -307,9 +307,11 @@ def _each(run: Callable[..., Any], config: dict[str, Any], cases: Sequence[Case]
         for case in cases:
             yield case, _one(run, config, case)
         return
+    from ecs_eco.workers import end_with_parent
+
     for name in THREADS:  # processes share the cores; one thread each unless the caller chose
         os.environ.setdefault(name, "1")
-    with ProcessPoolExecutor(min(workers, len(cases)), mp_context=get_context("spawn")) as pool:
+    with ProcessPoolExecutor(min(workers, len(cases)), mp_context=get_context("spawn"), initializer=end_with_parent) as pool:
         waiting = {pool.submit(_one, run, config, case): case for case in cases}
         for future in as_completed(waiting):
             error = future.exception()

@@ -21,6 +21,7 @@ from ecs_eco.cli import crossing
 from ecs_eco.cli.terminal import INTERRUPTED, complain, progress, refuse, say
 from ecs_eco.config import WorldConfig, load
 from ecs_eco.errors import nearest
+from ecs_eco.workers import end_with_parent
 
 CONTROLS = {"random-policy": "random", "untrained-policy": "untrained"}  # by the policies that they run with
 LEARNING = {"learning": True, "frozen-learning": False}  # by whether policies go on learning in the run
@@ -206,6 +207,7 @@ def _obey() -> None:
 
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, end)
+    end_with_parent()
 
 
 def run_one(arm: Arm, seed: int, ticks: int, out: Path) -> Any:
