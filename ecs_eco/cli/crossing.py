@@ -103,7 +103,7 @@ def ran_already(folder: Path, ticks: int) -> bool:
 
 def folder_of(out: Path | None, default: str, plan: dict[str, Any]) -> Path:
     """The folder of a comparison: new, or one that the same comparison has begun; ConfigError where another one is in it."""
-    if out is None or not (out / PLAN).is_file():
+    if out is None or not os.path.isfile(out / PLAN):
         return results(out, default)
     try:
         before = json.loads((out / PLAN).read_text(encoding="utf-8"))
@@ -130,6 +130,6 @@ def write_plan(out: Path, plan: dict[str, Any]) -> None:
     from ecs_eco.record.folder import write_json
 
     out.mkdir(parents=True, exist_ok=True)
-    if (out / PLAN).is_file():
+    if os.path.isfile(out / PLAN):
         plan = plan | {"arms": json.loads((out / PLAN).read_text(encoding="utf-8"))["arms"] | plan["arms"]}
     write_json(out / PLAN, plan)
