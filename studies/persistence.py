@@ -1,7 +1,7 @@
 """Do grass, deer and wolves persist and cycle for the recipe, whatever the training seed, with frozen policies and with learning in life?
 
 No policy is selected: each is trained from its own seed by the shipped recipe and lives in every world of the grid. Learning in
-life comes in two ways: as the world file says, with the hyperparameters of pre-training, and with wolves that learn faster than deer.
+life comes in two ways: as the world file says, with the hyperparameters of pre-training, and slowly, with wolves that keep ahead.
 """
 
 import sys
@@ -23,9 +23,10 @@ def in_life(deer: float, wolf: float) -> dict[str, Any]:
 ARMS: dict[str, dict[str, Any]] = {
     "frozen": {"learn": False},
     "learning as in training": {"learn": True},
+    "learning slowly, wolves less so": in_life(3e-6, 1e-4),
 }
 STUDY = crossed_study("persistence", "Grass, deer and wolves persist and cycle for the recipe, whatever the training seed.", ARMS, TRAINING, WORLDS,
-                      ticks=20_000, judged=["frozen"],
+                      ticks=20_000, judged=["frozen", "learning slowly, wolves less so"],
                       also=[{"arm": "frozen", "training": TRAINING[0], "seed": 7101, "ticks": 80_000}])  # fmt: skip
 
 if __name__ == "__main__":
