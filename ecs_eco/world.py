@@ -44,6 +44,7 @@ class World:
         self.systems: list[System] = []
         self.fields: dict[str, Any] = {}
         self.terrain: Any = None
+        self.water: Any = None  # a Water that fills a volume
         self.ambient: dict[str, float] = {"temperature": 285.0, "pressure": 101_325.0, "light": 1.0}
         self.environment: dict[str, Callable[..., np.ndarray]] = {}
         self.substances: list[str] = []

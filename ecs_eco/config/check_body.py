@@ -61,6 +61,10 @@ def _check_diet(config: WorldConfig, key: Key, species: Species) -> Iterator[Pro
         elif diet.eats in eaten:
             yield Problem((*at, "eats"), "named twice in this diet", diet.eats, "one entry for each food")
         eaten.add(diet.eats)
+        if "gain" not in diet.model_fields_set and "efficiency" not in diet.model_fields_set:
+            yield Problem((*at, "gain"), "is missing, and efficiency too", allowed="gain, efficiency or both")
+        if diet.efficiency and diet.eats in config.objects:
+            yield Problem((*at, "efficiency"), "objects hold no energy", diet.efficiency, "a gain instead")
         if diet.reach > widest(config):
             yield Problem((*at, "reach"), too_wide(config), diet.reach, f"at most {widest(config):g} m")
 

@@ -14,7 +14,7 @@ from ecs_eco.config.base import LARGEST, named_function
 from ecs_eco.config.check_body import farthest, too_wide, widest
 from ecs_eco.config.check_matter import Key, unknown
 from ecs_eco.config.formula import FormulaError, compile_formula
-from ecs_eco.config.sensors import Custom, Nearest, Own, Place, Rays, Sensor, Smell, Touch
+from ecs_eco.config.sensors import Approach, Custom, Gradient, Nearest, Own, Place, Rays, Sensor, Smell, Touch
 from ecs_eco.config.species import GROUPS, Species, ppo_defaults
 from ecs_eco.config.world import WorldConfig
 from ecs_eco.errors import Problem, listed, nearest
@@ -38,17 +38,19 @@ def _check_sensor(config: WorldConfig, species: Species, key: Key, sensor: Senso
     kinds = [*config.species, *config.objects]
     if isinstance(sensor, Own) and sensor.property not in species.own():
         yield unknown((*key, "property"), "property or substance of the species", sensor.property, species.own())
-    if isinstance(sensor, Smell) and sensor.field not in config.fields:
+    if isinstance(sensor, Smell | Gradient) and sensor.field not in config.fields:
         yield unknown((*key, "field"), "field", sensor.field, config.fields)
     if isinstance(sensor, Nearest) and sensor.target not in kinds:
         yield unknown((*key, "target"), "species or object type", sensor.target, kinds)
+    if isinstance(sensor, Approach) and sensor.target not in config.species:
+        yield unknown((*key, "target"), "species", sensor.target, config.species)
     if isinstance(sensor, Touch) and sensor.target not in (*kinds, "wall", "any"):
         yield unknown((*key, "target"), "species, object type, wall or any", sensor.target, [*kinds, "wall", "any"])
     if isinstance(sensor, Rays):
         for j, target in enumerate(sensor.targets):
             if target not in (*kinds, "wall"):
                 yield unknown((*key, "targets", j), "species, object type or wall", target, [*kinds, "wall"])
-    if isinstance(sensor, Nearest | Rays) and sensor.radius > widest(config):
+    if isinstance(sensor, Nearest | Rays | Approach) and sensor.radius > widest(config):
         yield Problem((*key, "radius"), too_wide(config), sensor.radius, f"at most {widest(config):g} m")
     at = getattr(sensor, "at", [])
     if isinstance(sensor, Custom):
@@ -97,7 +99,8 @@ def _check_actions(config: WorldConfig, key: Key, species: Species) -> Iterator[
                 yield unknown((*at, i), what, action, known)
             elif action in actions[:i]:
                 yield Problem((*at, i), "named twice", action, listed(known))
-        if group in ("turn", "climb") and not getattr(species.locomotion, group, 0):
+        ways = {"turn": ("turn",), "climb": ("climb", "pitch")}.get(group, ())
+        if ways and not any(getattr(species.locomotion, way, 0) for way in ways):
             what = f"it cannot {group}: locomotion.{group} is missing or 0"
             yield Problem(at, what, actions, f"locomotion.{group} > 0, or no such group")
         if group == "climb" and config.dims == 2:

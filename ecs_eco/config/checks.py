@@ -12,6 +12,7 @@ from ecs_eco.config.check_genome import check_genome
 from ecs_eco.config.check_interventions import check_interventions
 from ecs_eco.config.check_matter import check_matter, check_size
 from ecs_eco.config.check_nerves import check_function, check_nerves
+from ecs_eco.config.check_water import check_water
 from ecs_eco.config.surroundings import ObjectType
 from ecs_eco.config.world import WorldConfig
 from ecs_eco.errors import Problem
@@ -24,7 +25,7 @@ MOST_STEPS = 1000  # of diffusion in a tick
 def check(config: WorldConfig, folder: Path) -> list[Problem]:
     """All problems between the sections of a world whose files are named from `folder`."""
     found = [*_check_names(config), *_check_space(config), *_check_fields(config), *_check_terrain(config)]
-    found += _check_systems(config)
+    found += [*_check_systems(config), *check_water(config)]
     for name, kind in config.objects.items():
         found += _check_object(config, name, kind)
     for name in config.species:

@@ -26,7 +26,8 @@ RULES: tuple[tuple[str, str], ...] = (  # the first that fits counts; "" means t
     ("species.*.policy.*", ""), ("species.*.locomotion.**", ""), ("species.*.metabolism.*", ""), ("species.*.defence.*", ""),
     ("species.*.emits**", ""), ("species.*.diet**", ""), ("species.*.reflex**", ""), ("species.*.happiness**", ""), ("species.*.ppo.*", ""),
     ("species.*.reproduction.**", ""), ("species.*.lethal**", ""), ("species.*.max_count", ""), ("species.*.sex", ""),
-    ("species.*.fertility", ""), ("fields.*.diffusion", ""), ("fields.*.decay", ""), ("ambient.*", ""), ("seed", ""), ("ticks", ""),
+    ("species.*.fertility", ""), ("fields.*.diffusion", ""), ("fields.*.decay", ""), ("ambient.*", ""),
+    ("sun.*", ""), ("water.**", ""), ("*.*.emits**", ""), ("seed", ""), ("ticks", ""),
     ("title", ""), ("description", ""), ("training**", ""), ("interventions**", ""), ("substances.*", ""), ("**", ANEW),
 )  # fmt: skip
 _SIGNS = {".": r"\.", "**": ".*", "*": "[^.]+"}

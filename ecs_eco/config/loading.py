@@ -72,9 +72,12 @@ def for_training(config: WorldConfig, values: Mapping[str, Any] | None = None) -
     """The world with what [training] sets, and with `values` (of keys that vary from world to world)."""
     data = config.model_dump()  # with functions, not their names
     wanted, data["training"]["set"] = {**data["training"]["set"], **(values or {})}, {}
-    data["training"]["vary"] = {}
+    ramp, data["training"]["ramp"], data["training"]["vary"] = data["training"]["ramp"], [], {}
     data["interventions"] = []  # what happens in a run
-    return load(_Document(data, config._source, config._folder, set_by="[training] set"), wanted)  # type: ignore[arg-type]
+    new = load(_Document(data, config._source, config._folder, set_by="[training] set"), wanted)  # type: ignore[arg-type]
+    if not ramp:
+        return new
+    return new.model_copy(update={"training": new.training.model_copy(update={"ramp": config.training.ramp})})
 
 
 def changed(config: WorldConfig, values: Overrides, folder: Path | None = None) -> WorldConfig:
@@ -85,7 +88,7 @@ def changed(config: WorldConfig, values: Overrides, folder: Path | None = None) 
     if "interventions" not in touched:  # right already: no need to look at them again each time
         data["interventions"], kept["interventions"] = [], config.interventions
     if "training" not in touched:
-        data["training"]["set"], data["training"]["vary"], kept["training"] = {}, {}, config.training
+        data["training"]["set"], data["training"]["vary"], data["training"]["ramp"], kept["training"] = {}, {}, [], config.training
     new = load(_Document(data, config._source, folder or config._folder), values)  # type: ignore[arg-type]
     return new.model_copy(update=kept)
 
@@ -94,7 +97,7 @@ def intervention(config: WorldConfig, what: Mapping[str, Any], before: Iterable[
     """An intervention for a living world, checked as one in its file; `before` are those that it may depend on. Raises ConfigError."""
     listed_ = [*before, dict(what)]
     data = config.model_dump() | {"interventions": listed_, "ticks": max(config.ticks, what["at"] + 1)}
-    data["training"]["set"], data["training"]["vary"] = {}, {}
+    data["training"]["set"], data["training"]["vary"], data["training"]["ramp"] = {}, {}, []
     try:
         return load(_Document(data, "intervene", config._folder)).interventions[-1]  # type: ignore[arg-type]
     except ConfigError as error:
@@ -108,14 +111,32 @@ def _check_training(config: WorldConfig) -> list[Problem]:
         if not low < high:
             problems.append(Problem(("training", "vary", name), "is no range", [low, high], "[low, high] with low < high"))
     ends = (0, 1) if plan.vary else (None,) if plan.set else ()
+    training = config
     for end in ends:
         values = {} if end is None else {k: v[end] for k, v in plan.vary.items()}
         try:
             if not problems:
-                for_training(config, values)
+                training = for_training(config, values)
         except ConfigError as error:
             problems = [_moved_to_training(p, plan) for p in error.problems]
-    return problems
+    return problems or [p for i, ramp in enumerate(plan.ramp) for p in _check_ramp(training, i, ramp)]
+
+
+def _check_ramp(config: WorldConfig, number: int, ramp: Any) -> list[Problem]:
+    """What is wrong with the two ends of a ramp, in the world that is trained in."""
+    from ecs_eco.config.living import refused
+
+    at = ("training", "ramp", number)
+    for end, value in enumerate(ramp.values):
+        try:
+            now = changed(config, {ramp.key: value})
+        except ConfigError as error:
+            right = value_at(config.model_dump(), tuple(int(k) if k.isdigit() else k for k in ramp.key.split("."))) is not MISSING
+            key = (*at, "values", end) if right else (*at, "key")
+            return [p.moved(key=key, source="", line=None) for p in error.problems]
+        if found := refused(config, now):
+            return [p.moved(key=(*at, "key"), value=ramp.key) for p in found]
+    return []
 
 
 def _moved_to_training(problem: Problem, plan: Any) -> Problem:

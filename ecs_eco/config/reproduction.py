@@ -31,6 +31,7 @@ class Alone(Bearing):
     """What reproduction by single parents has."""
 
     rate: NonNegative = quantity("births per second and parent", "1/s")
+    immigration: NonNegative = quantity("newcomers without a parent in all of the world, at random places", "1/s", 0.0)
 
 
 class Simplified(Alone):

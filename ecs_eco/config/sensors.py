@@ -14,7 +14,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from ecs_eco.config.base import Function, Name, Point, Positive, Real, Section, about, function_name, quantity
+from ecs_eco.config.base import Function, Name, NonNegative, Point, Positive, Real, Section, about, function_name, quantity
 
 Angle = Annotated[float, Field(ge=-math.pi, le=math.pi)]
 WIDEST = 2.0 * math.pi + 1e-6
@@ -56,6 +56,10 @@ class Nearest(Sensor):
     radius: Positive = quantity("how far it sees", "m")
     fov: Annotated[float, Field(gt=0, le=WIDEST)] = quantity("field of view around the heading", "rad", 2 * math.pi)
     occlusion: bool = about("whether opaque bodies between hide the target", False)
+    sight: NonNegative | None = quantity(
+        "where given it sees by light: as far as blind + sight × light at its eye, at most radius", "m", None
+    )
+    blind: NonNegative = quantity("how far it notices the target in the dark, where sight is given", "m", 0.0)
 
     def base(self) -> str:
         return self.target
@@ -91,6 +95,43 @@ class Smell(Sensor):
         return self.field
 
 
+class Gradient(Sensor):
+    """Compares a smell on two sides of the body: (a − b)/(a + b + scale) ahead and behind, left and right, above and below.
+
+    Channels name_forward, name_left and, in a volume, name_up.
+    """
+
+    kind: Literal["gradient"]
+    field: str = about("name of a field")
+    span: Positive = quantity("distance between the two receptors of a pair", "m", 1.0)
+    scale: Positive = quantity("concentration below which it tells no direction", "unit of the field", 0.01)
+
+    def base(self) -> str:
+        return f"{self.field}_gradient"
+
+    def channels(self, dims: int) -> tuple[str, ...]:
+        return tuple(f"{self.name or self.base()}_{way}" for way in _ways(dims)[:-1])
+
+
+class Approach(Sensor):
+    """Feels the flow that a moving body pushes before itself: direction to the nearest, and how fast it comes nearer by its own motion.
+
+    Channels name_forward, name_left, in a volume name_up (a unit vector), and name_closing, the speed over `scale`; all are 0
+    while the nearest does not come nearer.
+    """
+
+    kind: Literal["approach"]
+    target: str = about("a species")
+    radius: Positive = quantity("how far it feels", "m")
+    scale: Positive = quantity("speed of approach that reads 1", "m/s", 1.0)
+
+    def base(self) -> str:
+        return f"{self.target}_approach"
+
+    def channels(self, dims: int) -> tuple[str, ...]:
+        return tuple(f"{self.name or self.base()}_{way}" for way in (*_ways(dims)[:-1], "closing"))
+
+
 class Touch(Sensor):
     """Reads 1 while something of the kind touches the body within a sector, else 0."""
 
@@ -113,9 +154,12 @@ class Place(Sensor):
 
 
 class Light(Place):
-    """Reads the light at one place of the body, 1 is full daylight."""
+    """Reads the light at one place of the body, 1 is full daylight; with `dark`, its logarithm (Fechner 1860)."""
 
     kind: Literal["light"]
+    dark: Positive | None = quantity(
+        "light as good as none; where given, log10(1 + light/dark) is read in place of light", "1", None
+    )
 
 
 class Temperature(Place):
@@ -146,7 +190,7 @@ class Custom(Sensor):
 
 
 AnySensor = Annotated[
-    Own | Nearest | Rays | Smell | Touch | Light | Temperature | Pressure | Custom, Field(discriminator="kind")
+    Own | Nearest | Rays | Smell | Gradient | Approach | Touch | Light | Temperature | Pressure | Custom, Field(discriminator="kind")
 ]
 
 

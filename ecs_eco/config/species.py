@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import fields
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import field_validator, model_validator
+from pydantic import Field, field_validator, model_validator
 
 from ecs_eco.config.base import Count, Function, Name, NonNegative, Positive, Real, Section, Share, about, quantity, table
 from ecs_eco.config.genome import GenomeSection
@@ -41,7 +42,11 @@ class Locomotion(Section):
     speed: dict[Name, NonNegative] = quantity("speed of each gait", "m/s", min_length=1)
     cost: dict[Name, NonNegative] = quantity("energy burnt in each gait", "energy/s", {})
     turn: NonNegative = quantity("rate of turning", "rad/s", 0.0)
-    climb: NonNegative = quantity("speed up and down in a volume", "m/s", 0.0)
+    climb: NonNegative = quantity("speed up and down in a volume, the same in all gaits", "m/s", 0.0)
+    pitch: Annotated[float, Field(ge=0, le=math.pi / 2)] = quantity(
+        "angle by which it swims up or down in a volume, at the speed of its gait; instead of climb", "rad", 0.0
+    )
+    drag: NonNegative = quantity("rate at which speed nears that of the gait, by drag; 0: at once", "1/s", 0.0)
 
 
 class Diet(Section):
@@ -50,7 +55,8 @@ class Diet(Section):
     eats: str = about("a species or an object type")
     reach: NonNegative = quantity("distance between the surfaces of both bodies", "m", 0.0)
     chance: Share = quantity("chance of success in one second of contact", "1", 1.0)
-    gain: Real = quantity("energy gained from one", "energy")
+    gain: Real = quantity("energy gained from one, whatever it holds", "energy", 0.0)
+    efficiency: Share = quantity("share of the energy that the eaten holds which is gained besides", "1", 0.0)
     deadly: bool = about("whether the eater dies of it: poisoned by it", False)
     until: Real | None = quantity("eats only while it holds less; absent: while it is not full", "energy", None)
 

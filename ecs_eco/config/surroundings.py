@@ -79,6 +79,7 @@ class Body(Section):
     mass: Positive = quantity("mass", "kg", 1.0)
     opaque: bool = about("whether it hides what is behind it", True)
     solid: bool = about("whether it pushes other solid bodies away", False)
+    sinking: Real = quantity("speed at which it sinks in a volume, negative: rises", "m/s", 0.0)
 
 
 class ObjectType(Section):
@@ -90,3 +91,4 @@ class ObjectType(Section):
     body: Body = about("size, mass, opacity")
     properties: dict[str, Real] = table(f"physical properties by name: {', '.join(PROPERTIES)}", dict)
     substances: dict[Name, NonNegative] = table("concentrations by name [mol/L]", dict)
+    emits: dict[Name, NonNegative] = table("field = amount that each puts into it [1/s]", dict)

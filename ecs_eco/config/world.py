@@ -9,10 +9,24 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, PrivateAttr
 
-from ecs_eco.config.base import Function, Name, Positive, Section, about, quantity, table
+from ecs_eco.config.base import Function, Name, Positive, Real, Section, Share, about, quantity, table
 from ecs_eco.config.interventions import AnyIntervention
 from ecs_eco.config.species import Species
 from ecs_eco.config.surroundings import Ambient, ObjectType, ScalarField, Space, Terrain
+from ecs_eco.config.water import Sun, Water
+
+
+class Ramp(Section):
+    """A number that changes while training, in steps."""
+
+    key: str = about("dotted key of a number, as species.krill.diet.0.chance")
+    values: Annotated[list[Real], Field(min_length=2, max_length=2)] = about("at the start and at the end")
+    until: Share = quantity("share of the training after which it stays", "1", 1.0)
+
+    def at(self, share: float) -> float:
+        """Its value after a share of the training."""
+        first, last = self.values
+        return last if share >= self.until else first + (last - first) * share / self.until
 
 
 class Training(Section):
@@ -34,6 +48,7 @@ class Training(Section):
     pool: Annotated[float, Field(ge=0, le=1)] = quantity(
         "chance of each species in each world but the first to be an earlier self that does not learn, until the next renewal", "1", 0.0
     )
+    ramp: list[Ramp] = table("numbers that change while training", list)
 
 
 class WorldConfig(Section):
@@ -49,6 +64,8 @@ class WorldConfig(Section):
     space: Space = about("the space that everything is in")
     terrain: Terrain | None = about("the shape of the ground; absent: flat", None)
     ambient: Ambient = table("state of the environment", Ambient)
+    sun: Sun | None = about("the sun over it; absent: light is that of ambient at all times", None)
+    water: Water | None = about("the water that a volume is full of; absent: none", None)
     substances: dict[Name, str] = table("name = description of every chemical substance", dict)
     fields: dict[Name, ScalarField] = table("scalar fields by name", dict)
     objects: dict[Name, ObjectType] = table("types of inanimate objects by name", dict)

@@ -9,6 +9,7 @@ import numpy as np
 from ecs_eco._numba import njit
 from ecs_eco.components import Biology, Body, Chemistry, Metabolism, Physical, Position, Senses
 from ecs_eco.config.base import named_function
+from ecs_eco.nervous import flow
 from ecs_eco.space import sight
 from ecs_eco.space.field import at as field_at
 from ecs_eco.space.geometry import back_into, into
@@ -64,13 +65,21 @@ def own_range(table: "Table", seekers: Seekers, number: int, radius: float) -> t
     return float(own.max()), own
 
 
-def see_nearest(target: str, reach: float, fov: float, occlusion: bool, number: int = 0) -> Sense:
-    """See the nearest of a kind: its direction in the body's frame, as a unit vector, and 1 − distance/reach."""
+def see_nearest(target: str, reach: float, fov: float, occlusion: bool, number: int = 0, by_light: float | None = None,
+                blind: float = 0.0) -> Sense:
+    """See the nearest of a kind: its direction in the body's frame, as a unit vector, and 1 − distance/reach.
+
+    With `by_light` [m] it sees as far as blind + by_light × light at its eye [m], and never further than without.
+    """
     cos_half_fov = np.float32(-2.0 if fov >= 2 * math.pi - 1e-5 else math.cos(fov / 2))
 
     def sense(world: "World", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
         radius, own = own_range(table, seekers, number, reach)
         targets, mine = world.index(world.tables[target]), seekers.index
+        if by_light is not None:
+            light = world.surroundings("light", mine.x, mine.y, mine.z)
+            own = np.minimum(own, np.float32(blind) + np.float32(by_light) * light)
+            radius = max(float(own.max(initial=0.0)), 1e-6)
         found, distance2 = np.empty(seekers.n, np.int32), np.empty(seekers.n, np.float32)
         nearest(mine, targets, radius, found, distance2, world.split)
         if occlusion or cos_half_fov > -1:
@@ -86,6 +95,7 @@ def see_nearest(target: str, reach: float, fov: float, occlusion: bool, number: 
         world.split(_bearings, seekers.n, mine.x, mine.y, mine.z, seekers.cos, seekers.sin, targets.x, targets.y, targets.z, found,
                     distance2, world.space.lengths, world.space.torus, world.space.volume, own, out, column)
 
+    sense.by_light = by_light is not None  # type: ignore[attr-defined]
     return sense
 
 
@@ -172,8 +182,11 @@ def touch(targets: list[str] | None, wall: bool, at: list[float], reach: float =
     return sense
 
 
-def ambient(quantity: str, zero: float, scale: float, at: Sequence[float] = (), number: int = 0) -> Sense:
-    """Read light, temperature or pressure of the surroundings at a place of the body, as (value − zero)/scale."""
+def ambient(quantity: str, zero: float, scale: float, at: Sequence[float] = (), number: int = 0, dark: float | None = None) -> Sense:
+    """Read light, temperature or pressure of the surroundings at a place of the body, as (value − zero)/scale.
+
+    With `dark` the value is log10(1 + value/dark).
+    """
     forward, left, up = (np.float32(v) for v in [*at, 0.0, 0.0, 0.0][:3])
 
     def sense(world: "World", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
@@ -185,6 +198,8 @@ def ambient(quantity: str, zero: float, scale: float, at: Sequence[float] = (), 
             x, y = nose(seekers, ahead, aside, space)
             z = back_into(z + seekers.radius * up, space.lengths[2], space.wrap[2]) if space.volume else z
         value = world.surroundings(quantity, x, y, z)
+        if dark is not None:
+            value = np.log10(np.float32(1) + value / np.float32(dark))
         out[:, column] = (value - np.float32(zero)) / np.float32(scale)
 
     return sense
@@ -224,7 +239,7 @@ def _sense_of(s: Any, substances: list[str], number: int) -> Sense:
     if s.kind == "own":
         return own(s.property, s.scale, substances)
     if s.kind == "nearest":
-        return see_nearest(s.target, s.radius, s.fov, s.occlusion, number)
+        return see_nearest(s.target, s.radius, s.fov, s.occlusion, number, s.sight, s.blind)
     if s.kind == "rays":
         return cast_rays(s.targets, s.count, s.fov, s.radius, s.report, number)
     if s.kind == "smell":
@@ -234,7 +249,11 @@ def _sense_of(s: Any, substances: list[str], number: int) -> Sense:
         return touch(names, s.target in ("any", "wall"), s.at)
     if s.kind == "custom":
         return named_function(s.function)
-    return ambient(s.kind, s.zero, s.scale, s.at, number)
+    if s.kind == "gradient":
+        return flow.smell_gradient(s.field, s.span, s.scale)
+    if s.kind == "approach":
+        return flow.feel_approach(s.target, s.radius, s.scale)
+    return ambient(s.kind, s.zero, s.scale, s.at, number, getattr(s, "dark", None))
 
 
 @njit

@@ -7,9 +7,9 @@ from importlib import import_module
 from typing import Any
 
 _HOME = {
-    "Intervene": "intervene", "Reckon": "reckon", "Grow": "grow", "Diffuse": "diffuse", "Sense": "sense", "Feel": "feel",
-    "Learn": "learn", "Decide": "decide", "Move": "move", "Collide": "collide", "Feed": "feed", "Mate": "mate", "Metabolise": "metabolise",
-    "Age": "age", "Perish": "perish",
+    "Intervene": "intervene", "Reckon": "reckon", "Shade": "shade", "Grow": "grow", "Diffuse": "diffuse", "Sense": "sense", "Feel": "feel",
+    "Learn": "learn", "Decide": "decide", "Move": "move", "Drift": "drift", "Collide": "collide", "Feed": "feed", "Mate": "mate",
+    "Metabolise": "metabolise", "Age": "age", "Perish": "perish",
     "Leave": "leave", "Reproduce": "reproduce", "Bear": "bear", "Spread": "spread", "Respawn": "respawn",
 }  # fmt: skip
 __all__ = list(_HOME)

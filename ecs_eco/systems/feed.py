@@ -13,6 +13,7 @@ from ecs_eco.system import System
 
 NO_DECISION = np.zeros((1, 1), np.uint8)
 UNDEFENDED = np.zeros(0, np.float32)
+NOTHING = np.zeros(0, np.float32)
 
 
 class Feed(System):
@@ -55,8 +56,9 @@ class Feed(System):
         ceiling = species.metabolism.energy_max if food.until is None else food.until
         best = np.full(foods.n, -1, np.int32)
         toughness, poison = defences(prey)
+        held = prey[Metabolism].energy if Metabolism in prey else NOTHING
         ingest(found, distance2, eaters.rows, eaters.uid, foods.rows, b.radius, prey[Body].radius, np.float32(food.reach),
-               decision, column, chance, np.float32(ceiling), np.float32(food.gain),
+               decision, column, chance, np.float32(ceiling), np.float32(food.gain), np.float32(food.efficiency), held,
                np.float32(species.metabolism.energy_max), np.float32(species.metabolism.digestion), world.key,
                random.FEED + (number << 8), toughness, poison, world.cause(f"eaten by {table.name}"),
                world.cause(f"poisoned by {food.eats}") if food.deadly else 0, table.cause, table.killer, table.uid, best,
@@ -74,9 +76,9 @@ def defences(prey: Any) -> tuple[np.ndarray, np.ndarray]:
 
 
 @njit
-def ingest(found, distance2, rows, uid, food_rows, radius, food_radius, reach, decision, column, chance, until, gain, ceiling, digestion,
-           key, purpose, toughness, poison, cause, deadly, eater_cause, eater_killer, uids, best, energy, digesting, taken, food_cause,
-           food_killer, food_uids):
+def ingest(found, distance2, rows, uid, food_rows, radius, food_radius, reach, decision, column, chance, until, gain, efficiency, held,
+           ceiling, digestion, key, purpose, toughness, poison, cause, deadly, eater_cause, eater_killer, uids, best, energy, digesting,
+           taken, food_cause, food_killer, food_uids):
     """Resolve the wishes of all eaters, in canonical order, and apply them."""
     for i in range(found.size):
         j, row = found[i], rows[i]
@@ -99,6 +101,8 @@ def ingest(found, distance2, rows, uid, food_rows, radius, food_radius, reach, d
             continue
         row, food = rows[i], food_rows[j]
         before, worth = energy[row], gain
+        if efficiency > 0 and held.size:
+            worth += efficiency * max(held[food], np.float32(0.0))
         if poison.size:
             worth -= poison[food % poison.size]
         energy[row] = min(before + worth, max(before, ceiling))  # bad food has a negative gain

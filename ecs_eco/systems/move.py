@@ -19,7 +19,8 @@ class Move(System):
     """An animal turns, then goes ahead at the speed of its gait, and pays for it; uphill costs more.
 
     One with more vigour is faster in every gait and pays for it with the square. Water, rock, fences and walls stop it where they begin.
-    In a volume the group `climb` moves it up and down.
+    In a volume the group `climb` moves it up and down: at a speed of its own, or along a slope at that of its gait. Where there is
+    drag, speed nears that of the gait by dv/dt = drag (v_gait − v), the balance of thrust and Stokes' drag (Stokes 1851), solved exactly.
     """
 
     needs = (Position, Velocity, Nervous)
@@ -41,9 +42,11 @@ class Move(System):
 
 
 @njit
-def move(first, last, alive, decision, layout, speeds, costs, turns, climbs, pace, dt, lengths, torus, volume, height, ground,
-         inverse, slope_cost, x, y, z, heading, speed, climb, cost):
+def move(first, last, alive, decision, layout, speeds, costs, turns, climbs, pitches, drag, pace, dt, lengths, torus, volume, height,
+         ground, inverse, slope_cost, x, y, z, heading, speed, climb, cost):
     """Move the living rows first … last − 1; layout i64[3, 3] is (start, n, neutral) of speed, turn and climb."""
+    left = np.exp(-drag * dt) if drag > 0 else np.float32(0.0)  # of the old speed, after this tick and in its mean
+    mean_left = (np.float32(1.0) - left) / (drag * dt) if drag > 0 else np.float32(0.0)
     for row in range(first, last):
         if not alive[row]:
             continue
@@ -58,13 +61,21 @@ def move(first, last, alive, decision, layout, speeds, costs, turns, climbs, pac
         if pace.size:
             v *= pace[row]
             c *= pace[row] * pace[row]
+        rise_to = np.float32(0.0)
         if volume and layout[2, 1]:
             way = first_on(decision, row, layout[2, 0], layout[2, 1], layout[2, 2])
-            climb[row] = climbs[way] if way >= 0 else np.float32(0.0)
-            z[row] = into(z[row] + climb[row] * dt, lengths[2], False)
+            if way >= 0:
+                rise_to = climbs[way] + v * np.sin(pitches[way])
+                v *= np.cos(pitches[way])
+        if volume:
+            z[row] = into(z[row] + (rise_to + (climb[row] - rise_to) * mean_left) * dt, lengths[2], False)
+            climb[row] = rise_to + (climb[row] - rise_to) * left
+        v_end = v + (speed[row] - v) * left
+        v += (speed[row] - v) * mean_left
         if v > 0:
             if ground.size > 1:
                 v = free_way(x[row], y[row], heading[row], v, dt, ground, inverse, lengths, torus)
+                v_end = min(v, v_end) if drag > 0 else v
             nx = into(x[row] + v * dt * np.cos(heading[row]), lengths[0], torus)
             ny = into(y[row] + v * dt * np.sin(heading[row]), lengths[1], torus)
             if v > 0:
@@ -73,7 +84,7 @@ def move(first, last, alive, decision, layout, speeds, costs, turns, climbs, pac
                     c += c * slope_cost * max(rise, np.float32(0.0)) / (v * dt)
                 x[row] = nx
                 y[row] = ny
-        speed[row] = v
+        speed[row] = v_end
         cost[row] = c
 
 

@@ -10,6 +10,7 @@ from ecs_eco.components import Biology, Body, Metabolism, Position
 from ecs_eco.random import draw
 from ecs_eco.system import System
 from ecs_eco.systems._births import affordable, bring_forth, life_history, whole
+from ecs_eco.systems._founders import newcomers
 
 
 class Reproduce(System):
@@ -17,7 +18,7 @@ class Reproduce(System):
 
     The newborn appears at a random place that no body occupies (`anywhere`, or within `dispersal` of the parent);
     where another of its kind lives within `spacing`, the birth fails and costs nothing. Of a litter as many are born
-    as the parent can pay for without falling to 0.
+    as the parent can pay for without falling to 0. Immigrants come besides.
     """
 
     needs = (Position, Body, Metabolism, Biology)
@@ -26,8 +27,13 @@ class Reproduce(System):
     def update(self, table: Any, world: Any) -> None:
         """Let one species reproduce."""
         way = table.traits.get("reproduction")
-        if way is None or way.kind not in ("simplified", "asexual") or not world.reproduction:
-            return
+        if way is None or way.kind not in ("simplified", "asexual") or not (world.reproduction or "nerves" not in table.traits):
+            return  # while animals are pre-trained they bear no young; plants do
+        self.bear(table, world, way)
+        self.immigrate(table, world, way)
+
+    def bear(self, table: Any, world: Any, way: Any) -> None:
+        """Let parents give birth."""
         m, b = table[Metabolism], table[Biology]
         own, age_min, energy_min, energy_given, litter, _ = life_history(table, way)
         parents, number = np.empty(table.n, np.int64), np.empty(table.n, np.int64)
@@ -42,6 +48,19 @@ class Reproduce(System):
         before = m.energy[parents]
         m.energy[parents] = before - born.astype(np.float32) * given
         m.given[parents] += before - m.energy[parents]
+
+    def immigrate(self, table: Any, world: Any, way: Any) -> None:
+        """Let newcomers come without parents, as those at the start did: the whole ones of rate × dt, one more by chance."""
+        wanted = way.immigration * world.dt
+        if wanted == 0:
+            return
+        chance = float(random.draw(world.key, np.uint64(table.place), random.BIRTH + (2 << 8)))
+        most, waiting = table.traits["max_count"], sum(parents.size for parents, _, _ in table.births)
+        count = int(wanted + chance) if most is None else max(0, min(int(wanted + chance), most - table.n - waiting))
+        if count:
+            who = np.arange(count, dtype=np.uint64) + np.uint64(world.next_uid + waiting)  # uids to come: nobody draws with these numbers
+            values = newcomers(table, world, table.traits["species"], who)
+            table.request(np.zeros(count, np.uint64), values)
 
 
 @njit

@@ -3,9 +3,11 @@
 from typing import Any
 
 from ecs_eco.components import Nervous, Position
-from ecs_eco.nervous import senses
+from ecs_eco.nervous import flow, senses
 from ecs_eco.nervous.senses import Seekers
 from ecs_eco.system import System
+
+OURS = (senses.__name__, flow.__name__)
 
 
 class Sense(System):
@@ -27,7 +29,7 @@ class Sense(System):
             column += width
         for place, (sense, _, first) in enumerate(sorted(columns, key=lambda c: -c[1])):
             # what calls functions of a user's own runs on the world's thread, whatever it touches
-            own = sense.__module__ != senses.__name__ or sense.__qualname__.startswith("ambient")
+            own = sense.__module__ not in OURS or sense.__qualname__.startswith("ambient") or getattr(sense, "by_light", False)
             shares[0 if own else place % world.threads].append((sense, first))
 
         def read(share: list[tuple[Any, int]]) -> None:

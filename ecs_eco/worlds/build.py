@@ -16,7 +16,7 @@ from ecs_eco.space import Field, Terrain
 from ecs_eco.systems._founders import newcomers
 from ecs_eco.worlds.controls import apply
 from ecs_eco.worlds.heredity import add_heredity, flat
-from ecs_eco.worlds.values import cell, gaits, learner_seed, matter, networks, settings, values
+from ecs_eco.worlds.values import cell, climate, gaits, learner_seed, matter, networks, settings, values
 
 POLICIES = ("trained", "random", "untrained")
 
@@ -26,12 +26,12 @@ def schedule(respawn: bool = False) -> list[Any]:
     from ecs_eco import systems as s
 
     return [
-        s.Intervene(), s.Reckon(), s.Grow(), s.Diffuse(),  # environment
-        s.Sense(), s.Feel(), s.Learn(), s.Decide(), s.Move(),  # nerves
+        s.Intervene(), s.Reckon(), s.Shade(), s.Grow(), s.Diffuse(),  # environment
+        s.Sense(), s.Feel(), s.Learn(), s.Decide(), s.Move(), s.Drift(),  # nerves
         s.Collide(), s.Feed(), s.Mate(),  # interact
         s.Metabolise(), s.Age(),
         s.Perish(), s.Leave(),  # die
-        *([s.Respawn()] if respawn else [s.Reproduce(), s.Bear()]), s.Spread(),
+        *([s.Respawn(), s.Reproduce()] if respawn else [s.Reproduce(), s.Bear()]), s.Spread(),
     ]  # fmt: skip
 
 
@@ -58,6 +58,7 @@ def build(cls: Any, config: Any, *, seed: int | None = None, policies: Any = "tr
     world.origin = {"policies": {name: str(source) for name, source in sources.items()}, "training": training, "controls": list(controls)}
     world.substances = list(config.substances)
     world.ambient = config.ambient.model_dump()
+    climate(world, config)
     world.reproduction = not (training and config.training.respawn)
     world.fields = {name: Field(world.space, f.cell, f.diffusion, f.decay) for name, f in config.fields.items()}
     if config.terrain is not None:

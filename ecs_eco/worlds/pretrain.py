@@ -11,7 +11,9 @@ from typing import Any
 import numpy as np
 
 from ecs_eco.config import WorldConfig, load
+from ecs_eco.config.loading import changed
 from ecs_eco.worlds.grounds import Grounds
+from ecs_eco.worlds.retune import retune
 
 
 def pretrain(config: Any, seed: int | None = None, ticks: int | None = None, out: str | Path | None = None,
@@ -28,6 +30,8 @@ def pretrain(config: Any, seed: int | None = None, ticks: int | None = None, out
     last: dict[str, list[dict[str, np.ndarray]]] = {}
     every = max(1, ticks // points)
     for done in range(0, ticks, every):
+        for world in grounds.worlds:
+            ramp(world, config, done / ticks)
         grounds.run(min(every, ticks - done))
         if progress is not None:
             progress(grounds.tick, ticks)
@@ -41,6 +45,20 @@ def pretrain(config: Any, seed: int | None = None, ticks: int | None = None, out
     if out is not None:
         save(result, Path(out))
     return result
+
+
+def ramp(world: Any, config: WorldConfig, share: float) -> None:
+    """Give a world in training the numbers that the ramps say after this share of it."""
+    wanted = {r.key: r.at(share) for r in config.training.ramp}
+    if wanted and any(value_at(world.config.model_dump(), key) != value for key, value in wanted.items()):
+        retune(world, changed(world.config, wanted))
+
+
+def value_at(data: Any, key: str) -> Any:
+    """Return what stands at a dotted key."""
+    for part in key.split("."):
+        data = data[int(part)] if isinstance(data, list) else data[part]
+    return data
 
 
 def save(result: dict[str, Any], out: Path) -> None:

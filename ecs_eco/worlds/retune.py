@@ -11,7 +11,7 @@ from ecs_eco.config import WorldConfig, load
 from ecs_eco.config.base import named_function
 from ecs_eco.config.living import changes, refused
 from ecs_eco.errors import ConfigError
-from ecs_eco.worlds.values import cell, gaits, learner_seed, matter, networks, settings, values
+from ecs_eco.worlds.values import cell, climate, gaits, learner_seed, matter, networks, settings, values
 
 
 def retune(world: Any, config: Any) -> None:
@@ -45,6 +45,8 @@ def _surroundings(world: Any, key: tuple, new: WorldConfig) -> None:
     """Apply one value of the world that is no species'."""
     if key[0] == "ambient":
         world.ambient[key[1]] = getattr(new.ambient, key[1])
+    elif key[0] in ("sun", "water"):
+        climate(world, new)
     elif key[0] == "fields":
         setattr(world.fields[key[1]], key[2], getattr(new.fields[key[1]], key[2]))
     elif key[0] == "terrain" and new.terrain is not None:

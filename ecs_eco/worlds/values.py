@@ -12,13 +12,44 @@ from ecs_eco import random
 from ecs_eco.components import Biology, Body, Chemistry, Metabolism, Physical
 from ecs_eco.config import WorldConfig
 from ecs_eco.nervous.networks import HappinessNetwork, ReflexNetwork
+from ecs_eco.space.sun import Sun
+from ecs_eco.space.water import Water
 
 SEXES = {"none": 0, "female": 1, "male": 2, "random": 0}
+
+
+def climate(world: Any, config: WorldConfig) -> None:
+    """Give a world its sun and its water: functions of the environment in place of constants."""
+    sun = Sun(**config.sun.model_dump()) if config.sun is not None else None
+    world.water = water = None
+    for quantity in ("light", "temperature", "pressure"):
+        if getattr(world.environment.get(quantity), "of_climate", False):
+            del world.environment[quantity]
+    if config.water is not None:
+        given = config.water.model_dump(exclude={"shading", "current", "current_function"})
+        current = [(c.depth, c.velocity[0], c.velocity[1]) for c in config.water.current]
+        world.water = water = Water(config.space.size, current=current, **given)
+
+    def light(world: Any, x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
+        surface = world.ambient["light"] * (1.0 if sun is None else sun.light(world.time))
+        return np.full(x.size, surface, np.float32) if water is None else water.light(surface, z)
+
+    def temperature(world: Any, x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
+        return water.temperature(world.ambient["temperature"], z)  # type: ignore[union-attr]
+
+    def pressure(world: Any, x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
+        return water.pressure(world.ambient["pressure"], z)  # type: ignore[union-attr]
+
+    for function in (light, temperature, pressure):
+        if water is not None or (sun is not None and function is light):
+            function.of_climate = True  # type: ignore[attr-defined]
+            world.environment[function.__name__] = function
 
 
 def matter(table: Any, kind: Any, substances: list[str]) -> None:
     """Set mass, radius, physical and chemical properties that a newborn has."""
     table.set_defaults(Body, radius=kind.body.radius, mass=kind.body.mass)
+    table.traits |= {"sinking": kind.body.sinking, "emits": dict(kind.emits)}
     table.traits |= {"opaque": kind.body.opaque, "solid": kind.body.solid, "color": kind.color}
     table.traits.setdefault("radius", kind.body.radius)  # of the largest: genes and the dead may make it larger
     if kind.properties:
@@ -33,12 +64,12 @@ def values(table: Any, species: Any, substances: list[str]) -> None:
     table.set_defaults(Metabolism, energy=species.metabolism.energy)
     table.set_defaults(Biology, sex=SEXES[species.sex], fertility=species.fertility)
     way = None if table.traits.get("barren") else species.reproduction  # switched off by an intervention
-    table.traits |= {"species": species, "emits": dict(species.emits), "diet": list(species.diet), "lethal": list(species.lethal),
+    table.traits |= {"species": species, "diet": list(species.diet), "lethal": list(species.lethal),
                      "reproduction": way, "remains": species.remains, "sex": species.sex, "max_count": species.max_count}
 
 
-def gaits(way: Any, nerves: Any) -> tuple[np.ndarray, ...]:
-    """Return layout i64[3, 3] and the speeds, costs, turns and climbs of the actions that move a body."""
+def gaits(way: Any, nerves: Any) -> tuple[Any, ...]:
+    """Return layout i64[3, 3] and speeds, costs, turns, climbs and pitches of the actions that move a body, and its drag."""
     layout = np.zeros((3, 3), np.int64)
     found = []
     for i, group in enumerate(("speed", "turn", "climb")):
@@ -48,10 +79,10 @@ def gaits(way: Any, nerves: Any) -> tuple[np.ndarray, ...]:
         found.append(names)
     speeds, turns, climbs = found
     turning = {"left": way.turn, "right": -way.turn}
-    climbing = {"up": way.climb, "down": -way.climb}
+    climbing, pitching = {"up": way.climb, "down": -way.climb}, {"up": way.pitch, "down": -way.pitch}
     arrays = ([way.speed.get(a, 0.0) for a in speeds], [way.cost.get(a, 0.0) for a in speeds],
-              [turning.get(a, 0.0) for a in turns], [climbing.get(a, 0.0) for a in climbs])
-    return layout, *(np.array(a or [0.0], np.float32) for a in arrays)
+              [turning.get(a, 0.0) for a in turns], [climbing.get(a, 0.0) for a in climbs], [pitching.get(a, 0.0) for a in climbs])
+    return layout, *(np.array(a or [0.0], np.float32) for a in arrays), np.float32(way.drag)
 
 
 def networks(nerves: Any, species: Any) -> None:

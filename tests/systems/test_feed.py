@@ -238,3 +238,13 @@ def test_each_plant_is_as_tough_and_as_poisonous_as_its_genes(meadow):
         tough, poison = grass[Defence].toughness[j], grass[Defence].poison[j]
         assert bool(grass.cause[j]) == (tough == 0)
         assert deer[Metabolism].energy[i] == (0.5 if tough else 0.75 - poison)
+
+
+def test_what_the_eaten_held_is_gained_to_a_share(meadow):
+    diet = [{"eats": "grass", "reach": 0.25, "gain": 0.125, "efficiency": 0.5}]
+    world = meadow(count=3, grass={"count": 3}, diet=diet)
+    deer = arrange(world, "deer", x=[2, 8, 14], y=5, energy=[0.25, 0.25, 0.875])
+    arrange(world, "grass", x=[2, 8, 14], y=5, energy=[0.5, -0.25, 0.5])  # owing is worth nothing; more than full is lost
+    _eat(world)
+    assert _energy(world) == [0.625, 0.375, 1.0]
+    assert deer[Metabolism].taken[deer.by_uid()].tolist() == [0.375, 0.125, 0.125]

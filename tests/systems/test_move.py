@@ -94,6 +94,39 @@ def test_in_a_volume_climbing_is_a_group_of_its_own(meadow):
     assert table[Velocity].climb[table.by_uid()].tolist() == [2, -2, 0, 2]
 
 
+def _swimmers(meadow, count=4, dt=1.0, **locomotion):
+    way = {"locomotion": {"pitch": float(np.pi / 6), **locomotion}, "neutral": {"climb": "none"},
+           "actions": {"climb": ["up", "none", "down"]}}
+    return meadow(world={"space": {"size": [20.0, 20.0, 10.0]}, "dt": dt}, count=count, **way)
+
+
+def test_with_a_pitch_it_swims_along_a_slope_at_the_speed_of_its_gait(meadow):
+    world = _swimmers(meadow)
+    table = arrange(world, "deer", x=10, y=10, z=5, heading=0)
+    table[Nervous].decision[table.by_uid()] = [[*gait, *NONE, 0, *c] for gait, c in
+                                               ((WALK, [1, 0, 0]), (RUN, [0, 0, 1]), (RUN, [0, 1, 0]), (STILL, [1, 0, 0]))]
+    act(world, Move)
+    p, v, rows = table[Position], table[Velocity], table.by_uid()
+    assert p.x[rows] == pytest.approx([10 + np.cos(np.pi / 6), 10 + 3 * np.cos(np.pi / 6), 13, 10])
+    assert p.z[rows] == pytest.approx([5.5, 3.5, 5, 5])
+    assert np.hypot(v.speed, v.climb)[rows] == pytest.approx([1, 3, 3, 0])
+
+
+def test_drag_lets_speed_near_that_of_the_gait_as_the_exact_solution_says(meadow):
+    world = _swimmers(meadow, count=2, dt=0.5, drag=2.0)
+    table = arrange(world, "deer", x=10, y=10, z=5, heading=0, speed=[0, 3], climb=[0, 1])
+    table[Nervous].decision[table.by_uid()] = [[*RUN, *NONE, 0, 0, 1, 0], [*STILL, *NONE, 0, 0, 1, 0]]
+    act(world, Move)
+    p, v, rows = table[Position], table[Velocity], table.by_uid()
+    left = np.exp(-1.0)
+    assert v.speed[rows] == pytest.approx([3 * (1 - left), 3 * left])
+    assert v.climb[rows] == pytest.approx([0, left])
+    t = np.linspace(0, 0.5, 20_001)  # the slow twin adds up small steps of dv/dt = drag (v_gait - v)
+    way = np.trapezoid(3 * (1 - np.exp(-2 * t)), t)
+    assert p.x[rows] == pytest.approx([10 + way, 10 + 1.5 - way], abs=1e-5)
+    assert p.z[rows] == pytest.approx([5, 5 + (1 - left) / 2])
+
+
 @pytest.mark.parametrize(("edges", "size"), [("torus", [20.0, 16.0]), ("walls", [20.0, 16.0])])
 def test_the_kernel_is_its_slow_twin(meadow, edges, size):
     rng = np.random.default_rng(4)

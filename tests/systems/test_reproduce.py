@@ -213,3 +213,29 @@ def test_in_a_volume_the_newborn_land_at_all_heights(meadow):
     _, rows = _born(world)
     z = deer[Position].z[rows]
     assert np.histogram(z, 3, (0, 50))[0].min() > 20
+
+
+def test_immigrants_come_without_parents_at_their_rate_to_all_depths(meadow):
+    way = WAY | {"rate": 0.0, "immigration": 2.25}
+    world = meadow(count=1, world={"space": {"size": [50.0, 50.0, 20.0]}}, reproduction=way)
+    born = []
+    world.on_birth.append(lambda table, rows, parents, _: born.append((table[Position].z[rows], parents)))
+    for tick in range(400):
+        world.tick = tick
+        act(world, Reproduce)
+        world.flush()
+    depths = np.concatenate([z for z, _ in born])
+    assert not np.concatenate([p for _, p in born]).any()
+    assert {len(z) for z, _ in born} == {2, 3}
+    assert depths.size == world.tables["deer"].n - 1
+    assert depths.size == pytest.approx(900, abs=35)  # four standard deviations
+    assert np.histogram(depths, 4, (0, 20))[0].min() > 180
+
+
+def test_plants_divide_also_where_animals_are_only_trained(meadow):
+    world = meadow(grass={"count": 50, "reproduction": WAY, "metabolism": {"energy": 0.9}})
+    world.reproduction = False
+    act(world, Reproduce)
+    world.flush()
+    assert world.tables["grass"].n > 60
+    assert world.tables["deer"].n == 2

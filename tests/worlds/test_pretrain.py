@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 from ecs_eco import World
+from ecs_eco.config import load
+from ecs_eco.errors import ConfigError
 from ecs_eco.worlds.pretrain import mean_weights, pretrain
 
 
@@ -64,3 +66,38 @@ def test_what_an_update_could_not_say_is_written_as_null(menagerie, tmp_path):
     dead = {"happiness": {"formula": "0 * energy", "minimum": 0.0}, "lethal": [], "ppo": {"gae_lambda": 0.0, "discount": 0.0}}
     result = pretrain(menagerie(species={"ram": dead}), ticks=30, out=tmp_path)
     assert json.loads((tmp_path / "training.json").read_text())["reports"] == result["reports"]
+
+
+def test_numbers_ramp_while_training(menagerie):
+    ramp = [{"key": "species.ram.metabolism.basal", "values": [0.0, 0.02], "until": 0.5}]
+    config = load(menagerie(training={"ramp": ramp}))
+    assert [config.training.ramp[0].at(share) for share in (0.0, 0.25, 0.5, 0.9)] == [0.0, 0.01, 0.02, 0.02]
+    seen = []
+
+    def look(done, _):
+        seen.append((done, sum(s.metabolism.basal for n, s in worlds[-1].config.species.items() if n == "ram")))
+
+    worlds, made = [], World.from_config
+
+    def build(*args, **options):
+        worlds.append(made(*args, **options))
+        return worlds[-1]
+
+    World.from_config = build
+    try:
+        pretrain(config, seed=5, ticks=8, progress=look, points=4)
+    finally:
+        World.from_config = made
+    assert seen == [(2, 0.0), (4, 0.01), (6, 0.02), (8, 0.02)]
+
+
+@pytest.mark.parametrize(("ramp", "named"), [
+    ({"key": "species.ram.count", "values": [1.0, 2.0]}, "training.ramp.0"),
+    ({"key": "species.ram.diet.0.chance", "values": [0.5, 3.0]}, "training.ramp.0.values.1"),
+    ({"key": "species.rem.diet.0.chance", "values": [0.5, 1.0]}, "training.ramp.0.key"),
+    ({"key": "dt", "values": [0.5, 1.0]}, "training.ramp.0.key"),
+])  # fmt: skip
+def test_a_ramp_of_what_cannot_change_is_refused(menagerie, ramp, named):
+    with pytest.raises(ConfigError) as error:
+        load(menagerie(training={"ramp": [ramp]}))
+    assert named in str(error.value)

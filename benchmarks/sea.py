@@ -1,0 +1,55 @@
+"""How many plankton per second live in one sea: the world diel-migration with a wider surface, policies at work, ledger and recorder on.
+
+    python benchmarks/sea.py [--sizes 1000 10000 100000]
+"""
+
+import argparse
+import math
+import sys
+import time
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parent))
+import _bench
+
+_bench.pin_threads()
+
+from ecs_eco import World
+from ecs_eco.config import WorldConfig, load
+
+
+def sea(plankton: int) -> WorldConfig:
+    """Return the sea at its own density, so wide that it holds so many phytoplankton, copepods and krill at the start."""
+    shipped = load("diel-migration")
+    now = {name: s.count for name, s in shipped.species.items()}
+    factor = plankton / sum(now.values())
+    side = round(math.sqrt(shipped.space.size[0] * shipped.space.size[1] * factor), 1)
+    numbers: dict[str, object] = {f"species.{name}.count": max(1, round(n * factor)) for name, n in now.items()}
+    numbers |= {f"species.{n}.max_count": math.ceil(s.max_count * factor) for n, s in shipped.species.items() if s.max_count}
+    return load(shipped, numbers | {"space.size": [side, side, shipped.space.size[2]]})
+
+
+def main() -> None:
+    """Measure all sizes in turn, from noon on."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--sizes", type=int, nargs="+", default=[1000, 10_000, 100_000])
+    rows = []
+    for n in parser.parse_args().sizes:
+        config = sea(n)
+        world = World.from_config(config, seed=1, policies="untrained", learn=False)
+        world.run(5)
+        ticks = max(4, 200_000 // n)
+        times, lived = [], []
+        for _ in range(5):
+            alive, start = sum(t.n for t in world.tables.values()), time.perf_counter()
+            world.run(ticks)
+            times.append((time.perf_counter() - start) / ticks)
+            lived.append(alive)
+        best = times.index(min(times))
+        rows.append({"plankton": lived[best], "of which think": sum(t.n for name, t in world.tables.items() if name != "phytoplankton"),
+                     "ticks/s": 1 / min(times), "M plankton-steps/s": lived[best] / min(times) / 1e6})
+    _bench.save("sea", "Plankton in one sea: light with shade, senses in three dimensions, policies, grazing and births, one core", rows)
+
+
+if __name__ == "__main__":
+    main()

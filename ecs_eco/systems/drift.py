@@ -1,0 +1,35 @@
+"""Water carries what is in it."""
+
+from typing import Any
+
+import numpy as np
+
+from ecs_eco.components import Position
+from ecs_eco.config.base import named_function
+from ecs_eco.space.water import carry, drift
+from ecs_eco.system import System
+
+STILL = np.zeros((0, 3), np.float32)
+
+
+class Drift(System):
+    """Currents carry all bodies in the water alike; heavy ones sink and light ones rise, to the bottom or the surface and no further."""
+
+    needs = (Position,)
+    phase = "move"
+
+    def update(self, table: Any, world: Any) -> None:
+        """Carry one kind of bodies."""
+        water, space, p, sinking = world.water, world.space, table[Position], table.traits.get("sinking", 0.0)
+        own = None if water is None or world.config is None else world.config.water.current_function
+        current = STILL if water is None else water.current
+        if own is not None:
+            high = table.high
+            u, v, w = (np.asarray(a, np.float32) for a in named_function(own)(world, p.x[:high], p.y[:high], p.z[:high]))
+            carry(table.alive[:high], u, v, w, np.float32(world.dt), space.lengths, space.torus, p.x, p.y, p.z)
+        if len(current) or sinking:
+            height = np.float32(space.lengths[2])
+            world.split(drift, table.high, table.alive, current, height, np.float32(sinking), np.float32(world.dt), space.lengths,
+                        space.torus, space.volume, p.x, p.y, p.z)
+        if own is not None or len(current) or sinking:
+            table.version += 1

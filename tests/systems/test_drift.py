@@ -1,0 +1,77 @@
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from ecs_eco import World
+from ecs_eco.components import Position
+from ecs_eco.systems import Drift
+from ecs_eco.testing import act, arrange
+
+
+def _sea(meadow, **water):
+    return meadow(world={"space": {"size": [20.0, 20.0, 10.0]}, "water": water, "dt": 0.5}, count=3)
+
+
+def test_a_current_by_depth_is_linear_between_its_depths(meadow):
+    world = _sea(meadow, current=[{"depth": 2.0, "velocity": [1.0, 0.0]}, {"depth": 6.0, "velocity": [0.0, -2.0]}])
+    table = arrange(world, "deer", x=10, y=10, z=[9.0, 7.0, 1.0])  # depths 1, 3 and 9
+    act(world, Drift)
+    p, rows = table[Position], table.by_uid()
+    assert p.x[rows] == pytest.approx([10.5, 10.375, 10.0])
+    assert p.y[rows] == pytest.approx([10.0, 9.75, 9.0])
+    assert p.z[rows].tolist() == [9.0, 7.0, 1.0]
+
+
+def test_bodies_sink_or_rise_to_the_bottom_or_the_surface_and_no_further(meadow):
+    world = meadow(world={"space": {"size": [20.0, 20.0, 10.0]}, "dt": 1.0}, count=3, body={"sinking": 1.0})
+    table = arrange(world, "deer", z=[5.0, 0.3, 0.0])
+    act(world, Drift)
+    assert table[Position].z[table.by_uid()].tolist() == [4.0, 0.0, 0.0]
+    world = meadow(world={"space": {"size": [20.0, 20.0, 10.0]}, "dt": 1.0}, count=2, body={"sinking": -1.0})
+    table = arrange(world, "deer", z=[5.0, 9.5])
+    act(world, Drift)
+    assert table[Position].z[table.by_uid()].tolist() == [6.0, float(np.nextafter(np.float32(10.0), np.float32(0)))]
+
+
+def whirl(world, x, y, z):
+    """Return a current around the middle, upward everywhere."""
+    return 10.0 - y, x - 10.0, np.full(x.size, 1.0)
+
+
+def test_a_current_may_be_a_function(meadow):
+    world = _sea(meadow, current_function=whirl)
+    table = arrange(world, "deer", x=[10.0, 12.0, 10.0], y=[10.0, 10.0, 9.0], z=[2.0, 2.0, 9.8])
+    act(world, Drift)
+    p, rows = table[Position], table.by_uid()
+    assert p.x[rows] == pytest.approx([10.0, 12.0, 10.5])
+    assert p.y[rows] == pytest.approx([10.0, 11.0, 9.0])
+    assert p.z[rows] == pytest.approx([2.5, 2.5, 10.0])
+    assert p.z.max() < 10.0
+
+
+@settings(max_examples=15, deadline=None, derandomize=True, database=None)
+@given(
+    speed=st.floats(0, 1.5, width=32), pitch=st.floats(0, 1.5, width=32), sinking=st.floats(-3, 3, width=32),
+    drag=st.sampled_from([0.0, 0.5, 9.0]), flow=st.floats(-2, 2, width=32),
+    dt=st.sampled_from([0.25, 1.0, 2.0]), edges=st.sampled_from(["torus", "walls"]), seed=st.integers(0, 99),
+)  # fmt: skip
+def test_nothing_swims_through_the_surface_or_the_bottom(speed, pitch, sinking, drag, dt, edges, seed, flow):
+    fish = {
+        "count": 30, "body": {"radius": 0.1, "sinking": sinking},
+        "locomotion": {"speed": {"swim": speed}, "pitch": pitch or 0.1, "drag": drag, "turn": 1.0},
+        "sensors": [{"kind": "own", "property": "energy"}], "happiness": {"formula": "energy", "minimum": 0.0},
+        "actions": {"speed": ["swim"], "turn": ["left", "none", "right"], "climb": ["up", "none", "down"]},
+        "policy": {"kind": "shared", "hidden": [4]},
+    }  # fmt: skip
+    water = {"current": [{"depth": 0.0, "velocity": [flow, 0.0]}, {"depth": 5.0, "velocity": [0.0, flow]}]}
+    space = {"size": [21.0, 22.0, 6.0], "edges": edges}
+    config = {"format": 1, "name": "tank", "dt": dt, "space": space, "water": water, "species": {"fish": fish}}
+    world = World.from_config(config, seed=seed, policies="random")
+    for _ in range(12):
+        world.run(5)
+        p, rows = world.tables["fish"][Position], world.tables["fish"].rows()
+        for axis, length in zip((p.x, p.y, p.z), (21.0, 22.0, 6.0), strict=True):
+            assert np.isfinite(axis[rows]).all()
+            assert (axis[rows] >= 0).all()
+            assert (axis[rows] < length).all()
