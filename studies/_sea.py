@@ -18,17 +18,17 @@ NEAR, FAR = 0.3, 4.0  # [m] from a plume: who is counted
 
 def cycle(world: Any, tracks: Tracks) -> dict[str, Any]:
     """How mean depth follows the day: cosinor, its height as a share of the water, lag behind noon, correlation with light."""
-    sun, depth, light = world.config.sun, tracks.mean_depth, tracks.light
-    time = (np.arange(depth.size) * world.dt / sun.day + sun.start - 0.5) % 1.0  # of the day, from noon on
+    sun, lived = world.config.sun, np.isfinite(tracks.mean_depth)  # as long as there are any
+    depth, light = tracks.mean_depth[lived], tracks.light[lived]
+    time = ((world.tick - lived.size + np.flatnonzero(lived)) * world.dt / sun.day + sun.start - 0.5) % 1.0  # of the day, from noon on
     fit: Cosinor = cosinor(time, depth, 1.0)
     height = world.space.size[2]
     lag = (fit.acrophase + np.pi) % (2 * np.pi) - np.pi
-    hours = depth[: depth.size // 8 * 8]
-    at = ((time[: hours.size] + 0.5) % 1.0 * 8).astype(int)
+    at = ((time + 0.5) % 1.0 * 8).astype(int)
     r = float(np.corrcoef(depth, light)[0, 1]) if light.std() > 0 and depth.std() > 0 else float("nan")
     return {"amplitude": fit.amplitude / height, "peak to peak": 2 * fit.amplitude / height, "lag [days]": float(lag / (2 * np.pi)),
             "vector": (fit.vector / height).tolist(), "r": r, "mean depth": fit.mesor,
-            "depth by eighths of a day from midnight": [float(hours[at == k].mean()) for k in range(8)]}  # fmt: skip
+            "depth by eighths of a day from midnight": [float(depth[at == k].mean()) for k in range(8)]}  # fmt: skip
 
 
 def escape(tracks: Tracks, within: float = 1.5, rest: int = 5) -> dict[str, Any]:

@@ -37,7 +37,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
     world.run(day)  # from random depths to their own
     tracks = follow(world, config["days"] * day)
     days = tracks.mean_depth.reshape(config["days"], day)
-    out = {**cycle(world, tracks), "p of days": p_of_days(days, n=999), "copepods": world.tables["copepod"].n}
+    out = {**cycle(world, tracks), "p of days": p_of_days(days, n=999) if np.isfinite(days).all() else None, "copepods": world.tables["copepod"].n}
     if case["arm"] == "shipped":
         out |= {"escape": escape(tracks), "plume": plume(here, policies, case["seed"]), "no plume": plume(here, policies, case["seed"], 0.0)}
     return out

@@ -118,9 +118,9 @@ class Tracks:
 
     @property
     def mean_depth(self) -> np.ndarray:
-        """Mean over the living: f64[ticks]."""
+        """Mean over the living: f64[ticks], NaN where none lives."""
         there = ~np.isnan(self.depth)
-        return np.where(there, self.depth, 0).sum(1) / np.maximum(there.sum(1), 1)
+        return np.where(there, self.depth, 0).sum(1) / np.where(there.any(1), there.sum(1), np.nan)
 
 
 def follow(world: Any, ticks: int, prey: str = "copepod", predator: str = "krill", within: float = 10.0) -> Tracks:
