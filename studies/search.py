@@ -56,7 +56,7 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
     head = ["optimiser", "seed", "candidates", "at stage 2", "met all runs", "minutes of candidates", "minutes in all", "score of the best",
             "as written: all persist", "best: all persist", "95 %", "load"]  # fmt: skip
     k, n = share(of["tpe"], "best")
-    k0, n0 = share(cases_of(cases), "start")
+    k0, n0 = share([c["result"] for c in cases], "start")
     low, high = wilson(k, n)[1:]
     longest = max(r["seconds"] for r in of["tpe"]) / 60
     lines = [verdict("as written: share of runs in which all persist", f"{k0} of {n0}", "below 0.1", k0 < 0.1 * n0),
@@ -66,11 +66,6 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
         r, m = share(of["random"], "best")
         lines.append(verdict("the same by chance", f"{r} of {m}", "less than tpe", r / m < k / n))
     return {"verdicts": lines, "table": {"head": head, "rows": rows}}
-
-
-def cases_of(cases: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """The results alone."""
-    return [c["result"] for c in cases]
 
 
 STUDY = Study(

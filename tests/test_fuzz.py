@@ -251,6 +251,8 @@ def test_too_little_memory_ends_a_command_with_a_word(monkeypatch):
 # --- the JSON schema -------------------------------------------------------------------------------------------------
 
 TYPES = {"string": str, "integer": int, "number": (int, float), "boolean": bool, "object": dict, "array": list}
+OF_NUMBERS = {"minimum", "maximum", "exclusiveMinimum", "exclusiveMaximum"}  # keywords that other values pass
+OF_TABLES = {"required", "properties", "propertyNames", "patternProperties", "additionalProperties", "minProperties"}
 SAID = {"$schema", "$defs", "title", "description", "default", "unit", "discriminator"}  # limits nothing
 
 
@@ -284,16 +286,23 @@ def _wrong(value, schema, root, at=""):
         "additionalProperties": lambda s: [w for k in others for w in (
             [] if s is True else [f"{at}.{k}: unknown"] if s is False else _wrong(value[k], s, root, f"{at}.{k}"))],
     }  # fmt: skip
-    kind = schema.get("type")
-    if kind and (wrong := checks["type"](kind)):
-        return wrong
-    return [w for keyword, said in schema.items() if keyword not in SAID for w in checks[keyword](said)]
+    kinds = [kind] if isinstance(kind := schema.get("type", []), str) else kind
+    if kinds and all(checks["type"](one) for one in kinds):
+        return checks["type"](kinds[0])
+    passed = {"type", *(OF_NUMBERS if isinstance(value, dict) else OF_TABLES)}
+    return [w for keyword, said in schema.items() if keyword not in SAID | passed for w in checks[keyword](said)]
 
 
 @pytest.mark.parametrize("world", shipped())
 def test_every_shipped_world_fits_the_schema(world):
     schema = json_schema()
     assert _wrong(tomllib.loads(shipped()[world].read_text(encoding="utf-8")), schema, schema) == []
+
+
+def test_a_world_with_ranges_fits_the_schema():
+    schema, path = json_schema(), Path(__file__).parents[1] / "examples" / "dying_world.toml"
+    data = tomllib.loads(path.read_text(encoding="utf-8"))
+    assert _wrong(data | {"search": data["search"] | {"ranges": {"species.hare.count": [5, 9]}}}, schema, schema) == []
 
 
 def test_worlds_with_everything_fit_the_schema():
@@ -313,6 +322,8 @@ def test_worlds_with_everything_fit_the_schema():
         (("species", "a goat"), {}, ".species.a goat: unknown"),
         (("species", "goat", "genome", "ploidy"), 3, ".species.goat.genome.ploidy: none of [1, 2]"),
         (("space",), {}, ".space.size: missing"),
+        (("species", "goat", "count"), {"value": 10, "search": [5]}, ".species.goat.count.search: fewer than 2"),
+        (("species", "goat", "count"), {"value": 10}, ".species.goat.count.search: missing"),
     ],
 )
 def test_the_schema_marks_what_is_wrong(path, value, said):

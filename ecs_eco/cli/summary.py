@@ -36,6 +36,8 @@ def summary(config: WorldConfig) -> str:
         if species.genome is not None:
             lines += [f"    {line}" for line in str(_layout(config, name)).splitlines()]
     lines += [f"  {name}: {kind.count or len(kind.at)}" for name, kind in config.objects.items()]
+    for name, span in config.search.ranges.items():
+        lines.append(f"  search varies {name}: {span.search[0]:g} to {span.search[1]:g}")
     return "\n".join([*lines, f"  configuration {config.config_hash[:16]}, no problems"])
 
 

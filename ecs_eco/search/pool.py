@@ -1,4 +1,4 @@
-"""Processes of one thread each that evaluate candidates."""
+"""Who evaluates candidates: processes of one thread each, or, for one worker, this one."""
 
 from __future__ import annotations
 
@@ -11,6 +11,34 @@ from contextlib import contextmanager
 from typing import Any
 
 PINS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
+
+
+class Alone:
+    """No process but this one: it does its work when its result is asked for. Ctrl-C ends it like anything here."""
+
+    workers = 1
+
+    def __init__(self) -> None:
+        self.running: list[tuple[Any, Callable[..., Any], tuple[Any, ...]]] = []
+
+    @property
+    def free(self) -> int:
+        """Whether there is nothing to do."""
+        return 1 - len(self.running)
+
+    def submit(self, tag: Any, work: Callable[..., Any], *arguments: Any) -> None:
+        """Remember what is to be done."""
+        self.running.append((tag, work, arguments))
+
+    def results(self, timeout: float | None = None) -> Iterator[tuple[Any, Any]]:
+        """Do it: (tag, result)."""
+        while self.running:
+            tag, work, arguments = self.running.pop()
+            yield tag, work(*arguments)
+
+    def stop(self) -> None:
+        """Forget what was not begun."""
+        self.running.clear()
 
 
 class Pool:

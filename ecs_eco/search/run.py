@@ -16,7 +16,7 @@ from ecs_eco.search.evaluate import Job, evaluate
 from ecs_eco.search.journal import Journal
 from ecs_eco.search.optimise import OPTIMISERS, Optimiser, merit
 from ecs_eco.search.plan import Plan, plan_of
-from ecs_eco.search.pool import Pool
+from ecs_eco.search.pool import Alone, Pool
 
 BEST = 5  # worlds that are written
 ENOUGH = 4  # candidates at a stage before it asks for a score
@@ -59,7 +59,7 @@ class Search:
         self.optimiser = Optimiser(plan.parameters, optimiser, plan.config.search.seed)
         for entry in self.journal.of("candidate"):
             self.optimiser.tell(entry["candidate"], entry["values"], merit(entry))
-        self.pool, self.begun = Pool(workers), time.monotonic()
+        self.pool, self.begun = Pool(workers) if workers > 1 else Alone(), time.monotonic()
         self.before = max((e["at"] for e in self.journal.entries), default=0.0)  # seconds spent by earlier calls
         self.phase, self._progress = "searching", progress
 

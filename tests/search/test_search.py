@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import tomllib
-from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -15,7 +14,6 @@ from typer.testing import CliRunner
 from ecs_eco.cli import app
 from ecs_eco.config import load
 from ecs_eco.errors import ConfigError
-from ecs_eco.search import run as running
 from ecs_eco.search import search
 from ecs_eco.search.evaluate import Job, evaluate
 from ecs_eco.search.plan import plan_of
@@ -40,30 +38,6 @@ confirm = { world_seeds = 3 }
 "species.mite.metabolism.basal" = { search = [0.002, 0.04], scale = "log" }
 """
 BASAL, ENERGY = "species.mite.metabolism.basal", "species.mite.metabolism.energy"
-
-
-class Here:
-    """A pool whose work is done at once, in this process."""
-
-    def __init__(self, workers: int) -> None:
-        self.workers, self.running = 1, {}
-
-    free = property(lambda self: 1 - len(self.running))
-
-    def submit(self, tag: Any, work: Callable[..., Any], *arguments: Any) -> None:
-        self.running[len(self.running)] = (tag, work(*arguments))
-
-    def results(self, timeout: float) -> Iterator[tuple[Any, Any]]:
-        done, self.running = list(self.running.values()), {}
-        yield from done
-
-    def stop(self) -> None:
-        self.running = {}
-
-
-@pytest.fixture
-def here(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(running, "Pool", Here)
 
 
 @pytest.fixture
@@ -133,9 +107,8 @@ def test_what_an_objective_raises_is_kept(world: Path) -> None:
 # a whole search
 
 
-@pytest.mark.usefixtures("here")
 def test_a_search_finds_a_world_that_lives_and_confirms_it_on_seeds_of_its_own(world: Path, tmp_path: Path) -> None:
-    found = search(world, tmp_path / "out", trials=25)
+    found = search(world, tmp_path / "out", trials=25, workers=1)
     assert found["candidates"] == 25
     best = found["best"][0]["values"]
     assert best[ENERGY] / best[BASAL] > 100
@@ -148,9 +121,8 @@ def test_a_search_finds_a_world_that_lives_and_confirms_it_on_seeds_of_its_own(w
     assert "On fresh seeds all species persist" in (tmp_path / "out" / "search.html").read_text(encoding="utf-8")
 
 
-@pytest.mark.usefixtures("here")
 def test_the_best_worlds_are_files_that_say_what_was_found(world: Path, tmp_path: Path) -> None:
-    found = search(world, tmp_path / "out", ["species.mite.count=6"], trials=8, report=False)
+    found = search(world, tmp_path / "out", ["species.mite.count=6"], trials=8, workers=1, report=False)
     for rank, best in enumerate(found["best"], 1):
         path = tmp_path / "out" / f"best-{rank}.toml"
         config = load(path)
@@ -161,33 +133,30 @@ def test_the_best_worlds_are_files_that_say_what_was_found(world: Path, tmp_path
         assert set(config.search.ranges) == {BASAL, ENERGY}
 
 
-@pytest.mark.usefixtures("here")
 def test_a_search_that_was_stopped_goes_on_as_if_it_had_not_been(world: Path, tmp_path: Path) -> None:
     def stop(s: Any) -> None:
         if s.done == 13:
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        search(world, tmp_path / "a", trials=16, progress=stop)
+        search(world, tmp_path / "a", trials=16, workers=1, progress=stop)
     assert len((tmp_path / "a" / "journal.jsonl").read_text().splitlines()) == 14
-    again = search(world, tmp_path / "a", trials=16, report=False)
-    once = search(world, tmp_path / "b", trials=16, report=False)
+    again = search(world, tmp_path / "a", trials=16, workers=1, report=False)
+    once = search(world, tmp_path / "b", trials=16, workers=1, report=False)
     assert again["best"] == once["best"]
-    assert search(world, tmp_path / "a", trials=16, report=False)["candidates"] == 16  # nothing is done twice
+    assert search(world, tmp_path / "a", trials=16, workers=1, report=False)["candidates"] == 16  # nothing is done twice
 
 
-@pytest.mark.usefixtures("here")
 def test_a_budget_of_time_ends_a_search(world: Path, tmp_path: Path) -> None:
-    found = search(world, tmp_path / "out", budget=0.03, report=False)
+    found = search(world, tmp_path / "out", budget=0.03, workers=1, report=False)
     assert found["candidates"] >= 1
     assert found["seconds"] < 10
 
 
-@pytest.mark.usefixtures("here")
 def test_an_objective_that_fails_for_the_world_as_written_ends_the_search(world: Path, tmp_path: Path) -> None:
     values = {"search.objective": explode, BASAL: 0.003, f'search.ranges."{BASAL}"': [0.002, 0.04]}
     with pytest.raises(ConfigError, match="ZeroDivisionError: no hope"):
-        search(world, tmp_path / "out", values, trials=3)
+        search(world, tmp_path / "out", values, trials=3, workers=1)
 
 
 # the command
