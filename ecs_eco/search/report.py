@@ -47,7 +47,7 @@ def summary(search: Search, ranked: Runs) -> dict[str, Any]:
     finals = {e["candidate"]: e for e in search.journal.of("final")}
     return {
         **plan.header(), "optimiser": search.kind, "workers": search.pool.workers, "seconds": search.journal.entries[-1]["at"],
-        "seconds_of_candidates": max(e["at"] for e in search.journal.of("candidate")),
+        "cpu_of_candidates": round(search.worked, 1), "seconds_of_candidates": max(e["at"] for e in search.journal.of("candidate")),
         "candidates": len(ranked), "by_stage": [sum(e["stage"] >= s for e in ranked) for s in range(len(plan.stages))],
         "stages": plan.stages, "cells": plan.cells, "start": plan.start,
         "best": [{"candidate": e["candidate"], "values": e["values"], "stage": e["stage"], "score": e["score"],

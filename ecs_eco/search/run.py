@@ -24,14 +24,15 @@ Progress = Callable[["Search"], None]
 
 
 def search(world: Any, out: str | Path, overrides: Any = None, *, budget: float | None = None, trials: int | None = None,
-           workers: int = 2, optimiser: str = "tpe", progress: Progress | None = None, report: bool = True) -> dict[str, Any]:
+           cpu: float | None = None, workers: int = 2, optimiser: str = "tpe", progress: Progress | None = None,
+           report: bool = True) -> dict[str, Any]:
     """Look for the numbers that [search] of a world asks for, and leave a folder; return what its search.json holds.
 
-    `overrides` as for `load`: "search.ticks" and the like are keys too. It ends after `budget` minutes or `trials` candidates, of this
-    search in all: a folder with a journal is gone on with. Raises ConfigError.
+    `overrides` as for `load`: "search.ticks" and the like are keys too. It ends after `budget` minutes, or after `trials` candidates or
+    candidates that took `cpu` seconds of processors, of this search in all: a folder with a journal is gone on with. Raises ConfigError.
     """
     config = load(world, overrides)
-    found = Search(plan_of(config), Path(out), workers, optimiser, budget, trials, progress)
+    found = Search(plan_of(config), Path(out), workers, optimiser, budget, trials, cpu, progress)
     from ecs_eco.search.report import write_results
 
     try:
@@ -46,15 +47,15 @@ class Search:
     """One search: its plan, its journal, what is running, and when it has to end."""
 
     def __init__(self, plan: Plan, out: Path, workers: int, optimiser: str, budget: float | None, trials: int | None,
-                 progress: Progress | None) -> None:
+                 cpu: float | None, progress: Progress | None) -> None:
         if optimiser not in OPTIMISERS:
             near = nearest(optimiser, OPTIMISERS)
             raise ConfigError([Problem((), "no such optimiser", optimiser, listed(OPTIMISERS), near, "--optimiser")])
-        if budget is None and trials is None:
+        if budget is None and trials is None and cpu is None:
             allowed = "a budget in minutes, or a number of trials"
             raise ConfigError([Problem((), "no end", allowed=allowed, source="--budget, --trials")])
         self.plan, self.out, self.kind = plan, out, optimiser
-        self.budget, self.trials = None if budget is None else budget * 60, trials
+        self.budget, self.trials, self.cpu = None if budget is None else budget * 60, trials, cpu
         self.journal = Journal(out, {**plan.header(), "optimiser": optimiser})
         self.optimiser = Optimiser(plan.parameters, optimiser, plan.config.search.seed)
         for entry in self.journal.of("candidate"):
@@ -110,10 +111,16 @@ class Search:
 
     def _finals(self) -> None:
         known = {e["candidate"] for e in self.journal.of("final")}
-        wanted = [e for e in self.ranked()[: self.plan.config.search.finalists] if e["candidate"] not in known]
-        jobs = {e["candidate"]: self._whole(e, self.plan.finals, self.plan.ticks) for e in wanted} if len(self.ranked()) > 1 else {}
+        wanted = [e for e in self._finalists() if e["candidate"] not in known]
+        jobs = {e["candidate"]: self._whole(e, self.plan.finals, self.plan.ticks) for e in wanted}
         for number, found in self._all(jobs):
             self.journal.add("final", candidate=number, **found, at=self._elapsed())
+
+    def _finalists(self) -> list[dict[str, Any]]:
+        """The best of those that met all runs; none where there is no choice."""
+        last = len(self.plan.stages) - 1
+        found = [e for e in self.ranked() if e["stage"] == last][: self.plan.config.search.finalists]
+        return found if len(found) > 1 else []
 
     def _confirmation(self) -> None:
         known = {(e["candidate"], *e["cell"]) for e in self.journal.of("confirmation")}
@@ -181,6 +188,8 @@ class Search:
         n = len(self.journal.of("candidate")) + len(self.pool.running)
         if self.trials is not None and n >= self.trials:
             return False
+        if self.cpu is not None and self.worked >= self.cpu:
+            return False
         return n == 0 or self.budget is None or self._elapsed() < self.budget - self._reserve() - self._usual()
 
     def _late(self) -> bool:
@@ -198,7 +207,7 @@ class Search:
         if run is None:
             return 0.25 * (self.budget or 0.0)
         plan = self.plan
-        runs = plan.config.search.finalists * len(plan.finals) + len(plan.confirmation) * plan.confirmation_ticks / plan.ticks
+        runs = len(self._finalists()) * len(plan.finals) + len(plan.confirmation) * plan.confirmation_ticks / plan.ticks
         return min(1.15 * runs * run / self.pool.workers, 0.6 * (self.budget or 0.0))
 
     def _seconds_a_run(self) -> float | None:
@@ -213,10 +222,16 @@ class Search:
         return len(self.journal.of("candidate"))
 
     @property
+    def worked(self) -> float:
+        """Seconds of processors that candidates took."""
+        return float(sum(e["cpu"] for e in self.journal.of("candidate")))
+
+    @property
     def share(self) -> float:
         """How much of the search is over, in [0, 1]."""
         shares = [self.done / self.trials] if self.trials else []
         shares += [self._elapsed() / self.budget] if self.budget else []
+        shares += [self.worked / self.cpu] if self.cpu else []
         return min(1.0, max(shares, default=0.0))
 
     def _show(self) -> None:
