@@ -270,7 +270,7 @@ def search(
         int | None, typer.Option(parser=whole(1, 1000), metavar="N", help="Training seeds of the confirmation.")
     ] = None,
     confirm_ticks: Annotated[int | None, typer.Option(parser=whole(1), metavar="N", help="Length of its runs [ticks].")] = None,
-    optimiser: Annotated[str, typer.Option(metavar="NAME", help="tpe, gp, or random for comparison.")] = "tpe",
+    optimiser: Annotated[str, typer.Option(metavar="NAME", help="gp, tpe, or random for comparison.")] = "gp",
     seed: Annotated[int | None, typer.Option(parser=whole(0, 2**63 - 1), metavar="N", help="Seed of the optimiser.")] = None,
     workers: Annotated[int, typer.Option(parser=whole(1, 1024), metavar="N", help="Processes, of one thread each.")] = 2,
     set_: Set = None,

@@ -9,7 +9,7 @@ from typing import Any
 
 from ecs_eco.search.plan import Parameter
 
-OPTIMISERS = ("tpe", "gp", "random")  # those whose proposals follow from the journal alone; CMA-ES keeps a state besides
+OPTIMISERS = ("gp", "tpe", "random")  # those whose proposals follow from the journal alone; CMA-ES keeps a state besides
 FIRST = 10  # candidates at random before a model of them is made
 
 

@@ -24,7 +24,7 @@ Progress = Callable[["Search"], None]
 
 
 def search(world: Any, out: str | Path, overrides: Any = None, *, budget: float | None = None, trials: int | None = None,
-           cpu: float | None = None, workers: int = 2, optimiser: str = "tpe", progress: Progress | None = None,
+           cpu: float | None = None, workers: int = 2, optimiser: str = "gp", progress: Progress | None = None,
            report: bool = True) -> dict[str, Any]:
     """Look for the numbers that [search] of a world asks for, and leave a folder; return what its search.json holds.
 
