@@ -79,7 +79,8 @@ def curves(fit: Process, parameters: Sequence[Parameter], start: dict[str, float
         ax.plot(at, mean, color="#0072B2", lw=1.8)
         ax.axvline(start[p.name], color=START, lw=1.1, ls=":", label="as written")
         ax.axvline(best[p.name], color=BEST, lw=1.4, label="best")
-        ax.set(xlabel=short(p.name), ylim=(0, 1), xscale="log" if p.log else "linear")
+        ax.set(ylim=(0, 1), xscale="log" if p.log else "linear")
+        ax.set_xlabel(short(p.name), fontsize=8.5)
     for ax in list(axes.flat)[len(parameters) :]:
         ax.set_visible(False)
     for row in axes:
