@@ -79,7 +79,8 @@ def curves(fit: Process, parameters: Sequence[Parameter], start: dict[str, float
         ax.plot(at, mean, color="#0072B2", lw=1.8)
         ax.axvline(start[p.name], color=START, lw=1.1, ls=":", label="as written")
         ax.axvline(best[p.name], color=BEST, lw=1.4, label="best")
-        ax.set(ylim=(0, 1), xscale="log" if p.log else "linear")
+        ax.set_ylim(0, 1)
+        _scaled(ax.xaxis, p)
         ax.set_xlabel(short(p.name), fontsize=8.5)
     for ax in list(axes.flat)[len(parameters) :]:
         ax.set_visible(False)
@@ -109,12 +110,21 @@ def pairs(fit: Process, parameters: Sequence[Parameter], entries: Sequence[dict[
             at = [value_of(parameters[k], place[:, k]) for k in (i, j)]
             ax.plot(*at, mark, ms=12, color=hue, mec="white", label=word, clip_on=False, ls="none")
         ax.set(xlabel=short(parameters[i].name), ylabel=short(parameters[j].name))
-        ax.set(xscale=_scale(parameters[i]), yscale=_scale(parameters[j]))
+        _scaled(ax.xaxis, parameters[i])
+        _scaled(ax.yaxis, parameters[j])
         ax.grid(visible=False)
     axes[0, 0].legend(loc="best", fontsize=8, frameon=True)
     figure.colorbar(shade, ax=axes[0].tolist(), label="share that is worse", pad=0.02)
     return figure
 
 
-def _scale(p: Parameter) -> str:
-    return "log" if p.log else "linear"
+def _scaled(axis: Any, p: Parameter) -> None:
+    """The axis of a number; on a log scale, 1, 2 and 5 of each power of ten, or 1 alone over more than two."""
+    if not p.log:
+        return
+    getattr(axis.axes, f"set_{axis.axis_name}scale")("log")
+    powers = np.arange(np.floor(np.log10(p.low)), np.ceil(np.log10(p.high)) + 1)
+    steps = (1, 2, 5) if p.high / p.low <= 100 else (1,)
+    ticks = [s * 10.0**k for k in powers for s in steps if p.low <= s * 10.0**k * 1.0001 and s * 10.0**k <= p.high * 1.0001]
+    axis.set_ticks(ticks, labels=[f"{t:g}" for t in ticks])
+    axis.set_ticks([], minor=True)
