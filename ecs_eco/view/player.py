@@ -138,14 +138,15 @@ class Player:
         for page, view in self._views.items():
             out: list[str | bytes] = [*news]
             stood = not self.playing and view.told != tick  # a step was made
-            if view.news or ((state or stood) and view.awaits is None):
-                view.news, view.told = False, tick
-                out.append(self._state(view))
+            due, shown = view.news or ((state or stood) and view.awaits is None), view.seen
             if view.awaits is None:
                 self._timed("frame", partial(self._show, view, out, now))
                 new = min(new, view.frame_at + self._period())
                 if view.awaits is None and not self._whole(view):
                     same = min(same, max(now, min(view.frame_at, view.panel_at) + FASTEST_FRAMES))
+            if due or (shown or ("", ""))[1] != (view.seen or ("", ""))[1]:  # after the frame: that of another colour tells its range
+                view.news, view.told = False, tick
+                out.append(self._state(view))
             if out:
                 page.send(out)
         self._looks = (min(same, self._sample_at) if tick != self._sampled else same), new

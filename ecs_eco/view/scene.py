@@ -62,15 +62,29 @@ def fences(world: Any) -> list[list[list[float]]]:
     return [] if world.terrain is None else [corners.round(3).tolist() for corners in world.terrain.fences]
 
 
+def sun_of(world: Any) -> Any:
+    """Return the sun that rises and sets over a world, as it is now; None where there is none, or one that never moves."""
+    sun, config = getattr(world, "sun", None), getattr(world.config, "sun", None)
+    if sun is None and config is not None:
+        from ecs_eco.space.sun import Sun
+
+        sun = Sun(**config.model_dump())
+    return None if sun is None or sun.kind == "constant" else sun
+
+
 def day(world: Any) -> dict[str, float] | None:
-    """Return the length of a day [s] and the time of the day at tick 0, a share; None where there is no sun."""
-    sun = getattr(world, "sun", None)
-    return None if sun is None else {"length": float(sun.day), "start": float(sun.start)}
+    """Return the length of a day [s] and the time of the day at tick 0, a share since midnight; None where there are no days."""
+    sun = sun_of(world)
+    return None if sun is None else {"length": float(sun.day), "start": (float(sun.start) + _shift(sun)) % 1.0}
+
+
+def _shift(sun: Any) -> float:
+    return 0.5 if sun.kind == "inverted" else 0.0
 
 
 def sky(world: Any) -> tuple[float, float]:
-    """Return the light at the surface, 0 to 1, and the sun's elevation [rad]; without a sun it stands high and light is ambient."""
-    sun, full = getattr(world, "sun", None), float(world.ambient["light"])
+    """Return the light at the surface, 0 to 1, and the sun's elevation [rad]; without days it stands where it would give this light."""
+    sun, full = sun_of(world), float(world.ambient["light"])
     if sun is None:
         top = np.array([world.space.size[2] if world.space.volume else 0.0], np.float32)
         middle = [np.array([s / 2], np.float32) for s in world.space.size[:2]]
@@ -78,6 +92,5 @@ def sky(world: Any) -> tuple[float, float]:
         return min(max(light, 0.0), 1.0), math.asin(min(max(light, 0.0), 1.0))
     from ecs_eco.space.sun import sine_of_elevation
 
-    shift = 0.5 if sun.kind == "inverted" else 0.0
-    height = sine_of_elevation(world.time / sun.day + sun.start + shift, sun.latitude, sun.season(world.time))
+    height = sine_of_elevation(world.time / sun.day + sun.start + _shift(sun), sun.latitude, sun.season(world.time))
     return min(max(full * sun.light(world.time), 0.0), 1.0), math.asin(min(max(height, -1.0), 1.0))

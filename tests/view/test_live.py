@@ -151,6 +151,27 @@ def test_hello_says_who_lives_where():
     assert live.counts() == {"grass": 300, "deer": 60, "wolf": 12}
 
 
+def test_without_a_sun_there_are_no_days_and_the_light_is_ambient():
+    live = Live(small())
+    assert live.hello()["day"] is None
+    live.world.ambient["light"] = 0.5
+    assert struct.unpack_from("<2f", live.frame(1, "species"), 16) == pytest.approx((0.5, np.pi / 6))
+
+
+@pytest.mark.parametrize(("kind", "start", "light", "elevation"), [
+    ("natural", 0.5, 1.0, 90), ("natural", 0.75, 0.0, 0), ("natural", 0.0, 0.0, -90), ("inverted", 0.0, 1.0, 90), ("inverted", 0.5, 0.0, -90),
+])  # fmt: skip
+def test_the_sun_stands_where_the_hour_says(kind, start, light, elevation):
+    sun = pytest.importorskip("ecs_eco.space.sun")
+    live = Live(small())
+    live.world.sun = sun.Sun(kind, day=100.0, start=start)
+    assert live.hello()["day"] == {"length": 100.0, "start": (start + 0.5 * (kind == "inverted")) % 1}
+    assert struct.unpack_from("<2f", live.frame(1, "species"), 16) == pytest.approx((light, np.radians(elevation)), abs=1e-6)
+    live.world.tick += 50  # half a day later, at 1 s a tick
+    assert live.world.dt == 1.0
+    assert struct.unpack_from("<2f", live.frame(2, "species"), 16)[1] == pytest.approx(np.radians(-elevation), abs=1e-6)
+
+
 def test_the_ground_is_sent_with_its_landmarks_and_large_ones_coarser():
     ground = {"cell": 0.5, "hills": {"amplitude": 3.0, "scale": 30.0}, "rocks": [{"at": [10.0, 10.0], "radius": 2.0}]}
     live = Live(World.from_config(load("predator-prey", SMALL | {"terrain": ground}), policies="random", record=False))

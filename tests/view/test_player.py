@@ -36,13 +36,11 @@ def _clock(monkeypatch):
     monkeypatch.setattr(module, "time", SimpleNamespace(monotonic=lambda: CLOCK.now, perf_counter=lambda: CLOCK.now))
 
 
-
-
 class Numbers:
     """A source whose frames are (number, tick, colour)."""
 
     def __init__(self, last=None):
-        self.tick, self.last, self.made, self.asked = 0, last, 0, []
+        self.tick, self.last, self.made, self.asked, self.ranges = 0, last, 0, [], {}
 
     @property
     def done(self):
@@ -61,10 +59,11 @@ class Numbers:
         return {"deer": self.tick}
 
     def scales(self, colour):
-        return {}
+        return self.ranges.get(colour, {})
 
     def frame(self, number, colour):
         self.made += 1
+        self.ranges[colour] = {"deer": (0.0, 9.0)}  # known once somebody has looked
         return json.dumps([number, self.tick, colour]).encode()
 
     def sample(self):
@@ -124,7 +123,7 @@ def test_a_page_is_greeted_then_told_and_shown():
     player = Player(Numbers(), playing=False)
     page = Notes(player)
     play(player, 0.1)
-    assert [t["kind"] for t in page.texts[:3]] == ["hello", "marks", "state"]
+    assert [t["kind"] for t in page.texts[:4]] == ["hello", "marks", "series", "state"]
     assert page.frames == [[1, 0, "species"]]  # one, for nothing changes
 
 
@@ -164,6 +163,20 @@ def test_pages_share_frames_of_one_colour():
     play(player, 0.15)
     assert [p.frames[-1][2] for p in pages] == ["species", "species", "age"]
     assert source.made <= 3  # of both colours, and perhaps the third page's first look
+
+
+@pytest.mark.parametrize("playing", [False, True])
+def test_what_another_colour_means_is_told_with_its_first_frame(playing):
+    player = Player(Numbers(), speed=1.0, playing=playing)
+    page = Notes(player, reads=False)
+    play(player, 0.1)
+    page.say("colour", by="age")
+    play(player, 0.1)
+    assert page.got("state")[-1]["scales"] == {}  # the frame of before is not acknowledged, so that there is none of this colour
+    page.say("ack", frame=1)
+    play(player, 0.1)
+    assert [frame[2] for frame in page.frames] == ["species", "age"]
+    assert page.got("state")[-1]["scales"] == {"deer": [0.0, 9.0]}
 
 
 def test_the_speed_is_kept():
