@@ -13,7 +13,7 @@ HERE = Path(__file__).parent
 PAGE, README = HERE.parent / "docs" / "benchmarks.md", HERE.parent / "README.md"
 MARKS = ("<!-- table: benchmarks -->", "<!-- end of table -->")
 ORDER = ("animals", "animals_threads", "breakdown", "animals_learning", "plants", "memory", "startup", "checkpoints",
-         "checkpoints_cost", "ppo", "individual_ppo", "births", "genomes", "viewer_cost", "viewer_frames", "viewer_stall",
+         "checkpoints_cost", "ppo", "individual_ppo", "births", "genomes", "viewer_cost", "viewer_frames", "page", "viewer_stall",
          "wolf_sheep", "wolf_sheep_same", "wolf_sheep_profile")
 HEAD = """# How fast it is
 

@@ -159,7 +159,8 @@ def test_without_a_sun_there_are_no_days_and_the_light_is_ambient():
 
 
 @pytest.mark.parametrize(("kind", "start", "light", "elevation"), [
-    ("natural", 0.5, 1.0, 90), ("natural", 0.75, 0.0, 0), ("natural", 0.0, 0.0, -90), ("inverted", 0.0, 1.0, 90), ("inverted", 0.5, 0.0, -90),
+    ("natural", 0.5, 1.0, 90), ("natural", 0.75, 0.0, 0), ("natural", 0.0, 0.0, -90), ("inverted", 0.0, 1.0, 90),
+    ("inverted", 0.5, 0.0, -90),
 ])  # fmt: skip
 def test_the_sun_stands_where_the_hour_says(kind, start, light, elevation):
     sun = pytest.importorskip("ecs_eco.space.sun")

@@ -175,6 +175,7 @@ export interface Counters {
   selected: number | null;
   mode: string;
   playing: boolean;
+  still: boolean;
   connected: boolean;
   ended: boolean;
   messages: Record<string, number>;

@@ -333,6 +333,7 @@ window.ecs = {
   get selected() { return page?.stage.selected ?? null; },
   get mode() { return page?.hello.mode ?? ""; },
   get playing() { return state?.playing ?? false; },
+  get still() { return Boolean(page?.stage.still && state?.tick === page.stage.tick); },
   get connected() { return $("link").dataset.link === "open"; },
   get ended() { return $("link").dataset.link === "ended"; },
   get messages() { return connection.counts; },

@@ -188,6 +188,11 @@ export class Stage {
     this.onrender();
   }
 
+  /** Whether the last frame is drawn, and neither organisms nor the camera are on their way. */
+  get still() {
+    return !this.dirty && !this.eye.flight && this.share(performance.now()) >= 1 && this.shared.alpha.value >= 1;
+  }
+
   /** @param {number | null} uid */
   select(uid) {
     this.selected = uid;

@@ -1,0 +1,130 @@
+"""What a frame costs the viewer's page: 50,000 organisms, the real server, Chromium drawing in software.
+
+    python benchmarks/page.py [--organisms 50000] [--frames 150]
+
+Wants playwright and Chromium (Debian: apt-get install chromium).
+"""
+
+import argparse
+import statistics
+import sys
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+sys.path.insert(0, str(Path(__file__).parent))
+import _bench
+
+_bench.pin_threads()
+
+import numpy as np
+
+from ecs_eco import World
+from ecs_eco.components import Biology, Position, Velocity
+from ecs_eco.system import System
+from ecs_eco.testing.browser import launched, until
+from ecs_eco.view.live import Live
+from ecs_eco.view.player import Player
+from ecs_eco.view.server import Server
+
+ANIMALS = 0.2  # of the organisms: these move from frame to frame, plants stand
+GOAL = 5.0  # [ms] for both together
+# The page keeps running means with a weight of 1/10 for the last: what one frame took follows from two of them.
+LISTEN = """() => {
+  window.times = {decode: [], render: []};
+  let [frames, renders, decode, render] = [ecs.frames, ecs.renders, ecs.decodeMs, ecs.renderMs];
+  const look = () => {
+    if (ecs.frames === frames + 1) times.decode.push(decode + (ecs.decodeMs - decode) * 10);
+    if (ecs.renders === renders + 1) times.render.push(render + (ecs.renderMs - render) * 10);
+    [frames, renders, decode, render] = [ecs.frames, ecs.renders, ecs.decodeMs, ecs.renderMs];
+    requestAnimationFrame(look);
+  };
+  look();
+}"""
+
+
+class Wander(System):
+    """Animals go straight on, around a torus: a tick that costs as good as nothing."""
+
+    needs = Position, Velocity
+    phase = "move"
+
+    def update(self, table: Any, world: Any) -> None:
+        x, high = table[Position].x, table.high
+        x[:high] = (x[:high] + np.float32(0.3)) % np.float32(world.space.size[0])
+
+
+def made(organisms: int) -> World:
+    """Return a world of plants that stand and animals that move."""
+    side, rng = float(np.sqrt(organisms)), np.random.default_rng(1)
+    world = World([side, side], seed=1)
+    animals = round(organisms * ANIMALS)
+    for name, n, parts in (("plant", organisms - animals, (Position, Biology)), ("animal", animals, (Position, Velocity, Biology))):
+        table = world.add_table(name, *parts)
+        table.traits |= {"color": "#1a9641" if name == "plant" else "#d95f02", "radius": 0.3}
+        table.request(np.zeros(n, np.uint64), {(Position, axis): (rng.random(n) * side).astype(np.float32) for axis in "xy"})
+    world.flush()
+    world.add_system(Wander())
+    return world
+
+
+@contextmanager
+def watched(organisms: int) -> Iterator[Server]:
+    """The world, alive in a thread of its own at 20 ticks a second, and the server of its page."""
+    ready, found = threading.Event(), []
+
+    def live() -> None:
+        source = Live(made(organisms))
+        found.append(Player(source, 20.0))
+        with Server(found[0]) as server:
+            found.append(server)
+            ready.set()
+            source.run(found[0].turn)
+
+    thread = threading.Thread(target=live)
+    thread.start()
+    try:
+        while not ready.wait(0.1):
+            if not thread.is_alive():
+                raise RuntimeError("the world did not begin")
+        yield found[1]
+    finally:
+        found[0].close()
+        thread.join()
+
+
+def measure(page: Any, colour: str, frames: int) -> dict[str, list[float]]:
+    """Return what decoding and drawing of each of some frames took [ms], coloured by something."""
+    page.locator("#colour").select_option(colour)
+    page.evaluate(LISTEN)
+    until(page, f"Math.min(times.decode.length, times.render.length) >= {frames}", 1800)
+    return page.evaluate("times")
+
+
+def main() -> None:
+    """Measure, and keep the figures."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--organisms", type=int, default=50_000)
+    parser.add_argument("--frames", type=int, default=150)
+    asked = parser.parse_args()
+    rows = []
+    with watched(asked.organisms) as server, launched() as browser:
+        page = browser.new_page(viewport={"width": 1280, "height": 800})
+        page.goto(server.address)
+        until(page, "ecs.frames > 20 && ecs.renders > 20", 600)
+        for colour in ("species", "age"):
+            found = measure(page, colour, asked.frames)
+            both = statistics.median(found["decode"]) + statistics.median(found["render"])
+            for what, times in found.items():
+                rows.append({"organisms": asked.organisms, "colour": colour, "what": {"render": "render call"}.get(what, what),
+                             "ms a frame, median": statistics.median(times), "best": min(times)})  # fmt: skip
+            rows.append({"organisms": asked.organisms, "colour": colour, "what": "both", "ms a frame, median": both, "goal": GOAL})
+        notes = {"browser": f"Chromium {browser.version}", "frames of each colour, at least": asked.frames,
+                 "drawn by": "software (SwiftShader), in a process of its own"}  # fmt: skip
+    _bench.save("page", "What a frame costs the page: decoding it, and the call that draws it", rows, notes)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,174 @@
+"""Take the pictures of the viewer's page that README and docs show, from the page itself, into docs/img.
+
+    python docs/screenshots.py [NAME …]
+
+Wants playwright and Chromium (Debian: apt-get install chromium). A world that lives stops at about the tick that is asked for, so
+that pictures differ a little from time to time.
+"""
+
+import argparse
+import io
+import sys
+import tempfile
+from collections.abc import Callable
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from ecs_eco.config.shipped import shipped
+from ecs_eco.testing.browser import launched, served, until
+
+IMAGES = Path(__file__).parent / "img"
+SIZE = {"width": 1280, "height": 800}
+LARGEST = 300_000  # [bytes]
+
+
+class Shot(NamedTuple):
+    """A picture: what is watched, up to which tick, in which colours, and what is done before it is taken."""
+
+    world: str
+    tick: int
+    pose: Callable[[Any], None]
+    words: tuple[str, ...] = ()
+    dark: bool = False
+    run: tuple[str, ...] = ()  # recorded first, with these words; then the record is watched
+
+
+def select(page: Any, kind: str, nth: int = 0) -> None:
+    """Click an organism that nothing covers, and let it live a little, so that its curves have a shape."""
+    clear = "([x, y]) => document.elementFromPoint(x, y)?.id === 'canvas'"
+    seen = [at for uid in page.evaluate(f"ecs.uids('{kind}', 400)") if (at := page.evaluate(f"ecs.screen({uid})"))]
+    seen = [at for at in seen if page.evaluate(clear, [at["x"], at["y"]])]
+    at = min(seen[:60], key=lambda at: abs(at["x"] - 430) + abs(at["y"] - 380)) if nth == 0 else seen[nth]
+    page.mouse.click(at["x"], at["y"])
+    until(page, "ecs.selected !== null && ecs.messages.organism > 0")
+
+
+def advance(page: Any, ticks: int) -> None:
+    """Play for about so many ticks, as fast as it goes, then stop."""
+    goal = page.evaluate("ecs.tick") + ticks
+    page.locator("#speed").fill("10")
+    if not page.evaluate("ecs.playing"):
+        page.locator("#play").click()
+    until(page, f"ecs.tick >= {goal}", 1800)
+    still(page)
+
+
+def still(page: Any) -> None:
+    """Stop, and wait until nothing moves."""
+    if page.evaluate("ecs.playing"):
+        page.locator("#play").click()
+    until(page, "!ecs.playing && ecs.still")
+
+
+def deer(page: Any) -> None:
+    """One deer with its curves, from the side."""
+    select(page, "deer")
+    advance(page, 40)
+
+
+def genes(page: Any) -> None:
+    """Goats by what a gene says."""
+    colours = page.locator("#colour option").evaluate_all("all => all.map(option => option.value)")
+    page.locator("#colour").select_option(next(name for name in colours if name.startswith("gene:")))
+    page.locator("[data-eye=top]").click()
+    until(page, "ecs.still")
+
+
+def lamb(page: Any) -> None:
+    """A lamb's nervous system."""
+    select(page, "lamb")
+    advance(page, 60)
+
+
+def sea(page: Any) -> None:
+    """The water column by energy."""
+    until(page, "ecs.still")
+
+
+def replayed(page: Any) -> None:
+    """A wolf of a recorded run, in its focal sample, at a tick that was scrubbed to."""
+    page.get_by_label("Time, in ticks").evaluate("slider => { slider.value = 420; slider.dispatchEvent(new Event('input')) }")
+    until(page, "ecs.tick === 420 && ecs.still")
+    select(page, "wolf")
+    until(page, "ecs.still")
+
+
+SHOTS = {
+    "page_predator_prey": Shot("predator-prey", 400, deer),
+    "page_reflexes": Shot("reflexes", 300, genes, dark=True),
+    "page_lamb": Shot("lamb", 200, lamb),
+    "page_diel_migration": Shot("diel-migration", 300, sea),
+    "page_replay": Shot("predator-prey", 0, replayed, dark=True, run=("--ticks", "600", "--record", "focal=50", "--no-report", "--quiet")),
+}
+
+
+@contextmanager
+def page_of(browser: Any, shot: Shot, address: str) -> Any:
+    """The page of a world, at its tick, standing still."""
+    context = browser.new_context(viewport=SIZE, color_scheme="dark" if shot.dark else "light")
+    context.set_default_timeout(600_000)
+    page = context.new_page()
+    try:
+        page.goto(address)
+        until(page, "ecs.frames > 0 && ecs.connected && ecs.messages.state > 0", 600)
+        if shot.tick:
+            advance(page, shot.tick)
+        still(page)
+        yield page
+    finally:
+        context.close()
+
+
+def take(browser: Any, name: str, shot: Shot) -> Path:
+    """Take one picture; return where it is."""
+    with tempfile.TemporaryDirectory() as folder:
+        what = shot.world
+        if shot.run:
+            what = f"{folder}/run"
+            _run(shot, what)
+        with served("watch", what, *shot.words) as run, page_of(browser, shot, run.address) as page:
+            shot.pose(page)
+            page.mouse.move(0, 0)
+            path = IMAGES / f"{name}.png"
+            path.write_bytes(small(page.screenshot()))
+    return path
+
+
+def _run(shot: Shot, out: str) -> None:
+    import subprocess
+
+    from ecs_eco.testing.browser import COMMAND
+
+    subprocess.run([*COMMAND, "run", shot.world, *shot.run, "--out", out], check=True)
+
+
+def small(png: bytes) -> bytes:
+    """Return a picture with as many colours as fit into `LARGEST` bytes."""
+    from PIL import Image
+
+    picture = Image.open(io.BytesIO(png)).convert("RGB")
+    for colours in (None, 256, 128, 64):
+        out = io.BytesIO()
+        (picture if colours is None else picture.quantize(colours, dither=Image.Dither.NONE)).save(out, "PNG", optimize=True)
+        if out.tell() <= LARGEST:
+            break
+    return out.getvalue()
+
+
+def main() -> int:
+    """Take those that were asked for, or all of worlds that are here."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("names", nargs="*", metavar="NAME", help=", ".join(SHOTS))
+    names = parser.parse_args().names or [name for name, shot in SHOTS.items() if shot.world in shipped()]
+    if unknown := [name for name in names if name not in SHOTS]:
+        parser.error(f"{unknown[0]}: there is {', '.join(SHOTS)}")
+    with launched() as browser:
+        for name in names:
+            path = take(browser, name, SHOTS[name])
+            print(f"{path.relative_to(Path.cwd()) if path.is_relative_to(Path.cwd()) else path}: {path.stat().st_size / 1000:.0f} kB")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
