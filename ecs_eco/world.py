@@ -45,6 +45,7 @@ class World:
         self.fields: dict[str, Any] = {}
         self.terrain: Any = None
         self.water: Any = None  # a Water that fills a volume
+        self.sun: Any = None  # a Sun that rises and sets over it
         self.ambient: dict[str, float] = {"temperature": 285.0, "pressure": 101_325.0, "light": 1.0}
         self.environment: dict[str, Callable[..., np.ndarray]] = {}
         self.substances: list[str] = []

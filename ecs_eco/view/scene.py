@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from ecs_eco.components import Position, Velocity
+from ecs_eco.space.sun import Sun, sine_of_elevation
 
 CELLS = 65_536  # of the ground that is sent; larger grounds are sent coarser
 
@@ -62,35 +63,27 @@ def fences(world: Any) -> list[list[list[float]]]:
     return [] if world.terrain is None else [corners.round(3).tolist() for corners in world.terrain.fences]
 
 
-def sun_of(world: Any) -> Any:
-    """Return the sun that rises and sets over a world, as it is now; None where there is none, or one that never moves."""
-    sun, config = getattr(world, "sun", None), getattr(world.config, "sun", None)
-    if sun is None and config is not None:
-        from ecs_eco.space.sun import Sun
-
-        sun = Sun(**config.model_dump())
-    return None if sun is None or sun.kind == "constant" else sun
-
-
 def day(world: Any) -> dict[str, float] | None:
     """Return the length of a day [s] and the time of the day at tick 0, a share since midnight; None where there are no days."""
-    sun = sun_of(world)
+    sun = _moving(world)
     return None if sun is None else {"length": float(sun.day), "start": (float(sun.start) + _shift(sun)) % 1.0}
 
 
-def _shift(sun: Any) -> float:
+def _moving(world: Any) -> Sun | None:
+    return None if world.sun is None or world.sun.kind == "constant" else world.sun
+
+
+def _shift(sun: Sun) -> float:
     return 0.5 if sun.kind == "inverted" else 0.0
 
 
 def sky(world: Any) -> tuple[float, float]:
     """Return the light at the surface, 0 to 1, and the sun's elevation [rad]; without days it stands where it would give this light."""
-    sun, full = sun_of(world), float(world.ambient["light"])
+    sun, full = _moving(world), float(world.ambient["light"])
     if sun is None:
         top = np.array([world.space.size[2] if world.space.volume else 0.0], np.float32)
         middle = [np.array([s / 2], np.float32) for s in world.space.size[:2]]
         light = float(world.surroundings("light", *middle, top)[0]) if "light" in world.environment else full
         return min(max(light, 0.0), 1.0), math.asin(min(max(light, 0.0), 1.0))
-    from ecs_eco.space.sun import sine_of_elevation
-
     height = sine_of_elevation(world.time / sun.day + sun.start + _shift(sun), sun.latitude, sun.season(world.time))
     return min(max(full * sun.light(world.time), 0.0), 1.0), math.asin(min(max(height, -1.0), 1.0))

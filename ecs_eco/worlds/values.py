@@ -20,7 +20,7 @@ SEXES = {"none": 0, "female": 1, "male": 2, "random": 0}
 
 def climate(world: Any, config: WorldConfig) -> None:
     """Give a world its sun and its water: functions of the environment in place of constants."""
-    sun = Sun(**config.sun.model_dump()) if config.sun is not None else None
+    world.sun = sun = Sun(**config.sun.model_dump()) if config.sun is not None else None
     world.water = water = None
     for quantity in ("light", "temperature", "pressure"):
         if getattr(world.environment.get(quantity), "of_climate", False):

@@ -163,14 +163,28 @@ def test_without_a_sun_there_are_no_days_and_the_light_is_ambient():
     ("inverted", 0.5, 0.0, -90),
 ])  # fmt: skip
 def test_the_sun_stands_where_the_hour_says(kind, start, light, elevation):
-    sun = pytest.importorskip("ecs_eco.space.sun")
-    live = Live(small())
-    live.world.sun = sun.Sun(kind, day=100.0, start=start)
+    sun = {"kind": kind, "day": 100.0, "start": start}
+    live = Live(World.from_config(load("predator-prey", SMALL | {"sun": sun}), seed=5, policies="random", record=False))
     assert live.hello()["day"] == {"length": 100.0, "start": (start + 0.5 * (kind == "inverted")) % 1}
     assert struct.unpack_from("<2f", live.frame(1, "species"), 16) == pytest.approx((light, np.radians(elevation)), abs=1e-6)
-    live.world.tick += 50  # half a day later, at 1 s a tick
-    assert live.world.dt == 1.0
+    live.world.tick += 50  # half a day later
+    assert live.world.time == 50.0
     assert struct.unpack_from("<2f", live.frame(2, "species"), 16)[1] == pytest.approx(np.radians(-elevation), abs=1e-6)
+
+
+def test_a_sun_that_never_moves_makes_no_days():
+    live = Live(World.from_config(load("predator-prey", SMALL | {"sun": {"kind": "constant"}}), policies="random", record=False))
+    assert live.hello()["day"] is None
+    light, elevation = struct.unpack_from("<2f", live.frame(1, "species"), 16)
+    assert light == pytest.approx(1 / np.pi)  # the mean over a day at the equator
+    assert np.sin(elevation) == pytest.approx(light)
+
+
+def test_another_day_is_told_once_it_is_another():
+    live = Live(World.from_config(load("predator-prey", SMALL | {"sun": {"day": 100.0, "start": 0.5}}), policies="random", record=False))
+    live.handle({"kind": "act", "what": {"kind": "set", "set": {"sun.start": 0.0}}})
+    live.world.run(1)
+    assert live.hello()["day"] == {"length": 100.0, "start": 0.0}
 
 
 def test_the_ground_is_sent_with_its_landmarks_and_large_ones_coarser():

@@ -14,6 +14,7 @@ from ecs_eco.view.replay import Replay
 
 TICKS = 48
 GENES = {"genes": [{"name": "pace", "trait": "locomotion.pace", "low": 0.5, "high": 2.0, "letters": 2}]}
+MADE = {"species": {"ram": {"genome": GENES}}, "sun": {"day": 24.0, "start": 0.25}}
 
 
 def _run(config, out, ticks=TICKS, **options):
@@ -25,7 +26,7 @@ def _run(config, out, ticks=TICKS, **options):
 def folders(menagerie, tmp_path_factory):
     """The same run, recorded without details, and with all of them."""
     place = tmp_path_factory.mktemp("replay")
-    config = menagerie(species={"ram": {"genome": GENES}})
+    config = menagerie(**MADE)
     _run(config, place / "plain", checkpoint_every=20, keep=9)
     _run(config, place / "full", record="full")
     return place
@@ -228,9 +229,18 @@ def test_without_a_checkpoint_before_it_a_run_is_run_from_its_start(menagerie, t
 
 
 def test_a_run_that_went_on_is_one_run(menagerie, tmp_path, folders):
-    _run(menagerie(species={"ram": {"genome": GENES}}), tmp_path / "run", ticks=20)
+    _run(menagerie(**MADE), tmp_path / "run", ticks=20)
     resume(tmp_path / "run", until=TICKS, report=False)
     once, twice = Replay(folders / "plain"), Replay(tmp_path / "run")
     for replay in (once, twice):
         replay.handle({"kind": "seek", "tick": 23})
     assert once.frame(1, "age") == twice.frame(1, "age")
+
+
+def test_the_sun_of_a_recording_stands_where_it_stood(plain):
+    assert plain.hello()["day"] == {"length": 24.0, "start": 0.25}
+    for tick, light, elevation in ((0, 0.0, 0), (12, 0.8, 90), (24, 0.0, 0), (36, 0.0, -90), (12, 0.8, 90)):  # from sunrise
+        plain.handle({"kind": "seek", "tick": tick})
+        assert HEADER.unpack_from(plain.frame(1, "species"))[4:6] == pytest.approx((light, np.radians(elevation)), abs=1e-6)
+    series = plain.series(-1)
+    assert series["light"][series["tick"].index(12)] == 0.8
