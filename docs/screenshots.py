@@ -2,8 +2,8 @@
 
     python docs/screenshots.py [NAME …]
 
-Wants playwright and Chromium (Debian: apt-get install chromium). A world that lives stops at about the tick that is asked for, so
-that pictures differ a little from time to time.
+Wants playwright and Chromium (Debian: apt-get install chromium). A world that lives stops at about the tick that is asked for:
+how many ticks pass before the page can stop it differs from time to time.
 """
 
 import argparse
@@ -45,13 +45,25 @@ def select(page: Any, kind: str, nth: int = 0) -> None:
 
 
 def advance(page: Any, ticks: int) -> None:
-    """Play for about so many ticks, as fast as it goes, then stop."""
-    goal = page.evaluate("ecs.tick") + ticks
-    page.locator("#speed").fill("10")
-    if not page.evaluate("ecs.playing"):
-        page.locator("#play").click()
-    until(page, f"ecs.tick >= {goal}", 1800)
+    """Let so many tens of ticks pass, then stop."""
     still(page)
+    goal = page.evaluate("ecs.tick") + ticks
+    page.locator("#canvas").focus()
+    for _ in range(ticks // 10):
+        page.keyboard.press(">")  # ten ticks
+    until(page, f"ecs.tick === {goal} && ecs.still", 1800)
+
+
+def survivor(page: Any, kind: str, ticks: int = 40) -> None:
+    """Select one that lives so many ticks longer, with its curves."""
+    for nth in range(20):
+        select(page, kind, nth)
+        for _ in range(ticks // 10):
+            advance(page, 10)
+        if page.locator("#organism .state:not(.dead)").count():
+            return
+        page.keyboard.press("Escape")
+    raise RuntimeError(f"no {kind} lived for {ticks} ticks")
 
 
 def still(page: Any) -> None:
@@ -63,8 +75,7 @@ def still(page: Any) -> None:
 
 def deer(page: Any) -> None:
     """One deer with its curves, from the side."""
-    select(page, "deer")
-    advance(page, 40)
+    survivor(page, "deer")
 
 
 def genes(page: Any) -> None:
@@ -77,12 +88,11 @@ def genes(page: Any) -> None:
 
 def lamb(page: Any) -> None:
     """A lamb's nervous system."""
-    select(page, "lamb")
-    advance(page, 60)
+    survivor(page, "lamb")
 
 
 def sea(page: Any) -> None:
-    """The water column by energy."""
+    """The water by night, with the curves of the days before."""
     until(page, "ecs.still")
 
 
@@ -98,7 +108,7 @@ SHOTS = {
     "page_predator_prey": Shot("predator-prey", 400, deer),
     "page_reflexes": Shot("reflexes", 300, genes, dark=True),
     "page_lamb": Shot("lamb", 200, lamb),
-    "page_diel_migration": Shot("diel-migration", 300, sea),
+    "page_diel_migration": Shot("diel-migration", 530, sea),
     "page_replay": Shot("predator-prey", 0, replayed, dark=True, run=("--ticks", "600", "--record", "focal=50", "--no-report", "--quiet")),
 }
 
@@ -112,9 +122,8 @@ def page_of(browser: Any, shot: Shot, address: str) -> Any:
     try:
         page.goto(address)
         until(page, "ecs.frames > 0 && ecs.connected && ecs.messages.state > 0", 600)
-        if shot.tick:
-            advance(page, shot.tick)
         still(page)
+        advance(page, max(0, shot.tick - page.evaluate("ecs.tick")) // 10 * 10)
         yield page
     finally:
         context.close()
@@ -150,7 +159,8 @@ def small(png: bytes) -> bytes:
     picture = Image.open(io.BytesIO(png)).convert("RGB")
     for colours in (None, 256, 128, 64):
         out = io.BytesIO()
-        (picture if colours is None else picture.quantize(colours, dither=Image.Dither.NONE)).save(out, "PNG", optimize=True)
+        found = picture if colours is None else picture.quantize(colours, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE)
+        found.save(out, "PNG", optimize=True)
         if out.tell() <= LARGEST:
             break
     return out.getvalue()

@@ -97,7 +97,8 @@ class Replay:
                   "moves": bool(config["species"][n].get("locomotion")), "sessile": not config["species"][n].get("locomotion"), "genes": [],
                   "learns": False} for n in r.species]  # fmt: skip
         things = [{"name": n, "color": config["objects"][n].get("color", "#888888"), "radius": config["objects"][n]["body"]["radius"],
-                   "moves": False, "sessile": True, "genes": [], "learns": False, "inanimate": True} for n in r.objects]  # fmt: skip
+                   "moves": False, "sessile": True, "genes": [], "learns": False, "inanimate": True,
+                   "solid": config["objects"][n]["body"]["solid"]} for n in r.objects]  # fmt: skip
         world = r.manifest["world"]
         return {"world": world, "title": r.manifest.get("title") or world, "dt": r.dt, "seed": r.manifest["seed"], "size": r.size,
                 "edges": "torus" if r.torus else "walls", "day": None, "usual_speed": 10.0,

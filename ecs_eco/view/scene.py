@@ -42,7 +42,8 @@ def _kind(world: Any, name: str, genes: list[str]) -> dict[str, Any]:
     table = world.tables[name]
     nerves, moves = table.traits.get("nerves"), Velocity in table
     return {"name": name, "color": table.traits.get("color", "#888888"), "radius": float(table.traits.get("radius", 0.5)), "moves": moves,
-            "sessile": not moves, "genes": genes, "learns": bool(nerves is not None and nerves.learning)}  # fmt: skip
+            "sessile": not moves, "solid": bool(table.traits.get("solid")), "genes": genes,
+            "learns": bool(nerves is not None and nerves.learning)}  # fmt: skip
 
 
 def ground(world: Any) -> dict[str, Any] | None:

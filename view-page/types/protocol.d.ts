@@ -7,6 +7,7 @@ export interface Kind {
   moves?: boolean;
   sessile?: boolean;
   inanimate?: boolean;
+  solid?: boolean;
   learns?: boolean;
   genes?: string[];
 }

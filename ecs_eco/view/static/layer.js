@@ -38,6 +38,7 @@ export class Layer {
       least: { value: 2 },
       byValue: { value: 0 },
       pointed: { value: kind.moves ? 1 : 0 },
+      lying: { value: kind.inanimate && !kind.solid && !shared.size.value.z ? 1 : 0 },
     };
     const uniforms = { ...shared, ...this.own };
     this.pointed = new ShaderMaterial({ uniforms, vertexShader: POINT_VERTEX, fragmentShader: POINT_FRAGMENT, transparent: true });

@@ -107,7 +107,7 @@ export class Panel {
 
   /** What was recorded, where that is not all. @param {Organism} organism */
   note(organism) {
-    if (organism.detail === "full" && !organism.note) return [];
+    if (!organism.note && (organism.detail === "full" || this.hello.mode === "live")) return [];
     const fill = this.hello.mode === "replay" && organism.detail !== "full"
       && h("button", { class: "button", type: "button", text: "Fill in", title: "Replay from the nearest checkpoint", onclick: (/** @type {Event} */ event) => {
         const button = /** @type {HTMLButtonElement} */ (event.currentTarget);
@@ -125,7 +125,7 @@ export class Panel {
     const share = energy !== null && most ? Math.max(0, Math.min(1, energy / most)) : null;
     const energyAt = h("dd", { text: number(energy) + (most ? ` / ${number(most)}` : "") });
     const items = [
-      fact("age", `${number(organism.age)} s`),
+      fact("age", organism.age === null ? "–" : `${number(organism.age)} s`),
       h("div", {}, h("dt", { text: "energy" }), energyAt, share !== null && h("div", { class: "meter" }, h("i", { style: `width:${(100 * share).toFixed(1)}%` }))),
       fact("happiness", number(nerves?.happiness ?? last(organism.trace?.happiness))),
       fact("sex", organism.sex === null || organism.sex === "" ? "–" : String(organism.sex)),

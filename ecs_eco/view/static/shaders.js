@@ -64,7 +64,9 @@ export const POINT_VERTEX = /* glsl */ `
 ${COMMON}
 varying vec2 vAhead;
 varying float vPixels;
+varying vec3 vUp;         // where up is on the screen, and the cosine of how steeply it is looked at
 uniform float pointed;    // 1 where the heading shows
+uniform float lying;      // 1 for what lies flat on the ground
 
 void main() {
   vec3 at = place();
@@ -74,6 +76,8 @@ void main() {
   float pixels = max(radius * lens / -seen.z, least) * grown() * (1.0 + 0.45 * pointed);
   gl_PointSize = 2.0 * pixels;
   vPixels = pixels;
+  vec3 up = (modelViewMatrix * vec4(0.0, 0.0, 1.0, 0.0)).xyz;
+  vUp = lying > 0.5 && length(up.xy) > 0.01 ? vec3(normalize(up.xy), max(0.15, abs(up.z))) : vec3(0.0);
   float h = heading();
   vec2 ahead = (modelViewMatrix * vec4(cos(h), sin(h), 0.0, 0.0)).xy;
   vAhead = pointed > 0.5 && length(ahead) > 0.1 ? normalize(ahead) : vec2(0.0);
@@ -83,9 +87,11 @@ export const POINT_FRAGMENT = /* glsl */ `
 varying vec3 vColour;
 varying vec2 vAhead;
 varying float vPixels;
+varying vec3 vUp;
 
 void main() {
   vec2 q = vec2(2.0 * gl_PointCoord.x - 1.0, 1.0 - 2.0 * gl_PointCoord.y);
+  if (vUp.z > 0.0) q = vec2(dot(q, vec2(vUp.y, -vUp.x)), dot(q, vUp.xy) / vUp.z);
   float edge;               // 0 at the centre, 1 at the rim
   if (vAhead == vec2(0.0) || vPixels < 2.5) edge = length(q);
   else {                    // a drop, its tip ahead
