@@ -50,7 +50,7 @@ def advance(page: Any, ticks: int) -> None:
     goal = page.evaluate("ecs.tick") + ticks
     page.locator("#canvas").focus()
     for _ in range(ticks // 10):
-        page.keyboard.press(">")  # ten ticks
+        page.keyboard.press("Shift+Period")  # ten ticks
     until(page, f"ecs.tick === {goal} && ecs.still", 1800)
 
 

@@ -350,7 +350,7 @@ def step(page, ticks):
     goal = page.evaluate("ecs.tick") + ticks
     page.locator("#canvas").focus()
     for _ in range(ticks // 10):
-        page.keyboard.press(">")
+        page.keyboard.press("Shift+Period")
     until(page, f"ecs.tick === {goal} && ecs.still")
     return goal
 
