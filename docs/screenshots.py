@@ -139,6 +139,7 @@ def take(browser: Any, name: str, shot: Shot) -> Path:
         with served("watch", what, *shot.words) as run, page_of(browser, shot, run.address) as page:
             shot.pose(page)
             page.mouse.move(0, 0)
+            page.evaluate("document.activeElement.blur()")
             path = IMAGES / f"{name}.png"
             path.write_bytes(small(page.screenshot()))
     return path
@@ -153,14 +154,13 @@ def _run(shot: Shot, out: str) -> None:
 
 
 def small(png: bytes) -> bytes:
-    """Return a picture with as many colours as fit into `LARGEST` bytes."""
+    """Return a picture of at most `LARGEST` bytes: with fewer shades of each colour, where all of them need more."""
     from PIL import Image
 
     picture = Image.open(io.BytesIO(png)).convert("RGB")
-    for colours in (None, 256, 128, 64):
+    for step in (1, 2, 4, 8, 16):
         out = io.BytesIO()
-        found = picture if colours is None else picture.quantize(colours, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE)
-        found.save(out, "PNG", optimize=True)
+        picture.point([min(255, (value + step // 2) // step * step) for value in range(256)] * 3).save(out, "PNG", optimize=True)
         if out.tell() <= LARGEST:
             break
     return out.getvalue()

@@ -109,7 +109,7 @@ export function sky(stage) {
     s("path", { d: "M6 27a26 22 0 0 1 52 0", fill: "none", stroke: "var(--soft)", "stroke-width": 0.8, "stroke-dasharray": "1.5 2" }),
     s("line", { x1: 2, x2: 62, y1: 27, y2: 27, stroke: "var(--soft)", "stroke-width": 0.8 }),
     s("circle", { cx: x, cy: Math.min(y, 33), r: 4.2, fill: up ? "#f0b429" : "var(--card)", stroke: up ? "#b87d00" : "var(--soft)", "stroke-width": 0.8 }),
-    s("text", { x: 32, y: 35.5, "font-size": 6.5, "text-anchor": "middle", fill: "var(--soft)" }, `light ${number(Math.round(100 * stage.light))} %`),
+    s("text", { x: 32, y: 21, "font-size": 6.5, "text-anchor": "middle", fill: "var(--soft)" }, `light ${number(Math.round(100 * stage.light))} %`),
   );
 }
 
