@@ -22,7 +22,6 @@ def in_life(deer: float, wolf: float) -> dict[str, Any]:
 
 ARMS: dict[str, dict[str, Any]] = {
     "frozen": {"learn": False},
-    "learning as in training": {"learn": True},
     "learning slowly, wolves less so": in_life(3e-6, 1e-4),
 }
 STUDY = crossed_study("persistence", "Grass, deer and wolves persist and cycle for the recipe, whatever the training seed.", ARMS, TRAINING, WORLDS,
