@@ -36,8 +36,8 @@ LISTEN = """() => {
   window.times = {decode: [], render: []};
   let [frames, renders, decode, render] = [ecs.frames, ecs.renders, ecs.decodeMs, ecs.renderMs];
   const look = () => {
-    if (ecs.frames === frames + 1) times.decode.push(decode + (ecs.decodeMs - decode) * 10);
-    if (ecs.renders === renders + 1) times.render.push(render + (ecs.renderMs - render) * 10);
+    if (ecs.frames === frames + 1) times.decode.push(Math.max(0, decode + (ecs.decodeMs - decode) * 10));
+    if (ecs.renders === renders + 1) times.render.push(Math.max(0, render + (ecs.renderMs - render) * 10));
     [frames, renders, decode, render] = [ecs.frames, ecs.renders, ecs.decodeMs, ecs.renderMs];
     requestAnimationFrame(look);
   };
@@ -117,10 +117,10 @@ def main() -> None:
         for colour in ("species", "age"):
             found = measure(page, colour, asked.frames)
             middle, best = ({what: of(times) for what, times in found.items()} for of in (statistics.median, min))
-            for what in ("decode", "render", "both"):
-                rows.append({"organisms": asked.organisms, "colour": colour, "what": {"render": "render call"}.get(what, what),
-                             "ms a frame, median": middle.get(what, sum(middle.values())), "best": best.get(what, sum(best.values())),
-                             "goal": GOAL})  # fmt: skip
+            rows += [{"organisms": asked.organisms, "colour": colour, "what": words,
+                      "ms a frame, median": middle.get(what, sum(middle.values())), "best": best.get(what, sum(best.values())),
+                      "goal": GOAL}
+                     for what, words in (("decode", "decoding"), ("render", "render call"), ("both", "both"))]  # fmt: skip
         notes = {"browser": f"Chromium {browser.version}", "frames of each colour, at least": asked.frames,
                  "drawn by": "software (SwiftShader), in a process of its own"}  # fmt: skip
     _bench.save("page", "What a frame costs the page: decoding it, and the call that draws it", rows, notes)
