@@ -10,6 +10,9 @@ import numpy as np
 from ecs_eco.components import Position
 from ecs_eco.space.nearest import nearest
 
+Placed = tuple[np.ndarray, np.ndarray]  # uids u64[n] in order, and places f64[n, 3] [m]
+Record = tuple[Placed, np.ndarray, np.ndarray, Placed]
+
 
 @dataclass(frozen=True)
 class Cosinor:
@@ -126,17 +129,23 @@ class Tracks:
 def follow(world: Any, ticks: int, prey: str = "copepod", predator: str = "krill", within: float = 10.0) -> Tracks:
     """Let a world live for some ticks and record what each of the prey does, and where the nearest predator within 10 m is."""
     top = np.full(1, np.nextafter(world.space.lengths[2], np.float32(0)), np.float32)
-    records, light = [], np.empty(ticks)
+    records: list[Record] = []
+    light = np.empty(ticks)
     for tick in range(ticks):
         light[tick] = world.surroundings("light", top * 0, top * 0, top)[0]
         before = _where(world, prey)
         distance, offset = _nearest(world, prey, predator, within)
         world.step()
         records.append((before, distance, offset, _where(world, prey)))
+    return tracks_of(records, light, world.space, world.dt)
+
+
+def tracks_of(records: list[Record], light: np.ndarray, space: Any, dt: float) -> Tracks:
+    """Return the tracks of ticks, each (uids and places before, distance and offset to the predator, uids and places after)."""
     uids = np.unique(np.concatenate([uid for before, _, _, after in records for uid in (before[0], after[0])]))
-    columns = [np.full((ticks, uids.size), np.nan) for _ in range(4)]
+    columns = [np.full((len(records), uids.size), np.nan) for _ in range(4)]
     for tick, (before, distance, offset, after) in enumerate(records):
-        _write(world, columns, tick, np.searchsorted(uids, before[0]), np.searchsorted(uids, after[0]), before, distance, offset, after)
+        _write(space, dt, columns, tick, np.searchsorted(uids, before[0]), np.searchsorted(uids, after[0]), before, distance, offset, after)
     depth, speed, near, away = columns
     return Tracks(uids, depth, speed, near, away, light)
 
@@ -156,25 +165,26 @@ def _nearest(world: Any, prey: str, predator: str, within: float) -> tuple[np.nd
     found, j = found[order], np.maximum(found[order], 0)
     d = np.stack([t[j] - o[order] for t, o in ((other.x, mine.x), (other.y, mine.y), (other.z, mine.z))], 1).astype(float) \
         if other.n else np.zeros((mine.n, 3))
-    return np.where(found >= 0, np.sqrt(square[order]), np.inf), _around(world, d)
+    return np.where(found >= 0, np.sqrt(square[order]), np.inf), around(world.space, d)
 
 
-def _around(world: Any, d: np.ndarray) -> np.ndarray:
-    if world.space.torus:
-        size = np.array(world.space.size[:2])
+def around(space: Any, d: np.ndarray) -> np.ndarray:
+    """Return ways f64[n, 3] [m], on a torus the shortest."""
+    if space.torus:
+        size = np.array(space.size[:2])
         d[:, :2] -= size * np.round(d[:, :2] / size)
     return d
 
 
-def _write(world: Any, columns: list[np.ndarray], tick: int, at: np.ndarray, then: np.ndarray, before: tuple[np.ndarray, np.ndarray],
-           distance: np.ndarray, offset: np.ndarray, after: tuple[np.ndarray, np.ndarray]) -> None:
+def _write(space: Any, dt: float, columns: list[np.ndarray], tick: int, at: np.ndarray, then: np.ndarray, before: Placed,
+           distance: np.ndarray, offset: np.ndarray, after: Placed) -> None:
     depth, speed, near, away = columns
-    depth[tick, then] = world.space.size[2] - after[1][:, 2]
+    depth[tick, then] = space.size[2] - after[1][:, 2]
     near[tick, at] = distance
     both, i, j = np.intersect1d(at, then, return_indices=True)
-    way = _around(world, after[1][j] - before[1][i])
+    way = around(space, after[1][j] - before[1][i])
     length = np.linalg.norm(way, axis=1)
-    speed[tick, both] = length / world.dt
+    speed[tick, both] = length / dt
     span = length * np.linalg.norm(offset[i], axis=1)
     moved = (span > 1e-9) & np.isfinite(distance[i])
     away[tick, both[moved]] = -(way * offset[i]).sum(1)[moved] / span[moved]

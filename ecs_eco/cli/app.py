@@ -214,7 +214,8 @@ def compare(
         typer.Option(
             metavar="NAME|KEY=VALUE",
             help="A control: random-policy (random-policy:deer for one species), untrained-policy, learning, "
-            "frozen-learning, no-reflexes, neutral-drift, shuffled-genome, no-mutation, or a changed value. Repeatable.",
+            "frozen-learning, no-reflexes, neutral-drift, shuffled-genome, no-mutation, constant-light, inverted-light, no-smell, "
+            "no-SPECIES, energy-only, energy-and-light, or a changed value. Repeatable.",
         ),
     ] = None,
     seeds: Annotated[
@@ -235,7 +236,7 @@ def compare(
     ] = None,
     retrain: Annotated[
         bool,
-        typer.Option("--retrain", help="Train anew for a control KEY=VALUE, under its values; else it runs with the same policies."),
+        typer.Option("--retrain", help="Train anew for a control that changes values, under them; else it runs with the same policies."),
     ] = False,
 ) -> None:
     """Compare a world with its controls; the same command with --out DIR goes on with what was stopped."""

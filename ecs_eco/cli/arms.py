@@ -22,6 +22,7 @@ from ecs_eco.cli.terminal import INTERRUPTED, complain, progress, refuse, say
 from ecs_eco.config import WorldConfig, load
 from ecs_eco.errors import nearest
 from ecs_eco.workers import end_with_parent
+from ecs_eco.worlds import variants
 
 CONTROLS = {"random-policy": "random", "untrained-policy": "untrained"}  # by the policies that they run with
 LEARNING = {"learning": True, "frozen-learning": False}  # by whether policies go on learning in the run
@@ -41,6 +42,7 @@ class Arm:
     policies: Any = "trained"  # or a dict: species → policies
     learn: bool | None = None  # None: as the world says
     controls: tuple[str, ...] = ()  # of ecs_eco.worlds.controls
+    variant: bool = False  # one of ecs_eco.worlds.variants
 
 
 def compare_arms(
@@ -67,7 +69,8 @@ def compare_arms(
     if training_seeds is None:
         jobs = {(arm.name, seed): (arm, seed, ticks, out / arm.name / f"seed-{seed}") for arm in arms for seed in worlds}
         finish(jobs, workers, quiet, out)
-        tell(out, {arm.name: [jobs[arm.name, seed][3] for seed in worlds] for arm in arms})
+        runs = {arm.name: [jobs[arm.name, seed][3] for seed in worlds] for arm in arms}
+        tell(out, runs, policies={arm.name: crossing.told_bundled(arm, arms) for arm in arms if crossing.thinkers(arm.config)})
     else:
         _cross(out, arms, range(1, training_seeds + 1), worlds, ticks, workers, quiet, retrain)
 
@@ -110,7 +113,8 @@ def arms_of(world: str, changes: list[str], controls: list[str]) -> list[Arm]:
     """The world as it is and one arm for each control; raises ConfigError.
 
     A control is a name (`random-policy`; `random-policy:deer` for one species alone; `learning`, `frozen-learning`;
-    `no-reflexes`, `neutral-drift`, `shuffled-genome`, `no-mutation`) or a value changed (`species.deer.count=50`).
+    `no-reflexes`, `neutral-drift`, `shuffled-genome`, `no-mutation`; those of `ecs_eco.worlds.variants`) or a value changed
+    (`species.deer.count=50`).
     """
     arms = [Arm("world", load(world, changes))]
     for control in controls:
@@ -127,12 +131,14 @@ def arms_of(world: str, changes: list[str], controls: list[str]) -> list[Arm]:
             if not _has(arms[0].config, control):
                 refuse("--control", f"no species has {TAKEN[control]}", control, "a control that takes something away")
             arm = Arm(name, arms[0].config, controls=(control,))
+        elif control in variants.names(arms[0].config):
+            arm = Arm(name, _variant(arms[0].config, control), variant=True)
         elif "=" in control:
             arm = Arm(name, load(world, [*changes, control]))
         elif kind in CONTROLS:
             refuse("--control", "no such species with a policy", species, ", ".join(thinkers) or "none", nearest(species, thinkers))
         else:
-            names = [*CONTROLS, *LEARNING, *TAKEN]
+            names = [*CONTROLS, *LEARNING, *TAKEN, *variants.names(arms[0].config)]
             allowed = f"{', '.join(names)}, one of the first two for a single species (random-policy:NAME), or a value: key=value"
             refuse("--control", "no such control", control, allowed, nearest(control, names))
         if any(a.name == name for a in arms):
@@ -143,6 +149,14 @@ def arms_of(world: str, changes: list[str], controls: list[str]) -> list[Arm]:
     ):
         refuse("--control", "no species has a policy", "random-policy", "a changed value: key=value")
     return arms
+
+
+def _variant(config: WorldConfig, name: str) -> WorldConfig:
+    """The world as a variant changes it; ConfigError where it has nothing for it."""
+    try:
+        return load(config, variants.variant(config, name))
+    except variants.NotApplicable as error:
+        refuse("--control", error.what, name, error.allowed)
 
 
 def _has(config: WorldConfig, control: str) -> bool:

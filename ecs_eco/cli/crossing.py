@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 from ecs_eco.cli.folders import results
 from ecs_eco.cli.terminal import refuse
 from ecs_eco.config import WorldConfig
+from ecs_eco.worlds.variants import MATTERS_TO_LEARNING
 
 if TYPE_CHECKING:
     from ecs_eco.cli.arms import Arm
@@ -39,7 +40,10 @@ def with_policies(arm: Arm, folder: Path) -> Arm:
 
 def check_training(arms: list[Arm], controls: list[str], training_seeds: int | None, retrain: bool) -> None:
     """Refuses what cannot be meant; raises ConfigError."""
-    changed = [control for control in controls if "=" in control]
+    changed = [control for control, arm in zip(controls, arms[1:], strict=True) if "=" in control or arm.variant]
+    for control, arm in zip(controls, arms[1:], strict=True):
+        if control in MATTERS_TO_LEARNING and not retrain and not _learns(arm):
+            refuse("--control", "changes what is learnt alone, and here nobody learns", control, "--retrain --training-seeds N with it")
     if retrain and training_seeds is None:
         refuse("--retrain", "nothing is trained", "", "--retrain with --training-seeds N")
     if training_seeds is None:
@@ -47,10 +51,15 @@ def check_training(arms: list[Arm], controls: list[str], training_seeds: int | N
     if not thinkers(arms[0].config):
         refuse("--training-seeds", "no species has a policy to train", training_seeds, 'a world with policy.kind = "shared"')
     if retrain and not changed:
-        refuse("--retrain", "no control changes a value", "", "--retrain with a --control KEY=VALUE")
+        refuse("--retrain", "no control changes a value", "", "--retrain with a --control that changes one, such as KEY=VALUE")
     for control in changed:
         if not retrain and control.strip().startswith("training."):
             refuse("--control", "changes the training alone, and all arms run with the same policies", control, "--retrain with it")
+
+
+def _learns(arm: Arm) -> bool:
+    """Whether policies go on learning in the runs of an arm."""
+    return any(s.policy.learn for s in arm.config.species.values() if s.policy.kind != "none") if arm.learn is None else arm.learn
 
 
 def policies_folder(out: Path, arm: Arm, arms: list[Arm], retrain: bool) -> Path:
@@ -70,6 +79,15 @@ def told(arm: Arm, arms: list[Arm], training_seeds: int, retrain: bool) -> str:
     how = "trained anew under its own values" if own else "trained in the world as it is"
     same = "" if own or arm is arms[0] else ", the same as the first arm"
     return f"policies{some} {how}{same}, from {training_seeds} training seed{'s' * (training_seeds != 1)}"
+
+
+def told_bundled(arm: Arm, arms: list[Arm]) -> str:
+    """In words, what policies an arm runs with where none are trained for the comparison."""
+    who = learnt(arm)
+    if not who:
+        return "policies that are not trained"
+    some = "" if len(who) == len(thinkers(arm.config)) else f" of {', '.join(who)}"
+    return f"the policies{some} that the world comes with" + ("" if arm is arms[0] else ", the same as the first arm")
 
 
 def trained_already(folder: Path, config: WorldConfig) -> bool:

@@ -91,7 +91,7 @@ class Lethal(Section):
 class Species(Section):
     """One species: its organisms are all born with these values."""
 
-    count: Count = quantity("organisms at the start", "1")
+    count: Annotated[int, Field(ge=0, le=50_000_000)] = quantity("organisms at the start", "1")
     max_count: Count | None = quantity("most that may live at once; absent: no limit but memory", "1", None)
     color: Color = about("colour in figures, #rrggbb", "#4477aa")
     body: Body = about("size, mass, opacity")

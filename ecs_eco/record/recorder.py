@@ -46,7 +46,8 @@ class Recorder(System):
         self.n_causes = 0
         self._tick = np.zeros((block, s), np.int64)
         self._counts = np.zeros((block, s, 3), np.int32)  # n, births, deaths
-        self._means = np.zeros((block, s, 2), np.float32)  # energy, happiness
+        self.means = ("energy_mean", "happiness_mean", *(("depth_mean",) if world.space.volume else ()))
+        self._means = np.zeros((block, s, len(self.means)), np.float32)
         self._ledger = np.zeros((block, s, 7))
         self._died = np.zeros((block, s, 256), np.int32)
         self._sums = np.zeros(5)
@@ -137,6 +138,8 @@ class Recorder(System):
         for s, name in enumerate(self.names):
             table = world.tables[name]
             self._counts[at, s, 0] = table.n
+            if world.space.volume and Position in table and table.n:
+                self._means[at, s, 2] = mean_depth(table.alive[: table.high], table[Position].z, float(world.space.size[2]))
             if Metabolism not in table:
                 continue
             m = table[Metabolism]
@@ -146,7 +149,7 @@ class Recorder(System):
             page[0] = self._stock[s]
             page[2:5] += self._sums[1:4]
             page[6] = self._stock[s] = self._sums[0]
-            self._means[at, s] = self._sums[0] / max(table.n, 1), self._sums[4] / max(table.n, 1)
+            self._means[at, s, :2] = self._sums[0] / max(table.n, 1), self._sums[4] / max(table.n, 1)
         if self.snapshot_every and world.tick % self.snapshot_every == 0:
             self._snapshot()
         if self.details is not None:
@@ -234,7 +237,7 @@ class Recorder(System):
         s = len(self.names)
         out: dict[str, np.ndarray] = {"tick": self._tick[:n].ravel().copy(), "species": np.tile(np.arange(s, dtype=np.int8), n)}
         out |= {name: self._counts[:n, :, i].ravel() for i, name in enumerate(("n", "births", "deaths"))}
-        out |= {name: self._means[:n, :, i].ravel() for i, name in enumerate(("energy_mean", "happiness_mean"))}
+        out |= {name: self._means[:n, :, i].ravel() for i, name in enumerate(self.means)}
         out |= {name: self._ledger[:n, :, i].ravel() for i, name in enumerate(LEDGER)}
         return out | {f"died: {cause}": self._died[:n, :, i + 1].ravel() for i, cause in enumerate(self.world.causes)}
 
@@ -292,3 +295,14 @@ def add_up(alive, energy, taken, burnt, given, happiness, sums):
             if feels:
                 h += happiness[row]
     sums[0], sums[1], sums[2], sums[3], sums[4] = e, t, b, g, h
+
+
+@njit
+def mean_depth(alive, z, top):
+    """Return the mean distance of the living below the top of the space [m], in float64."""
+    total, n = 0.0, 0
+    for row in range(alive.size):
+        if alive[row]:
+            total += top - z[row]
+            n += 1
+    return total / max(n, 1)

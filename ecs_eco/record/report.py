@@ -19,7 +19,7 @@ from ecs_eco.analysis.extinction import opening
 from ecs_eco.analysis.lineage import Lineage
 from ecs_eco.analysis.page import Markup, number, page, picture, table, write_text
 from ecs_eco.analysis.runs import DIED, Series, load_series, parts
-from ecs_eco.record import seal
+from ecs_eco.record import report_sea, seal
 from ecs_eco.record.arrow import open_part, read_part
 
 FEW_PERIODS = 5
@@ -54,6 +54,7 @@ def write_report(run_dir: Path | str) -> Path:
         "<h2>Energy</h2>",
         _energy(series),
         pictures.get("energy", ""),
+        *report_sea.blocks(run, series),
         *(("<h2>Genes</h2>", *drawn) if (drawn := [p for name, p in pictures.items() if name.startswith("carriers")]) else ()),
         *(("<h2>Where they are</h2>", pictures["positions"]) if "positions" in pictures else ()),
         "<h2>How to run it again</h2>",

@@ -1,5 +1,6 @@
 """A run that leaves a folder, can be stopped at any moment, and goes on from its last checkpoint to the same bytes."""
 
+import math
 import signal
 import threading
 import time
@@ -47,7 +48,7 @@ def run_to_folder(config: Any, seed: int | None = None, ticks: int | None = None
     path = Path(out)
     _free(path)
     world = _build(config, seed, policies, threads, learn, controls)
-    every = max(1, ticks // 100) if snapshot_every is None else snapshot_every
+    every = snapshots(config, ticks) if snapshot_every is None else snapshot_every
     manifest = {
         "format": 1, "world": config.name, "title": config.title, "config": config.resolved(), "config_hash": config.config_hash,
         "seed": world.seed, "ticks": ticks, "dt": config.dt, "policies": str(policies), "learn": learn, "controls": list(controls),
@@ -137,6 +138,15 @@ def _build(config: Any, seed: Any, policies: Any, threads: int, learn: Any, cont
     from ecs_eco.world import World
 
     return World.from_config(config, seed=seed, policies=policies, threads=threads, learn=learn, controls=controls, record=False)
+
+
+def snapshots(config: Any, ticks: int) -> int:
+    """Return the ticks between snapshots, about 100 in a run; under a sun they fall on all hours of the day."""
+    every, sun = max(1, ticks // 100), config.sun
+    day = round(sun.day / config.dt) if sun is not None else 0
+    while day > 1 and math.gcd(every, day) > 1:
+        every += 1
+    return every
 
 
 def _free(path: Path) -> None:

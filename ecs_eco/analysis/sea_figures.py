@@ -1,0 +1,75 @@
+"""Figures of a run under a sun and over a depth: mean depth over time on a background of light, depths by hour, escapes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ecs_eco.analysis.figures import _grid, _styled
+from ecs_eco.analysis.runs import Series
+from ecs_eco.analysis.sea import AROUND, HOURS, Escape, surface_light
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+NIGHT, NOON = "#a9b4c2", "#fff6d1"
+
+
+@_styled
+def mean_depth(series: Series, species: Sequence[str], hue: Mapping[str, str], day: int) -> Figure:
+    """Mean depth over time, the surface at the top, on a background of the light at the surface."""
+    from matplotlib.colors import LinearSegmentedColormap
+
+    figure, ((ax,),) = _grid(1, 1, 9.5, 3.6)
+    time = (series.ticks - series.ticks[0]) / day
+    height = float(series.manifest["config"]["space"]["size"][2])
+    shade = LinearSegmentedColormap.from_list("light", [NIGHT, NOON])
+    light = surface_light(series)
+    most = max(1e-9, float(light.max()))
+    seen = ax.imshow(light[None], extent=(0.0, float(time[-1]), height, 0.0), aspect="auto", cmap=shade, vmin=0, vmax=most,
+                     interpolation="nearest", zorder=0)  # fmt: skip
+    for s in species:
+        lived = series.of(s) > 0
+        ax.plot(time, np.where(lived, series.of(s, "depth_mean"), np.nan), color="white", lw=3.2, zorder=2)
+        ax.plot(time, np.where(lived, series.of(s, "depth_mean"), np.nan), color=hue[s], lw=1.7, label=s, zorder=3)
+    ax.set(xlim=(0, time[-1]), ylim=(height, 0), xlabel="day", ylabel="mean depth [m]")
+    ax.grid(visible=False)
+    figure.colorbar(seen, ax=ax, label="light at the surface", pad=0.015)
+    figure.legend(loc="outside upper center", ncols=len(species))
+    return figure
+
+
+@_styled
+def by_hour(shares: Mapping[str, np.ndarray], height: float, light: np.ndarray) -> Figure:
+    """Share of each species in each layer (rows) by hour of the day (columns); above each the light of the day f64[n]."""
+    figure, axes = _grid(2, len(shares), 3.5 * len(shares) + 0.9, 4.0, sharex=True, sharey="row", height_ratios=[1, 6])
+    top = max(0.05, min(1.0, max(float(np.nanmax(x, initial=0)) for x in shares.values())))
+    seen: Any = None
+    for (above, ax), (s, share) in zip(axes.T, shares.items(), strict=True):
+        above.fill_between(np.linspace(0, 24, len(light)), 0, light, color="#f0c808", lw=0)
+        above.set(title=s, ylim=(0, max(1e-9, light.max()) * 1.05), yticks=[])
+        seen = ax.pcolormesh(np.linspace(0, 24, HOURS + 1), np.linspace(0, height, len(share) + 1), share, cmap="viridis", vmin=0, vmax=top)
+        ax.set(xlabel="hour of the day", xlim=(0, 24), xticks=[0, 6, 12, 18, 24], ylim=(height, 0))
+        ax.grid(visible=False)
+    axes[0, 0].set_ylabel("light")
+    axes[1, 0].set_ylabel("depth [m]")
+    figure.colorbar(seen, ax=axes[1].tolist(), label="share of the species", pad=0.015)
+    return figure
+
+
+@_styled
+def escape(found: Escape, prey: str, predator: str, dt: float) -> Figure:
+    """Speed and direction around approaches, by seconds from them."""
+    figure, axes = _grid(1, 2, 8.4, 3.2)
+    time = np.arange(-AROUND, AROUND + 1) * dt
+    words = f"speed of {prey} [m/s]", f"cosine of its way\nand away from {predator}"
+    for ax, values, word in zip(axes[0], (found.speed, found.away), words, strict=True):
+        ax.axvline(0, color="#7a838c", lw=1, ls="--")
+        ax.plot(time, values, "o-", color="#0072B2", ms=4)
+        ax.set(xlabel=f"time from the approach of {predator} [s]", ylabel=word)
+    axes[0, 0].set_ylim(0, None)
+    axes[0, 1].axhline(0, color="#7a838c", lw=0.8)
+    axes[0, 1].set_ylim(-1, 1)
+    return figure
