@@ -1,7 +1,18 @@
 """Do copepods migrate, flee and avoid the smell of krill, and what of it is left when one thing is taken away?
 
-Every case is a training seed, a world seed and an arm. All arms but `untrained` live with the same policies, trained in the shipped world;
-none is retrained. Depth is followed for the days of the run; escapes and the smell are looked at in the arm `shipped`.
+A case is an arm, a training seed and a world seed; the training seed is the replicate. Arms of one letter of `TRAINED` live with the
+same policies: those trained in the world as it is shipped (happiness is energy alone), or trained anew in a world with light in the
+happiness, or without krill. What an arm measures:
+
+    life      20 days after the first: cosinor of mean depth
+    held      the same for 8 days with numbers held constant by respawn, as in training but with the krill of the run: an untrained policy
+              starves within a day, so it is compared with the trained one here
+    approach  something of the size of a krill is moved past copepods in the dark
+    survival  who lives 6 ticks after a krill came near, with numbers held constant and the 100 krill of the training
+    plume     smells of krill without a krill, in the dark
+
+Twelve policies are trained, about 5 minutes of CPU each (an hour), once, and kept by protocol and seed. A case takes 10 to 60 s of CPU, all
+288 about 2.5 hours; with `--workers 2` under two hours in all.
 """
 
 import sys
@@ -13,77 +24,254 @@ sys.path.insert(0, str(Path(__file__).parent))
 import numpy as np
 from _study import Study, verdict
 
-ARMS: dict[str, dict[str, Any]] = {
-    "shipped": {}, "untrained": {}, "constant light": {"sun.kind": "constant"}, "inverted light": {"sun.kind": "inverted"},
-    "no krill": {"interventions": [{"kind": "cull", "at": 0, "species": "krill", "share": 1.0}]},
+CONSTANT, INVERTED = {"sun.kind": "constant"}, {"sun.kind": "inverted"}
+NO_KRILL = {"species.krill.count": 0, 'training.set."species.krill.count"': 0}
+AS_IN_LIFE = {'training.set."species.krill.count"': 40}
+NO_NOSE = {"species.copepod.sensors.4.scale": 1e30, "species.copepod.sensors.5.scale": 1e30}
+LIT = {"species.copepod.happiness.formula": "energy - 0.3 * light"}
+TRAINED: dict[str, dict[str, Any]] = {"shipped": {}, "light": LIT, "light without krill": LIT | NO_KRILL, "energy without krill": NO_KRILL}
+ARMS: dict[str, dict[str, Any]] = {  # what is measured, with which policies, in what world
+    "shipped": {"what": "life"},
+    "constant light": {"what": "life", "set": CONSTANT},
+    "inverted light": {"what": "life", "set": INVERTED},
+    "no krill": {"what": "life", "set": NO_KRILL},
+    "no smell": {"what": "life", "set": NO_NOSE},
+    "retrained: light": {"what": "life", "policies": "light"},
+    "retrained: light without krill": {"what": "life", "policies": "light without krill", "set": NO_KRILL},
+    "retrained: energy without krill": {"what": "life", "policies": "energy without krill", "set": NO_KRILL},
+    "held: trained": {"what": "held", "set": AS_IN_LIFE},
+    "held: untrained": {"what": "held", "set": AS_IN_LIFE, "policies": "untrained"},
+    "held: constant light": {"what": "held", "set": AS_IN_LIFE | CONSTANT},
+    "approach: krill": {"what": "approach", "kind": "swimming"},
+    "approach: krill that drift": {"what": "approach", "kind": "drifting"},
+    "approach: object": {"what": "approach", "kind": "object"},
+    "approach: krill, untrained": {"what": "approach", "kind": "swimming", "policies": "untrained"},
+    "survival": {"what": "survival"},
+    "survival: bursts no faster than cruising": {"what": "survival", "set": {"species.copepod.locomotion.speed.burst": 0.7}},
+    "plume": {"what": "plume"},
+    "plume: no nose": {"what": "plume", "set": NO_NOSE},
 }  # fmt: skip
 TRAINING_SEEDS, SEEDS = (1, 2, 3, 4), (101, 102, 103, 104)
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
-    """Train, or find the policies, and let one world live."""
-    from _sea import cycle, escape, plume, trained
+    """Train, or find the policies, let one world live, and measure."""
+    from _sea import approach, chemotaxis, encounters, life, policies_of
 
     from ecs_eco import World
-    from ecs_eco.analysis.migration import follow, p_of_days
     from ecs_eco.config import load
 
-    shipped = load("diel-migration", config["set"])
-    policies = "untrained" if case["arm"] == "untrained" else str(trained(shipped, case["training"], config["training_ticks"]))
-    here = load(shipped, ARMS[case["arm"]])
-    world = World.from_config(here, seed=case["seed"], policies=policies, learn=False)
-    assert here.sun is not None
-    day = round(here.sun.day / here.dt)
-    world.run(day)  # from random depths to their own
-    tracks = follow(world, config["days"] * day)
-    days = tracks.mean_depth.reshape(config["days"], day)
-    out = {**cycle(world, tracks), "p of days": p_of_days(days, n=999) if np.isfinite(days).all() else None, "copepods": world.tables["copepod"].n}
-    if case["arm"] == "shipped":
-        out |= {"escape": escape(tracks), "plume": plume(here, policies, case["seed"]), "no plume": plume(here, policies, case["seed"], 0.0)}
-    return out
+    arm = ARMS[case["arm"]]
+    name, seed = arm.get("policies", "shipped"), case["seed"]
+    if name == "untrained":
+        policies, seed = "untrained", seed + 1000 * case["training"]  # networks are drawn by the seed of the world
+    else:
+        says = {"set": config["set"] | TRAINED[name]}
+        policies = str(policies_of({"world": "diel-migration", "short training": config["training_ticks"]}, says, case["training"]))
+
+    def build(changes: dict[str, Any], training: bool = False) -> Any:
+        here = load("diel-migration", config["set"] | arm.get("set", {}) | changes)
+        return World.from_config(here, seed=seed, policies=policies, learn=False, training=training)
+
+    what = arm["what"]
+    if what in ("life", "held"):
+        return life(build({}, training=what == "held"), config["days" if what == "life" else "days held"])
+    if what == "approach":
+        return approach(build, arm["kind"])
+    if what == "survival":
+        return encounters(build({}, training=True), config["days of encounters"])
+    return chemotaxis(build, config["rounds"])
+
+
+def depends(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
+    """What of the configuration a case depends on: its own arm, the policies that it lives with, and the world as it is shipped."""
+    from ecs_eco.config import load
+
+    arm = ARMS[case["arm"]]
+    lengths = {"life": "days", "held": "days held", "survival": "days of encounters", "plume": "rounds"}
+    return {"arm": arm, "trained": TRAINED.get(arm.get("policies", "shipped")), "world": load("diel-migration").config_hash, "set": config["set"],
+            "training_ticks": config["training_ticks"], "length": config.get(lengths.get(arm["what"], ""))}  # fmt: skip
+
+
+# --- what the cases say ------------------------------------------------------------------------------------------------
+
+
+def interval(values: list[float]) -> list[float]:
+    """Mean of values by training seed and its 95 % interval by Student's t: [mean, low, high]; no width for one value."""
+    from scipy.stats import t
+
+    mean, n = float(np.mean(values)), len(values)
+    half = float(t.ppf(0.975, n - 1) * np.std(values, ddof=1) / np.sqrt(n)) if n > 1 else 0.0
+    return [round(mean, 3), round(mean - half, 3), round(mean + half, 3)]
+
+
+def contrast(a: list[float], b: list[float]) -> tuple[list[float], float]:
+    """Difference of the means of two sets of training seeds with its 95 % interval, and p, one-sided, by Welch's t."""
+    from scipy.stats import ttest_ind
+
+    if min(len(a), len(b)) < 2:
+        return [round(float(np.mean(a) - np.mean(b)), 3)] * 3, float("nan")
+    found = ttest_ind(a, b, equal_var=False)
+    low, high = found.confidence_interval(0.95)
+    p = float(found.pvalue) / 2 if found.statistic > 0 else 1 - float(found.pvalue) / 2
+    return [round(float(np.mean(a) - np.mean(b)), 3), round(float(low), 3), round(float(high), 3)], p
+
+
+def by_training(cases: list[dict[str, Any]], arm: str, value: Any) -> list[float]:
+    """Mean over world seeds of a value of results, by training seed; what is None is left out."""
+    found: dict[int, list[float]] = {}
+    for c in cases:
+        if c["case"]["arm"] == arm and (v := value(c["result"])) is not None and np.isfinite(v):
+            found.setdefault(c["case"]["training"], []).append(float(v))
+    return [float(np.mean(v)) for _, v in sorted(found.items())]
+
+
+def swing(result: dict[str, Any]) -> float | None:
+    """Amplitude along the day, as a share of the water: above zero where they are deepest around noon."""
+    return None if result["cycle"] is None else result["cycle"]["vector"][0]
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
-    """Means over world seeds, then over training seeds, which are the replicates."""
-    rows, means = [], {}
-    for arm in ARMS:
-        mine = [c["result"] for c in cases if c["case"]["arm"] == arm]
-        if not mine:
-            continue
-        vector = np.mean([r["vector"] for r in mine], axis=0)
-        means[arm] = {"peak to peak": 2 * float(np.hypot(*vector)), "deeper by day": float(np.mean([r["vector"][0] > 0 for r in mine])),
-                      "r": float(np.nanmean([r["r"] for r in mine])) if any(np.isfinite(r["r"]) for r in mine) else float("nan")}
-        rows.append([arm, len(mine), *(round(v, 3) for v in means[arm].values()), round(float(np.mean([r["mean depth"] for r in mine])), 1)])
+    """Verdicts on migration, its ablations, escape and chemotaxis, and a table of all arms."""
+    there = {c["case"]["arm"] for c in cases}
+    results = {arm: [c["result"] for c in cases if c["case"]["arm"] == arm] for arm in ARMS if arm in there}
+    out = [*_migration(cases, results), *_ablations(cases, results), *_escape(cases, results), *_plume(cases, results)]
+    rows = [_row(cases, arm, found) for arm, found in results.items() if ARMS[arm]["what"] in ("life", "held")]
+    head = ["arm", "policies", "runs", "with a cycle", "amplitude along the day, by training seed: mean (95 %)", "amplitude, median of runs",
+            "r ≥ 0.6", "deeper by day", "copepods at the end, mean", "days lived, mean"]  # fmt: skip
+    return {"verdicts": out, "table": {"head": head, "rows": rows}, "notes": NOTES}
+
+
+NOTES = ("Amplitudes are shares of the depth of the water, half of the height of the wave. Arms live with the policies of the shipped world, "
+         "the same in all, but `retrained:`, whose policies were trained in the world that they live in, and `untrained`.")  # fmt: skip
+
+
+def _row(cases: list[dict[str, Any]], arm: str, found: list[dict[str, Any]]) -> list[Any]:
+    cycles = [r["cycle"] for r in found if r["cycle"] is not None]
+    swings = by_training(cases, arm, swing)
+    steady = sum(c["r"] is not None and c["r"] >= 0.6 for c in cycles)
+    return [arm, ARMS[arm].get("policies", "shipped"), len(found), len(cycles), interval(swings) if swings else None,
+            round(float(np.median([c["amplitude"] for c in cycles])), 3) if cycles else None, f"{steady} of {len(cycles)}",
+            f"{sum(c['vector'][0] > 0 for c in cycles)} of {len(cycles)}", round(float(np.mean([r["copepods"] for r in found])), 1),
+            round(float(np.mean([r["days lived"] for r in found])), 1)]  # fmt: skip
+
+
+def _migration(cases: list[dict[str, Any]], results: dict[str, Any]) -> list[dict[str, Any]]:
+    from ecs_eco.analysis.migration import Cosinor, p_common_phase
+
+    cycles = [r["cycle"] for r in results.get("shipped", ())]
+    if not cycles:
+        return []
+    lived = [c for c in cycles if c is not None]
+    n = len(cycles)
+    seeds = sorted({c["case"]["training"] for c in cases if c["case"]["arm"] == "shipped" and c["result"]["cycle"] is not None})
+    vectors = [np.mean([c["result"]["cycle"]["vector"] for c in cases if c["case"]["arm"] == "shipped" and c["case"]["training"] == k
+                        and c["result"]["cycle"] is not None], axis=0) for k in seeds]  # fmt: skip
+    fits = [Cosinor(0.0, float(np.hypot(*v)), float(np.arctan2(v[1], v[0]) % (2 * np.pi))) for v in vectors]
+    p = p_common_phase(fits) if fits else 1.0
+    days = max((c["p"] for c in lived if c["p"] is not None), default=1.0)
+    steady = sum(c["r"] is not None and c["r"] >= 0.6 for c in lived) / n
+    deeper = sum(c["vector"][0] > 0 for c in lived)
+    amplitude = float(np.median([0.0 if c is None else c["amplitude"] for c in cycles]))
+    return [
+        verdict("population-mean cosinor over training seeds: p by turning their phases", round(p, 4), "below 0.01", p < 0.01),
+        verdict("cosinor of each run: largest p by turning whole days", round(days, 4), "below 0.01", days < 0.01),
+        verdict("runs in which copepods are deeper by day", f"{deeper} of {n}", "all", deeper == n),
+        verdict("amplitude as a share of the water, median of runs", round(amplitude, 3), "at least 0.25", amplitude >= 0.25),
+        verdict("share of runs in which mean depth correlates with light by at least 0.6", round(steady, 3), "at least 0.9", steady >= 0.9),
+    ]
+
+
+def _ablations(cases: list[dict[str, Any]], results: dict[str, Any]) -> list[dict[str, Any]]:
+    of = {arm: by_training(cases, arm, swing) for arm in results if ARMS[arm]["what"] in ("life", "held")}
+    sizes = {arm: by_training(cases, arm, lambda r: None if r["cycle"] is None else r["cycle"]["amplitude"]) for arm in of}
     out = []
-    if "shipped" in means:
-        own = [c["result"] for c in cases if c["case"]["arm"] == "shipped"]
-        out.append(verdict("height of the daily wave of mean depth, as a share of the water, all runs together",
-                           round(means["shipped"]["peak to peak"], 3), "at least 0.25", means["shipped"]["peak to peak"] >= 0.25))
-        r = [x["r"] for x in own]
-        out.append(verdict("correlation of mean depth with light, median over runs", round(float(np.median(r)), 2), "at least 0.6",
-                           float(np.median(r)) >= 0.6))
-        speed = np.nanmean([x["escape"]["speed"] for x in own], axis=0)
-        gain = float(np.nanmax(speed[5:8]) / np.nanmean(speed[:5]))
-        out.append(verdict("speed within 2 ticks after a krill comes near, over that before", round(gain, 2), "at least 2", gain >= 2))
-        index = [x["plume"]["index"] for x in own if x["plume"]["n"]]
-        visits = [x["plume"]["visits"] / max(x["no plume"]["visits"], 1e-9) for x in own]
-        out.append(verdict("copepods within 4 m of a smell of krill without a krill, over those at the same places without smell",
-                           round(float(np.mean(visits)), 3), "below 1", float(np.mean(visits)) < 1))
-        out.append(verdict("chemotaxis index near it, mean over runs with any copepod there", [round(v, 2) for v in index], "above 0",
-                           bool(index) and float(np.mean(index)) > 0))
-    return {"verdicts": out, "table": {"head": ["arm", "runs", "peak to peak", "deeper by day", "r", "mean depth [m]"], "rows": rows}}
+
+    def have(*arms: str) -> bool:
+        return all(of.get(arm) for arm in arms)
+
+    for arm, base in (("constant light", "shipped"), ("held: constant light", "held: trained")):
+        if have(arm, base):
+            share = float(np.mean(sizes[arm]) / np.mean(sizes[base]))
+            out.append(verdict(f"amplitude of `{arm}` over that of `{base}`", round(share, 3), "below 0.2", share < 0.2))
+    if have("inverted light"):
+        found = interval(of["inverted light"])
+        out.append(verdict("inverted light: amplitude along the day over training seeds, mean (95 %)", found, "below 0", found[2] < 0))
+    if have("held: trained", "held: untrained"):
+        gap, p = contrast(of["held: trained"], of["held: untrained"])
+        out.append(verdict("numbers held: amplitude along the day, trained less untrained (95 %)", gap, "above 0", gap[1] > 0))
+    if have("retrained: light without krill"):
+        found = interval(of["retrained: light without krill"])
+        out.append(verdict("the paper's confound: light in the happiness, no krill: amplitude along the day (95 %)", found, "above 0", found[1] > 0))
+    if have("shipped"):
+        found = interval(of["shipped"])
+        out.append(verdict("energy-only with krill: amplitude along the day (95 %)", found, "above 0", found[1] > 0))
+    if have("shipped", "retrained: energy without krill"):
+        gap, p = contrast(of["shipped"], of["retrained: energy without krill"])
+        out.append(verdict("energy-only: amplitude along the day, trained and living with krill less without (95 %; p one-sided)",
+                           [*gap, None if np.isnan(p) else round(p, 5)], "above 0, p < 0.05", gap[1] > 0 and p < 0.05))
+    return out
+
+
+def _escape(cases: list[dict[str, Any]], results: dict[str, Any]) -> list[dict[str, Any]]:
+    from ecs_eco.analysis.migration import v_test
+
+    out = []
+    for arm in (a for a in results if ARMS[a]["what"] == "approach"):
+        gain, way = (by_training(cases, arm, lambda r, k=k: r.get(k)) for k in ("gain", "cosine"))
+        if not gain or not way:
+            continue
+        found = interval(gain)
+        cosines = np.array([r["cosine"] for r in results[arm] if r.get("cosine") is not None])
+        p = v_test(cosines)[1]
+        if arm != "approach: krill":
+            out.append(verdict(f"{arm}: fastest within 2 ticks over the speed before (95 %)", found, "below 2", found[2] < 2))
+            out.append(verdict(f"{arm}: cosine of the way and away (95 %)", interval(way), "no more than 0.3", float(np.mean(way)) <= 0.3))
+            continue
+        ticks = [r["latency"] for r in results[arm]]
+        known = [t for t in ticks if t is not None]
+        words = f"{np.median(known):g} ticks, {np.median([r['latency [s]'] for r in results[arm] if r['latency'] is not None]):g} s" if known else "never"
+        out += [verdict("approach of a krill: fastest within 2 ticks over the speed before (95 %)", found, "at least 2", found[0] >= 2),
+                verdict("ticks until twice the speed before, median of runs", f"{words}; {len(known)} of {len(ticks)} runs", "stated", bool(known)),
+                verdict("cosine of the way and away, over the tick of the approach and the next two (95 %); p by V-test of runs",
+                        [*interval(way), float(f"{p:.2g}")], "p < 0.001", p < 0.001)]  # fmt: skip
+    two = ("survival", "survival: bursts no faster than cruising")
+    with_, without = (by_training(cases, arm, lambda r: r["survived"]) for arm in two)
+    if with_ and without:
+        gap, _ = contrast(with_, without)
+        out.append(verdict("encounters survived, with fast bursts less with slow ones (95 %)", [interval(with_)[0], interval(without)[0], gap], "above 0",
+                           gap[1] > 0))
+    return out
+
+
+def _plume(cases: list[dict[str, Any]], results: dict[str, Any]) -> list[dict[str, Any]]:
+    out = []
+    for arm in (a for a in results if ARMS[a]["what"] == "plume"):
+        found = by_training(cases, arm, lambda r: r["index"])
+        fewest = min(r["n"] for r in results[arm])
+        if not found:
+            continue
+        here = interval(found)
+        if arm == "plume":
+            out.append(verdict("chemotaxis index near smells without a krill, in the dark (95 %)", here, "above 0", here[1] > 0))
+            out.append(verdict("moves counted in the run with the fewest", fewest, "at least 200", fewest >= 200))
+        else:
+            out.append(verdict("the same with the nose off", here, "holds 0", here[1] <= 0 <= here[2]))
+    return out
 
 
 STUDY = Study(
     name="diel_migration",
     claim="Copepods that feel energy alone migrate with the sun, flee what comes near and avoid the smell of krill, in one world with one policy.",
-    config={"set": {}, "days": 20, "training_ticks": None},
-    cases=[{"arm": arm, "training": t, "seed": s} for t in TRAINING_SEEDS for s in SEEDS for arm in ARMS],
+    config={"set": {}, "days": 20, "days held": 8, "days of encounters": 2, "rounds": 10, "training_ticks": None},
+    cases=[{"arm": arm, "training": t, "seed": s} for s in SEEDS for arm in ARMS for t in TRAINING_SEEDS],
     run=run,
     summarise=summarise,
-    short_cases=[{"arm": arm, "training": 1, "seed": 101} for arm in ("shipped", "untrained")],
-    short_config={"days": 1, "training_ticks": 60, "set": {"species.copepod.count": 40, "species.phytoplankton.count": 200}},
-)
+    depends=depends,
+    short_cases=[{"arm": arm, "training": 1, "seed": 101} for arm in ("shipped", "held: untrained", "approach: krill", "survival", "plume")],
+    short_config={"days": 2, "days held": 2, "days of encounters": 1, "rounds": 1, "training_ticks": 20,
+                  "set": {"sun.day": 60.0, "species.copepod.count": 40, "species.phytoplankton.count": 200, "species.copepod.ppo.horizon": 10}},
+)  # fmt: skip
 
 if __name__ == "__main__":
     STUDY.main()

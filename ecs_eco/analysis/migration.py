@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -126,12 +127,18 @@ class Tracks:
         return np.where(there, self.depth, 0).sum(1) / np.where(there.any(1), there.sum(1), np.nan)
 
 
-def follow(world: Any, ticks: int, prey: str = "copepod", predator: str = "krill", within: float = 10.0) -> Tracks:
-    """Let a world live for some ticks and record what each of the prey does, and where the nearest predator within 10 m is."""
+def follow(world: Any, ticks: int, prey: str = "copepod", predator: str = "krill", within: float = 10.0,
+           each: Callable[[Any], None] | None = None) -> Tracks:
+    """Let a world live for some ticks and record what each of the prey does, and where the nearest predator within 10 m is.
+
+    `each(world)` is called before each tick: an experimenter who moves things.
+    """
     top = np.full(1, np.nextafter(world.space.lengths[2], np.float32(0)), np.float32)
     records: list[Record] = []
     light = np.empty(ticks)
     for tick in range(ticks):
+        if each is not None:
+            each(world)
         light[tick] = world.surroundings("light", top * 0, top * 0, top)[0]
         before = _where(world, prey)
         distance, offset = _nearest(world, prey, predator, within)
