@@ -16,8 +16,8 @@ from ecs_eco.components import Position
 
 __all__ = ["approach", "chemotaxis", "encounters", "life", "policies_of"]
 CUE = 1.5  # [m] from a krill: an approach
-FAST = 1.4  # [m/s] of krill that chase, and of what is moved past copepods
-KRILL, UPPER = 16, (22.0, 29.0)  # how many are moved past them, and between which heights [m]: where copepods feed in the dark
+FAST = 1.4  # [m/s] of krill that chase, and of what is moved at copepods
+KRILL, AIM, UPPER = 16, 4.0, (22.0, 29.0)  # how many come at them, from how far [m], at which heights [m]: where they feed in the dark
 PLUMES, NEAR, FAR = 12, 0.3, 4.0  # how many at a time, and who is counted, by distance [m]
 STAY, SPREAD = 12, 2  # [ticks] that a plume stays at a place, and of these before moves are counted
 
@@ -49,45 +49,78 @@ def life(world: Any, days: int) -> dict[str, Any]:
                             "r": found.r, "mean depth": found.fit.mesor, "depth by eighths of a day from midnight": eighths}}  # fmt: skip
 
 
-def approach(build: Any, kind: str, ticks: int = 150) -> dict[str, Any]:
-    """What copepods in the dark do when something of the size of a krill is moved straight past them at the speed of a chase.
+def approach(build: Any, kind: str, ticks: int = 300) -> dict[str, Any]:
+    """What copepods in the dark do when something of the size of a krill comes straight at them at the speed of a chase.
 
-    `build(changes)` makes a world. `kind`: "swimming", krill that swim so by themselves; "drifting", krill that are moved so as if by
-    water, and smell as any krill; "object", a thing without smell. Nothing is eaten.
+    `build(changes)` makes a world. `kind`: "swimming", krill that hunt by their reflex, and see 4 m in the dark here; "drifting", krill
+    that are moved by the experimenter, smell as any krill and do not swim; "object", a thing without smell, moved so. Nothing is
+    eaten; all are put elsewhere every 20 ticks.
     """
-    speed = FAST if kind == "swimming" else 0.0
-    changes: dict[str, Any] = {
-        "ambient.light": 0.0, "species.krill.count": KRILL, "species.krill.diet.0.chance": 0.0, "species.krill.locomotion.turn": 1e-9,
-        "species.krill.locomotion.pitch": 1e-9, "species.krill.locomotion.speed": {"wander": speed, "chase": speed},
-    }  # fmt: skip
+    changes: dict[str, Any] = {"ambient.light": 0.0, "species.krill.count": KRILL, "species.krill.diet.0.chance": 0.0,
+                               "species.krill.sensors.1.blind": AIM}  # fmt: skip
+    if kind == "drifting":
+        changes |= {"species.krill.locomotion.speed": {"wander": 0.0, "chase": 0.0}}
     if kind == "object":
         body = {"radius": 0.4, "mass": 1.0, "opaque": False}
-        changes |= {"species.krill.count": 1, "species.krill.emits": {}, "objects.buoy": {"count": KRILL, "body": body}}
+        changes |= {"species.krill.count": 0, "objects.buoy": {"count": KRILL, "body": body}}
     world = build(changes)
-    name = "buoy" if kind == "object" else "krill"
-    table = world.tables[name]
-    rows, random = table.by_uid(), np.random.default_rng(world.seed)
-    place = np.stack([random.uniform(0, size, rows.size) for size in world.space.size[:2]])
-    heading, z = random.uniform(0, 2 * np.pi, rows.size), random.uniform(*UPPER, rows.size)
-    way = FAST * world.dt * np.stack([np.cos(heading), np.sin(heading)])
-    size = np.array(world.space.size[:2])[:, None]
-
-    def put(at: np.ndarray) -> None:
-        p = table[Position]
-        p.x[rows], p.y[rows], p.z[rows] = at[0], at[1], z
-        p.heading[rows] = (heading + np.pi) % (2 * np.pi) - np.pi
-        table.version += 1
-
-    def drift(world: Any) -> None:
-        nonlocal place
-        place = (place + way) % size
-        put(place)
-
-    put(place)
     world.run(60)  # copepods come up
-    put(place)
-    tracks = follow(world, ticks, "copepod", name, each=None if kind == "swimming" else drift)
-    return escaped(tracks, world.dt)
+    movers, random = Movers(world, "buoy" if kind == "object" else "krill"), np.random.default_rng(world.seed)
+
+    def move(world: Any) -> None:
+        if (world.tick - 60) % 20 == 0:
+            movers.scatter(random)
+        elif kind != "swimming":
+            movers.aim()
+
+    return escaped(follow(world, ticks, "copepod", movers.table.name, each=move), world.dt)
+
+
+class Movers:
+    """What an experimenter moves at copepods."""
+
+    def __init__(self, world: Any, name: str) -> None:
+        self.world, self.table = world, world.tables[name]
+        self.rows, self.size = self.table.by_uid(), np.array(world.space.size, float)
+        self.way = np.zeros((self.rows.size, 3))
+
+    def scatter(self, random: np.random.Generator) -> None:
+        """Put all at random places where copepods feed in the dark, no nearer than 3 m to one."""
+        low, high = np.array([0.0, 0.0, UPPER[0]]), np.array([*self.size[:2], UPPER[1]])
+        tries = random.uniform(low, high, (200, 3))
+        free = tries[np.linalg.norm(self._to_copepod(tries), axis=1) > 3.0]
+        self._put(np.resize(free if len(free) else tries, (self.rows.size, 3)))
+        angle = random.uniform(-np.pi, np.pi, self.rows.size)
+        self.way = np.stack([np.cos(angle), np.sin(angle), 0 * angle], 1)
+        self.table[Position].heading[self.rows] = angle
+
+    def aim(self) -> None:
+        """Move each towards the nearest copepod within 4 m, or straight on."""
+        p = self.table[Position]
+        here = np.stack([p.x[self.rows], p.y[self.rows], p.z[self.rows]], 1).astype(float)
+        d = self._to_copepod(here)
+        length = np.linalg.norm(d, axis=1)
+        near = (length < AIM) & (length > 1e-6)
+        self.way[near] = d[near] / length[near, None]
+        step = np.where(near, np.minimum(FAST * self.world.dt, length), FAST * self.world.dt)
+        self._put(here + step[:, None] * self.way)
+
+    def _to_copepod(self, places: np.ndarray) -> np.ndarray:
+        from ecs_eco.analysis.migration import around
+
+        table = self.world.tables["copepod"]
+        rows, q = table.by_uid(), table[Position]
+        if not rows.size:
+            return np.full((len(places), 3), 1e9)
+        d = np.stack([q.x[rows], q.y[rows], q.z[rows]], 1)[None] - places[:, None]
+        d = around(self.world.space, d.reshape(-1, 3)).reshape(d.shape)
+        return np.asarray(d[np.arange(len(places)), (d**2).sum(2).argmin(1)])
+
+    def _put(self, places: np.ndarray) -> None:
+        p = self.table[Position]
+        p.x[self.rows], p.y[self.rows] = (places[:, :2] % self.size[:2]).T
+        p.z[self.rows] = np.clip(places[:, 2], 0.1, self.size[2] - 0.1)
+        self.table.version += 1
 
 
 def escaped(tracks: Tracks, dt: float) -> dict[str, Any]:
@@ -118,8 +151,8 @@ def encounters(world: Any, days: int, after: int = 6) -> dict[str, Any]:
 def chemotaxis(build: Any, rounds: int, emits: float = 1.0) -> dict[str, Any]:
     """Whether copepods leave smells of krill without a krill, in the dark, at places where they are: index of moves, and mean cosine.
 
-    Plumes come up to 2 m beside copepods drawn at random, stay for some ticks and go with all smell to others: who is counted was
-    not drawn by having stayed.
+    Plumes are at random places of the depths of copepods drawn at random, for some ticks, and then with all smell at others: so those who
+    are near did not choose to be, and without a nose as many come nearer as go.
     """
     body = {"radius": 0.4, "opaque": False}
     at = [[1.0 + i, 1.0, 1.0] for i in range(PLUMES)]
@@ -129,7 +162,7 @@ def chemotaxis(build: Any, rounds: int, emits: float = 1.0) -> dict[str, Any]:
     for _ in range(rounds):
         if world.tables["copepod"].n < 2:
             break
-        _put_beside(world, random)
+        _put_among(world, random)
         tracks = follow(world, STAY, "copepod", "plume", within=FAR)
         counted = (tracks.distance > NEAR) & (tracks.distance < FAR) & np.isfinite(tracks.away)
         counted[:SPREAD] = False
@@ -140,15 +173,12 @@ def chemotaxis(build: Any, rounds: int, emits: float = 1.0) -> dict[str, Any]:
     return {"n": int(away.size), "index": index, "cosine": float(away.mean()) if away.size else None}
 
 
-def _put_beside(world: Any, random: np.random.Generator) -> None:
-    """Put each plume beside a copepod, and let what was smelt before be gone."""
+def _put_among(world: Any, random: np.random.Generator) -> None:
+    """Put each plume at the depth of a copepod, anywhere there, and let what was smelt before be gone."""
     plumes, copepods = world.tables["plume"], world.tables["copepod"]
-    rows, p, q = plumes.by_uid(), plumes[Position], copepods[Position]
-    beside = random.choice(copepods.by_uid(), rows.size)
-    offset = random.normal(size=(3, rows.size))
-    offset *= random.uniform(0.5, 2.0, rows.size) / np.linalg.norm(offset, axis=0)
+    rows, p = plumes.by_uid(), plumes[Position]
     width, length, height = world.space.size
-    p.x[rows], p.y[rows] = (q.x[beside] + offset[0]) % width, (q.y[beside] + offset[1]) % length
-    p.z[rows] = np.clip(q.z[beside] + offset[2], 0.1, height - 0.1)
+    p.x[rows], p.y[rows] = random.uniform(0, width, rows.size), random.uniform(0, length, rows.size)
+    p.z[rows] = np.clip(copepods[Position].z[random.choice(copepods.by_uid(), rows.size)], 0.1, height - 0.1)
     plumes.version += 1
     world.fields["krill_smell"].value[...] = 0

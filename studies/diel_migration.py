@@ -7,7 +7,7 @@ happiness, or without krill. What an arm measures:
     life      20 days after the first: cosinor of mean depth
     held      the same for 8 days with numbers held constant by respawn, as in training but with the krill of the run: an untrained policy
               starves within a day, so it is compared with the trained one here
-    approach  something of the size of a krill is moved past copepods in the dark
+    approach  something of the size of a krill comes straight at copepods in the dark
     survival  who lives 6 ticks after a krill came near, with numbers held constant and the 100 krill of the training
     plume     smells of krill without a krill, in the dark
 
@@ -226,7 +226,8 @@ def _escape(cases: list[dict[str, Any]], results: dict[str, Any]) -> list[dict[s
         p = v_test(cosines)[1]
         if arm != "approach: krill":
             out.append(verdict(f"{arm}: fastest within 2 ticks over the speed before (95 %)", found, "below 2", found[2] < 2))
-            out.append(verdict(f"{arm}: cosine of the way and away (95 %)", interval(way), "no more than 0.3", float(np.mean(way)) <= 0.3))
+            if arm != "approach: krill that drift":  # those smell, and are avoided, without haste
+                out.append(verdict(f"{arm}: cosine of the way and away (95 %)", interval(way), "no more than 0.3", float(np.mean(way)) <= 0.3))
             continue
         ticks = [r["latency"] for r in results[arm]]
         known = [t for t in ticks if t is not None]
@@ -263,7 +264,7 @@ def _plume(cases: list[dict[str, Any]], results: dict[str, Any]) -> list[dict[st
 STUDY = Study(
     name="diel_migration",
     claim="Copepods that feel energy alone migrate with the sun, flee what comes near and avoid the smell of krill, in one world with one policy.",
-    config={"set": {}, "days": 20, "days held": 8, "days of encounters": 2, "rounds": 10, "training_ticks": None},
+    config={"set": {}, "days": 20, "days held": 8, "days of encounters": 2, "rounds": 30, "training_ticks": None},
     cases=[{"arm": arm, "training": t, "seed": s} for s in SEEDS for arm in ARMS for t in TRAINING_SEEDS],
     run=run,
     summarise=summarise,
