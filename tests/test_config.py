@@ -257,11 +257,11 @@ def test_actions_are_found_by_plain_and_by_full_name() -> None:
 
 def test_problems_know_source_line_and_key(tmp_path: Path) -> None:
     world = tmp_path / "w.toml"
-    world.write_text('format = 1\nname = "w"\n[space]\nsize = [9, 9]\n[species.x]\ncount = 0\nbody = { radius = 1 }\n')
+    world.write_text('format = 1\nname = "w"\n[space]\nsize = [9, 9]\n[species.x]\ncount = -1\nbody = { radius = 1 }\n')
     with pytest.raises(ConfigError) as caught:
         load(world, ["dt=-1"])
     found = {(p.source, p.line, p.path, p.value) for p in caught.value.problems}
-    assert found == {("w.toml", 6, "species.x.count", 0), ("--set", None, "dt", -1)}
+    assert found == {("w.toml", 6, "species.x.count", -1), ("--set", None, "dt", -1)}
 
 
 def test_problems_within_and_between_sections_are_told_together() -> None:

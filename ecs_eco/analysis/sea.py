@@ -131,7 +131,7 @@ def recorded_tracks(run: Path | str, prey: str, predator: str, within: float = 1
     for tick in ticks:
         distance, offset = _to_nearest(space, mine[tick][1], other.get(tick, nobody)[1], within)
         records.append((mine[tick], distance, offset, mine[tick + 1]))
-    return tracks_of(records, surface_light(series, np.array(ticks)), space, series.dt) if records else None
+    return tracks_of(records, surface_light(series, np.array(ticks) + 1), space, series.dt) if records else None
 
 
 def _places(run: Path | str, name: str, first: int) -> dict[int, tuple[np.ndarray, np.ndarray]]:

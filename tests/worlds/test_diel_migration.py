@@ -1,5 +1,7 @@
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from ecs_eco import World
 from ecs_eco.components import Metabolism, Position
@@ -45,6 +47,31 @@ def test_energy_from_light_to_phytoplankton_to_copepods_to_krill_closes(small):
     assert gained["krill"] <= c["krill"].diet[0].efficiency * eaten["copepod"] + 1e-3
     assert gained["krill"] == pytest.approx(c["krill"].diet[0].efficiency * eaten["copepod"], rel=0.35)
     assert gained["copepod"] == pytest.approx(c["copepod"].diet[0].efficiency * eaten["phytoplankton"], rel=0.05)
+    lost = sum(flows[n]["lost"] for n in flows)  # what the dead held, the eaten too; what of it nobody gained is gone from the sea
+    given, endowed = (sum(flows[n][k] for n in flows) for k in ("given", "endowed"))
+    burnt, light = sum(flows[n]["burnt"] for n in flows), flows["phytoplankton"]["taken_in"]
+    gone = lost - gained["copepod"] - gained["krill"]
+    assert sum(_held(world, n) - start[n] for n in flows) == pytest.approx(light + endowed - given - burnt - gone, abs=3e-3)
+    unused = sum((1 - c[n].diet[0].efficiency) * eaten[prey] for n, prey in (("copepod", "phytoplankton"), ("krill", "copepod")))
+    assert gone >= unused - 1e-3
+    assert unused > 0.3
+
+
+@settings(max_examples=10, deadline=None)
+@given(seed=st.integers(0, 2**31), pitch=st.floats(0.01, 1.57), share=st.floats(0.01, 1.0), drag=st.sampled_from([0.0, 0.3, 50.0]),
+       depth=st.floats(10.0, 40.0), sinking=st.floats(-5.0, 5.0), dt=st.sampled_from([0.1, 1.0, 3.0]))  # fmt: skip
+def test_nothing_swims_sinks_or_is_born_through_the_surface_or_the_bottom(small, seed, pitch, share, drag, depth, sinking, dt):
+    speed = 0.99 * share * min(depth, 20.0) / 2 / dt  # [m/s] no animal may cross half of the world in a tick
+    way = {f"species.copepod.locomotion.{k}": v for k, v in (("pitch", pitch), ("drag", drag), ("speed.burst", speed))}
+    body = {f"species.{n}.body.sinking": sinking for n in ("copepod", "phytoplankton")}
+    size = {"space.size": [20.0, 20.0, depth], "water.thermocline": 0.0}
+    few = {"species.phytoplankton.count": 20, "species.copepod.count": 15, "species.krill.count": 3}
+    world = World.from_config(load(small, {**way, **body, **size, **few, "dt": dt}), policies="random", seed=seed, learn=False)
+    for _ in range(8):
+        world.step()
+        for table in world.tables.values():
+            z = table[Position].z[table.rows()]
+            assert ((z >= 0) & (z <= np.float32(depth))).all(), (table.name, z.min(), z.max())
 
 
 def _held(world, name):

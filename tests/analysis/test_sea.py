@@ -1,0 +1,121 @@
+"""What is said of recorded runs in a sea: series of known waves, snapshots by hand, and tracks from details against those followed live."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from ecs_eco import World
+from ecs_eco.analysis import sea
+from ecs_eco.analysis.migration import Tracks, follow
+from ecs_eco.analysis.runs import Series, load_series
+from ecs_eco.components import Position
+from ecs_eco.config import load
+from ecs_eco.record import run_to_folder
+from ecs_eco.record.run import snapshots
+
+DAY = 48
+SMALL = {"species.phytoplankton.count": 60, "species.copepod.count": 25, "species.krill.count": 12, "space.size": [16.0, 16.0, 16.0],
+         "sun.day": float(DAY)}  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def small():
+    return load("diel-migration", SMALL)
+
+
+def wave(small, amplitude: float = 4.0, lag: float = 0.0, days: int = 6, alive: int | None = None) -> Series:
+    """Depths on a cosine of the day, `lag` days behind noon."""
+    ticks = np.arange(days * DAY)
+    manifest = {"config": small.resolved(), "dt": 1.0}
+    series = Series(ticks, ("copepod",), {}, manifest)
+    depth = 8 + amplitude * np.cos(2 * np.pi * (sea.hours_of(series, ticks) - 0.5 - lag))
+    n = np.where(ticks < (len(ticks) if alive is None else alive), 9, 0)
+    return replace(series, columns={"n": n[:, None].astype(float), "depth_mean": np.where(n > 0, depth, 0)[:, None]})
+
+
+def test_a_wave_of_depth_is_found_again_with_its_lag(small):
+    found = sea.depth_cycle(wave(small, lag=0.125), "copepod")
+    assert found.fit.amplitude == pytest.approx(4.0)
+    assert found.share == pytest.approx(0.25)
+    assert found.lag == pytest.approx(0.125)
+    assert found.fit.mesor == pytest.approx(8.0)
+    assert found.p < 0.02
+    assert found.days == 5
+    on_time, late = (sea.depth_cycle(wave(small, lag=x), "copepod") for x in (0.0, 0.5))
+    assert on_time.r > 0.9 > found.r > 0
+    assert late.r < -0.9
+
+
+def test_who_died_is_looked_at_as_long_as_it_lived_and_two_days_are_needed(small):
+    found = sea.depth_cycle(wave(small, alive=3 * DAY), "copepod")
+    assert found.days == 2
+    assert found.fit.amplitude == pytest.approx(4.0)
+    assert np.isnan(found.p)
+    assert sea.depth_cycle(wave(small, alive=2 * DAY - 1), "copepod") is None
+
+
+def test_a_world_without_sun_or_depth_has_no_day(small):
+    series = wave(small)
+    assert sea.day_of(series) == DAY
+    assert sea.day_of(replace(series, columns={"n": series.n})) == 0
+    assert sea.day_of(replace(series, manifest={"config": {}})) == 0
+
+
+def test_snapshots_fall_on_all_hours_of_the_day(small):
+    every = snapshots(small, 40 * DAY)
+    assert every == 19
+    assert len({tick % DAY for tick in range(0, 100 * every, every)}) == DAY
+    assert snapshots(load("predator-prey"), 5000) == 50
+
+
+def test_mean_depth_is_recorded_in_a_volume_and_is_that_of_the_living(small):
+    world = World.from_config(small, policies="untrained", seed=2, learn=False).run(5)
+    series = load_series(world.series())
+    for name, table in world.tables.items():
+        z = [float(table[Position].z[row]) for row in table.rows()]
+        assert series.of(name, "depth_mean")[-1] == pytest.approx(16.0 - sum(z) / len(z), rel=1e-6)
+    flat = World.from_config("predator-prey", policies="random").run(1)
+    assert "depth_mean" not in flat.series().column_names
+
+
+def test_a_run_of_two_days_is_reported_with_depths_hours_and_escapes(small, tmp_path: Path):
+    run_to_folder(small, seed=4, ticks=2 * DAY + 10, out=tmp_path / "run", policies="untrained", record="full")
+    text = (tmp_path / "run" / "report.html").read_text(encoding="utf-8")
+    for words in ("Depth and the day", "r with light", "approaches of krill to 1.5 m"):
+        assert words in text
+    assert {"depth.png", "hours.png", "escape-1-2.png"} <= {p.name for p in (tmp_path / "run" / "figures").iterdir()}
+    shares = sea.depths_by_hour(tmp_path / "run", load_series(tmp_path / "run"))["copepod"]
+    sums = shares.sum(0)
+    assert np.isfinite(sums).any()
+    assert sums[np.isfinite(sums)] == pytest.approx(1.0)
+
+
+def test_tracks_from_details_are_those_followed_live(small, tmp_path: Path):
+    run_to_folder(small, seed=4, ticks=25, out=tmp_path / "run", policies="untrained", record="full", report=False)
+    found = sea.recorded_tracks(tmp_path / "run", "copepod", "krill")
+    world = World.from_config(small, policies="untrained", seed=4).run(1)
+    live = follow(world, 24)
+    assert found.light == pytest.approx(live.light, abs=1e-6)
+    both, i, j = np.intersect1d(found.uids, live.uids, return_indices=True)
+    assert both.size == live.uids.size
+    for name in ("speed", "distance"):
+        a, b = getattr(found, name)[:-1, i], getattr(live, name)[: len(found.light) - 1, j]
+        known = np.isfinite(a) & np.isfinite(b)
+        assert known.sum() > 50
+        assert a[known] == pytest.approx(b[known], abs=1e-4)
+
+
+def test_an_escape_by_hand():
+    distance = np.full((14, 1), 5.0)
+    distance[7:] = 1.0
+    speed = np.full((14, 1), 0.5)
+    speed[8] = 2.0
+    away = np.zeros((14, 1))
+    away[8] = 1.0
+    tracks = Tracks(np.zeros(1, np.uint64), np.ones((14, 1)), speed, distance, away, np.zeros(14))
+    found = sea.escapes(tracks)
+    assert (found.n, found.gain, found.latency) == (1, 4.0, 1)
+    assert found.u == pytest.approx(2**0.5)
+    assert sea.escapes(replace(tracks, distance=np.full((14, 1), 5.0))) is None
