@@ -155,18 +155,19 @@ def _arm(
         "persistence": wilson(kept, n),
         "per_species": {
             s: {
-                "extinctions": int(curves[s].died.sum()),
+                "extinctions": sum(bool(run.present[i] and not np.isnan(run.extinct[i])) for run in runs),
                 "median_extinction": curves[s].median,
                 "mean_time": curves[s].mean(last),
                 "mean_number": float(np.mean([run.of(s).mean() for run in runs])),
                 "long_enough": len(found),
                 "cycling": sum(s in c.cycling() for c in found),
                 "share_cycling": wilson(sum(s in c.cycling() for c in found), len(found)),
-                "median_period": _median([peak.period for c in found if (peak := c.peaks[s]) and s in c.cycling()]),
-                "pooled_p": _pooled([peak.p for c in found if (peak := c.peaks[s])]),
+                "median_period": _median([peak.period for c in found if (peak := c.peaks.get(s)) and s in c.cycling()]),
+                "pooled_p": _pooled([peak.p for c in found if (peak := c.peaks.get(s))]),
                 "cycling_ar1": sum((c.p_ar1.get(s) or 1.0) <= 0.05 for c in found),
+                **_depths(runs, s),
             }
-            for s in names
+            for i, s in enumerate(names)
         },
         "lags": {
             pair: median_lag_interval([c.lags[pair].share for c in found if c.cycling() and pair in c.lags])
@@ -178,6 +179,20 @@ def _arm(
             for run, c in zip(runs, cycles, strict=True)
         ],
     }
+
+
+def _depths(runs: Sequence[Series], species: str) -> dict[str, Any]:
+    """Over runs, how mean depth follows the day; empty where there is no sun, no depth, or nobody lived two days."""
+    from ecs_eco.analysis.sea import depth_cycle, swimmers
+
+    if not runs[0].manifest.get("config") or species not in swimmers(runs[0]):
+        return {}
+    found = [c for run in runs if (c := depth_cycle(run, species)) is not None]
+    if not found:
+        return {}
+    shares = {"amplitude": [c.share for c in found], "along_day": [c.share * float(np.cos(c.fit.acrophase)) for c in found]}
+    r = [c.r for c in found if np.isfinite(c.r)]
+    return {"depth": {"n": len(found), **{k: float(np.mean(v)) for k, v in shares.items()}, "r": float(np.mean(r)) if r else None}}
 
 
 def _pooled(p: Sequence[float]) -> float:

@@ -284,6 +284,12 @@ def tell(
             if shares and shares["share"]["rest"][0] is not None:
                 parts = ", ".join(f"{effect} {share[0]:.0%}" for effect, share in shares["share"].items())
                 say(f"  {name}: whence the variance of persisting comes: {parts}")
+    for name, arm in found["arms"].items():
+        for species, row in arm["per_species"].items():
+            if d := row.get("depth"):
+                r = "" if d["r"] is None else f", correlation with light {d['r']:.2f}"
+                say(f"  {name}: depth of {species} over the day, means of {d['n']} runs: amplitude {d['amplitude']:.0%} of the water, "
+                    f"{d['along_day']:+.0%} along the sun{r}")  # fmt: skip
     table = Table("arm", "runs", "all persist", "species", "mean number", "died out in")
     for name, arm in found["arms"].items():
         first = [escape(name), str(arm["n"]), str(arm["persisted"])]
