@@ -185,7 +185,7 @@ def _depths(runs: Sequence[Series], species: str) -> dict[str, Any]:
     """Over runs, how mean depth follows the day; empty where there is no sun, no depth, or nobody lived two days."""
     from ecs_eco.analysis.sea import depth_cycle, swimmers
 
-    if not runs[0].manifest.get("config") or species not in swimmers(runs[0]):
+    if species not in swimmers(runs[0]):
         return {}
     found = [c for run in runs if (c := depth_cycle(run, species)) is not None]
     if not found:

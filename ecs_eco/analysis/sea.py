@@ -82,7 +82,7 @@ def depth_cycle(series: Series, species: str) -> DepthCycle | None:
 
 def swimmers(series: Series) -> list[str]:
     """Species of a run that move by themselves and were there."""
-    known = series.manifest["config"]["species"]
+    known = series.manifest.get("config", {}).get("species", {})
     return [s for s, here in zip(series.species, series.present, strict=True) if here and known.get(s, {}).get("locomotion")]
 
 
