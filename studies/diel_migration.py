@@ -11,6 +11,8 @@ light in the happiness, or without krill. What an arm measures:
     survival  who lives 6 ticks after a krill came near, with numbers held constant and the 100 krill of the training
     plume     smells of krill without a krill, in the dark
 
+How krill approach and where plumes lie was decided after a first look at one training seed: the world's README says what the first designs gave.
+
 Sixteen policies are trained, about 75 s of CPU each, once, and kept by protocol and seed; a case finds them, or trains one first. Beside that
 a case of 20 days takes 10 s of CPU, the others 1 to 5 s; all 304 about half an hour, and 20 minutes of training.
 """
