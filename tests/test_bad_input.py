@@ -117,7 +117,7 @@ CASES: dict[str, tuple[str, str, str, str, str, str]] = {
     "fraction": ("count = 10", "count = 10.5", "goat.count", "10.5", "whole number", ""),
     "true": ("dt = 1.0", "dt = true", "dt", "true", "number", ""),
     "zero dt": ("dt = 1.0", "dt = 0", "dt", "0", "more than 0", ""),
-    "zero goats": ("count = 10\n", "count = 0\n", "goat.count", "0", "at least 1", ""),
+    "fewer than no goats": ("count = 10\n", "count = -1\n", "goat.count", "-1", "at least 0", ""),
     "no count": ("count = 10\n", "\n", "goat.count", "", "whole number", ""),
     "no species": (WORLD[WORLD.index("[species.grass]") :], "[species]", "species", "{}", "at least 1 entries", ""),
     "no stones": ("count = 3\n", "count = 0\n", "objects.stone.count", "0", "at least 1", ""),
@@ -152,7 +152,7 @@ CASES: dict[str, tuple[str, str, str, str, str, str]] = {
     "remains": ("count = 10\n", 'count = 10\nremains = "stne"\n', "goat.remains", '"stne"', "stone", "stone"),
     "policy of none": ("count = 90", "count = 90\nppo = { horizon = 3 }", "grass.ppo", "{", "shared", ""),
     "training": ("[species.grass]", '[training]\nset = { "species.goat.count" = -3 }\n[species.grass]',
-                 'training.set."species.goat.count"', "-3", "at least 1", ""),
+                 'training.set."species.goat.count"', "-3", "at least 0", ""),
 }  # fmt: skip
 
 FOLLOWED = {  # mistakes that break what others name
@@ -220,11 +220,11 @@ def test_a_wrong_world_has_one_problem(case: str, folder: Path) -> None:
 
 def test_all_problems_are_told_at_once(folder: Path) -> None:
     text = WORLD
-    for case in ("food", "rate", "key", "radius", "formula name", "cell", "zero goats"):
+    for case in ("food", "rate", "key", "radius", "formula name", "cell", "fewer than no goats"):
         text = text.replace(*CASES[case][:2])
     said = run(folder, text)
     assert "meadow.toml: " in said
-    for case in ("rate", "key", "cell", "zero goats"):  # those of the goat's own section wait until its count is right
+    for case in ("rate", "key", "cell", "fewer than no goats"):  # those of the goat's own section wait until its count is right
         assert CASES[case][2] in said
 
 
