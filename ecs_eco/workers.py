@@ -1,9 +1,28 @@
-"""Worker processes that do not outlive who started them."""
+"""Worker processes: of one thread each, and none outlives who started it."""
 
 import multiprocessing
 import os
 import signal
 import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+PINS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
+
+
+@contextmanager
+def one_thread_each() -> Iterator[None]:
+    """Processes that start within use one thread each."""
+    before = {name: os.environ.get(name) for name in PINS}
+    os.environ.update(dict.fromkeys(PINS, "1"))
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value
 
 
 def end_with_parent() -> None:

@@ -246,7 +246,7 @@ def test_controls_are_arms_of_their_own() -> None:
 
 
 def test_processes_have_one_thread_each_and_the_own_one_keeps_its_own(monkeypatch: pytest.MonkeyPatch) -> None:
-    from ecs_eco.cli.arms import PINS, one_thread_each
+    from ecs_eco.workers import PINS, one_thread_each
 
     monkeypatch.setenv("OMP_NUM_THREADS", "3")
     monkeypatch.delenv("MKL_NUM_THREADS", raising=False)

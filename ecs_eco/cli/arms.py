@@ -7,10 +7,9 @@ import os
 import re
 import shutil
 import signal
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from concurrent.futures import Future, ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -21,7 +20,7 @@ from ecs_eco.cli import crossing
 from ecs_eco.cli.terminal import INTERRUPTED, complain, progress, refuse, say
 from ecs_eco.config import WorldConfig, load
 from ecs_eco.errors import nearest
-from ecs_eco.workers import end_with_parent
+from ecs_eco.workers import end_with_parent, one_thread_each
 from ecs_eco.worlds import variants
 
 CONTROLS = {"random-policy": "random", "untrained-policy": "untrained"}  # by the policies that they run with
@@ -30,7 +29,6 @@ TAKEN = {  # by what is taken from the world, and what a world without it lacks
     "no-reflexes": "a reflex", "neutral-drift": "a genome", "shuffled-genome": "a genome", "no-mutation": "a genome",
 }  # fmt: skip
 EVERY = 2_000  # least ticks between the checkpoints of a run
-PINS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 
 
 @dataclass(frozen=True)
@@ -245,20 +243,6 @@ def run_one(arm: Arm, seed: int, ticks: int, out: Path) -> Any:
     finally:
         _running = False
 
-
-@contextmanager
-def one_thread_each() -> Iterator[None]:
-    """Processes that start within use one thread each."""
-    before = {name: os.environ.get(name) for name in PINS}
-    os.environ.update(dict.fromkeys(PINS, "1"))
-    try:
-        yield
-    finally:
-        for name, value in before.items():
-            if value is None:
-                del os.environ[name]
-            else:
-                os.environ[name] = value
 
 
 def tell(

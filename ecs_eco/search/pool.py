@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import multiprocessing
-import os
 import signal
 from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
-from contextlib import contextmanager
 from typing import Any
 
-PINS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
+from ecs_eco.workers import end_with_parent, one_thread_each
 
 
 class Alone:
@@ -56,7 +54,7 @@ class Pool:
 
     def submit(self, tag: Any, work: Callable[..., Any], *arguments: Any) -> None:
         """Let a worker do it."""
-        with _pinned():  # processes start with the first that is submitted
+        with one_thread_each():  # processes start with the first that is submitted
             if self._pool is None:
                 self._pool = ProcessPoolExecutor(self.workers, multiprocessing.get_context("spawn"), initializer=_leave_ctrl_c)
             self.running[self._pool.submit(work, *arguments)] = tag
@@ -78,18 +76,5 @@ class Pool:
 
 def _leave_ctrl_c() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent ends its workers
+    end_with_parent()
 
-
-@contextmanager
-def _pinned() -> Iterator[None]:
-    """Processes that start within use one thread each."""
-    before = {name: os.environ.get(name) for name in PINS}
-    os.environ.update(dict.fromkeys(PINS, "1"))
-    try:
-        yield
-    finally:
-        for name, value in before.items():
-            if value is None:
-                del os.environ[name]
-            else:
-                os.environ[name] = value

@@ -34,10 +34,10 @@ def small(policies="random", **options):
 
 
 class Page:
-    """Reads all it gets; looks at everything: colours, panels, acts."""
+    """Reads all it gets; looks at everything: colours, panels, acts. Asks for one step at each tick that it sees."""
 
     def __init__(self, player, acts=None):
-        self.player, self.acts, self.frames, self.said = player, dict(acts or {}), [], []
+        self.player, self.acts, self.frames, self.said, self.ticks = player, dict(acts or {}), [], [], []
         player.say(self, {"kind": "join"})
         player.say(self, {"kind": "params"})
 
@@ -51,7 +51,9 @@ class Page:
                 self.player.say(self, {"kind": "select", "uid": 310})
                 if tick in self.acts:
                     self.player.say(self, {"kind": "act", "what": self.acts.pop(tick)})
-                self.player.say(self, {"kind": "step"})
+                if tick not in self.ticks:  # where time is short, a tick is seen in its new colour too
+                    self.ticks.append(tick)
+                    self.player.say(self, {"kind": "step"})
             else:
                 self.said.append(json.loads(message))
 
@@ -72,7 +74,7 @@ def watched(world, ticks, acts=None):
 def test_a_watched_world_is_the_same_to_the_byte(policies):
     alone, seen = small(policies).run(15), small(policies)
     page = watched(seen, 15)
-    assert len(page.frames) == 16
+    assert page.ticks == list(range(16))
     assert seen.digest() == alone.digest()
     assert seen.between is None
 
