@@ -63,7 +63,7 @@ def summarise(entries: list[dict[str, Any]]) -> dict[str, Any]:
     reference = shares.get("as shipped", 0.0)
     for name, share in shares.items():
         if name != "as shipped":
-            out.append(verdict(f"{name}: share of training seeds whose worlds persist, against {reference:.2f} as shipped", share, "reported", True))
+            out.append(verdict(f"{name}: share of training seeds whose worlds persist, against {reference:.2f} with the recipe before", share, "not less", share >= reference))
     head = ["protocol", "training seeds", "all persist", "least wolves, median", "between seeds, deviation of log", "most deer, median",
             "between seeds, deviation of log"]  # fmt: skip
     return {"verdicts": out or [verdict("protocols", len(rows), "reported", True)], "table": {"head": head, "rows": rows}}
