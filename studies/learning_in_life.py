@@ -1,7 +1,7 @@
 """Do grass, deer and wolves persist when learning goes on in life, as in the paper, whatever the training seed?
 
 The same grid as in persistence.py, in two ways: as the world file says, with the hyperparameters of pre-training; and slowly, with wolves
-that keep ahead of deer, the best protocol found (docs/learning.md). World by world: what is there is balanced over training seeds.
+that keep ahead of deer, the best protocol found (docs/learning.md).
 """
 
 import sys
@@ -13,7 +13,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 from _crossed import crossed_study
 from persistence import TRAINING
 
-WORLDS = range(7201, 7203)  # the first two of the five of persistence.py
+WORLDS = range(7201, 7206)
 
 
 def in_life(deer: float, wolf: float) -> dict[str, Any]:
