@@ -124,14 +124,20 @@ class Movers:
 
 
 def escaped(tracks: Tracks, dt: float) -> dict[str, Any]:
-    """Speed and direction around approaches, as numbers."""
+    """Speed and direction around approaches, as numbers.
+
+    `way` is the mean direction over the tick of the approach and the next two: its parts away from what comes, and level to the left
+    of that.
+    """
     found = sea.escapes(tracks, CUE)
     if found is None:
         return {"n": 0}
     k = sea.AROUND
     before = float(np.nanmean(found.speed[:k]))
+    events = approaches(tracks.distance, CUE, sea.REST)
+    way = [float(np.nanmean(event_average(c, events, 0, 2))) for c in (tracks.away, tracks.aside)]
     return {"n": found.n, "speed": found.speed.tolist(), "away": found.away.tolist(), "before": before, "gain": found.gain,
-            "cosine": float(np.nanmean(found.away[k : k + 3])), "latency": found.latency,
+            "way": way, "latency": found.latency,
             "latency [s]": None if found.latency is None else found.latency * dt}  # fmt: skip
 
 

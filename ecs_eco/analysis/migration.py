@@ -118,6 +118,7 @@ class Tracks:
     speed: np.ndarray  # [m/s] in the tick
     distance: np.ndarray  # [m] to the nearest predator at the beginning of the tick, inf where none is near
     away: np.ndarray  # cosine of the angle between the way in the tick and away from that predator
+    aside: np.ndarray  # the same with the level direction to the left of away; NaN where away is straight up or down
     light: np.ndarray  # f64[ticks] at the surface, at the beginning of the tick
 
     @property
@@ -150,11 +151,11 @@ def follow(world: Any, ticks: int, prey: str = "copepod", predator: str = "krill
 def tracks_of(records: list[Record], light: np.ndarray, space: Any, dt: float) -> Tracks:
     """Return the tracks of ticks, each (uids and places before, distance and offset to the predator, uids and places after)."""
     uids = np.unique(np.concatenate([uid for before, _, _, after in records for uid in (before[0], after[0])]))
-    columns = [np.full((len(records), uids.size), np.nan) for _ in range(4)]
+    columns = [np.full((len(records), uids.size), np.nan) for _ in range(5)]
     for tick, (before, distance, offset, after) in enumerate(records):
         _write(space, dt, columns, tick, np.searchsorted(uids, before[0]), np.searchsorted(uids, after[0]), before, distance, offset, after)
-    depth, speed, near, away = columns
-    return Tracks(uids, depth, speed, near, away, light)
+    depth, speed, near, away, aside = columns
+    return Tracks(uids, depth, speed, near, away, aside, light)
 
 
 def _where(world: Any, name: str) -> tuple[np.ndarray, np.ndarray]:
@@ -185,13 +186,15 @@ def around(space: Any, d: np.ndarray) -> np.ndarray:
 
 def _write(space: Any, dt: float, columns: list[np.ndarray], tick: int, at: np.ndarray, then: np.ndarray, before: Placed,
            distance: np.ndarray, offset: np.ndarray, after: Placed) -> None:
-    depth, speed, near, away = columns
+    depth, speed, near, away, aside = columns
     depth[tick, then] = space.size[2] - after[1][:, 2]
     near[tick, at] = distance
     both, i, j = np.intersect1d(at, then, return_indices=True)
     way = around(space, after[1][j] - before[1][i])
     length = np.linalg.norm(way, axis=1)
     speed[tick, both] = length / dt
-    span = length * np.linalg.norm(offset[i], axis=1)
-    moved = (span > 1e-9) & np.isfinite(distance[i])
-    away[tick, both[moved]] = -(way * offset[i]).sum(1)[moved] / span[moved]
+    left = np.stack([offset[i, 1], -offset[i, 0], np.zeros(i.size)], 1)
+    for cosines, direction in ((away, -offset[i]), (aside, left)):
+        span = length * np.linalg.norm(direction, axis=1)
+        moved = (span > 1e-9) & np.isfinite(distance[i])
+        cosines[tick, both[moved]] = (way * direction).sum(1)[moved] / span[moved]

@@ -89,4 +89,16 @@ def test_tracks_tell_depth_speed_and_the_way_from_the_predator(meadow):
     assert tracks.distance[0, 1] == np.inf
     assert tracks.away[:, 0] == pytest.approx([1, 1], abs=1e-5)
     assert np.isnan(tracks.away[0, 1])
+    assert tracks.aside[:, 0] == pytest.approx([0, 0], abs=1e-5)
     assert tracks.light.tolist() == [1, 1]
+
+
+def test_the_side_of_away_is_on_the_left(meadow):
+    wolf = {"count": 1, "body": {"radius": 0.1}}
+    sea = {"size": [20.0, 20.0, 10.0]}
+    world = meadow(world={"space": sea, "species": {"wolf": wolf}}, count=4, reflex={"formulas": {"walk": "1"}}, lethal=[])
+    arrange(world, "deer", x=[5, 7, 5, 3], y=[7, 5, 3, 5], z=4, heading=np.pi / 2)  # all swim north, around a wolf
+    arrange(world, "wolf", x=5, y=5, z=4)
+    tracks = follow(world, 1, "deer", "wolf")
+    assert tracks.away[0] == pytest.approx([1, 0, -1, 0], abs=1e-5)
+    assert tracks.aside[0] == pytest.approx([0, 1, 0, -1], abs=1e-5)
