@@ -32,6 +32,15 @@ Threads = Annotated[
     int, typer.Option(parser=whole(1, 1024), metavar="N", help="Threads; they change the speed and no result.")
 ]
 
+Learn = Annotated[
+    bool | None, typer.Option("--learn/--no-learn", help="Whether policies learn; else as the world says.")
+]
+Policies = Annotated[
+    str, typer.Option(metavar="trained|random|DIR", help="What policies start from: a folder that `train` left.")
+]
+Watch = Annotated[
+    bool, typer.Option("--watch", help="Show it in the browser meanwhile; what is done there is recorded.")
+]
 Port = Annotated[
     int, typer.Option(parser=whole(0, 65535), metavar="N", help="Port of the viewer on this machine; 0: any free one.")
 ]
@@ -69,12 +78,8 @@ def run(
     out: Out = None,
     quiet: Quiet = False,
     threads: Threads = 1,
-    learn: Annotated[
-        bool | None, typer.Option("--learn/--no-learn", help="Whether policies learn; else as the world says.")
-    ] = None,
-    policies: Annotated[
-        str, typer.Option(metavar="trained|random|DIR", help="What policies start from: a folder that `train` left.")
-    ] = "trained",
+    learn: Learn = None,
+    policies: Policies = "trained",
     report: Report = True,
     checkpoint_every: Annotated[
         int | None, typer.Option(parser=whole(1), metavar="N", help="Write a checkpoint every so many ticks.")
@@ -83,7 +88,7 @@ def run(
     record: Annotated[
         str | None, typer.Option(metavar="focal=N|full", help="Record every tick of N organisms of each species, or of all.")
     ] = None,
-    watch: Annotated[bool, typer.Option("--watch", help="Show it in the browser meanwhile; what is done there is recorded.")] = False,
+    watch: Watch = False,
     port: Port = 0,
     no_browser: NoBrowser = False,
 ) -> None:
@@ -104,12 +109,8 @@ def watch(
     seed: Seed = None,
     set_: Set = None,
     threads: Threads = 1,
-    learn: Annotated[
-        bool | None, typer.Option("--learn/--no-learn", help="Whether policies learn; else as the world says.")
-    ] = None,
-    policies: Annotated[
-        str, typer.Option(metavar="trained|random|DIR", help="What policies start from: a folder that `train` left.")
-    ] = "trained",
+    learn: Learn = None,
+    policies: Policies = "trained",
     port: Port = 0,
     no_browser: NoBrowser = False,
 ) -> None:
@@ -150,11 +151,15 @@ def resume(
     quiet: Quiet = False,
     threads: Threads = 1,
     report: Report = True,
+    watch: Watch = False,
+    port: Port = 0,
+    no_browser: NoBrowser = False,
 ) -> None:
     """Go on with a run from its last checkpoint, or fork it with changed values."""
     from ecs_eco.cli.simulate import resume_run
 
-    resume_run(folder, until, from_tick, set_ or [], out, quiet, threads, report)
+    shown = (port, not no_browser) if watch else None
+    resume_run(folder, until, from_tick, set_ or [], out, quiet, threads, report, shown)
 
 
 @app.command()

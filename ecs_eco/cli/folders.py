@@ -1,11 +1,16 @@
-"""Folders for results: refused before anything is made in them."""
+"""Folders for results, refused before anything is made in them, and folders of policies."""
 
 from __future__ import annotations
 
+import os
 import tempfile
 from pathlib import Path
 
 from ecs_eco.cli.terminal import refuse
+from ecs_eco.config import WorldConfig
+from ecs_eco.errors import nearest
+
+POLICIES = ("trained", "random", "untrained")
 
 
 def results(out: Path | None, default: str) -> Path:
@@ -47,3 +52,15 @@ def _try_out(folder: Path) -> None:
     finally:
         for path in reversed(made):
             path.rmdir()
+
+
+def known_policies(policies: str, config: WorldConfig) -> None:
+    """Refuses what is neither a word for policies nor a folder with one for each species that has a policy."""
+    allowed = f"{', '.join(POLICIES)}, or a folder that `ecs-eco train` left"
+    if policies in POLICIES:
+        return
+    if not os.path.isdir(policies):
+        refuse("--policies", "no such folder", policies, allowed, nearest(policies, POLICIES))
+    for name, species in config.species.items():
+        if species.policy.kind != "none" and not (Path(policies) / f"{name}.safetensors").is_file():
+            refuse("--policies", f"{name}.safetensors is missing in the folder", policies, allowed)

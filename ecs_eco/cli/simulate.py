@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import shlex
 from contextlib import nullcontext
 from pathlib import Path
@@ -11,12 +10,9 @@ from typing import Any
 
 import typer
 
-from ecs_eco.cli.folders import results
+from ecs_eco.cli.folders import known_policies, results
 from ecs_eco.cli.terminal import FAILED, INTERRUPTED, complain, progress, refuse, say
-from ecs_eco.config import WorldConfig, load
-from ecs_eco.errors import nearest
-
-POLICIES = ("trained", "random", "untrained")
+from ecs_eco.config import load
 
 
 def run_world(
@@ -45,7 +41,7 @@ def run_world(
     out = results(out, f"{config.name}-{seed}")
     from ecs_eco.record import run_to_folder
 
-    with progress(config.name, quiet) as bar, _viewer(config, ticks, shown) as viewer:
+    with progress(config.name, quiet) as bar, _viewer(config.title or config.name, ticks, shown) as viewer:
         try:
             command = f"ecs-eco run {shlex.quote(world)} --seed {seed} --ticks {ticks} --policies {shlex.quote(policies)}"
             command += "".join(f" --set {shlex.quote(change)}" for change in changes)
@@ -62,13 +58,13 @@ def run_world(
     say(f"{ticks} ticks of {config.name}, seed {seed}, in {out}{numbers(found)}{populations(out)}")
 
 
-def _viewer(config: WorldConfig, ticks: int, shown: tuple[int, bool] | None) -> Any:
+def _viewer(title: str, ticks: int, shown: tuple[int, bool] | None) -> Any:
     """The viewer of a run, or nothing."""
     if shown is None:
         return nullcontext()
     from ecs_eco.cli.watch import window
 
-    return window(ticks, config.title or config.name, *shown)
+    return window(ticks, title, *shown)
 
 
 def repeat_run(folder: Path, out: Path | None, quiet: bool, threads: int) -> None:
@@ -95,26 +91,30 @@ def resume_run(
     quiet: bool,
     threads: int,
     report: bool,
+    shown: tuple[int, bool] | None = None,
 ) -> None:
-    """Go on with a run in its folder, or fork it into another."""
+    """Go on with a run in its folder, or fork it into another; `shown` as of a run."""
     from ecs_eco.record import fork, resume
+    from ecs_eco.record.run import read_manifest
 
     forks = from_tick is not None or bool(changes) or out is not None
     if forks and out is None:
         what = "is missing: a fork is recorded in a folder of its own"
         refuse("--out", what, "", "a folder, new or empty")
     where = results(out, folder.name) if out is not None else folder
-    with progress(folder.name, quiet) as bar:
+    manifest = read_manifest(folder)
+    title = manifest["config"].get("title") or folder.name
+    with _viewer(title, manifest["ticks"] if until is None else until, shown) as viewer, progress(folder.name, quiet) as bar:
+        more: dict[str, Any] = {"threads": threads, "report": report, "complain": complain}
+        more |= {} if viewer is None else {"prepare": viewer.open}
         try:
             if forks:
                 command = f"ecs-eco resume {shlex.quote(str(folder))} --out DIR"
                 command += "" if from_tick is None else f" --from-tick {from_tick}"
                 command += "".join(f" --set {shlex.quote(change)}" for change in changes)
-                found = fork(
-                    folder, where, from_tick, changes, until, bar, threads=threads, report=report, command=command, complain=complain
-                )
+                found = fork(folder, where, from_tick, changes, until, bar, command=command, **more)
             else:
-                found = resume(folder, until, bar, threads=threads, report=report, complain=complain)
+                found = resume(folder, until, bar, **more)
         except KeyboardInterrupt:
             stopped(bar.done, bar.total, where)
     say(f"{found['done']} ticks of {found['world']}, seed {found['seed']}, in {where}{numbers(found)}{populations(where)}")
@@ -149,18 +149,6 @@ def report_run(folder: Path) -> None:
 
     write_report(folder)
     say(f"written: {folder / 'report.html'}")
-
-
-def known_policies(policies: str, config: WorldConfig) -> None:
-    """Refuses what is neither a word for policies nor a folder with one for each species that has a policy."""
-    allowed = f"{', '.join(POLICIES)}, or a folder that `ecs-eco train` left"
-    if policies in POLICIES:
-        return
-    if not os.path.isdir(policies):
-        refuse("--policies", "no such folder", policies, allowed, nearest(policies, POLICIES))
-    for name, species in config.species.items():
-        if species.policy.kind != "none" and not (Path(policies) / f"{name}.safetensors").is_file():
-            refuse("--policies", f"{name}.safetensors is missing in the folder", policies, allowed)
 
 
 def stopped(done: int, ticks: int, out: Path) -> None:

@@ -64,8 +64,10 @@ def run_to_folder(config: Any, seed: int | None = None, ticks: int | None = None
 
 
 def resume(path: str | Path, until: int | None = None, progress: Progress | None = None, *, threads: int = 1, report: bool = True,
-           complain: Callable[[str], None] = print) -> dict[str, Any]:
+           complain: Callable[[str], None] = print, prepare: Callable[[Any], None] | None = None) -> dict[str, Any]:
     """Go on with the run in a folder, from its last whole checkpoint to tick `until`; return its manifest.
+
+    `prepare(world)` is called before the first tick that follows: a viewer opens.
 
     What was recorded after that checkpoint is recorded again, the same. Raises RecordingError for a folder without a run,
     or one that is there already; CheckpointError.
@@ -83,13 +85,17 @@ def resume(path: str | Path, until: int | None = None, progress: Progress | None
                              f"earlier one: --from-tick {until} --out NEW")  # fmt: skip
     folder.forget_later()
     manifest |= {"ticks": until, "finished": False}
+    if prepare is not None:
+        prepare(world)
     return _go(world, folder, manifest, until, progress, report, begin)
 
 
 def fork(path: str | Path, out: str | Path, from_tick: int | None = None, changes: Any = (), until: int | None = None,
          progress: Progress | None = None, *, threads: int = 1, report: bool = True, command: str | None = None,
-         complain: Callable[[str], None] = print) -> dict[str, Any]:
+         complain: Callable[[str], None] = print, prepare: Callable[[Any], None] | None = None) -> dict[str, Any]:
     """Go on from a tick of a recorded run in a folder of its own, with changed values; return its manifest.
+
+    `prepare(world)` is called before the first tick of the fork: a viewer opens.
 
     The world is restored from the last checkpoint at or before `from_tick` (the last of all where it is None) and runs exactly as
     it did up to that tick; then `changes` ("key=value", or a dict) take effect. The recording begins there.
@@ -119,6 +125,8 @@ def fork(path: str | Path, out: str | Path, from_tick: int | None = None, change
         "versions": versions(), "git_commit": git_commit(), "forked": {"from": str(path), "tick": world.tick, "changes": told},
     }  # fmt: skip
     folder = _record(world, out, manifest)
+    if prepare is not None:
+        prepare(world)
     _checkpoint(world, folder, manifest)
     return _go(world, folder, manifest, until, progress, report, begin)
 

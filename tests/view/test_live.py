@@ -13,7 +13,7 @@ from ecs_eco.config import load
 from ecs_eco.config.living import refused
 from ecs_eco.config.loading import changed
 from ecs_eco.errors import ConfigError
-from ecs_eco.record import run_to_folder
+from ecs_eco.record import resume, run_to_folder
 from ecs_eco.record.repeat import repeat, repeatable
 from ecs_eco.view.live import Live
 from ecs_eco.view.player import Player
@@ -87,6 +87,22 @@ def test_what_pages_do_is_the_same_in_a_world_file():
     again = World.from_config(file, seed=5, policies="random", record=False).run(20)
     assert seen.digest() == again.digest()
     assert seen.digest() != small().run(20).digest()
+
+
+def test_a_run_that_goes_on_is_watched_and_what_is_done_then_is_repeated_too(tmp_path):
+    run_to_folder(load("predator-prey", SMALL), 5, 4, tmp_path / "run", "random", report=False)
+    acts = {tick: act for tick, act in ACTS.items() if tick > 4}
+    window = Window(20, lambda address: None)
+
+    def prepare(world):
+        window.open(world)
+        window.player.playing = False
+        Page(window.player, acts)
+
+    with window:
+        manifest = resume(tmp_path / "run", 20, report=False, prepare=prepare)
+    assert [tick for tick, _ in manifest["intervened"]] == list(acts)
+    assert repeat(tmp_path / "run")["same"]
 
 
 def test_a_recorded_run_with_acts_is_repeated_to_the_same_digest(tmp_path):
