@@ -7,21 +7,17 @@ Takes what runs left; it runs no world.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from functools import partial
-from html import escape
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from scipy.stats import chi2
 
-from ecs_eco.analysis import crossed_figures, figures
-from ecs_eco.analysis.crossed import EFFECTS, Grid, crossed, mean_interval
+from ecs_eco.analysis.crossed import Grid, crossed, mean_interval
 from ecs_eco.analysis.cycles import CycleStatistics, cross_seed_surrogates, cycle_statistics, median_lag_interval
 from ecs_eco.analysis.extinction import shared
-from ecs_eco.analysis.page import number, page, picture, table, write_text
 from ecs_eco.analysis.runs import Series, load_series
 from ecs_eco.analysis.survival import (
     SurvivalCurve,
@@ -50,20 +46,7 @@ def compare(
     their world seeds in their manifests, are then a crossed design. `policies` says in words what an arm runs with.
     Returns what compare.json holds; with `out`, writes compare.json, compare.html and figures/ there.
     """
-    if not arms:
-        raise ValueError("nothing to compare: give at least one arm, name → runs")
-    loaded = {arm: [load_series(run, species) for run in runs] for arm, runs in arms.items()}
-    for arm, runs in loaded.items():
-        if not runs:
-            raise ValueError(f"arm {arm!r} has no runs: give at least one, better ten")
-    names = next(iter(loaded.values()))[0].species
-    for arm, runs in loaded.items():
-        for run in runs:
-            if run.species != names:
-                raise ValueError(
-                    f"arm {arm!r} has a run of {', '.join(run.species)}, the first arm of {', '.join(names)}: "
-                    "compare runs of the same species"
-                )
+    loaded, names = _load(arms, species)
     curves = {s: {arm: extinction_curve(runs, s) for arm, runs in loaded.items()} for s in names}
     cycles = {arm: [cycle_statistics(run, n_boot=n_boot, seed=seed) for run in runs] for arm, runs in loaded.items()}
     reference = next(iter(loaded))
@@ -81,6 +64,10 @@ def compare(
             arm: _effects(loaded[reference], runs, names, seed) for arm, runs in loaded.items() if arm != reference
         },
     }
+    for arm, runs in loaded.items():
+        rows = grids[arm].runs if arm in grids else [runs]
+        for s in names:
+            result["arms"][arm]["per_species"][s] |= _depths(rows, s)
     for arm, grid in grids.items():
         found = crossed(grid, by_run, n_boot=max(n_boot, 99), seed=seed)
         result["arms"][arm] |= {"crossed": found, "persistence": found["persistence"]}
@@ -91,8 +78,29 @@ def compare(
         result["arms"][arm]["policies"] = words
     result = clean(result)
     if out is not None:
-        _write(Path(out), result, loaded, curves, grids)
+        from ecs_eco.analysis.compare_page import write
+
+        write(Path(out), result, loaded, curves, grids)
     return result
+
+
+def _load(arms: Mapping[str, Sequence[Any]], species: Sequence[str] | None) -> tuple[dict[str, list[Series]], tuple[str, ...]]:
+    """Return the runs of each arm, and the species that they share; ValueError where that is nothing or not the same."""
+    if not arms:
+        raise ValueError("nothing to compare: give at least one arm, name → runs")
+    loaded = {arm: [load_series(run, species) for run in runs] for arm, runs in arms.items()}
+    for arm, runs in loaded.items():
+        if not runs:
+            raise ValueError(f"arm {arm!r} has no runs: give at least one, better ten")
+    names = next(iter(loaded.values()))[0].species
+    for arm, runs in loaded.items():
+        for run in runs:
+            if run.species != names:
+                raise ValueError(
+                    f"arm {arm!r} has a run of {', '.join(run.species)}, the first arm of {', '.join(names)}: "
+                    "compare runs of the same species"
+                )
+    return loaded, names
 
 
 def _grid_of(runs: Sequence[Series], training: Sequence[int]) -> Grid:
@@ -165,7 +173,6 @@ def _arm(
                 "median_period": _median([peak.period for c in found if (peak := c.peaks.get(s)) and s in c.cycling()]),
                 "pooled_p": _pooled([peak.p for c in found if (peak := c.peaks.get(s))]),
                 "cycling_ar1": sum((c.p_ar1.get(s) or 1.0) <= 0.05 for c in found),
-                **_depths(runs, s),
             }
             for i, s in enumerate(names)
         },
@@ -181,18 +188,31 @@ def _arm(
     }
 
 
-def _depths(runs: Sequence[Series], species: str) -> dict[str, Any]:
-    """Over runs, how mean depth follows the day; empty where there is no sun, no depth, or nobody lived two days."""
+def _depths(table: Sequence[Sequence[Series]], species: str) -> dict[str, Any]:
+    """Over runs, rows of training seeds, how mean depth follows the day; empty without a sun, a depth, or two days lived by somebody.
+
+    Where some runs have no cycle, the means of training seeds, or of world seeds where there is one, are the replicates.
+    """
     from ecs_eco.analysis.sea import depth_cycle, swimmers
 
-    if species not in swimmers(runs[0]):
+    if species not in swimmers(table[0][0]):
         return {}
-    found = [c for run in runs if (c := depth_cycle(run, species)) is not None]
-    if not found:
+    cycles = [[depth_cycle(run, species) for run in row] for row in table]
+    n = sum(c is not None for row in cycles for c in row)
+    if not n:
         return {}
-    shares = {"amplitude": [c.share for c in found], "along_day": [c.share * float(np.cos(c.fit.acrophase)) for c in found]}
-    r = [c.r for c in found if np.isfinite(c.r)]
-    return {"depth": {"n": len(found), **{k: float(np.mean(v)) for k, v in shares.items()}, "r": float(np.mean(r)) if r else None}}
+    of = {"amplitude": lambda c: c.share, "along_day": lambda c: c.share * float(np.cos(c.fit.acrophase)), "r": lambda c: c.r}
+    found = {word: np.array([[np.nan if c is None else value(c) for c in row] for row in cycles]) for word, value in of.items()}
+    return {"depth": {"n": n, **{word: _mean_of(values) for word, values in found.items()}}}
+
+
+def _mean_of(values: np.ndarray) -> Any:
+    """Mean and 95 % interval of a table of training seeds × world seeds with gaps; None where all of it is one."""
+    if np.isfinite(values).all():
+        return mean_interval(values)
+    rows = values if len(values) > 1 else values.T
+    means = [float(np.nanmean(row)) for row in rows if np.isfinite(row).any()]
+    return mean_interval(np.array([means])) if means else None
 
 
 def _pooled(p: Sequence[float]) -> float:
@@ -259,165 +279,3 @@ def clean(x: Any) -> Any:
     if isinstance(x, float | np.floating):
         return float(x) if np.isfinite(x) else None
     return x
-
-
-def _interval(x: Sequence[float]) -> str:
-    return f"{number(x[0])} ({number(x[1])} … {number(x[2])})"
-
-
-def _write(
-    out: Path,
-    result: dict[str, Any],
-    loaded: Mapping[str, Sequence[Series]],
-    curves: Mapping[str, Mapping[str, SurvivalCurve]],
-    grids: Mapping[str, Grid],
-) -> None:
-    write_text(out / "compare.json", json.dumps(result, indent=1, ensure_ascii=False, allow_nan=False) + "\n")
-    until = max(arm["ticks"] for arm in result["arms"].values())
-    shown = [s for s in result["species"] if any(c.died.any() for c in curves[s].values())]
-    pictures = [
-        picture(
-            figures.save(figures.survival(curves[s], until, f"{s} persists"), out / "figures" / f"survival_{s}.png"),
-            _CURVE.format(s),
-        )
-        for s in shown
-    ]
-    pictures.append(picture(figures.save(figures.arms(loaded), out / "figures" / "numbers.png"), _MEANS))
-    drawn = {arm: _draw_grid(out / "figures", arm, grid) for arm, grid in grids.items()}
-    write_text(out / "compare.html", page("Comparison of " + ", ".join(result["arms"]), *_blocks(result, pictures, drawn)))
-
-
-def _draw_grid(folder: Path, arm: str, grid: Grid) -> list[str]:
-    """Survival by training seed and the map of first extinctions of one arm, as HTML."""
-    curve = figures.save(crossed_figures.persistence(grid, f"{arm}: all species persist"), folder / f"persistence_{arm}.png")
-    cells = figures.save(crossed_figures.lifetimes(grid, f"{arm}: first extinction"), folder / f"first_extinction_{arm}.png")
-    return [picture(curve, _BY_SEED), picture(cells, _CELLS)]
-
-
-_CURVE = "Share of runs in which {} lives (Kaplan–Meier, 95 % bands)."
-_BY_SEED = "Share of runs in which all species live: all runs thick, with a band over both kinds of seeds (95 %); each training seed thin."
-_CELLS = "The tick at which the first species died out, and which it was, by training seed and world seed."
-_MEANS = "Numbers over time: every run thin, the median over runs thick."
-
-
-def _opening(result: dict[str, Any]) -> str:
-    """What the page opens with: in how many runs of each arm all species persisted, and who died out of what."""
-    lines = "".join(f"<p>{escape(arm)}: {escape(text)}</p>" for arm, text in result["opening"].items())
-    lost = any(a["persisted"] < a["n"] for a in result["arms"].values())
-    return f"<div class='verdict{' lost' if lost else ''}'>{lines}</div>"
-
-
-def _crossed_blocks(result: dict[str, Any], drawn: Mapping[str, Sequence[str]]) -> list[str]:
-    """The crossed design of the arms that have one: by training seed, and whence the variance comes."""
-    found = {arm: a["crossed"] for arm, a in result["arms"].items() if "crossed" in a}
-    if not found:
-        return []
-    blocks = ["<h2>Training seed and world seed</h2>"]
-    for arm, c in found.items():
-        worlds = len(c["world_seeds"])
-        each = ", ".join(f"{seed}: {kept}" for seed, kept in c["persisted_by_training_seed"].items())
-        blocks.append(
-            f"<p>{escape(arm)}: {len(c['training_seeds'])} training seeds × {worlds} world seeds. Runs of {worlds} in which all "
-            f"persist, by training seed: {each}. The {len(c['training_seeds']) * worlds} runs say as much about that share as "
-            f"{number(c['effective_runs'])} independent ones would.</p>"
-        )
-        blocks += drawn[arm]
-    rows = [
-        [arm, outcome, x["n"], *(_share(x["share"][effect]) for effect in EFFECTS)]
-        for arm, c in found.items()
-        for outcome, x in c["variance_shares"].items()
-    ]
-    if rows:
-        blocks.append(_SHARES)
-        blocks.append(table(["arm", "outcome", "runs", *EFFECTS], rows))
-    return blocks
-
-
-def _share(x: Sequence[float]) -> str:
-    return "–" if x[0] is None else f"{x[0]:.2f} ({x[1]:.2f} … {x[2]:.2f})"
-
-
-_SHARES = (
-    "<p>Whence the variance comes: shares of training seed, of world seed and of the rest, which is chance and the interaction of both. "
-    "“Persisted” counts as 0 and 1, on the linear scale; a time that the end of the run cut off counts as the whole run; a period is told "
-    "where a run cycles. A dash: nothing varies. Intervals by a two-way bootstrap.</p>"
-)
-
-
-def _blocks(result: dict[str, Any], pictures: Sequence[str], drawn: Mapping[str, Sequence[str]]) -> list[str]:
-    arms, names = result["arms"], result["species"]
-    who = [
-        [arm, a["n"], f"{a['ticks']:,}", a["persisted"], _interval(a["persistence"])]
-        + [
-            f"{a['per_species'][s]['extinctions']} of {a['n']}, median {number(a['per_species'][s]['median_extinction'])}"
-            for s in names
-        ]
-        for arm, a in arms.items()
-    ]
-    cycling = [
-        [
-            arm,
-            s,
-            f"{x['cycling']} of {x['long_enough']}",
-            number(x["pooled_p"], 2),
-            f"{x['cycling_ar1']} of {x['long_enough']}",
-            number(x["median_period"]),
-            number(x["mean_number"]),
-        ]
-        for arm, a in arms.items()
-        for s, x in a["per_species"].items()
-    ]
-    lag = [
-        [
-            arm,
-            pair,
-            x["n"],
-            f"{number(x['median'])} ({number(x['low'])} … {number(x['high'])})",
-            number(a["coupling"].get(pair, {}).get("p")),
-        ]
-        for arm, a in arms.items()
-        for pair, x in a["lags"].items()
-        if x["n"]
-    ]
-    gaps = [
-        [arm, s, _interval(x["lifetime"]), number(x["log_rank_p"]), _interval(x["mean_number"])]
-        for arm, e in result["effects"].items()
-        for s, x in e["per_species"].items()
-    ]
-    blocks = [
-        f"<h1>Comparison of {len(arms)} arms</h1>",
-        _opening(result),
-        "<p class='under'>Seeds are the replicates. Intervals are 95 %.</p>",
-        *(f"<p class='under'>{escape(arm)} runs with {escape(a['policies'])}.</p>" for arm, a in arms.items() if "policies" in a),
-        "<h2>Who persists</h2>",
-        table(["arm", "runs", "ticks", "all persist", "share", *(f"{s} extinct" for s in names)], who),
-        *pictures[:-1],
-        *_crossed_blocks(result, drawn),
-    ]
-
-    if gaps:
-        share = [[arm, _interval(e["persistence"])] for arm, e in result["effects"].items()]
-        blocks += [
-            f"<h2>Against {result['reference']}</h2>",
-            table(["arm", "share that persists, difference (Newcombe)"], share),
-        ]
-        blocks.append(
-            table(["arm", "species", "ticks lived, difference", "log-rank p", "mean number, difference"], gaps)
-        )
-    blocks += ["<h2>Numbers</h2>", pictures[-1], "<h2>Cycles</h2>"]
-    blocks.append(
-        "<p>Runs whose spectrum has a peak beyond red noise that only relaxes (p ≤ .05 in each run; by luck 1 in 20), "
-        "and beyond AR(1), which calls smooth series periodic.</p>"
-    )
-    blocks.append(
-        table(
-            ["arm", "species", "cycling", "p over all seeds", "beyond AR(1)", "median period [ticks]", "mean number"],
-            cycling,
-        )
-    )
-    if lag:
-        blocks += [
-            "<p>Lags as share of the period, over cycling runs; p tests the pair against pairs from different runs.</p>"
-        ]
-        blocks.append(table(["arm", "pair", "runs", "median lag", "coupling p"], lag))
-    return blocks

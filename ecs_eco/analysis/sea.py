@@ -57,6 +57,11 @@ def hours_of(series: Series, ticks: np.ndarray) -> np.ndarray:
     return np.asarray((np.asarray(ticks, float) * series.dt / sun["day"] + sun["start"]) % 1.0)
 
 
+def _part_of_day(series: Series, ticks: np.ndarray) -> np.ndarray:
+    """Which of the HOURS parts of the day ticks fall in: i64; a tick at a full hour, to rounding, begins it."""
+    return np.floor(hours_of(series, ticks) * HOURS + 1e-6).astype(np.int64) % HOURS
+
+
 def surface_light(series: Series, ticks: np.ndarray | None = None) -> np.ndarray:
     """Light at the surface at ticks (all of the run), f64[ticks]; what interventions did to it is not in it."""
     config = series.manifest["config"]
@@ -80,6 +85,20 @@ def depth_cycle(series: Series, species: str) -> DepthCycle | None:
     return DepthCycle(len(depth) / day, fit, float(series.manifest["config"]["space"]["size"][2]), p, r)
 
 
+def day_by_hour(series: Series, species: str) -> np.ndarray:
+    """Mean depth of a species [m] by hour of the day, f64[HOURS], the first day left out; NaN where none lived at that hour."""
+    lived = (series.of(species) > 0) & (series.ticks >= series.ticks[0] + day_of(series))
+    hour = _part_of_day(series, series.ticks[lived])
+    n = np.bincount(hour, minlength=HOURS)
+    return np.bincount(hour, series.of(species, "depth_mean")[lived], HOURS) / np.where(n > 0, n, np.nan)
+
+
+def mean_of_there(values: np.ndarray) -> np.ndarray:
+    """Mean over rows f64[n, k] of what is there: f64[k], NaN where nothing is."""
+    there = np.isfinite(values)
+    return np.where(there, values, 0.0).sum(0) / np.where(there.any(0), there.sum(0), np.nan)
+
+
 def swimmers(series: Series) -> list[str]:
     """Species of a run that move by themselves and were there."""
     known = series.manifest.get("config", {}).get("species", {})
@@ -96,7 +115,7 @@ def depths_by_hour(run: Path | str, series: Series, layers: int = 15) -> dict[st
     for file in parts(run, "snapshots"):
         found = read_part(file, ["tick", "species", "z"], seal.has_seals(Path(run)))
         tick, z, name = found["tick"].to_numpy(), found["z"].to_numpy(), found["species"].cast("string").to_numpy(zero_copy_only=False)
-        hour = np.minimum((hours_of(series, tick) * HOURS).astype(int), HOURS - 1)
+        hour = _part_of_day(series, tick)
         layer = np.clip(((top - z) / top * layers).astype(int), 0, layers - 1)
         for s, counts in out.items():
             mine = (name == s) & (tick >= series.ticks[0] + day_of(series))

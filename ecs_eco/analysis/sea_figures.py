@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ecs_eco.analysis.figures import _grid, _styled
+from ecs_eco.analysis.figures import _colors, _grid, _styled
 from ecs_eco.analysis.runs import Series
-from ecs_eco.analysis.sea import AROUND, HOURS, Escape, surface_light
+from ecs_eco.analysis.sea import AROUND, HOURS, Escape, day_by_hour, day_of, hours_of, mean_of_there, surface_light
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -57,6 +57,40 @@ def by_hour(shares: Mapping[str, np.ndarray], height: float, light: np.ndarray) 
     axes[1, 0].set_ylabel("depth [m]")
     figure.colorbar(seen, ax=axes[1].tolist(), label="share of the species", pad=0.015)
     return figure
+
+
+@_styled
+def arms(runs: Mapping[str, Sequence[Series]], species: Sequence[str]) -> Figure:
+    """Mean depth by hour of the day in each arm (columns) of each species (rows): every run thin, the mean over runs thick."""
+    figure, axes = _grid(len(species), len(runs), 2.6 * len(runs) + 1, 2.3 * len(species) + 0.5, sharex=True, sharey=True)
+    first = next(iter(runs.values()))[0]
+    hue, height = _colors(first), float(first.manifest["config"]["space"]["size"][2])
+    for column, (arm, members) in enumerate(runs.items()):
+        for ax, s in zip(axes[:, column], species, strict=True):
+            days = np.array([day_by_hour(run, s) for run in members])
+            _night(ax, members[0])
+            hours = np.arange(HOURS) + 0.5
+            ax.plot(hours, days.T, color=hue[s], lw=0.6, alpha=0.5)
+            ax.plot(hours, mean_of_there(days), color=hue[s], lw=2.2)
+            ax.set(xlim=(0, 24), xticks=[0, 6, 12, 18, 24], ylim=(height, 0))
+            ax.grid(visible=False)
+        axes[0, column].set_title(f"{arm} (n = {len(members)})")
+        axes[-1, column].set_xlabel("hour")
+    for ax, s in zip(axes[:, 0], species, strict=True):
+        ax.set_ylabel(f"mean depth of {s} [m]")
+    return figure
+
+
+def _night(ax: Any, run: Series) -> None:
+    """Grey where the light at the surface is less than a hundredth of the day's most."""
+    day = day_of(run)
+    if not day:
+        return
+    ticks = run.ticks[0] + np.arange(day)
+    light, hours = surface_light(run, ticks), hours_of(run, ticks) * 24
+    order = np.argsort(hours)
+    dark = light[order] < 0.01 * max(float(light.max()), 1e-9)
+    ax.fill_between(hours[order], 0, 1, where=dark, transform=ax.get_xaxis_transform(), color=NIGHT, alpha=0.5, lw=0)
 
 
 @_styled

@@ -244,14 +244,13 @@ def run_one(arm: Arm, seed: int, ticks: int, out: Path) -> Any:
         _running = False
 
 
-
 def tell(
     out: Path, runs: dict[str, list[Path]], training: dict[str, list[int]] | None = None, policies: dict[str, str] | None = None
 ) -> None:
     """Compare the arms, write the comparison, and say it: first in how many runs all persisted, then a table."""
     from rich.console import Console
     from rich.markup import escape
-    from rich.table import Table
+    from rich.table import Column, Table
 
     from ecs_eco.analysis.compare import compare
 
@@ -271,10 +270,11 @@ def tell(
     for name, arm in found["arms"].items():
         for species, row in arm["per_species"].items():
             if d := row.get("depth"):
-                r = "" if d["r"] is None else f", correlation with light {d['r']:.2f}"
-                say(f"  {name}: depth of {species} over the day, means of {d['n']} runs: amplitude {d['amplitude']:.0%} of the water, "
-                    f"{d['along_day']:+.0%} along the sun{r}")  # fmt: skip
-    table = Table("arm", "runs", "all persist", "species", "mean number", "died out in")
+                r = "" if d["r"] is None else f", correlation with light {d['r'][0]:.2f}"
+                say(f"  {name}: depth of {species} over the day, means of {d['n']} runs: amplitude {d['amplitude'][0]:.0%} of the water, "
+                    f"{d['along_day'][0]:+.0%} along the sun{r}")  # fmt: skip
+    head = ("arm", "runs", "all persist", "species", "mean number", "died out in")
+    table = Table(*(Column(word, overflow="fold", no_wrap=word in ("arm", "species")) for word in head))
     for name, arm in found["arms"].items():
         first = [escape(name), str(arm["n"]), str(arm["persisted"])]
         for species, row in arm["per_species"].items():

@@ -8,6 +8,7 @@ import pytest
 
 from ecs_eco import World
 from ecs_eco.analysis import sea
+from ecs_eco.analysis.compare import compare
 from ecs_eco.analysis.migration import Tracks, follow
 from ecs_eco.analysis.runs import Series, load_series
 from ecs_eco.components import Position
@@ -54,6 +55,32 @@ def test_who_died_is_looked_at_as_long_as_it_lived_and_two_days_are_needed(small
     assert found.fit.amplitude == pytest.approx(4.0)
     assert np.isnan(found.p)
     assert sea.depth_cycle(wave(small, alive=2 * DAY - 1), "copepod") is None
+
+
+def test_the_day_by_hours_leaves_the_first_one_out_and_knows_when_nobody_lived(small):
+    found = sea.day_by_hour(wave(small, alive=2 * DAY + DAY // 2), "copepod")  # begins at six
+    hours = np.arange(DAY) / DAY
+    depth = 8 + 4 * np.cos(2 * np.pi * (hours - 0.5))
+    assert found == pytest.approx(depth.reshape(24, 2).mean(1), abs=1e-6)
+    gone = sea.day_by_hour(wave(small, alive=DAY + DAY // 2), "copepod")  # of the second day only from six to eighteen
+    assert np.isfinite(gone).tolist() == [6 <= h < 18 for h in range(24)]
+    assert sea.mean_of_there(np.array([[1.0, np.nan, np.nan], [3.0, 5.0, np.nan]])) == pytest.approx([2, 5, np.nan], nan_ok=True)
+
+
+def test_arms_are_compared_by_depth(small, tmp_path):
+    def runs(amplitude, lag):
+        return [wave(small, a, lag) for a in amplitude]
+
+    found = compare({"sea": runs((4.0, 4.2, 3.8), 0.0), "inverted": runs((2.0, 2.0, 2.0), 0.5)}, tmp_path, n_boot=19)
+    one, two = (found["arms"][arm]["per_species"]["copepod"]["depth"] for arm in ("sea", "inverted"))
+    assert one["n"] == 3
+    value, low, high = one["along_day"]
+    assert value == pytest.approx(0.25)
+    assert high - low == pytest.approx(2 * 4.303 * (0.2 / 16) / 3**0.5, rel=1e-3)  # Student's t of two degrees of freedom
+    assert two["along_day"][0] == pytest.approx(-0.125)
+    assert two["r"][0] < -0.9
+    assert "Depth over the day" in (tmp_path / "compare.html").read_text()
+    assert (tmp_path / "figures" / "depth.png").is_file()
 
 
 def test_a_world_without_sun_or_depth_has_no_day(small):
