@@ -7,7 +7,8 @@ const SAFE = [["#009E73", 125], ["#E69F00", 38], ["#D55E00", 2], ["#56B4E9", 198
 
 /** Stops of ramps from low to high; their lightness rises steadily, or falls to both sides from the middle. */
 const RAMPS = {
-  sequential: ["#440154", "#472d7b", "#3b528b", "#2c728e", "#21918c", "#28ae80", "#5ec962", "#addc30", "#fde725"], // viridis
+  // as viridis, whose dark end would be lost on a dark ground
+  sequential: ["#6247a8", "#5558ab", "#3f6fa0", "#2a8093", "#21918c", "#28ae80", "#5ec962", "#addc30", "#fde725"],
   diverging: ["#b35806", "#e08214", "#fdb863", "#e9e2d6", "#b2c7e0", "#6f9fd0", "#2166ac"],
 };
 
