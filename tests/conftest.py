@@ -1,9 +1,13 @@
 """Worlds that tests are made of; what puts organisms in place is ecs_eco.testing's."""
 
 import copy
+import signal
 
 import esper
 import pytest
+
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # begun in the background: else commands that tests stop would never hear of it
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 PHYSICAL = {"temperature": 311.0, "pressure": 13_000.0, "electric_current": 1e-6, "luminous_intensity": 0.02}
 
