@@ -58,7 +58,7 @@ class World:
         self.next_uid = 1
         self.ticking = False  # whether a tick is under way
         self.stopping = False  # whether `run` is to return after this tick
-        self.between: Callable[[], None] | None = None  # called before every tick, when a viewer may look, ask for an intervention, wait
+        self.between: Callable[[], Any] | None = None  # called before every tick, when a viewer may look, ask for an intervention, wait
         self.on_death: list[Callable[[Table, np.ndarray], None]] = []
         self.on_birth: list[Callable[[Table, np.ndarray, np.ndarray, np.ndarray], None]] = []
         self._indexes: dict[str, Index] = {}

@@ -6,11 +6,13 @@ import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from ecs_eco.errors import CheckpointError, RecordingError
 from ecs_eco.record import checkpoint, frozen, seal
+from ecs_eco.record.asked import Asked, ask_again
 from ecs_eco.record.details import how_many
 from ecs_eco.record.folder import Folder, genes_of, git_commit, versions
 
@@ -110,7 +112,9 @@ def fork(path: str | Path, out: str | Path, from_tick: int | None = None, change
         raise CheckpointError(f"{path}: has no checkpoint at or before tick {from_tick}; run it with --checkpoint-every N")
     world = World.restore(found, threads=threads, record=False)
     if from_tick is not None and from_tick > world.tick:
+        world.between = partial(ask_again, world, manifest)
         world.run(from_tick - world.tick)
+        world.between = None
     if changes:
         from ecs_eco.config.loading import changed
         from ecs_eco.worlds.retune import retune
@@ -123,6 +127,7 @@ def fork(path: str | Path, out: str | Path, from_tick: int | None = None, change
     manifest |= {
         "config": world.config.resolved(), "config_hash": world.config.config_hash, "ticks": until, "command": command, "wall_seconds": 0.0,
         "versions": versions(), "git_commit": git_commit(), "forked": {"from": str(path), "tick": world.tick, "changes": told},
+        "asked": [],
     }  # fmt: skip
     folder = _record(world, out, manifest)
     if prepare is not None:
@@ -221,6 +226,7 @@ def _go(world: Any, folder: Folder, manifest: dict[str, Any], until: int, progre
     """Let a recorded world run to a tick, with checkpoints; leave everything whole whatever happens."""
     every, path = manifest.get("checkpoint_every") or 0, folder.path
     first, spent, whole = world.tick, float(manifest.get("wall_seconds", 0.0)), False
+    asked = Asked(world, manifest, lambda: seal.write_manifest(path, manifest))
     start = time.perf_counter()
     try:
         with _stopping(world):
@@ -232,11 +238,13 @@ def _go(world: Any, folder: Folder, manifest: dict[str, Any], until: int, progre
                     manifest["startup_seconds"], start = time.perf_counter() - begin, time.perf_counter()
                 if every and world.tick % every == 0 and world.tick < until:
                     _checkpoint(world, folder, manifest)
-                    seal.write_manifest(path, manifest | _state(world) | {"parts": dict(folder.parts)})
+                    manifest |= _state(world) | {"parts": dict(folder.parts)}
+                    seal.write_manifest(path, manifest)
         whole = True
     except OSError as error:
         raise RecordingError(_cannot_write(error, world, path)) from error
     finally:
+        world.between = asked.before
         manifest["wall_seconds"] = spent + time.perf_counter() - start
         _close(world, folder, manifest, finished=whole and world.tick >= until, last=whole)
     if not manifest["finished"]:

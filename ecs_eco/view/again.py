@@ -12,6 +12,7 @@ import numpy as np
 from ecs_eco.components import Biology
 from ecs_eco.errors import CheckpointError, ConfigError, RecordingError
 from ecs_eco.record import checkpoint
+from ecs_eco.record.asked import ask_again
 from ecs_eco.record.details import KIND
 from ecs_eco.view.parts import Columns
 
@@ -51,12 +52,10 @@ def compute(path: Path, manifest: dict[str, Any], tick: int, end: int, recorded:
     living = sum(n for n in recorded(tick)["n"].tolist())
     room = max(10, ROWS // max(1, living))
     first, last = max(at, tick - min(BEFORE, room // 4)), min(end, tick + min(AFTER, room // 2))
-    asked = _asked(world, manifest)
 
     def between() -> None:
         world.stopping = halt()
-        for what in asked(world):
-            world.intervene(what)
+        ask_again(world, manifest)
 
     world.stopping, world.between = False, between
     world.run(first - at, None if progress is None else lambda done, _: progress(done, last + 1 - at))
@@ -86,18 +85,6 @@ def _near(path: Path, manifest: dict[str, Any], tick: int) -> Any:
         raise CheckpointError(f"{path}: no checkpoint at or before tick {tick} is left")
     how = {"seed": manifest["seed"], "policies": manifest["policies"], "learn": manifest["learn"], "controls": manifest.get("controls", ())}
     return World.from_config(load(manifest["config"]), record=False, **how)
-
-
-def _asked(world: Any, manifest: dict[str, Any]) -> Callable[[Any], list[dict[str, Any]]]:
-    """Return a function of the world: what was asked for by hand for the tick that comes, after what its file plans."""
-    done = [(int(tick), dict(what)) for tick, what in manifest.get("intervened", []) if isinstance(what, dict)]
-
-    def due(world: Any) -> list[dict[str, Any]]:
-        now = [what for tick, what in done if tick == world.tick]
-        planned = sum(x.due(world.tick) for x in world.config.interventions) if now else 0
-        return [{key: value for key, value in what.items() if key != "at"} for what in now[planned:]]
-
-    return due
 
 
 def _note_sexes(world: Any, sexes: dict[int, int]) -> None:

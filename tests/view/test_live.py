@@ -13,7 +13,7 @@ from ecs_eco.config import load
 from ecs_eco.config.living import refused
 from ecs_eco.config.loading import changed
 from ecs_eco.errors import ConfigError
-from ecs_eco.record import resume, run_to_folder
+from ecs_eco.record import fork, resume, run_to_folder
 from ecs_eco.record.repeat import repeat, repeatable
 from ecs_eco.view.live import Live
 from ecs_eco.view.player import Player
@@ -87,6 +87,37 @@ def test_what_pages_do_is_the_same_in_a_world_file():
     again = World.from_config(file, seed=5, policies="random", record=False).run(20)
     assert seen.digest() == again.digest()
     assert seen.digest() != small().run(20).digest()
+
+
+def acting(acts, dies=None):
+    """Somebody who acts before these ticks, until the power fails."""
+
+    def prepare(world):
+        def between():
+            if world.tick == dies:
+                raise RuntimeError("the power failed")
+            if world.tick in acts:
+                world.intervene(acts[world.tick])
+
+        world.between = between
+
+    return prepare
+
+
+def test_what_was_asked_for_after_the_last_checkpoint_of_a_run_that_died_is_done_again(tmp_path):
+    config = load("predator-prey", SMALL)
+    whole = run_to_folder(config, 5, 20, tmp_path / "whole", "random", prepare=acting(ACTS), report=False)
+    with pytest.raises(RuntimeError, match="the power failed"):
+        run_to_folder(config, 5, 20, tmp_path / "run", "random", prepare=acting(ACTS, dies=11), checkpoint_every=6, report=False)
+    fork(tmp_path / "run", tmp_path / "fork", from_tick=10, until=20, report=False)  # before the last of them: without it
+    manifest = resume(tmp_path / "run", 20, report=False, prepare=acting({12: ACTS[12]}))
+    assert [tick for tick, _ in manifest["intervened"]] == list(ACTS)
+    assert [tick for tick, _ in manifest["asked"]] == list(ACTS)
+    assert manifest["digest"] == whole["digest"]
+    earlier = acting({tick: act for tick, act in ACTS.items() if tick < 12})
+    without = run_to_folder(config, 5, 20, tmp_path / "without", "random", prepare=earlier, report=False)
+    assert json.loads((tmp_path / "fork" / "manifest.json").read_text())["digest"] == without["digest"]
+    assert repeat(tmp_path / "run")["same"]
 
 
 def test_a_run_that_goes_on_is_watched_and_what_is_done_then_is_repeated_too(tmp_path):

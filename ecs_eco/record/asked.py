@@ -1,0 +1,42 @@
+"""What was asked of a run by hand: noted in its manifest before it is carried out, and asked for again where ticks are run again."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from ecs_eco.systems.intervene import Intervene
+
+
+def waiting(world: Any) -> list[dict[str, Any]]:
+    """Return what was asked for and is to be carried out in the tick that comes, as a world file would say it."""
+    found = next((s for s in world.systems if isinstance(s, Intervene)), None)
+    return [] if found is None else [what.once(world.tick) for what in found.asked]
+
+
+def ask_again(world: Any, manifest: dict[str, Any]) -> int:
+    """Ask for what was asked for in the tick that comes; return how much that was."""
+    due = [what for tick, what in manifest.get("asked", []) if tick == world.tick]
+    for what in due:
+        world.intervene({key: value for key, value in what.items() if key != "at"})
+    return len(due)
+
+
+class Asked:
+    """Looks before every tick, with what the world had there before, at what is asked for, and has `note()` write the manifest."""
+
+    def __init__(self, world: Any, manifest: dict[str, Any], note: Callable[[], None]) -> None:
+        self.world, self.manifest, self.note, self.before = world, manifest, note, world.between
+        world.between = self.look
+
+    def look(self) -> None:
+        """Ask again for what is in the manifest, and write what is new."""
+        first = len(waiting(self.world))
+        known = ask_again(self.world, self.manifest)
+        if self.before is not None:
+            self.before()
+        found = waiting(self.world)
+        new = found[:first] + found[first + known :]
+        if new:
+            self.manifest["asked"] = [*self.manifest.get("asked", []), *([self.world.tick, what] for what in new)]
+            self.note()
