@@ -1,0 +1,129 @@
+"""Do krill learn to hunt, and do copepods still migrate among krill that learned, frozen and while both go on learning?
+
+The world learning-krill: both are trained at a time, from random weights, each the other's teacher; a training seed is a replicate.
+
+    hunt      krill among copepods that know nothing, with numbers held constant: what they catch, what they burn, and when they chase
+    life      20 days after the first: cosinor of mean depth of copepods
+
+`learned` are policies of the training, `untrained` are random weights, `reflex` are the krill of diel-migration, to whom speed costs less.
+A training takes about a minute of CPU and is kept, a case 3 to 20 s.
+"""
+
+import sys
+from pathlib import Path
+from typing import Any
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+import numpy as np
+from _study import Study, verdict
+from diel_migration import by_training, contrast, interval, swing
+
+WORLD = "learning-krill"
+HELD = {'training.set."species.krill.count"': 40, 'training.set."species.krill.max_count"': 40}
+ARMS: dict[str, dict[str, Any]] = {
+    "hunt: learned": {"krill": "learned"},
+    "hunt: untrained": {"krill": "untrained"},
+    "hunt: reflex": {"krill": "reflex"},
+    "life": {"learn": False},
+    "life: both go on learning": {"learn": True},
+}
+TRAINING_SEEDS, SEEDS = tuple(range(1, 7)), (301, 302)
+
+
+def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
+    """Train, or find the policies, let one world live, and measure."""
+    from _sea import life, policies_of
+
+    from ecs_eco import World
+    from ecs_eco.config import load
+
+    arm, name, seed = ARMS[case["arm"]], WORLD, case["seed"]
+    policies: Any = {"copepod": "untrained"}
+    if arm.get("krill") == "reflex":
+        name, held = "diel-migration", {k: v for k, v in HELD.items() if "max" not in k}
+    else:
+        held = HELD
+        folder = str(policies_of({"world": WORLD, "short training": config["training_ticks"]}, {"set": config["set"]}, case["training"]))
+        policies = folder if "learn" in arm else policies | {"krill": folder if arm["krill"] == "learned" else "untrained"}
+    if "learn" in arm:
+        return life(World.from_config(load(name, config["set"]), seed=seed, policies=policies, learn=arm["learn"]), config["days"])
+    seed += 1000 * case["training"]  # untrained networks are drawn by the seed of the world
+    return hunts(World.from_config(load(name, config["set"] | held), seed=seed, policies=policies, learn=False, training=True), config["days of hunting"])
+
+
+def hunts(world: Any, days: int) -> dict[str, Any]:
+    """What krill catch and burn a day, and how often they are fast while they see a copepod and while they see none."""
+    from ecs_eco.components import Nervous
+    from ecs_eco.nervous.thoughts import thinkers
+
+    krill, day = world.tables["krill"], round(world.config.sun.day / world.dt)
+    nerves = krill.traits["nerves"]
+    near, fast = list(nerves.channels).index("copepod_near"), nerves.actions.index(("speed", "chase"))
+    chases, ticks = np.zeros(2), np.zeros(2)
+    for _ in range(days * day):
+        world.step()
+        rows, at = thinkers(krill)
+        sees, chasing = nerves.x[at, near] > 0, krill[Nervous].decision[rows, fast] > 0
+        for seen in (0, 1):
+            chases[seen] += chasing[sees == seen].sum()
+            ticks[seen] += (sees == seen).sum()
+    from ecs_eco.analysis.runs import load_series
+
+    series = load_series(world.series())
+    caught, per = float(series.of("copepod", "died: eaten by krill").sum()), float(krill.n * days)
+    share = chases / np.maximum(ticks, 1)
+    return {"caught": caught / per, "burnt": float(series.of("krill", "burnt").sum()) / per, "chase, sees none": share[0], "chase, sees one": share[1]}
+
+
+def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
+    """Verdicts on hunting and migration, and a table of what krill do."""
+    there = {c["case"]["arm"] for c in cases}
+    out = []
+    words = {"caught": "catches a krill and day", "per energy": "catches a unit of energy burnt", "choice": "share of ticks in chase, seeing a copepod less seeing none"}
+    of = {"caught": lambda r: r["caught"], "per energy": lambda r: r["caught"] / r["burnt"] if r["burnt"] else None,
+          "choice": lambda r: r["chase, sees one"] - r["chase, sees none"]}  # fmt: skip
+    if {"hunt: learned", "hunt: untrained"} <= there:
+        for key, value in of.items():
+            gap, _ = contrast(*(by_training(cases, arm, value) for arm in ("hunt: learned", "hunt: untrained")))
+            goal = "reported" if key == "caught" else "above 0"
+            out.append(verdict(f"{words[key]}, learned less untrained (95 %)", gap, goal, goal == "reported" or gap[1] > 0))
+    for arm in ("life", "life: both go on learning"):
+        found = [c["result"]["cycle"] for c in cases if c["case"]["arm"] == arm]
+        if found:
+            n, amplitude = len(found), float(np.median([0.0 if c is None else c["amplitude"] for c in found]))
+            steady = sum(c is not None and c["r"] is not None and c["r"] >= 0.6 for c in found)
+            deeper = sum(c is not None and c["vector"][0] > 0 for c in found)
+            along = interval(by_training(cases, arm, swing))
+            out += [verdict(f"{arm}: amplitude of copepods along the day over training seeds, mean (95 %)", along, "above 0", along[1] > 0),
+                    verdict(f"{arm}: amplitude, median of runs", round(amplitude, 3), "at least 0.25", amplitude >= 0.25),
+                    verdict(f"{arm}: runs in which copepods are deeper by day", f"{deeper} of {n}", "all", deeper == n),
+                    verdict(f"{arm}: runs in which mean depth correlates with light by at least 0.6", f"{steady} of {n}", "at least 90 %", steady >= 0.9 * n)]  # fmt: skip
+    rows = [[arm, *(interval(by_training(cases, arm, lambda r, k=k: r[k])) for k in ("caught", "burnt", "chase, sees one", "chase, sees none"))]
+            for arm in ARMS if arm in there and "krill" in ARMS[arm]]  # fmt: skip
+    head = ["arm", "catches a krill and day (95 %)", "energy burnt", "share of ticks in chase, seeing a copepod", "seeing none"]
+    return {"verdicts": out, "table": {"head": head, "rows": rows}}
+
+
+def depends(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
+    """What of the configuration a case depends on: its arm and both worlds."""
+    from ecs_eco.config import load
+
+    return {"arm": ARMS[case["arm"]], "worlds": [load(w).config_hash for w in (WORLD, "diel-migration")], **config}
+
+
+STUDY = Study(
+    name="learning_krill",
+    claim="Krill learn to hunt while copepods learn to hide, and copepods migrate among them, frozen and while both go on learning.",
+    config={"set": {}, "days": 20, "days of hunting": 3, "training_ticks": None},
+    cases=[{"arm": arm, "training": t, "seed": s} for s in SEEDS for arm in ARMS for t in TRAINING_SEEDS],
+    run=run,
+    summarise=summarise,
+    depends=depends,
+    short_cases=[{"arm": arm, "training": 1, "seed": 301} for arm in ARMS],
+    short_config={"days": 2, "days of hunting": 1, "training_ticks": 20,
+                  "set": {"sun.day": 60.0, "species.copepod.count": 40, "species.phytoplankton.count": 200, "species.copepod.ppo.horizon": 10}},
+)  # fmt: skip
+
+if __name__ == "__main__":
+    STUDY.main()
