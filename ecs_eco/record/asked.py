@@ -14,12 +14,10 @@ def waiting(world: Any) -> list[dict[str, Any]]:
     return [] if found is None else [what.once(world.tick) for what in found.asked]
 
 
-def ask_again(world: Any, manifest: dict[str, Any]) -> int:
-    """Ask for what was asked for in the tick that comes; return how much that was."""
-    due = [what for tick, what in manifest.get("asked", []) if tick == world.tick]
-    for what in due:
+def ask_again(world: Any, manifest: dict[str, Any]) -> None:
+    """Ask for what was asked for in the tick that comes and does not wait already: a checkpoint holds what waits."""
+    for what in _without([what for tick, what in manifest.get("asked", []) if tick == world.tick], waiting(world)):
         world.intervene({key: value for key, value in what.items() if key != "at"})
-    return len(due)
 
 
 class Asked:
@@ -31,12 +29,22 @@ class Asked:
 
     def look(self) -> None:
         """Ask again for what is in the manifest, and write what is new."""
-        first = len(waiting(self.world))
-        known = ask_again(self.world, self.manifest)
+        ask_again(self.world, self.manifest)
         if self.before is not None:
             self.before()
-        found = waiting(self.world)
-        new = found[:first] + found[first + known :]
+        known = self.manifest.get("asked", [])
+        new = _without(waiting(self.world), [what for tick, what in known if tick == self.world.tick])
         if new:
-            self.manifest["asked"] = [*self.manifest.get("asked", []), *([self.world.tick, what] for what in new)]
+            self.manifest["asked"] = [*known, *([self.world.tick, what] for what in new)]
             self.note()
+
+
+def _without(some: list[Any], others: list[Any]) -> list[Any]:
+    """Return some without others, each of these once."""
+    left, out = list(others), []
+    for x in some:
+        if x in left:
+            left.remove(x)
+        else:
+            out.append(x)
+    return out

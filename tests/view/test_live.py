@@ -15,6 +15,7 @@ from ecs_eco.config.loading import changed
 from ecs_eco.errors import ConfigError
 from ecs_eco.record import fork, resume, run_to_folder
 from ecs_eco.record.repeat import repeat, repeatable
+from ecs_eco.record.run import Stopped
 from ecs_eco.view.live import Live
 from ecs_eco.view.player import Player
 from ecs_eco.view.watch import Window
@@ -117,6 +118,24 @@ def test_what_was_asked_for_after_the_last_checkpoint_of_a_run_that_died_is_done
     earlier = acting({tick: act for tick, act in ACTS.items() if tick < 12})
     without = run_to_folder(config, 5, 20, tmp_path / "without", "random", prepare=earlier, report=False)
     assert json.loads((tmp_path / "fork" / "manifest.json").read_text())["digest"] == without["digest"]
+    assert repeat(tmp_path / "run")["same"]
+
+
+def test_what_waits_when_a_run_stops_is_done_once_when_it_goes_on(tmp_path):
+    def prepare(world):
+        def between():
+            if world.tick == 6:
+                world.intervene(ACTS[3])
+                world.intervene(ACTS[3])  # twice, as asked
+                world.stopping = True
+
+        world.between = between
+
+    with pytest.raises(Stopped):
+        run_to_folder(load("predator-prey", SMALL), 5, 12, tmp_path / "run", "random", prepare=prepare, report=False)
+    manifest = resume(tmp_path / "run", 12, report=False)
+    assert [tick for tick, _ in manifest["intervened"]] == [6, 6]
+    assert [tick for tick, _ in manifest["asked"]] == [6, 6]
     assert repeat(tmp_path / "run")["same"]
 
 
