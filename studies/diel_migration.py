@@ -127,6 +127,11 @@ def contrast(a: list[float], b: list[float]) -> tuple[list[float], float]:
     return [round(float(np.mean(a) - np.mean(b)), 3), round(float(low), 3), round(float(high), 3)], p
 
 
+def with_p(found: list[float], p: float) -> str:
+    """An interval and a p in words."""
+    return f"{found[0]:.3g} ({found[1]:.3g} … {found[2]:.3g}), p = {p:.2g}"
+
+
 def by_training(cases: list[dict[str, Any]], arm: str, value: Any) -> list[float]:
     """Mean over world seeds of a value of results, by training seed; what is None is left out."""
     found: dict[int, list[float]] = {}
@@ -221,7 +226,7 @@ def _ablations(cases: list[dict[str, Any]], results: dict[str, Any]) -> list[dic
         if have(with_, without):
             gap, p = contrast(of[with_], of[without])
             out.append(verdict(f"energy-only{words}: amplitude along the day, trained and living with krill less without (95 %; p one-sided)",
-                               [*gap, None if np.isnan(p) else float(f"{p:.2g}")], "above 0, p < 0.05", gap[1] > 0 and p < 0.05))
+                               with_p(gap, p), "above 0, p < 0.05", gap[1] > 0 and p < 0.05))
     return out
 
 
@@ -265,7 +270,7 @@ def _directed(cases: list[dict[str, Any]], arm: str) -> dict[str, Any]:
     p = v_test(away / np.hypot(away, aside))[1]
     found = interval(away.tolist())
     return verdict(f"{arm}: cosine of the way and away in that tick and the next two (95 %); p by V-test of the mean ways of training seeds",
-                   [*found, float(f"{p:.2g}")], "above 0, p < 0.001", found[1] > 0 and p < 0.001)  # fmt: skip
+                   with_p(found, p), "above 0, p < 0.001", found[1] > 0 and p < 0.001)  # fmt: skip
 
 
 def _latency(arm: str, results: list[dict[str, Any]]) -> dict[str, Any]:

@@ -17,7 +17,7 @@ def listing() -> str:
         "Worlds": _worlds(),
         "Sensors": dict(_classes(ROOT / "config" / "sensors.py", "kind")),
         "Components": dict(_folder("components")),
-        "Systems": dict(_folder("systems")),
+        "Systems": dict(_folder("systems", "System")),
     }
     return "\n\n".join(_table(title, rows) for title, rows in sections.items())
 
@@ -32,16 +32,17 @@ def _worlds() -> dict[str, str]:
     return found
 
 
-def _folder(name: str) -> list[tuple[str, str]]:
+def _folder(name: str, base: str = "") -> list[tuple[str, str]]:
     """Public classes of a folder and the first line of what they say of themselves."""
-    return [row for path in sorted((ROOT / name).glob("[!_]*.py")) for row in _classes(path)]
+    return [row for path in sorted((ROOT / name).glob("[!_]*.py")) for row in _classes(path, base=base)]
 
 
-def _classes(path: Path, label: str = "") -> list[tuple[str, str]]:
-    """(name, first line) of the public classes of a file; named by their one choice of the field `label` if given."""
+def _classes(path: Path, label: str = "", base: str = "") -> list[tuple[str, str]]:
+    """(name, first line) of the public classes of a file, or of those of a base; named by their one choice of `label` if given."""
     rows = []
     for node in ast.parse(path.read_text(encoding="utf-8")).body:
-        if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
+        of_base = not base or (isinstance(node, ast.ClassDef) and base in map(ast.unparse, node.bases))
+        if isinstance(node, ast.ClassDef) and not node.name.startswith("_") and of_base:
             name = _choice(node, label) if label else node.name
             if name:
                 rows.append((name, (ast.get_docstring(node) or "").partition("\n")[0]))
