@@ -55,11 +55,15 @@ def p_common_phase(fits: list[Cosinor], n: int = 9999, seed: int = 1) -> float:
 def p_of_days(days: np.ndarray, n: int = 9999, seed: int = 1) -> float:
     """Return how often days f64[days, hours], each begun at a random hour, give a mean day of as large an amplitude.
 
-    Whole days are turned, so that what is correlated within a day stays so.
+    Whole days are turned, so that what is correlated within a day stays so. A straight line through all days is taken out first: a
+    drift makes the same sawtooth of every day.
     """
     rng, (many, hours) = np.random.default_rng(seed), np.shape(days)
+    time = np.arange(many * hours)
+    level = np.ravel(np.asarray(days, float))
+    level = level - np.polyval(np.polyfit(time, level, 1), time) if many > 1 else level
     wave = np.exp(2j * np.pi * np.arange(hours) / hours)
-    each = np.asarray(days, float) @ wave
+    each = level.reshape(many, hours) @ wave
     turned = each * np.exp(2j * np.pi * rng.integers(0, hours, (n, many)) / hours)
     return float((1 + (np.abs(turned.mean(1)) >= abs(each.mean()) - 1e-9).sum()) / (n + 1))
 

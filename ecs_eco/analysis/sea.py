@@ -80,7 +80,7 @@ def depth_cycle(series: Series, species: str) -> DepthCycle | None:
     whole = len(depth) // day
     fit = cosinor((hours_of(series, ticks) - 0.5) % 1.0, depth, 1.0)
     light = surface_light(series, ticks)
-    r = float(np.corrcoef(depth, light)[0, 1]) if light.std() > 0 and depth.std() > 0 else float("nan")
+    r = float(np.corrcoef(depth, light)[0, 1]) if light.std() > 1e-9 and depth.std() > 1e-9 else float("nan")
     p = p_of_days(depth[: whole * day].reshape(whole, day), n=999) if whole > 2 else float("nan")
     return DepthCycle(len(depth) / day, fit, float(series.manifest["config"]["space"]["size"][2]), p, r)
 
@@ -130,7 +130,9 @@ def depths_by_hour(run: Path | str, series: Series, layers: int = 15) -> dict[st
 
 
 def hunts(manifest: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """(prey, predator) of animals of which every tick of single organisms was recorded."""
+    """(prey, predator) of animals of which every tick of every organism was recorded: of a sample nobody knows who was near."""
+    if manifest.get("record") != "full":
+        return []
     kinds = {k.removeprefix("details-") for k, n in manifest.get("parts", {}).items() if k.startswith("details-") and n}
     known = manifest["config"]["species"]
     return [(meal["eats"], name) for name, species in known.items() for meal in species.get("diet", ()) if {name, meal["eats"]} <= kinds]

@@ -14,6 +14,13 @@ def waiting(world: Any) -> list[dict[str, Any]]:
     return [] if found is None else [what.once(world.tick) for what in found.asked]
 
 
+def forget(world: Any) -> None:
+    """Drop what was asked for and waits."""
+    for system in world.systems:
+        if isinstance(system, Intervene):
+            system.asked = []
+
+
 def ask_again(world: Any, manifest: dict[str, Any]) -> None:
     """Ask for what was asked for in the tick that comes and does not wait already: a checkpoint holds what waits."""
     for what in _without([what for tick, what in manifest.get("asked", []) if tick == world.tick], waiting(world)):
@@ -28,10 +35,10 @@ class Asked:
         world.between = self.look
 
     def look(self) -> None:
-        """Ask again for what is in the manifest, and write what is new."""
-        ask_again(self.world, self.manifest)
+        """Ask again for what is in the manifest and nobody asked for by now, and write what is new."""
         if self.before is not None:
             self.before()
+        ask_again(self.world, self.manifest)
         known = self.manifest.get("asked", [])
         new = _without(waiting(self.world), [what for tick, what in known if tick == self.world.tick])
         if new:

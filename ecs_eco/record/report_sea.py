@@ -35,7 +35,7 @@ def blocks(run: Path, series: Series) -> list[str]:
     for prey, predator in sea.hunts(series.manifest):
         tracks = sea.recorded_tracks(run, prey, predator)
         found = None if tracks is None else sea.escapes(tracks)
-        if found is not None:
+        if found is not None and np.isfinite([found.gain, found.u]).all():
             words = _escape(found, prey, predator, series.dt)
             out += [drawn(f"escape-{series.index(prey)}-{series.index(predator)}", sea_figures.escape(found, prey, predator, series.dt),
                           f"{prey} around the approach of {predator}."), words]
@@ -68,5 +68,6 @@ def _escape(found: sea.Escape, prey: str, predator: str, dt: float) -> str:
     return (
         f"<p>{found.n:,} approaches of {escape(predator)} to {sea.WITHIN} m, none in the {sea.REST} ticks before. Speed of {escape(prey)} "
         f"rises {found.gain:.1f}-fold within two ticks; it is twice that before {after}, counted from the tick that begins with the "
-        f"approach. Ways one tick later point away: V-test u = {found.u:.1f}, p {p}, approaches taken as independent.</p>"
+        f"approach. Ways one tick later point away: V-test u = {found.u:.1f}, p {p}, approaches taken as independent. Who is eaten "
+        f"counts until then. Ways point away, too, from a {escape(predator)} that overshoots: that alone is no escape.</p>"
     )

@@ -12,7 +12,7 @@ from typing import Any
 
 from ecs_eco.errors import CheckpointError, RecordingError
 from ecs_eco.record import checkpoint, frozen, seal
-from ecs_eco.record.asked import Asked, ask_again
+from ecs_eco.record.asked import Asked, ask_again, forget
 from ecs_eco.record.details import how_many
 from ecs_eco.record.folder import Folder, genes_of, git_commit, versions
 
@@ -78,6 +78,8 @@ def resume(path: str | Path, until: int | None = None, progress: Progress | None
     manifest = read_manifest(path)
     until = manifest["ticks"] if until is None else until
     found = checkpoint.latest(path / "checkpoints", complain=complain)
+    if found is None and "forked" in manifest:
+        raise CheckpointError(f"{path}: is a fork of {manifest['forked']['from']} without a checkpoint; fork that one again")
     if found is None:
         world, folder = _from_the_start(path, manifest, threads)
     else:
@@ -100,7 +102,8 @@ def fork(path: str | Path, out: str | Path, from_tick: int | None = None, change
     `prepare(world)` is called before the first tick of the fork: a viewer opens.
 
     The world is restored from the last checkpoint at or before `from_tick` (the last of all where it is None) and runs exactly as
-    it did up to that tick; then `changes` ("key=value", or a dict) take effect. The recording begins there.
+    it did up to that tick; then `changes` ("key=value", or a dict) take effect. What was asked for by hand in that tick or later is not
+    carried out. The recording begins there.
     """
     from ecs_eco.world import World
 
@@ -115,6 +118,7 @@ def fork(path: str | Path, out: str | Path, from_tick: int | None = None, change
         world.between = partial(ask_again, world, manifest)
         world.run(from_tick - world.tick)
         world.between = None
+    forget(world)
     if changes:
         from ecs_eco.config.loading import changed
         from ecs_eco.worlds.retune import retune

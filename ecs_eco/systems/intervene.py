@@ -116,7 +116,7 @@ class Intervene(System):
     def state(self) -> dict[str, np.ndarray]:
         """Return what is not elsewhere: who bears no young, what was asked for, and ground that was made for fences."""
         tables = self.world.tables.values()
-        text = json.dumps([x.once(x.at) for x in self.asked]).encode()
+        text = json.dumps([x.once(self.world.tick) for x in self.asked]).encode()  # those asked for within a tick wait for the next
         out = {"barren": np.array([bool(t.traits.get("barren")) for t in tables], np.uint8), "asked": np.frombuffer(text, np.uint8)}
         ground = self.world.terrain.fenced() if self.made else {}
         none = {"ground": np.zeros((0, 0), np.uint8), "corners": np.zeros((0, 2)), "lengths": np.zeros(0, np.int64)}

@@ -49,6 +49,16 @@ def test_days_alike_are_told_from_days_apart():
     assert 0.02 <= np.mean([p_of_days(days, n=199, seed=i) <= 0.05 for i, days in enumerate(apart)]) <= 0.1
 
 
+def test_a_drift_makes_no_days():
+    rng, low = np.random.default_rng(5), 0
+    for i in range(60):
+        noise = np.zeros(20 * 48)
+        for t in range(1, noise.size):
+            noise[t] = 0.98 * noise[t - 1] + rng.normal(0, 0.2)
+        low += p_of_days((noise + np.linspace(0, 15, noise.size)).reshape(20, 48), n=199, seed=i) <= 0.01
+    assert low <= 4  # 1 in 100 by chance
+
+
 def test_windows_around_events_are_averaged_and_what_is_missing_left_out():
     series = np.array([[1.0, 10.0], [2.0, np.nan], [3.0, 30.0], [4.0, 40.0]])
     mean = event_average(series, np.array([[1, 0], [3, 1]]), before=1, after=1)

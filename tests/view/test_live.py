@@ -12,10 +12,11 @@ from ecs_eco.components import Genome, Metabolism, Position
 from ecs_eco.config import load
 from ecs_eco.config.living import refused
 from ecs_eco.config.loading import changed
-from ecs_eco.errors import ConfigError
+from ecs_eco.errors import CheckpointError, ConfigError
 from ecs_eco.record import fork, resume, run_to_folder
 from ecs_eco.record.repeat import repeat, repeatable
 from ecs_eco.record.run import Stopped
+from ecs_eco.system import System
 from ecs_eco.view.live import Live
 from ecs_eco.view.player import Player
 from ecs_eco.view.watch import Window
@@ -111,7 +112,7 @@ def test_what_was_asked_for_after_the_last_checkpoint_of_a_run_that_died_is_done
     with pytest.raises(RuntimeError, match="the power failed"):
         run_to_folder(config, 5, 20, tmp_path / "run", "random", prepare=acting(ACTS, dies=11), checkpoint_every=6, report=False)
     fork(tmp_path / "run", tmp_path / "fork", from_tick=10, until=20, report=False)  # before the last of them: without it
-    manifest = resume(tmp_path / "run", 20, report=False, prepare=acting({12: ACTS[12]}))
+    manifest = resume(tmp_path / "run", 20, report=False, prepare=acting(ACTS))  # whoever asks again for what is done again, once
     assert [tick for tick, _ in manifest["intervened"]] == list(ACTS)
     assert [tick for tick, _ in manifest["asked"]] == list(ACTS)
     assert manifest["digest"] == whole["digest"]
@@ -137,6 +138,50 @@ def test_what_waits_when_a_run_stops_is_done_once_when_it_goes_on(tmp_path):
     assert [tick for tick, _ in manifest["intervened"]] == [6, 6]
     assert [tick for tick, _ in manifest["asked"]] == [6, 6]
     assert repeat(tmp_path / "run")["same"]
+
+
+def test_a_fork_leaves_out_what_was_asked_for_in_its_first_tick_however_its_parent_ended(tmp_path):
+    config, act = load("predator-prey", SMALL), {6: ACTS[3]}
+    run_to_folder(config, 5, 9, tmp_path / "whole", "random", prepare=acting(act), checkpoint_every=6, report=False)
+
+    def stops(world):
+        acting(act)(world)
+        ask = world.between
+        world.between = lambda: (ask(), setattr(world, "stopping", world.tick == 6))
+
+    with pytest.raises(Stopped):
+        run_to_folder(config, 5, 9, tmp_path / "stopped", "random", prepare=stops, report=False)
+    forks = [fork(tmp_path / name, tmp_path / f"fork-{name}", 6, until=9, report=False) for name in ("whole", "stopped")]
+    assert forks[0]["digest"] == forks[1]["digest"]
+    assert forks[0]["intervened"] == forks[1]["intervened"] == []
+
+
+class Asks(System):
+    """Asks for a cull in the middle of tick 3."""
+
+    phase = "interact"
+
+    def process(self, *_):
+        if self.world.tick == 3:
+            self.world.intervene(ACTS[3])
+
+
+def test_what_a_system_asks_for_waits_in_a_checkpoint(tmp_path):
+    config = load("predator-prey", SMALL, systems=[Asks()])
+    world = World.from_config(config, seed=5, policies="random", record=False).run(4)
+    world.save(tmp_path / "world.ckpt")
+    other = World.restore(tmp_path / "world.ckpt", systems=[Asks()], record=False).run(2)
+    assert [tick for tick, _ in other.intervened] == [4]
+    assert other.digest() == world.run(2).digest()
+
+
+def test_a_fork_that_lost_its_checkpoints_does_not_begin_anew(tmp_path):
+    run_to_folder(load("predator-prey", SMALL), 5, 4, tmp_path / "run", "random", report=False)
+    fork(tmp_path / "run", tmp_path / "fork", until=6, report=False)
+    for file in (tmp_path / "fork" / "checkpoints").iterdir():
+        file.unlink()
+    with pytest.raises(CheckpointError, match="fork that one again"):
+        resume(tmp_path / "fork", 8, report=False)
 
 
 def test_a_run_that_goes_on_is_watched_and_what_is_done_then_is_repeated_too(tmp_path):
