@@ -18,6 +18,8 @@ __all__ = ["approach", "chemotaxis", "encounters", "life", "policies_of"]
 CUE = 1.5  # [m] from a krill: an approach
 FAST = 1.4  # [m/s] of krill that chase, and of what is moved at copepods
 KRILL, AIM, UPPER = 16, 4.0, (22.0, 29.0)  # how many come at them, from how far [m], at which heights [m]: where they feed in the dark
+CONTACT = 0.5  # [m] between the centres of a copepod and of a thing of the size of a krill that touch
+REACH, AFTER = 2.0, 6  # [m] an encounter; [ticks] who lives then has survived it
 PLUMES, NEAR, FAR = 12, 0.3, 4.0  # how many at a time, and who is counted, by distance [m]
 STAY, SPREAD = 12, 2  # [ticks] that a plume stays at a place, and of these before moves are counted
 
@@ -95,14 +97,14 @@ class Movers:
         self.table[Position].heading[self.rows] = angle
 
     def aim(self) -> None:
-        """Move each towards the nearest copepod within 4 m, or straight on."""
+        """Move each towards the nearest copepod within 4 m until they touch, or straight on."""
         p = self.table[Position]
         here = np.stack([p.x[self.rows], p.y[self.rows], p.z[self.rows]], 1).astype(float)
         d = self._to_copepod(here)
         length = np.linalg.norm(d, axis=1)
         near = (length < AIM) & (length > 1e-6)
         self.way[near] = d[near] / length[near, None]
-        step = np.where(near, np.minimum(FAST * self.world.dt, length), FAST * self.world.dt)
+        step = np.where(near, np.clip(length - CONTACT, 0.0, FAST * self.world.dt), FAST * self.world.dt)
         self._put(here + step[:, None] * self.way)
 
     def _to_copepod(self, places: np.ndarray) -> np.ndarray:
@@ -141,17 +143,31 @@ def escaped(tracks: Tracks, dt: float) -> dict[str, Any]:
             "latency [s]": None if found.latency is None else found.latency * dt}  # fmt: skip
 
 
-def encounters(world: Any, days: int, after: int = 6) -> dict[str, Any]:
-    """How many of those whom a krill came near to are alive so many ticks later; from the second day on."""
+def encounters(world: Any, days: int) -> dict[str, Any]:
+    """How many of those whom a krill came near to are alive some ticks later, and how many krill kill; from the second day on.
+
+    A kill without an encounter before it (a newborn, or one that a krill never left) is an encounter that was not survived.
+    """
     day = round(world.config.sun.day / world.dt)
     world.run(day)
-    tracks = follow(world, days * day, within=CUE)
-    events = approaches(tracks.distance, CUE, sea.REST)
-    events = events[events[:, 0] + after < len(tracks.light)]
-    alive = np.array([np.isfinite(tracks.depth[tick + after, animal]) for tick, animal in events.tolist()], bool)
-    speed = event_average(tracks.speed, events, 5, 5)
-    return {"n": len(events), "survived": float(alive.mean()) if len(events) else None, "speed": speed.tolist(),
-            "encounters per copepod and day": len(events) / max(float(np.isfinite(tracks.depth).sum()) / day, 1e-9)}  # fmt: skip
+    first, killed = world.tick, []
+
+    def note(table: Any, rows: np.ndarray) -> None:
+        if table.name == "copepod":
+            eaten = [r for r in rows.tolist() if world.causes[table.cause[r] - 1] == "eaten by krill"]
+            killed.extend((world.tick - first, int(table.uid[r])) for r in eaten)
+
+    world.on_death.append(note)
+    tracks = follow(world, days * day, within=REACH + 1.0)
+    events = approaches(tracks.distance, REACH, sea.REST)
+    events = events[events[:, 0] + AFTER < len(tracks.light)]
+    met = {(animal, tick + k) for tick, animal in events.tolist() for k in range(AFTER + 1)}
+    place = {int(uid): k for k, uid in enumerate(tracks.uids)}
+    missed = sum((place.get(uid, -1), tick) not in met for tick, uid in killed)
+    alive = np.array([np.isfinite(tracks.depth[tick + AFTER, animal]) for tick, animal in events.tolist()], bool)
+    n, lived = len(events) + missed, max(float(np.isfinite(tracks.depth).sum()) / day, 1e-9)
+    return {"n": n, "without an encounter before": missed, "survived": float(alive.sum()) / n if n else None,
+            "encounters per copepod and day": n / lived, "killed per copepod and day": len(killed) / lived}  # fmt: skip
 
 
 def chemotaxis(build: Any, rounds: int, emits: float = 1.0) -> dict[str, Any]:

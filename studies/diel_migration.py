@@ -8,7 +8,8 @@ light in the happiness, without krill, or both. What an arm measures:
     held      the same for 8 days with numbers held constant by respawn, as in training but with the krill of the run: an untrained policy
               starves within a day, so it is compared with the trained one here
     approach  something of the size of a krill comes straight at copepods in the dark
-    survival  who lives 6 ticks after a krill came near, with numbers held constant and the 100 krill of the training
+    survival  who lives 6 ticks after a krill came within 2 m, and how many are killed, with numbers held constant and the 100 krill
+              of the training
     plume     smells of krill without a krill, in the dark
 
 How krill approach, where plumes lie, and the larger weight of light were decided after a first look at training seed 1: the world's
@@ -61,6 +62,7 @@ ARMS: dict[str, dict[str, Any]] = {  # what is measured, with which policies, in
     "plume": {"what": "plume"},
     "plume: no nose": {"what": "plume", "set": NO_NOSE},
 }  # fmt: skip
+MEASURED = {"approach": 2, "survival": 2}  # how often a measure was mended: its cases of before are run again
 TRAINING_SEEDS, SEEDS = tuple(range(1, 9)), (101, 102, 103, 104)
 
 
@@ -100,18 +102,19 @@ def depends(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
     arm = ARMS[case["arm"]]
     lengths = {"life": "days", "held": "days held", "survival": "days of encounters", "plume": "rounds"}
     return {"arm": arm, "trained": TRAINED.get(arm.get("policies", "shipped")), "world": load("diel-migration").config_hash, "set": config["set"],
-            "training_ticks": config["training_ticks"], "length": config.get(lengths.get(arm["what"], ""))}  # fmt: skip
+            "training_ticks": config["training_ticks"], "length": config.get(lengths.get(arm["what"], "")),
+            **({"measured": n} if (n := 2 if case["arm"] == "shipped" else MEASURED.get(arm["what"])) else {})}  # fmt: skip
 
 
 # --- what the cases say ------------------------------------------------------------------------------------------------
 
 
 def interval(values: list[float]) -> list[float]:
-    """Mean of values by training seed and its 95 % interval by Student's t: [mean, low, high]; no width for one value."""
+    """Mean of values by training seed and its 95 % interval by Student's t: [mean, low, high]; of one value the interval is not known."""
     from scipy.stats import t
 
     mean, n = float(np.mean(values)), len(values)
-    half = float(t.ppf(0.975, n - 1) * np.std(values, ddof=1) / np.sqrt(n)) if n > 1 else 0.0
+    half = float(t.ppf(0.975, n - 1) * np.std(values, ddof=1) / np.sqrt(n)) if n > 1 else float("nan")
     return [round(mean, 3), round(mean - half, 3), round(mean + half, 3)]
 
 
@@ -119,17 +122,24 @@ def contrast(a: list[float], b: list[float]) -> tuple[list[float], float]:
     """Difference of the means of two sets of training seeds with its 95 % interval, and p, one-sided, by Welch's t."""
     from scipy.stats import ttest_ind
 
+    gap = round(float(np.mean(a) - np.mean(b)), 3)
     if min(len(a), len(b)) < 2:
-        return [round(float(np.mean(a) - np.mean(b)), 3)] * 3, float("nan")
+        return [gap, float("nan"), float("nan")], float("nan")
     found = ttest_ind(a, b, equal_var=False)
     low, high = found.confidence_interval(0.95)
     p = float(found.pvalue) / 2 if found.statistic > 0 else 1 - float(found.pvalue) / 2
-    return [round(float(np.mean(a) - np.mean(b)), 3), round(float(low), 3), round(float(high), 3)], p
+    return [gap, round(float(low), 3), round(float(high), 3)], p
 
 
-def with_p(found: list[float], p: float) -> str:
-    """An interval and a p in words."""
-    return f"{found[0]:.3g} ({found[1]:.3g} … {found[2]:.3g}), p = {p:.2g}"
+def told(found: list[float], n: int, p: float | None = None) -> str:
+    """An interval in words, over how many training seeds, and a p."""
+    words = f"{found[0]:.3g}" + (f" ({found[1]:.3g} … {found[2]:.3g})" if np.isfinite(found[1]) else "") + f", {n} training seeds"
+    return words if p is None else f"{words}, p = {p:.2g}"
+
+
+def none(arm: str) -> dict[str, Any]:
+    """The verdict on an arm of which nothing could be measured."""
+    return verdict(f"`{arm}`: runs in which there was anything to measure", 0, "some", False)
 
 
 def by_training(cases: list[dict[str, Any]], arm: str, value: Any) -> list[float]:
@@ -165,7 +175,7 @@ def _row(cases: list[dict[str, Any]], arm: str, found: list[dict[str, Any]]) -> 
     cycles = [r["cycle"] for r in found if r["cycle"] is not None]
     swings = by_training(cases, arm, swing)
     steady = sum(c["r"] is not None and c["r"] >= 0.6 for c in cycles)
-    return [arm, ARMS[arm].get("policies", "shipped"), len(found), len(cycles), interval(swings) if swings else None,
+    return [arm, ARMS[arm].get("policies", "shipped"), len(found), len(cycles), told(interval(swings), len(swings)) if swings else None,
             round(float(np.median([c["amplitude"] for c in cycles])), 3) if cycles else None, f"{steady} of {len(cycles)}",
             f"{sum(c['vector'][0] > 0 for c in cycles)} of {len(cycles)}", round(float(np.mean([r["copepods"] for r in found])), 1),
             round(float(np.mean([r["days lived"] for r in found])), 1)]  # fmt: skip
@@ -184,7 +194,7 @@ def _migration(cases: list[dict[str, Any]], results: dict[str, Any]) -> list[dic
                         and c["result"]["cycle"] is not None], axis=0) for k in seeds]  # fmt: skip
     fits = [Cosinor(0.0, float(np.hypot(*v)), float(np.arctan2(v[1], v[0]) % (2 * np.pi))) for v in vectors]
     p = p_common_phase(fits) if fits else 1.0
-    days = max((c["p"] for c in lived if c["p"] is not None), default=1.0)
+    days = max(1.0 if c is None or c["p"] is None else c["p"] for c in cycles)
     steady = sum(c["r"] is not None and c["r"] >= 0.6 for c in lived) / n
     deeper = sum(c["vector"][0] > 0 for c in lived)
     amplitude = float(np.median([0.0 if c is None else c["amplitude"] for c in cycles]))
@@ -200,99 +210,111 @@ def _migration(cases: list[dict[str, Any]], results: dict[str, Any]) -> list[dic
 def _ablations(cases: list[dict[str, Any]], results: dict[str, Any]) -> list[dict[str, Any]]:
     of = {arm: by_training(cases, arm, swing) for arm in results if ARMS[arm]["what"] in ("life", "held")}
     sizes = {arm: by_training(cases, arm, lambda r: None if r["cycle"] is None else r["cycle"]["amplitude"]) for arm in of}
-    out = []
+    out = [none(arm) for arm in of if not of[arm]]
 
     def have(*arms: str) -> bool:
         return all(of.get(arm) for arm in arms)
 
+    def alone(arm: str, words: str, goal: str, met: Any) -> None:
+        if have(arm):
+            found = interval(of[arm])
+            out.append(verdict(f"{words}: amplitude along the day (95 %)", told(found, len(of[arm])), goal, met(found)))
+
+    def less(words: str, one: str, other: str, below: float | None = None) -> None:
+        if have(one, other):
+            gap, p = contrast(of[one], of[other])
+            goal, said = ("above 0", "95 %") if below is None else (f"above 0, p < {below:g}", "95 %; p one-sided")
+            out.append(verdict(f"{words} ({said})", told(gap, min(len(of[one]), len(of[other])), p), goal, gap[1] > 0 and (below is None or p < below)))
+
     for arm, base in (("constant light", "shipped"), ("held: constant light", "held: trained")):
         if have(arm, base):
             share = float(np.mean(sizes[arm]) / np.mean(sizes[base]))
-            out.append(verdict(f"amplitude of `{arm}` over that of `{base}`", round(share, 3), "below 0.2", share < 0.2))
-    if have("inverted light"):
-        found = interval(of["inverted light"])
-        out.append(verdict("inverted light: amplitude along the day over training seeds, mean (95 %)", found, "below 0", found[2] < 0))
-    if have("held: trained", "held: untrained"):
-        gap, p = contrast(of["held: trained"], of["held: untrained"])
-        out.append(verdict("numbers held: amplitude along the day, trained less untrained (95 %)", gap, "above 0", gap[1] > 0))
-    for arm, words in (("retrained: light without krill", "energy - 0.3 light"), ("retrained: twice the light without krill", "energy - 0.6 light")):
-        if have(arm):
-            found = interval(of[arm])
-            out.append(verdict(f"the paper's confound: happiness is {words}, no krill: amplitude along the day (95 %)", found, "above 0", found[1] > 0))
-    if have("shipped"):
-        found = interval(of["shipped"])
-        out.append(verdict("energy-only with krill: amplitude along the day (95 %)", found, "above 0", found[1] > 0))
-    for words, with_, without in (("", "shipped", "retrained: energy without krill"), (", numbers held", "held: trained", "held: energy without krill")):
-        if have(with_, without):
-            gap, p = contrast(of[with_], of[without])
-            out.append(verdict(f"energy-only{words}: amplitude along the day, trained and living with krill less without (95 %; p one-sided)",
-                               with_p(gap, p), "above 0, p < 0.05", gap[1] > 0 and p < 0.05))
+            n = sum(r["cycle"] is not None for r in results[arm])
+            words = f"{share:.3f}; {n} of {len(results[arm])} runs lived two days"
+            out.append(verdict(f"amplitude of `{arm}` over that of `{base}`", words, "below 0.2", share < 0.2))
+    alone("inverted light", "inverted light", "below 0", lambda x: x[2] < 0)
+    less("numbers held: amplitude along the day, trained less untrained", "held: trained", "held: untrained")
+    alone("retrained: light without krill", "the paper's confound: happiness is energy - 0.3 light, no krill", "above 0", lambda x: x[1] > 0)
+    alone("retrained: twice the light without krill", "the paper's confound: happiness is energy - 0.6 light, no krill", "above 0", lambda x: x[1] > 0)
+    alone("shipped", "energy-only with krill", "above 0", lambda x: x[1] > 0)
+    words = "amplitude along the day, trained and living with krill less without"
+    less(f"energy-only: {words}", "shipped", "retrained: energy without krill", 0.05)
+    less(f"energy-only, numbers held: {words}", "held: trained", "held: energy without krill", 0.05)
     return out
+
+
+SENSELESS = "approach: krill, neither nose nor flow"
+FLEEING = ("approach: krill", "approach: krill, no nose")
 
 
 def _escape(cases: list[dict[str, Any]], results: dict[str, Any]) -> list[dict[str, Any]]:
     out = []
-    smelling, blind = "approach: krill", "approach: krill, no nose"
     for arm in (a for a in results if ARMS[a]["what"] == "approach"):
         gain = by_training(cases, arm, lambda r: r.get("gain"))
         if not gain:
+            out.append(none(arm))
             continue
-        found, flees = interval(gain), arm in (smelling, blind)
-        out.append(verdict(f"{arm}: fastest within 2 ticks over the speed before (95 %)", found, "at least 2" if flees else "below 2",
-                           found[0] >= 2 if flees else found[2] < 2))  # fmt: skip
+        found, flees = interval(gain), arm in FLEEING
+        out.append(verdict(f"{arm}: fastest within 2 ticks over the speed before (95 %)", told(found, len(gain)),
+                           "at least 2, with its interval" if flees else "below 2, with its interval", found[1] >= 2 if flees else found[2] < 2))  # fmt: skip
         if flees:
-            out += [_directed(cases, arm), _latency(arm, results[arm])]
-    for arm, other in ((smelling, "approach: object"), (blind, "approach: krill, neither nose nor flow")):
-        two = [by_training(cases, a, _away) for a in (arm, other)]
-        if all(two):
-            gap, _ = contrast(*two)
-            out.append(verdict(f"cosine of the way and away, {arm.removeprefix('approach: ')} less {other.removeprefix('approach: ')} (95 %)", gap, "above 0",
-                               gap[1] > 0))  # fmt: skip
+            out.append(_latency(arm, results[arm]))
+            out += _directed(cases, arm) if SENSELESS in results else []
     two = ("survival", "survival: bursts no faster than cruising")
-    with_, without = (by_training(cases, arm, lambda r: r["survived"]) for arm in two)
-    if with_ and without:
-        gap, _ = contrast(with_, without)
-        out.append(verdict("encounters survived, with fast bursts less with slow ones (95 %)", [interval(with_)[0], interval(without)[0], gap], "above 0",
-                           gap[1] > 0))
+    for key, words, sign in (("survived", "encounters survived", 1), ("killed per copepod and day", "killed per copepod and day", -1)):
+        with_, without = (by_training(cases, arm, lambda r, k=key: r[k]) for arm in two)
+        if with_ and without:
+            gap, _ = contrast(with_, without)
+            means = f"{np.mean(with_):.3f} and {np.mean(without):.3f}: {told(gap, min(len(with_), len(without)))}"
+            out.append(verdict(f"{words}, with fast bursts less with slow ones (95 %)", means, "above 0" if sign > 0 else "below 0",
+                               gap[1] > 0 if sign > 0 else gap[2] < 0))  # fmt: skip
     return out
 
 
-def _away(result: dict[str, Any]) -> float | None:
-    return result["way"][0] if result.get("way") else None
+def _ways(cases: list[dict[str, Any]], arm: str) -> np.ndarray:
+    """Mean way of each training seed: its parts away from what comes, and to the left of that, f64[training seeds, 2]."""
+    parts = [by_training(cases, arm, lambda r, k=k: r["way"][k] if r.get("way") else None) for k in (0, 1)]
+    return np.array(parts).T.reshape(-1, 2)
 
 
-def _directed(cases: list[dict[str, Any]], arm: str) -> dict[str, Any]:
-    """Whether they swim away: the mean way of a training seed is one direction of the V-test."""
+def _directed(cases: list[dict[str, Any]], arm: str) -> list[dict[str, Any]]:
+    """Whether they swim away, beyond what those do who sense nothing of krill: whose ways point away too, for krill overshoot.
+
+    The difference of the mean ways of a training seed is one direction of the V-test.
+    """
     from ecs_eco.analysis.migration import v_test
 
-    parts = [by_training(cases, arm, lambda r, k=k: r["way"][k] if r.get("way") else None) for k in (0, 1)]
-    away, aside = np.array(parts)
-    p = v_test(away / np.hypot(away, aside))[1]
-    found = interval(away.tolist())
-    return verdict(f"{arm}: cosine of the way and away in that tick and the next two (95 %); p by V-test of the mean ways of training seeds",
-                   with_p(found, p), "above 0, p < 0.001", found[1] > 0 and p < 0.001)  # fmt: skip
+    here, control = _ways(cases, arm), _ways(cases, SENSELESS)
+    if not len(here) or len(here) != len(control):
+        return [none(arm)]
+    beyond = here - control
+    p = v_test(beyond[:, 0] / np.hypot(*beyond.T))[1] if len(beyond) > 1 else float("nan")
+    found = interval(beyond[:, 0].tolist())
+    means = f"{here[:, 0].mean():.2f} against {control[:, 0].mean():.2f}: {told(found, len(here), p)}"
+    words = f"{arm}: part of the way that points away, in that tick and the next two, beyond those who sense neither (95 %; p by V-test of training seeds)"
+    return [verdict(words, means, "above 0, p < 0.001", found[1] > 0 and p < 0.001)]
 
 
 def _latency(arm: str, results: list[dict[str, Any]]) -> dict[str, Any]:
-    known = [(r["latency"], r["latency [s]"]) for r in results if r.get("latency") is not None]
+    known = [(r["latency"], r["latency [s]"]) for r in results if r.get("latency") is not None and r["latency"] <= 2]
     ticks, seconds = np.median(known, axis=0) if known else (float("nan"),) * 2
     words = f"{ticks:g} ticks, {seconds:g} s; {len(known)} of {len(results)} runs"
-    return verdict(f"{arm}: ticks until twice the speed before, median of runs", words, "stated, in all runs", len(known) == len(results))
+    return verdict(f"{arm}: ticks until twice the speed before, median of runs", words, "within 2, in all runs", len(known) == len(results))
 
 
 def _plume(cases: list[dict[str, Any]], results: dict[str, Any]) -> list[dict[str, Any]]:
     out = []
     for arm in (a for a in results if ARMS[a]["what"] == "plume"):
         found = by_training(cases, arm, lambda r: r["index"])
-        fewest = min(r["n"] for r in results[arm])
         if not found:
+            out.append(none(arm))
             continue
-        here = interval(found)
+        here, fewest = interval(found), min(r["n"] for r in results[arm])
         if arm == "plume":
-            out.append(verdict("chemotaxis index near smells without a krill, in the dark (95 %)", here, "above 0", here[1] > 0))
+            out.append(verdict("chemotaxis index near smells without a krill, in the dark (95 %)", told(here, len(found)), "above 0", here[1] > 0))
             out.append(verdict("moves counted in the run with the fewest", fewest, "at least 200", fewest >= 200))
         else:
-            out.append(verdict("the same with the nose off", here, "holds 0", here[1] <= 0 <= here[2]))
+            out.append(verdict("the same with the nose off", told(here, len(found)), "holds 0", here[1] <= 0 <= here[2]))
     return out
 
 
@@ -304,7 +326,7 @@ STUDY = Study(
     run=run,
     summarise=summarise,
     depends=depends,
-    short_cases=[{"arm": arm, "training": 1, "seed": 101} for arm in ("shipped", "held: untrained", "approach: krill", "survival", "plume")],
+    short_cases=[{"arm": arm, "training": 1, "seed": 101} for arm in ("shipped", "held: untrained", FLEEING[0], SENSELESS, "survival", "plume")],
     short_config={"days": 2, "days held": 2, "days of encounters": 1, "rounds": 1, "training_ticks": 20,
                   "set": {"sun.day": 60.0, "species.copepod.count": 40, "species.phytoplankton.count": 200, "species.copepod.ppo.horizon": 10}},
 )  # fmt: skip

@@ -17,7 +17,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 
 import numpy as np
 from _study import Study, verdict
-from diel_migration import by_training, contrast, interval, swing
+from diel_migration import by_training, contrast, interval, none, swing, told
 
 WORLD = "learning-krill"
 HELD = {'training.set."species.krill.count"': 40, 'training.set."species.krill.max_count"': 40}
@@ -85,21 +85,24 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
           "choice": lambda r: r["chase, sees one"] - r["chase, sees none"]}  # fmt: skip
     if {"hunt: learned", "hunt: untrained"} <= there:
         for key, value in of.items():
-            gap, _ = contrast(*(by_training(cases, arm, value) for arm in ("hunt: learned", "hunt: untrained")))
-            goal = "reported" if key == "caught" else "above 0"
-            out.append(verdict(f"{words[key]}, learned less untrained (95 %)", gap, goal, goal == "reported" or gap[1] > 0))
+            learned, untrained = (by_training(cases, arm, value) for arm in ("hunt: learned", "hunt: untrained"))
+            gap, _ = contrast(learned, untrained)
+            means = f"{np.mean(learned):.3f} and {np.mean(untrained):.3f}: {told(gap, len(learned))}"
+            out.append(verdict(f"{words[key]}, learned less untrained (95 %)", means, "above 0", gap[1] > 0))
     for arm in ("life", "life: both go on learning"):
         found = [c["result"]["cycle"] for c in cases if c["case"]["arm"] == arm]
         if found:
             n, amplitude = len(found), float(np.median([0.0 if c is None else c["amplitude"] for c in found]))
             steady = sum(c is not None and c["r"] is not None and c["r"] >= 0.6 for c in found)
             deeper = sum(c is not None and c["vector"][0] > 0 for c in found)
-            along = interval(by_training(cases, arm, swing))
-            out += [verdict(f"{arm}: amplitude of copepods along the day over training seeds, mean (95 %)", along, "above 0", along[1] > 0),
+            each = by_training(cases, arm, swing)
+            along = interval(each) if each else [float("nan")] * 3
+            out += [verdict(f"{arm}: amplitude of copepods along the day (95 %)", told(along, len(each)), "above 0", along[1] > 0) if each else none(arm),
                     verdict(f"{arm}: amplitude, median of runs", round(amplitude, 3), "at least 0.25", amplitude >= 0.25),
                     verdict(f"{arm}: runs in which copepods are deeper by day", f"{deeper} of {n}", "all", deeper == n),
                     verdict(f"{arm}: runs in which mean depth correlates with light by at least 0.6", f"{steady} of {n}", "at least 90 %", steady >= 0.9 * n)]  # fmt: skip
-    rows = [[arm, *(interval(by_training(cases, arm, lambda r, k=k: r[k])) for k in ("caught", "burnt", "chase, sees one", "chase, sees none"))]
+    rows = [[arm, *(told(interval(v), len(v)) for v in (by_training(cases, arm, lambda r, k=k: r[k])
+                                                        for k in ("caught", "burnt", "chase, sees one", "chase, sees none")))]
             for arm in ARMS if arm in there and "krill" in ARMS[arm]]  # fmt: skip
     head = ["arm", "catches a krill and day (95 %)", "energy burnt", "share of ticks in chase, seeing a copepod", "seeing none"]
     return {"verdicts": out, "table": {"head": head, "rows": rows}}
