@@ -170,29 +170,58 @@ def encounters(world: Any, days: int) -> dict[str, Any]:
             "encounters per copepod and day": n / lived, "killed per copepod and day": len(killed) / lived}  # fmt: skip
 
 
-def chemotaxis(build: Any, rounds: int, emits: float = 1.0) -> dict[str, Any]:
+def chemotaxis(build: Any, rounds: int) -> dict[str, Any]:
     """Whether copepods leave smells of krill without a krill, in the dark, at places where they are: index of moves, and mean cosine.
 
     Plumes are at random places of the depths of copepods drawn at random, for some ticks, and then with all smell at others: so those who
-    are near did not choose to be, and without a nose as many come nearer as go.
+    are near did not choose to be. Up and down, copepods gather at the depths where plumes are put, whatever they smell; `level` leaves
+    that out: the index of the level parts of the ways, of which without a nose as many come nearer as go.
     """
     body = {"radius": 0.4, "opaque": False}
     at = [[1.0 + i, 1.0, 1.0] for i in range(PLUMES)]
-    world = build({"ambient.light": 0.0, "species.krill.count": 0, "objects.plume": {"at": at, "body": body, "emits": {"krill_smell": emits}}})
+    world = build({"ambient.light": 0.0, "species.krill.count": 0, "objects.plume": {"at": at, "body": body, "emits": {"krill_smell": 1.0}}})
     world.run(60)  # those below come up
-    random, cosines = np.random.default_rng(world.seed), [np.zeros(0)]
+    random, cosines, ways = np.random.default_rng(world.seed), [np.zeros(0)], [np.zeros(0)]
     for _ in range(rounds):
         if world.tables["copepod"].n < 2:
             break
         _put_among(world, random)
-        tracks = follow(world, STAY, "copepod", "plume", within=FAR)
+        places: list[dict[int, np.ndarray]] = []
+        tracks = follow(world, STAY, "copepod", "plume", within=FAR, each=lambda w, places=places: places.append(_places(w)))
+        places.append(_places(world))
         counted = (tracks.distance > NEAR) & (tracks.distance < FAR) & np.isfinite(tracks.away)
         counted[:SPREAD] = False
         cosines.append(tracks.away[counted])
-    away = np.concatenate(cosines)
-    toward = int((away < 0).sum())
-    index = chemotaxis_index(away.size - toward, toward) if away.size else None
-    return {"n": int(away.size), "index": index, "cosine": float(away.mean()) if away.size else None}
+        ways.append(_level(world, tracks.uids, places, counted))
+    away, level = np.concatenate(cosines), np.concatenate(ways)
+    return {"n": int(away.size), "index": _index(away), "cosine": float(away.mean()) if away.size else None,
+            "level": {"n": int(level.size), "index": _index(level)}}  # fmt: skip
+
+
+def _index(parts: np.ndarray) -> float | None:
+    toward = int((parts < 0).sum())
+    return chemotaxis_index(parts.size - toward, toward) if parts.size else None
+
+
+def _places(world: Any) -> dict[int, np.ndarray]:
+    table = world.tables["copepod"]
+    rows, p = table.by_uid(), table[Position]
+    return dict(zip(table.uid[rows].tolist(), np.stack([p.x[rows], p.y[rows], p.z[rows]], 1).astype(float), strict=True))
+
+
+def _level(world: Any, uids: np.ndarray, places: list[dict[int, np.ndarray]], counted: np.ndarray) -> np.ndarray:
+    """The level parts of counted ways (tick, animal), as far as they lead away from the nearest plume [m]."""
+    from ecs_eco.analysis.migration import around
+
+    table = world.tables["plume"]
+    rows, p = table.by_uid(), table[Position]
+    plumes, out = np.stack([p.x[rows], p.y[rows], p.z[rows]], 1).astype(float), []
+    for tick, animal in np.argwhere(counted).tolist():
+        before, after = (places[t][int(uids[animal])] for t in (tick, tick + 1))
+        offsets = around(world.space, before - plumes)
+        nearest = offsets[(offsets**2).sum(1).argmin(), :2]
+        out.append(float(around(world.space, (after - before)[None])[0, :2] @ nearest))
+    return np.array([x for x in out if x])
 
 
 def _put_among(world: Any, random: np.random.Generator) -> None:
