@@ -39,6 +39,9 @@ def blocks(run: Path, series: Series) -> list[str]:
             words = _escape(found, prey, predator, series.dt)
             out += [drawn(f"escape-{series.index(prey)}-{series.index(predator)}", sea_figures.escape(found, prey, predator, series.dt),
                           f"{prey} around the approach of {predator}."), words]
+    for species, nose in sea.noses(series.manifest):
+        if (left := sea.leaving(run, species, nose)) is not None:
+            out.append(_leaving(left, species, nose))
     return out
 
 
@@ -70,4 +73,12 @@ def _escape(found: sea.Escape, prey: str, predator: str, dt: float) -> str:
         f"rises {found.gain:.1f}-fold within two ticks; it is twice that before {after}, counted from the tick that begins with the "
         f"approach. Ways one tick later point away: V-test u = {found.u:.1f}, p {p}, approaches taken as independent. Who is eaten "
         f"counts until then. Ways point away, too, from a {escape(predator)} that overshoots: that alone is no escape.</p>"
+    )
+
+
+def _leaving(found: sea.Leaving, species: str, nose: str) -> str:
+    night = f", by night {found.night:.2f} of {found.n_night:,}" if found.n_night else ""
+    return (
+        f"<p>Where {escape(nose.replace('_', ' '))} is felt, {found.n:,} moves of {escape(species)} have a chemotaxis index (down less up, "
+        f"over all) of {found.index:.2f}{night}. Moves of one animal follow each other: the run is the replicate.</p>"
     )
