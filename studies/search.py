@@ -65,14 +65,14 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
              verdict("the search: minutes from the first candidate to the end of the confirmation", f"{longest:.1f}", "under 30", longest < 30)]
     if "random" in of:
         r, m = share(of["random"], "best")
-        lines.append(verdict("the same by chance", f"{r} of {m}", "less than the search", r / m < k / n))
+        lines.append(verdict("the same with candidates at random, in as much time", f"{r} of {m}", "less than the search", r / m < k / n))
     return {"verdicts": lines, "table": {"head": head, "rows": rows}}
 
 
 STUDY = Study(
-    name="search", claim="A search makes of a world that dies on nearly every seed one that lives, and is sooner there than chance.",
+    name="search", claim="A search makes of a world that dies on nearly every seed one that lives.",
     config={"world": hashlib.sha256(WORLD.read_bytes()).hexdigest()[:16], "cpu": 600.0, "workers": 2, "trials": None, "changes": {}},
-    cases=[{"optimiser": k, "seed": s} for s in (1,) for k in ("gp", "random")], run=run, summarise=summarise,
+    cases=[{"optimiser": k, "seed": s} for s in (1, 2) for k in ("gp", "random")], run=run, summarise=summarise,
     short_cases=[{"optimiser": k, "seed": 1} for k in ("gp", "random")],
     short_config={"cpu": None, "trials": 2, "changes": {"search.ticks": 50, "search.training_ticks": 8, "search.training_seeds": 1,
                   "search.confirm": {"world_seeds": 1, "training_seeds": 1, "ticks": 50}}},
