@@ -1,0 +1,12 @@
+"""What happened to whom in a recorded run, and why: `write_why("my-run")`.
+
+`case` reads the run, `near` measures distances in snapshots, `limits` says what held each species back in each phase, `diagnose`
+follows the causes to the first of them, `advice` names the values of the world file that act on it, `words` and `figure` tell it.
+"""
+
+from ecs_eco.analysis.why.case import Case, Food
+from ecs_eco.analysis.why.diagnose import VERDICTS, diagnose
+
+
+
+__all__ = ["VERDICTS", "Case", "Food", "diagnose"]

@@ -1,0 +1,199 @@
+"""A recorded run as a case to be explained: who eats whom, deaths by kind of cause, rates per head, ages, energies."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.compute as pc
+
+from ecs_eco.analysis.runs import DIED, Series, load_series, parts
+from ecs_eco.record import seal
+from ecs_eco.record.arrow import open_part, read_part
+
+KINDS = ("eaten", "starved", "old", "poisoned", "removed", "surroundings")
+"""Kinds of causes of death: eaten, energy used up, age, deadly food, an intervention, any other limit of its life."""
+
+
+@dataclass(frozen=True)
+class Food:
+    """One line of a diet: what is gained and lost by eating one."""
+
+    eater: str
+    eats: str
+    key: str  # of the world file, "species.deer.diet.0"
+    gain: float
+    poison: float  # energy that the eater loses
+    deadly: bool
+
+
+@dataclass(frozen=True)
+class Case:
+    """A run: its series, its configuration as it was at the end, deaths of animals, and snapshots."""
+
+    series: Series
+    config: Mapping[str, Any]
+    deaths: Mapping[str, Mapping[str, np.ndarray]] = field(default_factory=dict)  # by species: tick, age [s], cause
+    snapshots: Mapping[str, Mapping[str, np.ndarray]] = field(default_factory=dict)  # by species: tick, x, y, z, energy
+
+    @classmethod
+    def read(cls, run: Path | str) -> Case:
+        """Read a run folder; FileNotFoundError where it holds no run, RecordingError where a file is damaged."""
+        folder, series = Path(run), load_series(run)
+        config = in_force(series.manifest)
+        animals = [s for s, values in config.get("species", {}).items() if values.get("diet")]
+        return cls(series, config, _deaths(folder, animals), _snapshots(folder))
+
+    @property
+    def species(self) -> tuple[str, ...]:
+        """All species of the run, in its order."""
+        return self.series.species
+
+    def of(self, species: str) -> Mapping[str, Any]:
+        """A species' section of the world file; {} where the run has none."""
+        return self.config.get("species", {}).get(species, {})
+
+    @cached_property
+    def foods(self) -> tuple[Food, ...]:
+        """Every line of every diet."""
+        found = []
+        for s in self.species:
+            for i, line in enumerate(self.of(s).get("diet") or ()):
+                poison = (self.of(line["eats"]).get("defence") or {}).get("poison", 0.0) + max(0.0, -line["gain"])
+                found.append(Food(s, line["eats"], f"species.{s}.diet.{i}", max(0.0, line["gain"]), poison, bool(line.get("deadly"))))
+        return tuple(found)
+
+    def diet(self, species: str) -> tuple[Food, ...]:
+        """What a species eats."""
+        return tuple(f for f in self.foods if f.eater == species)
+
+    def eaters(self, species: str) -> tuple[str, ...]:
+        """Who eats a species."""
+        return tuple(dict.fromkeys(f.eater for f in self.foods if f.eats == species))
+
+    def is_animal(self, species: str) -> bool:
+        """Whether it eats or moves; what does neither is a plant, whatever its name."""
+        return bool(self.of(species).get("diet") or self.of(species).get("locomotion"))
+
+    @cached_property
+    def _kind(self) -> dict[tuple[str, str], str]:
+        removed = {i.get("cause", "culled") for _, i in self.series.manifest.get("intervened") or () if i.get("kind") == "cull"}
+        found = {}
+        for s in self.species:
+            for cause in self.series.causes:
+                kind = "removed" if cause in removed else "surroundings"
+                kind = "eaten" if cause.startswith("eaten by ") else "poisoned" if cause.startswith("poisoned by ") else kind
+                for limit in self.of(s).get("lethal") or ():
+                    if limit["property"] == "energy" and cause == limit.get("low") and limit.get("min") is not None:
+                        kind = "starved"
+                    elif limit["property"] == "age" and cause == limit.get("high") and limit.get("max") is not None:
+                        kind = "old"
+                found[s, cause] = kind
+        return found
+
+    def kind(self, species: str, cause: str) -> str:
+        """One of KINDS."""
+        return self._kind[species, cause]
+
+    def died(self, species: str, kind: str) -> np.ndarray:
+        """Deaths of a kind of cause in each tick, (ticks,)."""
+        i = self.series.index(species)
+        columns = [self.series.columns[DIED + c][:, i] for c in self.series.causes if self._kind[species, c] == kind]
+        return np.sum(columns, axis=0) if columns else np.zeros(len(self.series.ticks))
+
+    def eaten(self, prey: str, eater: str) -> np.ndarray:
+        """How many of `prey` an eater took in each tick, (ticks,); 0 for objects, which are not recorded."""
+        column = f"{DIED}eaten by {eater}"
+        return self.series.of(prey, column) if prey in self.species and column in self.series.columns else np.zeros(len(self.series.ticks))
+
+    def flow(self, species: str, column: str) -> np.ndarray:
+        """A column of the energy ledger, (ticks,); 0 where the run has none."""
+        return self.series.of(species, column) if column in self.series.columns else np.zeros(len(self.series.ticks))
+
+    def toll(self, species: str) -> np.ndarray:
+        """Energy lost by what is poisonous or bad in its food, (ticks,)."""
+        return np.sum([f.poison * self.eaten(f.eats, species) for f in self.diet(species)] or [np.zeros(len(self.series.ticks))], axis=0)
+
+    def meals(self, species: str) -> np.ndarray:
+        """Items of food that are worth eating taken in each tick, (ticks,)."""
+        good = {f.eats for f in self.diet(species) if f.gain > 0 and not f.deadly}
+        return np.sum([self.eaten(f, species) for f in good] or [np.zeros(len(self.series.ticks))], axis=0)
+
+    def able(self, species: str) -> tuple[np.ndarray, np.ndarray]:
+        """Ticks of snapshots and the share that had the energy to breed."""
+        way, found = self.of(species).get("reproduction") or {}, self.snapshots.get(species)
+        if found is None or "energy_min" not in way:
+            return np.zeros(0), np.zeros(0)
+        ticks, at = np.unique(found["tick"], return_inverse=True)
+        enough = found["energy"] >= way["energy_min"]
+        return ticks, np.bincount(at, weights=enough) / np.bincount(at)
+
+
+def in_force(manifest: Mapping[str, Any]) -> dict[str, Any]:
+    """The configuration of a run with the values that interventions of kind "set" have given it."""
+    config = copy.deepcopy(dict(manifest.get("config") or {}))
+    for _, done in manifest.get("intervened") or ():
+        for key, value in (done.get("set") or {}).items() if done.get("kind") == "set" else ():
+            put(config, key, value)
+    return config
+
+
+def put(config: Any, key: str, value: Any) -> None:
+    """Set the value at a dotted key, where there is one."""
+    node, names = config, [part.strip('"') for part in key.split(".")]
+    for i, name in enumerate(names):
+        where: Any = int(name) if isinstance(node, list) and name.isdigit() and int(name) < len(node) else name
+        if isinstance(node, list) and not isinstance(where, int):
+            return
+        if i == len(names) - 1:
+            node[where] = value
+        elif isinstance(node, dict) and node.get(where) is None:
+            return
+        else:
+            node = node[where]
+
+
+def look_up(config: Any, key: str) -> Any:
+    """The value at a dotted key; None where there is none."""
+    for name in key.split("."):
+        if isinstance(config, list):
+            config = config[int(name)] if name.isdigit() and int(name) < len(config) else None
+        else:
+            config = config.get(name) if isinstance(config, Mapping) else None
+    return config
+
+
+def _deaths(folder: Path, animals: list[str]) -> dict[str, dict[str, np.ndarray]]:
+    """Tick, age and cause of each animal's death; streamed, for plants die by the million."""
+    found: dict[str, list[pa.Table]] = {s: [] for s in animals}
+    for file in parts(folder, "deaths"):
+        for batch in open_part(file, seal.has_seals(folder)).iter_batches(1 << 17, columns=["tick", "species", "cause", "age"]):
+            table = pa.Table.from_batches([batch])
+            name = table["species"].cast(pa.string())
+            for s in animals:
+                some = table.filter(pc.equal(name, s))
+                if len(some):
+                    found[s].append(some)
+    out = {}
+    for s, tables in found.items():
+        if tables:
+            tick, age = (np.concatenate([t[c].to_numpy() for t in tables]) for c in ("tick", "age"))
+            cause = np.concatenate([t["cause"].cast(pa.string()).to_numpy(zero_copy_only=False) for t in tables])
+            out[s] = {"tick": tick, "age": age, "cause": cause}
+    return out
+
+
+def _snapshots(folder: Path) -> dict[str, dict[str, np.ndarray]]:
+    names = ["tick", "species", "x", "y", "z", "energy"]
+    tables = [read_part(f, names, seal.has_seals(folder)) for f in parts(folder, "snapshots")]
+    out = {}
+    for s in sorted({str(v) for t in tables for v in pc.unique(t["species"].cast(pa.string())).to_pylist()}):
+        some = [t.filter(pc.equal(t["species"].cast(pa.string()), s)) for t in tables]
+        out[s] = {c: np.concatenate([t[c].to_numpy() for t in some]) for c in names if c != "species"}
+    return out

@@ -1,0 +1,229 @@
+"""Follow the causes of death to the first of them: who fell, what of, and what had happened to its food or its enemies before.
+
+A species that starved because its food was gone leads on to who ate the food; one that starved amid plenty, aged without heirs, lost
+its newborn or was poisoned is itself where it began. Each step has a weight in 0 … 1; the verdict is the heaviest end of the chain.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ecs_eco.analysis.why.case import Case
+from ecs_eco.analysis.why.limits import losses, poisoned_share
+
+VERDICTS = {
+    "healthy": "nothing died out",
+    "overgrazing": "plants were eaten faster than they grow",
+    "predators too good": "prey was eaten faster than it breeds",
+    "predators too few": "predators could not keep up their numbers though there was prey",
+    "newborns starve": "newborn starved before they could feed themselves",
+    "poisoned": "food was poisonous",
+    "starved amid plenty": "food was there and not found or not caught",
+    "too few births": "the old were not replaced though they were fed",
+    "removed": "interventions took too many",
+    "surroundings": "the surroundings were deadly",
+}
+SCARCE, PLENTY = 0.35, 0.8  # food left, as a share of what there was before: certainly scarce below, certainly not above
+FALLEN = 0.05  # a species at less than this share of its greatest number at the end of a run has as good as died out
+Scores = dict[tuple[str, str, str], float]  # (verdict, species whose doing it was, victim): weight
+
+
+@dataclass(frozen=True)
+class Fall:
+    """A species' decline: rows of the series from when it last had half its greatest number, to its end."""
+
+    species: str
+    first: int
+    last: int  # the first row without it, or the row after the last
+    extinct: bool
+
+
+def falls(case: Case) -> list[Fall]:
+    """Who died out or has as good as died out at the end, the first first."""
+    found = []
+    for i, s in enumerate(case.species):
+        n = case.series.n[:, i]
+        top = n.max(initial=0)
+        gone = not np.isnan(case.series.extinct[i])
+        if top < 1 or not (gone or n[-1] <= min(FALLEN * top, 10)):
+            continue
+        last = int(np.flatnonzero(n)[-1]) + 1
+        high = np.flatnonzero(n[:last] >= 0.5 * top)
+        found.append(Fall(s, min(int(high[-1]), last - 1), last, gone))
+    return sorted(found, key=lambda f: (not f.extinct, f.last))
+
+
+def diagnose(case: Case) -> dict[str, Any]:
+    """The verdict on a run, with evidence, confidence 0 … 1 and the runner-up."""
+    fallen = falls(case)
+    if not fallen:
+        return {"verdict": "healthy", "species": None, "victim": None, "confidence": _safety(case), "runner_up": None, "fell": []}
+    told = {f.species: f for f in fallen}
+    scores = blame(case, fallen[0], told, frozenset())
+    total = sum(scores.values()) or 1.0
+    ranked = sorted(scores.items(), key=lambda x: -x[1])
+    by_verdict: dict[str, float] = defaultdict(float)
+    for (verdict, _, _), weight in ranked:
+        by_verdict[verdict] += weight / total
+    best, *rest = sorted(by_verdict.items(), key=lambda x: -x[1])
+    (_, species, victim), _ = next(r for r in ranked if r[0][0] == best[0])
+    return {"verdict": best[0], "species": species, "victim": victim, "confidence": best[1],
+            "runner_up": {"verdict": rest[0][0], "confidence": rest[0][1]} if rest else None,
+            "fell": [_told(case, f, told) for f in fallen]}  # fmt: skip
+
+
+def blame(case: Case, fall: Fall, told: dict[str, Fall], seen: frozenset[str]) -> Scores:
+    """What a fall goes back to, with weights that add up to 1."""
+    found: Scores = defaultdict(float)
+    s = fall.species
+    for what, weight in causes(case, fall).items():
+        kind, _, other = what.partition(": ")
+        if weight <= 0:
+            continue
+        if kind == "eaten":
+            _taken(case, found, other, s, weight, fall, told)
+        elif kind == "scarce":
+            _scarce(case, found, other, weight, fall, told, seen | {s})
+        elif kind in ("amid plenty", "unreplaced"):
+            hunts = any(case.is_animal(f.eats) for f in case.diet(s))
+            own = "starved amid plenty" if kind == "amid plenty" else "too few births"
+            found["predators too few" if hunts else own, s, s] += weight
+        else:
+            found[kind, s, s] += weight
+    return found
+
+
+def causes(case: Case, fall: Fall) -> dict[str, float]:
+    """What a species fell by, as shares: "eaten: wolf", "scarce: grass", "amid plenty", "newborns starve", "poisoned", "unreplaced", …"""
+    s, first, last = fall.species, fall.first, fall.last
+    span = slice(first, last + 1)
+    dead = {kind: float(case.died(s, kind)[span].sum()) for kind in ("eaten", "starved", "old", "poisoned", "removed", "surroundings")}
+    total = sum(dead.values()) or 1.0
+    out: dict[str, float] = defaultdict(float)
+    for eater in case.eaters(s):
+        out[f"eaten: {eater}"] += float(case.eaten(s, eater)[span].sum()) / total
+    poison = poisoned_share(case, s, first, last + 1)
+    starved = dead["starved"] / total
+    young = newborn_share(case, fall)
+    out["poisoned"] = dead["poisoned"] / total + starved * poison
+    starved *= 1 - poison
+    out["newborns starve"] = starved * young
+    starved *= 1 - young
+    left = food_left(case, fall)
+    total_left = sum(w for _, w in left.values()) or 1.0
+    for food, (share, weight) in left.items():
+        scarce = float(np.clip((PLENTY - share) / (PLENTY - SCARCE), 0, 1)) * weight / total_left
+        out[f"scarce: {food}"] += starved * scarce
+        out["amid plenty"] += starved * (weight / total_left - scarce)
+    if not left:
+        out["amid plenty"] += starved
+    out["unreplaced"] = dead["old"] / total
+    out["removed"], out["surroundings"] = dead["removed"] / total, dead["surroundings"] / total
+    return dict(out)
+
+
+def newborn_share(case: Case, fall: Fall) -> float:
+    """How far hunger was that of newborn which could not last until a first meal, 0 … 1.
+
+    The share of those born before the end that starved while young, where the energy they were given did not last as long as the
+    time between two meals of the living.
+    """
+    return newborn(case, fall)["share"]
+
+
+def newborn(case: Case, fall: Fall) -> dict[str, float]:
+    """Births, how many starved young, how long a newborn lasts and how long a meal takes to come [ticks]."""
+    s, span = fall.species, slice(0, fall.last + 1)
+    born = case.flow(s, "births")[span]
+    given = float((case.of(s).get("reproduction") or {}).get("energy_given", 0.0))
+    n = np.maximum(case.series.of(s)[span], 1)
+    burnt = float(case.flow(s, "burnt")[span].sum() / n.sum())
+    found = case.deaths.get(s)
+    if not born.sum() or not burnt or not given or found is None:
+        return {"births": float(born.sum()), "starved_young": 0.0, "lasts": np.nan, "meal_every": np.nan, "share": 0.0}
+    gain = max((f.gain for f in case.diet(s)), default=0.0)
+    meals = float((born * case.meals(s)[span] / n).sum() / born.sum())
+    dt, age = case.series.dt, found["age"]
+    limit = 1.5 * (given + gain) / burnt * dt
+    native = found["tick"] - age / dt > case.series.ticks[0]
+    hunger = np.array([case.kind(s, c) == "starved" for c in case.series.causes] or [False])
+    starved = np.isin(found["cause"], np.array(case.series.causes)[hunger]) if hunger.any() else np.zeros(len(age), bool)
+    young = float((native & starved & (age <= limit)).sum() / born.sum())
+    lasts, every = given / burnt, 1 / meals if meals else np.inf
+    before_meal = float(np.exp(-lasts * meals))
+    return {"births": float(born.sum()), "starved_young": young, "lasts": lasts, "meal_every": every, "share": young * before_meal}
+
+
+def food_left(case: Case, fall: Fall) -> dict[str, tuple[float, float]]:
+    """Of each food how much was left when the fallen starved, as a share of what there had been before, and its weight in the diet."""
+    s = fall.species
+    hungry = case.died(s, "starved")[fall.first : fall.last + 1]
+    out = {}
+    for f in case.diet(s):
+        if f.gain <= 0 or f.deadly or f.eats not in case.species:
+            continue
+        n = case.series.of(f.eats)
+        before = float(n[: fall.first + 1].mean())
+        now = n[fall.first : fall.last + 1]
+        left = float(np.average(now, weights=hungry)) if hungry.sum() else float(now.mean())
+        eaten = float(case.eaten(f.eats, s)[: fall.last + 1].sum()) * f.gain
+        out[f.eats] = (left / before if before else 1.0, eaten + 1e-9)
+    return out
+
+
+def _taken(case: Case, found: Scores, eater: str, prey: str, weight: float, fall: Fall, told: dict[str, Fall]) -> None:
+    """An eater took too many: a grazer, or a predator."""
+    if case.is_animal(prey):
+        found["predators too good", eater, prey] += weight
+        return
+    kept = idle(case, eater, fall, told)
+    found["predators too few", kept or eater, eater if kept else prey] += weight if kept else 0.0
+    found["overgrazing", eater, prey] += 0.0 if kept else weight
+
+
+def idle(case: Case, grazer: str, fall: Fall, told: dict[str, Fall]) -> str | None:
+    """A predator of the grazer that was gone, or nearly, before the plants were: grazers throve for want of it."""
+    for p in case.eaters(grazer):
+        n = case.series.of(p)
+        if n.max(initial=0) >= 1 and n[min(fall.first, len(n) - 1)] <= 0.3 * n.max() and p in told and told[p].first < fall.first:
+            return p
+    return None
+
+
+def _scarce(case: Case, found: Scores, food: str, weight: float, fall: Fall, told: dict[str, Fall], seen: frozenset[str]) -> None:
+    """Food was gone: who ate it, or what else befell it."""
+    if food in told and food not in seen and case.is_animal(food):
+        for key, w in blame(case, told[food], told, seen).items():
+            found[key] += weight * w
+        return
+    if case.is_animal(food):  # it fell and lives on: what took most of it while the eater starved
+        lost = losses(case, food, 0, fall.last + 1)
+        if lost["predators"] < 0.3 * sum(lost.values()):
+            found["overgrazing" if lost["food"] else "too few births", food, food] += weight
+            return
+    eaten = {e: float(case.eaten(food, e)[: fall.last + 1].sum()) for e in case.eaters(food)}
+    total = sum(eaten.values()) or 1.0
+    for eater, k in eaten.items():
+        _taken(case, found, eater, food, weight * k / total, fall, told)
+
+
+def _told(case: Case, fall: Fall, told: dict[str, Fall]) -> dict[str, Any]:
+    ticks, n = case.series.ticks, case.series.of(fall.species)
+    at = min(fall.last, len(ticks) - 1)
+    return {"species": fall.species, "extinct": fall.extinct, "tick": int(ticks[at]), "since": int(ticks[fall.first]), "from": int(n[fall.first]),
+            "peak": int(n.max()), "causes": dict(sorted(causes(case, fall).items(), key=lambda x: -x[1])),
+            "deaths": int(case.flow(fall.species, "deaths")[fall.first : fall.last + 1].sum()),
+            "births": int(case.flow(fall.species, "births")[fall.first : fall.last + 1].sum()),
+            "food_left": {f: x[0] for f, x in food_left(case, fall).items()}, "newborn": newborn(case, fall)}  # fmt: skip
+
+
+def _safety(case: Case) -> float:
+    """How far from extinction everybody stayed: 1 where the least number of each was a tenth of its mean or more."""
+    n = case.series.n[:, case.series.present]
+    if not n.size:
+        return 0.0
+    return float(np.clip((n.min(0) / np.maximum(n.mean(0), 1e-9)).min() / 0.1, 0.5, 1))

@@ -1,0 +1,113 @@
+"""What held a species back: its greatest possible growth less its own growth, taken apart by cause, in each of its phases.
+
+Births at the greatest rate minus the growth seen = births that failed for want of energy or of room + deaths by cause. All are
+rates per head and tick, so that they can be compared; the largest is what limits.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ecs_eco.analysis.spectrum import smooth
+from ecs_eco.analysis.why.case import KINDS, Case
+
+LIMITS = ("food", "predators", "poison", "age", "room", "removal", "surroundings")
+MOST = 8  # phases told of one species
+
+
+def losses(case: Case, species: str, first: int, last: int) -> dict[str, float]:
+    """What each limit took in the rows first … last − 1 of the series, per head and tick."""
+    span = slice(first, last)
+    heads = max(case.series.of(species)[span].sum(), 1.0)
+    dead = {kind: float(case.died(species, kind)[span].sum() / heads) for kind in KINDS}
+    hunger, room = unborn(case, species, first, last)
+    blamed = poisoned_share(case, species, first, last)
+    return {"food": (dead["starved"] + hunger) * (1 - blamed), "predators": dead["eaten"],
+            "poison": dead["poisoned"] + (dead["starved"] + hunger) * blamed, "age": dead["old"], "room": room,
+            "removal": dead["removed"], "surroundings": dead["surroundings"]}  # fmt: skip
+
+
+def unborn(case: Case, species: str, first: int, last: int) -> tuple[float, float]:
+    """Births that failed for want of energy, and of room or of mates, per head and tick; 0 where it does not breed."""
+    rate = greatest_rate(case, species)
+    span = slice(first, last)
+    n = case.series.of(species)[span]
+    born = float(case.flow(species, "births")[span].sum() / max(n.sum(), 1.0))
+    ticks, share = case.able(species)
+    if not len(ticks):
+        return 0.0, max(0.0, rate - born)
+    at = case.series.ticks[span]
+    fed = float(np.average(np.interp(at, ticks, share), weights=np.maximum(n, 1e-9)))
+    return rate * (1 - fed), max(0.0, rate * fed - born)
+
+
+def greatest_rate(case: Case, species: str) -> float:
+    """Births per head and tick of those that lack nothing: the file's rate, or the highest that the run shows."""
+    way = case.of(species).get("reproduction") or {}
+    if "rate" in way:
+        return float((1 - np.exp(-way["rate"] * case.series.dt)) * (way.get("litter", 1)))
+    births, n = case.flow(species, "births"), case.series.of(species)
+    window = max(1, len(n) // 30)
+    rates = smooth(births, window) / np.maximum(smooth(n, window), 1.0)
+    return float(np.quantile(rates, 0.95)) if len(n) and births.any() else 0.0
+
+
+def poisoned_share(case: Case, species: str, first: int, last: int) -> float:
+    """The share of hunger that would not have been without the poison eaten: toll over what was lacking, at most 1."""
+    span = slice(first, last)
+    toll = float(case.toll(species)[span].sum())
+    lacking = float((case.flow(species, "burnt") - case.flow(species, "taken_in"))[span].sum())
+    if toll <= 0 or not case.died(species, "starved")[span].any():
+        return 0.0
+    return min(1.0, toll / max(lacking, 1e-12)) if lacking > 0 else 1.0
+
+
+def phases(case: Case, species: str) -> list[dict[str, Any]]:
+    """The phases in which a species grew, fell or held, and what limited it in each."""
+    n = case.series.of(species)
+    gone = np.flatnonzero(n > 0)
+    if not len(gone):
+        return []
+    end = min(int(gone[-1]) + 2, len(n))
+    marks = turns(n[:end])
+    out = []
+    for first, last in zip(marks, marks[1:], strict=False):
+        lost = losses(case, species, first, last)
+        total = sum(lost.values())
+        limit = max(lost, key=lambda k: lost[k]) if total > 0 else None
+        factor = (n[last - 1] + 1) / (n[first] + 1)
+        trend = "grew" if factor > 1.25 else "fell" if factor < 0.8 else "held"
+        out.append({"from": int(case.series.ticks[first]), "to": int(case.series.ticks[last - 1]), "n": [int(n[first]), int(n[last - 1])],
+                    "trend": trend, "limit": limit, "share": lost[limit] / total if limit else 0.0, "losses": lost,
+                    "births": float(case.flow(species, "births")[first:last].sum() / max(n[first:last].sum(), 1))})  # fmt: skip
+    return out
+
+
+def turns(n: np.ndarray, most: int = MOST) -> list[int]:
+    """Rows at which a species' course turns, its ends included: so many phases at most, the greatest swings first."""
+    if len(n) < 4:
+        return [0, len(n)]
+    level = np.log(smooth(n.astype(float), max(1, len(n) // 50)) + 1)
+    swing = 0.35
+    while len(marks := _zigzag(level, swing)) > most + 1:
+        swing *= 1.3
+    return marks
+
+
+def _zigzag(level: np.ndarray, swing: float) -> list[int]:
+    """Turning points of a series that are at least `swing` apart from each other in height."""
+    marks, high, low, way = [0], 0, 0, 0
+    for i, v in enumerate(level):
+        high = i if v > level[high] else high
+        low = i if v < level[low] else low
+        if way >= 0 and level[high] - v > swing:  # it has turned down
+            marks, low, way = _marked(marks, high), i, -1
+        elif way <= 0 and v - level[low] > swing:
+            marks, high, way = _marked(marks, low), i, 1
+    return [*marks, len(level)]
+
+
+def _marked(marks: list[int], at: int) -> list[int]:
+    return marks if at - marks[-1] < 2 else [*marks, at]

@@ -1,0 +1,92 @@
+"""Does `ecs-eco why` find what was done to a world? Five staged disasters and healthy worlds, each many times at random.
+
+The label of a world is what was changed in it (studies/_disasters.py). A world is drawn anew where what was to happen did not:
+a disaster in which no animal died out, a healthy world in which one did. The limits in ecs_eco.analysis.why were chosen on the
+variants of the tuning seeds alone; those of the test seeds were looked at once they stood.
+"""
+
+from __future__ import annotations
+
+import sys
+import tempfile
+from collections import Counter
+from pathlib import Path
+from typing import Any
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from _disasters import CLASSES, web
+from _study import Study, verdict
+
+TUNING, TEST = 1_000, 50_000
+DRAWS = 12  # of a world until what was to happen did
+
+
+def staged(label: str, seed: int, ticks: int, out: Path) -> tuple[Any, dict[str, Any], int]:
+    """Record the first of the worlds of a label and seed in which it came to pass; return the case, what was drawn, and which it was."""
+    from ecs_eco.analysis.why import Case
+    from ecs_eco.config import load
+    from ecs_eco.record import run_to_folder
+
+    for draw in range(DRAWS):
+        number = 100 * seed + draw
+        config, drawn = web(number, label)
+        folder = out / str(draw)
+        run_to_folder(load(config), number, ticks, folder, "random", report=False, snapshot_every=max(1, ticks // 50))
+        case = Case.read(folder)
+        lost = [s for s, gone in zip(case.species, case.series.extinct, strict=True) if case.is_animal(s) and gone == gone]
+        if bool(lost) == (label != "healthy"):
+            return case, drawn | {"lost": lost}, draw
+    raise RuntimeError(f"{label} did not come to pass in {DRAWS} worlds of seed {seed}")
+
+
+def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
+    """Stage one variant and have it explained."""
+    from ecs_eco.analysis.why import diagnose
+
+    with tempfile.TemporaryDirectory(prefix="ecs-eco-why-") as folder:
+        found, drawn, draw = staged(case["label"], case["seed"], config["ticks"], Path(folder))
+    said = diagnose(found)
+    return {"said": said["verdict"], "of": said["species"], "confidence": said["confidence"], "runner_up": said["runner_up"],
+            "drawn": drawn, "draws": draw + 1}  # fmt: skip
+
+
+def confusion(cases: list[dict[str, Any]], which: str) -> tuple[list[list[Any]], int, int]:
+    """Rows of the confusion matrix of one set of variants, how many were right, and of how many."""
+    used = [c for c in cases if c["case"]["set"] == which]
+    heard = list(dict.fromkeys([*CLASSES, *(c["result"]["said"] for c in used)]))
+    rows = []
+    for label in CLASSES:
+        count = Counter(c["result"]["said"] for c in used if c["case"]["label"] == label)
+        rows.append([which, label, *(count.get(v, 0) for v in CLASSES), sum(count.get(v, 0) for v in heard[len(CLASSES) :])])
+    return rows, sum(c["result"]["said"] == c["case"]["label"] for c in used), len(used)
+
+
+def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
+    """The confusion matrix of each set, and the share that was right."""
+    from ecs_eco.analysis.survival import wilson
+
+    rows, out = [], []
+    for which in dict.fromkeys(c["case"]["set"] for c in cases):
+        lines, right, total = confusion(cases, which)
+        rows += lines
+        share, low, high = wilson(right, total)
+        goal = "≥ 80 %" if which == "test" else "for comparison: the limits were chosen on these"
+        said = f"{right} of {total} ({share:.0%}, {low:.0%} … {high:.0%})"
+        out.append(verdict(f"verdicts that name what was done, {which} variants", said, goal, share >= 0.8))
+        firsts = [c["result"]["said"] in (c["case"]["label"],) or (c["result"]["runner_up"] or {}).get("verdict") == c["case"]["label"] for c in cases if c["case"]["set"] == which]
+        out.append(verdict(f"first or second, {which} variants", f"{sum(firsts)} of {total}", "≥ 80 %", sum(firsts) >= 0.8 * total))
+    drawn = [c["result"]["draws"] for c in cases]
+    out.append(verdict("worlds drawn for a variant until it came to pass, mean", f"{sum(drawn) / len(drawn):.2f}", "reported", True))
+    return {"verdicts": out, "table": {"head": ["variants", "staged", *(f"said {c}" for c in CLASSES), "said another"], "rows": rows}}
+
+
+CASES = [{"set": which, "label": label, "seed": first + i} for which, first in (("test", TEST), ("tuning", TUNING))
+         for label in CLASSES for i in range(10)]  # fmt: skip
+STUDY = Study(
+    name="why", claim="`ecs-eco why` names what was done to a world", config={"ticks": 1000}, cases=CASES, run=run, summarise=summarise,
+    short_cases=[{"set": "test", "label": label, "seed": TEST + 10} for label in CLASSES],
+)  # fmt: skip
+
+if __name__ == "__main__":
+    STUDY.main()
