@@ -32,7 +32,7 @@ def web(seed: int, label: str) -> tuple[dict[str, Any], dict[str, Any]]:
     species = {plant: _plant(rng, side), grazer: _grazer(rng, plant, side, words)}
     if levels == 3:
         species[predator] = _predator(rng, grazer, side, words)
-    drawn: dict[str, Any] = {"plant": plant, "grazer": grazer, "predator": predator if levels == 3 else None, "levels": levels}
+    drawn: dict[str, Any] = {"who": grazer, "plant": plant, "grazer": grazer, "predator": predator if levels == 3 else None, "levels": levels}
     if label != "healthy":
         CHANGES[label](rng, species, drawn, other)
     config = {"format": 1, "name": "web", "space": {"size": [side, side]}, "species": species}
@@ -64,7 +64,7 @@ def _walker(rng: np.random.Generator, basal: float, low: str, high: str, age: fl
 def _grazer(rng: np.random.Generator, plant: str, side: float, words: dict[str, str]) -> dict[str, Any]:
     return _walker(rng, about(rng, 0.006), **words, age=about(rng, 900)) | {
         "count": round(side**2 * about(rng, 0.022)),
-        "diet": [{"eats": plant, "reach": 0.4, "chance": about(rng, 0.35), "gain": about(rng, 0.15), "until": 0.9}],
+        "diet": [{"eats": plant, "reach": 0.4, "chance": about(rng, 0.4), "gain": about(rng, 0.19), "until": 0.9}],
         "reproduction": {"kind": "simplified", "rate": about(rng, 0.012), "energy_min": 0.6, "energy_given": 0.3}}  # fmt: skip
 
 
@@ -102,7 +102,7 @@ def _too_good(rng: np.random.Generator, species: dict[str, Any], drawn: dict[str
 def _too_few(rng: np.random.Generator, species: dict[str, Any], drawn: dict[str, Any], other: str) -> None:
     """Predators are a handful, catch little or bear no young; in half of the webs grazers multiply fast."""
     hunter, grazer = species[drawn["predator"]], species[drawn["grazer"]]
-    drawn["how"] = str(rng.choice(["catch", "births", "handful"]))
+    drawn["who"], drawn["how"] = drawn["predator"], str(rng.choice(["catch", "births", "handful"]))
     if drawn["how"] == "catch":
         hunter["diet"][0]["chance"] *= rng.uniform(0.02, 0.15)
     elif drawn["how"] == "births":
@@ -118,10 +118,10 @@ def _too_few(rng: np.random.Generator, species: dict[str, Any], drawn: dict[str,
 def _newborns(rng: np.random.Generator, species: dict[str, Any], drawn: dict[str, Any], other: str) -> None:
     """Parents give their newborn next to nothing."""
     drawn["who"] = drawn["predator"] if drawn["levels"] == 3 and rng.random() < 0.4 else drawn["grazer"]
-    drawn["given"] = float(rng.uniform(0.005, 0.03))
+    drawn["given"] = float(rng.uniform(0.002, 0.015))
     who = species[drawn["who"]]
     who["reproduction"]["energy_given"] = drawn["given"]
-    who["lethal"][1]["max"] *= rng.uniform(0.4, 0.7)
+    who["lethal"][1]["max"] *= rng.uniform(0.25, 0.5)
 
 
 def _poisoned(rng: np.random.Generator, species: dict[str, Any], drawn: dict[str, Any], other: str) -> None:

@@ -27,7 +27,11 @@ VERDICTS = {
     "removed": "interventions took too many",
     "surroundings": "the surroundings were deadly",
 }
-SCARCE, PLENTY = 0.35, 0.8  # food left, as a share of what there was before: certainly scarce below, certainly not above
+FEEDS = (0.9, 1.3)  # intake at the food's full number over what is burnt: hunger amid plenty below, for want of food above
+LEFT = (0.95, 0.6)  # food left while they starved, as a share of its full number: no want of it above, certainly want below
+GROWN = (0.6, 0.9)  # intake over burnt at the food's full number: below, those who are grown starve as well
+HEIRS = (0.5, 1.0)  # young that one which lacks nothing bears in its life: below, numbers fall whatever happens
+HUNGRY = (0.55, 0.8)  # chance that a newborn finds no meal in time: as among others below, a death sentence above
 FALLEN = 0.05  # a species at less than this share of its greatest number at the end of a run has as good as died out
 Scores = dict[tuple[str, str, str], float]  # (verdict, species whose doing it was, victim): weight
 
@@ -108,70 +112,93 @@ def causes(case: Case, fall: Fall) -> dict[str, float]:
         out[f"eaten: {eater}"] += float(case.eaten(s, eater)[span].sum()) / total
     poison = poisoned_share(case, s, first, last + 1)
     starved = dead["starved"] / total
-    young = newborn_share(case, fall)
     out["poisoned"] = dead["poisoned"] / total + starved * poison
     starved *= 1 - poison
-    out["newborns starve"] = starved * young
-    starved *= 1 - young
-    left = food_left(case, fall)
-    total_left = sum(w for _, w in left.values()) or 1.0
-    for food, (share, weight) in left.items():
-        scarce = float(np.clip((PLENTY - share) / (PLENTY - SCARCE), 0, 1)) * weight / total_left
-        out[f"scarce: {food}"] += starved * scarce
-        out["amid plenty"] += starved * (weight / total_left - scarce)
-    if not left:
-        out["amid plenty"] += starved
-    out["unreplaced"] = dead["old"] / total
+    young = newborn(case, fall)
+    out["newborns starve"] = starved * young["of_hunger"]
+    starved *= 1 - young["of_hunger"]
+    out["amid plenty"] = starved
+    for food in supply(case, fall):
+        out[f"scarce: {food['eats']}"] = starved * food["scarce"]
+        out["amid plenty"] -= starved * food["scarce"]
+    heirs = min(1.0, young["births"] / max(float(case.died(s, "old")[: last + 1].sum()), 1.0))
+    out["newborns starve"] += dead["old"] / total * young["of_births"] * heirs
+    out["unreplaced"] = dead["old"] / total * (1 - young["of_births"] * heirs)
     out["removed"], out["surroundings"] = dead["removed"] / total, dead["surroundings"] / total
+    barren = 1 - _ramp(offspring(case, s), *HEIRS)
+    for what in [w for w in out if not w.startswith(("eaten", "poisoned", "removed", "surroundings", "unreplaced"))]:
+        out["unreplaced"] += out[what] * barren
+        out[what] *= 1 - barren
     return dict(out)
 
 
-def newborn_share(case: Case, fall: Fall) -> float:
-    """How far hunger was that of newborn which could not last until a first meal, 0 … 1.
+def offspring(case: Case, species: str) -> float:
+    """Young that one which lacks nothing bears in its span of life, by the world file; ∞ where the file sets no rate or no span."""
+    way = case.of(species).get("reproduction") or {}
+    span = min((x["max"] for x in case.of(species).get("lethal") or () if x["property"] == "age" and x.get("max") is not None), default=np.inf)
+    if not way:
+        return 0.0
+    return float(way["rate"] * way.get("litter", 1) * max(span - way.get("age_min", 0.0), 0.0)) if "rate" in way and span < np.inf else np.inf
 
-    The share of those born before the end that starved while young, where the energy they were given did not last as long as the
-    time between two meals of the living.
+
+def supply(case: Case, fall: Fall) -> list[dict[str, Any]]:
+    """What each food was to the fallen: how much was left when they starved, and whether its full number would have fed them.
+
+    `left` is the food while they starved as a share of its greatest number until the end of the fall; `feeds` is the intake at that number over
+    what they burnt, at the rate at which they found and caught it; `scarce` the share of their hunger that its fall explains.
     """
-    return newborn(case, fall)["share"]
-
-
-def newborn(case: Case, fall: Fall) -> dict[str, float]:
-    """Births, how many starved young, how long a newborn lasts and how long a meal takes to come [ticks]."""
     s, span = fall.species, slice(0, fall.last + 1)
-    born = case.flow(s, "births")[span]
-    given = float((case.of(s).get("reproduction") or {}).get("energy_given", 0.0))
-    n = np.maximum(case.series.of(s)[span], 1)
-    burnt = float(case.flow(s, "burnt")[span].sum() / n.sum())
-    found = case.deaths.get(s)
-    if not born.sum() or not burnt or not given or found is None:
-        return {"births": float(born.sum()), "starved_young": 0.0, "lasts": np.nan, "meal_every": np.nan, "share": 0.0}
-    gain = max((f.gain for f in case.diet(s)), default=0.0)
-    meals = float((born * case.meals(s)[span] / n).sum() / born.sum())
-    dt, age = case.series.dt, found["age"]
-    limit = 1.5 * (given + gain) / burnt * dt
-    native = found["tick"] - age / dt > case.series.ticks[0]
-    hunger = np.array([case.kind(s, c) == "starved" for c in case.series.causes] or [False])
-    starved = np.isin(found["cause"], np.array(case.series.causes)[hunger]) if hunger.any() else np.zeros(len(age), bool)
-    young = float((native & starved & (age <= limit)).sum() / born.sum())
-    lasts, every = given / burnt, 1 / meals if meals else np.inf
-    before_meal = float(np.exp(-lasts * meals))
-    return {"births": float(born.sum()), "starved_young": young, "lasts": lasts, "meal_every": every, "share": young * before_meal}
-
-
-def food_left(case: Case, fall: Fall) -> dict[str, tuple[float, float]]:
-    """Of each food how much was left when the fallen starved, as a share of what there had been before, and its weight in the diet."""
-    s = fall.species
+    n = case.series.of(s)[span]
     hungry = case.died(s, "starved")[fall.first : fall.last + 1]
-    out = {}
+    burnt = float(case.flow(s, "burnt")[span].sum() / max(n.sum(), 1.0))
+    out = []
     for f in case.diet(s):
         if f.gain <= 0 or f.deadly or f.eats not in case.species:
             continue
-        n = case.series.of(f.eats)
-        before = float(n[: fall.first + 1].mean())
-        now = n[fall.first : fall.last + 1]
-        left = float(np.average(now, weights=hungry)) if hungry.sum() else float(now.mean())
-        eaten = float(case.eaten(f.eats, s)[: fall.last + 1].sum()) * f.gain
-        out[f.eats] = (left / before if before else 1.0, eaten + 1e-9)
+        food = case.series.of(f.eats)
+        full = float(food[span].max(initial=0.0)) if case.is_animal(f.eats) else float(food.max(initial=0.0))
+        now = food[fall.first : fall.last + 1]
+        left = float(np.average(now, weights=hungry) if hungry.sum() else now.mean()) / max(full, 1.0)
+        caught = float(case.eaten(f.eats, s)[span].sum() / max((n * food[span]).sum(), 1.0))  # by one, of one, in a tick
+        out.append({"eats": f.eats, "left": left, "caught": caught, "intake": caught * full * f.gain, "full": full})
+    intake = sum(f["intake"] for f in out)
+    feeds = intake / burnt if burnt else np.inf
+    for f in out:
+        f["feeds"] = feeds
+        part = f["intake"] / intake if intake else 1 / len(out)
+        f["scarce"] = part * float(_ramp(feeds, *FEEDS) * _ramp(f["left"], *LEFT))
+    return out
+
+
+def _ramp(x: float, low: float, high: float) -> float:
+    """0 at `low`, 1 at `high`, even between."""
+    return float(np.clip((x - low) / (high - low), 0, 1))
+
+
+def newborn(case: Case, fall: Fall) -> dict[str, float]:
+    """How newborn fared until the end of a fall.
+
+    `births`; `starved_young`, the share of them that starved before they could have had more than one meal; how long a newborn `lasts` on
+    what it was given, and `meal_every` how many ticks a meal came when food was at its most. `of_births` and `of_hunger`: what share of
+    the births came to nothing, and of those who starved in the fall were newborn, because they could not last until a first meal.
+    """
+    s, span = fall.species, slice(0, fall.last + 1)
+    births, found = float(case.flow(s, "births")[span].sum()), case.deaths.get(s)
+    given = float((case.of(s).get("reproduction") or {}).get("energy_given", 0.0))
+    burnt = float(case.flow(s, "burnt")[span].sum() / max(case.series.of(s)[span].sum(), 1))
+    out = {"births": births, "starved_young": 0.0, "lasts": np.nan, "meal_every": np.nan, "of_births": 0.0, "of_hunger": 0.0}
+    if not births or not burnt or not given or found is None:
+        return out
+    dt, foods = case.series.dt, supply(case, fall)
+    limit = 1.5 * (given + max((f.gain for f in case.diet(s)), default=0.0)) / burnt * dt
+    hungry = np.isin(found["cause"], [c for c in case.series.causes if case.kind(s, c) == "starved"])
+    young = hungry & (found["tick"] - found["age"] / dt > case.series.ticks[0]) & (found["age"] <= limit)
+    late = found["tick"] >= case.series.ticks[fall.first]
+    meals = sum(f["caught"] * f["full"] for f in foods)
+    doomed = _ramp(float(np.exp(-given / burnt * meals)), *HUNGRY) * _ramp(max((f["feeds"] for f in foods), default=0.0), *GROWN)
+    out |= {"starved_young": float(young.sum() / births), "lasts": given / burnt, "meal_every": 1 / meals if meals else np.inf}
+    out["of_births"] = out["starved_young"] * doomed
+    out["of_hunger"] = float((young & late).sum() / max((hungry & late).sum(), 1)) * doomed
     return out
 
 
@@ -218,7 +245,7 @@ def _told(case: Case, fall: Fall, told: dict[str, Fall]) -> dict[str, Any]:
             "peak": int(n.max()), "causes": dict(sorted(causes(case, fall).items(), key=lambda x: -x[1])),
             "deaths": int(case.flow(fall.species, "deaths")[fall.first : fall.last + 1].sum()),
             "births": int(case.flow(fall.species, "births")[fall.first : fall.last + 1].sum()),
-            "food_left": {f: x[0] for f, x in food_left(case, fall).items()}, "newborn": newborn(case, fall)}  # fmt: skip
+            "food": supply(case, fall), "newborn": newborn(case, fall)}  # fmt: skip
 
 
 def _safety(case: Case) -> float:

@@ -1,0 +1,191 @@
+"""Which values of the world file act on what went wrong, and which way to turn them: found in the file's own structure."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import Any
+
+from ecs_eco.analysis.why.case import Case, look_up
+
+Advice = tuple[str, str, str]  # key, "higher" or "lower", what it does
+MOST = 6
+
+
+def advise(case: Case, diagnosis: dict[str, Any], limits: dict[str, str | None] | None = None) -> list[dict[str, Any]]:
+    """Values to turn for a verdict, the likeliest first: key, value now, direction, what it does. None that stands at its end already."""
+    found: dict[str, dict[str, Any]] = {}
+    if diagnosis["verdict"] == "healthy":
+        lines = [line for s, limit in (limits or {}).items() for line in list(_of_limit(case, s, limit))[:2]]
+    else:
+        lines = list(REMEDIES[diagnosis["verdict"]](case, diagnosis["species"], diagnosis["victim"]))
+    for key, way, what in lines:
+        value = look_up(case.config, key)
+        if isinstance(value, bool | int | float | list) and key not in found and not _at_end(key, value, way):
+            found[key] = {"key": key, "value": value, "turn": way, "effect": what}
+    return list(found.values()) if diagnosis["verdict"] == "healthy" else list(found.values())[:MOST]
+
+
+def _at_end(key: str, value: Any, way: str) -> bool:
+    """Whether a value cannot be turned that way: 0 is the least there is, 1 the most of a chance."""
+    return (way == "lower" and value == 0) or (way == "higher" and key.endswith(".chance") and value >= 1)
+
+
+def _growth(case: Case, s: str) -> Iterator[Advice]:
+    """More of a plant or of prey."""
+    base = f"species.{s}"
+    yield f"{base}.reproduction.rate", "higher", f"{s} grow back faster"
+    yield f"{base}.reproduction.seed_rain", "higher", f"{s} come back where they are gone"
+    yield f"{base}.metabolism.growth", "higher", f"{s} make more energy of light"
+
+
+def _appetite(case: Case, eater: str, food: str) -> Iterator[Advice]:
+    """Less taken of one food by one eater."""
+    for f in case.diet(eater):
+        if f.eats == food:
+            yield f"{f.key}.chance", "lower", f"{eater} take {food} more slowly"
+            yield f"{f.key}.until", "lower", f"sated {eater} leave {food} alone"
+            yield f"{f.key}.reach", "lower", f"{eater} must come nearer"
+    yield f"species.{eater}.metabolism.digestion", "higher", f"a meal keeps {eater} busy"
+
+
+def _catch(case: Case, eater: str) -> Iterator[Advice]:
+    """More taken in by an eater."""
+    for f in case.diet(eater):
+        if f.gain > f.poison and not f.deadly:
+            yield f"{f.key}.chance", "higher", f"{eater} take {f.eats} sooner"
+            yield f"{f.key}.gain", "higher", f"a meal of {f.eats} is worth more"
+            yield f"{f.key}.reach", "higher", f"{eater} catch {f.eats} from further away"
+
+
+def _upkeep(case: Case, s: str) -> Iterator[Advice]:
+    yield f"species.{s}.metabolism.basal", "lower", f"{s} live longer without food"
+    costs = (case.of(s).get("locomotion") or {}).get("cost") or {}
+    if costs:
+        yield f"species.{s}.locomotion.cost.{max(costs, key=lambda g: costs[g])}", "lower", f"moving costs {s} less"
+
+
+def _births(case: Case, s: str, way: str) -> Iterator[Advice]:
+    """More births of a species, or fewer."""
+    base, other = f"species.{s}.reproduction", {"higher": "lower", "lower": "higher"}[way]
+    yield f"{base}.rate", way, f"{s} bear {'more' if way == 'higher' else 'fewer'} young"
+    yield f"{base}.energy_min", other, f"{'leaner' if way == 'higher' else 'only fatter'} {s} breed"
+    yield f"{base}.spacing", other, f"{s} {'crowd closer' if way == 'higher' else 'need room of their own'}"
+
+
+def _life(case: Case, s: str) -> Iterator[Advice]:
+    for i, limit in enumerate(case.of(s).get("lethal") or ()):
+        if limit["property"] == "age" and limit.get("max") is not None:
+            yield f"species.{s}.lethal.{i}.max", "higher", f"{s} live longer"
+
+
+def _overgrazing(case: Case, s: str, victim: str) -> Iterator[Advice]:
+    foods = [f.eats for f in case.diet(s) if f.gain > 0 and not case.is_animal(f.eats)]
+    for food in foods:
+        yield from list(_appetite(case, s, food))[:1]
+        yield from list(_growth(case, food))[:1]
+    yield from list(_births(case, s, "lower"))[:1]
+    for food in foods:
+        yield from list(_growth(case, food))[1:]
+        yield from list(_appetite(case, s, food))[1:]
+    yield f"species.{s}.count", "lower", "fewer at the start"
+    for hunter in case.eaters(s):
+        yield f"species.{hunter}.count", "higher", f"more {hunter} hold {s} down"
+
+
+def _too_good(case: Case, s: str, victim: str) -> Iterator[Advice]:
+    yield from list(_appetite(case, s, victim))[:2]
+    yield from list(_births(case, s, "lower"))[:3:2]
+    yield from list(_appetite(case, s, victim))[2:]
+    yield from list(_births(case, victim, "higher"))[:1]
+    yield f"species.{s}.count", "lower", "fewer at the start"
+
+
+def _too_few(case: Case, s: str, victim: str) -> Iterator[Advice]:
+    yield from list(_catch(case, s))[:1]
+    yield from list(_births(case, s, "higher"))[:2]
+    yield f"species.{s}.count", "higher", "more at the start"
+    yield from list(_catch(case, s))[1:]
+    yield from _upkeep(case, s)
+    yield from _life(case, s)
+
+
+def _newborns(case: Case, s: str, victim: str) -> Iterator[Advice]:
+    base = f"species.{s}.reproduction"
+    yield f"{base}.energy_given", "higher", f"newborn {s} last longer until their first meal"
+    yield f"{base}.energy_min", "higher", f"parents of {s} can afford to give more"
+    yield f"{base}.dispersal", "higher", f"newborn {s} come to places that are not eaten bare"
+    yield from _catch(case, s)
+    yield from _upkeep(case, s)
+
+
+def _poisoned(case: Case, s: str, victim: str) -> Iterator[Advice]:
+    for f in case.diet(s):
+        if f.deadly:
+            yield f"{f.key}.deadly", "lower", f"{f.eats} no longer kill who eats them"
+            yield f"{f.key}.chance", "lower", f"{s} take {f.eats} more rarely"
+        if f.poison > 0:
+            yield f"species.{f.eats}.defence.poison", "lower", f"{f.eats} cost their eater less"
+            if (look_up(case.config, f"{f.key}.gain") or 0) < 0:
+                yield f"{f.key}.gain", "higher", f"{f.eats} cost their eater less"
+                yield f"{f.key}.chance", "lower", f"{s} take {f.eats} more rarely"
+            yield f"species.{f.eats}.count", "lower", f"fewer {f.eats} to be taken"
+    yield f"species.{s}.reflex", "higher", f"a reflex may keep {s} from eating it"
+
+
+def _starved(case: Case, s: str, victim: str) -> Iterator[Advice]:
+    yield from _catch(case, s)
+    yield from _upkeep(case, s)
+    for i, sensor in enumerate(case.of(s).get("sensors") or ()):
+        if sensor.get("target") in {f.eats for f in case.diet(s)}:
+            yield f"species.{s}.sensors.{i}.radius", "higher", f"{s} see {sensor['target']} from further away"
+    if not case.diet(s):
+        yield f"species.{s}.metabolism.growth", "higher", f"{s} make more energy of light"
+
+
+def _unborn(case: Case, s: str, victim: str) -> Iterator[Advice]:
+    yield from _births(case, s, "higher")
+    yield f"species.{s}.reproduction.reach", "higher", "mates find each other from further away"
+    yield from _life(case, s)
+    yield f"species.{s}.max_count", "higher", "more may live at once"
+
+
+def _removed(case: Case, s: str, victim: str) -> Iterator[Advice]:
+    for i, what in enumerate(case.config.get("interventions") or ()):
+        if what.get("kind") == "cull" and what.get("species") == s:
+            yield f"interventions.{i}.share", "lower", f"fewer {s} are taken"
+            yield f"interventions.{i}.count", "lower", f"fewer {s} are taken"
+            yield f"interventions.{i}.every", "higher", f"{s} are taken more rarely"
+
+
+def _surroundings(case: Case, s: str, victim: str) -> Iterator[Advice]:
+    for i, limit in enumerate(case.of(s).get("lethal") or ()):
+        if limit["property"] not in ("energy", "age"):
+            yield f"species.{s}.lethal.{i}.max", "higher", f"{s} bear more {limit['property']}"
+            yield f"species.{s}.lethal.{i}.min", "lower", f"{s} bear less {limit['property']}"
+
+
+def _of_limit(case: Case, s: str, limit: str | None) -> Iterator[Advice]:
+    """What would make more of a species that is held back by one thing."""
+    if limit == "food":
+        yield from list(_catch(case, s))[:1]
+        yield from list(_upkeep(case, s))[:1]
+    elif limit == "predators":
+        for hunter in case.eaters(s):
+            yield from list(_appetite(case, hunter, s))[:1]
+    elif limit == "poison":
+        yield from _poisoned(case, s, s)
+    elif limit == "age":
+        yield from _life(case, s)
+    elif limit == "room":
+        yield f"species.{s}.reproduction.spacing", "lower", f"{s} crowd closer"
+        yield f"species.{s}.max_count", "higher", "more may live at once"
+    elif limit == "removal":
+        yield from _removed(case, s, s)
+    elif limit == "surroundings":
+        yield from _surroundings(case, s, s)
+
+
+REMEDIES: dict[str, Callable[[Case, str, str], Iterator[Advice]]] = {
+    "overgrazing": _overgrazing, "predators too good": _too_good, "predators too few": _too_few, "newborns starve": _newborns,
+    "poisoned": _poisoned, "starved amid plenty": _starved, "too few births": _unborn, "removed": _removed, "surroundings": _surroundings,
+}  # fmt: skip
