@@ -1,4 +1,4 @@
-"""`ecs-eco run | resume | train | report | lineage | compare | draw | list | check`."""
+"""`ecs-eco run | resume | train | report | why | lineage | compare | draw | list | check`."""
 
 from pathlib import Path
 from typing import Annotated
@@ -125,6 +125,19 @@ def report(folder: Annotated[Path, typer.Argument(metavar="DIR", help="A folder 
     from ecs_eco.cli.simulate import report_run
 
     report_run(folder)
+
+
+@app.command()
+@exits
+def why(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="A folder that `run` left, or that one is being recorded in.")],
+    out: Annotated[Path | None, typer.Option(help="Folder for why.html, why.json and the figure. Default: DIR.")] = None,
+    json_: Annotated[bool, typer.Option("--json", help="Say why.json instead of sentences.")] = False,
+) -> None:
+    """Say what happened to whom in a run, why, and which values act on it."""
+    from ecs_eco.cli.why import tell_why
+
+    tell_why(folder, out, json_)
 
 
 @app.command()

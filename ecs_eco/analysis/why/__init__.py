@@ -6,7 +6,7 @@ follows the causes to the first of them, `advice` names the values of the world 
 
 from ecs_eco.analysis.why.case import Case, Food
 from ecs_eco.analysis.why.diagnose import VERDICTS, diagnose
+from ecs_eco.analysis.why.page import explain, write_why
+from ecs_eco.analysis.why.words import sentences
 
-
-
-__all__ = ["VERDICTS", "Case", "Food", "diagnose"]
+__all__ = ["VERDICTS", "Case", "Food", "diagnose", "explain", "sentences", "write_why"]

@@ -14,7 +14,7 @@ MOST = 6
 def advise(case: Case, diagnosis: dict[str, Any], limits: dict[str, str | None] | None = None) -> list[dict[str, Any]]:
     """Values to turn for a verdict, the likeliest first: key, value now, direction, what it does. None that stands at its end already."""
     found: dict[str, dict[str, Any]] = {}
-    if diagnosis["verdict"] == "healthy":
+    if diagnosis["species"] is None:
         lines = [line for s, limit in (limits or {}).items() for line in list(_of_limit(case, s, limit))[:2]]
     else:
         lines = list(REMEDIES[diagnosis["verdict"]](case, diagnosis["species"], diagnosis["victim"]))
@@ -22,12 +22,12 @@ def advise(case: Case, diagnosis: dict[str, Any], limits: dict[str, str | None] 
         value = look_up(case.config, key)
         if isinstance(value, bool | int | float | list) and key not in found and not _at_end(key, value, way):
             found[key] = {"key": key, "value": value, "turn": way, "effect": what}
-    return list(found.values()) if diagnosis["verdict"] == "healthy" else list(found.values())[:MOST]
+    return list(found.values()) if diagnosis["species"] is None else list(found.values())[:MOST]
 
 
 def _at_end(key: str, value: Any, way: str) -> bool:
-    """Whether a value cannot be turned that way: 0 is the least there is, 1 the most of a chance."""
-    return (way == "lower" and value == 0) or (way == "higher" and key.endswith(".chance") and value >= 1)
+    """Whether a value cannot be turned that way: 0 is the least there is, 1 the most of a chance; what lives without light stays so."""
+    return value == 0 and (way == "lower" or key.endswith(".growth")) or (way == "higher" and key.endswith(".chance") and value >= 1)
 
 
 def _growth(case: Case, s: str) -> Iterator[Advice]:

@@ -26,9 +26,11 @@ VERDICTS = {
     "too few births": "the old were not replaced though they were fed",
     "removed": "interventions took too many",
     "surroundings": "the surroundings were deadly",
+    "nobody": "nobody lived at the end of any tick",
 }
 FEEDS = (0.9, 1.3)  # intake at the food's full number over what is burnt: hunger amid plenty below, for want of food above
 LEFT = (0.95, 0.6)  # food left while they starved, as a share of its full number: no want of it above, certainly want below
+GONE = (0.3, 0.1)  # food left: want of it, whatever its full number would have fed
 GROWN = (0.6, 0.9)  # intake over burnt at the food's full number: below, those who are grown starve as well
 HEIRS = (0.5, 1.0)  # young that one which lacks nothing bears in its life: below, numbers fall whatever happens
 HUNGRY = (0.55, 0.8)  # chance that a newborn finds no meal in time: as among others below, a death sentence above
@@ -65,7 +67,7 @@ def diagnose(case: Case) -> dict[str, Any]:
     """The verdict on a run, with evidence, confidence 0 … 1 and the runner-up."""
     fallen = falls(case)
     if not fallen:
-        return {"verdict": "healthy", "species": None, "victim": None, "confidence": _safety(case), "runner_up": None, "fell": []}
+        return {"verdict": "healthy" if case.series.present.any() else "nobody", "species": None, "victim": None, "confidence": _safety(case), "runner_up": None, "fell": []}
     told = {f.species: f for f in fallen}
     scores = blame(case, fallen[0], told, frozenset())
     total = sum(scores.values()) or 1.0
@@ -166,7 +168,7 @@ def supply(case: Case, fall: Fall) -> list[dict[str, Any]]:
     for f in out:
         f["feeds"] = feeds
         part = f["intake"] / intake if intake else 1 / len(out)
-        f["scarce"] = part * float(_ramp(feeds, *FEEDS) * _ramp(f["left"], *LEFT))
+        f["scarce"] = part * _ramp(f["left"], *LEFT) * max(_ramp(feeds, *FEEDS), _ramp(f["left"], *GONE))
     return out
 
 
@@ -245,7 +247,8 @@ def _told(case: Case, fall: Fall, told: dict[str, Fall]) -> dict[str, Any]:
             "peak": int(n.max()), "causes": dict(sorted(causes(case, fall).items(), key=lambda x: -x[1])),
             "deaths": int(case.flow(fall.species, "deaths")[fall.first : fall.last + 1].sum()),
             "births": int(case.flow(fall.species, "births")[fall.first : fall.last + 1].sum()),
-            "food": supply(case, fall), "newborn": newborn(case, fall)}  # fmt: skip
+            "food": supply(case, fall), "newborn": newborn(case, fall),
+            "offspring": heirs if (heirs := offspring(case, fall.species)) < np.inf else None}  # fmt: skip
 
 
 def _safety(case: Case) -> float:

@@ -1,0 +1,126 @@
+"""One figure of what happened: numbers, causes of death, energy per head."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ecs_eco.analysis.figures import DASHES, PALETTE, _binned, _grid, _mark, _styled, colors, interventions
+from ecs_eco.analysis.runs import DIED
+from ecs_eco.analysis.why.case import Case
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+HATCHES = ("", "////", "....", "\\\\\\\\", "xx", "++", "oo", "--")
+OUT = (("burnt", "burnt", PALETTE[3]), ("given", "given to newborn", PALETTE[5]), ("lost", "lost with the dead", "#9aa3ab"))
+MOST = 5  # species that have rows of their own
+
+
+@_styled
+def draw(case: Case, found: Mapping[str, Any]) -> Figure:
+    """Numbers of all at the top; below, for each animal, shares of causes of death at the left and energy per head at the right."""
+    shown = _shown(case, found)
+    figure, _ = _grid(1, 1, 11, 3.1 + 1.75 * len(shown))
+    figure.clear()
+    rows = figure.add_gridspec(len(shown) + 1, 2, height_ratios=[1.7, *[1.0] * len(shown)])
+    top = figure.add_subplot(rows[0, :])
+    _numbers(top, case, found)
+    used = [c for c in case.series.causes if any(case.series.of(s, DIED + c).any() for s in shown)]
+    for i, s in enumerate(shown):
+        left, right = figure.add_subplot(rows[i + 1, 0], sharex=top), figure.add_subplot(rows[i + 1, 1], sharex=top)
+        _causes(left, case, s, used)
+        _energy(right, case, s)
+        if i == 0:
+            left.set_title(f"what killed: {s}")
+            right.set_title(f"energy per head and tick: {s}")
+        if i == len(shown) - 1:
+            left.set_xlabel("tick")
+            right.set_xlabel("tick")
+    top.set_xlim(*_span(case))
+    _legend(figure, used, bool(shown))
+    return figure
+
+
+def _span(case: Case) -> tuple[float, float]:
+    """The first and last tick shown: where all animals are gone early, not all of what follows."""
+    ticks = case.series.ticks
+    animals = [i for i, s in enumerate(case.species) if case.is_animal(s) and case.series.present[i]]
+    gone = case.series.extinct[animals]
+    last = float(ticks[-1])
+    if len(animals) and not np.isnan(gone).any():
+        last = min(last, float(ticks[0] + 1.5 * (gone.max() - ticks[0]) + 10))
+    return float(ticks[0]), max(last, float(ticks[0]) + 1)
+
+
+def _shown(case: Case, found: Mapping[str, Any]) -> list[str]:
+    """Animals, those that fell first, then others that died at all; plants only where there is nothing else."""
+    fell = [f["species"] for f in found["fell"]]
+    died = [s for s in case.species if case.flow(s, "deaths").any()]
+    animals = [s for s in died if case.is_animal(s)]
+    return list(dict.fromkeys([*(s for s in animals if s in fell), *animals, *(s for s in died if s in fell)]))[:MOST]
+
+
+def _numbers(ax: Any, case: Case, found: Mapping[str, Any]) -> None:
+    series, hue = case.series, colors(case.species)
+    for i, s in enumerate(series.species):
+        n = series.n[:, i]
+        alive = np.where(n > 0, n, np.nan)
+        ax.plot(series.ticks, alive, color=hue[s], label=s, ls=DASHES[i % len(DASHES)], lw=1.7)
+        if not np.isnan(series.extinct[i]) and series.present[i]:
+            last = int(np.flatnonzero(n)[-1])
+            ax.plot(series.extinct[i], n[last], "x", color=hue[s], ms=10, mew=2.6, zorder=5, clip_on=False)
+            ax.axvline(series.extinct[i], color=hue[s], lw=0.9, ls=":", zorder=1)
+    ax.set_yscale("log")
+    ax.set(ylabel="number", ylim=(0.8, None), xlabel="")
+    ax.yaxis.set_major_formatter("{x:,.0f}")
+    what = found["verdict"]
+    ax.set_title("nothing died out" if what == "healthy" else what if not found["species"] else f"{what} ({found['species']})")
+    ax.legend(loc="center left", bbox_to_anchor=(1.005, 0.5))
+    _mark(ax, interventions(series))
+
+
+def _causes(ax: Any, case: Case, species: str, used: list[str]) -> None:
+    counts = np.stack([case.series.of(species, DIED + c) for c in used], -1)
+    middle, rate = _binned(case.series, counts, 60)
+    total = rate.sum(1, keepdims=True)
+    share = np.divide(rate, total, out=np.zeros_like(rate), where=total > 0)
+    width = np.diff(middle, append=2 * middle[-1] - middle[-2] if len(middle) > 1 else middle[-1] + 1)
+    base = np.zeros(len(middle))
+    for k in range(len(used)):
+        ax.bar(middle, share[:, k], width, bottom=base, color=PALETTE[(k + 1) % len(PALETTE)], hatch=HATCHES[k % len(HATCHES)],
+               edgecolor="white", linewidth=0)  # fmt: skip
+        base += share[:, k]
+    ax.set(ylim=(0, 1), ylabel="share of deaths", title=species)
+    ax.yaxis.set_major_formatter(lambda x, _: f"{x:.0%}")
+
+
+def _energy(ax: Any, case: Case, species: str) -> None:
+    n = case.series.of(species)
+    middle, heads = _binned(case.series, n[:, None], 60)
+    flows = np.stack([case.flow(species, name) for name in ("taken_in", *(name for name, _, _ in OUT))], -1)
+    _, per = _binned(case.series, flows, 60)
+    per = np.divide(per, heads, out=np.full_like(per, np.nan), where=heads >= 0.5)
+    ax.plot(middle, per[:, 0], color=PALETTE[0], lw=1.8)
+    ax.fill_between(middle, 0, per[:, 0], color=PALETTE[0], alpha=0.25, lw=0)
+    base = np.zeros(len(middle))
+    for k, (_, _, colour) in enumerate(OUT):
+        ax.fill_between(middle, base, base - per[:, k + 1], color=colour, lw=0, alpha=0.85, hatch=HATCHES[k], edgecolor="white")
+        base = base - per[:, k + 1]
+    ax.axhline(0, color="#444c54", lw=0.8)
+    span = np.nanquantile(np.abs(np.concatenate([per[:, 0], base])), 0.98) if np.isfinite(base).any() else 1.0
+    ax.set(title=species, ylim=(-1.15 * span, 1.15 * span) if span > 0 else None)
+
+
+def _legend(figure: Figure, used: list[str], any_shown: bool) -> None:
+    from matplotlib.patches import Patch
+
+    if not any_shown:
+        return
+    causes = [Patch(facecolor=PALETTE[(k + 1) % len(PALETTE)], hatch=HATCHES[k % len(HATCHES)], edgecolor="white", label=c) for k, c in enumerate(used)]
+    flows = [Patch(facecolor=PALETTE[0], alpha=0.5, label="taken in"),
+             *(Patch(facecolor=c, hatch=HATCHES[k], edgecolor="white", label=word) for k, (_, word, c) in enumerate(OUT))]  # fmt: skip
+    figure.legend(handles=causes, loc="outside lower left", ncols=3, fontsize=8.5, title="causes of death", alignment="left")
+    figure.legend(handles=flows, loc="outside lower right", ncols=2, fontsize=8.5, title="energy", alignment="left")

@@ -1,0 +1,100 @@
+"""Explain a run folder: why.json for machines, why.html and figures/why.png for people."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from html import escape
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ecs_eco.analysis.compare import clean
+from ecs_eco.analysis.figures import save
+from ecs_eco.analysis.page import page, picture, table, write_text
+from ecs_eco.analysis.why.advice import advise
+from ecs_eco.analysis.why.case import Case
+from ecs_eco.analysis.why.diagnose import diagnose
+from ecs_eco.analysis.why.figure import draw
+from ecs_eco.analysis.why.limits import phases
+from ecs_eco.analysis.why.near import conduct
+from ecs_eco.analysis.why.words import sentences
+
+FLOWS = ("taken_in", "burnt", "given", "lost")
+NEAR = 0.05  # of a species' mean: so few had come near extinction
+
+
+def explain(case: Case) -> dict[str, Any]:
+    """All that is to be said of a run, as why.json holds it."""
+    found = diagnose(case)
+    ends = {f["species"]: (int(np.searchsorted(case.series.ticks, f["since"])), int(np.searchsorted(case.series.ticks, f["tick"])))
+            for f in found["fell"]}  # fmt: skip
+    rows = len(case.series.ticks)
+    found["phases"] = {s: phases(case, s) for s in case.species if case.series.present[case.series.index(s)]}
+    found["energy"] = {s: _flows(case, s) for s in found["phases"]}
+    found["lowest"] = {s: _lowest(case, s) for s in found["phases"]}
+    found["conduct"] = {s: (conduct(case, s, 0, max(ends[s][0], 1)), conduct(case, s, ends[s][0], ends[s][1])) if s in ends
+                        else (conduct(case, s, 0, rows), {}) for s in found["phases"] if case.is_animal(s)}  # fmt: skip
+    found["interventions"] = dict(Counter(_what(done) for _, done in case.series.manifest.get("intervened") or ()))
+    held = {s: max(told, key=lambda p: p["to"] - p["from"])["limit"] for s, told in found["phases"].items() if told and case.is_animal(s)}
+    found["parameters"] = advise(case, found, held)
+    return {"format": 1, **found}
+
+
+def write_why(run: Path | str, out: Path | str | None = None) -> dict[str, Any]:
+    """Explain a run folder; write why.json, why.html and figures/why.png there, or in `out`, and return what why.json holds.
+
+    FileNotFoundError where the folder holds no run, RecordingError where a file of it is damaged.
+    """
+    folder, case = Path(out or run), Case.read(run)
+    found = explain(case)
+    said = sentences(case, found)
+    found = clean(found | {"sentences": said})
+    write_text(folder / "why.json", json.dumps(found, indent=1, ensure_ascii=False, allow_nan=False) + "\n")
+    drawn = picture(save(draw(case, found), folder / "figures" / "why.png"), CAPTION) if len(case.series.ticks) else ""
+    title = f"Why: {case.series.manifest.get('title') or case.series.manifest.get('world', 'a run')}"
+    blocks = [f"<h1>{escape(title)}</h1>", _verdict(said.pop("What happened"), found["verdict"] == "healthy"), drawn]
+    for head, lines in said.items():
+        blocks += [f"<h2>{head}</h2>", _turns(found["parameters"]) if head == "What to turn" else _list(lines)]
+    write_text(folder / "why.html", page(title, *blocks))
+    return found
+
+
+CAPTION = (
+    "Numbers on a log scale (a cross is the end of a species), causes of death as shares of all deaths at a time, and energy per head and tick: "
+    "taken in above zero, burnt, given and lost below."
+)
+
+
+def _flows(case: Case, species: str) -> dict[str, float]:
+    heads = max(float(case.series.of(species).sum()), 1.0)
+    return {name: float(case.flow(species, name).sum() / heads) for name in FLOWS}
+
+
+def _lowest(case: Case, species: str) -> dict[str, Any]:
+    n = case.series.of(species)
+    here = np.flatnonzero(n)
+    at = int(here[0] + n[here[0] :].argmin())
+    low, mean = int(n[at]), float(n.mean())
+    return {"n": low, "tick": int(case.series.ticks[at]), "mean": mean, "end": int(n[-1]), "near": low < max(3, NEAR * mean)}
+
+
+def _what(done: dict[str, Any]) -> str:
+    from ecs_eco.config.interventions import describe
+
+    return describe(done)
+
+
+def _verdict(lines: list[str], well: bool) -> str:
+    return f"<div class='verdict{'' if well else ' lost'}'>" + "".join(f"<p>{escape(x)}</p>" for x in lines) + "</div>"
+
+
+def _list(lines: list[str]) -> str:
+    return "<ul>" + "".join(f"<li>{escape(x)}</li>" for x in lines) + "</ul>"
+
+
+def _turns(found: list[dict[str, Any]]) -> str:
+    return table(["value of the world file", "now", "turn", "what it does"], [[a["key"], a["value"], a["turn"], a["effect"]] for a in found])
+
+

@@ -1,0 +1,43 @@
+"""why: what happened to whom in a run, and why."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import Any
+
+from ecs_eco.cli.terminal import refuse, say
+
+
+def tell_why(folder: Path, out: Path | None, as_json: bool) -> None:
+    """Explain a run folder in sentences, or as JSON, and write the page and the figure."""
+    if not (folder / "manifest.json").is_file():
+        what = "has no manifest.json" if folder.is_dir() else "no such folder"
+        refuse("DIR", what, str(folder), "a folder that `ecs-eco run` left")
+    from ecs_eco.analysis.runs import parts
+    from ecs_eco.analysis.why import write_why
+
+    if not parts(folder, "series"):
+        refuse("DIR", "holds no series", str(folder), "a run of one tick or more")
+    if out is not None and out.exists() and not out.is_dir():
+        refuse("--out", "is no folder", str(out), "a folder, new or there already")
+    found = write_why(folder, out)
+    if as_json:
+        say(json.dumps({k: v for k, v in found.items() if k != "sentences"}, indent=1, ensure_ascii=False))
+        return
+    _print(found["sentences"])
+    say(f"\nwritten: {(out or folder) / 'why.html'}")
+
+
+def _print(told: dict[str, list[str]]) -> None:
+    """Sentences under their headings, as wide as the terminal."""
+    from rich.console import Console
+    from rich.padding import Padding
+    from rich.text import Text
+
+    console: Any = Console(file=sys.stdout, highlight=False, width=None if sys.stdout.isatty() else 110)
+    for head, lines in told.items():
+        console.print(Text(f"\n{head}" if head != next(iter(told)) else head, style="bold"))
+        for line in lines:
+            console.print(Padding(Text(line), (0, 0, 0, 2)))
