@@ -118,10 +118,10 @@ def _too_few(rng: np.random.Generator, species: dict[str, Any], drawn: dict[str,
 def _newborns(rng: np.random.Generator, species: dict[str, Any], drawn: dict[str, Any], other: str) -> None:
     """Parents give their newborn next to nothing."""
     drawn["who"] = drawn["predator"] if drawn["levels"] == 3 and rng.random() < 0.4 else drawn["grazer"]
-    drawn["given"] = float(rng.uniform(0.002, 0.015))
+    drawn["given"] = float(rng.uniform(0.001, 0.01))
     who = species[drawn["who"]]
     who["reproduction"]["energy_given"] = drawn["given"]
-    who["lethal"][1]["max"] *= rng.uniform(0.25, 0.5)
+    who["lethal"][1]["max"] *= rng.uniform(0.2, 0.4)
 
 
 def _poisoned(rng: np.random.Generator, species: dict[str, Any], drawn: dict[str, Any], other: str) -> None:

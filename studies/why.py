@@ -19,7 +19,7 @@ from _disasters import CLASSES, web
 from _study import Study, verdict
 
 TUNING, TEST = 1_000, 50_000
-DRAWS = 12  # of a world until what was to happen did
+DRAWS = 20  # of a world until what was to happen did
 
 
 def staged(label: str, seed: int, ticks: int, out: Path) -> tuple[Any, dict[str, Any], int]:
@@ -74,15 +74,16 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
         goal = "≥ 80 %" if which == "test" else "for comparison: the limits were chosen on these"
         said = f"{right} of {total} ({share:.0%}, {low:.0%} … {high:.0%})"
         out.append(verdict(f"verdicts that name what was done, {which} variants", said, goal, share >= 0.8))
-        firsts = [c["result"]["said"] in (c["case"]["label"],) or (c["result"]["runner_up"] or {}).get("verdict") == c["case"]["label"] for c in cases if c["case"]["set"] == which]
-        out.append(verdict(f"first or second, {which} variants", f"{sum(firsts)} of {total}", "≥ 80 %", sum(firsts) >= 0.8 * total))
+        used = [c for c in cases if c["case"]["set"] == which]
+        named = sum(c["case"]["label"] in (c["result"]["said"], (c["result"]["runner_up"] or {}).get("verdict")) for c in used)
+        out.append(verdict(f"verdict or runner-up, {which} variants", f"{named} of {total}", "≥ 80 %", named >= 0.8 * total))
     drawn = [c["result"]["draws"] for c in cases]
     out.append(verdict("worlds drawn for a variant until it came to pass, mean", f"{sum(drawn) / len(drawn):.2f}", "reported", True))
     return {"verdicts": out, "table": {"head": ["variants", "staged", *(f"said {c}" for c in CLASSES), "said another"], "rows": rows}}
 
 
-CASES = [{"set": which, "label": label, "seed": first + i} for which, first in (("test", TEST), ("tuning", TUNING))
-         for label in CLASSES for i in range(10)]  # fmt: skip
+CASES = [{"set": which, "label": label, "seed": first + i} for which, first, n in (("test", TEST, 10), ("tuning", TUNING, 5))
+         for label in CLASSES for i in range(n)]  # fmt: skip
 STUDY = Study(
     name="why", claim="`ecs-eco why` names what was done to a world", config={"ticks": 1000}, cases=CASES, run=run, summarise=summarise,
     short_cases=[{"set": "test", "label": label, "seed": TEST + 10} for label in CLASSES],

@@ -119,7 +119,8 @@ def _legend(figure: Figure, used: list[str], any_shown: bool) -> None:
 
     if not any_shown:
         return
-    causes = [Patch(facecolor=PALETTE[(k + 1) % len(PALETTE)], hatch=HATCHES[k % len(HATCHES)], edgecolor="white", label=c) for k, c in enumerate(used)]
+    colour = [PALETTE[(k + 1) % len(PALETTE)] for k in range(len(used))]
+    causes = [Patch(facecolor=colour[k], hatch=HATCHES[k % len(HATCHES)], edgecolor="white", label=c) for k, c in enumerate(used)]
     flows = [Patch(facecolor=PALETTE[0], alpha=0.5, label="taken in"),
              *(Patch(facecolor=c, hatch=HATCHES[k], edgecolor="white", label=word) for k, (_, word, c) in enumerate(OUT))]  # fmt: skip
     figure.legend(handles=causes, loc="outside lower left", ncols=3, fontsize=8.5, title="causes of death", alignment="left")

@@ -55,13 +55,14 @@ def greatest_rate(case: Case, species: str) -> float:
 
 
 def poisoned_share(case: Case, species: str, first: int, last: int) -> float:
-    """The share of hunger that would not have been without the poison eaten: toll over what was lacking, at most 1."""
+    """The share of hunger that would not have been without the poison eaten: its toll over what was lacking, at most 1.
+
+    Where the species as a whole lacked less, three tenths of what it burnt count as lacking: some starve while others are full.
+    """
     span = slice(first, last)
-    toll = float(case.toll(species)[span].sum())
-    lacking = float((case.flow(species, "burnt") - case.flow(species, "taken_in"))[span].sum())
-    if toll <= 0 or not case.died(species, "starved")[span].any():
-        return 0.0
-    return min(1.0, toll / max(lacking, 1e-12)) if lacking > 0 else 1.0
+    toll, burnt = float(case.toll(species)[span].sum()), float(case.flow(species, "burnt")[span].sum())
+    lacking = burnt - float(case.flow(species, "taken_in")[span].sum())
+    return min(1.0, toll / max(lacking, 0.3 * burnt, 1e-12)) if toll > 0 else 0.0
 
 
 def phases(case: Case, species: str) -> list[dict[str, Any]]:

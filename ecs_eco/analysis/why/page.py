@@ -62,8 +62,8 @@ def write_why(run: Path | str, out: Path | str | None = None) -> dict[str, Any]:
 
 
 CAPTION = (
-    "Numbers on a log scale (a cross is the end of a species), causes of death as shares of all deaths at a time, and energy per head and tick: "
-    "taken in above zero, burnt, given and lost below."
+    "Numbers on a log scale (a cross is the end of a species), causes of death as shares of all deaths at a time, and energy per head "
+    "and tick: taken in above zero, burnt, given and lost below."
 )
 
 
@@ -95,6 +95,7 @@ def _list(lines: list[str]) -> str:
 
 
 def _turns(found: list[dict[str, Any]]) -> str:
-    return table(["value of the world file", "now", "turn", "what it does"], [[a["key"], a["value"], a["turn"], a["effect"]] for a in found])
+    rows = [[a["key"], a["value"], a["turn"], a["effect"]] for a in found]
+    return table(["value of the world file", "now", "turn", "what it does"], rows)
 
 

@@ -14,8 +14,8 @@ from ecs_eco.analysis.why.diagnose import VERDICTS
 
 Blocks = dict[str, list[str]]
 LIMITED = {
-    "food": "want of food", "predators": "being eaten", "poison": "poison in its food", "age": "old age", "room": "births that failed though it was fed (room, mates)",
-    "removal": "interventions", "surroundings": "its surroundings",
+    "food": "want of food", "predators": "being eaten", "poison": "poison in its food", "age": "old age",
+    "room": "births that failed though it was fed (room, mates)", "removal": "interventions", "surroundings": "its surroundings",
 }  # fmt: skip
 
 
@@ -23,8 +23,8 @@ def sentences(case: Case, found: Mapping[str, Any]) -> Blocks:
     """What to say of a run: headings and their sentences, in order."""
     told: Blocks = {"What happened": [headline(case, found), *happened(case, found)], "Why": list(chain(case, found))}
     told["Energy"] = [line for s in found["energy"] if (line := energy(s, found["energy"][s]))]
-    told["What limited whom"] = [phase(s, p) for s, phases in found["phases"].items() for p in phases]
-    told["What the animals did"] = [line for s, (before, during) in found["conduct"].items() for line in conduct(s, before, during)]
+    told["What limited whom"] = [phase(case, s, p) for s, phases in found["phases"].items() for p in phases]
+    told["What the animals did"] = [line for s, both in found["conduct"].items() for line in conduct(s, *both)]
     told["What to turn"] = [turn(a) for a in found["parameters"]]
     return {head: lines for head, lines in told.items() if lines}
 
@@ -97,12 +97,15 @@ def _link(f: Mapping[str, Any], what: str, share: float) -> str:
         return f"{part}: {other} ate {s} faster than they were born."
     if kind == "scarce":
         x = food[other]
-        return f"{part}: hunger for want of {other}. While they starved, {x['left']:.0%} of the {x['full']:,.0f} {other} were left; all of them would have fed {number(x['feeds'], 2)} times what {s} burn."
+        left = f"While they starved, {x['left']:.0%} of the {x['full']:,.0f} {other} were left"
+        return f"{part}: hunger for want of {other}. {left}; all of them would have fed {number(x['feeds'], 2)} times what {s} burn."
     if kind == "amid plenty":
         fed = max((x["feeds"] for x in food.values()), default=0.0)
-        return f"{part}: hunger though there was food. All the food there was would have fed {number(fed, 2)} times what {s} burn, at the rate at which they found and caught it."
+        rate = "at the rate at which they found and caught it"
+        return f"{part}: hunger though there was food. All of it would have fed {number(fed, 2)} times what {s} burn, {rate}."
     if kind == "newborns starve":
-        return f"{part}: newborn starved, {young['starved_young']:.0%} of {young['births']:,.0f}. What they were given lasts {number(young['lasts'], 2)} ticks; a meal comes every {number(young['meal_every'], 2)}."
+        lasts = f"What they were given lasts {number(young['lasts'], 2)} ticks; a meal comes every {number(young['meal_every'], 2)}"
+        return f"{part}: newborn starved, {young['starved_young']:.0%} of {young['births']:,.0f}. {lasts}."
     if kind == "poisoned":
         return f"{part}: what they ate was deadly, or cost more energy than they could spare."
     if kind == "unreplaced":
@@ -116,13 +119,15 @@ def energy(species: str, flows: Mapping[str, float]) -> str:
     total = sum(max(flows[k], 0.0) for k in ("burnt", "given", "lost"))
     if total <= 0 or flows["taken_in"] == flows["burnt"] == 0:
         return ""
-    parts = ", ".join(f"{max(flows[k], 0) / total:.0%} {word}" for k, word in (("burnt", "burnt"), ("given", "given to newborn"), ("lost", "lost with the dead")))
+    words = {"burnt": "burnt", "given": "given to newborn", "lost": "lost with the dead"}
+    parts = ", ".join(f"{max(flows[k], 0) / total:.0%} {word}" for k, word in words.items())
     return f"{species}: {number(flows['taken_in'])} taken in per head and tick, {number(flows['burnt'])} burnt. Of what went out: {parts}."
 
 
-def phase(species: str, p: Mapping[str, Any]) -> str:
+def phase(case: Case, species: str, p: Mapping[str, Any]) -> str:
     """What limited a species in one phase."""
-    limit = f"limited by {LIMITED[p['limit']]} ({p['share']:.0%})" if p["limit"] else "nothing held it back"
+    named = LIMITED | ({} if case.is_animal(species) else {"room": "want of room"})
+    limit = f"limited by {named[p['limit']]} ({p['share']:.0%})" if p["limit"] else "nothing held it back"
     a, b = p["n"]
     return f"{species}, ticks {p['from']:,} to {p['to']:,}: {p['trend']} from {a:,} to {b:,}, {limit}."
 
@@ -132,7 +137,7 @@ def conduct(species: str, before: Mapping[str, Any], during: Mapping[str, Any]) 
     if not before:
         return
     both = (before, during) if during else (before,)
-    said = [f"{' then '.join(number(x['meals'] * 100, 2) for x in both)} meals in 100 ticks"]
+    said = [f"{' then '.join(number(x['meals'] * 100, 2) for x in both)} meals in 100 ticks"] if before["food"] else []
     if before.get("effort") is not None:
         share = " then ".join(f"{x['effort']:.0%}" for x in both if x.get("effort") is not None)
         said.append(f"moving cost {share} of what its dearest gait costs")
@@ -142,10 +147,13 @@ def conduct(species: str, before: Mapping[str, Any], during: Mapping[str, Any]) 
             told = [f"{number(d['mean'], 2)} m ({number(d['to_chance'], 2)} × chance)" for d in far if d]
             if told:
                 said.append(f"{' then '.join(told)} to the nearest {other}")
-    yield f"{species}{' (before, then in its fall)' if during else ''}: {'; '.join(said)}."
+    if said:
+        yield f"{species}{' (before, then in its fall)' if during else ''}: {'; '.join(said)}."
 
 
 def turn(a: Mapping[str, Any]) -> str:
     """A value of the world file and which way to turn it."""
-    value = str(a["value"]).lower() if isinstance(a["value"], bool) else number(a["value"], 3) if isinstance(a["value"], int | float) else a["value"]
+    value = a["value"]
+    if isinstance(value, bool | int | float):
+        value = str(value).lower() if isinstance(value, bool) else number(value)
     return f"{a['key']} = {value}: {a['turn']} ({a['effect']})."

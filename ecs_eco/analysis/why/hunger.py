@@ -1,0 +1,100 @@
+"""Hunger of a species that fell: was its food gone, could it not catch it, did its newborn not last to a first meal, had it heirs?"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ecs_eco.analysis.why.case import Case
+
+FEEDS = (0.9, 1.3)  # intake at the food's full number over what is burnt: hunger amid plenty below, for want of food above
+LEFT = (0.95, 0.6)  # food left while they starved, as a share of its full number: no want of it above, certainly want below
+GONE = (0.5, 0.2)  # food left: want of it, whatever its full number would have fed
+GROWN = (0.6, 0.9)  # intake over burnt at the food's full number: below, those who are grown starve as well
+HUNGRY = (0.55, 0.8)  # chance that a newborn finds no meal in time: as among others below, a death sentence above
+
+
+@dataclass(frozen=True)
+class Fall:
+    """A species' decline: rows of the series from when it last had half its greatest number, to its end."""
+
+    species: str
+    first: int
+    last: int  # the first row without it, or the row after the last
+    extinct: bool
+
+
+def offspring(case: Case, species: str) -> float:
+    """Young that one which lacks nothing bears in its span of life, by the world file; ∞ where the file sets no rate or no span."""
+    way = case.of(species).get("reproduction") or {}
+    if not way:
+        return 0.0
+    limits = case.of(species).get("lethal") or ()
+    span = min((x["max"] for x in limits if x["property"] == "age" and x.get("max") is not None), default=np.inf)
+    if "rate" not in way or span == np.inf:
+        return float(np.inf)
+    return float(way["rate"] * way.get("litter", 1) * max(span - way.get("age_min", 0.0), 0.0))
+
+
+def supply(case: Case, fall: Fall) -> list[dict[str, Any]]:
+    """What each food was to the fallen: how much was left when they starved, and whether its full number would have fed them.
+
+    `left` is the food while they starved as a share of its greatest number (of prey: until the end of the fall); `feeds` is the intake
+    at that number over what they burnt, at the rate at which they found and caught it; `scarce` the share of their hunger that its
+    fall explains.
+    """
+    s, span = fall.species, slice(0, fall.last + 1)
+    n = case.series.of(s)[span]
+    hungry = case.died(s, "starved")[fall.first : fall.last + 1]
+    burnt = float(case.flow(s, "burnt")[span].sum() / max(n.sum(), 1.0))
+    out: list[dict[str, Any]] = []
+    for f in case.diet(s):
+        if f.gain <= 0 or f.deadly or f.eats not in case.species:
+            continue
+        food = case.series.of(f.eats)
+        full = float(food[span].max(initial=0.0)) if case.is_animal(f.eats) else float(food.max(initial=0.0))
+        now = food[fall.first : fall.last + 1]
+        left = float(np.average(now, weights=hungry) if hungry.sum() else now.mean()) / max(full, 1.0)
+        caught = float(case.eaten(f.eats, s)[span].sum() / max((n * food[span]).sum(), 1.0))  # by one, of one, in a tick
+        out.append({"eats": f.eats, "left": left, "caught": caught, "intake": caught * full * f.gain, "full": full})
+    intake = sum(f["intake"] for f in out)
+    feeds = intake / burnt if burnt else np.inf
+    for line in out:
+        part = line["intake"] / intake if intake else 1 / len(out)
+        gone = ramp(line["left"], *LEFT) * max(ramp(feeds, *FEEDS), ramp(line["left"], *GONE))
+        line |= {"feeds": feeds, "scarce": part * gone}
+    return out
+
+
+def newborn(case: Case, fall: Fall) -> dict[str, float]:
+    """How newborn fared until the end of a fall.
+
+    `births`; `starved_young`, the share of them that starved before they could have had more than one meal; how long a newborn `lasts` on
+    what it was given, and `meal_every` how many ticks a meal came when food was at its most. `of_births` and `of_hunger`: what share of
+    the births came to nothing, and of those who starved in the fall were newborn, because they could not last until a first meal.
+    """
+    s, span = fall.species, slice(0, fall.last + 1)
+    births, found = float(case.flow(s, "births")[span].sum()), case.deaths.get(s)
+    given = float((case.of(s).get("reproduction") or {}).get("energy_given", 0.0))
+    burnt = float(case.flow(s, "burnt")[span].sum() / max(case.series.of(s)[span].sum(), 1))
+    out = {"births": births, "starved_young": 0.0, "lasts": np.nan, "meal_every": np.nan, "of_births": 0.0, "of_hunger": 0.0}
+    if not births or not burnt or not given or found is None:
+        return out
+    dt, foods = case.series.dt, supply(case, fall)
+    limit = 1.5 * (given + max((f.gain for f in case.diet(s)), default=0.0)) / burnt * dt
+    hungry = np.isin(found["cause"], [c for c in case.series.causes if case.kind(s, c) == "starved"])
+    young = hungry & (found["tick"] - found["age"] / dt > case.series.ticks[0]) & (found["age"] <= limit)
+    late = found["tick"] >= case.series.ticks[fall.first]
+    meals = sum(f["caught"] * f["full"] for f in foods)
+    doomed = ramp(float(np.exp(-given / burnt * meals)), *HUNGRY) * ramp(max((f["feeds"] for f in foods), default=0.0), *GROWN)
+    out |= {"starved_young": float(young.sum() / births), "lasts": given / burnt, "meal_every": 1 / meals if meals else np.inf}
+    out["of_births"] = out["starved_young"] * doomed
+    out["of_hunger"] = float((young & late).sum() / max((hungry & late).sum(), 1)) * doomed
+    return out
+
+
+def ramp(x: float, low: float, high: float) -> float:
+    """0 at `low`, 1 at `high`, even between."""
+    return float(np.clip((x - low) / (high - low), 0, 1))
