@@ -26,8 +26,10 @@ def advise(case: Case, diagnosis: dict[str, Any], limits: dict[str, str | None] 
 
 
 def _at_end(key: str, value: Any, way: str) -> bool:
-    """Whether a value cannot be turned that way: 0 is the least there is, 1 the most of a chance; what lives without light stays so."""
-    return (value == 0 and (way == "lower" or key.endswith(".growth"))) or (way == "higher" and key.endswith(".chance") and value >= 1)
+    """Whether a value cannot be turned that way: numbers below 1, chances above 1; and what lives without light stays so."""
+    if way == "higher":
+        return (key.endswith(".chance") and value >= 1) or (key.endswith(".growth") and value == 0)
+    return value == 0 or (key.endswith(".count") and value <= 1)
 
 
 def _growth(case: Case, s: str) -> Iterator[Advice]:

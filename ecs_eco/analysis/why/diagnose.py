@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from ecs_eco.analysis.why.case import Case
+from ecs_eco.analysis.why.case import KINDS, Case
 from ecs_eco.analysis.why.hunger import Fall, newborn, offspring, ramp, supply
-from ecs_eco.analysis.why.limits import losses, poisoned_share
+from ecs_eco.analysis.why.limits import poisoned_share, unborn
 
 VERDICTS = {
     "healthy": "nothing died out",
@@ -53,7 +53,8 @@ def diagnose(case: Case) -> dict[str, Any]:
     fallen = falls(case)
     if not fallen:
         verdict = "healthy" if case.series.present.any() else "nobody"
-        return {"verdict": verdict, "species": None, "victim": None, "confidence": _safety(case), "runner_up": None, "fell": []}
+        return {"verdict": verdict, "species": None, "victim": None, "confidence": _safety(case), "runner_up": None,
+                "evidence": {"weights": {}}, "fell": []}  # fmt: skip
     told = {f.species: f for f in fallen}
     scores = blame(case, fallen[0], told, frozenset())
     total = sum(scores.values()) or 1.0
@@ -65,7 +66,18 @@ def diagnose(case: Case) -> dict[str, Any]:
     (_, species, victim), _ = next(r for r in ranked if r[0][0] == best[0])
     return {"verdict": best[0], "species": species, "victim": victim, "confidence": best[1],
             "runner_up": {"verdict": rest[0][0], "confidence": rest[0][1]} if rest else None,
-            "fell": [_told(case, f, told) for f in fallen]}  # fmt: skip
+            "evidence": {"weights": dict(sorted(by_verdict.items(), key=lambda x: -x[1]))} | evidence(case, told.get(species, fallen[0])),
+            "fell": [_told(case, f) for f in fallen]}  # fmt: skip
+
+
+def evidence(case: Case, fall: Fall) -> dict[str, Any]:
+    """Numbers behind a verdict: of one species, its deaths by kind of cause in its fall, its births, its food and its newborn."""
+    span = slice(fall.first, fall.last + 1)
+    dead = {f"deaths_{kind}": int(case.died(fall.species, kind)[span].sum()) for kind in KINDS}
+    food = {f["eats"]: {"left": f["left"], "feeds": f["feeds"]} for f in supply(case, fall)}
+    young = {k: v for k, v in newborn(case, fall).items() if k in ("starved_young", "lasts", "meal_every")}
+    return {"of": fall.species, **dead, "births": int(case.flow(fall.species, "births")[span].sum()), "food": food, "newborn": young,
+            "poison_share_of_hunger": poisoned_share(case, fall.species, fall.first, fall.last + 1)}  # fmt: skip
 
 
 def blame(case: Case, fall: Fall, told: dict[str, Fall], seen: frozenset[str]) -> Scores:
@@ -93,18 +105,20 @@ def causes(case: Case, fall: Fall) -> dict[str, float]:
     """What a species fell by, as shares: "eaten: wolf", "scarce: grass", "amid plenty", "newborns starve", "poisoned", "unreplaced", …"""
     s, first, last = fall.species, fall.first, fall.last
     span = slice(first, last + 1)
-    dead = {kind: float(case.died(s, kind)[span].sum()) for kind in ("eaten", "starved", "old", "poisoned", "removed", "surroundings")}
-    total = sum(dead.values()) or 1.0
+    dead = {kind: float(case.died(s, kind)[span].sum()) for kind in KINDS}
+    unborn_hungry = unborn(case, s, first, last + 1)[0] * float(case.series.of(s)[span].sum())
+    total = sum(dead.values()) + unborn_hungry or 1.0
     out: dict[str, float] = defaultdict(float)
     for eater in case.eaters(s):
         out[f"eaten: {eater}"] += float(case.eaten(s, eater)[span].sum()) / total
     poison = poisoned_share(case, s, first, last + 1)
     starved = dead["starved"] / total
-    out["poisoned"] = dead["poisoned"] / total + starved * poison
-    starved *= 1 - poison
+    lean = unborn_hungry / total  # births that failed for want of energy are losses to hunger as deaths are
+    out["poisoned"] = dead["poisoned"] / total + (starved + lean) * poison
     young = newborn(case, fall)
-    out["newborns starve"] = starved * young["of_hunger"]
-    starved *= 1 - young["of_hunger"]
+    newborns = starved * young["of_hunger"] + lean * young["of_births"]  # who is not born would have come to nothing either
+    out["newborns starve"] = newborns * (1 - poison)
+    starved = (starved + lean - newborns) * (1 - poison)
     out["amid plenty"] = starved
     for food in supply(case, fall):
         out[f"scarce: {food['eats']}"] = starved * food["scarce"]
@@ -126,37 +140,43 @@ def _taken(case: Case, found: Scores, eater: str, prey: str, weight: float, fall
         found["predators too good", eater, prey] += weight
         return
     kept = idle(case, eater, fall, told)
-    found["predators too few", kept or eater, eater if kept else prey] += weight if kept else 0.0
-    found["overgrazing", eater, prey] += 0.0 if kept else weight
+    found[("predators too few", kept, eater) if kept else ("overgrazing", eater, prey)] += weight
 
 
 def idle(case: Case, grazer: str, fall: Fall, told: dict[str, Fall]) -> str | None:
-    """A predator of the grazer that was gone, or nearly, before the plants were: grazers throve for want of it."""
+    """A predator of the grazer that was gone, or nearly, before the plants were, and not for want of prey: grazers throve without it."""
     for p in case.eaters(grazer):
-        n = case.series.of(p)
-        if n.max(initial=0) >= 1 and n[min(fall.first, len(n) - 1)] <= 0.3 * n.max() and p in told and told[p].first < fall.first:
+        own, n = told.get(p), case.series.of(p)
+        if own is None or own.first >= fall.first or n[min(fall.first, len(n) - 1)] > 0.3 * n.max():
+            continue
+        if sum(w for what, w in causes(case, own).items() if what.startswith("scarce")) < 0.5:
             return p
     return None
 
 
+def decline(case: Case, species: str, until: int) -> Fall:
+    """How a species that lived on had fallen until a row of the series: from half its greatest number to its least thereafter."""
+    n = case.series.of(species)[: until + 1]
+    low = int(n.argmax()) + int(n[int(n.argmax()) :].argmin())
+    high = np.flatnonzero(n[: low + 1] >= 0.5 * n.max())
+    return Fall(species, int(high[-1]), low, False)
+
+
 def _scarce(case: Case, found: Scores, food: str, weight: float, fall: Fall, told: dict[str, Fall], seen: frozenset[str]) -> None:
     """Food was gone: who ate it, or what else befell it."""
-    if food in told and food not in seen and case.is_animal(food):
-        for key, w in blame(case, told[food], told, seen).items():
+    if case.is_animal(food) and food not in seen:
+        own = told.get(food)
+        before = own if own is not None and own.first <= fall.last else decline(case, food, fall.last)
+        for key, w in blame(case, before, told, seen).items():
             found[key] += weight * w
         return
-    if case.is_animal(food):  # it fell and lives on: what took most of it while the eater starved
-        lost = losses(case, food, 0, fall.last + 1)
-        if lost["predators"] < 0.3 * sum(lost.values()):
-            found["overgrazing" if lost["food"] else "too few births", food, food] += weight
-            return
     eaten = {e: float(case.eaten(food, e)[: fall.last + 1].sum()) for e in case.eaters(food)}
     total = sum(eaten.values()) or 1.0
     for eater, k in eaten.items():
         _taken(case, found, eater, food, weight * k / total, fall, told)
 
 
-def _told(case: Case, fall: Fall, told: dict[str, Fall]) -> dict[str, Any]:
+def _told(case: Case, fall: Fall) -> dict[str, Any]:
     ticks, n = case.series.ticks, case.series.of(fall.species)
     at = min(fall.last, len(ticks) - 1)
     return {"species": fall.species, "extinct": fall.extinct, "tick": int(ticks[at]), "since": int(ticks[fall.first]),
