@@ -1,4 +1,4 @@
-"""`ecs-eco run | resume | train | report | lineage | compare | draw | list | check`."""
+"""`ecs-eco run | resume | train | report | lineage | compare | search | draw | list | check`."""
 
 from pathlib import Path
 from typing import Annotated
@@ -169,6 +169,50 @@ def compare(
     from ecs_eco.cli.arms import compare_arms
 
     compare_arms(world, set_ or [], control or ["random-policy"], seeds, ticks, workers, out, quiet)
+
+
+@app.command()
+@exits
+def search(
+    world: World,
+    range_: Annotated[
+        list[str] | None, typer.Option("--range", metavar="KEY=LOW:HIGH", help="A number to vary, besides those of the file. Repeatable.")
+    ] = None,
+    objective: Annotated[
+        str | None, typer.Option(metavar="NAME", help="persistence, cycling, population, or module:function; else as the world says.")
+    ] = None,
+    budget: Annotated[float | None, typer.Option(min=0.01, metavar="MINUTES", help="Time for all of it. [default: 30]")] = None,
+    trials: Annotated[int | None, typer.Option(parser=whole(1), metavar="N", help="Candidates; also instead of --budget.")] = None,
+    ticks: Annotated[int | None, typer.Option(parser=whole(1), metavar="N", help="Length of a whole run [ticks].")] = None,
+    world_seeds: Annotated[int | None, typer.Option(parser=whole(1, 1000), metavar="N", help="World seeds of a candidate.")] = None,
+    training_seeds: Annotated[int | None, typer.Option(parser=whole(1, 1000), metavar="N", help="Training seeds of a candidate.")] = None,
+    policies: Annotated[
+        str | None, typer.Option(metavar="NAME", help="trained, random, untrained, train (each candidate its own), train-once.")
+    ] = None,
+    training_ticks: Annotated[int | None, typer.Option(parser=whole(1), metavar="N", help="Length of a training [ticks].")] = None,
+    confirm_world_seeds: Annotated[
+        int | None, typer.Option(parser=whole(1, 1000), metavar="N", help="World seeds of the confirmation.")
+    ] = None,
+    confirm_training_seeds: Annotated[
+        int | None, typer.Option(parser=whole(1, 1000), metavar="N", help="Training seeds of the confirmation.")
+    ] = None,
+    confirm_ticks: Annotated[int | None, typer.Option(parser=whole(1), metavar="N", help="Length of its runs [ticks].")] = None,
+    optimiser: Annotated[str, typer.Option(metavar="NAME", help="tpe, gp, or random for comparison.")] = "tpe",
+    seed: Annotated[int | None, typer.Option(parser=whole(0, 2**63 - 1), metavar="N", help="Seed of the optimiser.")] = None,
+    workers: Annotated[int, typer.Option(parser=whole(1, 1024), metavar="N", help="Processes, of one thread each.")] = 2,
+    set_: Set = None,
+    out: Annotated[Path | None, typer.Option(help="Folder for the results: new, empty, or of a search to go on with.")] = None,
+    quiet: Quiet = False,
+) -> None:
+    """Search for the numbers with which a world lives."""
+    from ecs_eco.cli.search import search_world
+
+    options = {
+        "objective": objective, "ticks": ticks, "world_seeds": world_seeds, "training_seeds": training_seeds, "policies": policies,
+        "training_ticks": training_ticks, "confirm_world_seeds": confirm_world_seeds, "confirm_training_seeds": confirm_training_seeds,
+        "confirm_ticks": confirm_ticks, "seed": seed,
+    }  # fmt: skip
+    search_world(world, set_ or [], range_ or [], options, budget, trials, workers, optimiser, out, quiet)
 
 
 @app.command()

@@ -1,4 +1,4 @@
-"""Finds on which line of a TOML text each key stands; tomllib does not tell."""
+"""Finds on which line of a TOML text each key stands, and which characters are its value; tomllib does not tell."""
 
 from __future__ import annotations
 
@@ -16,13 +16,23 @@ TOKEN = re.compile(
 
 def key_lines(text: str) -> dict[Key, int]:
     """Line (from 1) of every key and list entry in valid TOML, by its full key."""
-    found: dict[Key, int] = {}
+    return _walked(_Tokens(text))
+
+
+def value_spans(text: str) -> dict[Key, tuple[int, int]]:
+    """First character of the value of every key and list entry in valid TOML, and the one after it; of a [header], its own ends."""
     tokens = _Tokens(text)
+    _walked(tokens)
+    return tokens.spans
+
+
+def _walked(tokens: _Tokens) -> dict[Key, int]:
+    found: dict[Key, int] = {}
     table: Key = ()
     counts: dict[Key, int] = {}
     while tokens.peek() is not None:
         if tokens.peek() in ("[", "[["):
-            double, line = tokens.peek() == "[[", tokens.line
+            double, line, begin = tokens.peek() == "[[", tokens.line, tokens.begin
             tokens.take()
             table = _within(tokens.key(), counts)
             if double:
@@ -32,6 +42,7 @@ def key_lines(text: str) -> dict[Key, int]:
             for end in range(1, len(table) + 1):
                 found.setdefault(table[:end], line)
             tokens.take()
+            tokens.spans.setdefault(table, (begin, tokens.end))
         else:
             _pair(tokens, table, found)
     return found
@@ -58,6 +69,7 @@ def _pair(tokens: _Tokens, table: Key, found: dict[Key, int]) -> None:
 
 def _value(tokens: _Tokens, key: Key, found: dict[Key, int]) -> None:
     opening = tokens.peek()
+    begin = tokens.begin
     if opening in ("[", "[["):  # the scanner may take two opening brackets for one mark
         if opening == "[[":
             tokens.split()
@@ -78,6 +90,7 @@ def _value(tokens: _Tokens, key: Key, found: dict[Key, int]) -> None:
     else:  # a scalar: everything up to the end of the line or the entry
         while tokens.raw() not in (None, "\n", ",", "]", "]]", "}"):
             tokens.step()
+    tokens.spans[key] = begin, tokens.end
 
 
 class _Tokens:
@@ -86,18 +99,30 @@ class _Tokens:
     def __init__(self, text: str) -> None:
         self._all = list(self._scan(text))
         self._at = 0
+        self.spans: dict[Key, tuple[int, int]] = {}
 
     @staticmethod
-    def _scan(text: str) -> Iterator[tuple[str, str, int]]:
+    def _scan(text: str) -> Iterator[tuple[str, str, int, int]]:
         line = 1
         for match in TOKEN.finditer(text):
             if match.lastgroup not in ("comment", "space"):
-                yield match.lastgroup or "", match.group(), line
+                yield match.lastgroup or "", match.group(), line, match.start()
             line += match.group().count("\n")
 
     @property
     def line(self) -> int:
         return self._all[self._at][2] if self._at < len(self._all) else 0
+
+    @property
+    def begin(self) -> int:
+        """The first character of the token ahead."""
+        return self._all[self._at][3]
+
+    @property
+    def end(self) -> int:
+        """The character after the last token taken."""
+        _, text, _, begin = self._all[self._at - 1]
+        return begin + len(text)
 
     def raw(self) -> str | None:
         """The token ahead, which may be the end of a line."""
@@ -127,8 +152,8 @@ class _Tokens:
 
     def split(self) -> None:
         """Takes the double bracket ahead for two single ones."""
-        kind, text, line = self._all[self._at]
-        self._all[self._at : self._at + 1] = [(kind, text[0], line), (kind, text[1], line)]
+        kind, text, line, begin = self._all[self._at]
+        self._all[self._at : self._at + 1] = [(kind, text[0], line, begin), (kind, text[1], line, begin + 1)]
 
     def inside(self, closing: str) -> bool:
         """Whether the list or table goes on."""

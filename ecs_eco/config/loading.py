@@ -17,6 +17,7 @@ from pydantic import ValidationError
 from ecs_eco.config.checks import check
 from ecs_eco.config.explain import problems_of, value_at
 from ecs_eco.config.lines import key_lines
+from ecs_eco.config.ranges import check_search, key_of, real_key, take_ranges
 from ecs_eco.config.shipped import shipped
 from ecs_eco.config.world import WorldConfig
 from ecs_eco.errors import MISSING, ConfigError, Problem, listed, nearest
@@ -45,6 +46,11 @@ class _Document:
     def __post_init__(self) -> None:
         self.set: dict[Key, Key] = {}  # key, and the key as it was written
 
+    @property
+    def changes(self) -> dict[Key, Any]:
+        """What was set from outside, by key."""
+        return {key: value_at(self.data, key) for key in self.set}
+
 
 def load(
     world: str | Path | Mapping[str, Any] | WorldConfig, overrides: Overrides = None, systems: Iterable[Any] = ()
@@ -57,8 +63,13 @@ def load(
     if systems := list(systems):
         document.data["systems"] = [*document.data.get("systems", []), *systems]
     problems = _apply(document, overrides)
+    inline, found = take_ranges(document.data)
+    _fix(document)
+    problems += found
     config, found = _validate(document)
     problems += found
+    if config is not None:
+        problems += check_search(config, inline, document.set)
     if config is None or problems:
         raise ConfigError([_placed(p, document) for p in problems], _title(document, len(problems)))
     config._folder, config._source = document.folder, document.source
@@ -131,6 +142,14 @@ def _title(document: _Document, n: int) -> str:
     return f"{document.source}: {n} problem{'s' if n > 1 else ''}"
 
 
+def document_of(world: Any, overrides: Overrides = None) -> _Document:
+    """A world before it is checked, with its text as it is written; its `changes` are what `overrides` set."""
+    document = _read(world)
+    if problems := _apply(document, overrides):
+        raise ConfigError([_placed(p, document) for p in problems], _title(document, len(problems)))
+    return document
+
+
 # reading
 
 
@@ -138,7 +157,7 @@ def _read(world: Any) -> _Document:
     if isinstance(world, _Document):
         return world
     if isinstance(world, WorldConfig):
-        return _Document(world.model_dump(), world._source, world._folder)
+        return _Document(world.model_dump() | {"search": world.search.model_dump()}, world._source, world._folder)
     if isinstance(world, Mapping):
         home = shipped().get(str(world.get("name")))  # a shipped world's files lie beside it, wherever its dict has been
         return _Document(copy.deepcopy(dict(world)), "dict", home.parent if home else Path())
@@ -183,13 +202,12 @@ def _syntax(path: Path, text: str, error: tomllib.TOMLDecodeError) -> ConfigErro
 
 def _apply(document: _Document, overrides: Overrides) -> list[Problem]:
     problems: list[Problem] = []
-    pairs = overrides.items() if isinstance(overrides, Mapping) else [_parse(text) for text in overrides or ()]
+    pairs = overrides.items() if isinstance(overrides, Mapping) else [parse(text) for text in overrides or ()]
     for name, value in pairs:
         if isinstance(value, Problem):
             problems.append(value)
             continue
-        written: Key = tuple(part.strip('"') for part in re.findall(r'"[^"]*"|[^.]+', name))
-        key = written
+        written = key = key_of(name)
         if len(key) == 3 and key[0] == "species" and key[2] in ALIASES:
             key = (*key[:2], *ALIASES[str(key[2])])
         problem = _put(document, key, written, value)
@@ -198,7 +216,7 @@ def _apply(document: _Document, overrides: Overrides) -> list[Problem]:
     return problems
 
 
-def _parse(text: str) -> tuple[str, Any]:
+def parse(text: str) -> tuple[str, Any]:
     """Key and value of "a.b=c"; the value is TOML, and a bare word is a text."""
     name, equals, value = (part.strip() for part in text.partition("="))
     if not equals or not name.strip(". "):
@@ -238,6 +256,16 @@ def _put(document: _Document, key: Key, written: Key, value: Any) -> Problem | N
             node = node[part]
     document.set[tuple(real)] = written
     return None
+
+
+def _fix(document: _Document) -> None:
+    """A value that is set is looked for no more, unless its range is set too."""
+    search = document.data.get("search")
+    ranges = search.get("ranges") if isinstance(search, dict) else None
+    for name in list(ranges) if isinstance(ranges, dict) else ():
+        key, _, wrong = real_key(document.data, key_of(name))
+        if wrong is None and key in document.set and ("search", "ranges", name) not in document.set:
+            del document.data["search"]["ranges"][name]
 
 
 # checking

@@ -11,6 +11,7 @@ from pydantic import Field, PrivateAttr
 
 from ecs_eco.config.base import Function, Name, Positive, Section, about, quantity, table
 from ecs_eco.config.interventions import AnyIntervention
+from ecs_eco.config.search import Search
 from ecs_eco.config.species import Species
 from ecs_eco.config.surroundings import Ambient, ObjectType, ScalarField, Space, Terrain
 
@@ -56,6 +57,7 @@ class WorldConfig(Section):
     training: Training = table("pre-training", Training)
     systems: list[Function] = table("module:name of systems of your own, each at the end of its phase", list)
     interventions: list[AnyIntervention] = table("what is done to the world while it runs", list)
+    search: Search = Field(default_factory=Search, exclude=True, description="what `ecs-eco search` looks for; no run depends on it")
 
     _folder: Path = PrivateAttr(default_factory=Path)  # where relative file names start
     _source: str = PrivateAttr(default="dict")  # for messages

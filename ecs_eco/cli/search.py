@@ -1,0 +1,138 @@
+"""search: numbers with which a world lives, found and confirmed."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import typer
+
+from ecs_eco.cli.folders import results
+from ecs_eco.cli.terminal import INTERRUPTED, complain, refuse, say
+from ecs_eco.config import load
+from ecs_eco.config.loading import ALIASES, parse
+from ecs_eco.errors import ConfigError, Problem
+
+if TYPE_CHECKING:
+    from ecs_eco.search.run import Search
+
+SECTION = {  # options, and the keys of [search] that they set
+    "objective": "objective", "ticks": "ticks", "world_seeds": "world_seeds", "training_seeds": "training_seeds", "policies": "policies",
+    "training_ticks": "training_ticks", "seed": "seed", "confirm_world_seeds": "confirm.world_seeds",
+    "confirm_training_seeds": "confirm.training_seeds", "confirm_ticks": "confirm.ticks",
+}  # fmt: skip
+
+
+def search_world(world: str, changes: list[str], ranges: list[str], options: dict[str, Any], budget: float | None, trials: int | None,
+                 workers: int, optimiser: str, out: Path | None, quiet: bool) -> None:
+    """Search, or go on with a search, and say what came of it."""
+    overrides = overrides_of(changes, ranges, options)
+    try:
+        config = load(world, overrides)
+    except ConfigError as error:
+        raise ConfigError([_moved(p) for p in error.problems], error.title) from None
+    if budget is None and trials is None:
+        budget = 30.0
+    if out is None or not (out / "journal.jsonl").is_file():
+        out = results(out, f"{config.name}-search")
+    from ecs_eco.search import search
+
+    try:
+        with _shown(config.name, quiet) as show:
+            found = search(world, out, overrides, budget=budget, trials=trials, workers=workers, optimiser=optimiser, progress=show)
+    except KeyboardInterrupt:
+        complain(f"Stopped; all finished evaluations are kept. Go on with the same command and --out {out}")
+        raise typer.Exit(INTERRUPTED) from None
+    tell(found, out)
+
+
+def overrides_of(changes: list[str], ranges: list[str], options: dict[str, Any]) -> dict[str, Any]:
+    """Values and ranges of the command line as `load` takes them."""
+    overrides: dict[str, Any] = {}
+    for text in changes:
+        name, value = parse(text)
+        if isinstance(value, Problem):
+            raise ConfigError([value])
+        overrides[name] = value
+    for text in ranges:
+        name, span = range_of(text)
+        overrides[f'search.ranges."{name}"'] = span
+    overrides |= {f"search.{key}": options[name] for name, key in SECTION.items() if options.get(name) is not None}
+    return overrides
+
+
+def range_of(text: str) -> tuple[str, dict[str, Any]]:
+    """Key and range of KEY=LOW:HIGH, or KEY=LOW:HIGH:log."""
+    name, _, span = (part.strip() for part in text.partition("="))
+    ends = span.split(":")
+    scale = ends.pop() if len(ends) == 3 else "linear"
+    try:
+        low, high = (int(x) if x.strip().lstrip("+-").isdigit() else float(x) for x in ends)
+    except ValueError:
+        refuse("--range", "not of the form KEY=LOW:HIGH", text, "for example species.deer.reproduction.rate=0.004:0.02, or …:0.02:log")
+    if scale not in ("linear", "log"):
+        refuse("--range", "no such scale", scale, "log, or none", "log")
+    parts = name.split(".")
+    if len(parts) == 3 and parts[0] == "species" and parts[2] in ALIASES:
+        name = ".".join([*parts[:2], *map(str, ALIASES[parts[2]])])
+    return name, {"search": [low, high], "scale": scale}
+
+
+def _moved(problem: Problem) -> Problem:
+    """A problem of a range that the command line gave, at its option."""
+    if problem.source == "--set" and problem.key[:2] == ("search", "ranges"):
+        return problem.moved(source="--range", key=problem.key[2:])
+    return problem
+
+
+@contextmanager
+def _shown(name: str, quiet: bool) -> Iterator[Callable[[Search], None] | None]:
+    """A bar on a terminal, a line every half minute elsewhere, nothing when quiet."""
+    if quiet:
+        yield None
+    elif not sys.stderr.isatty():
+        yield _lines(name)
+    else:
+        from rich.console import Console
+        from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+
+        words = [TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TextColumn("{task.fields[told]}")]
+        with Progress(*words, TimeElapsedColumn(), TimeRemainingColumn(), console=Console(stderr=True), transient=True) as bar:
+            task = bar.add_task(name, total=1.0, told="")
+            yield lambda s: bar.update(task, description=f"{name}: {s.phase}", completed=s.share, told=_told(s))
+
+
+def _lines(name: str, every: float = 30.0) -> Callable[[Search], None]:
+    last = time.monotonic()
+
+    def show(search: Search) -> None:
+        nonlocal last
+        if time.monotonic() - last >= every:
+            last = time.monotonic()
+            complain(f"{name}: {search.phase}, {search.share:.0%}, {_told(search)}")
+
+    return show
+
+
+def _told(search: Search) -> str:
+    """Candidates, their rate, and how far the best came."""
+    if not search.done:
+        return "no candidate yet"
+    rate = 60 * search.done / max(e["at"] for e in search.journal.of("candidate"))
+    best = search.best()
+    return f"{search.done} candidates, {rate:.1f}/min, best {best['score']:.3f} at stage {best['stage'] + 1} of {len(search.plan.stages)}"
+
+
+def tell(found: dict[str, Any], out: Path) -> None:
+    """Say what a search found."""
+    best, start = found["confirmation"]["best"], found["confirmation"]["start"]
+    said = [f"all persist for {found['confirmation']['ticks']} ticks on fresh seeds in {best['persisted']} of {best['runs']} runs "
+            f"({best['low']:.2f}–{best['high']:.2f}); as written in {start['persisted']} of {start['runs']}"]  # fmt: skip
+    said.append(f"  {found['candidates']} candidates in {found['seconds'] / 60:.1f} minutes, {found['by_stage'][-1]} of them met all runs")
+    said += [f"  {name}: {found['start'][name]:g} → {value:g}" for name, value in found["best"][0]["values"].items()]
+    said.append(f"written: {out / 'search.html'}; run the best: ecs-eco run {out / 'best-1.toml'}")
+    say("\n".join(said))

@@ -1,0 +1,127 @@
+"""Numbers written `{ value = 0.014, search = [0.004, 0.02] }`: the value goes to its place, the range to [search.ranges]."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from ecs_eco.config.base import named_function
+from ecs_eco.config.search import OBJECTIVES, Range
+from ecs_eco.config.world import WorldConfig
+from ecs_eco.errors import Problem, listed, nearest
+
+Key = tuple[str | int, ...]
+PARTS = ("value", "search", "scale")
+
+
+def key_of(name: str) -> Key:
+    """The key of a dotted name; a part with a dot in it stands in quotes."""
+    return tuple(part.strip('"') for part in re.findall(r'"[^"]*"|[^.]+', name))
+
+
+def name_of(key: Key) -> str:
+    """The dotted name of a key."""
+    return Problem(key, "").path
+
+
+def take_ranges(data: dict[str, Any]) -> tuple[dict[str, Key], list[Problem]]:
+    """Put the values of numbers with a range in place, in `data` itself; return the ranges found, by name, and problems."""
+    found: dict[str, Key] = {}
+    problems: list[Problem] = []
+    for holder, key in list(_tables(data, ())):
+        part: Any = holder[key[-1]]
+        unknown = [k for k in part if k not in PARTS]
+        if "value" not in part:
+            problems.append(Problem((*key, "value"), "is missing beside the range", allowed="a number"))
+        problems += [Problem((*key, k), "unknown key", part[k], listed(PARTS), nearest(k, PARTS)) for k in unknown]
+        holder[key[-1]] = part.get("value", 1)
+        search = data.setdefault("search", {})
+        if isinstance(search, dict) and isinstance(search.setdefault("ranges", {}), dict):
+            if name_of(key) in search["ranges"]:
+                problems.append(Problem(key, "has a range here and in [search.ranges]", part["search"], "one of them"))
+            found[name_of(key)] = key
+            search["ranges"][name_of(key)] = {k: v for k, v in part.items() if k in ("search", "scale")}
+    return found, problems
+
+
+def _tables(node: Any, key: Key) -> Iterator[tuple[Any, Key]]:
+    """What holds a number with a range, and the key of that number."""
+    entries = node.items() if isinstance(node, dict) else enumerate(node) if isinstance(node, list) else ()
+    for name, part in entries:
+        if not key and name == "search":
+            continue
+        if isinstance(part, dict) and "search" in part and not isinstance(part["search"], dict):
+            yield node, (*key, name)
+        else:
+            yield from _tables(part, (*key, name))
+
+
+def check_search(config: WorldConfig, inline: Mapping[str, Key], set_: Mapping[Key, Any]) -> list[Problem]:
+    """Problems of [search]: ranges of what is no number, without width or without the value; species that are none."""
+    problems = _check_objective(config)
+    data = config.model_dump() if config.search.ranges else {}
+    for name, span in config.search.ranges.items():
+        place = (*inline[name], "search") if name in inline else ("search", "ranges", name)
+        problems += _check_range(data, name, span, place, set_)
+    return problems
+
+
+def _check_range(data: Any, name: str, span: Range, place: Key, set_: Mapping[Key, Any]) -> list[Problem]:
+    key, value, wrong = real_key(data, key_of(name))
+    low, high = span.search
+    if wrong is not None:
+        return [wrong.moved(key=place, value=name)]
+    if key[0] == "search":
+        return [Problem(place, "is no number of the world", name, "a dotted key, for example species.deer.count")]
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        what = "has no value yet" if value is None else "is the range of what is no number"
+        return [Problem(place, f"{what}: {name} = {'absent' if value is None else value!r}", list(span.search), "the key of a number")]
+    if not (math.isfinite(low) and math.isfinite(high) and low < high):
+        return [Problem(place, "is no range", list(span.search), "[low, high] with low < high")]
+    if span.scale == "log" and low <= 0:
+        return [Problem(place, "cannot be taken on a log scale", list(span.search), "low > 0")]
+    if not low <= value <= high and key not in set_:
+        return [Problem(place, f"does not hold the world's own value, {value:g}", list(span.search), "a range around it")]
+    return []
+
+
+def real_key(data: Any, key: Key) -> tuple[Key, Any, Problem | None]:
+    """The key with whole numbers for places in lists, what stands there, or what is wrong with it."""
+    real: list[str | int] = []
+    for part in key:
+        known = list(map(str, range(len(data)))) if isinstance(data, list) else list(data) if isinstance(data, dict) else []
+        if str(part) not in known:
+            where = name_of(tuple(real)) or "the world"
+            what = f"no {part!r} in {where}" if known else f"{where} has no parts"
+            return tuple(real), None, Problem(key, what, allowed=listed(known), nearest=nearest(part, known))
+        real.append(int(part) if isinstance(data, list) else part)
+        data = data[real[-1]]
+    return tuple(real), data, None
+
+
+def _check_objective(config: WorldConfig) -> list[Problem]:
+    search, problems = config.search, []
+    for part in ("wanted", "persist"):
+        for i, species in enumerate(getattr(search, part)):
+            if species not in config.species:
+                key: Key = ("search", part, species if part == "wanted" else i)
+                problems.append(Problem(key, "no such species", species, listed(config.species), nearest(species, config.species)))
+    if any(of == "population" for of, _ in search.goals) and not search.wanted:
+        problems.append(Problem(("search", "wanted"), "is missing: the objective is population", allowed="for example { deer = 500 }"))
+    return problems
+
+
+def check_function(config: WorldConfig) -> list[Problem]:
+    """Problems of an objective in Python: it cannot be imported, or is none; only asked when a search begins."""
+    problems = []
+    for of, _ in config.search.goals:
+        if of in OBJECTIVES:
+            continue
+        try:
+            if not callable(named_function(of)):
+                problems.append(Problem(("search", "objective"), "is no function", of, "module:function of a series"))
+        except (ImportError, AttributeError) as error:
+            problems.append(Problem(("search", "objective"), f"cannot be imported: {error}", of, "module:function of a series"))
+    return problems

@@ -1,0 +1,8 @@
+"""Searching for the numbers with which a world lives: candidates, their evaluation, the optimiser, what mattered.
+
+What a search varies and wants is said in the world file (`ecs_eco.config.search`); what single runs mean is in `ecs_eco.analysis`.
+"""
+
+from ecs_eco.search.run import search
+
+__all__ = ["search"]

@@ -1,0 +1,149 @@
+"""The evaluation of a candidate, in a process of its own: stage after stage, given up as soon as it is hopeless.
+
+What comes of it depends on the candidate's numbers and seeds alone; how far it goes, also on those before it.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from ecs_eco.config import WorldConfig, load
+from ecs_eco.errors import ConfigError
+
+STEP = 25  # ticks between two looks at who is left
+
+
+@dataclass(frozen=True)
+class Job:
+    """A candidate, and how it is to be evaluated."""
+
+    name: str  # of its policies' folder
+    config: WorldConfig
+    values: dict[str, Any]
+    cells: Sequence[tuple[int, int]]
+    stages: Sequence[tuple[int, int]]
+    least: Sequence[float]  # the score that each stage but the last asks for
+    hopeless: float  # share of runs lost beyond which it ends
+    policies: Path  # where policies that are trained are kept
+
+
+def evaluate(job: Job) -> dict[str, Any]:
+    """Outcomes by stage, the last stage reached, its score, and seconds; "refused" where the numbers make no world.
+
+    "failed" is what code of the user's own raised.
+    """
+    begin = time.perf_counter()
+    try:
+        found = _evaluate(load(job.config, job.values), job)
+    except ConfigError as error:
+        found = {"stage": 0, "score": 0.0, "stages": [], "refused": str(error)}
+    except Exception as error:
+        found = {"stage": 0, "score": 0.0, "stages": [], "failed": f"{type(error).__name__}: {error}"}
+    return found | {"seconds": round(time.perf_counter() - begin, 3)}
+
+
+def _evaluate(config: WorldConfig, job: Job) -> dict[str, Any]:
+    lives: list[Life] = []
+    found: list[dict[str, Any]] = []
+    for stage, (ticks, n) in enumerate(job.stages):
+        lives += [Life(config, job, cell) for cell in job.cells[len(lives) : n]]
+        told = _stage(lives, ticks, job.hopeless)
+        score = sum(o["score"] for o in told) / len(told)
+        lost = sum(o["extinct"] is not None for o in told)
+        found.append({"ticks": ticks, "score": score, "lost": lost, "runs": told})
+        if lost > job.hopeless * n or (stage < len(job.least) and score < job.least[stage]):
+            break
+    return {"stage": len(found) - 1, "score": found[-1]["score"], "stages": found}
+
+
+def _stage(lives: Sequence[Life], ticks: int, hopeless: float) -> list[dict[str, Any]]:
+    """Outcomes of the runs, up to where so many are lost that the rest does not matter."""
+    told: list[dict[str, Any]] = []
+    for life in lives:
+        told.append(life.until(ticks))
+        if sum(o["extinct"] is not None for o in told) > hopeless * len(lives):
+            break
+    return told
+
+
+class Life:
+    """One run of a candidate, which later stages go on with."""
+
+    def __init__(self, config: WorldConfig, job: Job, cell: tuple[int, int]) -> None:
+        self.config, self.job, self.cell = config, job, cell
+        self.persist = persisting(config)
+        self.world: Any = None
+        self.died: tuple[int, str] | None = None  # tick, and who
+        self.seconds = 0.0
+
+    def until(self, ticks: int) -> dict[str, Any]:
+        """Go on to a tick, or to the first extinction; say how long all lived, who died out, and the score."""
+        from ecs_eco.analysis.runs import load_series
+        from ecs_eco.search.objectives import objective
+
+        begin = time.perf_counter()
+        try:
+            if self.world is None:
+                self._begin()
+            while self.died is None and self.world.tick < ticks:
+                self._go(min(STEP, ticks - self.world.tick))
+        except FloatingPointError:
+            self.died = self.world.tick if self.world is not None else 0, "numbers that are not finite"
+        lived = ticks if self.died is None else min(self.died[0], ticks)
+        score, goal = lived / ticks, None
+        if self.died is None:
+            goal = objective(self.config.search, load_series(self.world.series()), self.persist)
+            score += goal
+        self.seconds += time.perf_counter() - begin
+        return {"training": self.cell[0], "world": self.cell[1], "lived": lived, "extinct": self.died and self.died[1],
+                "score": score, "goal": goal, "seconds": round(self.seconds, 3)}  # fmt: skip
+
+    def _begin(self) -> None:
+        from ecs_eco.world import World
+
+        self.world = World.from_config(self.config, seed=self.cell[1], policies=policies(self.config, self.job, self.cell[0]))
+        self.most = self.config.search.crowd * max(1, sum(t.n for t in self.world.tables.values()))
+
+    def _go(self, ticks: int) -> None:
+        from ecs_eco.analysis.runs import load_series
+
+        self.world.run(ticks)
+        gone = [s for s in self.persist if self.world.tables[s].n == 0]
+        if gone:
+            series = load_series(self.world.series())
+            when = {s: int(series.extinct[series.index(s)]) for s in gone}
+            first = min(gone, key=lambda s: when[s])
+            self.died = when[first], first
+        elif sum(t.n for t in self.world.tables.values()) > self.most:
+            self.died = self.world.tick, "too many"
+
+
+def persisting(config: WorldConfig) -> list[str]:
+    """The species whose extinction ends a run: those that [search] names, or all that could not come back by themselves."""
+    if config.search.persist:
+        return list(config.search.persist)
+    return [name for name, s in config.species.items() if s.count and not getattr(s.reproduction, "seed_rain", 0)]
+
+
+def policies(config: WorldConfig, job: Job, seed: int) -> Any:
+    """What the policies of a run start from; trained here where that is asked for and not done yet."""
+    kind = job.config.search.policies
+    if kind not in ("train", "train-once"):
+        return kind
+    folder = job.policies / (job.name if kind == "train" else "start") / f"training-{seed}"
+    if not (folder / "training.json").is_file():
+        from ecs_eco.worlds.pretrain import pretrain
+
+        own = folder.with_name(f"{folder.name}.{os.getpid()}")  # two workers may train the same seed at once
+        pretrain(config if kind == "train" else job.config, seed, job.config.search.training_ticks, own)
+        try:
+            own.rename(folder)
+        except OSError:
+            shutil.rmtree(own)  # the other was first, with the same bytes
+    return str(folder)

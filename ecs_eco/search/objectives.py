@@ -1,0 +1,54 @@
+"""How good a run is: the share of its time in which all species lived, and, if they did to the end, what the objective says.
+
+So dying later is better than dying sooner, and any world that lives is better than one that does not, for objectives of 0 or more.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+
+from ecs_eco.analysis.runs import Series
+from ecs_eco.config.base import named_function
+from ecs_eco.config.search import Search
+
+
+def objective(search: Search, series: Series, persist: Sequence[str]) -> float:
+    """The weighted mean of a search's goals for a run in which all lived."""
+    return float(sum(weight * score(of, series, persist, search.wanted) for of, weight in search.goals))
+
+
+def score(of: str | Callable[[Series], float], series: Series, persist: Sequence[str], wanted: Mapping[str, float]) -> float:
+    """One goal's score of a run; a function's own is cut to ±1e6, and is 0 where it is no number."""
+    if of == "persistence":
+        return distance(series, persist)
+    if of == "cycling":
+        return cycling(series, persist)
+    if of == "population":
+        return population(series, wanted)
+    value = float(named_function(of)(series))
+    return float(np.clip(value, -1e6, 1e6)) if np.isfinite(value) else 0.0
+
+
+def distance(series: Series, persist: Sequence[str]) -> float:
+    """How far from extinction: ln(1 + lowest number) / ln(1 + mean number) of the species nearest to it, in [0, 1]."""
+    found = [np.log1p(n.min()) / np.log1p(n.mean()) for s in persist if (n := series.of(s)).any()]
+    return float(min(found, default=0.0))
+
+
+def cycling(series: Series, persist: Sequence[str]) -> float:
+    """Mean over species of ln(p) / ln(.05), at most 1, of the spectral peak against AR(1) noise: 1 where all cycle at p ≤ .05."""
+    from ecs_eco.analysis.cycles import cycle_statistics
+
+    found = cycle_statistics(series, n_boot=199)
+    p = [found.p_ar1.get(s) or 1.0 for s in persist]
+    return float(np.mean(np.minimum(1.0, np.log(p) / np.log(0.05))))
+
+
+def population(series: Series, wanted: Mapping[str, float]) -> float:
+    """Mean over the species wanted of n / wanted or wanted / n, whichever is less; n is the mean number of the later half."""
+    half = len(series.ticks) // 2
+    n = np.array([series.of(s)[half:].mean() for s in wanted])
+    w = np.array(list(wanted.values()))
+    return float(np.mean(np.minimum(n / w, w / np.maximum(n, 1e-9))))

@@ -1,0 +1,75 @@
+"""Which candidate next? Optuna's samplers behind two calls, ask and tell."""
+
+from __future__ import annotations
+
+import logging
+import warnings
+from collections.abc import Sequence
+from typing import Any
+
+from ecs_eco.search.plan import Parameter
+
+OPTIMISERS = ("tpe", "gp", "cmaes", "random")
+FIRST = 10  # candidates at random before a model of them is made
+
+
+def merit(entry: dict[str, Any]) -> float:
+    """One number for how far a candidate came: the stage it reached, and within it its score, squeezed into ±1."""
+    score = float(entry["score"])
+    return float(entry["stage"]) + 0.5 * (1 + score / (1 + abs(score)))
+
+
+class Optimiser:
+    """Proposes numbers within the ranges; learns from each merit it is told. Its proposals follow from seed and history."""
+
+    def __init__(self, parameters: Sequence[Parameter], kind: str, seed: int) -> None:
+        import optuna
+
+        optuna.logging.set_verbosity(optuna.logging.ERROR)
+        logging.getLogger("optuna").propagate = False
+        self.parameters, self.kind, self.seed = parameters, kind, seed
+        self.study = optuna.create_study(direction="maximize", sampler=self._sampler(0))
+        self.waiting: dict[int, Any] = {}
+        space: dict[str, Any] = {}
+        for p in parameters:
+            space[p.name] = (
+                optuna.distributions.IntDistribution(int(p.low), int(p.high), log=p.log)
+                if p.whole else optuna.distributions.FloatDistribution(p.low, p.high, log=p.log)
+            )  # fmt: skip
+        self.space = space
+
+    def ask(self, candidate: int) -> dict[str, float]:
+        """Numbers for a candidate."""
+        if self.kind != "cmaes":
+            self.study.sampler = self._sampler(candidate)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            trial = self.study.ask(self.space)
+        self.waiting[candidate] = trial
+        return {p.name: p.tidy(trial.params[p.name]) for p in self.parameters}
+
+    def tell(self, candidate: int, values: dict[str, float], worth: float) -> None:
+        """What became of a candidate: one asked for, or any other."""
+        import optuna
+
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            if candidate in self.waiting:
+                self.study.tell(self.waiting.pop(candidate), worth)
+                return
+            inside = {p.name: p.tidy(values[p.name]) for p in self.parameters}
+            self.study.add_trial(optuna.trial.create_trial(params=inside, distributions=self.space, value=worth))
+
+    def _sampler(self, candidate: int) -> Any:
+        import optuna
+
+        seed, samplers = (self.seed * 1_000_003 + candidate) % 2**32, optuna.samplers
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # some options are called experimental
+            if self.kind == "tpe":
+                return samplers.TPESampler(multivariate=True, constant_liar=True, n_startup_trials=FIRST, seed=seed)
+            if self.kind == "gp":
+                return samplers.GPSampler(n_startup_trials=FIRST, deterministic_objective=False, seed=seed)
+            if self.kind == "cmaes":
+                return samplers.CmaEsSampler(n_startup_trials=FIRST, seed=seed)
+            return samplers.RandomSampler(seed=seed)

@@ -1,0 +1,125 @@
+"""What a search does, resolved: parameters, runs in their order, stages, and the seeds that finals and confirmation keep to themselves."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from typing import Any
+
+from ecs_eco.config import WorldConfig, load
+from ecs_eco.config.lines import key_lines
+from ecs_eco.config.ranges import check_function, key_of, real_key
+from ecs_eco.errors import ConfigError, Problem
+
+Cell = tuple[int, int]  # training seed, world seed
+Stage = tuple[int, int]  # length of the runs [ticks], number of runs
+FINALS, CONFIRMATION = 50_000, 100_000  # where their seeds begin
+TRAINED = ("train", "train-once")
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A number that the search varies."""
+
+    name: str
+    low: float
+    high: float
+    log: bool
+    whole: bool
+    start: float  # as the world is written
+
+    def tidy(self, value: float) -> float:
+        """The value within its range, with four digits, as a file shows it."""
+        value = min(max(float(f"{value:.4g}"), self.low), self.high)
+        return round(value) if self.whole else float(value)
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Everything about a search but its optimiser and its budget."""
+
+    config: WorldConfig
+    parameters: tuple[Parameter, ...]
+    ticks: int
+    stages: tuple[Stage, ...]
+    cells: tuple[Cell, ...]
+    finals: tuple[Cell, ...]
+    confirmation: tuple[Cell, ...]
+    confirmation_ticks: int
+
+    @property
+    def start(self) -> dict[str, float]:
+        """The world as it is written."""
+        return {p.name: p.start for p in self.parameters}
+
+    def header(self) -> dict[str, Any]:
+        """What must stay the same when a search goes on."""
+        settings = self.config.search.model_dump(mode="json", exclude={"confirm", "finalists"})
+        return {"format": 1, "world": self.config.name, "config_hash": self.config.config_hash, "search": json.loads(json.dumps(settings))}
+
+
+def plan_of(config: WorldConfig) -> Plan:
+    """The plan of a world's [search]; raises ConfigError where there is nothing to vary, or a range leads to a world that is refused."""
+    search = config.search
+    if not search.ranges:
+        allowed = 'a number written { value = 0.014, search = [0.004, 0.02] }, an entry of [search.ranges], or --range KEY=LOW:HIGH'
+        raise ConfigError([Problem(("search", "ranges"), "nothing to vary", {}, allowed, source=config._source)])
+    problems = check_function(config)
+    if search.policies in TRAINED and not any(s.policy.kind != "none" for s in config.species.values()):
+        problems.append(Problem(("search", "policies"), "no species has a policy to train", search.policies, '"random"'))
+    parameters = tuple(_parameter(config, name) for name in search.ranges)
+    problems += [problem for p in parameters for end in (p.low, p.high) if (problem := _refused(config, p, end)) is not None]
+    if problems:
+        raise ConfigError([_placed(p, config) for p in problems], f"{config._source}: cannot search")
+    trainings = search.training_seeds if search.policies in TRAINED else 1
+    ticks = search.ticks or config.ticks
+    cells = crossed(trainings, search.world_seeds, 0)
+    again = search.confirm.training_seeds if search.policies in TRAINED else 1
+    return Plan(config, parameters, ticks, stages(ticks, len(cells), search.stages, search.first), cells,
+                crossed(trainings, search.world_seeds, FINALS), crossed(again, search.confirm.world_seeds, CONFIRMATION),
+                search.confirm.ticks or ticks)  # fmt: skip
+
+
+def _parameter(config: WorldConfig, name: str) -> Parameter:
+    span = config.search.ranges[name]
+    value = real_key(config.model_dump(), key_of(name))[1]
+    low, high = span.search
+    whole = all(isinstance(x, int) for x in (low, high, value))
+    return Parameter(name, low, high, span.scale == "log", whole, min(max(value, low), high))
+
+
+def _refused(config: WorldConfig, parameter: Parameter, end: float) -> Problem | None:
+    """What is wrong with the world at one end of a range, if anything."""
+    try:
+        load(config, {parameter.name: parameter.tidy(end)})
+    except ConfigError as error:
+        first = error.problems[0]
+        what = f"leads to a world that is refused: {first.path} {first.what}"
+        return Problem(("search", "ranges", parameter.name), what, list(config.search.ranges[parameter.name].search), first.allowed)
+    return None
+
+
+def _placed(problem: Problem, config: WorldConfig) -> Problem:
+    """The problem with its file, and the line of the range."""
+    path = config.folder / config._source
+    if problem.source or not path.is_file():
+        return problem if problem.source else problem.moved(source=config._source)
+    lines = key_lines(path.read_text(encoding="utf-8"))
+    places = [problem.key, (*key_of(str(problem.key[-1])), "search")]
+    return problem.moved(source=config._source, line=next((lines[p] for p in places if p in lines), None))
+
+
+def crossed(trainings: int, worlds: int, offset: int) -> tuple[Cell, ...]:
+    """Each training seed with each world seed (from offset + 1), so ordered that the first few differ in both."""
+    pairs = ((k % trainings, (k // trainings + k % trainings) % worlds) for k in range(trainings * worlds))
+    return tuple((offset + 1 + t, offset + 1 + w) for t, w in pairs)
+
+
+def stages(ticks: int, runs: int, n: int, first: float) -> tuple[Stage, ...]:
+    """Length and number of runs grow by equal factors, from one run of a share `first` of the ticks to all runs at full length."""
+    if n == 1:
+        return ((ticks, runs),)
+    steps = [i / (n - 1) for i in range(n)]
+    return tuple((max(1, round(ticks * first ** (1 - s))), max(1, round(runs**s))) for s in steps)
+
+

@@ -1,0 +1,237 @@
+"""A search from its first candidate to its report: ask, evaluate, tell; finals; confirmation. All it knows stands in its folder."""
+
+from __future__ import annotations
+
+import shutil
+import time
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ecs_eco.config import load
+from ecs_eco.errors import ConfigError, Problem, listed, nearest
+from ecs_eco.search.evaluate import Job, evaluate
+from ecs_eco.search.journal import Journal
+from ecs_eco.search.optimise import OPTIMISERS, Optimiser, merit
+from ecs_eco.search.plan import Plan, plan_of
+from ecs_eco.search.pool import Pool
+
+BEST = 5  # worlds that are written
+ENOUGH = 4  # candidates at a stage before it asks for a score
+Progress = Callable[["Search"], None]
+
+
+def search(world: Any, out: str | Path, overrides: Any = None, *, budget: float | None = None, trials: int | None = None,
+           workers: int = 2, optimiser: str = "tpe", progress: Progress | None = None, report: bool = True) -> dict[str, Any]:
+    """Look for the numbers that [search] of a world asks for, and leave a folder; return what its search.json holds.
+
+    `overrides` as for `load`: "search.ticks" and the like are keys too. It ends after `budget` minutes or `trials` candidates, of this
+    search in all: a folder with a journal is gone on with. Raises ConfigError.
+    """
+    config = load(world, overrides)
+    found = Search(plan_of(config), Path(out), workers, optimiser, budget, trials, progress)
+    from ecs_eco.search.report import write_results
+
+    try:
+        found.run()
+    finally:
+        found.pool.stop()
+        found.sweep()
+    return write_results(found, world, overrides, report)
+
+
+class Search:
+    """One search: its plan, its journal, what is running, and when it has to end."""
+
+    def __init__(self, plan: Plan, out: Path, workers: int, optimiser: str, budget: float | None, trials: int | None,
+                 progress: Progress | None) -> None:
+        if optimiser not in OPTIMISERS:
+            near = nearest(optimiser, OPTIMISERS)
+            raise ConfigError([Problem((), "no such optimiser", optimiser, listed(OPTIMISERS), near, "--optimiser")])
+        if budget is None and trials is None:
+            allowed = "a budget in minutes, or a number of trials"
+            raise ConfigError([Problem((), "no end", allowed=allowed, source="--budget, --trials")])
+        self.plan, self.out, self.kind = plan, out, optimiser
+        self.budget, self.trials = None if budget is None else budget * 60, trials
+        self.journal = Journal(out, {**plan.header(), "optimiser": optimiser})
+        self.optimiser = Optimiser(plan.parameters, optimiser, plan.config.search.seed)
+        for entry in self.journal.of("candidate"):
+            self.optimiser.tell(entry["candidate"], entry["values"], merit(entry))
+        self.pool, self.begun = Pool(workers), time.monotonic()
+        self.before = max((e["at"] for e in self.journal.entries), default=0.0)  # seconds spent by earlier calls
+        self.phase, self._progress = "searching", progress
+
+    # --- the three phases
+
+    def run(self) -> None:
+        """Search, compare the best on further seeds, and confirm the best of them."""
+        self._candidates()
+        self.phase = "finals"
+        self._finals()
+        self.phase = "confirming"
+        self._confirmation()
+
+    def _candidates(self) -> None:
+        numbers = self._numbers()
+        waiting = True
+        while waiting or self.pool.running:
+            while waiting and self.pool.free:
+                number = next(numbers) if self._goes_on() else None
+                waiting = number is not None
+                if number is not None:
+                    values = self.optimiser.ask(number) if number else self.plan.start
+                    self.pool.submit((number, values), evaluate, self._job(f"candidate-{number}", values if number else {}))
+            for (number, values), found in self.pool.results(1.0):
+                self._tell(number, values, found)
+            self._show()
+            if self._late():
+                self.pool.stop()
+                return
+
+    def _numbers(self) -> Iterator[int]:
+        """Numbers of the candidates that are not in the journal, 0 (the world as written) first."""
+        known = {e["candidate"] for e in self.journal.of("candidate")}
+        number = 0
+        while True:
+            if number not in known:
+                yield number
+            number += 1
+
+    def _tell(self, number: int, values: dict[str, float], found: dict[str, Any]) -> None:
+        if number == 0 and ("failed" in found or "refused" in found):
+            what = f"cannot be evaluated: {found.get('failed') or found['refused']}"
+            raise ConfigError([Problem((), what, source="the world as written")])
+        entry = self.journal.add("candidate", candidate=number, values=values, **found, at=self._elapsed())
+        self.optimiser.tell(number, values, merit(entry))
+        if number and entry not in self.ranked()[: max(BEST, self.plan.config.search.finalists)]:
+            self._forget(number)
+
+    def _finals(self) -> None:
+        known = {e["candidate"] for e in self.journal.of("final")}
+        wanted = [e for e in self.ranked()[: self.plan.config.search.finalists] if e["candidate"] not in known]
+        jobs = {e["candidate"]: self._whole(e, self.plan.finals, self.plan.ticks) for e in wanted} if len(self.ranked()) > 1 else {}
+        for number, found in self._all(jobs):
+            self.journal.add("final", candidate=number, **found, at=self._elapsed())
+
+    def _confirmation(self) -> None:
+        known = {(e["candidate"], *e["cell"]) for e in self.journal.of("confirmation")}
+        best, start = self.best(), self._candidate(0)
+        jobs = {}
+        for entry in [best, start] if best is not start else [best]:
+            for cell in self.plan.confirmation:
+                if (entry["candidate"], *cell) not in known:
+                    jobs[entry["candidate"], cell] = self._whole(entry, [cell], self.plan.confirmation_ticks)
+        for (number, cell), found in self._all(jobs):
+            self.journal.add("confirmation", candidate=number, cell=cell, **found, at=self._elapsed())
+
+    def _all(self, jobs: Mapping[Any, Job]) -> Iterator[tuple[Any, Any]]:
+        waiting = list(jobs.items())
+        while waiting or self.pool.running:
+            while waiting and self.pool.free:
+                tag, job = waiting.pop(0)
+                self.pool.submit(tag, evaluate, job)
+            yield from self.pool.results(1.0)
+            self._show()
+
+    # --- jobs
+
+    def _job(self, name: str, values: dict[str, float]) -> Job:
+        least = [self.least(stage) for stage in range(len(self.plan.stages) - 1)]
+        return Job(name, self.plan.config, values, self.plan.cells, self.plan.stages, least, self.plan.config.search.hopeless,
+                   self.out / "policies")  # fmt: skip
+
+    def _whole(self, entry: Mapping[str, Any], cells: Iterable[tuple[int, int]], ticks: int) -> Job:
+        """All these runs of a candidate at full length, whatever becomes of them."""
+        number, cells = entry["candidate"], tuple(cells)
+        values = entry["values"] if number else {}
+        return Job(f"candidate-{number}", self.plan.config, values, cells, [(ticks, len(cells))], [], 1.0, self.out / "policies")
+
+    def least(self, stage: int) -> float:
+        """The score that lets a candidate go on: the quantile of those that were at that stage before."""
+        scores = [e["stages"][stage]["score"] for e in self.journal.of("candidate") if len(e["stages"]) > stage]
+        return float(np.quantile(scores, 1 - self.plan.config.search.promote)) if len(scores) >= ENOUGH else -np.inf
+
+    # --- what was found
+
+    def ranked(self) -> list[dict[str, Any]]:
+        """Candidates, the best first: by merit, and where they met further seeds, by the mean over all."""
+        finals = {e["candidate"]: e for e in self.journal.of("final")}
+
+        def key(entry: dict[str, Any]) -> tuple[float, float]:
+            final = finals.get(entry["candidate"])
+            return (1.0, 0.5 * (final["score"] + entry["score"])) if final else (0.0, merit(entry))
+
+        return sorted(self.journal.of("candidate"), key=lambda e: (key(e), -e["candidate"]), reverse=True)
+
+    def best(self) -> dict[str, Any]:
+        """The best candidate so far."""
+        return self.ranked()[0]
+
+    def _candidate(self, number: int) -> dict[str, Any]:
+        return next(e for e in self.journal.of("candidate") if e["candidate"] == number)
+
+    # --- time
+
+    def _elapsed(self) -> float:
+        return round(self.before + time.monotonic() - self.begun, 3)
+
+    def _goes_on(self) -> bool:
+        n = len(self.journal.of("candidate")) + len(self.pool.running)
+        if self.trials is not None and n >= self.trials:
+            return False
+        return n == 0 or self.budget is None or self._elapsed() < self.budget - self._reserve() - self._usual()
+
+    def _late(self) -> bool:
+        done = bool(self.journal.of("candidate"))
+        return done and self.budget is not None and bool(self.pool.running) and self._elapsed() > self.budget - self._reserve()
+
+    def _usual(self) -> float:
+        """Seconds that a candidate usually takes."""
+        seconds = [e["seconds"] for e in self.journal.of("candidate")]
+        return float(np.median(seconds)) if seconds else 0.0
+
+    def _reserve(self) -> float:
+        """Seconds to keep for finals and confirmation: from what runs at full length took, or a quarter of the budget before any did."""
+        run = self._seconds_a_run()
+        if run is None:
+            return 0.25 * (self.budget or 0.0)
+        plan = self.plan
+        runs = plan.config.search.finalists * len(plan.finals) + len(plan.confirmation) * plan.confirmation_ticks / plan.ticks
+        return min(1.15 * runs * run / self.pool.workers, 0.6 * (self.budget or 0.0))
+
+    def _seconds_a_run(self) -> float | None:
+        """Seconds of a run at full length with its share of the training; None before there was one."""
+        last = len(self.plan.stages) - 1
+        whole = [e["seconds"] / len(e["stages"][last]["runs"]) for e in self.journal.of("candidate") if len(e["stages"]) > last]
+        return float(np.median(whole)) if whole else None
+
+    @property
+    def done(self) -> int:
+        """Candidates evaluated so far."""
+        return len(self.journal.of("candidate"))
+
+    @property
+    def share(self) -> float:
+        """How much of the search is over, in [0, 1]."""
+        shares = [self.done / self.trials] if self.trials else []
+        shares += [self._elapsed() / self.budget] if self.budget else []
+        return min(1.0, max(shares, default=0.0))
+
+    def _show(self) -> None:
+        if self._progress is not None:
+            self._progress(self)
+
+    # --- folders of policies
+
+    def _forget(self, number: int) -> None:
+        shutil.rmtree(self.out / "policies" / f"candidate-{number}", ignore_errors=True)
+
+    def sweep(self) -> None:
+        """Remove the policies of all but the best, and of those that were not evaluated to their end."""
+        best = self.ranked()[: max(BEST, self.plan.config.search.finalists)]
+        kept = {"start", "candidate-0", *(f"candidate-{e['candidate']}" for e in best)}
+        for folder in (self.out / "policies").glob("*"):
+            if folder.name not in kept:
+                shutil.rmtree(folder, ignore_errors=True)

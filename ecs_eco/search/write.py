@@ -1,0 +1,81 @@
+"""The best worlds as files that `ecs-eco run` takes: the world's own text with other values, and the policies beside it."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from ecs_eco.analysis.page import write_text
+from ecs_eco.config import WorldConfig, load
+from ecs_eco.config.edit import as_toml, edited
+from ecs_eco.config.loading import document_of
+from ecs_eco.config.ranges import key_of, real_key
+from ecs_eco.errors import ConfigError
+from ecs_eco.search.plan import TRAINED, Plan
+
+Key = tuple[str | int, ...]
+
+
+def write_world(plan: Plan, world: Any, overrides: Any, values: Mapping[str, float], trained: Path, file: Path, note: str) -> None:
+    """Write one world; `trained` is the folder of the policies that were trained for it, if any were."""
+    config = load(plan.config, dict(values))
+    files = _policies(config, trained, file.with_suffix(""), plan.config.search.policies in TRAINED)
+    text = _text(config, world, overrides, values, files)
+    for candidate in (text, as_toml(_data(config, files))):
+        if candidate is not None:
+            write_text(file, "".join(f"# {line}\n" for line in note.splitlines()) + candidate)
+            if _same(file, config):
+                return
+    raise RuntimeError(f"{file} could not be written so that it is the world that was found; its values are in the journal")
+
+
+def _text(config: WorldConfig, world: Any, overrides: Any, values: Mapping[str, float], files: Mapping[str, str]) -> str | None:
+    """The world's own text with these values; None where there is none, or it does not yield."""
+    document = document_of(world, overrides)
+    if not document.text:
+        return None
+    changes: dict[Key, Any] = {key: value for key, value in document.changes.items() if key[:1] != ("search",)}
+    changes |= {real_key(config.model_dump(), key_of(name))[0]: value for name, value in values.items()}
+    changes |= {("species", name, "policy", "file"): path for name, path in files.items()}
+    return edited(document.text, changes)
+
+
+def _data(config: WorldConfig, files: Mapping[str, str]) -> dict[str, Any]:
+    data = config.resolved()
+    for name, path in files.items():
+        data["species"][name]["policy"]["file"] = path
+    return data
+
+
+def _same(file: Path, config: WorldConfig) -> bool:
+    """Whether the file is the world, but for where its policies are."""
+    try:
+        found = load(file)
+    except ConfigError:
+        return False
+    a, b = found.resolved(), config.resolved()
+    for data in (a, b):
+        for species in data["species"].values():
+            species["policy"]["file"] = None
+    return a == b
+
+
+def _policies(config: WorldConfig, trained: Path, beside: Path, training: bool) -> dict[str, str]:
+    """Copy the policies beside the world; return the file of each species, as the world names it."""
+    shutil.rmtree(beside, ignore_errors=True)
+    sets = sorted(trained.glob("training-*"), key=lambda p: int(p.name.partition("-")[2])) if training else []
+    for folder in sets:
+        shutil.copytree(folder, beside / folder.name)
+    found = {}
+    for name, species in config.species.items():
+        if species.policy.kind == "none":
+            continue
+        if sets and (sets[0] / f"{name}.safetensors").is_file():
+            found[name] = f"{beside.name}/{sets[0].name}/{name}.safetensors"
+        elif not training and species.policy.file:
+            beside.mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(config.file(species.policy.file), beside / f"{name}.safetensors")
+            found[name] = f"{beside.name}/{name}.safetensors"
+    return found
