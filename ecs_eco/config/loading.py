@@ -67,7 +67,7 @@ def load(
     _fix(document)
     problems += found
     config, found = _validate(document)
-    problems += found
+    problems += [_beside(p, inline) for p in found]
     if config is not None:
         problems += check_search(config, inline, document.set)
     if config is None or problems:
@@ -140,6 +140,12 @@ def _moved_to_training(problem: Problem, plan: Any) -> Problem:
 
 def _title(document: _Document, n: int) -> str:
     return f"{document.source}: {n} problem{'s' if n > 1 else ''}"
+
+
+def _beside(problem: Problem, inline: Mapping[str, Key]) -> Problem:
+    """A problem of a range at the number that it stands beside."""
+    name = problem.key[2] if problem.key[:2] == ("search", "ranges") and len(problem.key) > 2 else None
+    return problem.moved(key=(*inline[str(name)], *problem.key[3:])) if name in inline else problem
 
 
 def document_of(world: Any, overrides: Overrides = None) -> _Document:

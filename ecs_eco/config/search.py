@@ -2,21 +2,34 @@
 
 from __future__ import annotations
 
+import re
 from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, PlainSerializer, WrapValidator
 
 from ecs_eco.config.base import Name, Positive, Section, Share, about, function_name, quantity, table
+from ecs_eco.errors import listed, nearest
 
 OBJECTIVES = ("persistence", "cycling", "population")
 
 Ends = Annotated[list[int | float], Field(min_length=2, max_length=2)]
 Seeds = Annotated[int, Field(ge=1, le=1000)]
 Ticks = Annotated[int, Field(ge=1, le=10**12)]
+
+
+def _known(value: Any, check: Any) -> Any:
+    if callable(value):
+        return value
+    text = check(value)
+    if text not in OBJECTIVES and not re.fullmatch(r"[A-Za-z_][\w.]*:[A-Za-z_]\w*", text):
+        near = f'; did you mean "{n}"?' if (n := nearest(text, OBJECTIVES)) else ""
+        raise ValueError(f"no such objective; allowed: {listed(OBJECTIVES)}, or module:function{near}")
+    return text
+
+
 What = Annotated[
     str,
-    Field(pattern=r"^(persistence|cycling|population|[A-Za-z_][\w.]*:[A-Za-z_]\w*)$"),
-    WrapValidator(lambda value, check: value if callable(value) else check(value)),
+    WrapValidator(_known),
     PlainSerializer(lambda value, info: function_name(value) if info.mode == "json" else value),
 ]
 

@@ -54,9 +54,8 @@ class Optimiser:
 
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            if candidate in self.waiting:
-                self.study.tell(self.waiting.pop(candidate), worth)
-                return
+            if candidate in self.waiting:  # its place is taken by one with tidy numbers, as it would be read from a journal
+                self.study.tell(self.waiting.pop(candidate), state=optuna.trial.TrialState.FAIL)
             inside = {p.name: p.tidy(values[p.name]) for p in self.parameters}
             self.study.add_trial(optuna.trial.create_trial(params=inside, distributions=self.space, value=worth))
 

@@ -190,6 +190,6 @@ def _map(search: Search, ranked: Runs, result: dict[str, Any], folder: Path) -> 
         path = save(figures.pairs(fit, plan.parameters, entries, worth, order, best, start), folder / "pairs.png")
         caption = "Pairs of the numbers that matter most, all others as in the best world; dots are candidates."
         told.append(picture(path, caption))
-    text = (f"A Gaussian process through {len(entries)} candidates; it foretells {max(0.0, fit.explained):.0%} of the variance of those left "
-            "out one by one. Where that is little, so is what the figures below say.")  # fmt: skip
+    text = (f"A Gaussian process through {len(entries)} candidates foretells {max(0.0, fit.explained):.0%} of the variance of those "
+            "left out one by one. Where that is little, so is what the figures below say.")  # fmt: skip
     return ["<h2>What mattered</h2>", f"<p>{text}</p>", *told]

@@ -1,0 +1,212 @@
+"""The parts of a search, each alone: the plan, scores, the journal, the optimiser, what mattered."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from ecs_eco.analysis.runs import Series
+from ecs_eco.config import load
+from ecs_eco.config.search import Search as Settings
+from ecs_eco.errors import ConfigError
+from ecs_eco.search import objectives
+from ecs_eco.search.journal import Journal
+from ecs_eco.search.matters import dependence, matters, process, ranks, unit, value_of
+from ecs_eco.search.optimise import FIRST, Optimiser, merit
+from ecs_eco.search.plan import Parameter, crossed, plan_of, stages
+
+PARAMETERS = [Parameter("rate", 0.01, 1.0, log=True, whole=False, start=0.1), Parameter("count", 1, 40, log=False, whole=True, start=9)]
+
+
+def series(**numbers: list[float]) -> Series:
+    n = np.array(list(numbers.values()), float).T
+    return Series(np.arange(len(n)), tuple(numbers), {"n": n})
+
+
+# the plan
+
+
+def test_training_and_world_seeds_are_crossed_and_the_first_runs_differ_in_both() -> None:
+    assert crossed(2, 3, 0) == ((1, 1), (2, 2), (1, 2), (2, 3), (1, 3), (2, 1))
+    assert sorted(crossed(3, 2, 100)) == [(100 + t, 100 + w) for t in (1, 2, 3) for w in (1, 2)]
+
+
+def test_stages_grow_by_equal_factors_in_length_and_in_runs() -> None:
+    assert stages(1600, 9, 3, 0.25) == ((400, 1), (800, 3), (1600, 9))
+    assert stages(1600, 9, 1, 0.25) == ((1600, 9),)
+
+
+def test_seeds_of_search_finals_and_confirmation_are_apart() -> None:
+    plan = plan_of(load("predator-prey", {'search.ranges."species.deer.count"': [100, 900], "search.policies": "train"}))
+    kinds = [set(plan.cells), set(plan.finals), set(plan.confirmation)]
+    assert all(a.isdisjoint(b) for i, a in enumerate(kinds) for b in kinds[:i])
+    for axis in (0, 1):
+        assert {c[axis] for c in plan.cells}.isdisjoint({c[axis] for c in plan.confirmation})
+
+
+def test_a_search_without_ranges_is_refused() -> None:
+    with pytest.raises(ConfigError, match="nothing to vary"):
+        plan_of(load("predator-prey"))
+
+
+def test_a_range_with_an_end_that_no_world_can_have_is_refused() -> None:
+    with pytest.raises(ConfigError, match=r"leads to a world that is refused: species\.deer\.reproduction\.energy_min"):
+        plan_of(load("predator-prey", {'search.ranges."species.deer.reproduction.energy_min"': [0.5, 40.0]}))
+
+
+def test_values_are_tidied_within_their_range() -> None:
+    assert PARAMETERS[0].tidy(0.123456) == 0.1235
+    assert (PARAMETERS[0].tidy(3.0), PARAMETERS[1].tidy(7.4)) == (1.0, 7)
+    assert isinstance(PARAMETERS[1].tidy(7.4), int)
+
+
+# scores
+
+
+def test_the_distance_from_extinction_is_that_of_the_species_nearest_to_it() -> None:
+    run = series(deer=[10, 10, 10], wolf=[8, 0, 1])  # means 10 and 3
+    assert objectives.distance(run, ["deer"]) == pytest.approx(1.0)
+    assert objectives.distance(run, ["deer", "wolf"]) == 0.0
+    assert objectives.distance(series(wolf=[8, 3, 1]), ["wolf"]) == pytest.approx(np.log(2) / np.log(5))
+
+
+def test_a_wanted_population_scores_the_ratio_of_the_later_half() -> None:
+    run = series(deer=[999, 999, 40, 60], wolf=[9, 9, 10, 10])
+    assert objectives.population(run, {"deer": 100.0}) == pytest.approx(0.5)
+    assert objectives.population(run, {"deer": 100.0, "wolf": 4.0}) == pytest.approx((0.5 + 0.4) / 2)
+
+
+def test_cycling_tells_a_cycle_from_noise() -> None:
+    rng = np.random.default_rng(1)
+    t = np.arange(3000)
+    cycle = 100 + 40 * np.sin(2 * np.pi * t / 150) + rng.normal(0, 5, 3000)
+    assert objectives.cycling(series(deer=list(cycle)), ["deer"]) == 1.0
+    assert objectives.cycling(series(deer=list(100 + rng.normal(0, 5, 3000))), ["deer"]) < 0.9
+
+
+def final_number(run: Series) -> float:
+    return float(run.n[-1].sum())
+
+
+def test_goals_are_weighed_and_a_function_may_be_one() -> None:
+    settings = Settings.model_validate({"objective": [{"of": final_number, "weight": 3.0}, {"of": "population"}], "wanted": {"deer": 10.0}})
+    assert objectives.objective(settings, series(deer=[5, 5]), ["deer"]) == pytest.approx(0.75 * 5 + 0.25 * 0.5)
+
+
+def test_a_function_that_gives_no_number_scores_nothing() -> None:
+    assert objectives.score(lambda run: float("nan"), series(deer=[5]), ["deer"], {}) == 0.0
+
+
+def test_a_later_stage_is_worth_more_than_any_score() -> None:
+    assert merit({"stage": 0, "score": 1e6}) < merit({"stage": 1, "score": -1e6})
+    assert merit({"stage": 1, "score": 0.5}) < merit({"stage": 1, "score": 0.6})
+    assert merit({"stage": 0, "score": 1.0}) == 0.75
+
+
+# the journal
+
+
+def test_a_journal_goes_on_behind_its_last_whole_line(tmp_path: Path) -> None:
+    journal = Journal(tmp_path, {"world": "fell"})
+    journal.add("candidate", candidate=0, score=0.5)
+    with open(journal.path, "a", encoding="utf-8") as file:
+        file.write('{"kind": "candidate", "candid')
+    again = Journal(tmp_path, {"world": "fell"})
+    assert [e["candidate"] for e in again.of("candidate")] == [0]
+    again.add("candidate", candidate=1)
+    assert [json.loads(line).get("candidate") for line in journal.path.read_text().splitlines()] == [None, 0, 1]
+
+
+def test_a_journal_of_another_search_is_not_gone_on_with(tmp_path: Path) -> None:
+    Journal(tmp_path, {"world": "fell", "search": {"ticks": 5}}).add("candidate", candidate=0)
+    with pytest.raises(ConfigError, match=r"search\.ticks: 5 then, 6 now"):
+        Journal(tmp_path, {"world": "fell", "search": {"ticks": 6}})
+
+
+def test_a_damaged_journal_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "journal.jsonl").write_text('{"kind": "search"}\nnonsense\n')
+    with pytest.raises(ConfigError, match="is damaged"):
+        Journal(tmp_path, {})
+
+
+# the optimiser
+
+
+def bowl(values: dict[str, Any]) -> float:
+    """Highest, 0, at rate = .05 and count = 30."""
+    return -(np.log10(values["rate"] / 0.05) ** 2) - ((values["count"] - 30) / 20) ** 2
+
+
+def best_of(kind: str, seed: int, n: int = 40) -> float:
+    optimiser, found = Optimiser(PARAMETERS, kind, seed), []
+    for i in range(n):
+        values = optimiser.ask(i)
+        assert 0.01 <= values["rate"] <= 1.0
+        assert isinstance(values["count"], int)
+        found.append(bowl(values))
+        optimiser.tell(i, values, found[-1])
+    return max(found)
+
+
+def test_tpe_finds_the_top_of_a_bowl_better_than_chance() -> None:
+    tpe, chance = (np.mean([best_of(kind, seed) for seed in (1, 2, 3)]) for kind in ("tpe", "random"))
+    assert tpe > chance
+    assert tpe > -0.02
+
+
+@pytest.mark.parametrize("kind", ["tpe", "random"])
+def test_an_optimiser_that_is_told_the_history_proposes_what_the_first_would(kind: str) -> None:
+    first, told = Optimiser(PARAMETERS, kind, 5), []
+    for i in range(FIRST + 4):
+        values = first.ask(i)
+        told.append((values, bowl(values)))
+        first.tell(i, *told[-1])
+    again = Optimiser(PARAMETERS, kind, 5)
+    for i, (values, worth) in enumerate(told):
+        again.tell(i, values, worth)
+    assert again.ask(99) == first.ask(99)
+
+
+# what mattered
+
+
+def sample(n: int = 80) -> tuple[np.ndarray, np.ndarray]:
+    """Points of the unit cube, and a function of the first number alone, with noise."""
+    rng = np.random.default_rng(2)
+    x = rng.random((n, 3))
+    return x, np.sin(3 * x[:, 0]) + rng.normal(0, 0.1, n)
+
+
+def test_the_number_that_decides_explains_the_variance_and_the_others_none() -> None:
+    x, y = sample()
+    fit = process(x, y)
+    found = matters(fit, ["a", "b", "c"])
+    assert fit.explained > 0.7
+    assert found[0].total[1] > 0.8
+    assert max(found[1].total[2], found[2].total[2]) < 0.2
+
+
+def test_without_an_effect_little_is_foretold() -> None:
+    x, _ = sample()
+    assert process(x, np.random.default_rng(3).random(len(x))).explained < 0.25
+
+
+def test_the_dependence_on_a_number_follows_the_function() -> None:
+    x, y = sample()
+    grid, mean, sd = dependence(process(x, y), 0)
+    assert np.abs(mean - np.sin(3 * grid)).max() < 0.2
+    assert (sd > 0).all()
+
+
+def test_candidates_become_points_of_the_unit_cube_and_back() -> None:
+    x = unit(PARAMETERS, [{"rate": 0.1, "count": 40}, {"rate": 0.01, "count": 1}])
+    assert np.allclose(x, [[0.5, 1.0], [0.0, 0.0]])
+    assert value_of(PARAMETERS[0], np.array([0.5]))[0] == pytest.approx(0.1)
+
+
+def test_ranks_share_places_among_equals() -> None:
+    assert ranks([3.0, 1.0, 3.0, 9.0]).tolist() == [0.5, 0.125, 0.5, 0.875]
