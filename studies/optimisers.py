@@ -2,7 +2,7 @@
 
 The chain is Rosenzweig and MacArthur's (1963) of three levels with demographic noise, stopped at an extinction and given up after a
 short first stage, as candidates of `ecs-eco search` are: scores that jump, and differ between seeds. Eight numbers vary over a factor
-of ten each; one random chain in twelve persists. What an optimiser calls best is judged by 200 runs that it never saw.
+of thirty each; about one random chain in thirty persists. What an optimiser calls best is judged by 200 runs that it never saw.
 """
 
 import sys
@@ -51,7 +51,7 @@ def live(p, ticks, seed):
 def parameters() -> Any:
     from ecs_eco.search.plan import Parameter
 
-    return [Parameter(n, c / 10**0.5, c * 10**0.5, log=True, whole=False, start=c) for n, c in zip(NAMES, CENTRE, strict=True)]
+    return [Parameter(n, c / 30**0.5, c * 30**0.5, log=True, whole=False, start=c) for n, c in zip(NAMES, CENTRE, strict=True)]
 
 
 def evaluate(values: dict[str, float], least: list[float]) -> dict[str, Any]:

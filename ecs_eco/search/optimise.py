@@ -9,7 +9,7 @@ from typing import Any
 
 from ecs_eco.search.plan import Parameter
 
-OPTIMISERS = ("tpe", "gp", "cmaes", "random")
+OPTIMISERS = ("tpe", "gp", "random")  # those whose proposals follow from the journal alone; CMA-ES keeps a state besides
 FIRST = 10  # candidates at random before a model of them is made
 
 
@@ -40,7 +40,7 @@ class Optimiser:
 
     def ask(self, candidate: int) -> dict[str, float]:
         """Numbers for a candidate."""
-        if self.kind != "cmaes":
+        if self.kind in OPTIMISERS:
             self.study.sampler = self._sampler(candidate)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
