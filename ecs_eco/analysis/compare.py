@@ -47,7 +47,7 @@ def compare(
     Returns what compare.json holds; with `out`, writes compare.json, compare.html and figures/ there.
     """
     loaded, names = _load(arms, species)
-    curves = {s: {arm: extinction_curve(runs, s) for arm, runs in loaded.items()} for s in names}
+    curves = {s: {arm: extinction_curve(runs, s) for arm, runs in loaded.items() if _there(runs, s)} for s in names}
     cycles = {arm: [cycle_statistics(run, n_boot=n_boot, seed=seed) for run in runs] for arm, runs in loaded.items()}
     reference = next(iter(loaded))
     grids = {arm: _grid_of(loaded[arm], seeds) for arm, seeds in (training or {}).items()}
@@ -58,7 +58,7 @@ def compare(
         "species": list(names),
         "opening": {arm: shared(runs) for arm, runs in loaded.items()},
         "arms": {
-            arm: _arm(runs, {s: curves[s][arm] for s in names}, cycles[arm], seed) for arm, runs in loaded.items()
+            arm: _arm(runs, {s: curves[s][arm] for s in names if arm in curves[s]}, cycles[arm], seed) for arm, runs in loaded.items()
         },
         "effects": {
             arm: _effects(loaded[reference], runs, names, seed) for arm, runs in loaded.items() if arm != reference
@@ -122,10 +122,15 @@ def _crossed_effects(
     paired = first.worlds == second.worlds and (first.training == second.training or 1 in (len(first.training), len(second.training)))
     if not paired:
         return found
-    names = result["species"]
+    names = [s for s in result["species"] if _there(loaded[arm], s) and _there(loaded[reference], s)]
     values = {s: (partial(_lived, species=s), partial(_mean, species=s)) for s in names}
     gaps = {s: [mean_interval(first.table(f) - second.table(f)) for f in both] for s, both in values.items()}
     return found | {"per_species": {s: {"lifetime": gaps[s][0], "log_rank_p": np.nan, "mean_number": gaps[s][1]} for s in names}}
+
+
+def _there(runs: Sequence[Series], species: str) -> bool:
+    """Whether there ever was one of a species; an arm without it has nothing to say of how long it lives."""
+    return any(run.present[run.index(species)] for run in runs)
 
 
 def _lived(run: Series, species: str) -> float:
@@ -164,8 +169,8 @@ def _arm(
         "per_species": {
             s: {
                 "extinctions": sum(bool(run.present[i] and not np.isnan(run.extinct[i])) for run in runs),
-                "median_extinction": curves[s].median,
-                "mean_time": curves[s].mean(last),
+                "median_extinction": curves[s].median if s in curves else np.nan,
+                "mean_time": curves[s].mean(last) if s in curves else np.nan,
                 "mean_number": float(np.mean([run.of(s).mean() for run in runs])),
                 "long_enough": len(found),
                 "cycling": sum(s in c.cycling() for c in found),
@@ -254,7 +259,7 @@ def _effects(reference: Sequence[Series], runs: Sequence[Series], names: Sequenc
         ),
         "per_species": {},
     }
-    for s in names:
+    for s in (s for s in names if _there(runs, s) and _there(reference, s)):
         a, b = _lifetimes(runs, s), _lifetimes(reference, s)
         out["per_species"][s] = {
             "lifetime": bootstrap_difference(a[0], b[0], seed=seed),

@@ -91,3 +91,16 @@ def test_what_json_cannot_hold_becomes_null() -> None:
         "a": [None, 3, True],
         "b": [None, 1.5],
     }
+
+
+def test_a_species_that_was_never_there_did_not_die_out_and_is_compared_with_nobody(tmp_path: Path) -> None:
+    numbers = [chains.chain(400, seed) for seed in range(3)]
+    without = [n.copy() for n in numbers]
+    for n in without:
+        n[:, 2] = 0
+    arms = {"world": numbers, "no-wolf": without}
+    found = compare({arm: [chains.series_table(n, i) for i, n in enumerate(runs)] for arm, runs in arms.items()}, tmp_path, n_boot=19)
+    wolf = found["arms"]["no-wolf"]["per_species"]["wolf"]
+    assert (wolf["extinctions"], wolf["median_extinction"], wolf["mean_time"]) == (0, None, None)
+    assert set(found["effects"]["no-wolf"]["per_species"]) == {"grass", "deer"}
+    assert not (tmp_path / "figures" / "survival_wolf.png").exists()
