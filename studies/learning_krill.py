@@ -16,8 +16,8 @@ from typing import Any
 sys.path.insert(0, str(Path(__file__).parent))
 
 import numpy as np
+from _over_training import by_training, contrast, interval, none, swing, told
 from _study import Study, verdict
-from diel_migration import by_training, contrast, interval, none, swing, told
 
 WORLD = "learning-krill"
 HELD = {'training.set."species.krill.count"': 40, 'training.set."species.krill.max_count"': 40}

@@ -1,0 +1,57 @@
+"""What studies say over training seeds: means over world seeds, intervals, contrasts, and how they are told."""
+
+import sys
+from pathlib import Path
+from typing import Any
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+import numpy as np
+from _study import verdict
+
+
+def interval(values: list[float]) -> list[float]:
+    """Mean of values by training seed and its 95 % interval by Student's t: [mean, low, high]; of one value the interval is not known."""
+    from scipy.stats import t
+
+    mean, n = float(np.mean(values)), len(values)
+    half = float(t.ppf(0.975, n - 1) * np.std(values, ddof=1) / np.sqrt(n)) if n > 1 else float("nan")
+    return [round(mean, 3), round(mean - half, 3), round(mean + half, 3)]
+
+
+def contrast(a: list[float], b: list[float]) -> tuple[list[float], float]:
+    """Difference of the means of two sets of training seeds with its 95 % interval, and p, one-sided, by Welch's t."""
+    from scipy.stats import ttest_ind
+
+    gap = round(float(np.mean(a) - np.mean(b)), 3)
+    if min(len(a), len(b)) < 2:
+        return [gap, float("nan"), float("nan")], float("nan")
+    found = ttest_ind(a, b, equal_var=False)
+    low, high = found.confidence_interval(0.95)
+    p = float(found.pvalue) / 2 if found.statistic > 0 else 1 - float(found.pvalue) / 2
+    return [gap, round(float(low), 3), round(float(high), 3)], p
+
+
+def told(found: list[float], n: int, p: float | None = None) -> str:
+    """An interval in words, over how many training seeds, and a p."""
+    words = f"{found[0]:.3g}" + (f" ({found[1]:.3g} … {found[2]:.3g})" if np.isfinite(found[1]) else "") + f", {n} training seeds"
+    return words if p is None else f"{words}, p = {p:.2g}"
+
+
+def none(arm: str) -> dict[str, Any]:
+    """The verdict on an arm of which nothing could be measured."""
+    return verdict(f"`{arm}`: runs in which there was anything to measure", 0, "some", False)
+
+
+def by_training(cases: list[dict[str, Any]], arm: str, value: Any) -> list[float]:
+    """Mean over world seeds of a value of results, by training seed; what is None is left out."""
+    found: dict[int, list[float]] = {}
+    for c in cases:
+        if c["case"]["arm"] == arm and (v := value(c["result"])) is not None and np.isfinite(v):
+            found.setdefault(c["case"]["training"], []).append(float(v))
+    return [float(np.mean(v)) for _, v in sorted(found.items())]
+
+
+def swing(result: dict[str, Any]) -> float | None:
+    """Amplitude along the day, as a share of the water: above zero where they are deepest around noon."""
+    return None if result["cycle"] is None else result["cycle"]["vector"][0]
