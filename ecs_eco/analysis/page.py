@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import base64
-import os
 from collections.abc import Iterable, Sequence
 from html import escape
 from pathlib import Path
 from string import Template
+
+from ecs_eco import files
 
 
 def page(title: str, *blocks: str) -> str:
@@ -52,12 +53,6 @@ def number(x: float, digits: int = 3) -> str:
 
 
 def write_text(path: Path, text: str) -> Path:
-    """Write a file whole or not at all: beside it, then renamed."""
+    """Write a file whole or not at all, and the folders above it."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    beside = path.with_name(f".{path.name}.{os.getpid()}")
-    with open(beside, "w", encoding="utf-8") as file:
-        file.write(text)
-        file.flush()
-        os.fsync(file.fileno())
-    os.replace(beside, path)
-    return path
+    return files.write(path, text)

@@ -1,6 +1,5 @@
 """Columns to Arrow and Parquet: floats byte by byte, ids and ticks as differences, all of it zstd."""
 
-import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -10,6 +9,7 @@ import pyarrow as pa
 import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
+from ecs_eco import files
 from ecs_eco.errors import RecordingError
 from ecs_eco.record import seal
 
@@ -32,23 +32,19 @@ def to_arrow(columns: Mapping[str, np.ndarray], words: Mapping[str, Sequence[str
 
 
 def write_part(table: pa.Table, path: Path) -> None:
-    """Write one Parquet part with its seal, so that it is whole or not there: temporary file, fsync, rename."""
+    """Write one Parquet part with its seal, so that it is whole or not there."""
     floats = [f.name for f in table.schema if pa.types.is_floating(f.type)]
     words = [f.name for f in table.schema if pa.types.is_dictionary(f.type) or (pa.types.is_string(f.type) and _repeats(table[f.name]))]
     deltas = {f.name: "DELTA_BINARY_PACKED" for f in table.schema if pa.types.is_integer(f.type) and f.type.bit_width >= 32}
     deltas |= dict.fromkeys(floats, "BYTE_STREAM_SPLIT")
-    temporary, memory = path.with_suffix(".tmp"), pa.BufferOutputStream()
+    memory = pa.BufferOutputStream()
     with pq.ParquetWriter(
         memory, table.schema, compression="zstd", compression_level=3, use_dictionary=words, column_encoding=deltas or None,
         write_page_checksum=True,
     ) as writer:  # fmt: skip
         writer.write_table(table)
         writer.add_key_value_metadata({seal.KEY: seal.BLANK})
-    with open(temporary, "wb") as file:
-        file.write(seal.sealed(memory.getvalue().to_pybytes()))
-        file.flush()
-        os.fsync(file.fileno())
-    os.replace(temporary, path)
+    files.write(path, seal.sealed(memory.getvalue().to_pybytes()))
 
 
 def _repeats(texts: pa.ChunkedArray) -> bool:

@@ -7,7 +7,6 @@ tensor with its type and shape) and `seal` (SHA-256 of both). Nothing in it can 
 
 import hashlib
 import json
-import os
 import zlib
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -15,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from ecs_eco import files
 from ecs_eco.errors import CheckpointError
 from ecs_eco.record import frozen
 
@@ -63,23 +63,12 @@ def load(world: Any, path: str | Path) -> None:
 
 
 def write(path: Path, meta: Mapping[str, Any], arrays: Arrays) -> None:
-    """Write meta and arrays: temporary file, fsync, rename, fsync of the folder."""
-    from safetensors.numpy import save_file
-
+    """Write meta and arrays, so that the file is whole or not there; raises OSError that names it."""
     arrays = {name: np.ascontiguousarray(array).reshape(np.shape(array)) for name, array in arrays.items()}
     text = json.dumps({"format": FORMAT, **meta}, allow_nan=False)  # in order: that of species and tables counts
     parts = json.dumps({name: _sum(array) for name, array in arrays.items()})
     path.parent.mkdir(parents=True, exist_ok=True)
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
-    try:
-        save_file(arrays, temporary, metadata={"meta": text, "parts": parts, "seal": _seal(text, parts)})
-        with open(temporary, "rb+") as file:
-            os.fsync(file.fileno())
-        temporary.chmod(0o644)
-        os.replace(temporary, path)
-    finally:
-        temporary.unlink(missing_ok=True)
-    _sync_folder(path.parent)
+    files.write_tensors(path, arrays, {"meta": text, "parts": parts, "seal": _seal(text, parts)})
 
 
 def read(path: str | Path) -> tuple[dict[str, Any], Arrays]:
@@ -170,11 +159,3 @@ def _sum(array: np.ndarray) -> list[Any]:
 def _seal(text: str, parts: str) -> str:
     return hashlib.sha256(f"{len(text)} {text}{parts}".encode()).hexdigest()
 
-
-def _sync_folder(folder: Path) -> None:
-    if os.name == "posix":
-        handle = os.open(folder, os.O_RDONLY)
-        try:
-            os.fsync(handle)
-        finally:
-            os.close(handle)

@@ -1,13 +1,14 @@
 """A run that leaves a folder: manifest, Parquet series, births, deaths and snapshots, figures and a report."""
 
 import json
-import os
 import subprocess
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+
+from ecs_eco import files
 
 VERSIONS = ("ecs-eco", "esper", "numpy", "numba", "torch", "pyarrow")
 
@@ -47,12 +48,7 @@ class Folder:
 
 def write_json(path: Path, content: Any) -> None:
     """Write a JSON file so that it is whole or as it was before."""
-    temporary = path.with_suffix(".tmp")
-    with open(temporary, "w", encoding="utf-8") as file:
-        json.dump(content, file, indent=1, allow_nan=False)
-        file.flush()
-        os.fsync(file.fileno())
-    os.replace(temporary, path)
+    files.write(path, json.dumps(content, indent=1, allow_nan=False))
 
 
 def versions() -> dict[str, str]:

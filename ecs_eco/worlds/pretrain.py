@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from ecs_eco import files
 from ecs_eco.config import WorldConfig, load
 from ecs_eco.config.loading import changed
 from ecs_eco.worlds.grounds import Grounds
@@ -63,13 +64,11 @@ def value_at(data: Any, key: str) -> Any:
 
 def save(result: dict[str, Any], out: Path) -> None:
     """Write the policies as safetensors and everything else as training.json."""
-    from safetensors.numpy import save_file
-
     from ecs_eco.record.folder import write_json
 
     out.mkdir(parents=True, exist_ok=True)
     for name, weights in result["policies"].items():
-        save_file({k: np.ascontiguousarray(v) for k, v in weights.items()}, out / f"{name}.safetensors")
+        files.write_tensors(out / f"{name}.safetensors", {k: np.ascontiguousarray(v) for k, v in weights.items()})
     write_json(out / "training.json", {k: v for k, v in result.items() if k != "policies"})
 
 

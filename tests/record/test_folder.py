@@ -126,10 +126,11 @@ def test_an_interrupted_run_leaves_readable_parts_and_says_that_it_is_not_finish
 
 
 def test_a_part_is_whole_or_not_there(run, tmp_path, monkeypatch):
+    from ecs_eco import files
     from ecs_eco.record import arrow
 
     table = pa.table({"x": np.arange(3.0)})
-    monkeypatch.setattr(arrow.os, "fsync", lambda _: (_ for _ in ()).throw(OSError("disk full")))
+    monkeypatch.setattr(files.os, "fsync", lambda _: (_ for _ in ()).throw(OSError("disk full")))
     with pytest.raises(OSError, match="disk full"):
         arrow.write_part(table, tmp_path / "part-00000.parquet")
     assert not (tmp_path / "part-00000.parquet").exists()

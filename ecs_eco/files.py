@@ -1,0 +1,89 @@
+"""Files that are whole or as they were before: written beside their place, synced, renamed, and the folder synced."""
+
+from __future__ import annotations
+
+import errno
+import os
+import re
+import secrets
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import Any
+
+_BESIDE = re.compile(r"\.(?P<name>.+)\.ecs-eco-\d+-[0-9a-f]{8}\.tmp")
+
+
+def write(path: str | Path, content: bytes | str) -> Path:
+    """Write a file (text as UTF-8) whole or not at all; return its path. Raises OSError that names it."""
+    with writing(path) as beside, open(beside, "wb") as file:
+        file.write(content.encode() if isinstance(content, str) else content)
+    return Path(path)
+
+
+@contextmanager
+def writing(path: str | Path) -> Iterator[Path]:
+    """Give the name of an empty file beside `path` to write to, which takes its place at the end; nothing is left after an exception.
+
+    The file has the mode that the user's umask gives, whatever is written there or renamed to it. Raises OSError that names `path`.
+    """
+    path = Path(path)
+    beside = path.with_name(f".{path.name}.ecs-eco-{os.getpid()}-{secrets.token_hex(4)}.tmp")
+    try:
+        handle = os.open(beside, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666)
+        mode = os.fstat(handle).st_mode & 0o777
+        os.close(handle)
+        try:
+            yield beside
+            _sync(beside, mode)
+            os.replace(beside, path)
+        except BaseException:
+            with suppress(OSError):
+                beside.unlink(missing_ok=True)
+            raise
+        sync_folder(path.parent)
+    except OSError as error:
+        if error.errno is None or error.filename not in (None, str(beside)):  # it names the file, or is of another one
+            raise
+        raise OSError(error.errno, error.strerror or os.strerror(error.errno), str(path)) from error
+
+
+def write_tensors(path: str | Path, arrays: Mapping[str, Any], metadata: Mapping[str, str] | None = None) -> Path:
+    """Write numpy arrays as a safetensors file, whole or not at all. Raises OSError that names it, for a full disk too."""
+    from safetensors import SafetensorError
+    from safetensors.numpy import save_file
+
+    with writing(path) as beside:
+        try:
+            save_file(dict(arrays), beside, metadata=dict(metadata or {}) or None)
+        except SafetensorError as error:  # no OSError, and the number of one is in its text alone
+            found = re.search(r"os error (\d+)", str(error))
+            number = int(found[1]) if found else errno.EIO
+            raise OSError(number, os.strerror(number) if found else str(error), str(path)) from error
+    return Path(path)
+
+
+def written_beside(path: Path) -> str | None:
+    """Return the name of the file that a half-written one was to become; None for a file of other origin."""
+    found = _BESIDE.fullmatch(path.name)
+    return None if found is None else found["name"]
+
+
+def sync_folder(folder: Path) -> None:
+    """Have the names in a folder on the disk, where the system can."""
+    if os.name == "posix":
+        handle = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(handle)
+        finally:
+            os.close(handle)
+
+
+def _sync(beside: Path, mode: int) -> None:
+    handle = os.open(beside, os.O_RDWR)
+    try:
+        if os.name == "posix" and os.fstat(handle).st_mode & 0o777 != mode:
+            os.fchmod(handle, mode)
+        os.fsync(handle)
+    finally:
+        os.close(handle)
