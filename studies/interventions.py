@@ -20,10 +20,10 @@ DONE = {
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
     """Do one thing at a tick by the file and in a fork there; compare worlds and recordings with each other and with a world left alone."""
+    from ecs_eco.analysis.report import write_report
     from ecs_eco.analysis.runs import load_series
     from ecs_eco.config import load
     from ecs_eco.record import fork, run_to_folder
-    from ecs_eco.record.report import write_report
 
     at, until, seed, done = config["at"], config["until"], case["seed"], DONE[case["what"]] | {"at": config["at"]}
     with tempfile.TemporaryDirectory() as place:

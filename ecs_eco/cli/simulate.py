@@ -145,7 +145,7 @@ def report_run(folder: Path) -> None:
     if not (folder / "manifest.json").is_file():
         what = "has no manifest.json" if folder.is_dir() else "no such folder"
         refuse("DIR", what, str(folder), "a folder that `ecs-eco run` left")
-    from ecs_eco.record.report import write_report
+    from ecs_eco.analysis.report import write_report
 
     write_report(folder)
     say(f"written: {folder / 'report.html'}")

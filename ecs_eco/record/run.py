@@ -254,7 +254,7 @@ def _go(world: Any, folder: Folder, manifest: dict[str, Any], until: int, progre
     if not manifest["finished"]:
         raise Stopped(world.tick, path)
     if report:
-        from ecs_eco.record.report import write_report
+        from ecs_eco.analysis.report import write_report
 
         write_report(path)
     return manifest

@@ -18,12 +18,12 @@ from ecs_eco.analysis.carriers import carriers, codon_number
 from ecs_eco.analysis.figures import save
 from ecs_eco.analysis.lineage import ALIVE, Lineage
 from ecs_eco.analysis.phylogeny import quoted
+from ecs_eco.analysis.report import write_report
 from ecs_eco.analysis.runs import load_series
 from ecs_eco.cli import app
 from ecs_eco.components.genome import Genome
 from ecs_eco.record import Recorder, run_to_folder
 from ecs_eco.record.arrow import write_part
-from ecs_eco.record.report import write_report
 from ecs_eco.record.seal import write_manifest
 
 #         uid, mother, father, born, died, genome

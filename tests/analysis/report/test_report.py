@@ -11,10 +11,11 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
+from ecs_eco.analysis.report import rerun, write_report
+from ecs_eco.analysis.report.recorded import ages_at_death, last_snapshot, ledger_gap
 from ecs_eco.analysis.runs import load_series
-from ecs_eco.record.report import ages_at_death, last_snapshot, ledger_gap, rerun, write_report
 
-chains = SimpleNamespace(**runpy.run_path(str(Path(__file__).parent.parent / "analysis" / "chains.py")))
+chains = SimpleNamespace(**runpy.run_path(str(Path(__file__).parents[1] / "chains.py")))
 
 
 def words(page: Path) -> str:

@@ -1,4 +1,4 @@
-"""What a report says of a run under a sun and over a depth."""
+"""What a report says of a run with a sun and a depth of water."""
 
 from __future__ import annotations
 

@@ -1,0 +1,8 @@
+"""The report of a run folder: one HTML page that a biologist can read, and its figures.
+
+`write` puts it together from tables (`tables`), figures (`pictures`) and the part on depth and daylight (`depth`).
+"""
+
+from ecs_eco.analysis.report.write import rerun, write_report
+
+__all__ = ["rerun", "write_report"]

@@ -1,0 +1,60 @@
+"""What the report reads from a run folder besides its series, and the check of its energy ledger."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.compute as pc
+
+from ecs_eco.analysis.runs import Series, parts
+from ecs_eco.record import seal
+from ecs_eco.record.arrow import open_part, read_part
+
+
+def ages_at_death(run: Path | str) -> dict[str, tuple[int, float]]:
+    """Deaths and mean age at death [s] of each species, streamed from deaths/*.parquet."""
+    totals: dict[str, np.ndarray] = {}
+    sealed = seal.has_seals(Path(run))
+    for file in parts(run, "deaths"):
+        for batch in open_part(file, sealed).iter_batches(1 << 17, columns=["species", "age"]):
+            summed = pa.Table.from_batches([batch]).group_by("species").aggregate([("age", "count"), ("age", "sum")])
+            for row in summed.to_pylist():
+                got = totals.setdefault(row["species"], np.zeros(2))
+                got += row["age_count"], row["age_sum"] or 0.0
+    return {s: (int(n), float(total / n) if n else np.nan) for s, (n, total) in totals.items()}
+
+
+def last_snapshot(run: Path | str, species: tuple[str, ...]) -> tuple[int, dict[str, np.ndarray]] | None:
+    """Tick and positions (n, 3) [m] by species of the last snapshot; None where there is none."""
+    files = parts(run, "snapshots")
+    if not files:
+        return None
+    found = read_part(files[-1], ["tick", "species", "x", "y", "z"], seal.has_seals(Path(run)))
+    if not len(found):
+        return None
+    tick = pc.max(found["tick"]).as_py()
+    found = found.filter(pc.equal(found["tick"], tick))
+    name = found["species"].cast(pa.string())
+    of = {s: found.filter(pc.equal(name, s)) for s in species}
+    return tick, {s: np.stack([t[c].to_numpy() for c in "xyz"], 1) for s, t in of.items() if len(t)}
+
+
+def ledger_gap(series: Series) -> dict[str, tuple[float, float, int]]:
+    """Largest gap of each species' energy ledger: absolute, as a share of the stock, and its tick.
+
+    The ledger of a tick is stock_after = stock_before + endowed + taken_in − burnt − given − lost; the stock that a
+    tick starts with must be the one that the tick before ended with.
+    """
+    c = series.columns
+    gap = np.abs(
+        c["stock_before"] + c["endowed"] + c["taken_in"] - c["burnt"] - c["given"] - c["lost"] - c["stock_after"]
+    )
+    gap[1:] = np.maximum(gap[1:], np.abs(c["stock_before"][1:] - c["stock_after"][:-1]))
+    worst = gap.argmax(0)
+    scale = np.maximum(np.abs(c["stock_after"]).max(0), 1.0)
+    return {
+        s: (float(gap[worst[i], i]), float(gap[worst[i], i] / scale[i]), int(series.ticks[worst[i]]))
+        for i, s in enumerate(series.species)
+    }

@@ -1,0 +1,127 @@
+"""The tables and sentences of a report, as HTML."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from html import escape
+
+import numpy as np
+
+from ecs_eco.analysis import figures
+from ecs_eco.analysis.cycles import CycleStatistics, Lag
+from ecs_eco.analysis.extinction import opening
+from ecs_eco.analysis.page import Markup, number, table
+from ecs_eco.analysis.report.recorded import ledger_gap
+from ecs_eco.analysis.runs import DIED, Series
+from ecs_eco.analysis.spectrum import Peak
+
+FEW_PERIODS = 5
+"""Below so many periods in a run the report asks for a longer one."""
+
+
+def verdict(series: Series) -> str:
+    """What the report opens with: whether all species persisted, or else when and of what they died out."""
+    lines = opening(series)
+    lost = not series.present.any() or not series.persisted
+    return f"<div class='verdict{' lost' if lost else ''}'>" + "".join(f"<p>{escape(x)}</p>" for x in lines) + "</div>"
+
+
+def interventions(series: Series) -> str:
+    """A table of what was done to the world, with one row for what was done many times; "" where nothing was done."""
+    ticks: dict[str, list[int]] = {}
+    for tick, what in figures.interventions(series):
+        ticks.setdefault(what, []).append(tick)
+    when = {what: f"{at[0]:,}" if len(at) == 1 else f"{at[0]:,} to {at[-1]:,}" for what, at in ticks.items()}
+    rows = [[when[what], f"{len(at):,}", what] for what, at in ticks.items()]
+    return table(["tick", "times", "what"], rows) if rows else ""
+
+
+def numbers(series: Series, ages: Mapping[str, tuple[int, float]]) -> str:
+    """A row per species: its numbers, births, deaths and how long it lived; `ages` holds deaths and mean age at death."""
+    if not len(series.ticks):
+        return "<p>The run has no ticks.</p>"
+    head = ["species", "first tick", "mean", "least", "most", "last tick", "births", "deaths", "mean age at death [s]",
+            "life expectancy [s]"]
+    note = "Life expectancy is the time lived by all, divided by deaths: unlike the age at death, it counts those still alive."
+    rows = [_numbers_of(series, i, ages) for i in range(len(series.species))]
+    return f"{table(head, rows)}<p class='under'>{note}</p>"
+
+
+def _numbers_of(series: Series, i: int, ages: Mapping[str, tuple[int, float]]) -> list[str]:
+    n, species = series.n[:, i], series.species[i]
+    sums = [f"{series.columns[c][:, i].sum():,.0f}" if c in series.columns else "–" for c in ("births", "deaths")]
+    died = series.columns["deaths"][:, i].sum() if "deaths" in series.columns else 0
+    expected = n.sum() * series.dt / died if died else np.nan
+    hue = figures.colors(series.species, series.manifest.get("colors"))[species]
+    name = Markup(f"<span class='swatch' style='background:{escape(hue)}'></span>{escape(species)}")
+    over_time = (number(round(x)) for x in (n[0], n.mean(), n.min(), n.max(), n[-1]))
+    return [name, *over_time, *sums, number(ages.get(species, (0, np.nan))[1]), number(expected)]
+
+
+def cycles(series: Series, statistics: CycleStatistics) -> str:
+    """Which species cycle, with what period, and who follows whom."""
+    if not statistics.enough:
+        return (
+            f"<p>The run is too short to look for cycles: {statistics.ticks:,} ticks are left after the first tenth and "
+            "before the first extinction. Ten periods or more are needed, in practice thousands of ticks.</p>"
+        )
+    cycling = statistics.cycling()
+    items = "".join(f"<li>{escape(_cycle(s, statistics.peaks[s], s in cycling))}</li>" for s in statistics.species)
+    method = (
+        "<p class='under'>p is the chance of so high a spectral peak, at any of the periods looked at, in a population that "
+        f"drifts and relaxes without cycling ({statistics.ticks:,} ticks, without the first tenth). One run is one replicate: "
+        "<code>ecs-eco compare</code> pools seeds.</p>"
+    )
+    if not cycling or not statistics.period:
+        return f"<ul>{items}</ul>{method}"
+    lags = "".join(f"<li>{escape(_lag(pair, x, statistics.period))}</li>" for pair, x in statistics.lags.items())
+    who = f"<p>Who follows whom, at the period of {statistics.period:,.0f} ticks (95 % intervals):</p>"
+    return f"<ul>{items}</ul>{who}<ul>{lags}</ul>{method}"
+
+
+def _cycle(species: str, peak: Peak | None, cycles: bool) -> str:
+    if peak is None:
+        return f"{species}: its number does not change."
+    if not cycles:
+        return f"{species}: no cycle beyond red noise (p {_p(peak.p)})."
+    few = f" Fewer than {FEW_PERIODS} periods: a longer run is needed to be sure." if peak.n_periods < FEW_PERIODS else ""
+    return f"{species} cycles: a period of {peak.period:,.0f} ticks, {peak.n_periods:.1f} periods, p {_p(peak.p)}.{few}"
+
+
+def _p(p: float) -> str:
+    return f"≤ {p:.3f}" if p <= 0.002 else f"= {p:.2g}"
+
+
+def _lag(pair: str, lag: Lag, period: float) -> str:
+    a, b = pair.split("→")
+    loose = "; loosely coupled" if lag.coherence < 0.5 else ""
+    share = f"{lag.share:.2f} of a period ({lag.low:.2f} to {lag.high:.2f}), about {lag.share * period:,.0f} ticks"
+    return f"{b} follows {a} by {share}; coherence {lag.coherence:.2f}{loose}."
+
+
+def deaths(series: Series) -> str:
+    """A row per species and cause of death."""
+    rows = []
+    for i, s in enumerate(series.species):
+        counts = {c: series.columns[DIED + c][:, i].sum() for c in series.causes}
+        total = sum(counts.values())
+        rows += [[s, c, f"{k:,.0f}", f"{k / total:.1%}"] for c, k in sorted(counts.items(), key=lambda x: -x[1]) if k]
+    return table(["species", "cause", "deaths", "share"], rows) if rows else "<p>Nobody died.</p>"
+
+
+def energy(series: Series) -> str:
+    """Whether the energy ledger closes, and the sums of its flows by species."""
+    flows = ["endowed", "taken_in", "burnt", "given", "lost"]
+    if not len(series.ticks) or any(c not in series.columns for c in ("stock_before", "stock_after", *flows)):
+        return "<p>The run has no energy ledger.</p>"
+    gaps = ledger_gap(series)
+    worst = max(gaps, key=lambda s: gaps[s][1])
+    gap, share, tick = gaps[worst]
+    kept = "closes" if share < 1e-5 else "DOES NOT CLOSE"
+    rows = [
+        [s, *(number(series.columns[c][:, i].sum()) for c in flows), f"{gaps[s][0]:.2g}"]
+        for i, s in enumerate(series.species)
+    ]
+    where = f"{share:.1e} of the stock ({escape(worst)}, tick {tick:,})"
+    head = ["species", "endowed", "taken in", "burnt", "given", "lost with the dead", "largest gap"]
+    return f"<p>The ledger {kept}: the largest gap in any tick is {gap:.2g}, {where}.</p>{table(head, rows)}"

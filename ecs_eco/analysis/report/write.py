@@ -1,0 +1,84 @@
+"""The report as a whole: its order, what was run, and how to run it again."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from html import escape
+from pathlib import Path
+from typing import Any
+
+from ecs_eco.analysis.cycles import CycleStatistics, cycle_statistics
+from ecs_eco.analysis.page import number, page, table, write_text
+from ecs_eco.analysis.report import depth, tables
+from ecs_eco.analysis.report.pictures import draw
+from ecs_eco.analysis.report.recorded import ages_at_death
+from ecs_eco.analysis.runs import Series, load_series
+
+
+def write_report(run_dir: Path | str) -> Path:
+    """Write report.html and figures/*.png into a run folder and return the path of the report.
+
+    Reads the manifest and the Parquet parts; events are streamed, so that millions of births fit in little memory.
+    FileNotFoundError where the folder holds no run, RecordingError where a file of it is damaged.
+    """
+    run = Path(run_dir)
+    series = load_series(run)
+    cycles = cycle_statistics(series) if len(series.ticks) else CycleStatistics(series.species, 0, False)
+    pictures = draw(run, series, cycles)
+    title = f"{series.manifest.get('title') or series.manifest.get('world', 'A run')}"
+    blocks = [
+        f"<h1>{escape(title)}</h1>",
+        tables.verdict(series),
+        f"<p class='under'>{escape(_what(series))}</p>",
+        pictures.get("populations", ""),
+        *(("<h2>Interventions</h2>", done) if (done := tables.interventions(series)) else ()),
+        "<h2>Numbers</h2>",
+        tables.numbers(series, ages_at_death(run)),
+        "<h2>Cycles</h2>",
+        tables.cycles(series, cycles),
+        *(pictures.get(name, "") for name in ("spectra", "lags", "phase")),
+        "<h2>What they died of</h2>",
+        tables.deaths(series),
+        pictures.get("deaths", ""),
+        "<h2>Energy</h2>",
+        tables.energy(series),
+        pictures.get("energy", ""),
+        *depth.blocks(run, series),
+        *(("<h2>Genes</h2>", *drawn) if (drawn := [p for name, p in pictures.items() if name.startswith("carriers")]) else ()),
+        *(("<h2>Where they are</h2>", pictures["positions"]) if "positions" in pictures else ()),
+        "<h2>How to run it again</h2>",
+        _settings(series.manifest),
+    ]
+    return write_text(run / "report.html", page(title, *blocks))
+
+
+def _what(series: Series) -> str:
+    m = series.manifest
+    length = f"{len(series.ticks):,} ticks of {number(series.dt)} s"
+    broken = "" if m.get("finished", True) else f" of {m.get('ticks', 0):,} asked for: the run was interrupted"
+    wall = f", {m['wall_seconds']:,.1f} s of computing" if m.get("wall_seconds") else ""
+    return f"World {m.get('world', '?')}, seed {m.get('seed', '?')}, {length}{broken}{wall}."
+
+
+def rerun(m: Mapping[str, Any]) -> str:
+    """The command that runs a world like this from its manifest; changes made with --set are not in it."""
+    words = ["ecs-eco run", m.get("world", "WORLD"), f"--seed {m.get('seed', 0)} --ticks {m.get('ticks', 0)}"]
+    if m.get("policies", "trained") != "trained":
+        words.append(f"--policies {m['policies']}")
+    if m.get("learn") is not None:
+        words.append("--learn" if m["learn"] else "--no-learn")
+    return " ".join([*words, "--out DIR"])
+
+
+def _settings(m: Mapping[str, Any]) -> str:
+    command = m.get("command") or rerun(m)
+    versions = ", ".join(f"{k} {v}" for k, v in m.get("versions", {}).items())
+    rows = [
+        ["commit", m.get("git_commit") or "not known"],
+        ["configuration", m.get("config_hash", "–")],
+        ["policies", m.get("policies", "–")],
+    ]
+    rows.append(["versions", versions or "–"])
+    config = escape(json.dumps(m.get("config", {}), indent=2, ensure_ascii=False))
+    return f"<pre>{escape(command)}</pre>{table(['', ''], rows)}<details><summary>All settings</summary><pre>{config}</pre></details>"
