@@ -5,23 +5,34 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
+from itertools import islice
+from pathlib import Path
 
 MISSING = type("Missing", (), {"__repr__": lambda self: "missing", "__bool__": lambda self: False})()
 SHOWN = 15  # problems on one screen
+MOST = 200  # problems that are looked for: who mends these sees the next ones
+LONGEST = 200  # characters of a name that others are likened to
 
 
 def nearest(name: object, known: Iterable[str]) -> str:
-    """The known name most like `name`, or "" where none is like it."""
-    known = list(known)
-    lower = {k.lower(): k for k in known}
-    found = get_close_matches(str(name).lower(), lower, n=1, cutoff=0.5)
+    """The known name most like `name`, or "" where none is like it; of very many names or very long ones none is."""
+    text = str(name) if isinstance(name, str | Path) else _written(name)
+    if len(text) > LONGEST:
+        return ""
+    lower = {k.lower(): k for k in islice(known, 1000)}
+    found = get_close_matches(text.lower(), lower, n=1, cutoff=0.5)
     return lower[found[0]] if found else ""
 
 
 def listed(names: Iterable[str], most: int = 12) -> str:
     """Names with commas, cut after `most`."""
-    names = [str(n) for n in names]
+    names = [shortened(str(n)) for n in names]
     return ", ".join(names[:most]) + (f", … ({len(names)} in all)" if len(names) > most else "") or "none"
+
+
+def how_many(n: int) -> str:
+    """ "3 problems", or that there are more than are looked for."""
+    return f"more than {MOST} problems" if n > MOST else f"{n} problem{'s' * (n != 1)}"
 
 
 @dataclass(frozen=True)
@@ -50,10 +61,10 @@ class Problem:
         place = self.source
         if self.line is not None:
             place += f", line {self.line}" + (f", column {self.column}" if self.column is not None else "")
-        head = ": ".join(part for part in (place, self.path) if part)
+        head = ": ".join(part for part in (place, shortened(self.path, 200)) if part)
         if self.value is not MISSING:
             head += (" = " if self.path else ": ") + _short(self.value)
-        tail = f"  {self.what}"
+        tail = f"  {shortened(self.what, 500)}"
         if self.allowed:
             tail += f"; allowed: {self.allowed}"
         if self.nearest:
@@ -65,7 +76,7 @@ class ConfigError(ValueError):
     """A configuration that is refused, with every problem found in it."""
 
     def __init__(self, problems: Iterable[Problem], title: str = "") -> None:
-        self.problems = list(problems)
+        self.problems = list(islice(problems, MOST + 1))
         self.title = title
         super().__init__(self.render())
 
@@ -75,17 +86,39 @@ class ConfigError(ValueError):
     def render(self, most: int = SHOWN) -> str:
         """All problems on one screen: at most `most` of them, then how many more."""
         n = len(self.problems)
-        head = self.title or ("1 problem" if n == 1 else f"{n} problems")
         shown = [str(p) for p in self.problems[:most]]
-        return "\n".join([head, *shown, *([f"… and {n - most} more"] if n > most else [])])
+        rest = [f"… and {'more than ' * (n > MOST)}{min(n, MOST) - most} more"] if n > most else []
+        return "\n".join([self.title or how_many(n), *shown, *rest])
+
+
+def shortened(text: str, width: int = 60) -> str:
+    """The text, cut where it is longer than `width` characters."""
+    return text if len(text) <= width else text[: width - 1] + "…"
 
 
 def _short(value: object, width: int = 90) -> str:
     """A value as TOML writes it, cut to `width` characters."""
     if isinstance(value, bool):
         return "true" if value else "false"
-    text = '"' + value.replace("\n", "\\n") + '"' if isinstance(value, str) else repr(value)
-    return text if len(text) <= width else text[: width - 1] + "…"
+    if isinstance(value, str):
+        text = '"' + value[:width].replace("\n", "\\n") + ('"' if len(value) <= width else "")
+    else:
+        text = _written(value)
+    return shortened(text, width)
+
+
+def _written(value: object, levels: int = 8) -> str:
+    """repr of the first entries of a value, whatever is in it: Python writes no numbers of 5,000 digits, and no endless lists."""
+    if isinstance(value, int) and value.bit_length() > 1000:
+        return f"{'-' if value < 0 else ''}a whole number of some {int(value.bit_length() * 0.30103) + 1} digits"
+    if isinstance(value, list | tuple | dict) and not levels:
+        return "…"
+    if isinstance(value, dict):
+        parts = [f"{_written(k)}: {_written(v, levels - 1)}" for k, v in islice(value.items(), 40)]
+        return "{" + ", ".join(parts + ["…"] * (len(value) > 40)) + "}"
+    if isinstance(value, list):
+        return "[" + ", ".join([_written(v, levels - 1) for v in value[:40]] + ["…"] * (len(value) > 40)) + "]"
+    return repr(value[:200] if isinstance(value, str | bytes) else value)
 
 
 class UnknownName(KeyError):

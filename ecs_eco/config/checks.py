@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from itertools import islice
 from pathlib import Path
 
 from ecs_eco.config.base import RESERVED, function_name, named_function
@@ -15,7 +16,7 @@ from ecs_eco.config.check_nerves import check_function, check_nerves
 from ecs_eco.config.check_water import check_water
 from ecs_eco.config.surroundings import ObjectType
 from ecs_eco.config.world import WorldConfig
-from ecs_eco.errors import Problem
+from ecs_eco.errors import MOST, Problem
 
 Key = tuple[str | int, ...]
 MOST_CELLS = 100_000_000  # of one field
@@ -23,16 +24,21 @@ MOST_STEPS = 1000  # of diffusion in a tick
 
 
 def check(config: WorldConfig, folder: Path) -> list[Problem]:
-    """All problems between the sections of a world whose files are named from `folder`."""
-    found = [*_check_names(config), *_check_space(config), *_check_fields(config), *_check_terrain(config)]
-    found += [*_check_systems(config), *check_water(config)]
+    """The problems between the sections of a world whose files are named from `folder`, up to one more than MOST."""
+    return list(islice(_all(config, folder), MOST + 1))
+
+
+def _all(config: WorldConfig, folder: Path) -> Iterator[Problem]:
+    for part in (_check_names, _check_space, _check_fields, _check_terrain, _check_systems, check_water):
+        yield from part(config)
     for name, kind in config.objects.items():
-        found += _check_object(config, name, kind)
+        yield from _check_object(config, name, kind)
     for name in config.species:
-        found += [*check_body(config, name), *check_nerves(config, name, folder), *check_genome(config, name)]
-        found += _check_components(config, name)
-    found += check_interventions(config, folder)
-    return found
+        yield from check_body(config, name)
+        yield from check_nerves(config, name, folder)
+        yield from check_genome(config, name)
+        yield from _check_components(config, name)
+    yield from check_interventions(config, folder)
 
 
 def _check_names(config: WorldConfig) -> Iterator[Problem]:

@@ -11,7 +11,7 @@ from pydantic.fields import FieldInfo
 
 from ecs_eco.config.base import Section
 from ecs_eco.config.world import WorldConfig
-from ecs_eco.errors import MISSING, Problem, listed, nearest
+from ecs_eco.errors import MISSING, MOST, Problem, listed, nearest
 
 Key = tuple[str | int, ...]
 WORDS: dict[Any, str] = {
@@ -35,8 +35,8 @@ LIMITS = {
 
 
 def problems_of(error: ValidationError, data: dict[str, Any]) -> list[Problem]:
-    """One problem for each error of pydantic."""
-    return [_problem(e, data) for e in error.errors(include_url=False)]
+    """One problem for each error of pydantic, of the first MOST and one more."""
+    return [_problem(e, data) for e in error.errors(include_url=False, include_input=False)[: MOST + 1]]
 
 
 def value_at(data: Any, key: Key) -> Any:

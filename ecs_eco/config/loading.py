@@ -5,7 +5,6 @@ from __future__ import annotations
 import copy
 import os
 import re
-import tomllib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -18,9 +17,10 @@ from ecs_eco.config.checks import check
 from ecs_eco.config.explain import problems_of, value_at
 from ecs_eco.config.lines import key_lines
 from ecs_eco.config.ranges import check_search, key_of, real_key, take_ranges
+from ecs_eco.config.reading import parse_toml, read_toml, too_deep
 from ecs_eco.config.shipped import shipped
 from ecs_eco.config.world import WorldConfig
-from ecs_eco.errors import MISSING, ConfigError, Problem, listed, nearest
+from ecs_eco.errors import MISSING, MOST, ConfigError, Problem, how_many, listed, nearest
 
 Key = tuple[str | int, ...]
 Overrides = Mapping[str, Any] | Iterable[str] | None
@@ -63,6 +63,8 @@ def load(
     if systems := list(systems):
         document.data["systems"] = [*document.data.get("systems", []), *systems]
     problems = _apply(document, overrides)
+    if deep := too_deep(document.data):
+        raise ConfigError([_placed(deep, document)], _title(document, 1))
     inline, found = take_ranges(document.data)
     _fix(document)
     problems += found
@@ -160,7 +162,7 @@ def _moved_to_training(problem: Problem, plan: Any) -> Problem:
 
 
 def _title(document: _Document, n: int) -> str:
-    return f"{document.source}: {n} problem{'s' if n > 1 else ''}"
+    return f"{document.source}: {how_many(n)}"
 
 
 def _beside(problem: Problem, inline: Mapping[str, Key]) -> Problem:
@@ -186,16 +188,13 @@ def _read(world: Any) -> _Document:
     if isinstance(world, WorldConfig):
         return _Document(world.model_dump() | {"search": world.search.model_dump()}, world._source, world._folder)
     if isinstance(world, Mapping):
+        if deep := too_deep(world):
+            raise ConfigError([deep.moved(source="dict")], "dict: 1 problem")
         home = shipped().get(str(world.get("name")))  # a shipped world's files lie beside it, wherever its dict has been
         return _Document(copy.deepcopy(dict(world)), "dict", home.parent if home else Path())
     path = _path(world)
-    try:
-        text = path.read_text(encoding="utf-8")
-        return _Document(tomllib.loads(text), path.name, path.parent, text)
-    except tomllib.TOMLDecodeError as error:
-        raise _syntax(path, text, error) from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise ConfigError([Problem((), f"cannot be read: {error}", str(path), "a TOML file in UTF-8")]) from None
+    text, data = read_toml(path)
+    return _Document(data, path.name, path.parent, text)
 
 
 def _path(world: str | Path) -> Path:
@@ -212,16 +211,6 @@ def _path(world: str | Path) -> Path:
     allowed = f"a path, or one of {listed(worlds)}"
     problem = Problem((), what, str(world), allowed, nearest(world, worlds), "WORLD")
     raise ConfigError([problem], "cannot load the world")
-
-
-def _syntax(path: Path, text: str, error: tomllib.TOMLDecodeError) -> ConfigError:
-    found = re.search(r"^(.*) \(at line (\d+), column (\d+)\)$", str(error))
-    lines = text.rstrip("\n").split("\n")  # where the error is at the end of the document
-    what, line, column = (
-        (found[1], int(found[2]), int(found[3])) if found else (str(error), len(lines), len(lines[-1]) + 1)
-    )
-    problem = Problem((), f"not TOML: {what}", allowed="TOML 1.0", source=path.name, line=line, column=column)
-    return ConfigError([problem], f"{path.name}: 1 problem")
 
 
 # values set from outside
@@ -249,10 +238,10 @@ def parse(text: str) -> tuple[str, Any]:
     if not equals or not name.strip(". "):
         return name, Problem((), "not of the form key=value", text, "for example species.deer.count=50", source="--set")
     try:
-        parsed = tomllib.loads(f"v = {value}")
+        parsed = parse_toml(f"v = {value}")
         if parsed.keys() == {"v"}:
             return name, parsed["v"]
-    except tomllib.TOMLDecodeError:
+    except ValueError:
         if re.fullmatch(r"[A-Za-z_#][\w-]*", value):
             return name, value
     example = 'for example 0.5, true, "text", [1, 2]'
@@ -309,6 +298,8 @@ def _validate(document: _Document) -> tuple[WorldConfig | None, list[Problem]]:
 
 def _with_checks(problems: list[Problem], document: _Document) -> list[Problem]:
     """Also what the checks across sections find, once the tables with problems are mended as well as can be."""
+    if len(problems) > MOST:
+        return problems
     data = copy.deepcopy(document.data)
     for p in problems:
         holder = value_at(data, p.key[:-1])
