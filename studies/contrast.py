@@ -5,14 +5,10 @@ that a world lives is the tick of its first extinction of deer or wolves, censor
 Policies are trained anew under each law, from one training seed (the bundled one).
 """
 
-import sys
-from pathlib import Path
 from typing import Any
 
-sys.path.insert(0, str(Path(__file__).parent))
-
-from _predator_prey import first_extinction, identity, live, numbers, trained
-from _study import Study, verdict
+from studies.common.predator_prey import first_extinction, identity, live, numbers, trained
+from studies.common.study import Study, verdict
 
 LAWS = {
     "dear running": {},

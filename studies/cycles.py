@@ -4,15 +4,12 @@ Bundled policies, those of training seed 1, on fresh world seeds; persistence.py
 Peaks are tested against red noise: AR(1), as asked for, and the stricter one that relaxes at two rates.
 """
 
-import sys
-from pathlib import Path
 from typing import Any
 
-sys.path.insert(0, str(Path(__file__).parent))
-
 import numpy as np
-from _predator_prey import first_extinction, identity, live, numbers, packed, unpacked
-from _study import Study, verdict
+
+from studies.common.predator_prey import first_extinction, identity, live, numbers, packed, unpacked
+from studies.common.study import Study, verdict
 
 FRESH = tuple(range(1001, 1011))  # world seeds that nothing was chosen on
 BLOCK = 40  # [ticks] of the means kept

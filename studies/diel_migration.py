@@ -19,15 +19,12 @@ A policy for each protocol and training seed is trained once, in about 50 s of C
 that a case of 20 days takes 10 s of CPU, the others 1 to 5 s. All of it takes about an hour on two cores.
 """
 
-import sys
-from pathlib import Path
 from typing import Any
 
-sys.path.insert(0, str(Path(__file__).parent))
-
 import numpy as np
-from _over_training import by_training, contrast, interval, none, swing, told
-from _study import Study, verdict
+
+from studies.common.study import Study, verdict
+from studies.common.training_seeds import by_training, contrast, interval, none, swing, told
 
 CONSTANT, INVERTED = {"sun.kind": "constant"}, {"sun.kind": "inverted"}
 NO_KRILL = {"species.krill.count": 0, 'training.set."species.krill.count"': 0}
@@ -69,10 +66,9 @@ TRAINING_SEEDS, SEEDS = tuple(range(1, 9)), (101, 102, 103, 104)
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
     """Train, or find the policies, let one world live, and measure."""
-    from _sea import approach, chemotaxis, encounters, life, policies_of
-
     from ecs_eco import World
     from ecs_eco.config import load
+    from studies.common.sea import approach, chemotaxis, encounters, life, policies_of
 
     arm = ARMS[case["arm"]]
     name, seed = arm.get("policies", "shipped"), case["seed"]

@@ -6,21 +6,18 @@ Above the run of the first seed, as in the paper's figure; below the share of ca
 import argparse
 import io
 import json
-import sys
 import tempfile
 from pathlib import Path
 from typing import Any
-
-sys.path.insert(0, str(Path(__file__).parent))
 
 import matplotlib as mpl
 
 mpl.use("Agg")
 import matplotlib.pyplot as plt
-from _goats import GENES, numbers
 from PIL import Image
 
 from ecs_eco.analysis.carriers import CLEAR
+from studies.common.goats import GENES, numbers
 
 ROOT = Path(__file__).parent.parent
 SHOWN = {"goats": "goats that learn", "frozen learning": "goats that do not learn"}

@@ -1,13 +1,10 @@
 """Same seed, same bytes: for 1 and 2 threads with learning on, from run to run, and however the rows are shuffled at tick 0."""
 
-import sys
-from pathlib import Path
 from typing import Any
 
-sys.path.insert(0, str(Path(__file__).parent))
-
 import numpy as np
-from _study import Study, verdict
+
+from studies.common.study import Study, verdict
 
 TICKS = 200
 

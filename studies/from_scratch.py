@@ -6,16 +6,14 @@ where prey is plentiful standing still feeds a wolf, so that skill shows only wh
 """
 
 import json
-import sys
 import time
 from pathlib import Path
 from typing import Any
 
-sys.path.insert(0, str(Path(__file__).parent))
-
 import numpy as np
-from _predator_prey import identity, trained
-from _study import Study, verdict
+
+from studies.common.predator_prey import identity, trained
+from studies.common.study import Study, verdict
 
 SEEDS = (1, 2, 3, 4, 5, 6, 7)  # the first seven
 DEER = (700, 200, 60)  # prey on the whole ground

@@ -5,13 +5,9 @@ renamed, moved, removed, layouts of genes); what is accepted runs 5 ticks, with 
 bits flipped, or bytes overwritten, lost or put in; what loads must be what was saved.
 """
 
-import sys
-from pathlib import Path
 from typing import Any
 
-sys.path.insert(0, str(Path(__file__).parent))
-
-from _study import Study, verdict
+from studies.common.study import Study, verdict
 
 WORLDS = ("predator-prey", "reflexes", "lamb", "happiness", "menagerie", "herd")
 RECORDED = ("herd", "menagerie", "lamb")

@@ -7,15 +7,12 @@ at an end at once, as green is; for that one there is a second estimate, from ch
 One run has one coefficient; seeds are the replicates. World and settings were found with seeds 1 to 10.
 """
 
-import sys
-from pathlib import Path
 from typing import Any
 
-sys.path.insert(0, str(Path(__file__).parent))
-
 import numpy as np
-from _goats import ARMS, GENES, carriers, drift_free, identity, live, numbers, text
-from _study import Study, verdict
+
+from studies.common.goats import ARMS, GENES, carriers, drift_free, identity, live, numbers, text
+from studies.common.study import Study, verdict
 
 SEEDS = tuple(range(1001, 1011))
 DRIFTING = tuple(range(1001, 1025))  # 16 more than other controls: of the first 8 runs without any selection yellow beat blue in 7, by chance?
@@ -27,7 +24,7 @@ ALLOWED = 0.8  # carriers of red at the end
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
     """Run one world; return carriers over time, what selection did to each gene, and of what goats died at what age."""
-    from ecs_eco.analysis.genes import deaths_by_age, reappearances
+    from studies.common.selection import deaths_by_age, reappearances
 
     ticks = config["ticks of arm"].get(case["arm"], config["ticks"])
     family = live(case["seed"], ticks, case["arm"])
@@ -72,7 +69,7 @@ def row(arm: str, results: list[dict[str, Any]]) -> list[Any]:
 
 def s_of(results: list[dict[str, Any]], gene: str) -> list[float]:
     """The coefficient of a gene in each run: the slope of its logit against blue's over all generations; NaN where nobody can have it."""
-    from ecs_eco.analysis.genes import selection_coefficient
+    from studies.common.selection import selection_coefficient
 
     found = [{key: numbers(line) for key, line in r["series"].items()} for r in results]
     return [selection_coefficient(x[gene], x["blue"], x["n"], x["generation"]) if x[gene].any() else float("nan") for x in found]
@@ -85,7 +82,7 @@ def changes_of(results: list[dict[str, Any]], gene: str) -> list[float]:
 
 def interval(values: list[float], level: int = 95) -> list[float]:
     """Mean and its interval over runs (Student's t)."""
-    from ecs_eco.analysis.genes import pooled
+    from studies.common.selection import pooled
 
     values = [v for v in values if np.isfinite(v)]
     if not values:
@@ -96,7 +93,7 @@ def interval(values: list[float], level: int = 95) -> list[float]:
 
 def say_goats(results: list[dict[str, Any]]) -> list[dict[str, Any]]:
     """What the paper's figure shows."""
-    from ecs_eco.analysis.genes import equivalence
+    from studies.common.selection import equivalence
 
     n, size, depth = len(results), [r["n"] for r in results], [r["generations"] for r in results]
     end = {g: [r["genes"][g]["end"] for r in results] for g in GENES}
@@ -143,7 +140,7 @@ def say_neutral(arm: str, results: list[dict[str, Any]]) -> list[dict[str, Any]]
 
 def say_no_red(results: list[dict[str, Any]]) -> list[dict[str, Any]]:
     """What learning alone does about a danger that kills at once."""
-    from ecs_eco.analysis.genes import pooled
+    from studies.common.selection import pooled
 
     old = by_age(results)[-1][1:]
     halves = [[1000 * sum(r["red deaths"][a:b]) / max(1, sum(r["lived"][a:b])) for r in results] for a, b in ((0, HALF), (HALF, None))]

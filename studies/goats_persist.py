@@ -6,14 +6,11 @@ one core; the search goes on where it was stopped.
 """
 
 import hashlib
-import sys
 import tempfile
 from pathlib import Path
 from typing import Any
 
-sys.path.insert(0, str(Path(__file__).parent))
-
-from _study import Study, canonical, verdict
+from studies.common.study import Study, canonical, verdict
 
 POOR = {"species.green.reproduction.seed_rain": 0.0003, "species.green.reproduction.rate": 0.002}
 RANGES = {

@@ -11,10 +11,9 @@ import sys
 from pathlib import Path
 from typing import Any
 
-sys.path.insert(0, str(Path(__file__).parent))
-
 import numpy as np
-from _study import Study, config_hash, verdict
+
+from studies.common.study import Study, config_hash, verdict
 
 ARMS: dict[str, dict[str, Any]] = {
     "evolving": {},
@@ -114,7 +113,7 @@ def late(line: np.ndarray) -> float:
 
 def interval(values: list[float]) -> list[float] | None:
     """Mean and 95 % t interval over seeds, None for fewer than two."""
-    from ecs_eco.analysis.genes import pooled
+    from studies.common.selection import pooled
 
     if len(values) < 2:
         return None

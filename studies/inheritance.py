@@ -6,15 +6,12 @@ weights that one of its parents, drawn, has at that time. Counted are those born
 have lived out their span before the run ends.
 """
 
-import sys
-from pathlib import Path
 from typing import Any
 
-sys.path.insert(0, str(Path(__file__).parent))
-
 import numpy as np
-from _goats import identity, live
-from _study import Study, verdict
+
+from studies.common.goats import identity, live
+from studies.common.study import Study, verdict
 
 SEEDS = tuple(range(2001, 2009))
 BRAIN = {"name": "brain", "trait": "policy.weights", "letters": 3, "low": -0.5, "high": 0.5, "form": "direct", "mutation": 0.002}
@@ -61,7 +58,7 @@ def shares(result: dict[str, Any]) -> dict[str, float]:
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
     """Shares with intervals over runs, and their differences from learned weights."""
-    from ecs_eco.analysis.genes import pooled
+    from studies.common.selection import pooled
 
     found = {way: [e["result"] for e in cases if e["case"]["inherit"] == way] for way in WAYS}
     found = {way: results for way, results in found.items() if results}

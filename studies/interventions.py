@@ -1,15 +1,13 @@
 """What is done to a world by its file, and what is done to a fork of it: the same bytes. Half the wolves, twice the births, a fence."""
 
-import sys
 import tempfile
 from pathlib import Path
 from typing import Any
 
-sys.path.insert(0, str(Path(__file__).parent))
-
 import numpy as np
-from _runs import content
-from _study import Study, verdict
+
+from studies.common.runs import content
+from studies.common.study import Study, verdict
 
 DONE = {
     "half of the wolves": {"kind": "cull", "species": "wolf", "share": 0.5},

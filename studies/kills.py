@@ -2,17 +2,15 @@
 
 import os
 import signal
-import sys
 import tempfile
 import time
 from pathlib import Path
 from typing import Any
 
-sys.path.insert(0, str(Path(__file__).parent))
-
 import numpy as np
-from _runs import small, summary
-from _study import Study, verdict
+
+from studies.common.runs import small, summary
+from studies.common.study import Study, verdict
 
 
 def live(world: dict[str, Any], seed: int, ticks: int, every: int, out: Path) -> None:

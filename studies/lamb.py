@@ -5,18 +5,14 @@ the smell of sheep in happiness. Survival and causes of death tell what each is 
 turn, in thirds of their childhood, tells what those that live have learnt. The replicates are worlds, not lambs.
 """
 
-import sys
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).parent))
-
-from _study import Study, verdict
-
 from ecs_eco import System
 from ecs_eco.components import Nervous, Position, Velocity
+from studies.common.study import Study, verdict
 
 REFLEXES = {"both": (1, -1), "sucking": (1, 0), "diving": (0, -1), "none": (0, 0)}  # weights of udder → suck, water → inhale
 ARMS = [*((reflexes, how) for reflexes in REFLEXES for how in ("learning", "fixed")), ("both", "learning, no sheep")]

@@ -4,14 +4,11 @@ The same grid as in persistence.py, in two ways: as the world file says, with th
 that keep ahead of deer, the best protocol found (docs/learning.md).
 """
 
-import sys
-from pathlib import Path
 from typing import Any
 
-sys.path.insert(0, str(Path(__file__).parent))
-
-from _crossed import crossed_study
 from persistence import TRAINING
+
+from studies.common.seed_grid import crossed_study
 
 WORLDS = range(7201, 7206)
 

@@ -9,15 +9,12 @@ The world learning-krill: both are trained at a time, from random weights, each 
 A training takes about a minute of CPU and is kept, a case 3 to 20 s.
 """
 
-import sys
-from pathlib import Path
 from typing import Any
 
-sys.path.insert(0, str(Path(__file__).parent))
-
 import numpy as np
-from _over_training import by_training, contrast, interval, none, swing, told
-from _study import Study, verdict
+
+from studies.common.study import Study, verdict
+from studies.common.training_seeds import by_training, contrast, interval, none, swing, told
 
 WORLD = "learning-krill"
 HELD = {'training.set."species.krill.count"': 40, 'training.set."species.krill.max_count"': 40}
@@ -33,10 +30,9 @@ TRAINING_SEEDS, SEEDS = tuple(range(1, 7)), (301, 302)
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
     """Train, or find the policies, let one world live, and measure."""
-    from _sea import life, policies_of
-
     from ecs_eco import World
     from ecs_eco.config import load
+    from studies.common.sea import life, policies_of
 
     arm, name, seed = ARMS[case["arm"]], WORLD, case["seed"]
     policies: Any = {"copepod": "untrained"}

@@ -1,7 +1,7 @@
 """Write docs/results.md from studies/results/*.json: each claim, what was measured, and how to measure it again.
 
-python studies/make_results.py            writes the file
-python studies/make_results.py --check    fails where the file is not what the results say
+python -m studies.make_results            writes the file
+python -m studies.make_results --check    fails where the file is not what the results say
 """
 
 from __future__ import annotations
@@ -12,9 +12,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-sys.path.insert(0, str(Path(__file__).parent))
-
-from _persistence import opening
+from studies.common.persistence import opening
 
 ROOT = Path(__file__).parent.parent
 RESULTS = ROOT / "studies" / "results"
@@ -71,9 +69,10 @@ def section(record: dict[str, Any]) -> str:
     commits = ", ".join(f"`{c[:12]}`" for c in record["commits"]) + (
         " with changes not committed" if record["dirty"] else ""
     )
+    again = record["command"].replace("python studies/", "python -m studies.").replace(".py", "")  # older results name the file
     seeds = f"seeds {ranges(record['seeds'])}; " if record["seeds"] else ""
     blocks.append(
-        f"`{record['command']}`: {len(record['cases'])} cases, {seeds}{record['seconds']:,.0f} s of computing; "
+        f"`{again}`: {len(record['cases'])} cases, {seeds}{record['seconds']:,.0f} s of computing; "
         f"commit {commits}; configuration `{record['config_hash'][:12]}`; "
         + ", ".join(f"{k} {v}" for k, v in record["versions"].items())
         + f". All numbers: [studies/results/{record['name']}.json](../studies/results/{record['name']}.json)."
@@ -96,7 +95,7 @@ def _read(path: Path) -> dict[str, Any]:
     record = json.loads(path.read_text(encoding="utf-8"))
     lacking = [key for key in NEEDED if key not in record]
     if lacking and record.get("complete", True):
-        raise SystemExit(f"{path} lacks {', '.join(lacking)}: write it with studies/_study.py")
+        raise SystemExit(f"{path} lacks {', '.join(lacking)}: write it with studies/common/study.py")
     return record
 
 
@@ -128,7 +127,7 @@ def main() -> int:
     if asked.check:
         if asked.page.is_file() and asked.page.read_text(encoding="utf-8") == page:
             return 0
-        print(f"{asked.page} is not what {asked.results} says: run python studies/make_results.py", file=sys.stderr)
+        print(f"{asked.page} is not what {asked.results} says: run python -m studies.make_results", file=sys.stderr)
         return 1
     asked.page.parent.mkdir(parents=True, exist_ok=True)
     asked.page.write_text(page, encoding="utf-8")

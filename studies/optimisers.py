@@ -5,16 +5,12 @@ short first stage, as candidates of `ecs-eco search` are: scores that jump, and 
 of thirty each; about one random chain in thirty persists. What an optimiser calls best is judged by 200 runs that it never saw.
 """
 
-import sys
-from pathlib import Path
 from typing import Any
 
-sys.path.insert(0, str(Path(__file__).parent))
-
 import numpy as np
-from _study import Study, verdict
 
 from ecs_eco._numba import njit
+from studies.common.study import Study, verdict
 
 # ruff: noqa: NPY002 (numba knows this generator, and each run seeds it)
 

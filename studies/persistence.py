@@ -4,13 +4,9 @@ No policy is selected: each is trained from its own seed by the shipped recipe a
 more than 50 periods. Learning that goes on in life: learning_in_life.py.
 """
 
-import sys
-from pathlib import Path
 from typing import Any
 
-sys.path.insert(0, str(Path(__file__).parent))
-
-from _crossed import crossed_study
+from studies.common.seed_grid import crossed_study
 
 TRAINING, WORLDS = range(71, 77), range(7201, 7206)  # seen by nothing before
 

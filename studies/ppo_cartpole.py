@@ -1,6 +1,6 @@
 """PPO as shipped solves CartPole-v1 in as few steps as Stable-Baselines3 with its tuned settings, and sooner.
 
-    python studies/ppo_cartpole.py [--short]
+    python -m studies.ppo_cartpole [--short]
 
 Solved: the mean return of the last 100 episodes is at least 475. Each learns with its own and with the other's settings
 from the same kind of environments, the same seeds in turn, in one thread; speed is environment steps per second of
@@ -9,19 +9,14 @@ processor time, training and environments together. The cases of Stable-Baseline
 
 import os
 import statistics
-import sys
 import time
 from dataclasses import asdict, replace
-from pathlib import Path
 from typing import Any
 
 for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ[name] = "1"
-sys.path.insert(0, str(Path(__file__).parent))
-
-from _study import Study, verdict
-
 from ecs_eco.learning import PPO, Training, train
+from studies.common.study import Study, verdict
 
 STEPS, N_ENVS, SOLVED, NEVER = 100_000, 8, 475.0, 10**9
 

@@ -5,16 +5,13 @@ shipped one: where a policy is a little too good at not being eaten, deer strip 
 table gives the spread between training seeds of the scarcest wolves, the outcome that fails first.
 """
 
-import sys
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
-sys.path.insert(0, str(Path(__file__).parent))
-
 import numpy as np
-from _crossed import crossed_study
-from _study import Study, verdict
+
+from studies.common.seed_grid import crossed_study
+from studies.common.study import Study, verdict
 
 TRAINING, WORLDS, TICKS = range(41, 49), (6001,), 8000
 HALF = {"space.size": [170.0, 170.0], "species.grass.count": 2150, "species.deer.count": 350, "species.wolf.count": 125}

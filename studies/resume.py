@@ -7,11 +7,10 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-sys.path.insert(0, str(Path(__file__).parent))
-
 import numpy as np
-from _runs import small, summary
-from _study import Study, verdict
+
+from studies.common.runs import small, summary
+from studies.common.study import Study, verdict
 
 AGAIN = "import sys\nfrom ecs_eco.record import resume\nresume(sys.argv[1], int(sys.argv[2]), threads=int(sys.argv[3]), report=False)\n"
 WORLDS = [(world, brains) for world in ("predator-prey", "reflexes", "lamb", "happiness") for brains in ("shared", "individual")]

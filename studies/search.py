@@ -9,14 +9,11 @@ folder, and go on from there when the study is stopped.
 
 import hashlib
 import os
-import sys
 import tempfile
 from pathlib import Path
 from typing import Any
 
-sys.path.insert(0, str(Path(__file__).parent))
-
-from _study import Study, canonical, verdict
+from studies.common.study import Study, canonical, verdict
 
 WORLD = Path(__file__).parent.parent / "examples" / "dying_world.toml"
 

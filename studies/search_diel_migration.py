@@ -6,14 +6,11 @@ lives some days in the world file's sea with other numbers, drawn at random from
 held constant as while training. Deaths are per copepod and day, by krill and by hunger together. A second or so a script.
 """
 
-import sys
-from pathlib import Path
 from typing import Any
 
-sys.path.insert(0, str(Path(__file__).parent))
-
 import numpy as np
-from _study import Study, verdict
+
+from studies.common.study import Study, verdict
 
 SCRIPTS = {  # where it swims, whether it flees what comes near, whether it avoids the smell of krill
     "isolume": ("isolume", True, True), "surface": ("surface", True, True), "middle": ("middle", True, True), "deep": ("deep", True, True),

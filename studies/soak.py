@@ -2,16 +2,14 @@
 
 import gc
 import resource
-import sys
 import tempfile
 import time
 from pathlib import Path
 from typing import Any
 
-sys.path.insert(0, str(Path(__file__).parent))
-
 import numpy as np
-from _study import Study, verdict
+
+from studies.common.study import Study, verdict
 
 GRASS = {"count": 60, "body": {"radius": 0.4, "opaque": False}, "metabolism": {"energy": 0.3},
          "reproduction": {"kind": "spread", "rate": 0.05, "seed_rain": 0.004, "spacing": 2.0}}  # fmt: skip

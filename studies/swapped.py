@@ -5,16 +5,13 @@ and their wolves: every deer meets every wolf, in a world of half the area. The 
 where it comes from and not how often.
 """
 
-import sys
-from pathlib import Path
 from typing import Any
 
-sys.path.insert(0, str(Path(__file__).parent))
-
 import numpy as np
-from _crossed import live, policies_of, record
-from _study import Study, verdict
 from protocols import HALF, OLD
+
+from studies.common.seed_grid import live, policies_of, record
+from studies.common.study import Study, verdict
 
 DIE, LIVE, WORLD = (3, 32), (21, 22), 6101
 

@@ -1,6 +1,6 @@
 """Does `ecs-eco why` find what was done to a world? Five staged disasters and healthy worlds, each many times at random.
 
-The label of a world is what was changed in it (studies/_disasters.py). A world is drawn anew where what was to happen did not:
+The label of a world is what was changed in it (studies/common/disasters.py). A world is drawn anew where what was to happen did not:
 a disaster in which the species it was meant for lived on, a healthy world in which a species of animals fell below 5. The limits in
 ecs_eco.analysis.why were chosen on variants of other seeds (1000 to 1007 and 2000 to 2007), and were right in all of those in the
 end; those of the test seeds were first looked at when the limits stood.
@@ -8,16 +8,13 @@ end; those of the test seeds were first looked at when the limits stood.
 
 from __future__ import annotations
 
-import sys
 import tempfile
 from collections import Counter
 from pathlib import Path
 from typing import Any
 
-sys.path.insert(0, str(Path(__file__).parent))
-
-from _disasters import CLASSES, web
-from _study import Study, verdict
+from studies.common.disasters import CLASSES, web
+from studies.common.study import Study, verdict
 
 TEST = 50_000
 DRAWS = 20  # of a world until what was to happen did

@@ -5,7 +5,6 @@ import os
 import random
 import re
 import signal
-import sys
 import time
 import tomllib
 import warnings
@@ -20,11 +19,7 @@ from ecs_eco.config import load
 from ecs_eco.config.schema import json_schema
 from ecs_eco.config.shipped import shipped
 from ecs_eco.errors import ConfigError, RecordingError
-
-sys.path.insert(0, str(Path(__file__).parent.parent / "studies"))
-import _fuzz
-import _fuzz_files
-import _fuzz_worlds
+from studies.common.fuzz import files, mutations, worlds
 
 
 def _judged(judge, items):
@@ -38,38 +33,38 @@ def _judged(judge, items):
 
 @pytest.mark.parametrize("what", ["text", "values"])
 def test_mutated_worlds_are_refused_with_a_place_or_run(what, tmp_path):
-    found = _judged(_fuzz_worlds.judge, [("herd", what, seed, str(tmp_path)) for seed in range(40)])
-    assert not [f for f in found if f["kind"] in _fuzz_worlds.FAILURES]
+    found = _judged(worlds.judge, [("herd", what, seed, str(tmp_path)) for seed in range(40)])
+    assert not [f for f in found if f["kind"] in worlds.FAILURES]
     kinds = {f["kind"] for f in found}
     assert {"refused", "ran 5 ticks"} <= kinds
 
 
 @pytest.mark.parametrize("world", ["predator-prey", "menagerie"])
 def test_mutated_worlds_are_refused_with_a_place_or_accepted(world, tmp_path, monkeypatch):
-    monkeypatch.setattr(_fuzz_worlds, "_run", lambda config: {"kind": "accepted"})
-    found = _judged(_fuzz_worlds.judge, [(world, what, seed, str(tmp_path)) for what in ("text", "values") for seed in range(100)])
-    assert not [f for f in found if f["kind"] in _fuzz_worlds.FAILURES]
+    monkeypatch.setattr(worlds, "_run", lambda config: {"kind": "accepted"})
+    found = _judged(worlds.judge, [(world, what, seed, str(tmp_path)) for what in ("text", "values") for seed in range(100)])
+    assert not [f for f in found if f["kind"] in worlds.FAILURES]
     assert {"refused", "accepted"} <= {f["kind"] for f in found}
 
 
 @pytest.fixture(scope="module")
 def recorded(tmp_path_factory):
     folder = tmp_path_factory.mktemp("recorded") / "run"
-    _fuzz_files.recorded("herd", folder)
+    files.recorded("herd", folder)
     return folder
 
 
-@pytest.mark.parametrize("judge", [_fuzz_files._Checkpoints, _fuzz_files._Recordings])
+@pytest.mark.parametrize("judge", [files._Checkpoints, files._Recordings])
 def test_damaged_files_are_refused_by_name_or_hold_the_same(judge, recorded, tmp_path):
     found = _judged(judge(recorded, tmp_path / "damaged"), [("herd", "", seed) for seed in range(1, 61)])
-    assert not [f for f in found if f["kind"] in _fuzz_worlds.FAILURES]
+    assert not [f for f in found if f["kind"] in worlds.FAILURES]
     assert sum(f["kind"] == "refused" for f in found) > 50
 
 
 def test_the_judge_sees_a_wrong_load(recorded, tmp_path, monkeypatch):
     from ecs_eco.record import checkpoint
 
-    judge, read = _fuzz_files._Checkpoints(recorded, tmp_path / "damaged"), checkpoint.read
+    judge, read = files._Checkpoints(recorded, tmp_path / "damaged"), checkpoint.read
 
     def careless(path):
         meta, arrays = read(path)
@@ -82,9 +77,9 @@ def test_the_judge_sees_a_wrong_load(recorded, tmp_path, monkeypatch):
 
 def test_readings_are_the_same_to_the_bit():
     one = {"a": [np.array([np.nan, 0.0]), 1.0, float("nan")], "b": "x"}
-    assert _fuzz_files._equal(one, {"a": [np.array([np.nan, 0.0]), 1.0, float("nan")], "b": "x"})
+    assert files._equal(one, {"a": [np.array([np.nan, 0.0]), 1.0, float("nan")], "b": "x"})
     for other in ({"a": one["a"]}, one | {"b": "y"}, one | {"a": [np.array([np.nan, -0.0]), 1.0, float("nan")]}, one | {"a": one["a"][:2]}):
-        assert not _fuzz_files._equal(one, other)
+        assert not files._equal(one, other)
 
 
 def test_a_hang_and_a_dead_process_are_counted_and_the_rest_goes_on():
@@ -95,7 +90,7 @@ def test_a_hang_and_a_dead_process_are_counted_and_the_rest_goes_on():
             os.kill(os.getpid(), signal.SIGKILL)
         return {"kind": str(item)}
 
-    found = list(_fuzz.guarded(judge, range(4), seconds=1.0))
+    found = list(mutations.guarded(judge, range(4), seconds=1.0))
     assert [f["kind"] for f in found] == ["0", "hang", "crash", "3"]
 
 
@@ -116,7 +111,7 @@ def test_one_flipped_bit_anywhere_in_a_part_is_seen(kind, recorded, tmp_path):
 def test_a_changed_manifest_is_refused_and_one_without_seal_too(recorded, tmp_path):
     from ecs_eco.analysis.runs import load_series
 
-    _fuzz_files._copied(recorded, tmp_path / "run")
+    files._copied(recorded, tmp_path / "run")
     manifest = json.loads((recorded / "manifest.json").read_text())
     (tmp_path / "run" / "manifest.json").write_text(json.dumps(manifest | {"dt": 2.0}))
     with pytest.raises(RecordingError, match="its seal does not fit"):
@@ -128,7 +123,7 @@ def test_a_changed_manifest_is_refused_and_one_without_seal_too(recorded, tmp_pa
 
 @pytest.mark.parametrize("command", ["report", "lineage"])
 def test_a_damaged_part_ends_a_command_with_its_name(command, recorded, tmp_path):
-    _fuzz_files._copied(recorded, tmp_path / "run")
+    files._copied(recorded, tmp_path / "run")
     part = tmp_path / "run" / "births" / "part-00000.parquet"
     part.write_bytes(part.read_bytes()[:-7])
     done = CliRunner().invoke(app, [command, str(tmp_path / "run")])
@@ -141,7 +136,7 @@ def test_a_damaged_part_ends_a_command_with_its_name(command, recorded, tmp_path
 
 def _goat(path, value):
     """The herd with one value of a goat changed."""
-    data = _fuzz.parsed(_fuzz.sources()["herd"][0])
+    data = mutations.parsed(mutations.sources()["herd"][0])
     node = data["species"]["goat"]
     for part in path[:-1]:
         node = node[part]
@@ -231,7 +226,7 @@ def test_more_sites_of_plants_than_can_be_is_refused():
 
 def test_many_problems_of_a_long_file_are_told_at_once(tmp_path):
     eaten = ", ".join('{ eats = "nobody", gain = 0.1 }' for _ in range(3000))  # each line was looked for anew
-    text = _fuzz.sources()["menagerie"][0]
+    text = mutations.sources()["menagerie"][0]
     new = re.sub(r'diet = \[\{ eats = "ram".*?\]', f"diet = [{eaten}]", text)
     assert new != text
     (tmp_path / "world.toml").write_text(new)
@@ -308,7 +303,7 @@ def test_a_world_with_ranges_fits_the_schema():
 def test_worlds_with_everything_fit_the_schema():
     schema = json_schema()
     for world in ("menagerie", "herd"):
-        assert _wrong(tomllib.loads(_fuzz.sources()[world][0]), schema, schema) == []
+        assert _wrong(tomllib.loads(mutations.sources()[world][0]), schema, schema) == []
 
 
 @pytest.mark.parametrize(
@@ -327,7 +322,7 @@ def test_worlds_with_everything_fit_the_schema():
     ],
 )
 def test_the_schema_marks_what_is_wrong(path, value, said):
-    data, schema = tomllib.loads(_fuzz.sources()["herd"][0]), json_schema()
+    data, schema = tomllib.loads(mutations.sources()["herd"][0]), json_schema()
     node = data
     for part in path[:-1]:
         node = node[part]

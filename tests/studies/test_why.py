@@ -3,18 +3,14 @@
 from __future__ import annotations
 
 import json
-import sys
 from pathlib import Path
 
 import pytest
 
-STUDIES = Path(__file__).parents[2] / "studies"
-sys.path.insert(0, str(STUDIES))
-
-import why
-from _disasters import CLASSES, WEBS, web
-
 from ecs_eco.config import load
+from studies import why
+from studies.common.disasters import CLASSES, WEBS, web
+from studies.common.study import RESULTS
 
 
 @pytest.mark.parametrize("label", CLASSES)
@@ -36,7 +32,7 @@ def test_six_variants_are_told_apart(tmp_path: Path) -> None:
 
 
 def test_the_kept_result_is_right_in_four_of_five() -> None:
-    test = json.loads((STUDIES / "results" / "why.json").read_text())["cases"]
+    test = json.loads((RESULTS / "why.json").read_text())["cases"]
     assert {label: sum(c["case"]["label"] == label for c in test) for label in CLASSES} == dict.fromkeys(CLASSES, 10)
     assert sum(c["case"]["label"] == c["result"]["said"] for c in test) >= 0.8 * len(test)
     assert sum(c["result"]["drawn"]["plant"] != WEBS[0][0] for c in test) >= 0.5 * len(test)

@@ -1,18 +1,12 @@
 """The shipped world of goats and three grasses: what its genes do to those who have them, and the studies' bookkeeping."""
 
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 from ecs_eco import World
 from ecs_eco.components import Genome, Metabolism, Policy, Position, Reflexes
 from ecs_eco.config import load
-
-sys.path.insert(0, str(Path(__file__).parents[2] / "studies"))
-
-from _goats import Family, carriers, drift_free
+from studies.common.goats import Family, carriers, drift_free
 
 GENES = ("red", "yellow", "green", "blue")
 FEW = {

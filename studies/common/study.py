@@ -8,7 +8,7 @@ A script names a claim and how to test it:
         STUDY.main()
 
 `run(config, case) -> dict` computes one case; `summarise(cases) -> list of verdict(…)`, or a dict that also holds
-"table" ({"head": […], "rows": [[…], …]}), draws the conclusion. `python studies/cycles.py` writes studies/results/cycles.json;
+"table" ({"head": […], "rows": [[…], …]}), draws the conclusion. `python -m studies.cycles` writes studies/results/cycles.json;
 stopped at any moment, it goes on where it was. `--short` is the form for CI: few small cases, its own file, never this one.
 """
 
@@ -34,7 +34,7 @@ from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
-RESULTS = Path(__file__).parent / "results"
+RESULTS = Path(__file__).parents[1] / "results"
 PACKAGES = ("ecs-eco", "esper", "numpy", "numba", "torch", "deap", "scipy")
 THREADS = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS")
 Case = Mapping[str, Any]
@@ -61,7 +61,7 @@ class Study:
 
     def main(self, argv: Sequence[str] | None = None) -> None:
         """The command line of a study script; exits with 1 where a case failed."""
-        parser = argparse.ArgumentParser(prog=f"{self.name}.py", description=self.claim)
+        parser = argparse.ArgumentParser(prog=f"python -m studies.{self.name}", description=self.claim)
         parser.add_argument(
             "--short", action="store_true", help="few small cases, for CI; writes to a temporary folder"
         )
@@ -127,7 +127,7 @@ class Study:
             "format": 1,
             "name": self.name,
             "claim": self.claim,
-            "command": f"python studies/{self.name}.py" + (" --short" if short else ""),
+            "command": f"python -m studies.{self.name}" + (" --short" if short else ""),
             "short": short,
             "complete": False,
             "config_hash": config_hash(config),

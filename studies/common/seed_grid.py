@@ -6,7 +6,7 @@
     if __name__ == "__main__":
         STUDY.main()
 
-`python studies/persistence.py --workers 2` trains each policy once, runs what is missing, and goes on where it was stopped: a
+`python -m studies.persistence --workers 2` trains each policy once, runs what is missing, and goes on where it was stopped: a
 cell is kept under its arm, its seeds, its length and the hash of what its arm says, so that a new arm leaves the others as
 they are. What an arm may say (all of it may be absent):
 
@@ -29,7 +29,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from _study import Study, canonical, verdict
+
+from studies.common.study import Study, canonical, verdict
 
 BLOCK = 40  # [ticks] of the means kept
 CHUNK = 250  # [ticks] between looks at who is left

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 SPECIES = ("grass", "deer", "wolf")
-SHIPPED = Path(__file__).parent.parent / "ecs_eco" / "worlds" / "predator_prey"
+SHIPPED = Path(__file__).parents[2] / "ecs_eco" / "worlds" / "predator_prey"
 
 
 def identity(policies: bool = True) -> dict[str, str | None]:

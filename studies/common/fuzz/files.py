@@ -11,8 +11,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from _fuzz import guarded, parsed, sources
-from _fuzz_worlds import counted
+
+from studies.common.fuzz.mutations import guarded, parsed, sources
+from studies.common.fuzz.worlds import counted
 
 TICKS, EVERY = 24, 8
 KINDS = ("series", "births", "deaths", "snapshots")

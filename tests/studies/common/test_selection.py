@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from ecs_eco.analysis.genes import (
+from ecs_eco.analysis.lineage import ALIVE, Lineage
+from studies.common.selection import (
     deaths_by_age,
     equivalence,
     frequency_increment_test,
@@ -14,7 +15,6 @@ from ecs_eco.analysis.genes import (
     reappearances,
     selection_coefficient,
 )
-from ecs_eco.analysis.lineage import ALIVE, Lineage
 
 
 def wright_fisher(s, n, generations, start, rng):

@@ -1,22 +1,13 @@
 """The grid of training seeds and world seeds: which cells there are, what they depend on, what is made of them."""
 
-import importlib
-import sys
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-STUDIES = Path(__file__).parents[2] / "studies"
+from studies.common import seed_grid
+
 FEW = {"species.grass.count": 60, "species.deer.count": 12, "species.wolf.count": 2, "training.ticks": 4}
-
-
-@pytest.fixture
-def grids(monkeypatch: pytest.MonkeyPatch) -> Any:
-    monkeypatch.syspath_prepend(str(STUDIES))
-    yield importlib.import_module("_crossed")
-    for name in ("_crossed", "_study"):
-        sys.modules.pop(name, None)
 
 
 def entry(training: int, seed: int, persisted: bool, p: float = 0.002, **case: Any) -> dict[str, Any]:
@@ -28,27 +19,27 @@ def entry(training: int, seed: int, persisted: bool, p: float = 0.002, **case: A
     return {"case": {"arm": "a", "training": training, "seed": seed, **case}, "result": result}
 
 
-def test_cells_come_world_by_world_so_that_no_policy_is_trained_twice(grids: Any) -> None:
-    found = grids.cells(["a", "b"], [1, 2], [8, 9])
+def test_cells_come_world_by_world_so_that_no_policy_is_trained_twice() -> None:
+    found = seed_grid.cells(["a", "b"], [1, 2], [8, 9])
     assert [(c["seed"], c["arm"], c["training"]) for c in found] == [
         (8, "a", 1), (8, "a", 2), (8, "b", 1), (8, "b", 2), (9, "a", 1), (9, "a", 2), (9, "b", 1), (9, "b", 2)
     ]  # fmt: skip
 
 
-def test_a_new_arm_leaves_the_others_as_they_are(grids: Any) -> None:
-    short = grids.crossed_study("x", "…", {"a": {"set": FEW}}, [1], [2], ticks=20)
-    more = grids.crossed_study("x", "…", {"a": {"set": FEW}, "b": {"learn": True}}, [1, 3], [2], ticks=20)
-    longer = grids.crossed_study("x", "…", {"a": {"set": FEW}}, [1], [2], ticks=30)
+def test_a_new_arm_leaves_the_others_as_they_are() -> None:
+    short = seed_grid.crossed_study("x", "…", {"a": {"set": FEW}}, [1], [2], ticks=20)
+    more = seed_grid.crossed_study("x", "…", {"a": {"set": FEW}, "b": {"learn": True}}, [1, 3], [2], ticks=20)
+    longer = seed_grid.crossed_study("x", "…", {"a": {"set": FEW}}, [1], [2], ticks=30)
     case = {"arm": "a", "training": 1, "seed": 2}
     assert short._hash(short.config, case) == more._hash(more.config, case) != longer._hash(longer.config, case)
     assert short._hash(short.config, case | {"ticks": 30}) == longer._hash(longer.config, case)
     with pytest.raises(ValueError, match="arm 'a': no 'lern'"):
-        grids.crossed_study("x", "…", {"a": {"lern": True}}, [1], [2])
+        seed_grid.crossed_study("x", "…", {"a": {"lern": True}}, [1], [2])
 
 
-def test_what_is_said_of_a_grid_is_counted_over_its_cells(grids: Any) -> None:
+def test_what_is_said_of_a_grid_is_counted_over_its_cells() -> None:
     cells = [entry(t, w, persisted=t != 3, p=0.2 if (t, w) == (1, 1) else 0.01) for t in (1, 2, 3) for w in (1, 2)]
-    found = grids.summarise([*cells, entry(1, 1, True, ticks=60_000)], ["a"], 0.6)
+    found = seed_grid.summarise([*cells, entry(1, 1, True, ticks=60_000)], ["a"], 0.6)
     said = {line["statement"]: (line["value"], line["met"]) for line in found["verdicts"]}
     assert said["a: runs in which all species persist"] == ("4 of 6 (67%)", True)
     assert said["a: of these with peaks of all consumers beyond AR(1), p < .05"] == ("3 of 4", True)
@@ -62,16 +53,16 @@ def test_what_is_said_of_a_grid_is_counted_over_its_cells(grids: Any) -> None:
 
 
 @pytest.mark.slow
-def test_a_grid_is_run_and_gone_on_with(grids: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_grid_is_run_and_gone_on_with(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("tempfile.gettempdir", lambda: str(tmp_path))
     says = {"set": FEW, "train": {"training.set": {}}}
     arms = {"frozen": says, "in life": {**says, "life": {"species.deer.ppo.learning_rate": 1e-4}, "learn": True}}
-    study = grids.crossed_study("grid", "…", arms, [1], [5], ticks=6)
+    study = seed_grid.crossed_study("grid", "…", arms, [1], [5], ticks=6)
     first = study.execute(results=tmp_path)
     assert [e["result"]["lived"] for e in first["cases"]] == [6.0, 6.0]
     assert len(list((tmp_path / "ecs-eco-policies").iterdir())) == 1  # both arms live with the same policies
     assert first["cases"][0]["result"]["cycles"]["period_of"] == ["deer", "wolf"]
-    again = grids.crossed_study("grid", "…", arms, [1], [5, 6], ticks=6).execute(results=tmp_path)
+    again = seed_grid.crossed_study("grid", "…", arms, [1], [5, 6], ticks=6).execute(results=tmp_path)
     assert [e["case"]["seed"] for e in again["cases"]] == [5, 5, 6, 6]
     assert again["cases"][:2] == first["cases"]
     assert set(again["cases"][0]) == {"case", "result", "seconds", "commit", "dirty", "depends_hash"}

@@ -1,14 +1,9 @@
 """What the study of the sea concludes from made-up cases: nobody left, one training seed, an escape that is none."""
 
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parents[2] / "studies"))
-
-import diel_migration as study
+from studies import diel_migration as study
 
 LIFE = {"copepods": 100, "mean number": 100.0, "days lived": 21.0}
 

@@ -1,18 +1,14 @@
 """What the studies of the sea share: policies by training seed, and four measures of a world in which copepods live."""
 
-import sys
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
-sys.path.insert(0, str(Path(__file__).parent))
-
 import numpy as np
-from _crossed import policies_of
 
 from ecs_eco.analysis import sea
 from ecs_eco.analysis.migration import Tracks, approaches, chemotaxis_index, event_average, follow
 from ecs_eco.components import Position
+from studies.common.seed_grid import policies_of
 
 __all__ = ["approach", "chemotaxis", "encounters", "life", "policies_of"]
 CUE = 1.5  # [m] from a krill: an approach

@@ -11,7 +11,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from _fuzz import FEW, guarded, mutate_text, mutate_values, parsed, sources, toml
+
+from studies.common.fuzz.mutations import FEW, guarded, mutate_text, mutate_values, parsed, sources, toml
 
 TICKS = 5
 SMALL = {"cells": 2_000, "hidden": 32}  # what accepted worlds are cut down to before they run

@@ -8,10 +8,10 @@ from pathlib import Path
 
 import pytest
 
-STUDIES = Path(__file__).parents[2] / "studies"
+ROOT = Path(__file__).parents[3]
 SCRIPT = """
 import os
-from _study import Study, verdict
+from studies.common.study import Study, verdict
 
 def run(config, case):
     with open(os.environ["LOG"], "a") as log:
@@ -41,7 +41,7 @@ class Study:
         (folder / "sums.py").write_text(SCRIPT)
 
     def run(self, *words: str, **environment: str) -> subprocess.CompletedProcess:
-        env = os.environ | {"PYTHONPATH": str(STUDIES), "LOG": str(self.log), "TMPDIR": str(self.folder)} | environment
+        env = os.environ | {"PYTHONPATH": str(ROOT), "LOG": str(self.log), "TMPDIR": str(self.folder)} | environment
         if "--short" not in words:
             words = ("--results", str(self.result.parent), *words)
         return subprocess.run(
@@ -70,7 +70,7 @@ def test_a_result_holds_the_cases_and_where_they_come_from(study: Study) -> None
     assert [entry["result"] for entry in found["cases"]] == [{"value": 2.0 * s, "missing": None} for s in (1, 2, 3, 5)]
     assert found["seeds"] == [1, 2, 3, 5]
     assert found["complete"] is True
-    assert found["command"] == "python studies/sums.py"
+    assert found["command"] == "python -m studies.sums"
     assert len(found["config_hash"]) == 64
     assert found["versions"]["python"]
     assert [p.name for p in study.result.parent.iterdir()] == ["sums.json"]
@@ -119,7 +119,7 @@ def test_the_short_form_leaves_the_result_alone(study: Study) -> None:
     assert study.result.read_bytes() == before
     (short,) = study.folder.glob("ecs-eco-study-*/sums.short.json")
     assert json.loads(short.read_text())["short"] is True
-    assert not list((STUDIES / "results").glob("sums*"))
+    assert not list((ROOT / "studies" / "results").glob("sums*"))
 
 
 def test_misuse_is_refused(study: Study) -> None:
@@ -135,7 +135,7 @@ def test_misuse_is_refused(study: Study) -> None:
 def make_page(study: Study, *words: str) -> subprocess.CompletedProcess:
     paths = ("--results", str(study.result.parent), "--page", str(study.folder / "results.md"))
     return subprocess.run(
-        [sys.executable, STUDIES / "make_results.py", *paths, *words], capture_output=True, text=True, check=False
+        [sys.executable, "-m", "studies.make_results", *paths, *words], cwd=ROOT, capture_output=True, text=True, check=False
     )
 
 
@@ -150,7 +150,7 @@ def test_the_page_tells_the_results_and_notices_when_it_is_stale(study: Study) -
     study.run(SCALE="1")
     stale = make_page(study, "--check")
     assert stale.returncode == 1
-    assert "run python studies/make_results.py" in stale.stderr
+    assert "run python -m studies.make_results" in stale.stderr
     make_page(study)
     assert "1 of 1 goals met" in (study.folder / "results.md").read_text()
 
@@ -173,6 +173,6 @@ def test_a_result_of_another_form_is_refused_by_name(study: Study) -> None:
 
 
 def test_the_committed_page_is_what_the_results_say() -> None:
-    if not (STUDIES.parent / "docs" / "results.md").exists():
+    if not (ROOT / "docs" / "results.md").exists():
         pytest.skip("docs/results.md is not written yet")
-    assert subprocess.run([sys.executable, STUDIES / "make_results.py", "--check"], check=False).returncode == 0
+    assert subprocess.run([sys.executable, "-m", "studies.make_results", "--check"], cwd=ROOT, check=False).returncode == 0

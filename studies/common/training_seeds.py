@@ -1,13 +1,10 @@
 """What studies say over training seeds: means over world seeds, intervals, contrasts, and how they are told."""
 
-import sys
-from pathlib import Path
 from typing import Any
 
-sys.path.insert(0, str(Path(__file__).parent))
-
 import numpy as np
-from _study import verdict
+
+from studies.common.study import verdict
 
 
 def interval(values: list[float]) -> list[float]:
