@@ -7,6 +7,7 @@ from typing import Any
 
 from ecs_eco.cli.terminal import refuse, say
 from ecs_eco.config import WorldConfig, load
+from ecs_eco.config.memory import require_memory
 
 
 def _layout(config: WorldConfig, name: str) -> Any:
@@ -45,7 +46,9 @@ def check_world(world: str | None, changes: list[str]) -> None:
     """Say what is in a world, once it is found right."""
     if world is None:
         refuse("WORLD", "is missing", "", "a world, or --schema")
-    say(summary(load(world, changes)))
+    config = load(world, changes)
+    require_memory(config)
+    say(summary(config))
 
 
 def tell_schema() -> None:

@@ -14,12 +14,14 @@ from ecs_eco.config.base import LARGEST, named_function
 from ecs_eco.config.check_body import farthest, too_wide, widest
 from ecs_eco.config.check_matter import Key, unknown
 from ecs_eco.config.formula import FormulaError, compile_formula
+from ecs_eco.config.memory import n_weights
 from ecs_eco.config.sensors import Approach, Custom, Gradient, Nearest, Own, Place, Rays, Sensor, Smell, Touch
 from ecs_eco.config.species import GROUPS, Species, ppo_defaults
 from ecs_eco.config.world import WorldConfig
 from ecs_eco.errors import Problem, listed, nearest
 
 MOST_WHOLE = 10**9  # of a whole number among the hyperparameters
+MOST_WEIGHTS = 10_000_000  # of a policy network: drawing the first ones takes seconds, a decision a millisecond
 
 
 def check_nerves(config: WorldConfig, name: str, folder: Path) -> Iterator[Problem]:
@@ -31,7 +33,7 @@ def check_nerves(config: WorldConfig, name: str, folder: Path) -> Iterator[Probl
     yield from _check_actions(config, key, species)
     yield from _check_reflex(config, key, species)
     yield from _check_happiness(config, key, species)
-    yield from _check_policy(key, species, folder)
+    yield from _check_policy(key, species, folder, config.dims)
 
 
 def _check_sensor(config: WorldConfig, species: Species, key: Key, sensor: Sensor) -> Iterator[Problem]:
@@ -200,7 +202,7 @@ def check_function(key: Key, function: str | None) -> Iterator[Problem]:
         yield Problem(key, f"{module} has no function {name}", function, listed(known), nearest(name, known))
 
 
-def _check_policy(key: Key, species: Species, folder: Path) -> Iterator[Problem]:
+def _check_policy(key: Key, species: Species, folder: Path, dims: int) -> Iterator[Problem]:
     policy = species.policy
     if policy.file is not None and not os.path.isfile(folder / policy.file):
         near = nearest(policy.file, (p.name for p in folder.glob("*.safetensors")))
@@ -210,6 +212,9 @@ def _check_policy(key: Key, species: Species, folder: Path) -> Iterator[Problem]
             if given != absent:
                 allowed = 'policy.kind = "individual", or nothing here'
                 yield Problem((*key, "policy", word), "only individual networks are inherited", given, allowed)
+    if policy.kind != "none" and (size := n_weights(species, dims)) > MOST_WEIGHTS:
+        what = f"too large: the network would have {size:,} weights"
+        yield Problem((*key, "policy", "hidden"), what, policy.hidden, f"at most {MOST_WEIGHTS:,} weights, as of [2048, 2048]")
     if policy.kind == "none":
         settings: dict[str, object] = {"ppo": species.ppo, "policy.file": policy.file, "policy.learn": policy.learn}
         for word, value in settings.items():

@@ -14,12 +14,15 @@ from ecs_eco.config.check_interventions import check_interventions
 from ecs_eco.config.check_matter import check_matter, check_size
 from ecs_eco.config.check_nerves import check_function, check_nerves
 from ecs_eco.config.check_water import check_water
+from ecs_eco.config.interventions import Cull
 from ecs_eco.config.surroundings import ObjectType
 from ecs_eco.config.world import WorldConfig
 from ecs_eco.errors import MOST, Problem
 
 Key = tuple[str | int, ...]
 MOST_CELLS = 100_000_000  # of one field
+MOST_INDEX_CELLS = 4_000_000
+MOST_CAUSES = 255  # of death: a byte says which
 MOST_STEPS = 1000  # of diffusion in a tick
 
 
@@ -29,6 +32,7 @@ def check(config: WorldConfig, folder: Path) -> list[Problem]:
 
 
 def _all(config: WorldConfig, folder: Path) -> Iterator[Problem]:
+    yield from _check_causes(config)
     for part in (_check_names, _check_space, _check_fields, _check_terrain, _check_systems, check_water):
         yield from part(config)
     for name, kind in config.objects.items():
@@ -49,6 +53,33 @@ def _check_names(config: WorldConfig) -> Iterator[Problem]:
     for name in config.objects:
         if name in config.species:
             yield Problem(("objects", name), "a species has the same name", name, "a name of its own")
+
+
+def _check_causes(config: WorldConfig) -> Iterator[Problem]:
+    """More causes of death than a world knows, at the key of the first that is too much."""
+    known = {"culled"}
+    for key, cause in _causes(config):
+        known.add(cause)
+        if len(known) > MOST_CAUSES:
+            allowed = f"at most {MOST_CAUSES} in a world, those of being eaten among them"
+            yield Problem(key, "one cause of death too many", cause, allowed)
+            return
+
+
+def _causes(config: WorldConfig) -> Iterator[tuple[Key, str]]:
+    for name, species in config.species.items():
+        for i, food in enumerate(species.diet):
+            yield ("species", name, "diet", i), f"eaten by {name}"
+            if food.deadly:
+                yield ("species", name, "diet", i), f"poisoned by {food.eats}"
+        for i, limit in enumerate(species.lethal):
+            ends = {"min": limit.low, "max": limit.high}
+            for end, cause in ends.items():
+                if getattr(limit, end) is not None:
+                    yield ("species", name, "lethal", i, end), cause
+    for i, what in enumerate(config.interventions):
+        if isinstance(what, Cull):
+            yield ("interventions", i, "cause"), what.cause
 
 
 def _check_systems(config: WorldConfig) -> Iterator[Problem]:
@@ -73,6 +104,11 @@ def _check_space(config: WorldConfig) -> Iterator[Problem]:
     space = config.space
     if space.cell is not None and space.cell > min(space.size):
         yield Problem(("space", "cell"), "larger than the world", space.cell, f"at most {min(space.size):g} m")
+    elif space.cell is not None and (cells := math.prod(max(1.0, s / space.cell) for s in space.size)) > MOST_INDEX_CELLS:
+        least = (math.prod(space.size) / MOST_INDEX_CELLS) ** (1 / len(space.size))
+        what = f"too small: neighbours would be looked up in {cells:.3g} cells"
+        allowed = f"at most {MOST_INDEX_CELLS:.0e} cells, about {least:.2g} m; or absent: it is chosen"
+        yield Problem(("space", "cell"), what, space.cell, allowed)
 
 
 def _check_fields(config: WorldConfig) -> Iterator[Problem]:

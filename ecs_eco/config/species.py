@@ -75,8 +75,8 @@ class Lethal(Section):
     property: str = about("energy, age, fertility, or a property or substance that the species has")
     min: Real | None = quantity("dies at or below", "unit of the property", None)
     max: Real | None = quantity("dies at or above", "unit of the property", None)
-    low: str = about("cause of death below min", "")
-    high: str = about("cause of death above max", "")
+    low: Annotated[str, Field(max_length=60)] = about("cause of death below min", "")
+    high: Annotated[str, Field(max_length=60)] = about("cause of death above max", "")
 
     @model_validator(mode="before")
     @classmethod

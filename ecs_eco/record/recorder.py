@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from ecs_eco.world import World
 
 LEDGER = ("stock_before", "endowed", "taken_in", "burnt", "given", "lost", "stock_after")
+MOST_SPECIES = 128  # their numbers are written as i8
 NOTHING = np.zeros(0, np.float32)
 
 
@@ -41,7 +42,8 @@ class Recorder(System):
         self.sink, self.block, self.snapshot_every = sink, block, snapshot_every
         self.keeps = keep_events or sink is not None
         self.names = [name for name, t in world.tables.items() if not t.traits.get("object")]
-        s = len(self.names)
+        if (s := len(self.names)) > MOST_SPECIES:
+            raise ValueError(f"Recorder: the world has {s} species; allowed are at most {MOST_SPECIES}")
         self.place = {name: i for i, name in enumerate(self.names)}
         self.n_causes = 0
         self._tick = np.zeros((block, s), np.int64)

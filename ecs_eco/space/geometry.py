@@ -35,7 +35,8 @@ class Space:
         """Choose the side of the index cells [m]; at most 4 million cells are made."""
         if not cell > 0:
             raise ValueError(f"space.cell is {cell}; it must be a positive length [m]")
-        while np.prod([max(1, int(s / cell)) for s in self.size]) > 4_000_000:
+        cell = max(cell, 1e-300)  # less would not grow, and fit into no length
+        while math.prod(max(1.0, min(s / cell, 1e18) // 1) for s in self.size) > 4_000_000:  # in floats: whole numbers of numpy wrap around
             cell *= 1.25
         self.cell = float(cell)
         n = [max(1, int(s / cell)) for s in self.size] + [1]

@@ -9,6 +9,7 @@ import numpy as np
 from ecs_eco.components import Biology, Body, Chemistry, Metabolism, Nervous, Physical, Position, Velocity
 from ecs_eco.config import WorldConfig, load
 from ecs_eco.config.base import named_function
+from ecs_eco.config.memory import require_memory
 from ecs_eco.errors import ConfigError, Problem, listed, nearest
 from ecs_eco.nervous.nerves import Nerves
 from ecs_eco.nervous.senses import senses_of
@@ -51,6 +52,7 @@ def build(cls: Any, config: Any, *, seed: int | None = None, policies: Any = "tr
     config = config if isinstance(config, WorldConfig) and not systems else load(config, systems=systems)
     if training:
         config = config.for_training()
+    require_memory(config)
     world = cls(config.space.size, edges=config.space.edges, dt=config.dt, seed=config.seed if seed is None else seed,
                 cell=config.space.cell or cell(config), threads=threads, name=config.name)
     world.config = config

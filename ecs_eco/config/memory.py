@@ -1,0 +1,110 @@
+"""What a world needs of the memory at its start, estimated from its numbers alone, and what the machine has."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from ecs_eco.config.genome import Gene
+from ecs_eco.config.species import Species
+from ecs_eco.config.world import WorldConfig
+from ecs_eco.errors import ConfigError, Problem
+
+Key = tuple[str | int, ...]
+ROW = 160  # bytes of an organism or object, without what it senses, learns and inherits
+MOST_SHOWN = 5
+CGROUPS = ("/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory/memory.limit_in_bytes")
+
+
+def require_memory(config: WorldConfig, available: float | None = None) -> None:
+    """ConfigError where a world needs more memory at its start than there is [bytes], with the keys that need the most."""
+    available = machine_memory() if available is None else available
+    parts = sorted(needs(config), key=lambda part: -part[1])
+    total = sum(size for _, size in parts)
+    if total <= available:
+        return
+    largest = [part for part in parts if part[1] > total / 10][:MOST_SHOWN]
+    problems = [_problem(config, key, size, available) for key, size in largest]
+    title = f"it would need about {in_words(total)} of memory at its start, and there are {in_words(available)}"
+    raise ConfigError(problems, f"{config._source}: {title}")
+
+
+def needs(config: WorldConfig) -> Iterator[tuple[Key, float]]:
+    """Key and bytes of all that a world allocates before its first tick, and in its first rollout."""
+    for name, field in config.fields.items():
+        yield ("fields", name, "cell"), 12 * math.prod(max(1.0, s / field.cell) for s in config.space.size)
+    if config.terrain is not None:
+        yield ("terrain", "cell"), 16 * math.prod(max(1.0, s / config.terrain.cell) for s in config.space.size[:2])
+    for name, kind in config.objects.items():
+        yield ("objects", name, "count"), ROW * (kind.count + len(kind.at))
+    for name, species in config.species.items():
+        yield from _of_species(config, name, species)
+
+
+def n_weights(species: Species, dims: int) -> int:
+    """How many weights the policy network of a species has."""
+    widths = [len(species.channels(dims)), *species.policy.hidden, len(species.action_list()) + 1]
+    return sum((a + 1) * b for a, b in zip(widths, widths[1:], strict=False))
+
+
+def _of_species(config: WorldConfig, name: str, species: Species) -> Iterator[tuple[Key, float]]:
+    rows, key, channels = max(64, 1.5 * species.count), ("species", name), len(species.channels(config.dims))
+    yield (*key, "count"), rows * (ROW + 8 * channels + 4 * len(config.substances))
+    if species.genome is not None:
+        loci = species.genome.loci or sum(_loci(gene, species, config.dims) for gene in species.genome.genes)
+        yield (*key, "genome"), 2.0 * rows * species.genome.ploidy * loci
+    if species.policy.kind == "none":
+        return
+    size, horizon = n_weights(species, config.dims), species.ppo["horizon"]
+    if species.policy.kind == "individual":
+        blocks = 256.0 * math.ceil(max(1, species.count) / 256)
+        yield (*key, "policy", "hidden"), 12 * blocks * size
+        yield (*key, "ppo", "horizon"), blocks * horizon * (4 * channels + 24)
+    else:
+        yield (*key, "policy", "hidden"), 16.0 * size + 16.0 * 2048 * sum(species.policy.hidden)
+        yield (*key, "ppo", "horizon"), float(species.count) * min(horizon, config.ticks) * (4 * channels + 24) * species.policy.learn
+
+
+def _loci(gene: Gene, species: Species, dims: int) -> int:
+    each_weight = gene.trait == "policy.weights" and gene.form != "cosine"
+    return gene.letters * (n_weights(species, dims) if each_weight else gene.codons)
+
+
+def machine_memory() -> float:
+    """What this process may have of the machine's memory [bytes]; infinite where the system does not say."""
+    limits = [math.inf]
+    try:
+        limits.append(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))
+        import resource
+
+        soft = resource.getrlimit(resource.RLIMIT_AS)[0]
+        limits += [soft] if soft != resource.RLIM_INFINITY else []
+    except (ImportError, AttributeError, ValueError, OSError):  # not on every system
+        pass
+    for file in CGROUPS:
+        try:
+            limits.append(int(Path(file).read_text(encoding="ascii")))
+        except (OSError, ValueError):  # "max": no limit
+            continue
+    return min(limits)
+
+
+def in_words(size: float) -> str:
+    """Bytes as "3.2 GB"."""
+    for unit in ("bytes", "kB", "MB", "GB", "TB"):
+        if size < 1000:
+            return f"{size:.3g} {unit}"
+        size /= 1000
+    return f"{size:.3g} PB"
+
+
+def _problem(config: WorldConfig, key: Key, size: float, available: float) -> Problem:
+    from ecs_eco.config.explain import value_at
+
+    value: Any = value_at(config.model_dump(include={key[0]}), key)  # type: ignore[arg-type]
+    allowed = f"what fits into {in_words(available)} with all else"
+    shown = Problem(key, f"needs about {in_words(size)}", allowed=allowed, source=config._source)
+    return shown if isinstance(value, dict) else shown.moved(value=value)
