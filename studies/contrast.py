@@ -68,7 +68,7 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
             if arm == "trained/trained" or not whole[0]:
                 continue
             gap = bootstrap_difference(whole[0], time)
-            p = log_rank([whole, (time, died)])[1] if any(died) or any(whole[1]) else 1.0
+            p = log_rank(whole, (time, died))[1]
             out.append(verdict(f"{law}: ticks that a world lives longer with trained/trained than with {arm} (log-rank p {p:.2g})",
                                [gap.value, gap.low, gap.high], "above 0" if law == "dear running" else "reported", gap.low > 0))  # fmt: skip
     head = ["law", "deer/wolf", "runs", "share that persists", "median lifetime", "mean lifetime", "deer/wolves first", "both cycle"]

@@ -263,7 +263,7 @@ def _effects(reference: Sequence[Series], runs: Sequence[Series], names: Sequenc
         a, b = _lifetimes(runs, s), _lifetimes(reference, s)
         out["per_species"][s] = {
             "lifetime": bootstrap_difference(a[0], b[0], seed=seed),
-            "log_rank_p": log_rank([a, b])[1],
+            "log_rank_p": log_rank(a, b)[1],
             "mean_number": bootstrap_difference(
                 [r.of(s).mean() for r in runs], [r.of(s).mean() for r in reference], seed=seed
             ),

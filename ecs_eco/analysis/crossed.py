@@ -19,7 +19,7 @@ from scipy.stats import norm, t
 from ecs_eco.analysis.cycles import CycleStatistics, living_stretch
 from ecs_eco.analysis.extinction import lifetime
 from ecs_eco.analysis.runs import Series
-from ecs_eco.analysis.survival import Interval, kaplan_meier, wilson
+from ecs_eco.analysis.survival import Interval, kaplan_meier, survival_function, wilson
 
 EFFECTS = ("training seed", "world seed", "rest")
 
@@ -228,8 +228,7 @@ def survival_band(grid: Grid, level: float = 0.95, n_boot: int = 499, seed: int 
     drawn = np.empty((n_boot, len(time)))
     index = pigeonhole(np.arange(lived.size).reshape(lived.shape), n_boot, seed).astype(int).reshape(n_boot, -1)
     for k, cells in enumerate(index):
-        curve = kaplan_meier(lived.ravel()[cells], died.ravel()[cells])
-        drawn[k] = curve.survival[np.searchsorted(curve.time, time, "right") - 1]
+        drawn[k] = survival_function(lived.ravel()[cells], died.ravel()[cells]).evaluate(time)
     low, high = np.quantile(drawn, [0.5 - level / 2, 0.5 + level / 2], axis=0)
     return time, low, high
 

@@ -2,12 +2,19 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from scipy.stats import chi2, norm, t
+from scipy.stats import CensoredData, ecdf, logrank, norm, t
+
+if TYPE_CHECKING:
+    from scipy.stats._survival import EmpiricalDistributionFunction
+
+Numbers = Sequence[float] | np.ndarray
+Flags = Sequence[bool] | np.ndarray
 
 
 class Interval(NamedTuple):
@@ -32,11 +39,7 @@ class SurvivalCurve:
     @property
     def median(self) -> float:
         """First time at which at most half are left; NaN where more than half outlived the observation."""
-        return self.quantile(0.5)
-
-    def quantile(self, share: float) -> float:
-        """First time at which at most 1 − share are left, NaN where it was not reached."""
-        below = np.flatnonzero(self.survival <= 1 - share + 1e-12)
+        below = np.flatnonzero(self.survival <= 0.5 + 1e-12)
         return float(self.time[below[0]]) if len(below) else np.nan
 
     def mean(self, until: float) -> float:
@@ -45,49 +48,52 @@ class SurvivalCurve:
         return float((np.diff(edges) * self.survival).sum())
 
 
-def kaplan_meier(durations: Sequence[float] | np.ndarray, died: Sequence[bool] | np.ndarray, level: float = 0.95) -> SurvivalCurve:
+def kaplan_meier(durations: Numbers, died: Flags, level: float = 0.95) -> SurvivalCurve:
     """Kaplan–Meier curve with Greenwood's variance on the log(−log) scale (Kalbfleisch and Prentice 1980).
 
     `died` is False where the observation ended first (censored). Where the interval is undefined (survival 1 or 0)
     it is what is known: [1, 1] before the first death, [0, last upper limit] after the last.
     """
     t, d = np.asarray(durations, float), np.asarray(died, bool)
+    estimate = survival_function(t, d)
+    time = np.unique(np.append(t[d], 0.0))
+    survival = estimate.evaluate(time)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)  # at 0 and 1 there is no interval: it is put in below
+        interval = estimate.confidence_interval(level, method="log-log")
+    low, high = interval.low.evaluate(time), interval.high.evaluate(time)
+    low, high = np.where(survival == 1, 1.0, low), np.where(survival == 1, 1.0, high)
+    if survival[-1] == 0:
+        low[-1], high[-1] = 0.0, high[-2] if len(time) > 1 else 1.0
+    at_risk = len(t) - np.searchsorted(np.sort(t), time)
+    deaths = np.bincount(np.searchsorted(time, t[d]), minlength=len(time))
+    return SurvivalCurve(time, at_risk, deaths, survival, low, high)
+
+
+def survival_function(durations: Numbers, died: Flags) -> EmpiricalDistributionFunction:
+    """The Kaplan–Meier estimate as a function of time; ValueError for what is no sample of durations."""
+    t, d = np.asarray(durations, float), np.asarray(died, bool)
     if t.shape != d.shape or t.ndim != 1:
         raise ValueError(f"durations and died must be equally long and flat, got shapes {t.shape} and {d.shape}")
     if (t < 0).any() or np.isnan(t).any():
         raise ValueError(f"durations must be 0 or more, got {t[(t < 0) | np.isnan(t)][0]}")
-    time = np.unique(np.append(t[d], 0.0))
-    at_risk = len(t) - np.searchsorted(np.sort(t), time)
-    deaths = np.searchsorted(np.sort(t[d]), time, "right") - np.searchsorted(np.sort(t[d]), time, "left")
-    survival = np.cumprod(1 - deaths / np.maximum(at_risk, 1))
-    with np.errstate(divide="ignore", invalid="ignore"):
-        greenwood = np.cumsum(deaths / (at_risk * (at_risk - deaths)))
-        half = norm.ppf(0.5 + level / 2) * np.sqrt(greenwood) / np.log(survival)
-        low, high = survival ** np.exp(-half), survival ** np.exp(half)
-    low, high = np.where(survival == 1, 1.0, low), np.where(survival == 1, 1.0, high)
-    for i in np.flatnonzero(survival == 0):
-        low[i], high[i] = 0.0, high[i - 1] if i else 1.0
-    return SurvivalCurve(time, at_risk, deaths, survival, low, high)
+    return ecdf(_censored(t, d)).sf
 
 
-def log_rank(groups: Sequence[tuple[Sequence[float], Sequence[bool]]]) -> tuple[float, float]:
-    """Log-rank test of k groups of (durations, died): chi² with k − 1 degrees of freedom, and p (Mantel 1966)."""
-    if len(groups) < 2:
-        raise ValueError(f"the log-rank test compares at least 2 groups, got {len(groups)}")
-    times = [np.asarray(t, float) for t, _ in groups]
-    deaths = [np.asarray(d, bool) for _, d in groups]
-    at = np.unique(np.concatenate([t[d] for t, d in zip(times, deaths, strict=True)]))
-    if not len(at):
+def log_rank(one: tuple[Numbers, Flags], other: tuple[Numbers, Flags]) -> tuple[float, float]:
+    """Log-rank test of two groups of (durations, died): chi² with one degree of freedom, and p (Mantel 1966)."""
+    if not np.any(one[1]) and not np.any(other[1]):
         return 0.0, 1.0
-    risk = np.array([len(t) - np.searchsorted(np.sort(t), at) for t in times], float)
-    died = np.array([[np.count_nonzero(t[d] == x) for x in at] for t, d in zip(times, deaths, strict=True)], float)
-    n, m = risk.sum(0), died.sum(0)
-    gap = (died - m * risk / n).sum(1)[:-1]
-    spread = np.where(n > 1, m * (n - m) / np.maximum(n - 1, 1), 0.0)
-    share = risk / n
-    covariance = np.diag((spread * share).sum(1)) - (spread * share) @ share.T
-    value = float(gap @ np.linalg.pinv(covariance[:-1, :-1]) @ gap)
-    return value, float(chi2.sf(value, len(groups) - 1))
+    with np.errstate(invalid="ignore"):
+        test = logrank(_censored(*one), _censored(*other))
+    if np.isnan(test.statistic):  # nobody died while both groups were under observation
+        return 0.0, 1.0
+    return float(test.statistic**2), float(test.pvalue)
+
+
+def _censored(durations: Numbers, died: Flags) -> CensoredData:
+    t, d = np.asarray(durations, float), np.asarray(died, bool)
+    return CensoredData(uncensored=t[d], right=t[~d])
 
 
 def wilson(successes: float, n: float, level: float = 0.95) -> Interval:
