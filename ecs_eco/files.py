@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import json
 import os
 import re
 import secrets
@@ -56,11 +57,26 @@ def write_tensors(path: str | Path, arrays: Mapping[str, Any], metadata: Mapping
     with writing(path) as beside:
         try:
             save_file(dict(arrays), beside, metadata=dict(metadata or {}) or None)
+            _order_texts(beside)
         except SafetensorError as error:  # no OSError, and the number of one is in its text alone
             found = re.search(r"os error (\d+)", str(error))
             number = int(found[1]) if found else errno.EIO
             raise OSError(number, os.strerror(number) if found else str(error), str(path)) from error
     return Path(path)
+
+
+def _order_texts(path: Path) -> None:
+    """Bring the texts in a safetensors file's head into one order: the library writes them in a random one."""
+    with open(path, "rb+") as file:
+        length = int.from_bytes(file.read(8), "little")
+        head = json.loads(file.read(length))
+        if "__metadata__" not in head:
+            return
+        head["__metadata__"] = dict(sorted(head["__metadata__"].items()))
+        text = json.dumps(head, ensure_ascii=False, separators=(",", ":")).encode().ljust(length)
+        if len(text) == length:  # else another version of the library writes JSON otherwise: as it stands, the file is right
+            file.seek(8)
+            file.write(text)
 
 
 def written_beside(path: Path) -> str | None:

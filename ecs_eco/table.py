@@ -159,7 +159,14 @@ class Table:
         self.version += 1
 
     def reorder(self, rows: np.ndarray) -> None:
-        """Move the entity of row `rows[i]` to row i, for all living: no organism's fate changes by it."""
+        """Move the entity of row `rows[i]` to row i, for all living: no organism's fate changes by it.
+
+        What its systems keep by row and has a method `reorder(order)` moves along: row i is then what `order[i]` was before.
+        Raises ValueError where `rows` are not the living rows, each once.
+        """
+        rows = np.asarray(rows, np.int64)
+        if not np.array_equal(np.sort(rows), self.rows()):
+            raise ValueError(f"table {self.name!r}: reorder takes its {self.n} living rows, each once; here are {rows.size} others")
         rest = np.setdiff1d(np.arange(self.capacity), rows)
         order = np.concatenate([rows, rest])
         for name in ("alive", "uid", "born", "cause", "killer", "entity", "entity_uid"):
@@ -171,7 +178,10 @@ class Table:
                 else:
                     setattr(columns, field, array[order])
         self.entity_uid[:] = np.where(self.entity_uid != 0, np.uint64(0xFFFFFFFFFFFFFFFF), self.entity_uid)
-        self.high = int(np.flatnonzero(self.alive)[-1]) + 1 if self.n else 0
+        for part in self.traits.values():
+            if callable(getattr(part, "reorder", None)):
+                part.reorder(order)
+        self.high = self.n
         self.version += 1
 
     @property

@@ -1,7 +1,6 @@
 """A World: its tables, clock, space and schedule; one esper context of its own."""
 
 import gc
-import hashlib
 import itertools
 import threading
 import time
@@ -410,25 +409,10 @@ class World:
         load(self, path)
 
     def digest(self) -> str:
-        """Return a hash of all that decides this world's future: columns by uid, fields, weights, optimiser states, clock."""
-        digest = hashlib.sha256(f"{self.seed} {self.tick} {self.next_uid} {self.dt}".encode())
-        for table in self.tables.values():
-            rows = table.by_uid()
-            digest.update(table.name.encode())
-            for array in (table.uid, table.born):
-                digest.update(array[rows].tobytes())
-            for columns in table.columns.values():
-                for name, array in sorted(vars(columns).items()):
-                    digest.update(name.encode() + np.ascontiguousarray(array[rows]).tobytes())
-            for name, part in sorted(table.traits.items()):
-                if hasattr(part, "state"):
-                    for key, array in sorted(part.state().items()):
-                        digest.update(f"{name}.{key}".encode() + np.ascontiguousarray(array).tobytes())
-        for name, field in sorted(self.fields.items()):
-            digest.update(name.encode() + field.value.tobytes())
-        if self.terrain is not None and self.terrain.fences:
-            digest.update(self.terrain.ground.tobytes())
-        return digest.hexdigest()
+        """Return a hash of all that decides this world's future, also of what is asked for and not yet done; see `ecs_eco.digest`."""
+        from ecs_eco.digest import digest
+
+        return digest(self)
 
 
 class _Flush(esper.Processor):

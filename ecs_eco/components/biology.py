@@ -1,6 +1,6 @@
 """The biological properties of Definition 1."""
 
-from ecs_eco.schema import component, f32, u8
+from ecs_eco.schema import component, f32, f64, u8
 
 NONE, FEMALE, MALE = 0, 1, 2
 
@@ -10,5 +10,6 @@ class Biology:
     """Age, sex and fertility of an organism."""
 
     age: f32 = 0.0  # [s]
+    head_start: f64 = 0.0  # [s] age beyond the ticks since birth: of founders, and where `age` was set; kept by Age
     sex: u8 = 0  # 0 none, 1 female, 2 male
     fertility: f32 = 1.0  # from 0 to 1: share of the full probability of reproduction

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, PlainSerializer
@@ -39,6 +39,13 @@ class Intervention(Section):
         if tick == self.at or self.every is None:
             return tick == self.at
         return tick > self.at and (tick - self.at) % self.every == 0 and (self.until is None or tick <= self.until)
+
+    def next(self, tick: int) -> int | None:
+        """The first tick from this one on in which it is carried out; None where there is none."""
+        if tick <= self.at or self.every is None:
+            return self.at if tick <= self.at else None
+        at = tick + (self.at - tick) % self.every
+        return at if self.until is None or at <= self.until else None
 
     def once(self, tick: int) -> dict[str, Any]:
         """What is carried out in this tick, as a file would say it; JSON can hold it."""
@@ -97,6 +104,12 @@ class Switch(Intervention):
 
 
 AnyIntervention = Annotated[Cull | Add | Fence | Set | Switch, Field(discriminator="kind")]
+
+
+def coming(planned: Sequence[Intervention], tick: int) -> list[Intervention]:
+    """Return those of `planned` that are due in a tick or after it, each with the first such tick as its `at`."""
+    found = ((what, what.next(tick)) for what in planned)
+    return [what.model_copy(update={"at": at}) for what, at in found if at is not None]
 
 
 def describe(what: Mapping[str, Any] | str) -> str:

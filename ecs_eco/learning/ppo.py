@@ -78,6 +78,11 @@ class Learner:
         self.updates += 1
         return dict(zip((*_TERMS, "gradient_norm"), terms.tolist(), strict=True)) | report
 
+    def by_uid(self, rows: np.ndarray) -> dict[str, np.ndarray]:
+        """Return a `state()` in which organisms stand by uid, not by row; `rows` i64[n] are the living in the order of uids."""
+        kept = {key: array for key, array in self.state().items() if not key.startswith("rollout.")}
+        return kept | {f"rollout.{key}": array for key, array in self.rollout.by_uid(rows).items()}
+
     def state(self) -> dict[str, np.ndarray]:
         """Return copies of all that learning goes on from: weights, Adam, rollout, counters."""
         return {

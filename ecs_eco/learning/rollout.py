@@ -136,6 +136,29 @@ class Rollout:
         for name in _FIELDS:
             self.steps[name] = state[name]
 
+    def by_uid(self, rows: np.ndarray) -> dict[str, np.ndarray]:
+        """Return a `state()` that says who did what next instead of rows; `rows` i64[n] are the living in the order of uids.
+
+        `next` is the record that follows each in one life, `open` the last of each of the living; -1 is none.
+        """
+        state = self.state()
+        row, ended, last = state.pop("row"), state["ended"], state.pop("last")
+        order = np.argsort(row, kind="stable")
+        follows = (row[order[1:]] == row[order[:-1]]) & ~ended[order[:-1]]
+        state["next"] = np.full(len(row), -1, np.int64)
+        state["next"][order[:-1][follows]] = order[1:][follows]
+        state["open"] = np.concatenate([last, np.full(max(0, int(rows.max(initial=-1)) + 1 - len(last)), -1)])[rows]
+        return state
+
+    def reorder(self, order: np.ndarray) -> None:
+        """Follow the organisms to other rows: who was in row `order[i]`, i64[capacity], is in row i."""
+        place = np.empty_like(order)
+        place[order] = np.arange(len(order))
+        self.steps["row"] = place[self.steps["row"]]
+        last = np.full(len(order), -1, np.int64)
+        last[: len(self.last)] = self.last
+        self.last = last[order]
+
     def _columns(self) -> tuple[np.ndarray, ...]:
         return self._observations, self._choices, self._steps, self._ended
 

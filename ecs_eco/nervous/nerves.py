@@ -180,6 +180,20 @@ class Nerves:
     def _read(self, network: Network, table: Any) -> np.ndarray:
         return network(self.x, table, self.rows) if getattr(network, "individual", False) else network(self.x)
 
+    def by_uid(self, rows: np.ndarray) -> dict[str, np.ndarray]:
+        """Return a `state()` in which organisms stand by uid, not by row; `rows` i64[n] are the living in the order of uids."""
+        if self.learner is None:
+            return self.state()
+        return {f"learner.{k}": v for k, v in self.learner.by_uid(rows).items()}
+
+    def reorder(self, order: np.ndarray) -> None:
+        """Follow the organisms to other rows: who was in row `order[i]`, i64[capacity], is in row i."""
+        if self.learner is not None:
+            self.learner.rollout.reorder(order)
+        place = np.empty_like(order)
+        place[order] = np.arange(len(order))
+        self.rows = place[self.rows]
+
     def state(self) -> dict[str, np.ndarray]:
         """Return all that a run changes: the weights and, where it learns, optimiser state and rollout."""
         out: dict[str, np.ndarray] = {}

@@ -18,10 +18,21 @@ from ecs_eco import files
 from ecs_eco.errors import CheckpointError
 from ecs_eco.record import frozen
 
-FORMAT = 1
+FORMAT = 2
 SUFFIX = ".safetensors"
 Arrays = dict[str, np.ndarray]
-MIGRATIONS: dict[int, Callable[[dict[str, Any], Arrays], tuple[dict[str, Any], Arrays]]] = {}
+
+
+def _with_head_starts(meta: dict[str, Any], arrays: Arrays) -> tuple[dict[str, Any], Arrays]:
+    """From format 1: ages had nothing beside them; `Age` finds the head start of each by itself."""
+    for name, made in meta["tables"].items():
+        if "Biology" in made["columns"]:
+            made["columns"]["Biology"]["head_start"] = ["<f8", []]
+            arrays[f"table/{name}/Biology.head_start"] = np.zeros(len(arrays[f"table/{name}/row"]))
+    return meta | {"format": 2}, arrays
+
+
+MIGRATIONS: dict[int, Callable[[dict[str, Any], Arrays], tuple[dict[str, Any], Arrays]]] = {1: _with_head_starts}
 """From each older format to the next; a format without one is refused."""
 
 

@@ -33,10 +33,12 @@ def freeze(world: Any) -> tuple[dict[str, Any], Arrays]:
     }  # fmt: skip
     for name, field in world.fields.items():
         arrays[f"field/{name}"] = field.value
-    stateful = meta["stateful"] = {}
-    for owner, part in _stateful(world).items():
+        if field.source.any():  # emitted after the fields' turn in this tick
+            arrays[f"emitted/{name}"] = field.source
+    kept = meta["stateful"] = {}
+    for owner, part in stateful(world).items():
         if state := part.state():
-            stateful[owner] = sorted(state)
+            kept[owner] = sorted(state)
             _put(arrays, owner, state)
     meta["plain"] = _freeze_plain(world, arrays)
     if world.recorder is not None:
@@ -90,7 +92,8 @@ def load(world: Any, meta: Mapping[str, Any], arrays: Arrays, where: str) -> Non
         _load_table(table, meta["tables"][name], arrays)
     for name, field in world.fields.items():
         field.value[...] = arrays[f"field/{name}"]
-    for owner, part in _stateful(world).items():
+        field.source[...] = arrays.get(f"emitted/{name}", 0)
+    for owner, part in stateful(world).items():
         if owner in meta["stateful"]:
             part.load(_take(arrays, owner))
     if world.recorder is not None and "recorder" in meta:
@@ -173,7 +176,7 @@ def _check(world: Any, meta: Mapping[str, Any], arrays: Arrays, where: str) -> N
             if made.get(component) != theirs.get(component):
                 raise CheckpointError(f"{where}: {component} of {name} was saved with the columns {theirs.get(component)}, "
                                       f"and this world has {made.get(component)}")  # fmt: skip
-    kept: dict[str, list[str]] = {owner: sorted(state) for owner, part in _stateful(world).items() if (state := part.state())}
+    kept: dict[str, list[str]] = {owner: sorted(state) for owner, part in stateful(world).items() if (state := part.state())}
     for owner in {**kept, **meta["stateful"]}:
         if kept.get(owner) != meta["stateful"].get(owner):
             raise CheckpointError(f"{where}: of {owner} it holds {_words(meta['stateful'].get(owner, []))}, "
@@ -187,7 +190,7 @@ def _words(names: Sequence[str]) -> str:
 # --- what has a state of its own --------------------------------------------------------------------------------------
 
 
-def _stateful(world: Any) -> dict[str, Any]:
+def stateful(world: Any) -> dict[str, Any]:
     """Return everything that has state() and load(), by a name that follows from how the world is built."""
     found = {f"table/{t.name}/trait/{key}": part for t in world.tables.values() for key, part in sorted(t.traits.items()) if _has(part)}
     found |= {f"system/{i}/{type(s).__name__}": s for i, s in enumerate(world.systems) if _has(s) and s is not world.recorder}
@@ -224,7 +227,7 @@ def _instances(world: Any) -> list[str]:
 def _freeze_plain(world: Any, arrays: Arrays) -> list[list[Any]]:
     """Put the user's own plain components, which have state() and a class method restore(state), into `arrays`; return who has which."""
     out: list[list[Any]] = []
-    for uid, thing in _plain(world):
+    for uid, thing in plain_components(world):
         if not (callable(getattr(thing, "state", None)) and callable(getattr(type(thing), "restore", None))):
             raise CheckpointError(f"organism {uid} has a {type(thing).__name__}, which cannot be saved: give its class state() → dict of "
                                   "arrays of numbers, and a class method restore(state)")  # fmt: skip
@@ -233,7 +236,7 @@ def _freeze_plain(world: Any, arrays: Arrays) -> list[list[Any]]:
     return out
 
 
-def _plain(world: Any) -> list[tuple[int, Any]]:
+def plain_components(world: Any) -> list[tuple[int, Any]]:
     """Return (uid, component) of all components on esper's entities that are no columns, in the order of uids and of names."""
     import esper
 

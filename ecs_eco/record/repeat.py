@@ -6,6 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from ecs_eco.config.interventions import coming
 from ecs_eco.errors import RecordingError
 from ecs_eco.record.folder import versions
 from ecs_eco.record.run import read_manifest, run_to_folder
@@ -14,11 +15,21 @@ from ecs_eco.record.run import read_manifest, run_to_folder
 def repeatable(manifest: dict[str, Any]) -> dict[str, Any]:
     """Return the world file of a recorded run as a dict, with what was carried out as its interventions.
 
-    Those of the world file that were to come later are left out: this world is for the ticks that were recorded. Run with
-    the manifest's seed, policies, learn and controls it comes to the manifest's digest.
+    Those of the world file that were to come later stay: they are part of what the digest covers. Run with the manifest's
+    seed, policies, learn and controls it comes to the manifest's digest.
     """
     done = [dict(what) | {"at": tick} for tick, what in manifest.get("intervened", [])]
-    return manifest["config"] | {"interventions": done, "ticks": max(1, manifest["done"])}
+    return manifest["config"] | {"interventions": done + _to_come(manifest), "ticks": max(1, manifest["done"])}
+
+
+def _to_come(manifest: dict[str, Any]) -> list[dict[str, Any]]:
+    """Return the interventions of the world file that are due after what was recorded, each from its next tick on."""
+    from pydantic import TypeAdapter
+
+    from ecs_eco.config.interventions import AnyIntervention
+
+    planned = TypeAdapter(list[AnyIntervention]).validate_python(manifest["config"].get("interventions", []))
+    return [what.model_dump(mode="json", exclude_none=True) for what in coming(planned, manifest["done"])]
 
 
 def repeat(path: str | Path, out: str | Path | None = None, progress: Callable[[int, int], None] | None = None, *,

@@ -4,17 +4,33 @@ from typing import Any
 
 import numpy as np
 
+from ecs_eco._numba import njit
 from ecs_eco.components import Biology
 from ecs_eco.system import System
 
 
 class Age(System):
-    """Every organism is `dt` seconds older after a tick."""
+    """Every organism is `dt` seconds older after a tick.
+
+    Its age is that of its tick of birth, rounded once: a sum of steps in float32 would drift. Where somebody set an age,
+    it is counted from there.
+    """
 
     needs = (Biology,)
     phase = "metabolise"
 
     def update(self, table: Any, world: Any) -> None:
         """Let one species age."""
-        age, high = table[Biology].age, table.high
-        np.add(age[:high], np.float32(world.dt), out=age[:high], where=table.alive[:high])
+        biology, high = table[Biology], table.high
+        grow_old(table.alive[:high], table.born, world.tick, world.dt, biology.age, biology.head_start)
+
+
+@njit
+def grow_old(alive, born, tick, dt, age, head_start):
+    """Give the living their age at the end of a tick [s]; `head_start` follows an age that was set."""
+    for row in range(alive.size):
+        if alive[row]:
+            before = (tick - born[row] - 1) * dt  # a newborn has age 0 in its tick of birth, which comes after this system
+            if age[row] != np.float32(before + head_start[row]):
+                head_start[row] = age[row] - before
+            age[row] = np.float32((tick - born[row]) * dt + head_start[row])

@@ -330,9 +330,9 @@ def test_another_format_is_migrated_or_refused(written, tmp_path, monkeypatch):
     monkeypatch.setattr(checkpoint, "FORMAT", 0)
     checkpoint.write(tmp_path / "old.safetensors", {k: v for k, v in meta.items() if k != "format"}, arrays)
     monkeypatch.undo()
-    with pytest.raises(CheckpointError, match="has the format 0; this version of ecs-eco reads format 1"):
+    with pytest.raises(CheckpointError, match="has the format 0; this version of ecs-eco reads format 2"):
         World.restore(tmp_path / "old.safetensors")
-    monkeypatch.setitem(checkpoint.MIGRATIONS, 0, lambda meta, arrays: (meta | {"format": 1}, arrays))
+    monkeypatch.setitem(checkpoint.MIGRATIONS, 0, lambda meta, arrays: (meta | {"format": 2}, arrays))
     assert World.restore(tmp_path / "old.safetensors").digest() == World.restore(written).digest()
 
 

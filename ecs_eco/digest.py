@@ -1,0 +1,117 @@
+"""The digest of a world: one hash of all that decides its future, whatever rows, threads or files it lives in."""
+
+import hashlib
+import json
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from ecs_eco.config.base import function_name
+from ecs_eco.config.interventions import coming
+from ecs_eco.record.frozen import plain_components, stateful
+
+BEGINNING = ("name", "title", "description", "seed", "ticks", "training", "systems", "interventions")
+"""What of a configuration says how a world begins or is called: not what becomes of it from here on."""
+
+
+def digest(world: Any) -> str:
+    """Return SHA-256 of a world between two ticks, 64 hexadecimal digits; what it covers is in docs/checkpoints.md."""
+    found = hashlib.sha256(json.dumps(_facts(world), sort_keys=True, default=str).encode())
+    for name, array in _arrays(world):
+        array = np.ascontiguousarray(array)
+        found.update(f"{name} {array.dtype.str} {array.shape}".encode() + array.tobytes())
+    return found.hexdigest()
+
+
+def _facts(world: Any) -> dict[str, Any]:
+    """Return what is no array."""
+    return {
+        "clock": [world.seed, world.tick, world.next_uid, world.dt], "space": [world.space.size, world.space.edges],
+        "ambient": world.ambient, "environment": {quantity: _name(f) for quantity, f in world.environment.items()},
+        "reproduction": world.reproduction, "values": _values(world), "controls": world.origin.get("controls", []),
+        "systems": [_name(type(s)) for s in world.systems if type(s).__name__ != "Recorder"],
+        "tables": {name: _species(table) for name, table in world.tables.items()},
+        "fields": {name: [field.diffusion, field.decay] for name, field in world.fields.items()},
+        "causes": {name: [world.causes[c - 1] for c in table.cause[_doomed(table)]] for name, table in world.tables.items()},
+    }  # fmt: skip
+
+
+def _values(world: Any) -> Any:
+    """Return the values of the configuration as they are now, and the interventions that are still to come."""
+    if world.config is None:
+        return None
+    values = {key: value for key, value in world.config.resolved().items() if key not in BEGINNING}
+    for species in values["species"].values():
+        species["policy"].pop("file", None)  # its weights count, wherever they came from
+        species["policy"].pop("learn", None)  # whether it learns now is a fact of the nerves
+    values["interventions"] = [what.model_dump(mode="json") for what in coming(world.config.interventions, world.tick)]
+    return values
+
+
+def _species(table: Any) -> dict[str, Any]:
+    nerves = table.traits.get("nerves")
+    return {
+        "components": [c.__name__ for c in table.columns], "barren": bool(table.traits.get("barren")),
+        "learning": bool(nerves is not None and nerves.learning), "policy": bool(nerves is not None and nerves.policy),
+        "births": [[second is not None, [f"{c.__name__}.{f}" for c, f in values]] for _, second, values in table.births],
+    }  # fmt: skip
+
+
+def _arrays(world: Any) -> Iterator[tuple[str, np.ndarray]]:
+    """Yield all arrays by name: columns in the order of uids."""
+    for table in world.tables.values():
+        rows = table.by_uid()
+        for name in ("uid", "born", "killer"):
+            yield f"{table.name} {name}", getattr(table, name)[rows]
+        yield f"{table.name} doomed", table.uid[_doomed(table)]
+        for component, columns in table.columns.items():
+            for field, array in sorted(vars(columns).items()):
+                yield f"{table.name} {component.__name__}.{field}", array[rows]
+        for i, (parents, second, values) in enumerate(table.births):
+            yield f"{table.name} birth {i}", parents
+            if second is not None:
+                yield f"{table.name} birth {i} second", second
+            for (component, field), array in values.items():
+                kind = table.defaults[component][field].dtype
+                yield f"{table.name} birth {i} {component.__name__}.{field}", np.asarray(array, kind)
+    for name, field in sorted(world.fields.items()):
+        yield f"field {name}", field.value
+        yield f"emitted {name}", field.source
+    yield from _states(world)
+
+
+def _states(world: Any) -> Iterator[tuple[str, np.ndarray]]:
+    """Yield the states of traits, systems, terrain and of the user's plain components."""
+    for table in world.tables.values():
+        for key, part in sorted(table.traits.items()):
+            if callable(getattr(part, "by_uid", None)):
+                yield from _named(f"{table.name} {key}", part.by_uid(table.by_uid()))
+            elif callable(getattr(part, "state", None)) and not isinstance(part, type):
+                yield from _named(f"{table.name} {key}", part.state())
+    for owner, part in stateful(world).items():
+        if not owner.startswith("table/"):
+            state = {key: value for key, value in part.state().items() if not key.startswith("ground.")}
+            yield from _named(type(part).__name__, state)
+    if world.terrain is not None and world.terrain.fences:  # ground that was made for a fence is open again without it
+        yield "ground", world.terrain.ground
+        yield from ((f"fence {i}", corners) for i, corners in enumerate(world.terrain.fences))
+    for uid, thing in plain_components(world):
+        yield f"plain {uid} {_name(type(thing))}", np.zeros(0, np.uint8)
+        if callable(getattr(thing, "state", None)):
+            yield from _named("plain", thing.state())
+
+
+def _named(owner: str, state: dict[str, Any]) -> Iterator[tuple[str, np.ndarray]]:
+    for key, value in sorted(state.items()):
+        yield f"{owner} {key}", np.asarray(value)
+
+
+def _doomed(table: Any) -> np.ndarray:
+    """Return the rows that have a cause of death, in the order of uids: i64[k]."""
+    rows = table.by_uid()
+    return rows[table.cause[rows] != 0]
+
+
+def _name(what: Any) -> str:
+    return function_name(what) if hasattr(what, "__qualname__") else function_name(type(what))
