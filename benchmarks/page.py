@@ -112,7 +112,7 @@ def main() -> None:
     rows = []
     with watched(asked.organisms) as server, launched() as browser:
         page = browser.new_page(viewport={"width": 1280, "height": 800})
-        page.goto(server.address)
+        page.goto(server.address())
         until(page, "ecs.frames > 20 && ecs.renders > 20", 600)
         for colour in ("species", "age"):
             found = measure(page, colour, asked.frames)

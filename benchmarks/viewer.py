@@ -23,6 +23,7 @@ import _bench
 _bench.pin_threads()
 
 from ecs_eco import World
+from ecs_eco.view.guard import SUBPROTOCOL
 from ecs_eco.view.kin import Kin
 from ecs_eco.view.live import Live
 from ecs_eco.view.player import Player
@@ -37,13 +38,14 @@ def made(organisms: int, record: bool = True) -> World:
     return World.from_config(config, seed=1, policies="untrained", training=True, record=record).run(20)
 
 
-def read_all(port: int, token: str) -> None:
+def read_all(port: int, credential: str) -> None:
     """Be a page, in a process of its own: read and acknowledge every frame, and say how many there were at the end."""
     from websockets.exceptions import ConnectionClosed
     from websockets.sync.client import connect
 
     frames = size = 0
-    with connect(f"ws://127.0.0.1:{port}/ws?token={token}", origin=f"http://127.0.0.1:{port}", compression=None, max_size=None) as ws:
+    with connect(f"ws://127.0.0.1:{port}/ws", origin=f"http://127.0.0.1:{port}", subprotocols=[SUBPROTOCOL, credential],
+                 compression=None, max_size=None) as ws:  # fmt: skip
         try:
             while True:
                 message = ws.recv()
@@ -57,7 +59,7 @@ def read_all(port: int, token: str) -> None:
 @contextmanager
 def page(server: Server) -> Any:
     """Let a page watch from another process."""
-    words = [sys.executable, __file__, "--page", str(server.port), server.token]
+    words = [sys.executable, __file__, "--page", str(server.port), server.credentials.credential]
     process = subprocess.Popen(words, stdout=subprocess.PIPE, text=True)
     while not server.clients:
         time.sleep(0.01)
@@ -140,7 +142,8 @@ def deaf(server: Server) -> socket.socket:
     raw = socket.socket()
     raw.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
     raw.connect(("127.0.0.1", server.port))
-    raw.sendall((f"GET /ws?token={server.token} HTTP/1.1\r\nHost: 127.0.0.1:{server.port}\r\nUpgrade: websocket\r\n"
+    raw.sendall((f"GET /ws HTTP/1.1\r\nHost: 127.0.0.1:{server.port}\r\nUpgrade: websocket\r\n"
+                 f"Sec-WebSocket-Protocol: {SUBPROTOCOL}, {server.credentials.credential}\r\n"
                  f"Connection: Upgrade\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Version: 13\r\n"
                  f"Origin: http://127.0.0.1:{server.port}\r\n\r\n").encode())  # fmt: skip
     raw.recv(12)
@@ -152,8 +155,8 @@ def frozen(server: Server, until: threading.Event) -> None:
     from websockets.exceptions import ConnectionClosed
     from websockets.sync.client import connect
 
-    address = f"ws://127.0.0.1:{server.port}/ws?token={server.token}"
-    with connect(address, origin=f"http://127.0.0.1:{server.port}", compression=None, max_size=None) as ws:
+    with connect(f"ws://127.0.0.1:{server.port}/ws", origin=f"http://127.0.0.1:{server.port}", compression=None, max_size=None,
+                 subprotocols=[SUBPROTOCOL, server.credentials.credential]) as ws:  # fmt: skip
         while not until.is_set():
             try:
                 ws.recv(0.5)

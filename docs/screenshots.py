@@ -136,7 +136,7 @@ def take(browser: Any, name: str, shot: Shot) -> Path:
         if shot.run:
             what = f"{folder}/run"
             _run(shot, what)
-        with served("watch", what, *shot.words) as run, page_of(browser, shot, run.address) as page:
+        with served("watch", what, *shot.words) as run, page_of(browser, shot, run.address()) as page:
             shot.pose(page)
             page.mouse.move(0, 0)
             page.evaluate("document.activeElement.blur()")

@@ -32,7 +32,7 @@ def watch_it(
 
         source = _replay(Path(what)) if recorded else _live(what, changes, ticks, seed, threads, learn, policies)
         try:
-            watch(source, lambda address: _announce(source.hello()["title"], address, browser), port=port)
+            watch(source, _Announcer(source.hello()["title"]), port=port, browser=browser)
         except KeyboardInterrupt:
             say("")
 
@@ -42,7 +42,7 @@ def window(ticks: int, title: str, port: int, browser: bool) -> Iterator[Any]:
     """A window on a world that is run and recorded: hand its `open` to the run."""
     from ecs_eco.view.watch import Window
 
-    with _port(port), Window(ticks, lambda address: _announce(title, address, browser), port=port) as found:
+    with _port(port), Window(ticks, _Announcer(title), port=port, browser=browser) as found:
         yield found
 
 
@@ -63,13 +63,20 @@ def _replay(folder: Path) -> Any:
     return Replay(folder)
 
 
-def _announce(title: str, address: str, browser: bool) -> None:
-    from ecs_eco.view.watch import open_browser
+class _Announcer:
+    """Says the address of a viewer, and each that follows when it was used."""
 
-    say(f"{title}: {address}")
-    say("Whoever has this address, on this machine, sees and changes what is shown. Ctrl-C ends it.")
-    if browser:
-        open_browser(address)
+    def __init__(self, title: str) -> None:
+        self.title, self.first = title, True
+
+    def __call__(self, address: str) -> None:
+        if not self.first:
+            say(f"For another page: {address}")
+            return
+        self.first = False
+        say(f"{self.title}: {address}")
+        say("It lets in one page, on this machine, within ten minutes, which sees and changes what is shown; then another is said here.")
+        say("Ctrl-C ends it.")
 
 
 @contextmanager

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import http.client
+import json
 import os
 import re
 import shutil
@@ -10,8 +12,8 @@ import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from types import SimpleNamespace
 from typing import Any
+from urllib.parse import urlsplit
 
 COMMAND = [sys.executable, "-c", "from ecs_eco.cli import main; main()"]
 FLAGS = ["--headless=new", "--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist",
@@ -36,21 +38,48 @@ def launched() -> Iterator[Any]:
             found.close()
 
 
+class Served:
+    """A command that shows a world: its `process`, and the addresses that it says, each of which lets in one page."""
+
+    def __init__(self, words: tuple[str, ...]) -> None:
+        command, environment = [*COMMAND, *words, "--no-browser"], os.environ | {"OMP_NUM_THREADS": "1"}
+        self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment)
+
+    def address(self) -> str:
+        """Return the next address that is said: the first one at the start, another one as soon as the last was used."""
+        assert self.process.stdout is not None
+        said = []
+        for line in self.process.stdout:
+            if found := re.search(r"http://127\.0\.0\.1:\d+/#code=\S+", line):
+                return found[0]
+            said.append(line)
+        raise RuntimeError(f"no address, but {''.join(said)!r}{self.process.communicate()[1]}")
+
+
 @contextmanager
-def served(*words: str) -> Iterator[SimpleNamespace]:
-    """`ecs-eco WORDS --no-browser`, killed at the end: its `process`, and the `address` that it said."""
-    command, environment = [*COMMAND, *words, "--no-browser"], os.environ | {"OMP_NUM_THREADS": "1"}
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment)
+def served(*words: str) -> Iterator[Served]:
+    """`ecs-eco WORDS --no-browser`, killed at the end."""
+    found = Served(words)
     try:
-        assert process.stdout is not None
-        line = process.stdout.readline()
-        found = re.search(r"http://127\.0\.0\.1:\d+/\?token=\S+", line)
-        if found is None:
-            raise RuntimeError(f"{' '.join(words)}: no address, but {line!r}{process.communicate()[1]}")
-        yield SimpleNamespace(process=process, address=found[0])
+        yield found
     finally:
-        process.kill()
-        process.communicate()
+        found.process.kill()
+        found.process.communicate()
+
+
+def entered(address: str) -> tuple[str, str]:
+    """Use an address up, as a page does: return the host with its port, and the credential."""
+    place = urlsplit(address)
+    connection = http.client.HTTPConnection(place.netloc, timeout=180)
+    try:
+        connection.request("POST", "/enter", headers={"authorization": f"Code {place.fragment.removeprefix('code=')}"})
+        answer = connection.getresponse()
+        said = answer.read().decode()
+    finally:
+        connection.close()
+    if answer.status != 200:
+        raise RuntimeError(f"{address}: {said}")
+    return place.netloc, json.loads(said)["credential"]
 
 
 def until(page: Any, condition: str, seconds: float = 180.0) -> None:

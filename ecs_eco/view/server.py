@@ -5,21 +5,23 @@ from __future__ import annotations
 import asyncio
 import json
 import mimetypes
-import secrets
 import socket
 import threading
 from collections import deque
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import uvicorn
 from starlette.applications import Starlette
-from starlette.responses import FileResponse
+from starlette.requests import Request
+from starlette.responses import FileResponse, JSONResponse, PlainTextResponse, Response
 from starlette.routing import Mount, Route, WebSocketRoute
 from starlette.staticfiles import StaticFiles
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
-from ecs_eco.view.guard import Guard
+from ecs_eco.view.credentials import MINUTES, Credentials
+from ecs_eco.view.guard import SUBPROTOCOL, Guard
 from ecs_eco.view.player import Player
 
 STATIC = Path(__file__).parent / "static"
@@ -62,10 +64,14 @@ class Client:
 
 
 class Server:
-    """The page of one player, at `address`, from `start` to `stop`. Raises OSError where the port is taken; 0: any free one."""
+    """The page of one player, from `start` to `stop`. Raises OSError where the port is taken; 0: any free one.
 
-    def __init__(self, player: Player, port: int = 0, token: str | None = None) -> None:
-        self.player, self.token = player, token or secrets.token_urlsafe(24)
+    `came` is called with each code that somebody brought, and whether it let a page in; in the server's thread.
+    """
+
+    def __init__(self, player: Player, port: int = 0) -> None:
+        self.player, self.credentials = player, Credentials()
+        self.came: Callable[[str, bool], None] = lambda code, good: None
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
         try:
             self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
@@ -74,9 +80,8 @@ class Server:
             self._socket.close()
             raise
         self.port = self._socket.getsockname()[1]
-        self.address = f"http://{HOST}:{self.port}/?token={self.token}"
         self.clients: set[Client] = set()
-        self.app = Guard(self._pages(), self.token, self.port)
+        self.app = Guard(self._pages(), self.credentials, self.port)
         config = uvicorn.Config(self.app, lifespan="off", log_config=None, log_level="critical", access_log=False, ws="websockets-sansio",
                                 ws_per_message_deflate=False, ws_max_size=LARGEST, server_header=False, timeout_graceful_shutdown=1,
                                 proxy_headers=False)  # fmt: skip
@@ -89,6 +94,10 @@ class Server:
         while not self._uvicorn.started and self._thread.is_alive():
             threading.Event().wait(0.01)
         return self
+
+    def address(self, minutes: float = MINUTES) -> str:
+        """Return an address that lets one page in within so many minutes: its code is in the fragment, which is sent nowhere."""
+        return f"http://{HOST}:{self.port}/#code={self.credentials.code(minutes)}"
 
     def stop(self) -> None:
         """Let all pages go and listen no longer."""
@@ -111,14 +120,28 @@ class Server:
             return FileResponse(STATIC / "index.html")
 
         files = Mount("/", StaticFiles(directory=STATIC, check_dir=False))
-        return Starlette(routes=[Route("/", page), WebSocketRoute("/ws", self._speak), files])
+        entrance = Route("/enter", self._enter, methods=["POST"])
+        return Starlette(routes=[Route("/", page), entrance, WebSocketRoute("/ws", self._speak), files])
+
+    async def _enter(self, request: Request) -> Response:
+        """Answer a page that asks for the credential with a code, or whether the one it has is good: 403 where it is not."""
+        kind, _, word = request.headers.get("authorization", "").partition(" ")
+        found = None
+        if kind == "Code":
+            found = self.credentials.exchange(word)
+            self.came(word, found is not None)
+        elif kind == "Bearer" and self.credentials.admits(word):
+            found = self.credentials.credential
+        if found is None:
+            return PlainTextResponse("403: a code works once, and not for long: open the address that ecs-eco prints now\n", 403)
+        return JSONResponse({"credential": found}, headers={"cache-control": "no-store"})
 
     async def _speak(self, websocket: WebSocket) -> None:
         """Serve one page until it goes."""
         if len(self.clients) >= PAGES:
             await websocket.close(1013, f"{PAGES} pages are open already")
             return
-        await websocket.accept()
+        await websocket.accept(SUBPROTOCOL)
         client = Client(websocket)
         self.clients.add(client)
         self.player.say(client, {"kind": "join"})

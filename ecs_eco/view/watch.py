@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import os
-import sys
 import time
-import webbrowser
 from collections.abc import Callable
+from contextlib import closing
 from typing import Any
 
+from ecs_eco.view.entrance import Entrance
 from ecs_eco.view.player import USUAL, Player
 from ecs_eco.view.server import Server
 from ecs_eco.view.source import Source
@@ -16,14 +15,23 @@ from ecs_eco.view.source import Source
 Announce = Callable[[str], None]
 
 
-def watch(source: Source, announce: Announce = print, *, port: int = 0, speed: float | None = USUAL, playing: bool = True) -> None:
-    """Serve a source until Ctrl-C; `announce` hears the address. Called in the thread that made the source.
+def watch(
+    source: Source,
+    announce: Announce = print,
+    *,
+    port: int = 0,
+    speed: float | None = USUAL,
+    playing: bool = True,
+    browser: bool = False,
+) -> None:
+    """Serve a source until Ctrl-C, in the thread that made it; `announce` hears an address, and another one after each use.
 
     Raises OSError where the port is taken.
     """
     player = Player(source, speed, playing)
-    with Server(player, port) as server:
-        announce(server.address)
+    with Server(player, port) as server, closing(Entrance(server, announce)) as entrance:
+        if browser:
+            entrance.open_browser()
         try:
             source.run(player.turn)
         except Exception as error:
@@ -38,11 +46,12 @@ class Window:
     The world waits between ticks while a page has paused it. Runs as fast as it can unless a page asks for less.
     """
 
-    def __init__(self, ticks: int, announce: Announce = print, *, port: int = 0) -> None:
-        self.ticks, self.announce, self.port = ticks, announce, port
+    def __init__(self, ticks: int, announce: Announce = print, *, port: int = 0, browser: bool = False) -> None:
+        self.ticks, self.announce, self.port, self.browser = ticks, announce, port, browser
         self.world: Any = None
         self.player: Player | None = None
         self.server: Server | None = None
+        self._entrance: Entrance | None = None
 
     def open(self, world: Any) -> None:
         """Begin to serve this world; OSError where the port is taken."""
@@ -52,12 +61,16 @@ class Window:
         player = self.player = Player(Live(world, self.ticks), None, halted=lambda: world.stopping)
         self.server = Server(player, self.port).start()
         world.between = player.turn
-        self.announce(self.server.address)
+        self._entrance = Entrance(self.server, self.announce)
+        if self.browser:
+            self._entrance.open_browser()
 
     def close(self) -> None:
         """Show how the world ended, and serve it no longer."""
         if self.server is None or self.player is None:
             return
+        if self._entrance is not None:
+            self._entrance.close()
         self.world.between = None
         self.player.show()
         time.sleep(0.2)  # for the last messages: they go out in the server's thread
@@ -68,13 +81,3 @@ class Window:
 
     def __exit__(self, *_: object) -> None:
         self.close()
-
-
-def open_browser(address: str) -> bool:
-    """Open the address in a browser with windows; say whether there is one."""
-    if sys.platform.startswith("linux") and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
-        return False  # a browser for terminals would take this one
-    try:
-        return webbrowser.open(address)
-    except (webbrowser.Error, OSError):
-        return False

@@ -5,13 +5,16 @@ import json
 import threading
 from contextlib import contextmanager
 from http.server import BaseHTTPRequestHandler, HTTPServer
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from typer.testing import CliRunner
 
 from ecs_eco.cli import app
-from ecs_eco.testing.browser import chromium, launched, served, until
+from ecs_eco.testing.browser import chromium, entered, launched, served, until
+from ecs_eco.view.entrance import Entrance
+from ecs_eco.view.guard import SUBPROTOCOL
 
 pytest.importorskip("playwright.sync_api", reason='playwright is not installed: pip install -e ".[dev]"')
 pytestmark = [pytest.mark.slow, pytest.mark.skipif(chromium() is None, reason="no Chromium here (Debian: apt-get install chromium)")]
@@ -56,8 +59,8 @@ def opened(browser, address):
 @pytest.fixture(scope="module")
 def park(browser):
     """Grass, deer and wolves, alive in a process of their own, and the page that shows them."""
-    with served("watch", "predator-prey", *SMALL) as run, opened(browser, run.address) as page:
-        page.address = run.address
+    with served("watch", "predator-prey", *SMALL) as run, opened(browser, run.address()) as page:
+        page.run = run
         yield page
 
 
@@ -296,28 +299,90 @@ class Elsewhere(BaseHTTPRequestHandler):
         pass
 
 
-def test_without_the_token_or_from_another_origin_nothing_is_had(browser, page):
-    address, _, token = page.address.partition("?token=")
-    context = browser.new_context()
-    assert context.request.get(address).status == 403
-    assert context.request.get(f"{address}?token=wrong").status == 403
-    assert context.request.get(f"{address}main.js").status == 403
-    assert context.request.get(f"{address}?token={token}").status == 200  # leaves its cookie, which knows no ports
-    with HTTPServer(("127.0.0.1", 0), Elsewhere) as other:
-        threading.Thread(target=other.serve_forever, daemon=True).start()
-        foreign, elsewhere = context.new_page(), f"http://127.0.0.1:{other.server_port}"
-        foreign.goto(elsewhere)
-        assert context.request.get(f"{address}?token={token}", headers={"origin": elsewhere}).status == 403
-        assert foreign.evaluate("url => fetch(url).then(() => 'had', () => 'refused')", f"{address}?token={token}") == "refused"
-        socket = f"{address.replace('http', 'ws')}ws?token={token}"
-        hear = "url => new Promise(is => { const s = new WebSocket(url); s.onopen = () => is('had'); s.onclose = () => is('refused') })"
-        assert foreign.evaluate(hear, socket) == "refused"
-        other.shutdown()
+@pytest.fixture
+def stranger(browser):
+    """A tab in a browser that nobody let in. A test uses each address of the park that it asks for: then there is another one."""
+    context = browser.new_context(viewport=WIDE)
+    context.set_default_timeout(180_000)
+    yield context.new_page()
     context.close()
 
 
+SEEN = "ecs.frames > 0 && ecs.connected"
+
+
+def test_the_code_leaves_the_address_and_the_page_can_be_loaded_again(page, stranger):
+    address = page.run.address()
+    place, _, code = address.partition("#")
+    stranger.goto(address)
+    until(stranger, SEEN)
+    assert stranger.url == place
+    assert code not in stranger.evaluate("JSON.stringify([location.href, history.length, document.referrer, {...sessionStorage}])")
+    assert stranger.context.cookies() == []
+    stranger.reload()
+    until(stranger, SEEN)
+    assert stranger.url == place
+
+
+def test_a_used_up_code_lets_nobody_in_and_the_next_one_does_in_the_same_tab(browser, page, stranger):
+    with browser.new_context() as other:
+        first, address = other.new_page(), page.run.address()
+        first.goto(address)
+        until(first, SEEN)
+    stranger.goto(address)
+    until(stranger, "ecs.refused && !document.querySelector('#notice').hidden")
+    assert "works once" in stranger.locator("#notice").inner_text()
+    assert stranger.evaluate("ecs.frames") == 0
+    stranger.goto(page.run.address())  # which changes the fragment alone: the page is not loaded anew
+    until(stranger, SEEN)
+    assert "#" not in stranger.url
+
+
+def test_without_a_code_or_with_the_credential_of_another_port_the_page_shows_no_data(page, stranger):
+    stranger.goto(page.url)
+    until(stranger, "ecs.refused")
+    with served("watch", "predator-prey", *SMALL) as run:
+        credential = entered(run.address())[1]
+        stranger.evaluate("credential => sessionStorage.setItem('credential', credential)", credential)
+        stranger.reload()
+        until(stranger, "ecs.refused")
+    assert stranger.evaluate("ecs.frames") == 0
+
+
+def test_the_private_file_takes_a_browser_to_the_page(page, stranger, monkeypatch):
+    place, _, code = page.run.address().partition("#code=")
+    opened = []
+    monkeypatch.setenv("DISPLAY", ":0")
+    monkeypatch.setattr("webbrowser.open", lambda address: opened.append(address) or True)
+    server = SimpleNamespace(address=lambda minutes=1.0: f"{place}#code={code}")
+    entrance = Entrance(server, lambda address: None)
+    assert entrance.open_browser()
+    stranger.goto(opened[0])
+    stranger.wait_for_url(f"{place}**")
+    until(stranger, SEEN)
+    assert stranger.url == place
+    entrance.close()
+
+
+def test_a_page_from_elsewhere_gets_nothing_even_with_a_good_code(page, stranger):
+    address = page.run.address()
+    place, _, code = address.partition("#code=")
+    with HTTPServer(("127.0.0.1", 0), Elsewhere) as other:
+        threading.Thread(target=other.serve_forever, daemon=True).start()
+        elsewhere = f"http://127.0.0.1:{other.server_port}"
+        stranger.goto(elsewhere)
+        ask = "([url, authorization]) => fetch(url, {method: 'POST', headers: {authorization}}).then(() => 'had', () => 'refused')"
+        assert stranger.evaluate(ask, [f"{place}enter", f"Code {code}"]) == "refused"
+        hear = """([url, words]) => new Promise(is => {
+            const s = new WebSocket(url, words); s.onopen = () => is('had'); s.onclose = () => is('refused') })"""
+        credential = entered(address)[1]  # good still
+        assert stranger.evaluate(hear, [f"{place.replace('http', 'ws')}ws", [SUBPROTOCOL, credential]]) == "refused"
+        assert stranger.evaluate("url => fetch(url).then(() => 'had', () => 'refused')", place) == "refused"
+        other.shutdown()
+
+
 def test_the_page_says_when_the_run_has_ended(browser):
-    with served("watch", "predator-prey", *SMALL, "--ticks", "2") as run, opened(browser, run.address) as page:
+    with served("watch", "predator-prey", *SMALL, "--ticks", "2") as run, opened(browser, run.address()) as page:
         until(page, "ecs.tick === 2 && !document.querySelector('#notice').hidden")
         assert "has ended" in page.locator("#notice").inner_text()
         run.process.terminate()
@@ -332,12 +397,12 @@ def recorded(browser, tmp_path_factory):
     out = tmp_path_factory.mktemp("page") / "run"
     words = ["run", "predator-prey", *SMALL, "--ticks", "20000", "--checkpoint-every", "50", "--no-report", "--out", str(out), "--watch"]
     with served(*words) as run:
-        host, token = run.address.split("/")[2], run.address.split("token=")[1]
-        with connect(f"ws://{host}/ws?token={token}", origin=f"http://{host}", max_size=None) as hasty:  # before too much has passed
-            hasty.send('{"kind": "pause"}')
+        host, credential = entered(run.address())
+        with connect(f"ws://{host}/ws", origin=f"http://{host}", subprotocols=[SUBPROTOCOL, credential], max_size=None) as hasty:
+            hasty.send('{"kind": "pause"}')  # before too much has passed
             while isinstance(heard := hasty.recv(180), bytes) or json.loads(heard).get("playing") is not False:
                 pass
-        with opened(browser, run.address) as page:
+        with opened(browser, run.address()) as page:
             said = _clicked(page)
             run.process.terminate()
             until(page, "ecs.ended")
@@ -406,7 +471,7 @@ def test_what_is_clicked_is_recorded_and_comes_out_the_same_again(recorded):
 
 def test_a_recorded_run_is_scrubbed_and_what_was_not_recorded_is_filled_in(browser, recorded):
     out, manifest, said = recorded
-    with served("watch", str(out)) as run, opened(browser, run.address) as page:
+    with served("watch", str(out)) as run, opened(browser, run.address()) as page:
         assert page.evaluate("ecs.mode") == "replay"
         assert not page.locator("#tab-act").is_visible()
         pause(page)

@@ -17,6 +17,7 @@ from websockets.sync.client import connect
 from ecs_eco import World
 from ecs_eco.components import Position
 from ecs_eco.view import server as module
+from ecs_eco.view.guard import SUBPROTOCOL
 from ecs_eco.view.live import Live
 from ecs_eco.view.player import Player
 from ecs_eco.view.server import ASKED, PAGES, WAITING, Server
@@ -54,10 +55,10 @@ def served(tmp_path_factory):
     module.STATIC = before
 
 
-def get(server, path, host=None, **headers):
-    """Status, headers and body of a GET."""
+def get(server, path, host=None, method="GET", **headers):
+    """Status, headers and body of a GET, or of another method."""
     connection = http.client.HTTPConnection("127.0.0.1", server.port, timeout=10)
-    connection.putrequest("GET", path, skip_host=True)
+    connection.putrequest(method, path, skip_host=True)
     connection.putheader("Host", f"127.0.0.1:{server.port}" if host is None else host)
     for name, value in headers.items():
         connection.putheader(name, value)
@@ -68,10 +69,10 @@ def get(server, path, host=None, **headers):
     return found
 
 
-def page(server, token=None, origin="ours", **options):
-    token = server.token if token is None else token
+def page(server, shown="ours", origin="ours", **options):
+    shown = [SUBPROTOCOL, server.credentials.credential] if shown == "ours" else shown
     origin = f"http://127.0.0.1:{server.port}" if origin == "ours" else origin
-    return connect(f"ws://127.0.0.1:{server.port}/ws?token={token}", origin=origin, compression=None, max_size=None, **options)
+    return connect(f"ws://127.0.0.1:{server.port}/ws", origin=origin, subprotocols=shown, compression=None, max_size=None, **options)
 
 
 def refused(server, **options):
@@ -102,21 +103,74 @@ def receive(ws, kind, most=500):
     raise AssertionError(f"no {kind} among {most} messages")
 
 
-def test_the_address_gives_the_page_and_a_cookie_that_opens_the_rest(served):
-    server = served.server
-    status, headers, body = get(server, f"/?token={server.token}")
-    assert (status, body) == (200, "<p>the page</p>")
-    cookie = headers["set-cookie"]
-    assert "HttpOnly" in cookie
-    assert "SameSite=Strict" in cookie
-    status, headers, body = get(server, "/page.js", Cookie=cookie.split(";")[0])
-    assert (status, body) == (200, "let a = 1")
+def enter(server, authorization, **headers):
+    """Status, headers and body of the answer to a page that wants to come in."""
+    return get(server, "/enter", method="POST", **headers, **({} if authorization is None else {"Authorization": authorization}))
+
+
+def code_of(address):
+    place, _, code = address.partition("#code=")
+    assert "?" not in place  # a fragment is sent to no server and stands in no referrer
+    return code
+
+
+def test_the_page_itself_holds_no_data_and_is_served_without_a_cookie(served):
+    for path, content in (("/", "<p>the page</p>"), ("/page.js", "let a = 1")):
+        status, headers, body = get(served.server, path)
+        assert (status, body) == (200, content)
+        assert "set-cookie" not in headers
     assert headers["content-type"].startswith("text/javascript")
+
+
+def test_a_code_is_exchanged_for_the_credential_once(served):
+    server = served.server
+    code = code_of(server.address())
+    status, headers, body = enter(server, f"Code {code}")
+    assert status == 200
+    assert headers["cache-control"] == "no-store"
     assert "set-cookie" not in headers
+    credential = json.loads(body)["credential"]
+    with page(server, [SUBPROTOCOL, credential]) as ws:
+        assert ws.subprotocol == SUBPROTOCOL  # the credential is not repeated
+        receive(ws, "hello")
+    status, _, body = enter(server, f"Code {code}")
+    assert status == 403
+    assert credential not in body
+    assert enter(server, f"Bearer {credential}")[0] == 200  # a page that is loaded again
+
+
+@pytest.mark.parametrize("said", [
+    None, "", "Code", "Code ", "Bearer ", "Code wrong", "Bearer wrong", "Code {credential}", "Bearer {code}", "{code}", "code {code}",
+    "Basic {code}", "Code {code} x", "Code é", "Bearer {credential}=",
+])  # fmt: skip
+def test_nobody_comes_in_with_anything_else(served, said):
+    server = served.server
+    code = code_of(server.address())
+    status, _, body = enter(server, None if said is None else said.format(code=code, credential=server.credentials.credential))
+    assert status == 403
+    assert server.credentials.credential not in body
+    assert server.credentials.is_good(code)
+
+
+def test_the_credential_of_one_port_opens_no_other(served):
+    with Server(served.player) as other:
+        credential = json.loads(enter(other, f"Code {code_of(other.address())}")[2])["credential"]
+        assert refused(served.server, shown=[SUBPROTOCOL, credential]) == 403
+        assert enter(served.server, f"Bearer {credential}")[0] == 403
+        assert enter(served.server, f"Code {code_of(other.address())}")[0] == 403
+        assert refused(other, shown=[SUBPROTOCOL, served.server.credentials.credential]) == 403
+
+
+def test_a_code_is_not_taken_by_a_form_or_a_picture_of_another_page(served):
+    code = code_of(served.server.address())
+    assert get(served.server, f"/enter?code={code}")[0] in (404, 405)
+    assert enter(served.server, f"Code {code}", Origin="http://example.org")[0] == 403
+    assert enter(served.server, f"Code {code}", Origin="null")[0] == 403
+    assert served.server.credentials.is_good(code)
 
 
 def test_nothing_that_a_page_loads_may_come_from_elsewhere(served):
-    policy = get(served.server, f"/?token={served.server.token}")[1]["content-security-policy"]
+    policy = get(served.server, "/")[1]["content-security-policy"]
     assert "default-src 'none'" in policy
     places = {word for rule in policy.split(";") for word in rule.split()[1:]}
     ours = {f"ws://{host}:{served.server.port}" for host in ("127.0.0.1", "localhost")}
@@ -124,41 +178,28 @@ def test_nothing_that_a_page_loads_may_come_from_elsewhere(served):
     assert "'unsafe-inline'" not in policy.split("script-src")[1].split(";")[0]
 
 
-@pytest.mark.parametrize("path", [
-    "/", "/page.js", "/nothing.js", "/?token=", "/?token=wrong", "/?token={token}x", "/?token={token}&token=a",
-])  # fmt: skip
-def test_without_the_token_everything_is_403(served, path):
-    status, headers, body = get(served.server, path.format(token=served.server.token))
-    assert status == 403
-    assert "the page" not in body
-    assert "set-cookie" not in headers
-
-
-@pytest.mark.parametrize("cookie", ["ecs-eco-{port}=wrong", "ecs-eco-1={token}", "{token}", ";;;=", "ecs-eco-{port}="])
-def test_another_cookie_is_403(served, cookie):
-    cookie = cookie.format(port=served.server.port, token=served.server.token)
-    assert get(served.server, "/page.js", Cookie=cookie)[0] == 403
-
-
 @pytest.mark.parametrize("origin", ["http://example.org", "null", "https://127.0.0.1:{port}", "http://127.0.0.1:1", "http://127.0.0.1"])
-def test_another_origin_is_403_even_with_the_token(served, origin):
+def test_another_origin_is_403_even_with_the_credential(served, origin):
     origin = origin.format(port=served.server.port)
-    assert get(served.server, f"/?token={served.server.token}", Origin=origin)[0] == 403
+    assert get(served.server, "/", Origin=origin)[0] == 403
+    assert enter(served.server, f"Bearer {served.server.credentials.credential}", Origin=origin)[0] == 403
     assert refused(served.server, origin=origin) == 403
 
 
 @pytest.mark.parametrize("host", ["example.org", "example.org:{port}", "127.0.0.1", "127.0.0.1:1", "[::1]:{port}", ""])
 def test_another_host_is_403_whatever_its_name_stands_for(served, host):
-    assert get(served.server, f"/?token={served.server.token}", host.format(port=served.server.port))[0] == 403
+    host = host.format(port=served.server.port)
+    assert get(served.server, "/", host)[0] == 403
+    assert enter(served.server, f"Bearer {served.server.credentials.credential}", host=host)[0] == 403
 
 
 def test_localhost_is_this_machine_too(served):
-    assert get(served.server, f"/?token={served.server.token}", f"localhost:{served.server.port}")[0] == 200
+    assert get(served.server, "/", f"localhost:{served.server.port}")[0] == 200
 
 
 @pytest.mark.parametrize("path", ["/../secret.txt", "/%2e%2e/secret.txt", "/..%2fsecret.txt", "/static/../../secret.txt"])
 def test_no_file_outside_of_the_page_is_served(served, path):
-    status, _, body = get(served.server, f"{path}?token={served.server.token}")
+    status, _, body = get(served.server, path)
     assert status in (400, 404)
     assert "secret" not in body
 
@@ -167,9 +208,15 @@ def test_it_listens_on_this_machine_alone(served):
     assert served.server._socket.getsockname()[0] == "127.0.0.1"
 
 
-def test_a_socket_without_token_or_origin_is_403(served):
-    assert refused(served.server, token="wrong") == 403
-    assert refused(served.server, origin=None) == 403  # a browser says where it comes from
+@pytest.mark.parametrize("shown", [None, ["ecs-eco"], ["{credential}"], ["ecs-eco", "wrong"], ["{credential}", "ecs-eco"],
+                                   ["ecs-eco", "{credential}", "more"], ["other", "{credential}"]])  # fmt: skip
+def test_a_socket_without_the_credential_is_403(served, shown):
+    credential = served.server.credentials.credential
+    assert refused(served.server, shown=shown and [word.format(credential=credential) for word in shown]) == 403
+
+
+def test_a_socket_that_does_not_say_where_it_comes_from_is_403(served):
+    assert refused(served.server, origin=None) == 403  # a browser says so
 
 
 def test_a_page_sees_the_world_live_and_steers_it(served):
@@ -244,7 +291,8 @@ def test_a_page_that_asks_and_never_reads_is_let_go(served):
     raw.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
     raw.settimeout(10)
     raw.connect(("127.0.0.1", server.port))
-    raw.sendall((f"GET /ws?token={server.token} HTTP/1.1\r\nHost: 127.0.0.1:{server.port}\r\nUpgrade: websocket\r\n"
+    raw.sendall((f"GET /ws HTTP/1.1\r\nHost: 127.0.0.1:{server.port}\r\nUpgrade: websocket\r\n"
+                 f"Sec-WebSocket-Protocol: {SUBPROTOCOL}, {server.credentials.credential}\r\n"
                  f"Connection: Upgrade\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Version: 13\r\n"
                  f"Origin: http://127.0.0.1:{server.port}\r\n\r\n").encode())  # fmt: skip
     assert b" 101 " in raw.recv(100)

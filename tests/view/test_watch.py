@@ -1,8 +1,6 @@
 """ecs-eco watch and run --watch, as somebody types them."""
 
 import json
-import os
-import re
 import signal
 import socket
 import struct
@@ -15,31 +13,16 @@ from typer.testing import CliRunner
 from websockets.sync.client import connect
 
 from ecs_eco.cli import app
-from ecs_eco.view.watch import open_browser
+from ecs_eco.testing.browser import entered, served
+from ecs_eco.view.guard import SUBPROTOCOL
 
-MAIN = "from ecs_eco.cli import main; main()"
 SMALL = ["--set", "species.grass.count=300", "--set", "species.deer.count=60", "--set", "species.wolf.count=12"]
 
 
 @contextmanager
-def started(*words):
-    """A command that has said its address: the process and the address."""
-    command, environment = [sys.executable, "-c", MAIN, *words, "--no-browser"], os.environ | {"OMP_NUM_THREADS": "1"}
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment)
-    try:
-        assert process.stdout is not None
-        line = process.stdout.readline()
-        found = re.search(r"http://127\.0\.0\.1:(\d+)/\?token=(\S+)", line)
-        assert found, line
-        yield process, int(found[1]), found[2]
-    finally:
-        process.kill()
-        process.communicate()
-
-
-@contextmanager
-def page(port, token):
-    with connect(f"ws://127.0.0.1:{port}/ws?token={token}", origin=f"http://127.0.0.1:{port}", compression=None, max_size=None) as ws:
+def page(address):
+    host, credential = entered(address)
+    with connect(f"ws://{host}/ws", origin=f"http://{host}", subprotocols=[SUBPROTOCOL, credential], compression=None, max_size=None) as ws:
         yield ws
 
 
@@ -58,8 +41,8 @@ def receive(ws, kind):
 def test_a_recorded_run_is_watched_acted_upon_stopped_while_it_stands_still_and_repeated(tmp_path):
     out = tmp_path / "run"
     words = ["run", "predator-prey", *SMALL, "--ticks", "1000000", "--policies", "random", "--out", str(out), "--watch"]
-    with started(*words) as (run, *where):
-        with page(*where) as ws:
+    with served(*words) as run:
+        with page(run.address()) as ws:
             assert receive(ws, "hello")["last"] == 1_000_000
             receive(ws, "frame")
             ws.send('{"kind": "pause"}')
@@ -69,9 +52,9 @@ def test_a_recorded_run_is_watched_acted_upon_stopped_while_it_stands_still_and_
             assert receive(ws, "said")["text"] == f"tick {state['tick']}: cull 50 % of deer"
             ws.send('{"kind": "step"}')
             assert receive(ws, "marks")["interventions"] == [{"tick": state["tick"], "text": "cull 50 % of deer"}]
-            run.send_signal(signal.SIGINT)
-            said = run.communicate(timeout=180)[1]
-        assert run.returncode == 130, said
+            run.process.send_signal(signal.SIGINT)
+            said = run.process.communicate(timeout=180)[1]
+        assert run.process.returncode == 130, said
     manifest = json.loads((out / "manifest.json").read_text())
     assert manifest["done"] == state["tick"] + 1
     assert [tick for tick, _ in manifest["intervened"]] == [state["tick"]]
@@ -82,8 +65,9 @@ def test_a_recorded_run_is_watched_acted_upon_stopped_while_it_stands_still_and_
 
 @pytest.mark.slow
 def test_a_living_world_is_watched_until_ctrl_c():
-    with started("watch", "predator-prey", *SMALL, "--policies", "random") as (process, *where):
-        with page(*where) as ws:
+    with served("watch", "predator-prey", *SMALL, "--policies", "random") as run:
+        process = run.process
+        with page(run.address()) as ws:
             assert receive(ws, "hello")["last"] is None
             receive(ws, "frame")
             process.send_signal(signal.SIGINT)
@@ -126,14 +110,6 @@ def test_a_fork_is_not_repeated_from_its_start(tmp_path):
     found = CliRunner().invoke(app, ["repeat", str(tmp_path)])
     assert found.exit_code == 1
     assert "is a fork of runs/a" in found.output
-
-
-def test_no_browser_for_terminals_is_opened(monkeypatch):
-    monkeypatch.setattr(sys, "platform", "linux")
-    monkeypatch.delenv("DISPLAY", raising=False)
-    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
-    monkeypatch.setattr("webbrowser.open", lambda address: pytest.fail("opened"))
-    assert not open_browser("http://127.0.0.1:1/")
 
 
 def test_help_and_the_package_load_no_server():

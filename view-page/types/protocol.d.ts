@@ -179,6 +179,7 @@ export interface Counters {
   still: boolean;
   connected: boolean;
   ended: boolean;
+  refused: boolean;
   messages: Record<string, number>;
   acts: number;
   uids(kind: string, most?: number): number[];

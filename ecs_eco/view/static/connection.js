@@ -1,7 +1,9 @@
 // The WebSocket to the server: what arrives is handed to who listens for its kind; reconnects politely.
 
+import { enter, SUBPROTOCOL } from "./credential.js";
+
 /** @typedef {import("./protocol.js").Message} Message */
-/** @typedef {"connecting" | "open" | "lost" | "ended"} Link */
+/** @typedef {"connecting" | "open" | "lost" | "ended" | "refused"} Link */
 
 const WAITS = [0.5, 1, 2, 4, 8]; // [s] between attempts; after the last, the run has ended
 
@@ -20,6 +22,7 @@ export class Connection {
     /** @type {WebSocket | null} */
     this.socket = null;
     this.attempts = 0;
+    this.attempt = 0; // the last that began
     this.greeted = false;
     this.live = false;
     this.done = false; // whether a living world has come to its end
@@ -35,12 +38,17 @@ export class Connection {
     this.listeners.set(kind, [...(this.listeners.get(kind) ?? []), listener]);
   }
 
-  open() {
+  async open() {
+    this.onlink("connecting");
+    const attempt = ++this.attempt;
+    const found = await enter();
+    if (attempt !== this.attempt) return; // another one has begun meanwhile
+    if (found === "no answer") return this.closed(1006);
+    if (found === "refused") return this.onlink("refused");
     const scheme = location.protocol === "https:" ? "wss" : "ws";
-    const socket = new WebSocket(`${scheme}://${location.host}/ws${location.search}`);
+    const socket = new WebSocket(`${scheme}://${location.host}/ws`, [SUBPROTOCOL, found.credential]);
     this.socket = socket;
     socket.binaryType = "arraybuffer";
-    this.onlink("connecting");
     socket.onopen = () => this.onlink("open");
     socket.onmessage = ({ data }) => (typeof data === "string" ? this.read(JSON.parse(data)) : this.frame(data));
     socket.onclose = (event) => this.closed(event.code);

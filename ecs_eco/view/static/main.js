@@ -3,6 +3,7 @@
 import { Act } from "./act.js";
 import { Charts } from "./charts.js";
 import { Connection } from "./connection.js";
+import { taken } from "./credential.js";
 import { $, announce, h, number } from "./dom.js";
 import { help, listen } from "./keys.js";
 import * as overlay from "./overlay.js";
@@ -59,11 +60,12 @@ connection.on("said", (said) => {
 });
 connection.onframe = (buffer) => (page ? page.stage.take(buffer) : 0);
 connection.onlink = (link) => {
-  const words = { connecting: "connecting", open: "connected", lost: "reconnecting", ended: "ended" };
+  const words = { connecting: "connecting", open: "connected", lost: "reconnecting", ended: "ended", refused: "not let in" };
   $("link").dataset.link = link;
   $("link").textContent = words[link];
   $("link").title = words[link];
   if (link === "ended") overlay.notice(connection.done || connection.greeted ? "The run has ended." : "No run answers here.", { text: "Try again", does: () => connection.again() });
+  else if (link === "refused") overlay.notice("This page is not let in: an address works once, and for ten minutes. Open the one that the terminal shows now.");
   else if (link === "lost") overlay.notice("The connection is lost; trying again …");
   else overlay.notice(null);
 };
@@ -336,6 +338,7 @@ window.ecs = {
   get still() { return Boolean(page?.stage.still && state?.tick === page.stage.tick); },
   get connected() { return $("link").dataset.link === "open"; },
   get ended() { return $("link").dataset.link === "ended"; },
+  get refused() { return $("link").dataset.link === "refused"; },
   get messages() { return connection.counts; },
   get acts() { return page?.act?.sent ?? 0; },
   uids(kind, most = 100) {
@@ -353,4 +356,8 @@ window.ecs = {
   },
 };
 
+window.addEventListener("hashchange", () => { // somebody put another address into this tab
+  if (connection.socket === null) connection.again();
+  else taken(); // it is in already
+});
 connection.open();

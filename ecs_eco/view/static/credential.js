@@ -1,0 +1,44 @@
+// What lets this tab in: the code of its address, which works once, exchanged for a credential that the tab keeps for itself.
+
+export const SUBPROTOCOL = "ecs-eco";
+const KEPT = "credential"; // in sessionStorage, which knows origins with their ports, and ends with the tab
+
+/** Takes the code out of the address, so that neither the address bar nor a copy of it shows one. */
+export function taken() {
+  const code = new URLSearchParams(location.hash.slice(1)).get("code");
+  if (code !== null) history.replaceState(history.state, "", location.pathname);
+  return code;
+}
+
+/** @param {string} authorization */
+async function ask(authorization) {
+  try {
+    return await fetch("/enter", { method: "POST", headers: { authorization }, cache: "no-store" });
+  } catch {
+    return null; // nobody listens
+  }
+}
+
+/** @type {string | null} a code that nobody has answered yet */
+let pending = null;
+
+/**
+ * Asks to be let in: with the code of the address, else with the credential that this tab has.
+ * @returns {Promise<{credential: string} | "refused" | "no answer">}
+ */
+export async function enter() {
+  pending = taken() ?? pending;
+  const kept = sessionStorage.getItem(KEPT);
+  const words = [pending === null ? null : `Code ${pending}`, kept === null ? null : `Bearer ${kept}`];
+  for (const word of words) {
+    if (word === null) continue;
+    const answer = await ask(word);
+    if (answer === null) return "no answer";
+    pending = null;
+    if (!answer.ok) continue;
+    const { credential } = await answer.json();
+    sessionStorage.setItem(KEPT, credential);
+    return { credential };
+  }
+  return "refused";
+}
