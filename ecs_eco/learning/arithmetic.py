@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 import numpy as np
-from numba import njit
 
-import ecs_eco._numba  # noqa: F401  (where compiled kernels are kept)
+from ecs_eco._numba import njit
 
 # The numpy error model lets loops become vectors: Python's division by zero would need a branch. "contract" permits
 # a * b + c in one instruction, everywhere alike: a row's result does not depend on where in a block it stands.
-fused_njit: Any = njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+fused_njit: Any = partial(njit, fastmath={"contract"})
 _f32, _i32 = np.float32, np.int32
 _LN2_HIGH = _f32(0.693359375)  # 10 bits: n * _LN2_HIGH is exact
 _LN2_LOW = _f32(np.log(2) - 0.693359375)

@@ -7,19 +7,20 @@ are in settings.py, the log of transitions in rollout.py, the network in brain.p
 
 from __future__ import annotations
 
+from functools import partial
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from numba import njit
 
+from ecs_eco._numba import njit
 from ecs_eco.learning.arithmetic import exp, fused_njit, softmax
 from ecs_eco.learning.brain import CHUNK, Brain, in_parallel
 from ecs_eco.learning.rollout import Rollout
 from ecs_eco.learning.settings import PPO
 
 # sums may be taken in any order here: always the same one for the same number of weights
-_summing_njit: Any = njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "reassoc"})
+_summing_njit: Any = partial(njit, fastmath={"contract", "reassoc"})
 _TERMS = ("policy_loss", "value_loss", "entropy", "approx_kl", "clip_fraction")
 
 
