@@ -31,7 +31,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
     before = os.getloadavg()[0]
     found = search(WORLD, folder(config, case), {**config["changes"], "search.seed": case["seed"]}, cpu=config["cpu"],
                    trials=config["trials"], workers=config["workers"], optimiser=case["optimiser"], report=config["trials"] is None)  # fmt: skip
-    kept = ("candidates", "by_stage", "seconds", "seconds_of_candidates", "cpu_of_candidates", "start", "best", "best_so_far", "confirmation", "matters")
+    kept = ("candidates", "by_stage", "seconds", "seconds_of_candidates", "cpu_of_candidates", "start", "best", "best_so_far", "confirmation", "importance")
     return {k: found[k] for k in kept} | {"load": [before, os.getloadavg()[0]]}
 
 

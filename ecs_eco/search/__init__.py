@@ -1,4 +1,4 @@
-"""Searching for the numbers with which a world lives: candidates, their evaluation, the optimiser, what mattered.
+"""Searching for the numbers with which a world lives: candidates, their evaluation, the optimiser, which numbers were important.
 
 What a search varies and wants is said in the world file (`ecs_eco.config.search`); what single runs mean is in `ecs_eco.analysis`.
 """

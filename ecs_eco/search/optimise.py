@@ -5,9 +5,13 @@ from __future__ import annotations
 import logging
 import warnings
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ecs_eco.search.plan import Parameter
+
+if TYPE_CHECKING:
+    from optuna.distributions import BaseDistribution
+    from optuna.samplers import BaseSampler
 
 OPTIMISERS = ("gp", "tpe", "random")  # those whose proposals follow from the journal alone; CMA-ES keeps a state besides
 FIRST = 10  # candidates at random before a model of them is made
@@ -17,6 +21,14 @@ def merit(entry: dict[str, Any]) -> float:
     """One number for how far a candidate came: the stage it reached, and within it its score, squeezed into ±1."""
     score = float(entry["score"])
     return float(entry["stage"]) + 0.5 * (1 + score / (1 + abs(score)))
+
+
+def space_of(parameters: Sequence[Parameter]) -> dict[str, BaseDistribution]:
+    """The ranges as Optuna takes them, by name."""
+    from optuna.distributions import FloatDistribution, IntDistribution
+
+    return {p.name: IntDistribution(int(p.low), int(p.high), log=p.log) if p.whole else FloatDistribution(p.low, p.high, log=p.log)
+            for p in parameters}  # fmt: skip
 
 
 class Optimiser:
@@ -30,13 +42,7 @@ class Optimiser:
         self.parameters, self.kind, self.seed = parameters, kind, seed
         self.study = optuna.create_study(direction="maximize", sampler=self._sampler(0))
         self.waiting: dict[int, Any] = {}
-        space: dict[str, Any] = {}
-        for p in parameters:
-            space[p.name] = (
-                optuna.distributions.IntDistribution(int(p.low), int(p.high), log=p.log)
-                if p.whole else optuna.distributions.FloatDistribution(p.low, p.high, log=p.log)
-            )  # fmt: skip
-        self.space = space
+        self.space = space_of(parameters)
 
     def ask(self, candidate: int) -> dict[str, float]:
         """Numbers for a candidate."""
@@ -59,7 +65,7 @@ class Optimiser:
             inside = {p.name: p.tidy(values[p.name]) for p in self.parameters}
             self.study.add_trial(optuna.trial.create_trial(params=inside, distributions=self.space, value=worth))
 
-    def _sampler(self, candidate: int) -> Any:
+    def _sampler(self, candidate: int) -> BaseSampler:
         import optuna
 
         seed, samplers = (self.seed * 1_000_003 + candidate) % 2**32, optuna.samplers

@@ -15,10 +15,11 @@ from ecs_eco.errors import ConfigError, Problem, listed, nearest
 from ecs_eco.search.evaluate import Job, evaluate
 from ecs_eco.search.journal import Journal
 from ecs_eco.search.optimise import OPTIMISERS, Optimiser, merit
+from ecs_eco.search.outcome import BEST, Outcome
 from ecs_eco.search.plan import Plan, plan_of
 from ecs_eco.search.pool import Alone, Pool
+from ecs_eco.search.report import write_results
 
-BEST = 5  # worlds that are written
 ENOUGH = 4  # candidates at a stage before it asks for a score
 Progress = Callable[["Search"], None]
 
@@ -33,14 +34,12 @@ def search(world: Any, out: str | Path, overrides: Any = None, *, budget: float 
     """
     config = load(world, overrides)
     found = Search(plan_of(config), Path(out), workers, optimiser, budget, trials, cpu, progress)
-    from ecs_eco.search.report import write_results
-
     try:
         found.run()
     finally:
         found.pool.stop()
         found.sweep()
-    return write_results(found, world, overrides, report)
+    return write_results(found.outcome(), world, overrides, report)
 
 
 class Search:
@@ -171,6 +170,10 @@ class Search:
             return (1.0, 0.5 * (final["score"] + entry["score"])) if final else (0.0, merit(entry))
 
         return sorted(self.journal.of("candidate"), key=lambda e: (key(e), -e["candidate"]), reverse=True)
+
+    def outcome(self) -> Outcome:
+        """All that a report needs."""
+        return Outcome(self.plan, self.journal, self.ranked(), self.out, self.kind, self.pool.workers, self.worked)
 
     def best(self) -> dict[str, Any]:
         """The best candidate so far."""

@@ -14,9 +14,9 @@ from ecs_eco.config import load
 from ecs_eco.config.search import Search as Settings
 from ecs_eco.errors import ConfigError
 from ecs_eco.search import objectives
+from ecs_eco.search.importance import importances, ranks
 from ecs_eco.search.journal import Journal
-from ecs_eco.search.matters import dependence, matters, process, ranks, unit, value_of
-from ecs_eco.search.optimise import FIRST, Optimiser, merit
+from ecs_eco.search.optimise import FIRST, Optimiser, merit, space_of
 from ecs_eco.search.plan import Parameter, crossed, plan_of, stages
 
 PARAMETERS = [Parameter("rate", 0.01, 1.0, log=True, whole=False, start=0.1), Parameter("count", 1, 40, log=False, whole=True, start=9)]
@@ -171,41 +171,33 @@ def test_an_optimiser_that_is_told_the_history_proposes_what_the_first_would(kin
     assert again.ask(99) == first.ask(99)
 
 
-# what mattered
+# importance
+
+CUBE = [Parameter(name, 0.0, 1.0, False, False, 0.5) for name in "abc"]
 
 
-def sample(n: int = 80) -> tuple[np.ndarray, np.ndarray]:
-    """Points of the unit cube, and a function of the first number alone, with noise."""
+def test_the_number_that_decides_is_important_and_the_others_are_not() -> None:
     rng = np.random.default_rng(2)
-    x = rng.random((n, 3))
-    return x, np.sin(3 * x[:, 0]) + rng.normal(0, 0.1, n)
+    x = rng.random((80, 3))
+    values = [dict(zip("abc", row, strict=True)) for row in x.tolist()]
+    a, b, c = importances(space_of(CUBE), values, np.sin(3 * x[:, 0]) + rng.normal(0, 0.1, 80))
+    assert [i.name for i in (a, b, c)] == ["a", "b", "c"]
+    assert a.share > max(0.6, a.by_chance)
+    assert max(b.share - b.by_chance, c.share - c.by_chance) < 0.05
+    assert a.share + b.share + c.share == pytest.approx(1)
 
 
-def test_the_number_that_decides_explains_the_variance_and_the_others_none() -> None:
-    x, y = sample()
-    fit = process(x, y)
-    found = matters(fit, ["a", "b", "c"])
-    assert fit.explained > 0.7
-    assert found[0].total[1] > 0.8
-    assert max(found[1].total[2], found[2].total[2]) < 0.2
+def test_without_an_effect_no_number_passes_what_luck_gives() -> None:
+    rng = np.random.default_rng(3)
+    values = [dict(zip("abc", row, strict=True)) for row in rng.random((80, 3)).tolist()]
+    assert all(i.share < i.by_chance for i in importances(space_of(CUBE), values, rng.random(80)))
 
 
-def test_without_an_effect_little_is_foretold() -> None:
-    x, _ = sample()
-    assert process(x, np.random.default_rng(3).random(len(x))).explained < 0.25
-
-
-def test_the_dependence_on_a_number_follows_the_function() -> None:
-    x, y = sample()
-    grid, mean, sd = dependence(process(x, y), 0)
-    assert np.abs(mean - np.sin(3 * grid)).max() < 0.2
-    assert (sd > 0).all()
-
-
-def test_candidates_become_points_of_the_unit_cube_and_back() -> None:
-    x = unit(PARAMETERS, [{"rate": 0.1, "count": 40}, {"rate": 0.01, "count": 1}])
-    assert np.allclose(x, [[0.5, 1.0], [0.0, 0.0]])
-    assert value_of(PARAMETERS[0], np.array([0.5]))[0] == pytest.approx(0.1)
+def test_numbers_on_a_log_scale_and_whole_ones_are_taken_as_such() -> None:
+    rng = np.random.default_rng(4)
+    values = [{"rate": float(10 ** rng.uniform(-2, 0)), "count": int(rng.integers(1, 41))} for _ in range(60)]
+    rate, count = importances(space_of(PARAMETERS), values, [-abs(np.log10(v["rate"] / 0.05)) for v in values])
+    assert rate.share > max(count.share, rate.by_chance)
 
 
 def test_ranks_share_places_among_equals() -> None:

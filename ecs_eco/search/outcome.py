@@ -1,0 +1,30 @@
+"""A search that has ended, as its report takes it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from ecs_eco.search.journal import Journal
+from ecs_eco.search.plan import Plan
+
+BEST = 5  # worlds that are written
+Runs = list[dict[str, Any]]  # entries of the journal, or runs in them
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What was searched, with what means, and all candidates, the best first."""
+
+    plan: Plan
+    journal: Journal
+    ranked: Runs
+    out: Path
+    optimiser: str
+    workers: int
+    cpu: float  # [s] of processors that candidates took
+
+    def evaluated(self) -> Runs:
+        """The candidates whose numbers made a world."""
+        return [e for e in self.journal.of("candidate") if "refused" not in e]

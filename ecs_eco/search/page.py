@@ -1,0 +1,98 @@
+"""The page of a search: search.html and its figures."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ecs_eco.analysis.figures import save, survival
+from ecs_eco.analysis.page import number, page, picture, table, write_text
+from ecs_eco.analysis.survival import kaplan_meier
+from ecs_eco.search import figures
+from ecs_eco.search.importance import Importance, ranks
+from ecs_eco.search.optimise import merit
+from ecs_eco.search.outcome import Outcome, Runs
+
+
+def write_page(search: Outcome, result: dict[str, Any]) -> None:
+    """Write search.html and figures/ from what search.json holds."""
+    folder = search.out / "figures"
+    shutil.rmtree(folder, ignore_errors=True)
+    path = save(figures.history(search.journal.of("candidate"), len(search.plan.stages) - 1), folder / "history.png")
+    caption = "Each candidate: the stage that it reached, and its score there squeezed into one unit."
+    blocks = [f"<p>{_opening(result)}</p>", *_confirmed(result, folder), "<h2>The best worlds</h2>", _best_table(search, result),
+              "<h2>How the search went</h2>", picture(path, caption), "<h2>Which numbers were important</h2>",
+              *_important(search, result, folder)]  # fmt: skip
+    title = search.plan.config.title or search.plan.config.name
+    write_text(search.out / "search.html", page(f"Search: {title}", *blocks))
+
+
+def _opening(result: dict[str, Any]) -> str:
+    best, start = result["confirmation"]["best"], result["confirmation"]["start"]
+    spent, whole = f"{result['seconds'] / 60:.1f} minutes", result["by_stage"][-1]
+    course = f"{result['candidates']} candidates in {spent} ({result['optimiser']}); {whole} met all runs."
+    if not best["runs"]:
+        return course
+    ticks = f"{result['confirmation']['ticks']:,}"
+    share = f"{best['persisted']} of {best['runs']} runs of the best world"
+    sentences = [f"On fresh seeds all species persist for {ticks} ticks in {share}."]
+    if start["runs"] and start["candidate"] != best["candidate"]:
+        sentences.append(f"The world as written: {start['persisted']} of {start['runs']}.")
+    return " ".join([*sentences, course])
+
+
+def _confirmed(result: dict[str, Any], folder: Path) -> list[str]:
+    """The part of the page on fresh seeds."""
+    both = {"best": result["confirmation"]["best"], "as written": result["confirmation"]["start"]}
+    both = {world: c for world, c in both.items() if c["runs"]}
+    if not both:
+        return []
+    curves = {world: kaplan_meier([r["lived"] for r in c["lives"]], [r["extinct"] is not None for r in c["lives"]])
+              for world, c in both.items()}  # fmt: skip
+    drawn = survival(curves, result["confirmation"]["ticks"], "all species, on seeds that the search never saw")
+    path = save(drawn, folder / "survival.png")
+    rows = [[world, c["runs"], c["persisted"], number(c["share"]), f"{number(c['low'])} … {number(c['high'])}",
+             ", ".join(f"{a}/{b}" for a, b in c["by_training_seed"].values()), _lost(c["lives"])] for world, c in both.items()]  # fmt: skip
+    caption = "Share of runs in which all species still live, with 95 % bands (Kaplan–Meier)."
+    return ["<h2>Confirmation</h2>", picture(path, caption),
+            table(["world", "runs", "all persist", "share", "95 % (Wilson)", "by training seed", "died out first"], rows)]  # fmt: skip
+
+
+def _lost(lives: Runs) -> str:
+    """Which species died out first, and in how many runs."""
+    who = [r["extinct"] for r in lives if r["extinct"] is not None]
+    return ", ".join(f"{name} {who.count(name)}" for name in dict.fromkeys(who)) or "–"
+
+
+def _best_table(search: Outcome, result: dict[str, Any]) -> str:
+    plan, best = search.plan, result["best"]
+    rows = [[p.name, f"{number(p.low)} … {number(p.high)}", number(plan.start[p.name]), *(number(b["values"][p.name]) for b in best)]
+            for p in plan.parameters]  # fmt: skip
+    rows.append(["score", "", "", *(number(b["score"]) for b in best)])
+    rows.append(["score on further seeds", "", "", *("–" if b["finals"] is None else number(b["finals"]) for b in best)])
+    return table(["number", "range", "as written", *(f"best-{i}" for i in range(1, len(best) + 1))], rows)
+
+
+def _important(search: Outcome, result: dict[str, Any], folder: Path) -> list[str]:
+    if result["importance"] is None:
+        return ["<p>There are too few candidates to say.</p>"]
+    plan, entries = search.plan, search.evaluated()
+    found = [Importance(name, **numbers) for name, numbers in result["importance"]["numbers"].items()]
+    worse, best, start = ranks([merit(e) for e in entries]), search.ranked[0]["values"], plan.start
+    text = (f"Read from {len(entries)} candidates: a number is important where the best of them are spread over its range "
+            "otherwise than all are. A bar that does not pass its line may be luck.")  # fmt: skip
+    blocks = [
+        f"<p>{text}</p>",
+        picture(save(figures.importance(found), folder / "importance.png"),
+                "Share of all importance (PED-ANOVA); the line is what luck stays below in 19 of 20 cases."),
+        picture(save(figures.scatter(plan.parameters, entries, worse, start, best), folder / "dependence.png"),
+                "Each candidate over each of its numbers: the higher, the more of the others are worse."),
+    ]  # fmt: skip
+    if len(plan.parameters) > 1:
+        order = np.argsort([-i.share for i in found]).tolist()
+        path = save(figures.pairs(plan.parameters, entries, worse, order, best, start), folder / "pairs.png")
+        blocks.append(picture(path, "Pairs of the most important numbers; each dot is a candidate."))
+    return blocks
