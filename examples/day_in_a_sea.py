@@ -1,7 +1,7 @@
 """A day in a sea of one's own: mites that sink by day and rise by night, by a reflex on light, and the wave of their depth."""
 
 from ecs_eco import World
-from ecs_eco.analysis.migration import cosinor
+from ecs_eco.analysis.rhythm import cosinor
 from ecs_eco.analysis.runs import load_series
 
 SEA = {

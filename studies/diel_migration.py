@@ -135,7 +135,8 @@ def _row(cases: list[dict[str, Any]], arm: str, found: list[dict[str, Any]]) -> 
 
 
 def _migration(cases: list[dict[str, Any]], results: dict[str, Any]) -> list[dict[str, Any]]:
-    from ecs_eco.analysis.migration import Cosinor, p_common_phase
+    from ecs_eco.analysis.rhythm import Cosinor
+    from studies.common.training_seeds import p_common_phase
 
     cycles = [r["cycle"] for r in results.get("shipped", ())]
     if not cycles:
@@ -235,7 +236,7 @@ def _directed(cases: list[dict[str, Any]], arm: str) -> list[dict[str, Any]]:
 
     The difference of the mean ways of a training seed is one direction of the V-test.
     """
-    from ecs_eco.analysis.migration import v_test
+    from ecs_eco.analysis.tracks import v_test
 
     here, control = _ways(cases, arm), _ways(cases, SENSELESS)
     if not len(here) or len(here) != len(control):

@@ -198,7 +198,7 @@ def _depths(table: Sequence[Sequence[Series]], species: str) -> dict[str, Any]:
 
     Where some runs have no cycle, the means of training seeds, or of world seeds where there is one, are the replicates.
     """
-    from ecs_eco.analysis.sea import depth_cycle, swimmers
+    from ecs_eco.analysis.depth import depth_cycle, swimmers
 
     if species not in swimmers(table[0][0]):
         return {}

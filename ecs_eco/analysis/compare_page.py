@@ -8,7 +8,7 @@ from html import escape
 from pathlib import Path
 from typing import Any
 
-from ecs_eco.analysis import crossed_figures, figures
+from ecs_eco.analysis import crossed_figures, depth_figures, figures
 from ecs_eco.analysis.crossed import EFFECTS, Grid
 from ecs_eco.analysis.page import number, page, picture, table, write_text
 from ecs_eco.analysis.runs import Series
@@ -151,10 +151,8 @@ def _depth(out: Path, result: dict[str, Any], loaded: Mapping[str, Sequence[Seri
     found = [(arm, s, x["depth"]) for arm, a in result["arms"].items() for s, x in a["per_species"].items() if "depth" in x]
     if not found:
         return []
-    from ecs_eco.analysis import sea_figures
-
     names = [s for s in result["species"] if any(s == name for _, name, _ in found)]
-    file = figures.save(sea_figures.arms(loaded, names), out / "figures" / "depth.png")
+    file = figures.save(depth_figures.arms(loaded, names), out / "figures" / "depth.png")
     rows = [[arm, s, d["n"], *(_interval(d[k]) for k in ("amplitude", "along_day", "r"))] for arm, s, d in found]
     head = ["arm", "species", "runs with two days", "amplitude", "along the sun", "correlation with light"]
     return ["<h2>Depth over the day</h2>", _DEPTH, picture(file, _HOURS), table(head, rows)]

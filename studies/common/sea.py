@@ -5,9 +5,11 @@ from typing import Any
 
 import numpy as np
 
-from ecs_eco.analysis import sea
-from ecs_eco.analysis.migration import Tracks, approaches, chemotaxis_index, event_average, follow
+from ecs_eco.analysis import depth as depths
+from ecs_eco.analysis.escapes import AROUND, REST, escapes
+from ecs_eco.analysis.tracks import Tracks, approaches, event_average, shortest
 from ecs_eco.components import Position
+from studies.common.follow import follow
 from studies.common.seed_grid import policies_of
 
 __all__ = ["approach", "chemotaxis", "encounters", "life", "policies_of"]
@@ -37,10 +39,10 @@ def life(world: Any, days: int) -> dict[str, Any]:
     died = {c: float(series.of("copepod", f"died: {c}").sum() * day / max(series.of("copepod").sum(), 1)) for c in series.causes}
     out = {"copepods": int(series.of("copepod")[-1]), "mean number": float(series.of("copepod").mean()), "days lived": float(alive.sum() / day),
            "deaths per copepod and day": {c: v for c, v in died.items() if v}}  # fmt: skip
-    found = sea.depth_cycle(series, "copepod")
+    found = depths.depth_cycle(series, "copepod")
     if found is None:
         return out | {"cycle": None}
-    hours, depth = sea.hours_of(series, series.ticks), series.of("copepod", "depth_mean")
+    hours, depth = depths.hours_of(series, series.ticks), series.of("copepod", "depth_mean")
     lived = alive & (series.ticks >= series.ticks[0] + day)
     eighths = [float(depth[lived & ((hours * 8).astype(int) == k)].mean()) for k in range(8)]
     return out | {"cycle": {"amplitude": found.share, "vector": (found.fit.vector / found.height).tolist(), "lag [days]": found.lag, "p": found.p,
@@ -104,14 +106,12 @@ class Movers:
         self._put(here + step[:, None] * self.way)
 
     def _to_copepod(self, places: np.ndarray) -> np.ndarray:
-        from ecs_eco.analysis.migration import around
-
         table = self.world.tables["copepod"]
         rows, q = table.by_uid(), table[Position]
         if not rows.size:
             return np.full((len(places), 3), 1e9)
         d = np.stack([q.x[rows], q.y[rows], q.z[rows]], 1)[None] - places[:, None]
-        d = around(self.world.space, d.reshape(-1, 3)).reshape(d.shape)
+        d = shortest(self.world.space, d.reshape(-1, 3)).reshape(d.shape)
         return np.asarray(d[np.arange(len(places)), (d**2).sum(2).argmin(1)])
 
     def _put(self, places: np.ndarray) -> None:
@@ -127,12 +127,12 @@ def escaped(tracks: Tracks, dt: float) -> dict[str, Any]:
     `way` is the mean direction over the tick of the approach and the next two: its parts away from what comes, and level to the left
     of that.
     """
-    found = sea.escapes(tracks, CUE)
+    found = escapes(tracks, CUE)
     if found is None:
         return {"n": 0}
-    k = sea.AROUND
+    k = AROUND
     before = float(np.nanmean(found.speed[:k]))
-    events = approaches(tracks.distance, CUE, sea.REST)
+    events = approaches(tracks.distance, CUE, REST)
     way = [float(np.nanmean(event_average(c, events, 0, 2))) for c in (tracks.away, tracks.aside)]
     return {"n": found.n, "speed": found.speed.tolist(), "away": found.away.tolist(), "before": before, "gain": found.gain,
             "way": way, "latency": found.latency,
@@ -154,8 +154,8 @@ def encounters(world: Any, days: int) -> dict[str, Any]:
             killed.extend((world.tick - first, int(table.uid[r])) for r in eaten)
 
     world.on_death.append(note)
-    tracks = follow(world, days * day, within=REACH + 1.0)
-    events = approaches(tracks.distance, REACH, sea.REST)
+    tracks = follow(world, days * day, "copepod", "krill", within=REACH + 1.0)
+    events = approaches(tracks.distance, REACH, REST)
     events = events[events[:, 0] + AFTER < len(tracks.light)]
     met = {(animal, tick + k) for tick, animal in events.tolist() for k in range(AFTER + 1)}
     place = {int(uid): k for k, uid in enumerate(tracks.uids)}
@@ -195,8 +195,9 @@ def chemotaxis(build: Any, rounds: int) -> dict[str, Any]:
 
 
 def _index(parts: np.ndarray) -> float | None:
+    """The chemotaxis index (N away − N toward)/N: 1 where all leave the source, 0 where as many come nearer."""
     toward = int((parts < 0).sum())
-    return chemotaxis_index(parts.size - toward, toward) if parts.size else None
+    return (parts.size - 2 * toward) / parts.size if parts.size else None
 
 
 def _places(world: Any) -> dict[int, np.ndarray]:
@@ -207,16 +208,14 @@ def _places(world: Any) -> dict[int, np.ndarray]:
 
 def _level(world: Any, uids: np.ndarray, places: list[dict[int, np.ndarray]], counted: np.ndarray) -> np.ndarray:
     """The level parts of counted ways (tick, animal), as far as they lead away from the nearest plume [m]."""
-    from ecs_eco.analysis.migration import around
-
     table = world.tables["plume"]
     rows, p = table.by_uid(), table[Position]
     plumes, out = np.stack([p.x[rows], p.y[rows], p.z[rows]], 1).astype(float), []
     for tick, animal in np.argwhere(counted).tolist():
         before, after = (places[t][int(uids[animal])] for t in (tick, tick + 1))
-        offsets = around(world.space, before - plumes)
+        offsets = shortest(world.space, before - plumes)
         nearest = offsets[(offsets**2).sum(1).argmin(), :2]
-        out.append(float(around(world.space, (after - before)[None])[0, :2] @ nearest))
+        out.append(float(shortest(world.space, (after - before)[None])[0, :2] @ nearest))
     return np.array([x for x in out if x])
 
 

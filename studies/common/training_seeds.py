@@ -1,9 +1,11 @@
 """What studies say over training seeds: means over world seeds, intervals, contrasts, and how they are told."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
+from ecs_eco.analysis.rhythm import Cosinor
 from studies.common.study import verdict
 
 
@@ -52,3 +54,12 @@ def by_training(cases: list[dict[str, Any]], arm: str, value: Any) -> list[float
 def swing(result: dict[str, Any]) -> float | None:
     """Amplitude along the day, as a share of the water: above zero where they are deepest around noon."""
     return None if result["cycle"] is None else result["cycle"]["vector"][0]
+
+
+def p_common_phase(fits: Sequence[Cosinor], n: int = 9999, seed: int = 1) -> float:
+    """Return how often runs of random phases have a mean vector as long as these: runs are the replicates; at least 1/(n + 1)."""
+    vectors = np.array([f.vector for f in fits])
+    angle = np.random.default_rng(seed).uniform(0, 2 * np.pi, (n, len(fits)))
+    length, turn = np.hypot(*vectors.T), np.arctan2(vectors[:, 1], vectors[:, 0])
+    chance = np.hypot((length * np.cos(turn + angle)).mean(1), (length * np.sin(turn + angle)).mean(1))
+    return float((1 + (chance >= np.hypot(*vectors.mean(0)) - 1e-12).sum()) / (n + 1))

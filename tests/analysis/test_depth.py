@@ -1,16 +1,14 @@
-"""What is said of recorded runs in a sea: series of known waves, snapshots by hand, and tracks from details against those followed live."""
+"""How depth follows the day: series of known waves, and snapshots by hand."""
 
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-import pyarrow.parquet as pq
 import pytest
 
 from ecs_eco import World
-from ecs_eco.analysis import sea
+from ecs_eco.analysis import depth as depths
 from ecs_eco.analysis.compare import compare
-from ecs_eco.analysis.migration import Tracks, follow
 from ecs_eco.analysis.runs import Series, load_series
 from ecs_eco.components import Position
 from ecs_eco.config import load
@@ -32,40 +30,40 @@ def wave(small, amplitude: float = 4.0, lag: float = 0.0, days: int = 6, alive: 
     ticks = np.arange(days * DAY)
     manifest = {"config": small.resolved(), "dt": 1.0}
     series = Series(ticks, ("copepod",), {}, manifest)
-    depth = 8 + amplitude * np.cos(2 * np.pi * (sea.hours_of(series, ticks) - 0.5 - lag))
+    depth = 8 + amplitude * np.cos(2 * np.pi * (depths.hours_of(series, ticks) - 0.5 - lag))
     n = np.where(ticks < (len(ticks) if alive is None else alive), 9, 0)
     return replace(series, columns={"n": n[:, None].astype(float), "depth_mean": np.where(n > 0, depth, 0)[:, None]})
 
 
 def test_a_wave_of_depth_is_found_again_with_its_lag(small):
-    found = sea.depth_cycle(wave(small, lag=0.125), "copepod")
+    found = depths.depth_cycle(wave(small, lag=0.125), "copepod")
     assert found.fit.amplitude == pytest.approx(4.0)
     assert found.share == pytest.approx(0.25)
     assert found.lag == pytest.approx(0.125)
     assert found.fit.mesor == pytest.approx(8.0)
     assert found.p < 0.02
     assert found.days == 5
-    on_time, late = (sea.depth_cycle(wave(small, lag=x), "copepod") for x in (0.0, 0.5))
+    on_time, late = (depths.depth_cycle(wave(small, lag=x), "copepod") for x in (0.0, 0.5))
     assert on_time.r > 0.9 > found.r > 0
     assert late.r < -0.9
 
 
 def test_who_died_is_looked_at_as_long_as_it_lived_and_two_days_are_needed(small):
-    found = sea.depth_cycle(wave(small, alive=3 * DAY), "copepod")
+    found = depths.depth_cycle(wave(small, alive=3 * DAY), "copepod")
     assert found.days == 2
     assert found.fit.amplitude == pytest.approx(4.0)
     assert np.isnan(found.p)
-    assert sea.depth_cycle(wave(small, alive=2 * DAY - 1), "copepod") is None
+    assert depths.depth_cycle(wave(small, alive=2 * DAY - 1), "copepod") is None
 
 
 def test_the_day_by_hours_leaves_the_first_one_out_and_knows_when_nobody_lived(small):
-    found = sea.day_by_hour(wave(small, alive=2 * DAY + DAY // 2), "copepod")  # begins at six
+    found = depths.day_by_hour(wave(small, alive=2 * DAY + DAY // 2), "copepod")  # begins at six
     hours = np.arange(DAY) / DAY
     depth = 8 + 4 * np.cos(2 * np.pi * (hours - 0.5))
     assert found == pytest.approx(depth.reshape(24, 2).mean(1), abs=1e-6)
-    gone = sea.day_by_hour(wave(small, alive=DAY + DAY // 2), "copepod")  # of the second day only from six to eighteen
+    gone = depths.day_by_hour(wave(small, alive=DAY + DAY // 2), "copepod")  # of the second day only from six to eighteen
     assert np.isfinite(gone).tolist() == [6 <= h < 18 for h in range(24)]
-    assert sea.mean_of_there(np.array([[1.0, np.nan, np.nan], [3.0, 5.0, np.nan]])) == pytest.approx([2, 5, np.nan], nan_ok=True)
+    assert depths.mean_of_there(np.array([[1.0, np.nan, np.nan], [3.0, 5.0, np.nan]])) == pytest.approx([2, 5, np.nan], nan_ok=True)
 
 
 def test_arms_are_compared_by_depth(small, tmp_path):
@@ -86,9 +84,9 @@ def test_arms_are_compared_by_depth(small, tmp_path):
 
 def test_a_world_without_sun_or_depth_has_no_day(small):
     series = wave(small)
-    assert sea.day_of(series) == DAY
-    assert sea.day_of(replace(series, columns={"n": series.n})) == 0
-    assert sea.day_of(replace(series, manifest={"config": {}})) == 0
+    assert depths.day_of(series) == DAY
+    assert depths.day_of(replace(series, columns={"n": series.n})) == 0
+    assert depths.day_of(replace(series, manifest={"config": {}})) == 0
 
 
 def test_snapshots_fall_on_all_hours_of_the_day(small):
@@ -114,57 +112,7 @@ def test_a_run_of_two_days_is_reported_with_depths_hours_and_escapes(small, tmp_
     for words in ("Depth and the day", "r with light", "approaches of krill to 1.5 m"):
         assert words in text
     assert {"depth.png", "hours.png", "escape-1-2.png"} <= {p.name for p in (tmp_path / "run" / "figures").iterdir()}
-    shares = sea.depths_by_hour(tmp_path / "run", load_series(tmp_path / "run"))["copepod"]
+    shares = depths.depths_by_hour(tmp_path / "run", load_series(tmp_path / "run"))["copepod"]
     sums = shares.sum(0)
     assert np.isfinite(sums).any()
     assert sums[np.isfinite(sums)] == pytest.approx(1.0)
-
-
-def test_tracks_from_details_are_those_followed_live(small, tmp_path: Path):
-    run_to_folder(small, seed=4, ticks=25, out=tmp_path / "run", policies="untrained", record="full", report=False)
-    found = sea.recorded_tracks(tmp_path / "run", "copepod", "krill")
-    world = World.from_config(small, policies="untrained", seed=4).run(1)
-    live = follow(world, 24)
-    assert found.light == pytest.approx(live.light, abs=1e-6)
-    both, i, j = np.intersect1d(found.uids, live.uids, return_indices=True)
-    assert both.size == live.uids.size
-    for name in ("speed", "distance"):
-        a, b = getattr(found, name)[:-1, i], getattr(live, name)[: len(found.light) - 1, j]
-        known = np.isfinite(a) & np.isfinite(b)
-        assert known.sum() > 50
-        assert a[known] == pytest.approx(b[known], abs=1e-4)
-
-
-def test_who_leaves_a_smell_is_counted_as_a_slow_loop_counts_it(small, tmp_path: Path):
-    run_to_folder(small, seed=6, ticks=DAY, out=tmp_path / "run", policies="untrained", record="full", report=False)
-    assert sea.noses(load_series(tmp_path / "run").manifest) == [("copepod", "krill_smell_gradient")]
-    rows = [r for file in sorted((tmp_path / "run" / "details-copepod").iterdir()) for r in pq.read_table(file).to_pylist()]
-    last, down, up = {}, 0, 0
-    for r in sorted(rows, key=lambda r: r["tick"]):
-        was, last[r["uid"]] = last.get(r["uid"]), r
-        gradient = np.array([r[f"sensor: krill_smell_gradient_{way}"] for way in ("forward", "left", "up")], float)
-        if was is None or was["tick"] != r["tick"] - 1 or np.linalg.norm(gradient) <= 0.1:
-            continue
-        dx, dy = ((r[a] - was[a] + 8) % 16 - 8 for a in "xy")  # around the edge of 16 m
-        cos, sin = np.cos(was["heading"]), np.sin(was["heading"])
-        part = np.dot(gradient, [dx * cos + dy * sin, dy * cos - dx * sin, r["z"] - was["z"]])
-        down, up = down + (part < 0), up + (part > 0)
-    found = sea.leaving(tmp_path / "run", "copepod", "krill_smell_gradient")
-    assert down + up > 100
-    assert (found.n, found.index) == (down + up, pytest.approx((down - up) / (down + up)))
-    assert 0 < found.n_night < found.n
-    assert sea.leaving(tmp_path / "run", "copepod", "krill_smell_gradient", least=2.0) is None
-
-
-def test_an_escape_by_hand():
-    distance = np.full((14, 1), 5.0)
-    distance[7:] = 1.0
-    speed = np.full((14, 1), 0.5)
-    speed[8] = 2.0
-    away = np.zeros((14, 1))
-    away[8] = 1.0
-    tracks = Tracks(np.zeros(1, np.uint64), np.ones((14, 1)), speed, distance, away, np.zeros((14, 1)), np.zeros(14))
-    found = sea.escapes(tracks)
-    assert (found.n, found.gain, found.latency) == (1, 4.0, 1)
-    assert found.u == pytest.approx(2**0.5)
-    assert sea.escapes(replace(tracks, distance=np.full((14, 1), 5.0))) is None

@@ -1,4 +1,4 @@
-"""Figures of a run under a sun and over a depth: mean depth over time on a background of light, depths by hour, escapes."""
+"""Figures of a run with a sun and a depth of water: mean depth on a background of light, depths by hour, escapes."""
 
 from __future__ import annotations
 
@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ecs_eco.analysis.depth import HOURS, day_by_hour, day_of, hours_of, mean_of_there, surface_light
+from ecs_eco.analysis.escapes import AROUND, Escape
 from ecs_eco.analysis.figures import _colors, _grid, _styled
 from ecs_eco.analysis.runs import Series
-from ecs_eco.analysis.sea import AROUND, HOURS, Escape, day_by_hour, day_of, hours_of, mean_of_there, surface_light
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -1,0 +1,129 @@
+"""A recorded run with a sun and a depth of water: how mean depth follows the day, and who is how deep at which hour."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ecs_eco.analysis.rhythm import Cosinor, cosinor, p_of_days
+from ecs_eco.analysis.runs import Series, parts
+from ecs_eco.record import seal
+from ecs_eco.record.arrow import read_part
+from ecs_eco.space.sun import Sun
+
+HOURS = 24  # parts of a day
+
+
+@dataclass(frozen=True)
+class DepthCycle:
+    """How the mean depth of a species follows the day; the first day is left out."""
+
+    days: float
+    fit: Cosinor  # [m] of times in days from noon: the acrophase is how long after noon they are deepest
+    height: float  # [m] of the water
+    p: float  # that days begun at random hours have as large an amplitude; NaN for less than three whole days
+    r: float  # correlation of mean depth with light at the surface
+
+    @property
+    def share(self) -> float:
+        """Amplitude as a share of the depth of the water."""
+        return self.fit.amplitude / self.height
+
+    @property
+    def lag(self) -> float:
+        """How long after noon they are deepest [days], from -1/2 to 1/2."""
+        return ((self.fit.acrophase + np.pi) % (2 * np.pi) - np.pi) / (2 * np.pi)
+
+
+def day_of(series: Series) -> int:
+    """Ticks of a day; 0 where the run has no sun, no depth, or no day in it."""
+    config = series.manifest.get("config", {})
+    sun = config.get("sun")
+    if not sun or "depth_mean" not in series.columns:
+        return 0
+    day = round(sun["day"] / series.dt)
+    return day if 1 < day < len(series.ticks) else 0
+
+
+def hours_of(series: Series, ticks: np.ndarray) -> np.ndarray:
+    """Time of the day at ticks, as a share of it since midnight."""
+    sun = series.manifest["config"]["sun"]
+    return np.asarray((np.asarray(ticks, float) * series.dt / sun["day"] + sun["start"]) % 1.0)
+
+
+def _part_of_day(series: Series, ticks: np.ndarray) -> np.ndarray:
+    """Which of the HOURS parts of the day ticks fall in: i64; a tick at a full hour, to rounding, begins it."""
+    return np.floor(hours_of(series, ticks) * HOURS + 1e-6).astype(np.int64) % HOURS
+
+
+def surface_light(series: Series, ticks: np.ndarray | None = None) -> np.ndarray:
+    """Light at the surface at ticks (all of the run), f64[ticks]; what interventions did to it is not in it."""
+    config = series.manifest["config"]
+    sun, full = Sun(**config["sun"]), config.get("ambient", {}).get("light", 1.0)
+    return np.array([full * sun.light(float(t) * series.dt) for t in (series.ticks if ticks is None else ticks)])
+
+
+def depth_cycle(series: Series, species: str) -> DepthCycle | None:
+    """How the mean depth of a species follows the day; None where it did not live two whole days."""
+    day = day_of(series)
+    lived = series.of(species) > 0
+    end = len(lived) if lived.all() else int(np.argmin(lived))
+    if not day or end < 2 * day:
+        return None
+    depth, ticks = series.of(species, "depth_mean")[day:end], series.ticks[day:end]
+    whole = len(depth) // day
+    fit = cosinor((hours_of(series, ticks) - 0.5) % 1.0, depth, 1.0)
+    light = surface_light(series, ticks)
+    r = float(np.corrcoef(depth, light)[0, 1]) if light.std() > 1e-9 and depth.std() > 1e-9 else float("nan")
+    p = p_of_days(depth[: whole * day].reshape(whole, day), n=999) if whole > 2 else float("nan")
+    return DepthCycle(len(depth) / day, fit, float(series.manifest["config"]["space"]["size"][2]), p, r)
+
+
+def day_by_hour(series: Series, species: str) -> np.ndarray:
+    """Mean depth of a species [m] by hour of the day, f64[HOURS], the first day left out; NaN where none lived at that hour."""
+    lived = (series.of(species) > 0) & (series.ticks >= series.ticks[0] + day_of(series))
+    hour = _part_of_day(series, series.ticks[lived])
+    n = np.bincount(hour, minlength=HOURS)
+    return np.bincount(hour, series.of(species, "depth_mean")[lived], HOURS) / np.where(n > 0, n, np.nan)
+
+
+def mean_of_there(values: np.ndarray) -> np.ndarray:
+    """Mean over rows f64[n, k] of what is there: f64[k], NaN where nothing is."""
+    there = np.isfinite(values)
+    return np.where(there, values, 0.0).sum(0) / np.where(there.any(0), there.sum(0), np.nan)
+
+
+def swimmers(series: Series) -> list[str]:
+    """Species of a run that move by themselves and were there."""
+    known = series.manifest.get("config", {}).get("species", {})
+    return [s for s, here in zip(series.species, series.present, strict=True) if here and known.get(s, {}).get("locomotion")]
+
+
+def depths_by_hour(run: Path | str, series: Series, layers: int = 15) -> dict[str, np.ndarray]:
+    """Share of each species in each layer by hour, f64[layers, HOURS] by species, from the snapshots; columns without any are NaN.
+
+    The first day is left out.
+    """
+    top = float(series.manifest["config"]["space"]["size"][2])
+    out = {s: np.zeros((layers, HOURS)) for s, here in zip(series.species, series.present, strict=True) if here}
+    for file in parts(run, "snapshots"):
+        found = read_part(file, ["tick", "species", "z"], seal.has_seals(Path(run)))
+        tick, z, name = found["tick"].to_numpy(), found["z"].to_numpy(), found["species"].cast("string").to_numpy(zero_copy_only=False)
+        hour = _part_of_day(series, tick)
+        layer = np.clip(((top - z) / top * layers).astype(int), 0, layers - 1)
+        for s, counts in out.items():
+            mine = (name == s) & (tick >= series.ticks[0] + day_of(series))
+            np.add.at(counts, (layer[mine], hour[mine]), 1)
+    for counts in out.values():
+        total = counts.sum(0)
+        counts /= np.where(total > 0, total, np.nan)
+    return out
+
+
+def is_night(series: Series, ticks: np.ndarray) -> np.ndarray:
+    """Whether the light at the surface is less than a hundredth of the run's most."""
+    there, place = np.unique(ticks, return_inverse=True)
+    light = surface_light(series, there)
+    return np.asarray((light < 0.01 * max(float(light.max()), 1e-9))[place])

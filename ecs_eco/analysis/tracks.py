@@ -1,0 +1,128 @@
+"""Tracks of animals around those that eat them: where they go, how fast, and what they do when a predator comes near."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import erfc, sqrt
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+from ecs_eco.analysis.runs import Series
+
+Placed = tuple[np.ndarray, np.ndarray]  # uids u64[n] in order, and places f64[n, 3] [m]
+Record = tuple[Placed, np.ndarray, np.ndarray, Placed]
+
+
+class Volume(Protocol):
+    """What ways need to know of the space: its size [m], and whether it is a torus in the plane."""
+
+    @property
+    def size(self) -> Sequence[float]: ...
+    @property
+    def torus(self) -> bool: ...
+
+
+class Box(NamedTuple):
+    """The space of a recorded run."""
+
+    size: Sequence[float]
+    torus: bool
+
+    @classmethod
+    def of(cls, series: Series) -> Box:
+        """The space that the manifest describes, with a height of 0 where it is a plane."""
+        space = series.manifest["config"]["space"]
+        return cls([*space["size"], 0.0][:3], space["edges"] == "torus")
+
+
+@dataclass
+class Tracks:
+    """What prey did, f64[ticks, animals], NaN where an animal did not live; the animals are those that ever lived."""
+
+    uids: np.ndarray  # u64[animals]
+    depth: np.ndarray  # [m] at the end of the tick
+    speed: np.ndarray  # [m/s] in the tick
+    distance: np.ndarray  # [m] to the nearest predator at the beginning of the tick, inf where none is near
+    away: np.ndarray  # cosine of the angle between the way in the tick and away from that predator
+    aside: np.ndarray  # the same with the level direction to the left of away; NaN where away is straight up or down
+    light: np.ndarray  # f64[ticks] at the surface, at the beginning of the tick
+
+    @property
+    def mean_depth(self) -> np.ndarray:
+        """Mean over the living: f64[ticks], NaN where none lives."""
+        there = ~np.isnan(self.depth)
+        return np.where(there, self.depth, 0).sum(1) / np.where(there.any(1), there.sum(1), np.nan)
+
+
+def tracks_of(records: list[Record], light: np.ndarray, space: Volume, dt: float) -> Tracks:
+    """Return the tracks of ticks, each (uids and places before, distance and offset to the predator, uids and places after)."""
+    uids = np.unique(np.concatenate([uid for before, _, _, after in records for uid in (before[0], after[0])]))
+    columns = [np.full((len(records), uids.size), np.nan) for _ in range(5)]
+    for tick, (before, distance, offset, after) in enumerate(records):
+        _write(space, dt, columns, tick, np.searchsorted(uids, before[0]), np.searchsorted(uids, after[0]), before, distance, offset, after)
+    depth, speed, near, away, aside = columns
+    return Tracks(uids, depth, speed, near, away, aside, light)
+
+
+def _write(space: Volume, dt: float, columns: list[np.ndarray], tick: int, at: np.ndarray, then: np.ndarray, before: Placed,
+           distance: np.ndarray, offset: np.ndarray, after: Placed) -> None:
+    depth, speed, near, away, aside = columns
+    depth[tick, then] = space.size[2] - after[1][:, 2]
+    near[tick, at] = distance
+    both, i, j = np.intersect1d(at, then, return_indices=True)
+    way = shortest(space, after[1][j] - before[1][i])
+    length = np.linalg.norm(way, axis=1)
+    speed[tick, both] = length / dt
+    left = np.stack([offset[i, 1], -offset[i, 0], np.zeros(i.size)], 1)
+    for cosines, direction in ((away, -offset[i]), (aside, left)):
+        span = length * np.linalg.norm(direction, axis=1)
+        moved = (span > 1e-9) & np.isfinite(distance[i])
+        cosines[tick, both[moved]] = (way * direction).sum(1)[moved] / span[moved]
+
+
+def shortest(space: Volume, d: np.ndarray) -> np.ndarray:
+    """Return ways f64[n, 3] [m], the shortest where the edges are those of a torus."""
+    if space.torus:
+        size = np.array(space.size[:2])
+        d[:, :2] -= size * np.round(d[:, :2] / size)
+    return d
+
+
+def approaches(distance: np.ndarray, within: float, rest: int) -> np.ndarray:
+    """Return (tick, animal) i64[k, 2] where a distance f64[ticks, animals] falls below `within`, after at least `rest` ticks above it."""
+    near = distance < within
+    events = []
+    for animal in range(near.shape[1]):
+        last = -rest - 1
+        for tick in np.flatnonzero(near[:, animal]).tolist():
+            known = tick > 0 and not np.isnan(distance[max(tick - rest, 0) : tick, animal]).any()
+            if known and tick - last > rest and tick >= rest:
+                events.append((tick, animal))
+            last = tick
+    return np.array(events, np.int64).reshape(-1, 2)
+
+
+def event_average(series: np.ndarray, events: np.ndarray, before: int, after: int) -> np.ndarray:
+    """Return the mean of windows of a series f64[ticks, animals] around events i64[k, 2] of (tick, animal): f64[before + 1 + after].
+
+    Where an animal did not live (NaN), or the record ends, it is left out.
+    """
+    windows = np.full((len(events), before + 1 + after), np.nan)
+    for i, (tick, animal) in enumerate(events):
+        first, last = max(tick - before, 0), min(tick + after + 1, len(series))
+        windows[i, first - tick + before : last - tick + before] = series[first:last, animal]
+    there = ~np.isnan(windows)
+    return np.where(there, windows, 0.0).sum(0) / np.where(there.any(0), there.sum(0), np.nan)
+
+
+def v_test(cosines: np.ndarray) -> tuple[float, float]:
+    """Return (u, p) of the V-test that directions point one way rather than any (Zar 2010, section 27.1), from their cosines with it.
+
+    u is V = n r cos(mean − expected) over sqrt(n/2), which is normal for directions at random in a plane. In space cosines
+    have the variance 1/3 in place of 1/2, so there the test errs on the side of no effect.
+    """
+    n = len(cosines)
+    u = float(np.sum(cosines)) * sqrt(2 / n)
+    return u, erfc(u / sqrt(2)) / 2

@@ -1,0 +1,53 @@
+"""Following animals in a living world, tick by tick."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ecs_eco.analysis.tracks import Placed, Record, Tracks, shortest, tracks_of
+from ecs_eco.components import Position
+from ecs_eco.space.nearest import nearest
+
+if TYPE_CHECKING:
+    from ecs_eco import World
+
+
+def follow(world: World, ticks: int, prey: str, predator: str, within: float = 10.0,
+           each: Callable[[World], None] | None = None) -> Tracks:
+    """Let a world live for some ticks and record what each of the prey does, and where the nearest predator within 10 m is.
+
+    `each(world)` is called before each tick: an experimenter who moves things.
+    """
+    top = np.full(1, np.nextafter(world.space.lengths[2], np.float32(0)), np.float32)
+    records: list[Record] = []
+    light = np.empty(ticks)
+    for tick in range(ticks):
+        if each is not None:
+            each(world)
+        light[tick] = world.surroundings("light", top * 0, top * 0, top)[0]
+        before = _where(world, prey)
+        distance, offset = _nearest(world, prey, predator, within)
+        world.step()
+        records.append((before, distance, offset, _where(world, prey)))
+    return tracks_of(records, light, world.space, world.dt)
+
+
+def _where(world: World, name: str) -> Placed:
+    table = world.tables[name]
+    rows, p = table.by_uid(), table[Position]
+    return table.uid[rows], np.stack([p.x[rows], p.y[rows], p.z[rows]], 1).astype(float)
+
+
+def _nearest(world: World, prey: str, predator: str, within: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return distance f64[n] and offset f64[n, 3] to the nearest predator of each of the prey, in the order of uids."""
+    mine, other = world.index(world.tables[prey]), world.index(world.tables[predator])
+    found, square = np.empty(mine.n, np.int32), np.empty(mine.n, np.float32)
+    nearest(mine, other, within, found, square)
+    order = np.argsort(mine.uid[: mine.n])
+    found, j = found[order], np.maximum(found[order], 0)
+    d = np.stack([t[j] - o[order] for t, o in ((other.x, mine.x), (other.y, mine.y), (other.z, mine.z))], 1).astype(float) \
+        if other.n else np.zeros((mine.n, 3))
+    return np.where(found >= 0, np.sqrt(square[order]), np.inf), shortest(world.space, d)
