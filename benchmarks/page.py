@@ -23,7 +23,7 @@ import numpy as np
 
 from ecs_eco import World
 from ecs_eco.components import Biology, Position, Velocity
-from ecs_eco.system import System
+from ecs_eco.engine.system import System
 from ecs_eco.testing.browser import launched, until
 from ecs_eco.view.live import Live
 from ecs_eco.view.player import Player

@@ -24,8 +24,8 @@ _bench.pin_threads()
 
 from ecs_eco import World
 from ecs_eco.view.guard import SUBPROTOCOL
-from ecs_eco.view.kin import Kin
 from ecs_eco.view.live import Live
+from ecs_eco.view.pedigree import Kin
 from ecs_eco.view.player import Player
 from ecs_eco.view.server import Server
 

@@ -18,9 +18,9 @@ from typing import Any
 from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 
-from ecs_eco.config.base import Function, Section
 from ecs_eco.config.formula import ALLOWED
-from ecs_eco.config.world import WorldConfig
+from ecs_eco.config.models.world import WorldConfig
+from ecs_eco.engine.section import Function, Section
 from ecs_eco.learning import PPO
 
 PAGE = Path(__file__).parent / "worlds.md"

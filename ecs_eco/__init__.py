@@ -4,22 +4,23 @@ A world is made of entities in columns; systems act on them; brains learn while 
 Names load when first used, so importing the package is cheap: `from ecs_eco import World, System, component, f32`.
 """
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from ecs_eco._lazy import find_former_names, lazy
 
 if TYPE_CHECKING:
-    from ecs_eco.schema import boolean, component, f32, f64, i8, i16, i32, i64, u8, u16, u32, u64
-    from ecs_eco.system import System
-    from ecs_eco.table import Table
-    from ecs_eco.world import World
+    from ecs_eco.ecosystem import World
+    from ecs_eco.engine.jit import njit
+    from ecs_eco.engine.random import draw
+    from ecs_eco.engine.schema import boolean, component, f32, f64, i8, i16, i32, i64, u8, u16, u32, u64
+    from ecs_eco.engine.system import PHASES, System
+    from ecs_eco.engine.table import Table
 
-_HOME = {"World": "world", "System": "system", "PHASES": "system", "Table": "table", "njit": "_numba", "draw": "random"}
-_HOME |= dict.fromkeys(("component", "f32", "f64", "i8", "i16", "i32", "i64", "u8", "u16", "u32", "u64", "boolean"), "schema")
+_HOME = {"World": "ecosystem", "System": "engine.system", "PHASES": "engine.system", "Table": "engine.table",
+         "njit": "engine.jit", "draw": "engine.random"}  # fmt: skip
+_TYPES = ("component", "f32", "f64", "i8", "i16", "i32", "i64", "u8", "u16", "u32", "u64", "boolean")
+_HOME |= dict.fromkeys(_TYPES, "engine.schema")
 __all__ = [*_HOME]
+__getattr__ = lazy(__name__, {name: f"ecs_eco.{module}" for name, module in _HOME.items()})
+find_former_names()
 __version__ = "0.1.0"
-
-
-def __getattr__(name: str) -> Any:
-    if name not in _HOME:
-        raise AttributeError(f"ecs_eco has no {name!r}; it has {', '.join(_HOME)}")
-    return getattr(import_module(f"ecs_eco.{_HOME[name]}"), name)

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any, NoReturn
 import esper
 import numpy as np
 
-from ecs_eco.blocks import Blocked
-from ecs_eco.schema import Columns
-from ecs_eco.system import System
+from ecs_eco.engine.blocks import Blocked
+from ecs_eco.engine.schema import Columns
+from ecs_eco.engine.system import System
 
 if TYPE_CHECKING:
-    from ecs_eco.table import Table
+    from ecs_eco.engine.table import Table
 
 FLOWS = ("taken", "burnt", "given")
 WHO = ("alive", "uid", "born")  # what flushes alone change
@@ -319,15 +319,15 @@ class Before:
     # --- energy ------------------------------------------------------------------------------------------------------
 
     def _energy(self, table: Any) -> None:
-        from ecs_eco.systems import Reckon
+        from ecs_eco.systems import ResetFlows
 
         was, now = self.budget[table.name], _budget(table)
-        if not was or not now or not any(isinstance(s, Reckon) for s in self.world.systems):
-            return  # without Reckon nobody keeps books
+        if not was or not now or not any(isinstance(s, ResetFlows) for s in self.world.systems):
+            return  # without ResetFlows nobody keeps books
         n = min(len(was["energy"]), len(now["energy"]))
         same = table.alive[:n] & self.who[table.name]["alive"][:n] & (table.uid[:n] == self.who[table.name]["uid"][:n])
         rows = np.flatnonzero(same)
-        opens = isinstance(self.system, Reckon)  # a new page: all flows are zero
+        opens = isinstance(self.system, ResetFlows)  # a new page: all flows are zero
         if all(was[n][rows].tobytes() == now[n][rows].tobytes() for n in was):
             return
         was, now = ({n: a[rows].astype(float) for n, a in book.items()} for book in (was, now))

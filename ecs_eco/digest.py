@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from ecs_eco.config.base import function_name
-from ecs_eco.config.interventions import coming
-from ecs_eco.record.frozen import plain_components, stateful
+from ecs_eco.checkpoint.freeze import plain_components, stateful
+from ecs_eco.config.models.interventions import coming
+from ecs_eco.engine.section import function_name
 
 BEGINNING = ("name", "title", "description", "seed", "ticks", "training", "systems", "interventions")
 """What of a configuration says how a world begins or is called: not what becomes of it from here on."""

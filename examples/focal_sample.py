@@ -6,7 +6,7 @@ from pathlib import Path
 import pyarrow.compute as pc
 
 from ecs_eco.record import run_to_folder
-from ecs_eco.record.arrow import read_parts
+from ecs_eco.record.parquet import read_parts
 
 if __name__ == "__main__":
     out = Path(tempfile.mkdtemp()) / "run"

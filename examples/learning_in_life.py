@@ -4,7 +4,7 @@ import tempfile
 
 from ecs_eco import World
 from ecs_eco.config import load
-from ecs_eco.worlds.pretrain import pretrain
+from ecs_eco.experiments.pretraining import pretrain
 
 SMALL = {"space.size": [64.0, 64.0], "species.grass.count": 400, "species.deer.count": 120, "species.wolf.count": 12}
 

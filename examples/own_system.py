@@ -4,7 +4,7 @@ import numpy as np
 
 from ecs_eco import System, World, draw, njit
 from ecs_eco.components import Position
-from ecs_eco.random import USER
+from ecs_eco.engine.random import USER
 
 
 class Strike(System):

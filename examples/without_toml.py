@@ -4,7 +4,7 @@ import numpy as np
 
 from ecs_eco import System, World, component, f32, u8
 from ecs_eco.components import Body, Position
-from ecs_eco.random import USER, draw_many
+from ecs_eco.engine.random import USER, draw_many
 
 WELL, ILL, IMMUNE = 0, 1, 2
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ecs_eco._numba import njit
+from ecs_eco.engine.jit import njit
 from studies.common.study import Study, verdict
 
 # ruff: noqa: NPY002 (numba knows this generator, and each run seeds it)

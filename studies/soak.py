@@ -31,8 +31,8 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
     """Run the world with its recording and its checkpoints; look at memory and clock every block of ticks."""
     from ecs_eco import World
     from ecs_eco.record import Recorder
-    from ecs_eco.record.arrow import read_parts
     from ecs_eco.record.folder import Folder
+    from ecs_eco.record.parquet import read_parts
 
     ticks, block = config["ticks"], config["block"]
     memory, seconds, numbers = [], [], []

@@ -19,7 +19,7 @@ from typer.testing import CliRunner
 import ecs_eco
 from ecs_eco.cli import app
 from ecs_eco.config import load
-from ecs_eco.config.sensors import AnySensor
+from ecs_eco.config.models.sensors import AnySensor
 from ecs_eco.config.shipped import shipped
 
 ROOT = Path(ecs_eco.__path__[0]).parent
@@ -58,7 +58,7 @@ sys.argv = ["ecs-eco", *{arguments}]
 try:
     {MAIN.replace("; ", chr(10) + "    ")}
 except SystemExit:
-    heavy = ("torch", "numba", "matplotlib", "pyarrow", "numpy", "scipy", "rich", "ecs_eco.config.world")
+    heavy = ("torch", "numba", "matplotlib", "pyarrow", "numpy", "scipy", "rich", "ecs_eco.config.models.world")
     print([m for m in heavy if m in sys.modules], file=sys.stderr)
 """
     seconds = []
@@ -211,7 +211,7 @@ def test_ctrl_c_ends_a_run_and_keeps_what_was_recorded(here: Path) -> None:
 
 
 def test_train_hands_on_its_options(monkeypatch: pytest.MonkeyPatch) -> None:
-    catch(monkeypatch, "ecs_eco.worlds.pretrain.pretrain")
+    catch(monkeypatch, "ecs_eco.experiments.pretraining.pretrain")
     args, _ = caught("train", "predator-prey", "--seed", "3", "--out", "x")
     assert (args[0].name, *args[1:4]) == ("predator-prey", 3, load("predator-prey").training.ticks, Path("x"))
     args, _ = caught("train", "predator-prey", "--ticks", "5")
@@ -235,7 +235,7 @@ def test_report_is_written_for_a_run_folder(here: Path, monkeypatch: pytest.Monk
 
 
 def test_controls_are_arms_of_their_own() -> None:
-    from ecs_eco.cli.arms import arms_of
+    from ecs_eco.experiments.comparison import arms_of
 
     arms = arms_of("predator-prey", ["seed=4"], ["random-policy", "species.deer.emits.deer_smell=0"])
     assert [(a.name, a.policies) for a in arms] == [
@@ -246,7 +246,7 @@ def test_controls_are_arms_of_their_own() -> None:
 
 
 def test_processes_have_one_thread_each_and_the_own_one_keeps_its_own(monkeypatch: pytest.MonkeyPatch) -> None:
-    from ecs_eco.workers import PINS, one_thread_each
+    from ecs_eco.experiments.workers import PINS, one_thread_each
 
     monkeypatch.setenv("OMP_NUM_THREADS", "3")
     monkeypatch.delenv("MKL_NUM_THREADS", raising=False)
@@ -271,7 +271,7 @@ def test_arms_run_with_the_same_seeds_and_are_compared(here: Path) -> None:
 
 
 def test_a_run_that_fails_is_named_and_the_others_go_on(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    from ecs_eco.cli.arms import Arm, run_all
+    from ecs_eco.experiments.comparison import Arm, run_all
 
     (here / "full").mkdir()
     (here / "full" / "old").write_text("")
@@ -287,7 +287,7 @@ def test_a_killed_worker_is_one_message_and_no_traceback(here: Path, capsys: pyt
     import threading
     import time
 
-    from ecs_eco.cli.arms import Arm, run_all
+    from ecs_eco.experiments.comparison import Arm, run_all
 
     def kill() -> None:
         while not multiprocessing.active_children():
@@ -317,7 +317,7 @@ def test_ctrl_c_ends_a_comparison_and_keeps_what_was_recorded(here: Path) -> Non
 
 
 def test_a_control_may_concern_one_species_or_learning():
-    from ecs_eco.cli.arms import arms_of
+    from ecs_eco.experiments.comparison import arms_of
 
     arms = arms_of("predator-prey", [], ["random-policy:deer", "learning", "frozen-learning"])
     assert [a.policies for a in arms] == ["trained", {"deer": "random"}, "trained", "trained"]

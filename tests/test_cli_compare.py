@@ -9,9 +9,10 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner
 
-from ecs_eco.cli import app, crossing
-from ecs_eco.cli.arms import Arm, arms_of, run_one
+from ecs_eco.cli import app
 from ecs_eco.config import load
+from ecs_eco.experiments import seed_grid as crossing
+from ecs_eco.experiments.comparison import Arm, arms_of, run_one
 from ecs_eco.record import run_to_folder
 
 FEW = ["species.grass.count=60", "species.deer.count=12", "species.wolf.count=2", "training.ticks=3", "training.set={}"]
@@ -42,7 +43,7 @@ def written(folder: Path) -> dict[Path, int]:
 def test_each_policy_is_trained_once_and_lives_in_every_world_and_nothing_is_done_twice(
     here: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("ecs_eco.cli.arms.run_all", in_this_process)
+    monkeypatch.setattr("ecs_eco.experiments.comparison.run_all", in_this_process)
     words = [*SET, "--training-seeds", "2", "--ticks", "4", "--control", "random-policy", "--control", "dt=0.5", "--retrain"]
     invoke(*words, "--seeds", "1", "--out", "out")
     before = written(here / "out")

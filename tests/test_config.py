@@ -18,11 +18,11 @@ from hypothesis import strategies as st
 
 import ecs_eco
 from ecs_eco.config import FormulaError, WorldConfig, compile_formula, load
-from ecs_eco.config.base import Section
 from ecs_eco.config.lines import key_lines
-from ecs_eco.config.sensors import name_sensors
+from ecs_eco.config.models.sensors import name_sensors
 from ecs_eco.config.shipped import shipped
-from ecs_eco.errors import ConfigError, Problem, nearest
+from ecs_eco.engine.errors import ConfigError, Problem, nearest
+from ecs_eco.engine.section import Section
 
 SMALL: dict[str, Any] = {
     "format": 1,

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from ecs_eco import System, World
+from ecs_eco.checkpoint import file as checkpoint
 from ecs_eco.components import Biology, Metabolism, Position
 from ecs_eco.config import load
-from ecs_eco.record import checkpoint
 from ecs_eco.testing import shuffle
 
 
@@ -46,9 +46,9 @@ def asked(world):
 
 def retuned(world):
     from ecs_eco.config.loading import changed
-    from ecs_eco.worlds.retune import retune
+    from ecs_eco.worlds.reconfigure import reconfigure
 
-    retune(world, changed(world.config, {"species.deer.metabolism.basal": 0.123}))
+    reconfigure(world, changed(world.config, {"species.deer.metabolism.basal": 0.123}))
 
 
 def warmed(world):

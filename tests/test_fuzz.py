@@ -16,9 +16,9 @@ from typer.testing import CliRunner
 
 from ecs_eco.cli.app import app
 from ecs_eco.config import load
-from ecs_eco.config.schema import json_schema
+from ecs_eco.config.json_schema import json_schema
 from ecs_eco.config.shipped import shipped
-from ecs_eco.errors import ConfigError, RecordingError
+from ecs_eco.engine.errors import ConfigError, RecordingError
 from studies.common.fuzz import files, mutations, worlds
 
 
@@ -62,7 +62,7 @@ def test_damaged_files_are_refused_by_name_or_hold_the_same(judge, recorded, tmp
 
 
 def test_the_judge_sees_a_wrong_load(recorded, tmp_path, monkeypatch):
-    from ecs_eco.record import checkpoint
+    from ecs_eco.checkpoint import file as checkpoint
 
     judge, read = files._Checkpoints(recorded, tmp_path / "damaged"), checkpoint.read
 
@@ -96,7 +96,7 @@ def test_a_hang_and_a_dead_process_are_counted_and_the_rest_goes_on():
 
 @pytest.mark.parametrize("kind", ["series", "births", "deaths", "snapshots"])
 def test_one_flipped_bit_anywhere_in_a_part_is_seen(kind, recorded, tmp_path):
-    from ecs_eco.record.arrow import read_part
+    from ecs_eco.record.parquet import read_part
 
     part = sorted((recorded / kind).glob("*.parquet"))[0]
     raw, chance = part.read_bytes(), random.Random(5)

@@ -5,8 +5,8 @@ import json
 import pytest
 
 from ecs_eco.config import load
-from ecs_eco.config.interventions import Cull, describe
-from ecs_eco.errors import ConfigError
+from ecs_eco.config.models.interventions import Cull, describe
+from ecs_eco.engine.errors import ConfigError
 
 CULL = {"kind": "cull", "at": 5, "species": "deer", "share": 0.5}
 ADD = {"kind": "add", "at": 5, "species": "deer", "count": 3}

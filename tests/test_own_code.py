@@ -10,7 +10,7 @@ import pytest
 from ecs_eco import System, World
 from ecs_eco.components import Metabolism, Nervous
 from ecs_eco.config import load
-from ecs_eco.errors import ConfigError
+from ecs_eco.engine.errors import ConfigError
 
 
 class Shelter(System):

@@ -11,7 +11,7 @@ import pyarrow as pa
 import pyarrow.compute as pc
 
 from ecs_eco.analysis.figures import DASHES, PALETTE, _grid, _styled
-from ecs_eco.errors import UnknownName, unknown_name
+from ecs_eco.engine.errors import UnknownName, unknown_name
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -13,7 +13,7 @@ from ecs_eco.analysis.depth import is_night
 from ecs_eco.analysis.runs import load_series, parts
 from ecs_eco.analysis.tracks import Box, shortest
 from ecs_eco.record import seal
-from ecs_eco.record.arrow import read_part
+from ecs_eco.record.parquet import read_part
 
 
 @dataclass(frozen=True)

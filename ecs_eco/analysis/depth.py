@@ -10,7 +10,7 @@ import numpy as np
 from ecs_eco.analysis.rhythm import Cosinor, cosinor, p_of_days
 from ecs_eco.analysis.runs import Series, parts
 from ecs_eco.record import seal
-from ecs_eco.record.arrow import read_part
+from ecs_eco.record.parquet import read_part
 from ecs_eco.space.sun import Sun
 
 HOURS = 24  # parts of a day

@@ -13,7 +13,7 @@ from ecs_eco.analysis.depth import surface_light
 from ecs_eco.analysis.runs import load_series, parts
 from ecs_eco.analysis.tracks import Box, Record, Tracks, Volume, approaches, event_average, shortest, tracks_of, v_test
 from ecs_eco.record import seal
-from ecs_eco.record.arrow import read_part
+from ecs_eco.record.parquet import read_part
 
 WITHIN, REST, AROUND = 1.5, 5, 5  # [m], [ticks], [ticks]: an approach, how long none came before, and what is shown around it
 

@@ -12,7 +12,7 @@ import numpy as np
 from ecs_eco.analysis.cycles import Surrogates, cross_correlation, living_stretch
 from ecs_eco.analysis.runs import DIED, Series
 from ecs_eco.analysis.spectrum import Peak, smooth, thin, transform
-from ecs_eco.config.interventions import describe
+from ecs_eco.config.models.interventions import describe
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

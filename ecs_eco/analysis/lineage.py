@@ -14,9 +14,9 @@ import pyarrow as pa
 from ecs_eco.analysis import phylogeny
 from ecs_eco.analysis.carriers import Frequencies, frequencies
 from ecs_eco.analysis.runs import parts, read_manifest
-from ecs_eco.errors import UnknownName, unknown_name
+from ecs_eco.engine.errors import UnknownName, unknown_name
 from ecs_eco.record import seal
-from ecs_eco.record.arrow import open_part, read_part
+from ecs_eco.record.parquet import open_part, read_part
 
 ALIVE = -1
 

@@ -8,9 +8,9 @@ from typing import Any
 
 from ecs_eco.analysis.formula_signs import Sign, directions, pushes
 from ecs_eco.config import WorldConfig
-from ecs_eco.config.base import function_name
-from ecs_eco.config.species import OWN, Species
-from ecs_eco.errors import ConfigError, Problem, nearest
+from ecs_eco.config.models.species import OWN, Species
+from ecs_eco.engine.errors import ConfigError, Problem, nearest
+from ecs_eco.engine.section import function_name
 
 KINDS = {
     "own": "interoception",

@@ -16,7 +16,7 @@ from ecs_eco.analysis.nervous_diagram import ActionNode, Diagram, SensorNode, di
 from ecs_eco.analysis.nervous_layout import LINE, Layout, action_mark, cut, width
 from ecs_eco.analysis.nervous_pen import BLUE, GREY, HUES, INK, NODE, ORANGE, SOFT, Pen, look, minus
 from ecs_eco.config import WorldConfig
-from ecs_eco.errors import ConfigError, Problem, UnknownName, unknown_name
+from ecs_eco.engine.errors import ConfigError, Problem, UnknownName, unknown_name
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -8,7 +8,7 @@ from html import escape
 from pathlib import Path
 from string import Template
 
-from ecs_eco import files
+from ecs_eco.engine import files
 
 
 def page(title: str, *blocks: str) -> str:

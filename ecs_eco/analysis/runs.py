@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 import pyarrow as pa
 
-from ecs_eco.errors import RecordingError
+from ecs_eco.engine.errors import RecordingError
 from ecs_eco.record import seal
-from ecs_eco.record.arrow import read_part
+from ecs_eco.record.parquet import read_part
 
 DIED = "died: "
 """Prefix of the series columns that count deaths by cause."""

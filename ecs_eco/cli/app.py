@@ -245,7 +245,7 @@ def compare(
     ] = False,
 ) -> None:
     """Compare a world with its controls; the same command with --out DIR goes on with what was stopped."""
-    from ecs_eco.cli.arms import compare_arms
+    from ecs_eco.experiments.comparison import compare_arms
 
     compare_arms(world, set_ or [], control or ["random-policy"], seeds, ticks, workers, out, quiet, training_seeds, retrain)
 

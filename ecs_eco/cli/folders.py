@@ -8,7 +8,7 @@ from pathlib import Path
 
 from ecs_eco.cli.terminal import refuse
 from ecs_eco.config import WorldConfig
-from ecs_eco.errors import nearest
+from ecs_eco.engine.errors import nearest
 
 POLICIES = ("trained", "random", "untrained")
 

@@ -9,7 +9,7 @@ import numpy as np
 from ecs_eco.analysis.lineage import Lineage
 from ecs_eco.analysis.runs import parts
 from ecs_eco.cli.terminal import refuse, say
-from ecs_eco.errors import listed, nearest
+from ecs_eco.engine.errors import listed, nearest
 
 
 def tell_lineage(folder: Path, csv: Path | None, newick: Path | None, species: str | None, living: bool) -> None:

@@ -95,8 +95,8 @@ def _draw_nerves(replay: Any, folder: Path, out: Path | None, tick: int, uid: in
 
 def _again(replay: Any, uid: int, quiet: bool) -> dict[str, Any]:
     """Run the stretch around the tick again, and return the organism as it is known then."""
-    from ecs_eco.errors import RecordingError
-    from ecs_eco.view.again import compute
+    from ecs_eco.engine.errors import RecordingError
+    from ecs_eco.view.rerun import compute
 
     r = replay.recording
     with progress("running again", quiet) as bar:

@@ -15,7 +15,7 @@ from ecs_eco.cli.folders import results
 from ecs_eco.cli.terminal import INTERRUPTED, complain, refuse, say
 from ecs_eco.config import load
 from ecs_eco.config.loading import ALIASES, parse
-from ecs_eco.errors import ConfigError, Problem
+from ecs_eco.engine.errors import ConfigError, Problem
 
 if TYPE_CHECKING:
     from ecs_eco.search.run import Search

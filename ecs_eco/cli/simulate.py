@@ -69,7 +69,7 @@ def _viewer(title: str, ticks: int, shown: tuple[int, bool] | None) -> Any:
 
 def repeat_run(folder: Path, out: Path | None, quiet: bool, threads: int) -> None:
     """Run a recorded run again and compare the digests; ends with code 1 where they differ."""
-    from ecs_eco.record.repeat import repeat
+    from ecs_eco.runs.repeat import repeat
 
     out = None if out is None else results(out, folder.name)
     with progress(folder.name, quiet) as bar:
@@ -95,7 +95,7 @@ def resume_run(
 ) -> None:
     """Go on with a run in its folder, or fork it into another; `shown` as of a run."""
     from ecs_eco.record import fork, resume
-    from ecs_eco.record.run import read_manifest
+    from ecs_eco.runs.run import read_manifest
 
     forks = from_tick is not None or bool(changes) or out is not None
     if forks and out is None:
@@ -129,7 +129,7 @@ def train_world(
     if not any(species.policy.kind != "none" for species in config.species.values()):
         refuse("WORLD", "no species has a policy to train", world, 'a world with policy.kind = "shared"')
     out = results(out, f"{config.name}-policies-{seed}")
-    from ecs_eco.worlds.pretrain import pretrain
+    from ecs_eco.experiments.pretraining import pretrain
 
     with progress(f"training {config.name}", quiet) as bar:
         try:

@@ -11,8 +11,9 @@ from ecs_eco.config.memory import require_memory
 
 
 def _layout(config: WorldConfig, name: str) -> Any:
-    from ecs_eco.config.check_genome import components_of
-    from ecs_eco.genomes import Layout, policy_shapes, traits_of
+    from ecs_eco.config.checks.genome import components_of
+    from ecs_eco.config.traits import policy_shapes, traits_of
+    from ecs_eco.genomes import Layout
 
     species = config.species[name]
     traits = traits_of(species, config.dims, components_of(species))
@@ -53,6 +54,6 @@ def check_world(world: str | None, changes: list[str]) -> None:
 
 def tell_schema() -> None:
     """Say the JSON schema of world files."""
-    from ecs_eco.config.schema import json_schema
+    from ecs_eco.config.json_schema import json_schema
 
     say(json.dumps(json_schema(), indent=1, ensure_ascii=False))

@@ -29,7 +29,7 @@ def exits(command: Callable[..., None]) -> Callable[..., None]:
 
     @wraps(command)
     def wrapped(*args: Any, **kwargs: Any) -> None:
-        from ecs_eco.errors import CheckpointError, ConfigError, RecordingError
+        from ecs_eco.engine.errors import CheckpointError, ConfigError, RecordingError
 
         try:
             command(*args, **kwargs)
@@ -54,7 +54,7 @@ def exits(command: Callable[..., None]) -> Callable[..., None]:
 
 def refuse(source: str, what: str, value: object, allowed: str, near: str = "") -> NoReturn:
     """Refuses an argument of the command line."""
-    from ecs_eco.errors import ConfigError, Problem
+    from ecs_eco.engine.errors import ConfigError, Problem
 
     raise ConfigError([Problem((), what, value, allowed, near, source)])
 

@@ -49,8 +49,8 @@ def window(ticks: int, title: str, port: int, browser: bool) -> Iterator[Any]:
 def _live(what: str, changes: list[str], ticks: int | None, seed: int | None, threads: int, learn: bool | None, policies: str) -> Any:
     from ecs_eco.cli.folders import known_policies
     from ecs_eco.config import load
+    from ecs_eco.ecosystem import World
     from ecs_eco.view.live import Live
-    from ecs_eco.world import World
 
     config = load(what, changes)
     known_policies(policies, config)

@@ -1,6 +1,6 @@
 """The biological properties of Definition 1."""
 
-from ecs_eco.schema import component, f32, f64, u8
+from ecs_eco.engine.schema import component, f32, f64, u8
 
 NONE, FEMALE, MALE = 0, 1, 2
 

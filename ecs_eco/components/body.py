@@ -1,6 +1,6 @@
 """The conformation of an entity and its mass."""
 
-from ecs_eco.schema import component, f32
+from ecs_eco.engine.schema import component, f32
 
 
 @component

@@ -1,6 +1,6 @@
 """What an entity is made of, chemically."""
 
-from ecs_eco.schema import component, f32
+from ecs_eco.engine.schema import component, f32
 
 
 @component

@@ -1,6 +1,6 @@
 """What an organism that learns alone has lived through since it last learnt."""
 
-from ecs_eco.schema import component, f32, i16, i32
+from ecs_eco.engine.schema import component, f32, i16, i32
 
 
 @component

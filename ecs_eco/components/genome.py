@@ -1,6 +1,6 @@
 """Heredity as data."""
 
-from ecs_eco.schema import component, u8
+from ecs_eco.engine.schema import component, u8
 
 
 @component

@@ -1,6 +1,6 @@
 """Pregnancy."""
 
-from ecs_eco.schema import component, f32, i64, u8, u16, u64
+from ecs_eco.engine.schema import component, f32, i64, u8, u16, u64
 
 
 @component

@@ -1,6 +1,6 @@
 """How a plant grows and spreads, where that is its own and not its species'."""
 
-from ecs_eco.schema import component, f32
+from ecs_eco.engine.schema import component, f32
 
 
 @component

@@ -1,6 +1,6 @@
 """When and how an organism reproduces, and how old it can get, where that is its own and not its species'."""
 
-from ecs_eco.schema import component, f32, u8
+from ecs_eco.engine.schema import component, f32, u8
 
 
 @component

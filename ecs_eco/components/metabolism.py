@@ -1,6 +1,6 @@
 """The energy budget of one organism."""
 
-from ecs_eco.schema import component, f32
+from ecs_eco.engine.schema import component, f32
 
 
 @component

@@ -1,6 +1,6 @@
 """What a nervous system decided and felt."""
 
-from ecs_eco.schema import boolean, component, f32, u8
+from ecs_eco.engine.schema import boolean, component, f32, u8
 
 
 @component

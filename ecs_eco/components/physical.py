@@ -1,6 +1,6 @@
 """The physical properties of Definition 1 that are not place, shape or mass."""
 
-from ecs_eco.schema import component, f32
+from ecs_eco.engine.schema import component, f32
 
 
 @component

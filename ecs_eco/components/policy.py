@@ -1,6 +1,6 @@
 """The policy network of an organism that has its own."""
 
-from ecs_eco.schema import component, f32, i32
+from ecs_eco.engine.schema import component, f32, i32
 
 
 @component

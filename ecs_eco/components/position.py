@@ -1,6 +1,6 @@
 """Where an entity is and which way it faces."""
 
-from ecs_eco.schema import component, f32
+from ecs_eco.engine.schema import component, f32
 
 
 @component

@@ -1,6 +1,6 @@
 """Reflexes that are an organism's own and not its species'."""
 
-from ecs_eco.schema import component, f32, i8
+from ecs_eco.engine.schema import component, f32, i8
 
 
 @component

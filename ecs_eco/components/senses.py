@@ -1,6 +1,6 @@
 """Sensors that are an organism's own and not its species'."""
 
-from ecs_eco.schema import component, f32
+from ecs_eco.engine.schema import component, f32
 
 
 @component

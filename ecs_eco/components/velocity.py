@@ -1,6 +1,6 @@
 """How fast an entity moves."""
 
-from ecs_eco.schema import component, f32
+from ecs_eco.engine.schema import component, f32
 
 
 @component

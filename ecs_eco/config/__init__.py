@@ -4,26 +4,22 @@ What a world is belongs here; what happens in it does not. Nothing here imports 
 Names load when first used: `import ecs_eco.config` loads no models.
 """
 
-from importlib import import_module
 from typing import TYPE_CHECKING
+
+from ecs_eco._lazy import lazy
 
 if TYPE_CHECKING:
     from ecs_eco.config.formula import Formula, FormulaError, compile_formula
     from ecs_eco.config.loading import load
-    from ecs_eco.config.world import WorldConfig
+    from ecs_eco.config.models.world import WorldConfig
 
 __all__ = ["Formula", "FormulaError", "WorldConfig", "compile_formula", "load"]
 
 _HOME = {
     "Formula": "formula",
     "FormulaError": "formula",
-    "WorldConfig": "world",
+    "WorldConfig": "models.world",
     "compile_formula": "formula",
     "load": "loading",
 }
-
-
-def __getattr__(name: str) -> object:
-    if name not in _HOME:
-        raise AttributeError(f"ecs_eco.config has no {name!r}; it has {', '.join(__all__)}")
-    return getattr(import_module(f"{__name__}.{_HOME[name]}"), name)
+__getattr__ = lazy(__name__, {name: f"{__name__}.{module}" for name, module in _HOME.items()})

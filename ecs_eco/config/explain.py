@@ -9,9 +9,9 @@ from typing import Any
 from pydantic import ValidationError
 from pydantic.fields import FieldInfo
 
-from ecs_eco.config.base import Section
-from ecs_eco.config.world import WorldConfig
-from ecs_eco.errors import MISSING, MOST, Problem, listed, nearest
+from ecs_eco.config.models.world import WorldConfig
+from ecs_eco.engine.errors import MISSING, MOST, Problem, listed, nearest
+from ecs_eco.engine.section import Section
 
 Key = tuple[str | int, ...]
 WORDS: dict[Any, str] = {

@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterable, Mapping
 
 import numpy as np
 
-from ecs_eco.errors import listed, nearest
+from ecs_eco.engine.errors import listed, nearest
 
 Values = Mapping[str, np.ndarray]
 Node = Callable[[Values], np.ndarray]

@@ -13,14 +13,14 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from ecs_eco.config.checks import check
+from ecs_eco.config.checks.world import check
 from ecs_eco.config.explain import problems_of, value_at
 from ecs_eco.config.lines import key_lines
+from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.config.ranges import check_search, key_of, real_key, take_ranges
 from ecs_eco.config.reading import parse_toml, read_toml, too_deep
 from ecs_eco.config.shipped import shipped
-from ecs_eco.config.world import WorldConfig
-from ecs_eco.errors import MISSING, MOST, ConfigError, Problem, how_many, listed, nearest
+from ecs_eco.engine.errors import MISSING, MOST, ConfigError, Problem, how_many, listed, nearest
 
 Key = tuple[str | int, ...]
 Overrides = Mapping[str, Any] | Iterable[str] | None
@@ -137,7 +137,7 @@ def _check_training(config: WorldConfig) -> list[Problem]:
 
 def _check_ramp(config: WorldConfig, number: int, ramp: Any) -> list[Problem]:
     """What is wrong with the two ends of a ramp, in the world that is trained in."""
-    from ecs_eco.config.living import refused
+    from ecs_eco.config.mutable_keys import refused
 
     at = ("training", "ramp", number)
     for end, value in enumerate(ramp.values):

@@ -8,10 +8,10 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from ecs_eco.config.genome import Gene
-from ecs_eco.config.species import Species
-from ecs_eco.config.world import WorldConfig
-from ecs_eco.errors import ConfigError, Problem
+from ecs_eco.config.models.species import Species
+from ecs_eco.config.models.world import WorldConfig
+from ecs_eco.engine.errors import ConfigError, Problem
+from ecs_eco.genomes.models import Gene
 
 Key = tuple[str | int, ...]
 ROW = 160  # bytes of an organism or object, without what it senses, learns and inherits

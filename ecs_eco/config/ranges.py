@@ -7,10 +7,10 @@ import re
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from ecs_eco.config.base import named_function
-from ecs_eco.config.search import OBJECTIVES, Range
-from ecs_eco.config.world import WorldConfig
-from ecs_eco.errors import Problem, listed, nearest
+from ecs_eco.config.models.search import OBJECTIVES, Range
+from ecs_eco.config.models.world import WorldConfig
+from ecs_eco.engine.errors import Problem, listed, nearest
+from ecs_eco.engine.section import named_function
 
 Key = tuple[str | int, ...]
 PARTS = ("value", "search", "scale")

@@ -9,7 +9,7 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
-from ecs_eco.errors import ConfigError, Problem
+from ecs_eco.engine.errors import ConfigError, Problem
 
 MOST_BYTES = 500_000  # of a world file: tomllib takes seconds for more; the longest that is shipped has 20,000
 DEEPEST = 32  # tables and lists within each other; the shipped worlds have 7

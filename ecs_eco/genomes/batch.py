@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ecs_eco.engine.random import mix_int
 from ecs_eco.genomes import kernels
 from ecs_eco.genomes.operators import check_operator, choice_of, strings_of, taken_apart, toolbox_of
-from ecs_eco.random import mix_int
 
 if TYPE_CHECKING:
     from deap.base import Toolbox
 
-    from ecs_eco.config.genome import GenomeSection
     from ecs_eco.genomes.layout import Layout
+    from ecs_eco.genomes.models import GenomeSection
 
 MATE, MUTATE = 1, 2  # parts of a birth's key that seed Python's random numbers
 

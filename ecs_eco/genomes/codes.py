@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
-    from ecs_eco.config.genome import Gene
+    from ecs_eco.genomes.models import Gene
     from ecs_eco.genomes.traits import Shapes, Trait
 
 SLACK = 1e-6  # of a range: what float32 may lie beyond its end

@@ -5,10 +5,10 @@ from typing import Any
 
 import numpy as np
 
-from ecs_eco import random
-from ecs_eco._numba import njit
 from ecs_eco.components import Genome, Policy
-from ecs_eco.random import draw, mix
+from ecs_eco.engine import random
+from ecs_eco.engine.jit import njit
+from ecs_eco.engine.random import draw, mix
 
 Values = dict[tuple[type, str], np.ndarray]
 

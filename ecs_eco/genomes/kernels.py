@@ -7,8 +7,8 @@ of small numbers. A draw is a multiple of 2**-24: a chance below 6e-8 is one of 
 
 import numpy as np
 
-from ecs_eco._numba import njit
-from ecs_eco.random import draw, mix
+from ecs_eco.engine.jit import njit
+from ecs_eco.engine.random import draw, mix
 
 # What a birth draws a number for.
 ORDER, CROSS, POINT_1, POINT_2, SWAP, MUTATE, LETTER, FOUND = range(1, 9)

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple, get_args
 
 import numpy as np
 
-from ecs_eco.config.genome import Dominance, Gene, GenomeSection
-from ecs_eco.errors import ConfigError, Problem, UnknownName, listed, unknown_name
+from ecs_eco.engine.errors import ConfigError, Problem, UnknownName, listed, unknown_name
 from ecs_eco.genomes.alphabet import Alphabet
 from ecs_eco.genomes.codes import Code, Codons, Listed, Range, Weights
+from ecs_eco.genomes.models import Dominance, Gene, GenomeSection
 from ecs_eco.genomes.problems import is_weights, n_codons, places, problems, shapes_of
 
 if TYPE_CHECKING:

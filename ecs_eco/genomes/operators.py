@@ -13,15 +13,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ecs_eco.config.base import named_function
-from ecs_eco.errors import UnknownName, listed, nearest, unknown_name
+from ecs_eco.engine.errors import UnknownName, listed, nearest, unknown_name
+from ecs_eco.engine.section import named_function
 from ecs_eco.genomes.choices import RULES
 
 if TYPE_CHECKING:
     from deap.base import Toolbox
 
-    from ecs_eco.config.genome import GenomeSection
     from ecs_eco.genomes.layout import Layout
+    from ecs_eco.genomes.models import GenomeSection
 
 TRIALS = 20
 LONGEST_TRIED = 10_000  # loci of a string that an operator is tried on
@@ -59,7 +59,7 @@ def toolbox_of(section: GenomeSection | Mapping[str, Any], layout: Layout, selec
 
 
 def _section(section: GenomeSection | Mapping[str, Any]) -> GenomeSection:
-    from ecs_eco.config.genome import Gene, GenomeSection
+    from ecs_eco.genomes.models import Gene, GenomeSection
 
     if isinstance(section, GenomeSection):
         return section

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from ecs_eco.errors import Problem, listed, nearest
+from ecs_eco.engine.errors import Problem, listed, nearest
 from ecs_eco.genomes.codes import is_whole, n_coefficients
 
 if TYPE_CHECKING:
-    from ecs_eco.config.genome import Gene
+    from ecs_eco.genomes.models import Gene
     from ecs_eco.genomes.traits import Shapes, Trait
 
 Key = tuple[str | int, ...]

@@ -5,8 +5,9 @@ Here belong optimisers of policies and what they need; how an organism senses, d
 Names load when first used: `from ecs_eco.learning import PPO` loads neither torch nor numba.
 """
 
-from importlib import import_module
 from typing import TYPE_CHECKING
+
+from ecs_eco._lazy import lazy
 
 if TYPE_CHECKING:
     from ecs_eco.learning.brain import Brain
@@ -30,9 +31,4 @@ _HOME = {
     "Training": "vector_env",
     "train": "vector_env",
 }
-
-
-def __getattr__(name: str) -> object:
-    if name not in _HOME:
-        raise AttributeError(f"ecs_eco.learning has no {name!r}; it has {', '.join(__all__)}")
-    return getattr(import_module(f"{__name__}.{_HOME[name]}"), name)
+__getattr__ = lazy(__name__, {name: f"{__name__}.{module}" for name, module in _HOME.items()})

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ecs_eco._numba import njit
+from ecs_eco.engine.jit import njit
 
 # The numpy error model lets loops become vectors: Python's division by zero would need a branch. "contract" permits
 # a * b + c in one instruction, everywhere alike: a row's result does not depend on where in a block it stands.

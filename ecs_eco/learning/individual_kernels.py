@@ -13,10 +13,10 @@ import math
 
 import numpy as np
 
+from ecs_eco.engine.random import draw, mix
 from ecs_eco.learning.arithmetic import fused_njit, tanh
 from ecs_eco.learning.ppo import _adam, _slopes, _summing_njit
 from ecs_eco.learning.rollout import STEP
-from ecs_eco.random import draw, mix
 
 LANES = 32
 TERMS = ("policy_loss", "value_loss", "entropy", "approx_kl", "clip_fraction", "gradient_norm", "explained_variance", "reward")

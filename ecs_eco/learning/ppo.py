@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from ecs_eco._numba import njit
+from ecs_eco.engine.jit import njit
 from ecs_eco.learning.arithmetic import exp, fused_njit, softmax
 from ecs_eco.learning.brain import CHUNK, Brain, in_parallel
 from ecs_eco.learning.rollout import Rollout

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from ecs_eco import random
-from ecs_eco._numba import njit
-from ecs_eco.random import draw
+from ecs_eco.engine import random
+from ecs_eco.engine.jit import njit
+from ecs_eco.engine.random import draw
 
 
 @njit

@@ -4,17 +4,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ecs_eco._numba import njit
 from ecs_eco.components import Position, Velocity
+from ecs_eco.engine.jit import njit
 from ecs_eco.space.field import at as field_at
 from ecs_eco.space.geometry import into
 from ecs_eco.space.nearest import nearest
 from ecs_eco.space.sight import offset
 
 if TYPE_CHECKING:
+    from ecs_eco.ecosystem import World
+    from ecs_eco.engine.table import Table
     from ecs_eco.nervous.senses import Seekers, Sense
-    from ecs_eco.table import Table
-    from ecs_eco.world import World
 
 
 def smell_gradient(field: str, span: float, scale: float) -> "Sense":

@@ -70,7 +70,7 @@ class Nerves:
         """Return the column of an action, "run" or "speed.run", in the decision."""
         found = [i for i, (g, a) in enumerate(self.actions) if action in (a, f"{g}.{a}")]
         if len(found) != 1:
-            from ecs_eco.errors import UnknownName, unknown_name
+            from ecs_eco.engine.errors import UnknownName, unknown_name
 
             raise UnknownName(unknown_name("nerves", "or ambiguous action", action, [f"{g}.{a}" for g, a in self.actions]))
         return found[0]

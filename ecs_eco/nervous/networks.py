@@ -5,9 +5,9 @@ from typing import Any
 
 import numpy as np
 
-from ecs_eco._numba import njit
 from ecs_eco.components import Desires, Reflexes
-from ecs_eco.config.base import named_function
+from ecs_eco.engine.jit import njit
+from ecs_eco.engine.section import named_function
 
 Network = Callable[..., np.ndarray]
 """network(x f32[n, channels]) -> f32[n] (happiness) or [n, actions] (reflex); each may be a plain function.

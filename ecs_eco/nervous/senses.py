@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ecs_eco._numba import njit
 from ecs_eco.components import Biology, Body, Chemistry, Metabolism, Physical, Position, Senses
-from ecs_eco.config.base import named_function
+from ecs_eco.engine.jit import njit
+from ecs_eco.engine.section import named_function
 from ecs_eco.nervous import flow
 from ecs_eco.space import sight
 from ecs_eco.space.field import at as field_at
@@ -16,8 +16,8 @@ from ecs_eco.space.geometry import back_into, into
 from ecs_eco.space.nearest import nearest
 
 if TYPE_CHECKING:
-    from ecs_eco.table import Table
-    from ecs_eco.world import World
+    from ecs_eco.ecosystem import World
+    from ecs_eco.engine.table import Table
 
 
 class Seekers:

@@ -1,19 +1,11 @@
-"""What a run leaves behind: series, births and deaths, snapshots, manifest."""
+"""What a run leaves behind: series, births and deaths, snapshots, in files that carry seals.
 
-from importlib import import_module
-from typing import Any
+Reading and writing belong here; what the numbers mean belongs to `analysis`, how a run goes to `runs`.
+"""
 
-_HOME = {
-    "Recorder": "ecs_eco.record.recorder",
-    "run_to_folder": "ecs_eco.record.run",
-    "resume": "ecs_eco.record.run",
-    "fork": "ecs_eco.record.run",
-    "write_report": "ecs_eco.analysis.report",  # where it was once
-}
+from ecs_eco._lazy import lazy
+
+_HOME = {"Recorder": "record.recorder", "run_to_folder": "runs.run", "resume": "runs.run", "fork": "runs.run",
+         "write_report": "analysis.report"}  # the last four stood here in version 0.1  # fmt: skip
 __all__ = list(_HOME)
-
-
-def __getattr__(name: str) -> Any:
-    if name not in _HOME:
-        raise AttributeError(f"ecs_eco.record has no {name!r}; it has {', '.join(_HOME)}")
-    return getattr(import_module(_HOME[name]), name)
+__getattr__ = lazy(__name__, {name: f"ecs_eco.{module}" for name, module in _HOME.items()})

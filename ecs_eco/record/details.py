@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ecs_eco.components import Metabolism, Nervous, Position
-from ecs_eco.errors import ConfigError, Problem
+from ecs_eco.engine.errors import ConfigError, Problem
 from ecs_eco.nervous.thoughts import thinkers, weighed
 
 if TYPE_CHECKING:
-    from ecs_eco.table import Table
-    from ecs_eco.world import World
+    from ecs_eco.ecosystem import World
+    from ecs_eco.engine.table import Table
 
 KIND = "details-"  # and the name of a species: its folder in the run's
 ROWS = 100_000  # of a species that are kept in memory before they are handed over

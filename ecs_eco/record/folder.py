@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ecs_eco import files
+from ecs_eco.engine import files
 
 VERSIONS = ("ecs-eco", "esper", "numpy", "numba", "torch", "pyarrow")
 
@@ -17,7 +17,7 @@ class Folder:
     """The folder of one run. Every file in it is whole: written beside, synced, renamed."""
 
     def __init__(self, path: Path, world: Any) -> None:
-        from ecs_eco.record.arrow import to_arrow, write_part
+        from ecs_eco.record.parquet import to_arrow, write_part
 
         self.path, self.world = path, world
         self.parts = dict.fromkeys(("series", "births", "deaths", "snapshots"), 0)

@@ -5,15 +5,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ecs_eco._numba import njit
 from ecs_eco.components import Metabolism, Nervous, Position
 from ecs_eco.components.genome import Genome
+from ecs_eco.engine.jit import njit
+from ecs_eco.engine.system import System
 from ecs_eco.record.details import Details, how_many
-from ecs_eco.system import System
 
 if TYPE_CHECKING:
-    from ecs_eco.table import Table
-    from ecs_eco.world import World
+    from ecs_eco.ecosystem import World
+    from ecs_eco.engine.table import Table
 
 LEDGER = ("stock_before", "endowed", "taken_in", "burnt", "given", "lost", "stock_after")
 MOST_SPECIES = 128  # their numbers are written as i8
@@ -245,7 +245,7 @@ class Recorder(System):
 
     def series(self) -> Any:
         """Return all ticks that are still in memory as a pyarrow.Table."""
-        from ecs_eco.record.arrow import to_arrow
+        from ecs_eco.record.parquet import to_arrow
 
         blocks = [*self._blocks, *([self._columns(self._at)] if self._at else [])]
         names = list(dict.fromkeys(n for b in blocks for n in b)) or list(self._columns(0))

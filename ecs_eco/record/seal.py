@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from ecs_eco.errors import RecordingError
+from ecs_eco.engine.errors import RecordingError
 
 KEY = "ecs-eco.seal"
 BLANK = "0" * 64

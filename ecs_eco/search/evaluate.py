@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from ecs_eco.config import WorldConfig, load
-from ecs_eco.errors import ConfigError
+from ecs_eco.engine.errors import ConfigError
 
 STEP = 25  # ticks between two looks at who is left
 
@@ -105,7 +105,7 @@ class Life:
                 "score": score, "goal": goal, "seconds": round(self.seconds, 3)}  # fmt: skip
 
     def _begin(self) -> None:
-        from ecs_eco.world import World
+        from ecs_eco.ecosystem import World
 
         self.world = World.from_config(self.config, seed=self.cell[1], policies=policies(self.config, self.job, self.cell[0]))
         self.most = self.config.search.crowd * max(1, sum(t.n for t in self.world.tables.values()))
@@ -138,7 +138,7 @@ def policies(config: WorldConfig, job: Job, seed: int) -> Any:
         return kind
     folder = job.policies / (job.name if kind == "train" else "start") / f"training-{seed}"
     if not (folder / "training.json").is_file():
-        from ecs_eco.worlds.pretrain import pretrain
+        from ecs_eco.experiments.pretraining import pretrain
 
         own = folder.with_name(f"{folder.name}.{os.getpid()}")  # two workers may train the same seed at once
         pretrain(config if kind == "train" else job.config, seed, job.config.search.training_ticks, own)

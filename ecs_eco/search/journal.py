@@ -7,7 +7,7 @@ import os
 from pathlib import Path
 from typing import Any
 
-from ecs_eco.errors import ConfigError, Problem
+from ecs_eco.engine.errors import ConfigError, Problem
 
 NAME = "journal.jsonl"
 Entry = dict[str, Any]

@@ -10,8 +10,8 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from ecs_eco.analysis.runs import Series
-from ecs_eco.config.base import named_function
-from ecs_eco.config.search import Search
+from ecs_eco.config.models.search import Search
+from ecs_eco.engine.section import named_function
 
 
 def objective(search: Search, series: Series, persist: Sequence[str]) -> float:

@@ -9,7 +9,7 @@ from typing import Any
 from ecs_eco.config import WorldConfig, load
 from ecs_eco.config.lines import key_lines
 from ecs_eco.config.ranges import check_function, key_of, real_key
-from ecs_eco.errors import ConfigError, Problem
+from ecs_eco.engine.errors import ConfigError, Problem
 
 Cell = tuple[int, int]  # training seed, world seed
 Stage = tuple[int, int]  # length of the runs [ticks], number of runs

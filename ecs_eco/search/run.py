@@ -11,13 +11,13 @@ from typing import Any
 import numpy as np
 
 from ecs_eco.config import load
-from ecs_eco.errors import ConfigError, Problem, listed, nearest
+from ecs_eco.engine.errors import ConfigError, Problem, listed, nearest
+from ecs_eco.experiments.pool import Alone, Pool
 from ecs_eco.search.evaluate import Job, evaluate
 from ecs_eco.search.journal import Journal
 from ecs_eco.search.optimise import OPTIMISERS, Optimiser, merit
 from ecs_eco.search.outcome import BEST, Outcome
 from ecs_eco.search.plan import Plan, plan_of
-from ecs_eco.search.pool import Alone, Pool
 from ecs_eco.search.report import write_results
 
 ENOUGH = 4  # candidates at a stage before it asks for a score

@@ -12,7 +12,7 @@ from ecs_eco.config import WorldConfig, load
 from ecs_eco.config.edit import as_toml, edited
 from ecs_eco.config.loading import document_of
 from ecs_eco.config.ranges import key_of, real_key
-from ecs_eco.errors import ConfigError
+from ecs_eco.engine.errors import ConfigError
 from ecs_eco.search.plan import TRAINED, Plan
 
 Key = tuple[str | int, ...]

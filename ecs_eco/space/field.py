@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from ecs_eco._numba import njit
+from ecs_eco.engine.jit import njit
 from ecs_eco.space.geometry import Space
 
 

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ecs_eco._numba import njit
+from ecs_eco.engine.jit import njit
 
 
 class Space:

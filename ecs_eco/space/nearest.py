@@ -8,7 +8,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ecs_eco._numba import njit
+from ecs_eco.engine.jit import njit
 from ecs_eco.space.index import Index
 
 LANES = 16

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ecs_eco._numba import njit
+from ecs_eco.engine.jit import njit
 from ecs_eco.space.geometry import Space, wrapped
 from ecs_eco.space.index import sort_cells
 from ecs_eco.space.terrain import ROCK, ground_at

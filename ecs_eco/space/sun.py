@@ -6,7 +6,7 @@ HALF_DAY = 0.5
 
 
 class Sun:
-    """Light at the surface as a share of that under a sun in the zenith; see `ecs_eco.config.water.Sun` for the values."""
+    """Light at the surface as a share of that under a sun in the zenith; see `ecs_eco.config.models.water.Sun` for the values."""
 
     def __init__(self, kind: str = "natural", day: float = 86_400.0, start: float = 0.0, latitude: float = 0.0, declination: float = 0.0,
                  year: float | None = None, moon: float = 0.0) -> None:

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from ecs_eco import random
-from ecs_eco._numba import njit
+from ecs_eco.engine import random
+from ecs_eco.engine.jit import njit
 from ecs_eco.space.geometry import Space, into
 
 OPEN, WATER, ROCK, FENCE = 0, 1, 2, 3

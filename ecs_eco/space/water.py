@@ -4,7 +4,7 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from ecs_eco._numba import njit
+from ecs_eco.engine.jit import njit
 from ecs_eco.space.geometry import into
 
 GRAVITY = 9.81  # [m/s^2]

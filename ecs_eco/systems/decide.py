@@ -5,10 +5,10 @@ from typing import Any
 import numpy as np
 
 from ecs_eco.components import Nervous
+from ecs_eco.engine.system import System
 from ecs_eco.learning import choose
 from ecs_eco.nervous.decision import decide, uniforms
 from ecs_eco.nervous.thoughts import Thoughts
-from ecs_eco.system import System
 
 NO_REFLEX = np.zeros((1, 1), np.int8)
 NO_THOUGHT = np.zeros((0, 0), np.float32), np.zeros(0, np.float32)

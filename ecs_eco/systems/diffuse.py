@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from ecs_eco.system import System
+from ecs_eco.engine.system import System
 
 
 class Diffuse(System):

@@ -5,9 +5,9 @@ from typing import Any
 import numpy as np
 
 from ecs_eco.components import Position
-from ecs_eco.config.base import named_function
+from ecs_eco.engine.section import named_function
+from ecs_eco.engine.system import System
 from ecs_eco.space.water import carry, drift
-from ecs_eco.system import System
 
 STILL = np.zeros((0, 3), np.float32)
 

@@ -4,12 +4,12 @@ from typing import Any
 
 import numpy as np
 
-from ecs_eco import random
-from ecs_eco._numba import njit
 from ecs_eco.components import Body, Defence, Metabolism, Nervous, Position
-from ecs_eco.random import draw
+from ecs_eco.engine import random
+from ecs_eco.engine.jit import njit
+from ecs_eco.engine.random import draw
+from ecs_eco.engine.system import System
 from ecs_eco.space.nearest import nearest
-from ecs_eco.system import System
 
 NO_DECISION = np.zeros((1, 1), np.uint8)
 UNDEFENDED = np.zeros(0, np.float32)

@@ -4,9 +4,9 @@ from typing import Any
 
 import numpy as np
 
-from ecs_eco._numba import njit
 from ecs_eco.components import Nervous
-from ecs_eco.system import System
+from ecs_eco.engine.jit import njit
+from ecs_eco.engine.system import System
 
 
 class Feel(System):

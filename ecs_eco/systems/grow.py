@@ -4,10 +4,10 @@ from typing import Any
 
 import numpy as np
 
-from ecs_eco._numba import njit
 from ecs_eco.components import Growth, Metabolism, Position
-from ecs_eco.system import System
-from ecs_eco.systems._defence import left_by_defence
+from ecs_eco.engine.jit import njit
+from ecs_eco.engine.system import System
+from ecs_eco.lifecycle.defence import left_by_defence
 
 
 class Grow(System):

@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from ecs_eco import random
 from ecs_eco.components import Biology, Metabolism, Position
-from ecs_eco.errors import unknown_name
-from ecs_eco.system import System
-from ecs_eco.systems._founders import newcomers
+from ecs_eco.engine import random
+from ecs_eco.engine.errors import unknown_name
+from ecs_eco.engine.system import System
+from ecs_eco.lifecycle.founders import newcomers
 
 CELL = 1.0  # [m] side of the cells of a fence where the world has no ground of its own; less in a small world
 CORNERS = 64  # of a round fence
@@ -91,9 +91,9 @@ class Intervene(System):
     def set(self, world: Any, what: Any) -> None:
         """Change values of the world."""
         from ecs_eco.config.loading import changed
-        from ecs_eco.worlds.retune import retune
+        from ecs_eco.worlds.reconfigure import reconfigure
 
-        retune(world, changed(world.config, what.set))
+        reconfigure(world, changed(world.config, what.set))
 
     def switch(self, world: Any, what: Any) -> None:
         """Let births or learning stop, or go on."""
@@ -104,12 +104,12 @@ class Intervene(System):
                 traits["barren"] = not what.reproduction
                 traits["reproduction"] = None if traits["barren"] else getattr(traits.get("species"), "reproduction", None)
         if what.learning is not None:
-            from ecs_eco.config.check_interventions import learns
+            from ecs_eco.config.checks.interventions import learns
             from ecs_eco.config.loading import changed
-            from ecs_eco.worlds.retune import learning, retune
+            from ecs_eco.worlds.reconfigure import learning, reconfigure
 
             can = [n for n in names if learns(world.config.species[n])]
-            retune(world, changed(world.config, {f"species.{n}.policy.learn": what.learning for n in can}))
+            reconfigure(world, changed(world.config, {f"species.{n}.policy.learn": what.learning for n in can}))
             for name in can:  # also where the world was built to learn otherwise than its file says
                 learning(world, world.tables[name])
 
@@ -193,8 +193,8 @@ def checked(world: Any, what: Any, asked: Sequence[dict[str, Any]]) -> Any:
     """Return an intervention for the next tick, from a dict or a model, that is to follow those `asked` for already."""
     from pydantic import TypeAdapter, ValidationError
 
-    from ecs_eco.config.interventions import AnyIntervention
     from ecs_eco.config.loading import intervention
+    from ecs_eco.config.models.interventions import AnyIntervention
 
     said = what if isinstance(what, dict) else {k: v for k, v in what.model_dump().items() if v is not None}
     data = {"at": world.tick} | said

@@ -3,7 +3,7 @@
 from typing import Any
 
 from ecs_eco.components import Nervous
-from ecs_eco.system import System
+from ecs_eco.engine.system import System
 
 
 class Learn(System):

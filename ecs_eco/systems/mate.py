@@ -5,14 +5,14 @@ from typing import Any
 
 import numpy as np
 
-from ecs_eco import random
-from ecs_eco._numba import njit
 from ecs_eco.components import Biology, Body, Genome, Gestation, Metabolism, Nervous, Position
 from ecs_eco.components.biology import FEMALE, MALE
-from ecs_eco.random import draw, mix
+from ecs_eco.engine import random
+from ecs_eco.engine.jit import njit
+from ecs_eco.engine.random import draw, mix
+from ecs_eco.engine.system import System
+from ecs_eco.lifecycle.births import life_history, ticks, whole
 from ecs_eco.space.sight import gather, offset
-from ecs_eco.system import System
-from ecs_eco.systems._births import life_history, ticks, whole
 
 CHOOSES, SIRES = 1, 2  # bits: what one who is ready can do
 MEET, TASTE = random.MATE, random.MATE + (1 << 8)  # what numbers are drawn for

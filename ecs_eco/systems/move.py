@@ -4,12 +4,12 @@ from typing import Any
 
 import numpy as np
 
-from ecs_eco._numba import njit
 from ecs_eco.components import Nervous, Position, Velocity, Vigour
+from ecs_eco.engine.jit import njit
+from ecs_eco.engine.system import System
 from ecs_eco.nervous.decision import first_on
 from ecs_eco.space.geometry import into
 from ecs_eco.space.terrain import FENCE, OPEN, ground_at, height_at
-from ecs_eco.system import System
 
 NO_VIGOUR = np.ones(0, np.float32)
 FLAT, OPEN_GROUND = np.zeros((1, 1), np.float32), np.zeros((1, 1), np.uint8)

@@ -4,10 +4,10 @@ from typing import Any
 
 import numpy as np
 
-from ecs_eco._numba import njit
 from ecs_eco.components import Biology, LifeHistory, Nervous
+from ecs_eco.engine.jit import njit
+from ecs_eco.engine.system import System
 from ecs_eco.nervous.senses import own_column
-from ecs_eco.system import System
 
 
 class Perish(System):

@@ -4,13 +4,13 @@ from typing import Any
 
 import numpy as np
 
-from ecs_eco import random
-from ecs_eco._numba import njit
 from ecs_eco.components import Biology, Body, Metabolism, Position
-from ecs_eco.random import draw
-from ecs_eco.system import System
-from ecs_eco.systems._births import affordable, bring_forth, life_history, whole
-from ecs_eco.systems._founders import newcomers
+from ecs_eco.engine import random
+from ecs_eco.engine.jit import njit
+from ecs_eco.engine.random import draw
+from ecs_eco.engine.system import System
+from ecs_eco.lifecycle.births import affordable, bring_forth, life_history, whole
+from ecs_eco.lifecycle.founders import newcomers
 
 
 class Reproduce(System):

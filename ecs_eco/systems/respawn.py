@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 
 from ecs_eco.components import Biology, Metabolism, Nervous, Position
-from ecs_eco.system import System
-from ecs_eco.systems._founders import scatter
+from ecs_eco.engine.system import System
+from ecs_eco.lifecycle.founders import scatter
 
 
 class Respawn(System):

@@ -3,9 +3,9 @@
 from typing import Any
 
 from ecs_eco.components import Nervous, Position
+from ecs_eco.engine.system import System
 from ecs_eco.nervous import flow, senses
 from ecs_eco.nervous.senses import Seekers
-from ecs_eco.system import System
 
 OURS = (senses.__name__, flow.__name__)
 

@@ -3,7 +3,7 @@
 from typing import Any
 
 from ecs_eco.components import Position
-from ecs_eco.system import System
+from ecs_eco.engine.system import System
 
 
 class Shade(System):
@@ -12,7 +12,7 @@ class Shade(System):
     phase = "environment"
 
     def process(self, *_: Any) -> None:
-        """Reckon the light profile of this tick."""
+        """Compute the light profile of this tick."""
         world = self.world
         if world.water is None:
             return

@@ -4,14 +4,14 @@ from typing import Any
 
 import numpy as np
 
-from ecs_eco import random
-from ecs_eco._numba import njit
 from ecs_eco.components import Growth, Metabolism, Position
+from ecs_eco.engine import random
+from ecs_eco.engine.jit import njit
+from ecs_eco.engine.random import draw
+from ecs_eco.engine.system import System
+from ecs_eco.lifecycle.defence import left_by_defence
 from ecs_eco.nervous.senses import rocks
-from ecs_eco.random import draw
 from ecs_eco.space.terrain import ROCK, WATER, ground_at
-from ecs_eco.system import System
-from ecs_eco.systems._defence import left_by_defence
 
 EVEN = np.zeros(0, np.float32)
 

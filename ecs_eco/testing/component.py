@@ -4,8 +4,8 @@ from typing import Any
 
 import numpy as np
 
-from ecs_eco.schema import Handle
-from ecs_eco.table import Table
+from ecs_eco.engine.schema import Handle
+from ecs_eco.engine.table import Table
 
 
 def check_component(kind: Any) -> None:

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from ecs_eco.errors import UnknownName, unknown_name
-from ecs_eco.system import System
+from ecs_eco.engine.errors import UnknownName, unknown_name
+from ecs_eco.engine.system import System
 
 State = dict[str, dict[str, np.ndarray]]
 

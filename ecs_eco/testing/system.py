@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from ecs_eco.components import Position
-from ecs_eco.schema import Handle
-from ecs_eco.system import PHASES, System
+from ecs_eco.engine.schema import Handle
+from ecs_eco.engine.system import PHASES, System
 from ecs_eco.testing.states import State, all_threads, difference, shuffle, state
 
 
@@ -55,7 +55,7 @@ def _followed(kind: Any, world: Any, ticks: int) -> list[tuple[State, State]]:
         act(*arguments)
         after = state(world)
         if _global_chance() != chance:
-            raise AssertionError(f"{kind.__name__}: it uses global random numbers; use ecs_eco.random.draw(world.key, uid, purpose)")
+            raise AssertionError(f"{kind.__name__}: it uses global random numbers; use ecs_eco.engine.random.draw(world.key, uid, purpose)")
         for what, value in _shape(world).items():
             if value != shape[what]:
                 raise AssertionError(f"{kind.__name__}: it changes {what}; ask by table.request and world.kill, and write into columns")

@@ -24,7 +24,7 @@ def check_world(world: Any, ticks: int = 30) -> None:
     note(first, lives)
     watch(first, ticks)
     if make(1).run(ticks).digest() != first.digest():
-        raise AssertionError(f"{first.name}: the same seed gives another world; draw chance with ecs_eco.random, and keep no state outside")
+        raise AssertionError(f"{first.name}: the same seed gives another world; draw chance with ecs_eco.draw, and keep no state outside")
     with all_threads():
         threaded = make(2).run(ticks)
     if threaded.digest() != first.digest():
@@ -41,7 +41,7 @@ def check_world(world: Any, ticks: int = 30) -> None:
 
 
 def _built(config: Any, threads: int) -> Any:
-    from ecs_eco.world import World
+    from ecs_eco.ecosystem import World
 
     return World.from_config(config, threads=threads)
 

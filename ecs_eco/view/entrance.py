@@ -48,7 +48,7 @@ class Entrance:
             return False
 
     def close(self) -> None:
-        """Leave no file behind."""
+        """LeaveRemains no file behind."""
         if self._folder is not None:
             shutil.rmtree(self._folder, ignore_errors=True)
             self._folder = None

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ecs_eco._numba import njit
+from ecs_eco.engine.jit import njit
 
 MAGIC = 0x31434545  # "EEC1"
 HEADER = struct.Struct("<IIIIffI")

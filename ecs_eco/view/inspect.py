@@ -15,7 +15,7 @@ WIDEST = 64  # values of a gene that are listed
 
 
 class Known(Protocol):
-    """Who remembers the lives of organisms: `ecs_eco.view.kin.Kin` those of a living world, a recording those of a run."""
+    """Who remembers the lives of organisms: `ecs_eco.view.pedigree.Kin` those of a living world, a recording those of a run."""
 
     def species(self, uid: int) -> str | None:
         """Return the name of its species; None where it is not known."""

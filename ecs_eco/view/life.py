@@ -7,10 +7,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ecs_eco.view.again import Stretch
 from ecs_eco.view.inspect import SEXES, marked, nothing_of, number
 from ecs_eco.view.parts import Columns
 from ecs_eco.view.recording import Recording
+from ecs_eco.view.rerun import Stretch
 
 KEPT = 64  # lives that are remembered
 TRACED = 300  # ticks of the trace before this one, where every tick was recorded

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 
 from ecs_eco.components import Biology, Genome, Metabolism, Nervous, Position
-from ecs_eco.errors import ConfigError
+from ecs_eco.engine.errors import ConfigError
 from ecs_eco.view.frames import Encoder, extent, grade
-from ecs_eco.view.kin import Kin
+from ecs_eco.view.pedigree import Kin
 from ecs_eco.view.scene import coloured_genes, describe, fences, kinds_of, sky
 from ecs_eco.view.series import Curves
 from ecs_eco.view.source import Message
@@ -89,7 +89,7 @@ class Live:
         return [self._marks()]
 
     def _marks(self) -> Message:
-        from ecs_eco.config.interventions import describe as words
+        from ecs_eco.config.models.interventions import describe as words
 
         done = [{"tick": tick, "text": words(what)} for tick, what in self.world.intervened[-1000:]]
         return {"kind": "marks", "births": None, "deaths": None, "interventions": done, "fences": fences(self.world)}
@@ -217,7 +217,7 @@ class Live:
         return [{"kind": "said", "level": "warning", "text": f"{kind} is for recorded runs; this world is alive", "field": kind}]
 
     def _act(self, what: Any) -> Message:
-        from ecs_eco.config.interventions import describe as words
+        from ecs_eco.config.models.interventions import describe as words
 
         try:
             if not isinstance(what, dict):

@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ecs_eco.view.crowd import Crowd
 from ecs_eco.view.hues import safe
+from ecs_eco.view.interpolate import Crowd
 from ecs_eco.view.replay import Replay
 
 INK, SOFT, PAPER = "#22282e", "#7a838c", "#ffffff"

@@ -7,8 +7,8 @@ from typing import Any
 
 from pydantic import BaseModel
 
-from ecs_eco.config.base import LARGEST
-from ecs_eco.config.living import may_change
+from ecs_eco.config.mutable_keys import may_change
+from ecs_eco.engine.section import LARGEST
 
 NOT_NOW = frozenset({"ticks", "seed", "training", "interventions"})
 

@@ -12,8 +12,8 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from ecs_eco.analysis.runs import parts
-from ecs_eco.errors import RecordingError
-from ecs_eco.record.arrow import open_part
+from ecs_eco.engine.errors import RecordingError
+from ecs_eco.record.parquet import open_part
 
 BUDGET = 192 * 2**20  # bytes of columns that are kept
 Columns = dict[str, np.ndarray]

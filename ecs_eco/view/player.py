@@ -15,7 +15,7 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any, Protocol
 
-from ecs_eco.errors import nearest
+from ecs_eco.engine.errors import nearest
 from ecs_eco.view.source import Message, Source
 
 USUAL = 10.0  # ticks a second that are called 1×

@@ -10,11 +10,12 @@ from typing import Any
 
 import numpy as np
 
-from ecs_eco.errors import CheckpointError, ConfigError, RecordingError
-from ecs_eco.record import checkpoint, seal
+from ecs_eco.checkpoint import file as checkpoint
+from ecs_eco.engine.errors import CheckpointError, ConfigError, RecordingError
+from ecs_eco.record import seal
 from ecs_eco.record.details import KIND
-from ecs_eco.record.run import read_manifest
-from ecs_eco.view.crowd import STATE, Chapter, Crowd, chapter
+from ecs_eco.runs.run import read_manifest
+from ecs_eco.view.interpolate import STATE, Chapter, Crowd, chapter
 from ecs_eco.view.parts import Cache, Columns, Parts
 
 CHAPTERS = 3  # that are kept
@@ -55,7 +56,7 @@ class Recording:
 
     def _build(self) -> tuple[Any, str]:
         from ecs_eco.config import load
-        from ecs_eco.world import World
+        from ecs_eco.ecosystem import World
 
         try:
             config = load(self.manifest["config"])
@@ -202,7 +203,7 @@ class Recording:
 
     def interventions(self) -> list[dict[str, Any]]:
         """Return what was done to the world: tick and text."""
-        from ecs_eco.config.interventions import describe
+        from ecs_eco.config.models.interventions import describe
 
         return [{"tick": tick, "text": describe(what)} for tick, what in self.manifest.get("intervened", [])]
 
@@ -210,7 +211,7 @@ class Recording:
         """Return the corners f64[k, 2] [m] of the fences that stand at the end of a tick; puts them up in the scene."""
         from pydantic import TypeAdapter
 
-        from ecs_eco.config.interventions import AnyIntervention
+        from ecs_eco.config.models.interventions import AnyIntervention
         from ecs_eco.systems.intervene import Intervene
 
         done = [(when, what) for when, what in self.manifest.get("intervened", []) if isinstance(what, dict) and what["kind"] == "fence"]

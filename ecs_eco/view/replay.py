@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from ecs_eco.view.again import Again, Stretch
-from ecs_eco.view.crowd import Crowd
 from ecs_eco.view.frames import Encoder, extent, grade
+from ecs_eco.view.interpolate import Crowd
 from ecs_eco.view.life import Lives
 from ecs_eco.view.parts import Cache
 from ecs_eco.view.recording import COMPARED, Recording, overlaid
+from ecs_eco.view.rerun import Again, Stretch
 from ecs_eco.view.scene import coloured_genes, describe, sky
 from ecs_eco.view.source import Message
 

@@ -8,16 +8,16 @@ import numpy as np
 
 from ecs_eco.components import Biology, Body, Chemistry, Metabolism, Nervous, Physical, Position, Velocity
 from ecs_eco.config import WorldConfig, load
-from ecs_eco.config.base import named_function
 from ecs_eco.config.memory import require_memory
-from ecs_eco.errors import ConfigError, Problem, listed, nearest
+from ecs_eco.engine.errors import ConfigError, Problem, listed, nearest
+from ecs_eco.engine.section import named_function
+from ecs_eco.lifecycle.founders import newcomers
 from ecs_eco.nervous.nerves import Nerves
 from ecs_eco.nervous.senses import senses_of
 from ecs_eco.space import Field, Terrain
-from ecs_eco.systems._founders import newcomers
-from ecs_eco.worlds.controls import apply
+from ecs_eco.worlds.apply_species import apply_species, cell, climate, gaits, learner_seed, matter, networks, settings
 from ecs_eco.worlds.heredity import add_heredity, flat
-from ecs_eco.worlds.values import cell, climate, gaits, learner_seed, matter, networks, settings, values
+from ecs_eco.worlds.treatments import apply
 
 POLICIES = ("trained", "random", "untrained")
 
@@ -27,12 +27,12 @@ def schedule(respawn: bool = False) -> list[Any]:
     from ecs_eco import systems as s
 
     return [
-        s.Intervene(), s.Reckon(), s.Shade(), s.Grow(), s.Diffuse(),  # environment
+        s.Intervene(), s.ResetFlows(), s.Shade(), s.Grow(), s.Diffuse(),  # environment
         s.Sense(), s.Feel(), s.Learn(), s.Decide(), s.Move(), s.Drift(),  # nerves
         s.Collide(), s.Feed(), s.Mate(),  # interact
         s.Metabolise(), s.Age(),
-        s.Perish(), s.Leave(),  # die
-        *([s.Respawn(), s.Reproduce()] if respawn else [s.Reproduce(), s.Bear()]), s.Spread(),
+        s.Perish(), s.LeaveRemains(),  # die
+        *([s.Respawn(), s.Reproduce()] if respawn else [s.Reproduce(), s.GiveBirth()]), s.Spread(),
     ]  # fmt: skip
 
 
@@ -46,7 +46,7 @@ def build(cls: Any, config: Any, *, seed: int | None = None, policies: Any = "tr
     `learn` overrides the species' own `policy.learn`: true, false, or a dict species → these. `populate`: whether there
     are organisms at the start. `training`: numbers held constant by respawn, no births.
     `systems` are added to those of the world file, each at the end of its phase. `controls` are names of
-    `ecs_eco.worlds.controls`: what is taken away so that its part can be told.
+    `ecs_eco.worlds.treatments`: what is taken away so that its part can be told.
     Raises ConfigError for a configuration that is wrong.
     """
     config = config if isinstance(config, WorldConfig) and not systems else load(config, systems=systems)
@@ -135,7 +135,7 @@ def _species_table(world: Any, name: str, species: Any) -> None:
     actions = species.action_list()
     table = world.add_table(name, Position, Body, Metabolism, Biology, capacity=max(64, int(species.count * 1.5)),
                             dims={"substances": len(world.substances), "actions": len(actions)})
-    values(table, species, world.substances)
+    apply_species(table, species, world.substances)
     if species.sensors or actions:
         table.add_component(Nervous)
         dims = world.config.dims

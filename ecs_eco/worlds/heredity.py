@@ -6,9 +6,9 @@ import numpy as np
 
 from ecs_eco import components as own
 from ecs_eco.components import Experience, Genome, Gestation, Policy
-from ecs_eco.config.base import named_function
+from ecs_eco.config.traits import policy_shapes, traits_of
+from ecs_eco.engine.section import named_function
 from ecs_eco.genomes.heredity import Heredity
-from ecs_eco.genomes.traits import policy_shapes, traits_of
 
 Targets = dict[str, tuple[type, str, int | None]]
 

@@ -28,7 +28,7 @@ def trained(config: Any, seed: int, ticks: int | None = None) -> Path:
 
     They are found by the configuration, the seed and the sources of ecs_eco, so that they are never stale.
     """
-    from ecs_eco.worlds.pretrain import pretrain
+    from ecs_eco.experiments.pretraining import pretrain
 
     root = SHIPPED.parent.parent
     sources = hashlib.sha256(b"".join(p.read_bytes() for p in sorted(root.rglob("*.py"))))

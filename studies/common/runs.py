@@ -35,7 +35,7 @@ def small(name: str, share: float = 0.25, kind: str | None = None) -> dict[str, 
 
 def content(folder: Path) -> str:
     """A hash of all that a run recorded: rows and columns of each kind in their order, not how they are cut into parts."""
-    from ecs_eco.record.arrow import read_parts
+    from ecs_eco.record.parquet import read_parts
 
     digest = hashlib.sha256()
     for kind in KINDS:

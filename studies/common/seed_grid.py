@@ -14,7 +14,7 @@ they are. What an arm may say (all of it may be absent):
     train      changes in training only
     life       changes in life only
     learn      whether policies go on learning in life; absent: as the world says
-    trainer    "module:function" that trains in place of ecs_eco.worlds.pretrain:pretrain, with (config, seed=, ticks=, out=)
+    trainer    "module:function" that trains in place of ecs_eco.experiments.pretraining:pretrain, with (config, seed=, ticks=, out=)
     training_ticks    length of the training; absent: the world's own
     policies   "random", "untrained" or a folder in place of trained ones: then the training seed is a replicate and no more
 """
@@ -34,7 +34,7 @@ from studies.common.study import Study, canonical, verdict
 
 BLOCK = 40  # [ticks] of the means kept
 CHUNK = 250  # [ticks] between looks at who is left
-TRAINER = "ecs_eco.worlds.pretrain:pretrain"
+TRAINER = "ecs_eco.experiments.pretraining:pretrain"
 SAYS = ("set", "train", "life", "learn", "trainer", "training_ticks", "policies")
 LAGS = {"deer→wolf": (0.20, 0.35), "grass→deer": (0.28, 0.50)}
 Entry = dict[str, Any]

@@ -307,7 +307,7 @@ def _each(run: Callable[..., Any], config: dict[str, Any], cases: Sequence[Case]
         for case in cases:
             yield case, _one(run, config, case)
         return
-    from ecs_eco.workers import end_with_parent
+    from ecs_eco.experiments.workers import end_with_parent
 
     for name in THREADS:  # processes share the cores; one thread each unless the caller chose
         os.environ.setdefault(name, "1")

@@ -13,7 +13,7 @@ from ecs_eco.analysis.runs import Series, load_series
 from ecs_eco.components import Position
 from ecs_eco.config import load
 from ecs_eco.record import run_to_folder
-from ecs_eco.record.run import snapshots
+from ecs_eco.runs.run import snapshots
 
 DAY = 48
 SMALL = {"species.phytoplankton.count": 60, "species.copepod.count": 25, "species.krill.count": 12, "space.size": [16.0, 16.0, 16.0],

@@ -23,7 +23,7 @@ from ecs_eco.analysis.runs import load_series
 from ecs_eco.cli import app
 from ecs_eco.components.genome import Genome
 from ecs_eco.record import Recorder, run_to_folder
-from ecs_eco.record.arrow import write_part
+from ecs_eco.record.parquet import write_part
 from ecs_eco.record.seal import write_manifest
 
 #         uid, mother, father, born, died, genome

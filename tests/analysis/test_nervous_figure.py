@@ -17,7 +17,7 @@ from ecs_eco.analysis.nervous_diagram import diagram, nervous_species
 from ecs_eco.analysis.nervous_figure import draw_nervous_system, draw_nervous_systems, save
 from ecs_eco.analysis.nervous_layout import BETWEEN, Layout, spread
 from ecs_eco.config import WorldConfig, compile_formula, load
-from ecs_eco.errors import ConfigError
+from ecs_eco.engine.errors import ConfigError
 
 
 class Stomach(System):

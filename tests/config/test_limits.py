@@ -9,10 +9,10 @@ import pytest
 
 from ecs_eco.config import load
 from ecs_eco.config.memory import in_words, machine_memory, needs, require_memory
-from ecs_eco.errors import ConfigError
+from ecs_eco.ecosystem import World
+from ecs_eco.engine.errors import ConfigError
 from ecs_eco.record.recorder import Recorder
 from ecs_eco.space import Space
-from ecs_eco.world import World
 
 GOAT: dict[str, Any] = {
     "count": 10, "body": {"radius": 0.1}, "locomotion": {"speed": {"walk": 1.0}}, "sensors": [{"kind": "own", "property": "energy"}],

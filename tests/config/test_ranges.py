@@ -11,7 +11,7 @@ from ecs_eco.config import load
 from ecs_eco.config.edit import as_toml, edited, literal
 from ecs_eco.config.lines import value_spans
 from ecs_eco.config.shipped import shipped
-from ecs_eco.errors import ConfigError
+from ecs_eco.engine.errors import ConfigError
 
 WORLD = """\
 format = 1

@@ -10,7 +10,7 @@ import pytest
 
 from ecs_eco.config import load
 from ecs_eco.config.reading import DEEPEST, MOST_BYTES, read_bytes
-from ecs_eco.errors import MOST, ConfigError, nearest
+from ecs_eco.engine.errors import MOST, ConfigError, nearest
 
 HEAD = 'format = 1\nname = "w"\nspace = { size = [9.0, 9.0] }\n'
 SPECIES = "[species.a]\ncount = 1\nbody = { radius = 0.1 }\n"

@@ -5,9 +5,10 @@ import copy
 import numpy as np
 import pytest
 
-from ecs_eco.config.check_genome import check_genome
-from ecs_eco.config.world import WorldConfig
-from ecs_eco.genomes import Gene, Layout, Operators, traits_of
+from ecs_eco.config.checks.genome import check_genome
+from ecs_eco.config.models.world import WorldConfig
+from ecs_eco.config.traits import traits_of
+from ecs_eco.genomes import Gene, Layout, Operators
 from ecs_eco.genomes.codes import Range
 from ecs_eco.testing import check_genome as check_layout
 
@@ -115,7 +116,7 @@ def test_what_is_wrong_is_said_with_its_key(change, key: str, words: str) -> Non
 def test_a_brain_in_the_genome_has_as_many_codons_as_the_form_says() -> None:
     config = world(inherit("learned"))
     goat = config.species["goat"]
-    from ecs_eco.genomes import policy_shapes
+    from ecs_eco.config.traits import policy_shapes
 
     layout = Layout.from_config(goat.genome, traits_of(goat, 2), policy_shapes(goat, 2))
     assert (layout["brain"].codons.n, layout["brain"].width) == (6 * 5, ((4 * 64 + 64) + (64 * 64 + 64) + (64 * 5 + 5),))

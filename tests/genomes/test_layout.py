@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from ecs_eco.errors import ConfigError, UnknownName
+from ecs_eco.engine.errors import ConfigError, UnknownName
 from ecs_eco.genomes import Gene, Layout, Trait
 from ecs_eco.genomes.codes import cosines
 from ecs_eco.testing import check_genome

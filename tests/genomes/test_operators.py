@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from deap import tools
 
-from ecs_eco.config.genome import GenomeSection
-from ecs_eco.errors import UnknownName
+from ecs_eco.engine.errors import UnknownName
 from ecs_eco.genomes import CHOICES, Gene, Layout, Operators, toolbox_of
 from ecs_eco.genomes.choices import RULES
+from ecs_eco.genomes.models import GenomeSection
 from ecs_eco.genomes.operators import choice_of
 
 LAYOUT = Layout([Gene(name="g", letters=4, low=0, high=1)])

@@ -9,8 +9,9 @@ import pytest
 from ecs_eco import component, f32, u8
 from ecs_eco import components as shipped
 from ecs_eco.config import load
-from ecs_eco.config.world import WorldConfig
-from ecs_eco.genomes import Trait, policy_shapes, traits_of
+from ecs_eco.config.models.world import WorldConfig
+from ecs_eco.config.traits import policy_shapes, traits_of
+from ecs_eco.genomes import Trait
 
 BEAST = {
     "count": 3, "body": {"radius": 0.4, "mass": 7.0}, "metabolism": {"energy": 0.5, "growth": 0.1}, "sex": "random",
@@ -105,7 +106,7 @@ def test_the_shapes_of_a_brain_are_known_before_there_is_one() -> None:
 
 
 def test_looking_at_genomes_for_the_configuration_loads_nothing_heavy() -> None:
-    code = ("import sys, ecs_eco.config.genome, ecs_eco.config.check_genome, ecs_eco.genomes.layout, ecs_eco.genomes.traits\n"
+    code = ("import sys, ecs_eco.genomes.models, ecs_eco.config.checks.genome, ecs_eco.genomes.layout, ecs_eco.genomes.traits\n"
             "from ecs_eco.genomes import Layout, Gene; Layout([Gene(name='a', letters=2, low=0, high=1)])\n"
             "print([m for m in ('numba', 'torch', 'deap') if m in sys.modules])")  # fmt: skip
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.strip() == "[]"

@@ -5,9 +5,9 @@ import pytest
 
 from ecs_eco.components.experience import Experience
 from ecs_eco.components.policy import Policy
+from ecs_eco.engine.random import mix_int
+from ecs_eco.engine.table import Table
 from ecs_eco.learning import PPO, Individuals, choose
-from ecs_eco.random import mix_int
-from ecs_eco.table import Table
 
 GROUPS = (3, 2)
 

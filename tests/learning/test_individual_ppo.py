@@ -4,11 +4,11 @@ import torch
 
 from ecs_eco.components.experience import Experience
 from ecs_eco.components.policy import Policy
+from ecs_eco.engine.random import mix_int
+from ecs_eco.engine.table import Table
 from ecs_eco.learning import PPO, Brain, Individuals, Learner, choose
 from ecs_eco.learning.individual_kernels import _look_back
 from ecs_eco.learning.rollout import STEP
-from ecs_eco.random import mix_int
-from ecs_eco.table import Table
 
 GROUPS, MASK = (3, 2), (1 << 64) - 1
 

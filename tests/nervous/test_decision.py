@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from ecs_eco.engine.random import DECIDE, draw, tick_key
 from ecs_eco.nervous.decision import decide, first_on, uniforms
 from ecs_eco.nervous.nerves import Nerves
-from ecs_eco.random import DECIDE, draw, tick_key
 
 
 def _nerves(groups, neutral=None, automatic=()):

@@ -6,11 +6,11 @@ import pytest
 
 from ecs_eco import World
 from ecs_eco.components import Metabolism, Nervous, Position
-from ecs_eco.errors import ConfigError
+from ecs_eco.engine.errors import ConfigError
 from ecs_eco.nervous.thoughts import minds, thinkers
 from ecs_eco.record import Recorder, fork, resume, run_to_folder
-from ecs_eco.record.arrow import read_parts
 from ecs_eco.record.details import columns_of, how_many
+from ecs_eco.record.parquet import read_parts
 
 TICKS = 40
 
@@ -128,7 +128,7 @@ def test_a_run_that_goes_on_has_the_same_details(menagerie, tmp_path, first):
 
 def test_after_a_power_cut_the_parts_are_the_same_bytes(menagerie, tmp_path, monkeypatch):
     from ecs_eco import systems
-    from ecs_eco.record import run
+    from ecs_eco.runs import run
 
     _run(menagerie(), tmp_path / "whole", checkpoint_every=6, record="focal=6")
     process = systems.Feed.process

@@ -8,8 +8,8 @@ import pytest
 from ecs_eco import World
 from ecs_eco.config import load
 from ecs_eco.record import run_to_folder
-from ecs_eco.record.arrow import read_parts
 from ecs_eco.record.folder import git_commit, versions, write_json
+from ecs_eco.record.parquet import read_parts
 
 TICKS = 40
 FOUNDERS = 150 + 40 + 8
@@ -126,8 +126,8 @@ def test_an_interrupted_run_leaves_readable_parts_and_says_that_it_is_not_finish
 
 
 def test_a_part_is_whole_or_not_there(run, tmp_path, monkeypatch):
-    from ecs_eco import files
-    from ecs_eco.record import arrow
+    from ecs_eco.engine import files
+    from ecs_eco.record import parquet as arrow
 
     table = pa.table({"x": np.arange(3.0)})
     monkeypatch.setattr(files.os, "fsync", lambda _: (_ for _ in ()).throw(OSError("disk full")))
@@ -141,7 +141,7 @@ def test_a_part_is_whole_or_not_there(run, tmp_path, monkeypatch):
 
 
 def test_parts_of_a_long_run_are_read_as_one(tmp_path):
-    from ecs_eco.record.arrow import to_arrow, write_part
+    from ecs_eco.record.parquet import to_arrow, write_part
 
     for part, columns in enumerate([{"tick": np.arange(3)}, {"tick": np.arange(3, 5), "died: late": np.array([0, 1], np.int32)}]):
         write_part(
@@ -178,7 +178,7 @@ def test_a_run_goes_on_and_is_whole_after_an_extinction(tmp_path):
 
     from ecs_eco.config import load
     from ecs_eco.record import run_to_folder
-    from ecs_eco.record.arrow import read_parts
+    from ecs_eco.record.parquet import read_parts
 
     small = {"space.size": [60.0, 60.0], "species.grass.count": 100, "species.deer.count": 10, "species.wolf.count": 3,
              "species.deer.metabolism.basal": 0.05, "species.wolf.metabolism.basal": 0.05}
@@ -192,7 +192,7 @@ def test_a_run_goes_on_and_is_whole_after_an_extinction(tmp_path):
 
 
 def test_genomes_are_strings_that_repeat_or_do_not(tmp_path):
-    from ecs_eco.record.arrow import to_arrow, write_part
+    from ecs_eco.record.parquet import to_arrow, write_part
 
     rng = np.random.default_rng(1)
     many = np.frombuffer(rng.choice(list(b"ACGT"), 8 * 1000).astype(np.uint8).tobytes(), "S8")

@@ -11,8 +11,8 @@ import pytest
 
 from ecs_eco.analysis.runs import Series
 from ecs_eco.config import load
-from ecs_eco.config.search import Search as Settings
-from ecs_eco.errors import ConfigError
+from ecs_eco.config.models.search import Search as Settings
+from ecs_eco.engine.errors import ConfigError
 from ecs_eco.search import objectives
 from ecs_eco.search.importance import importances, ranks
 from ecs_eco.search.journal import Journal

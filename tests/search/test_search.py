@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 
 from ecs_eco.cli import app
 from ecs_eco.config import load
-from ecs_eco.errors import ConfigError
+from ecs_eco.engine.errors import ConfigError
 from ecs_eco.search import search
 from ecs_eco.search.evaluate import Job, evaluate
 from ecs_eco.search.plan import plan_of

@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from ecs_eco.components import Metabolism, Nervous, Policy
+from ecs_eco.engine.random import DECIDE, draw_many
 from ecs_eco.learning import choose
-from ecs_eco.random import DECIDE, draw_many
 from ecs_eco.systems import Decide, Sense
 from ecs_eco.testing import act, arrange
 

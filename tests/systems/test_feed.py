@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from ecs_eco import random
 from ecs_eco.components import Body, Defence, Metabolism, Nervous
+from ecs_eco.engine import random
 from ecs_eco.systems import Decide, Feed, Sense
 from ecs_eco.testing import act, arrange
 

@@ -6,8 +6,8 @@ import pytest
 from ecs_eco import World
 from ecs_eco.components import Biology, Metabolism, Nervous, Position
 from ecs_eco.config import load
-from ecs_eco.errors import ConfigError
-from ecs_eco.random import draw
+from ecs_eco.engine.errors import ConfigError
+from ecs_eco.engine.random import draw
 from ecs_eco.space.terrain import FENCE
 from ecs_eco.systems.intervene import Region
 from ecs_eco.testing import arrange, check_world
@@ -324,7 +324,7 @@ def test_a_world_saved_before_or_after_an_intervention_goes_on_the_same(name, tm
 @pytest.mark.parametrize("name", ["a cull of half the wolves", "a doubled birth rate", "a fence"])
 def test_in_the_file_and_in_a_fork_of_a_checkpoint_are_the_same(name, tmp_path):
     from ecs_eco.record import run_to_folder
-    from ecs_eco.record.run import fork
+    from ecs_eco.runs.run import fork
 
     what = CASES[name] | {"at": 6}
     run_to_folder(small(), seed=4, ticks=8, out=tmp_path / "burnt-in", policies="untrained", checkpoint_every=4, keep=9, report=False)

@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
 
-from ecs_eco import random
 from ecs_eco.components import Biology, Body, Genome, Gestation, LifeHistory, Metabolism, Nervous, Position
 from ecs_eco.config import load
-from ecs_eco.errors import ConfigError
+from ecs_eco.engine import random
+from ecs_eco.engine.errors import ConfigError
 from ecs_eco.systems import Mate
 from ecs_eco.systems.mate import MEET, TASTE
 from ecs_eco.testing import act, arrange, check_system, difference, shuffle, state

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from ecs_eco import random
 from ecs_eco.components import Biology, Body, LifeHistory, Metabolism, Position
+from ecs_eco.engine import random
 from ecs_eco.systems import Reproduce
 from ecs_eco.testing import act, arrange, shuffle
 

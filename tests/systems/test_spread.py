@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 
-from ecs_eco import random
 from ecs_eco.components import Growth, Position
-from ecs_eco.random import draw
+from ecs_eco.engine import random
+from ecs_eco.engine.random import draw
 from ecs_eco.systems import Spread
 from ecs_eco.systems.spread import sprout
 from ecs_eco.testing import act, arrange

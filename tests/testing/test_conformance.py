@@ -52,7 +52,7 @@ class Good(System):
     phase = "move"
 
     def update(self, table, world):
-        from ecs_eco import random
+        from ecs_eco.engine import random
 
         rows = table.rows()
         hops = random.draw_many(world.key, table.uid[rows], random.USER) < 0.5
@@ -165,7 +165,7 @@ class Empty(System):
         (Undefined, "Undefined: Metabolism.energy in table 'hare' has become (inf|nan); it must stay finite"),
         (Murder, "Murder: it changes who lives in 'hare'; ask by table.request and world.kill"),
         (Widen, "Widen: it changes the type of Metabolism.energy"),
-        (Dice, "Dice: it uses global random numbers; use ecs_eco.random"),
+        (Dice, "Dice: it uses global random numbers; use ecs_eco.engine.random"),
         (Plague, r"Plague: a cause of death in table 'hare' is unknown; take its code from world.cause\(name\)"),
         (First, "First: its results change with rows in another order: tick 0, hare: Metabolism.energy of uid 1 is"),
         (Threads, "Threads: its results change with two threads: tick 0, hare: Metabolism.energy"),
@@ -249,7 +249,7 @@ def test_a_world_that_breaks_a_promise_is_told_so(menagerie):
 
     with pytest.raises(AssertionError, match=r"menagerie, tick 0, moss: the energy ledger is off by .*: stock_before"):
         check_world(make(Leak), ticks=2)
-    with pytest.raises(AssertionError, match=r"menagerie: the same seed gives another world; draw chance with ecs_eco.random"):
+    with pytest.raises(AssertionError, match=r"menagerie: the same seed gives another world; draw chance with ecs_eco.engine.random"):
         check_world(make(Whim), ticks=2)
     with pytest.raises(AssertionError, match=r"menagerie: rows in another order give another fate: moss: Metabolism.energy of uid"):
         check_world(make(_balanced(First)), ticks=2)

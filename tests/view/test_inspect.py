@@ -5,8 +5,8 @@ import pytest
 
 from ecs_eco import World
 from ecs_eco.components import Nervous
-from ecs_eco.config.genome import Gene
 from ecs_eco.genomes import Layout
+from ecs_eco.genomes.models import Gene
 from ecs_eco.nervous.thoughts import minds, softmax, thinkers
 from ecs_eco.view.inspect import drawable, marked, state_of
 

@@ -10,13 +10,13 @@ import pytest
 from ecs_eco import World
 from ecs_eco.components import Genome, Metabolism, Position
 from ecs_eco.config import load
-from ecs_eco.config.living import refused
 from ecs_eco.config.loading import changed
-from ecs_eco.errors import CheckpointError, ConfigError
+from ecs_eco.config.mutable_keys import refused
+from ecs_eco.engine.errors import CheckpointError, ConfigError
+from ecs_eco.engine.system import System
 from ecs_eco.record import fork, resume, run_to_folder
-from ecs_eco.record.repeat import repeat, repeatable
-from ecs_eco.record.run import Stopped
-from ecs_eco.system import System
+from ecs_eco.runs.repeat import repeat, repeatable
+from ecs_eco.runs.run import Stopped
 from ecs_eco.view.live import Live
 from ecs_eco.view.player import Player
 from ecs_eco.view.watch import Window

@@ -4,10 +4,10 @@ import pytest
 from ecs_eco import World
 from ecs_eco.analysis.lineage import Lineage
 from ecs_eco.components import Position
-from ecs_eco.errors import RecordingError
+from ecs_eco.engine.errors import RecordingError
 from ecs_eco.record import fork, run_to_folder
 from ecs_eco.record.recorder import Recorder
-from ecs_eco.view.crowd import STATE, Chapter
+from ecs_eco.view.interpolate import STATE, Chapter
 from ecs_eco.view.parts import Cache
 from ecs_eco.view.recording import Recording
 

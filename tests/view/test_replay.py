@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from ecs_eco.record import resume, run_to_folder
-from ecs_eco.record.arrow import read_parts
-from ecs_eco.view.again import compute
+from ecs_eco.record.parquet import read_parts
 from ecs_eco.view.frames import HEADER, MAGIC
 from ecs_eco.view.recording import Recording
 from ecs_eco.view.replay import Replay
+from ecs_eco.view.rerun import compute
 
 TICKS = 48
 GENES = {"genes": [{"name": "pace", "trait": "locomotion.pace", "low": 0.5, "high": 2.0, "letters": 2}]}

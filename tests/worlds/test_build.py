@@ -5,7 +5,7 @@ import pytest
 
 from ecs_eco import World
 from ecs_eco.components import Biology, Body, Chemistry, Metabolism, Nervous, Physical, Position, Velocity
-from ecs_eco.errors import ConfigError
+from ecs_eco.engine.errors import ConfigError
 
 
 @pytest.fixture(scope="module")

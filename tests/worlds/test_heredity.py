@@ -26,7 +26,7 @@ from ecs_eco.components import (
     Vigour,
 )
 from ecs_eco.config import load
-from ecs_eco.errors import ConfigError
+from ecs_eco.engine.errors import ConfigError
 from ecs_eco.testing import all_threads, check_world, difference, shuffle, state
 
 F = np.float32

@@ -6,8 +6,8 @@ import pytest
 from ecs_eco import World
 from ecs_eco.components import Position
 from ecs_eco.config import load
+from ecs_eco.experiments.pretraining import pretrain
 from ecs_eco.testing import check_world
-from ecs_eco.worlds.pretrain import pretrain
 
 SMALL = {"species.phytoplankton.count": 150, "species.copepod.count": 40, "species.krill.count": 12, "species.krill.max_count": 12,
          "training.set": {}, "space.size": [20.0, 20.0, 20.0]}  # fmt: skip

@@ -10,7 +10,7 @@ import pyarrow.compute as pc
 
 from ecs_eco.analysis.runs import Series, parts
 from ecs_eco.record import seal
-from ecs_eco.record.arrow import open_part, read_part
+from ecs_eco.record.parquet import open_part, read_part
 
 
 def ages_at_death(run: Path | str) -> dict[str, tuple[int, float]]:

@@ -15,7 +15,7 @@ import pyarrow.compute as pc
 
 from ecs_eco.analysis.runs import DIED, Series, load_series, parts
 from ecs_eco.record import seal
-from ecs_eco.record.arrow import open_part, read_part
+from ecs_eco.record.parquet import open_part, read_part
 
 KINDS = ("eaten", "starved", "old", "poisoned", "removed", "surroundings")
 """Kinds of causes of death: eaten, energy used up, age, deadly food, an intervention, any other limit of its life."""

@@ -81,7 +81,7 @@ def _lowest(case: Case, species: str) -> dict[str, Any]:
 
 
 def _what(done: dict[str, Any]) -> str:
-    from ecs_eco.config.interventions import describe
+    from ecs_eco.config.models.interventions import describe
 
     return describe(done)
 

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from ecs_eco import random
+from ecs_eco.engine import random
 
 PERIOD = 12  # ticks that a whim lasts
 

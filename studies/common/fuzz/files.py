@@ -127,8 +127,8 @@ class _Checkpoints(_Judge):
         return [sorted((self.whole / "checkpoints").glob("tick-*"))[-1].relative_to(self.whole)]
 
     def asked(self, path: Path, seed: int) -> dict[str, Any]:
-        from ecs_eco.errors import CheckpointError
-        from ecs_eco.record import checkpoint
+        from ecs_eco.checkpoint import file as checkpoint
+        from ecs_eco.engine.errors import CheckpointError
 
         damaged, (meta, arrays) = self.folder / path, checkpoint.read(self.whole / path)
         try:
@@ -142,8 +142,8 @@ class _Checkpoints(_Judge):
 
     def _without(self, damaged: Path, said: str, seed: int) -> dict[str, Any]:
         """Whether the one before is used; and, now and then, whether the run goes on to the same end."""
-        from ecs_eco.errors import CheckpointError
-        from ecs_eco.record import checkpoint
+        from ecs_eco.checkpoint import file as checkpoint
+        from ecs_eco.engine.errors import CheckpointError
 
         try:
             if checkpoint.describe(damaged) != checkpoint.describe(self.whole / damaged.relative_to(self.folder)):
@@ -170,7 +170,7 @@ class _Recordings(_Judge):
         return [Path("manifest.json"), *found]
 
     def asked(self, path: Path, seed: int) -> dict[str, Any]:
-        from ecs_eco.errors import RecordingError
+        from ecs_eco.engine.errors import RecordingError
 
         refused, readers = [], _readers(path)
         for name, read in readers.items():
@@ -217,7 +217,7 @@ def _report(folder: Path) -> Any:
 
 
 def _parts(folder: Path) -> Any:
-    from ecs_eco.record.arrow import read_parts
+    from ecs_eco.record.parquet import read_parts
 
     return {kind: read_parts(folder / kind).to_pydict() for kind in KINDS if (folder / kind).is_dir()}
 

@@ -95,7 +95,7 @@ def judge(item: tuple[str, str, int, str]) -> dict[str, Any]:
     import traceback
 
     from ecs_eco.config import load
-    from ecs_eco.errors import ConfigError
+    from ecs_eco.engine.errors import ConfigError
 
     source, what, seed, folder = item
     stage = "load"
@@ -131,7 +131,7 @@ def _run(config: Any) -> dict[str, Any]:
     """Run an accepted world in little."""
     from ecs_eco import World
     from ecs_eco.config import load
-    from ecs_eco.errors import ConfigError
+    from ecs_eco.engine.errors import ConfigError
 
     try:
         config = load(config, _less(config))

@@ -1,0 +1,50 @@
+"""Names of a package that load when they are first used, and module names of version 0.1 that still lead to where things are now."""
+
+import sys
+import warnings
+from collections.abc import Callable, Mapping, Sequence
+from importlib import import_module
+from importlib.abc import Loader, MetaPathFinder
+from importlib.machinery import ModuleSpec
+from types import ModuleType
+from typing import Any
+
+FORMER = {  # what the documentation of version 0.1 imported from
+    "ecs_eco.random": "ecs_eco.engine.random",
+    "ecs_eco.record.arrow": "ecs_eco.record.parquet",
+    "ecs_eco.record.repeat": "ecs_eco.runs.repeat",
+    "ecs_eco.record.run": "ecs_eco.runs.run",
+    "ecs_eco.worlds.pretrain": "ecs_eco.experiments.pretraining",
+    "ecs_eco.worlds.retune": "ecs_eco.worlds.reconfigure",
+}
+
+
+def lazy(package: str, modules: Mapping[str, str]) -> Callable[[str], Any]:
+    """Return a package's `__getattr__`: each of these names is in the module that stands beside it."""
+
+    def find(name: str) -> Any:
+        if name not in modules:
+            raise AttributeError(f"{package} has no {name!r}; it has {', '.join(modules)}")
+        return getattr(import_module(modules[name]), name)
+
+    return find
+
+
+class Former(MetaPathFinder, Loader):
+    """Finds modules by their former names, with a DeprecationWarning that says the present one."""
+
+    def find_spec(self, name: str, path: Sequence[str] | None, target: ModuleType | None = None) -> ModuleSpec | None:
+        """Return a spec for a former name, None for all others."""
+        return ModuleSpec(name, self) if name in FORMER else None
+
+    def exec_module(self, module: ModuleType) -> None:
+        """Let the former name stand for the module that has its content now."""
+        name = module.__name__
+        warnings.warn(f"{name} is {FORMER[name]} now", DeprecationWarning, stacklevel=2)
+        sys.modules[name] = import_module(FORMER[name])
+
+
+def find_former_names() -> None:
+    """Let imports find former names, after all else."""
+    if not any(isinstance(finder, Former) for finder in sys.meta_path):
+        sys.meta_path.append(Former())

@@ -1,0 +1,4 @@
+"""A world's state as arrays and JSON, and the file that holds it.
+
+When checkpoints are written belongs to `ecs_eco.runs`.
+"""

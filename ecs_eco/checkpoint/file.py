@@ -1,0 +1,172 @@
+"""Checkpoints: all that decides a world's future in one file, from which it goes on to the same bytes.
+
+A checkpoint is a safetensors file. Its tensors are the columns of the living, fields, weights, optimisers, rollouts and whatever
+else has `state()`; its metadata holds `meta` (JSON: format, versions, configuration, clock, tables), `parts` (JSON: a CRC-32 of every
+tensor with its type and shape) and `seal` (SHA-256 of both). Nothing in it can run code.
+"""
+
+import hashlib
+import json
+import zlib
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ecs_eco.checkpoint import freeze as frozen
+from ecs_eco.engine import files
+from ecs_eco.engine.errors import CheckpointError
+
+FORMAT = 2
+SUFFIX = ".safetensors"
+Arrays = dict[str, np.ndarray]
+
+
+def _with_head_starts(meta: dict[str, Any], arrays: Arrays) -> tuple[dict[str, Any], Arrays]:
+    """From format 1: ages had nothing beside them; `Age` finds the head start of each by itself."""
+    for name, made in meta["tables"].items():
+        if "Biology" in made["columns"]:
+            made["columns"]["Biology"]["head_start"] = ["<f8", []]
+            arrays[f"table/{name}/Biology.head_start"] = np.zeros(len(arrays[f"table/{name}/row"]))
+    return meta | {"format": 2}, arrays
+
+
+MIGRATIONS: dict[int, Callable[[dict[str, Any], Arrays], tuple[dict[str, Any], Arrays]]] = {1: _with_head_starts}
+"""From each older format to the next; a format without one is refused."""
+
+
+def save(world: Any, path: str | Path) -> Path:
+    """Write a checkpoint of a world between two ticks, so that the file is whole or not there. Returns its path.
+
+    Raises RuntimeError within a tick, CheckpointError for something that could not be restored, OSError where nothing can be
+    written.
+    """
+    path = Path(path)
+    write(path, *frozen.freeze(world))
+    return path
+
+
+def restore(cls: Any, path: str | Path, *, threads: int = 1, config: Any = None, systems: Sequence[Any] = (),
+            prepare: Callable[[Any], None] | None = None, record: bool = True) -> Any:
+    """Return the world that a checkpoint holds; `threads` may differ from before.
+
+    `config` is needed where the world was built from one that holds functions which no module names, `systems` where
+    systems were handed in as instances: both as they were. `prepare(world)` is called before the state is loaded: what
+    was added by hand is added there again. Raises CheckpointError.
+    """
+    meta, arrays = read(path)
+    world = frozen.thaw(cls, meta, threads, config, systems, str(path))
+    if prepare is not None:
+        prepare(world)
+    if record and "recorder" in meta:
+        from ecs_eco.record.recorder import Recorder
+
+        Recorder(world)
+    frozen.load(world, meta, arrays, str(path))
+    return world
+
+
+def load(world: Any, path: str | Path) -> None:
+    """Bring a world that was built in the same way to the state that a checkpoint holds; raises CheckpointError."""
+    meta, arrays = read(path)
+    frozen.load(world, meta, arrays, str(path))
+
+
+def write(path: Path, meta: Mapping[str, Any], arrays: Arrays) -> None:
+    """Write meta and arrays, so that the file is whole or not there; raises OSError that names it."""
+    arrays = {name: np.ascontiguousarray(array).reshape(np.shape(array)) for name, array in arrays.items()}
+    text = json.dumps({"format": FORMAT, **meta}, allow_nan=False)  # in order: that of species and tables counts
+    parts = json.dumps({name: _sum(array) for name, array in arrays.items()})
+    path.parent.mkdir(parents=True, exist_ok=True)
+    files.write_tensors(path, arrays, {"meta": text, "parts": parts, "seal": _seal(text, parts)})
+
+
+def read(path: str | Path) -> tuple[dict[str, Any], Arrays]:
+    """Return meta and arrays of a checkpoint; raises CheckpointError that says what is wrong with the file."""
+    meta, parts, arrays = _open(Path(path))
+    for name, wanted in parts.items():
+        if name not in arrays:
+            raise CheckpointError(f"{path}: the part {name!r} is missing")
+        if _sum(arrays[name]) != wanted:
+            raise CheckpointError(f"{path}: the part {name!r} is damaged: its checksum is {_sum(arrays[name])[0]}, not {wanted[0]}")
+    if more := sorted(set(arrays) - set(parts)):
+        raise CheckpointError(f"{path}: holds {more[0]!r}, which it should not")
+    arrays = {name: arrays[name] for name in parts}  # in the order in which they were given
+    while (found := meta.get("format")) != FORMAT:
+        if found not in MIGRATIONS:
+            raise CheckpointError(f"{path}: has the format {found}; this version of ecs-eco reads format {FORMAT}")
+        meta, arrays = MIGRATIONS[found](meta, arrays)
+    return meta, arrays
+
+
+def describe(path: str | Path) -> dict[str, Any]:
+    """Return meta of a checkpoint without reading its parts; raises CheckpointError."""
+    from safetensors import SafetensorError, safe_open
+
+    try:
+        with safe_open(str(path), framework="numpy") as file:
+            return _meta(Path(path), file.metadata())[0]
+    except (SafetensorError, OSError) as error:
+        raise CheckpointError(f"{path}: is no checkpoint: {error}") from None
+
+
+def latest(folder: Path, before: int | None = None, complain: Callable[[str], None] | None = None) -> Path | None:
+    """Return the newest whole checkpoint in a folder, at or before a tick; `complain` hears of damaged ones that are passed over."""
+    for path in sorted(folder.glob(f"tick-*{SUFFIX}"), reverse=True):
+        try:
+            if before is None or tick_of(path) <= before:
+                read(path)
+                return path
+        except CheckpointError as error:
+            if complain is not None:
+                complain(f"{error}; trying the one before")
+    return None
+
+
+def name_of(tick: int) -> str:
+    """Return the file name of the checkpoint of a tick."""
+    return f"tick-{tick:012d}{SUFFIX}"
+
+
+def tick_of(path: Path) -> int:
+    """Return the tick that a file name says; raises CheckpointError where it says none."""
+    word = path.name.removeprefix("tick-").removesuffix(SUFFIX)
+    if not word.isdigit():
+        raise CheckpointError(f"{path}: a checkpoint in this folder is named like {name_of(1000)}")
+    return int(word)
+
+
+def _open(path: Path) -> tuple[dict[str, Any], dict[str, list[Any]], Arrays]:
+    from safetensors import SafetensorError, safe_open
+
+    try:
+        with safe_open(str(path), framework="numpy") as file:
+            meta, parts = _meta(path, file.metadata())
+            return meta, parts, {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118
+    except FileNotFoundError:
+        raise CheckpointError(f"{path}: no such file") from None
+    except CheckpointError:
+        raise
+    except (SafetensorError, OSError, ValueError, TypeError, KeyError, AttributeError, MemoryError, OverflowError) as error:
+        raise CheckpointError(f"{path}: is no whole checkpoint: {error}") from None
+
+
+def _meta(path: Path, metadata: Mapping[str, str] | None) -> tuple[dict[str, Any], dict[str, list[Any]]]:
+    """Return meta and the list of parts from a file's metadata, once the seal is right."""
+    found = dict(metadata or {})
+    if set(found) != {"meta", "parts", "seal"}:
+        raise CheckpointError(f"{path}: is no checkpoint of ecs-eco, or its head is damaged")
+    if _seal(found["meta"], found["parts"]) != found["seal"]:
+        raise CheckpointError(f"{path}: its head is damaged: the seal does not fit")
+    return json.loads(found["meta"]), json.loads(found["parts"])
+
+
+def _sum(array: np.ndarray) -> list[Any]:
+    data: Any = np.ascontiguousarray(array).reshape(-1).view(np.uint8)
+    return [zlib.crc32(data), array.dtype.str, list(array.shape)]
+
+
+def _seal(text: str, parts: str) -> str:
+    return hashlib.sha256(f"{len(text)} {text}{parts}".encode()).hexdigest()
+

@@ -1,0 +1,272 @@
+"""A world as JSON and arrays, and back: what a checkpoint holds (see checkpoint.py for the file)."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ecs_eco.engine.errors import CheckpointError
+from ecs_eco.engine.section import function_name, named_function
+
+Arrays = dict[str, np.ndarray]
+OWN = ("uid", "born", "cause", "killer")  # columns of a table that belong to no component
+
+
+def freeze(world: Any) -> tuple[dict[str, Any], Arrays]:
+    """Return all that decides a world's future: meta for JSON, and arrays by name. Raises RuntimeError within a tick."""
+    from ecs_eco.record.folder import versions
+
+    if world.ticking:
+        raise RuntimeError("a world is saved between two ticks, not within one")
+    arrays: Arrays = {}
+    meta: dict[str, Any] = {
+        "versions": versions(), "name": world.name,
+        "clock": {"tick": world.tick, "seed": world.seed, "dt": world.dt, "next_uid": world.next_uid},
+        "config": None if world.config is None else world.config.resolved(),
+        "folder": None if world.config is None else str(world.config.folder.absolute()), "options": world.origin,
+        "reproduction": world.reproduction,
+        "ambient": world.ambient, "causes": world.causes, "environment": sorted(world.environment), "instances": _instances(world),
+        "tables": {name: _freeze_table(table, arrays) for name, table in world.tables.items()},
+        "fields": sorted(world.fields), "systems": [type(s).__name__ for s in world.systems],
+        "intervened": world.intervened,
+    }  # fmt: skip
+    for name, field in world.fields.items():
+        arrays[f"field/{name}"] = field.value
+        if field.source.any():  # emitted after the fields' turn in this tick
+            arrays[f"emitted/{name}"] = field.source
+    kept = meta["stateful"] = {}
+    for owner, part in stateful(world).items():
+        if state := part.state():
+            kept[owner] = sorted(state)
+            _put(arrays, owner, state)
+    meta["plain"] = _freeze_plain(world, arrays)
+    if world.recorder is not None:
+        world.recorder.flush()
+        meta["recorder"] = world.recorder.names
+        _put(arrays, "recorder", world.recorder.state())
+    return meta, arrays
+
+
+def thaw(cls: Any, meta: Mapping[str, Any], threads: int, config: Any, systems: Sequence[Any], where: str) -> Any:
+    """Return a world without organisms, built as the frozen one was; raises CheckpointError that says what is to be handed in."""
+    from ecs_eco.config import WorldConfig, load
+    from ecs_eco.engine.errors import ConfigError
+    from ecs_eco.worlds.build import build
+
+    if meta["config"] is None:
+        raise CheckpointError(f"{where}: holds a world that was made by hand; make it again, then world.load(path)")
+    handed = {function_name(s): s for s in systems}
+    if missing := [name for name in meta["instances"] if name not in handed and config is None]:
+        raise CheckpointError(f"{where}: the system {missing[0]} was handed in as an instance; hand it in again: "
+                              "World.restore(path, systems=[…])")  # fmt: skip
+    try:
+        if config is None:
+            data = dict(meta["config"])
+            data["systems"] = [handed.get(name, name) for name in data["systems"]]
+            found = WorldConfig.model_validate(data)
+            found._folder, found._source = Path(meta["folder"]), where
+        else:
+            found = config if isinstance(config, WorldConfig) and not systems else load(config, systems=systems)
+            if found.resolved() != meta["config"]:
+                raise CheckpointError(f"{where}: was saved with another configuration than the one handed in")
+        options = dict(meta["options"])
+        options["policies"] = {name: "random" if source == "random" else "untrained" for name, source in options["policies"].items()}
+        options["learn"] = {name: made["learning"] for name, made in meta["tables"].items()}
+        world = build(cls, found, seed=meta["clock"]["seed"], threads=threads, populate=False, record=False, **options)
+    except (ConfigError, ImportError, AttributeError, ValueError, TypeError) as error:
+        if isinstance(error, CheckpointError):
+            raise
+        raise CheckpointError(f"{where}: its world cannot be built here: {error}") from error
+    return world
+
+
+def load(world: Any, meta: Mapping[str, Any], arrays: Arrays, where: str) -> None:
+    """Bring a world to a frozen state; raises CheckpointError where it is built otherwise, before anything changes."""
+    _check(world, meta, arrays, where)
+    clock = meta["clock"]
+    world.seed, world.tick, world.next_uid = int(clock["seed"]), int(clock["tick"]), int(clock["next_uid"])
+    world.reproduction, world.ambient, world.causes[:] = meta["reproduction"], dict(meta["ambient"]), meta["causes"]
+    world.intervened = [tuple(done) for done in meta["intervened"]]
+    for name, table in world.tables.items():
+        _load_table(table, meta["tables"][name], arrays)
+    for name, field in world.fields.items():
+        field.value[...] = arrays[f"field/{name}"]
+        field.source[...] = arrays.get(f"emitted/{name}", 0)
+    for owner, part in stateful(world).items():
+        if owner in meta["stateful"]:
+            part.load(_take(arrays, owner))
+    if world.recorder is not None and "recorder" in meta:
+        world.recorder.load(_take(arrays, "recorder"))
+    world._indexes.clear()
+    world._merged.clear()
+    world.touch()
+    _load_plain(world, meta["plain"], arrays, where)
+
+
+# --- tables ----------------------------------------------------------------------------------------------------------
+
+
+def _freeze_table(table: Any, arrays: Arrays) -> dict[str, Any]:
+    """Put the columns of the living into `arrays`; return what says how the table is made."""
+    rows, prefix = table.rows(), f"table/{table.name}"
+    arrays[f"{prefix}/row"] = rows
+    for name in OWN:
+        arrays[f"{prefix}/{name}"] = getattr(table, name)[rows]
+    columns: dict[str, dict[str, Any]] = {}
+    for component, held in table.columns.items():
+        fields = columns[component.__name__] = {}
+        for field, array in vars(held).items():
+            arrays[f"{prefix}/{component.__name__}.{field}"] = array[rows]
+            fields[field] = [array.dtype.str, list(array.shape[1:])]
+    births = []
+    for i, (parents, second, values) in enumerate(table.births):
+        arrays[f"{prefix}/births/{i}/parent"] = parents
+        if second is not None:
+            arrays[f"{prefix}/births/{i}/second"] = second
+        for (component, field), array in values.items():
+            arrays[f"{prefix}/births/{i}/{component.__name__}.{field}"] = np.asarray(array, table.defaults[component][field].dtype)
+        births.append({"second": second is not None, "values": [f"{c.__name__}.{f}" for c, f in values]})
+    nerves = table.traits.get("nerves")
+    return {"columns": columns, "capacity": table.capacity, "births": births, "learning": bool(nerves is not None and nerves.learning)}
+
+
+def _load_table(table: Any, made: Mapping[str, Any], arrays: Arrays) -> None:
+    prefix = f"table/{table.name}"
+    rows = arrays[f"{prefix}/row"]
+    table.reserve(int(made["capacity"]))
+    table.alive[:] = False
+    for name in OWN:
+        column = getattr(table, name)
+        column[:] = 0
+        column[rows] = arrays[f"{prefix}/{name}"]
+    table.alive[rows] = True
+    table.n, table.high = rows.size, int(rows[-1]) + 1 if rows.size else 0
+    table.entity_uid[:] = np.where(table.entity_uid != 0, np.uint64(0xFFFFFFFFFFFFFFFF), table.entity_uid)
+    known = {c.__name__: c for c in table.columns}
+    for component, held in table.columns.items():
+        for field, array in vars(held).items():
+            array[rows] = arrays[f"{prefix}/{component.__name__}.{field}"]
+    table.births = []
+    for i, birth in enumerate(made["births"]):
+        values = {}
+        for word in birth["values"]:
+            component, _, field = word.rpartition(".")
+            values[known[component], field] = arrays[f"{prefix}/births/{i}/{word}"]
+        second = arrays[f"{prefix}/births/{i}/second"] if birth["second"] else None
+        table.births.append((arrays[f"{prefix}/births/{i}/parent"], second, values))
+
+
+def _check(world: Any, meta: Mapping[str, Any], arrays: Arrays, where: str) -> None:
+    """Raise CheckpointError where a world's tables, fields, systems or parts are others than those frozen."""
+    pairs: Any = (("tables", list(world.tables), list(meta["tables"])), ("fields", sorted(world.fields), meta["fields"]),
+                               ("functions of the environment", sorted(world.environment), meta["environment"]))  # fmt: skip
+    for what, mine, theirs in pairs:
+        if mine != theirs:
+            raise CheckpointError(f"{where}: was saved with the {what} {_words(theirs)}, and this world has {_words(mine)}")
+    if world.dt != meta["clock"]["dt"]:
+        raise CheckpointError(f"{where}: was saved with dt = {meta['clock']['dt']:g} s, and this world has {world.dt:g} s")
+    systems = [s for s in meta["systems"] if s != "Recorder"]
+    if (mine := [type(s).__name__ for s in world.systems if type(s).__name__ != "Recorder"]) != systems:
+        raise CheckpointError(f"{where}: was saved with the systems {_words(systems)}, and this world has {_words(mine)}")
+    for name, table in world.tables.items():
+        made = {c.__name__: {f: [a.dtype.str, list(a.shape[1:])] for f, a in vars(held).items()} for c, held in table.columns.items()}
+        theirs = meta["tables"][name]["columns"]
+        for component in {**made, **theirs}:
+            if made.get(component) != theirs.get(component):
+                raise CheckpointError(f"{where}: {component} of {name} was saved with the columns {theirs.get(component)}, "
+                                      f"and this world has {made.get(component)}")  # fmt: skip
+    kept: dict[str, list[str]] = {owner: sorted(state) for owner, part in stateful(world).items() if (state := part.state())}
+    for owner in {**kept, **meta["stateful"]}:
+        if kept.get(owner) != meta["stateful"].get(owner):
+            raise CheckpointError(f"{where}: of {owner} it holds {_words(meta['stateful'].get(owner, []))}, "
+                                  f"and this world has {_words(kept.get(owner, []))}")  # fmt: skip
+
+
+def _words(names: Sequence[str]) -> str:
+    return ", ".join(names) or "none"
+
+
+# --- what has a state of its own --------------------------------------------------------------------------------------
+
+
+def stateful(world: Any) -> dict[str, Any]:
+    """Return everything that has state() and load(), by a name that follows from how the world is built."""
+    found = {f"table/{t.name}/trait/{key}": part for t in world.tables.values() for key, part in sorted(t.traits.items()) if _has(part)}
+    found |= {f"system/{i}/{type(s).__name__}": s for i, s in enumerate(world.systems) if _has(s) and s is not world.recorder}
+    if _has(world.terrain):
+        found["terrain"] = world.terrain
+    return found
+
+
+def _has(part: Any) -> bool:
+    return callable(getattr(part, "state", None)) and callable(getattr(part, "load", None)) and not isinstance(part, type)
+
+
+def _put(arrays: Arrays, owner: str, state: Mapping[str, Any]) -> None:
+    for key, value in state.items():
+        array = np.asarray(value)
+        if array.dtype.kind not in "biuf":
+            raise CheckpointError(f"{owner}: state() gives {key!r} as {array.dtype}; allowed are arrays of numbers")
+        arrays[f"{owner}/{key}"] = array
+
+
+def _take(arrays: Arrays, owner: str) -> Arrays:
+    return {key.removeprefix(f"{owner}/"): array for key, array in arrays.items() if key.startswith(f"{owner}/")}
+
+
+def _instances(world: Any) -> list[str]:
+    """Return the names of systems in the configuration that were handed in as instances and have no state() to say what they were."""
+    listed = () if world.config is None else world.config.systems
+    return [function_name(s) for s in listed if not isinstance(s, str | type) and not _has(s)]
+
+
+# --- plain components, on esper's entities ------------------------------------------------------------------------------
+
+
+def _freeze_plain(world: Any, arrays: Arrays) -> list[list[Any]]:
+    """Put the user's own plain components, which have state() and a class method restore(state), into `arrays`; return who has which."""
+    out: list[list[Any]] = []
+    for uid, thing in plain_components(world):
+        if not (callable(getattr(thing, "state", None)) and callable(getattr(type(thing), "restore", None))):
+            raise CheckpointError(f"organism {uid} has a {type(thing).__name__}, which cannot be saved: give its class state() → dict of "
+                                  "arrays of numbers, and a class method restore(state)")  # fmt: skip
+        _put(arrays, f"plain/{len(out)}", thing.state())
+        out.append([uid, function_name(type(thing))])
+    return out
+
+
+def plain_components(world: Any) -> list[tuple[int, Any]]:
+    """Return (uid, component) of all components on esper's entities that are no columns, in the order of uids and of names."""
+    import esper
+
+    from ecs_eco.ecosystem import _Inside
+    from ecs_eco.engine.schema import Handle
+
+    found: list[tuple[int, Any]] = []
+    with _Inside(world._context):
+        for table in world.tables.values():
+            rows = table.rows()
+            for row in rows[table.entity_uid[rows] == table.uid[rows]]:
+                things: Any = esper.components_for_entity(int(table.entity[row]))
+                found += [(int(table.uid[row]), thing) for thing in things if not isinstance(thing, Handle)]
+    return sorted(found, key=lambda f: (f[0], function_name(type(f[1]))))
+
+
+def _load_plain(world: Any, listed: Sequence[Sequence[Any]], arrays: Arrays, where: str) -> None:
+    import esper
+
+    from ecs_eco.ecosystem import _Inside
+
+    if not listed:
+        return
+    world.sync()
+    with _Inside(world._context):
+        for i, (uid, name) in enumerate(listed):
+            try:
+                kind: Any = named_function(name)
+            except (ImportError, AttributeError) as error:
+                module = name.partition(":")[0]
+                raise CheckpointError(f"{where}: organism {uid} has a component {name}, and {module} has none such: {error}") from None
+            esper.add_component(world.entity(int(uid)), kind.restore(_take(arrays, f"plain/{i}")))
+

@@ -1,0 +1,182 @@
+"""Checks of one species' body, chemistry, food, reproduction and death."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from contextlib import suppress
+
+from ecs_eco.config.checks.matter import Key, check_matter, check_size, unknown
+from ecs_eco.config.models.reproduction import Alone, Bearing, Sexual, Spread
+from ecs_eco.config.models.species import Species
+from ecs_eco.config.models.world import WorldConfig
+from ecs_eco.engine.errors import Problem
+from ecs_eco.engine.section import named_function
+
+MOST_SITES = 10_000_000  # of plants
+JAMMED = {2: 0.547 / (math.pi / 4), 3: 0.384 / (math.pi / 6)}  # spheres put at random until none fits, per spacing^dims
+
+
+def check_body(config: WorldConfig, name: str) -> Iterator[Problem]:
+    """All problems of the species besides those of its nerves."""
+    species, key = config.species[name], ("species", name)
+    yield from check_matter(config, key, species.properties, species.substances)
+    yield from check_size(config, key, species.body.radius)
+    if species.max_count is not None and species.count > species.max_count:
+        yield Problem((*key, "count"), "more than max_count", species.count, f"at most {species.max_count}")
+    if species.metabolism.energy > species.metabolism.energy_max:
+        allowed = f"at most energy_max, {species.metabolism.energy_max:g}"
+        yield Problem((*key, "metabolism", "energy"), "more than energy_max", species.metabolism.energy, allowed)
+    for field in species.emits:
+        if field not in config.fields:
+            yield unknown((*key, "emits", field), "field", field, config.fields)
+    if species.remains is not None and species.remains not in config.objects:
+        yield unknown((*key, "remains"), "object type", species.remains, config.objects)
+    yield from _check_locomotion(config, key, species)
+    yield from _check_diet(config, key, species)
+    yield from _check_reproduction(config, key, species)
+    yield from _check_lethal(key, species)
+
+
+def _check_locomotion(config: WorldConfig, key: Key, species: Species) -> Iterator[Problem]:
+    if species.locomotion is None:
+        return
+    key, most = (*key, "locomotion"), min(config.space.size) / 2
+    for gait, speed in species.locomotion.speed.items():
+        if speed * config.dt > most:
+            allowed = f"at most {most / config.dt:g} m/s"
+            yield Problem((*key, "speed", gait), "further than half of the world in one tick", speed, allowed)
+    for gait in species.locomotion.cost:
+        if gait not in species.locomotion.speed:
+            yield unknown((*key, "cost", gait), "gait", gait, species.locomotion.speed)
+
+
+def _check_diet(config: WorldConfig, key: Key, species: Species) -> Iterator[Problem]:
+    food = [*config.species, *config.objects]
+    eaten: set[str] = set()
+    for i, diet in enumerate(species.diet):
+        at = (*key, "diet", i)
+        if diet.eats not in food:
+            yield unknown((*at, "eats"), "species or object type", diet.eats, food)
+        elif diet.eats in eaten:
+            yield Problem((*at, "eats"), "named twice in this diet", diet.eats, "one entry for each food")
+        eaten.add(diet.eats)
+        if "gain" not in diet.model_fields_set and "efficiency" not in diet.model_fields_set:
+            yield Problem((*at, "gain"), "is missing, and efficiency too", allowed="gain, efficiency or both")
+        if diet.efficiency and diet.eats in config.objects:
+            yield Problem((*at, "efficiency"), "objects hold no energy", diet.efficiency, "a gain instead")
+        if diet.reach > widest(config):
+            yield Problem((*at, "reach"), too_wide(config), diet.reach, f"at most {widest(config):g} m")
+
+
+def _check_reproduction(config: WorldConfig, key: Key, species: Species) -> Iterator[Problem]:
+    way, at = species.reproduction, (*key, "reproduction")
+    if "mate" in species.actions and not isinstance(way, Sexual) and not _own_mating(config):
+        allowed = 'reproduction.kind = "sexual", or no such group'
+        yield Problem((*key, "actions", "mate"), "it has no sexual reproduction", species.actions["mate"], allowed)
+    if way is None:
+        return
+    if isinstance(way, Alone | Spread) and way.rate * config.dt > 1:
+        yield Problem((*at, "rate"), "more than one birth a tick", way.rate, f"at most {1 / config.dt:g} per second")
+    if way.place == "near" and way.dispersal is None and not isinstance(way, Sexual):
+        yield Problem((*at, "dispersal"), 'is missing with place = "near"', allowed="a distance [m]")
+    if way.dispersal is not None and way.dispersal > widest(config):
+        yield Problem((*at, "dispersal"), too_wide(config), way.dispersal, f"at most {widest(config):g} m")
+    if isinstance(way, Bearing):
+        most = species.metabolism.energy_max
+        if way.energy_min > most:
+            what = "more than energy_max: nobody would be born"
+            yield Problem((*at, "energy_min"), what, way.energy_min, f"at most {most:g}")
+        if isinstance(way, Alone) and way.energy_given > way.energy_min:
+            allowed = f"at most energy_min, {way.energy_min:g}"
+            yield Problem((*at, "energy_given"), "more than the parent needs to have", way.energy_given, allowed)
+        if way.energy_given > most:
+            yield Problem((*at, "energy_given"), "more than energy_max", way.energy_given, f"at most {most:g}")
+    if isinstance(way, Sexual):
+        yield from _check_mating(config, key, species, way)
+    room = _room(config, species)
+    if isinstance(way, Spread) and room > MOST_SITES:
+        what = f"too small: the ground would have {room:.3g} sites"
+        yield Problem((*at, "spacing"), what, way.spacing, f"at most {MOST_SITES:.0e} sites")
+    if species.count > room:
+        what = f"cannot hold count = {species.count}: there is room for {room}"
+        yield Problem((*at, "spacing"), what, way.spacing, "a smaller spacing, or fewer organisms")
+
+
+def _own_mating(config: WorldConfig) -> bool:
+    """Whether a system of the world's own carries out the action."""
+    for system in config.systems:
+        with suppress(ImportError, AttributeError, SyntaxError):
+            if "mate" in named_function(system).acts:  # type: ignore[attr-defined]
+                return True
+    return False
+
+
+def _check_mating(config: WorldConfig, key: Key, species: Species, way: Sexual) -> Iterator[Problem]:
+    at, most = (*key, "reproduction"), species.metabolism.energy_max
+    if species.sex in ("female", "male"):
+        yield Problem((*key, "sex"), "nobody to mate with: all have the same sex", species.sex, "random, or none for hermaphrodites")
+    if way.reach > widest(config):
+        yield Problem((*at, "reach"), too_wide(config), way.reach, f"at most {widest(config):g} m")
+    farthest = (way.dispersal or 4 * species.body.radius) * (1 if config.dims == 2 else math.sqrt(2))
+    if way.place == "near" and farthest <= way.spacing:
+        yield Problem((*at, "spacing"), "the mother herself is nearer to every newborn", way.spacing, f"less than {farthest:g} m")
+    elif way.place == "near" and species.body.opaque and farthest <= 2 * species.body.radius:
+        allowed = f"more than {2 * species.body.radius:g} m, or body.opaque = false"
+        yield Problem((*at, "dispersal"), "the mother's own body is in the way of every birth", way.dispersal, allowed)
+    if way.energy_given > most:
+        return
+    if way.father_share and way.father_share * way.energy_given * way.litter >= most:
+        allowed = f"less than {most / (way.energy_given * way.litter):g}, or a smaller litter"
+        yield Problem((*at, "father_share"), "for the whole litter as much as energy_max: no father can pay", way.father_share, allowed)
+    if way.father_share < 1 and (1 - way.father_share) * way.energy_given >= most:
+        allowed = f"less than {most / (1 - way.father_share):g}"
+        yield Problem((*at, "energy_given"), "as much as energy_max: no mother can pay", way.energy_given, allowed)
+
+
+def _room(config: WorldConfig, species: Species) -> float:
+    """How many organisms the spacing of the newborn leaves room for: sites, or random places until none is free."""
+    way, size = species.reproduction, config.space.size
+    if way is None or way.spacing == 0:
+        return math.inf
+    if isinstance(way, Spread):
+        return math.prod(max(1, round(s / way.spacing)) for s in size[:2])
+    return int(JAMMED[len(size)] * math.prod(max(s / way.spacing, 1.0) for s in size))
+
+
+def _check_lethal(key: Key, species: Species) -> Iterator[Problem]:
+    born = {"energy": species.metabolism.energy, "age": 0.0, "fertility": species.fertility}
+    born |= species.properties | species.substances
+    for i, lethal in enumerate(species.lethal):
+        at, value = (*key, "lethal", i), born.get(lethal.property)
+        low = -math.inf if lethal.min is None else lethal.min
+        high = math.inf if lethal.max is None else lethal.max
+        if value is None:
+            yield unknown((*at, "property"), "property or substance of the species", lethal.property, species.own())
+        elif lethal.min is None and lethal.max is None:
+            yield Problem((*at, "min"), "is missing, and max too", allowed="min, max or both")
+        elif low >= high:
+            yield Problem((*at, "min"), "not below max", low, f"less than {high:g}")
+        elif not low < value < high and not (lethal.property == "age" and value == 0.0 < high):
+            end = "min" if value <= low else "max"
+            what = f"deadly at birth, when {lethal.property} is {value:g}"
+            yield Problem((*at, end), what, getattr(lethal, end), "an interval around the value at birth")
+
+
+def farthest(config: WorldConfig, species: Species) -> float:
+    """How many radii off the largest body a sensor may be; any number where that body itself does not fit."""
+    genes = species.genome.genes if species.genome is not None else []
+    said = [max(gene.values or [gene.high or 0.0]) for gene in genes if gene.trait == "body.radius"]
+    radius = max([species.body.radius, *said])
+    return widest(config) / radius if radius <= min(config.space.size) / 2 else math.inf
+
+
+def widest(config: WorldConfig) -> float:
+    """The largest distance that is looked up: half of the shorter side of a torus, or the diagonal between walls."""
+    size = config.space.size
+    return min(size[:2]) / 2 if config.space.edges == "torus" else math.hypot(*size)
+
+
+def too_wide(config: WorldConfig) -> str:
+    """What a distance beyond `widest` is."""
+    return "larger than half of the torus" if config.space.edges == "torus" else "larger than the world"

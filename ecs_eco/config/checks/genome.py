@@ -1,0 +1,133 @@
+"""Checks of one species' genome: what its genes name exists, and what they may say can be."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ecs_eco.config.checks.body import farthest, too_wide, widest
+from ecs_eco.config.checks.matter import Key
+from ecs_eco.config.checks.nerves import check_function
+from ecs_eco.config.models.species import Species
+from ecs_eco.config.models.world import WorldConfig
+from ecs_eco.engine.errors import Problem, UnknownName
+from ecs_eco.engine.section import named_function
+from ecs_eco.genomes.models import Gene, GenomeSection
+
+if TYPE_CHECKING:
+    from ecs_eco.genomes.layout import Layout
+
+
+def check_genome(config: WorldConfig, name: str) -> Iterator[Problem]:
+    """All problems of the species' genome."""
+    species, key = config.species[name], ("species", name, "genome")
+    section: GenomeSection | None = getattr(species, "genome", None)
+    if section is None:
+        return
+    from ecs_eco.config.traits import policy_shapes, traits_of
+    from ecs_eco.genomes.problems import problems
+
+    yield from _check_connections(config, name)
+    traits = traits_of(species, config.dims, components_of(species))
+    shapes = {"policy.weights": policy_shapes(species, config.dims)}
+    found = list(problems(section.genes, len(section.alphabet), section.loci, traits, shapes))
+    yield from (problem.moved(key=(*key, *problem.key)) for problem in found)
+    yield from _check_ranges(config, species, key, section)
+    yield from _check_brain(name, species, section)
+    if not found:
+        from ecs_eco.genomes.layout import Layout
+
+        layout = Layout.from_config(section, traits, shapes)
+        yield from _check_operators(key, section, layout)
+        yield from _check_founders(key, section, layout)
+
+
+def components_of(species: Species) -> list[Any]:
+    """The components of the user's own that the species has and that can be imported."""
+    return [named_function(c) for c in species.components if not list(check_function((), c))]
+
+
+def _check_connections(config: WorldConfig, name: str) -> Iterator[Problem]:
+    """Connections of a reflex that genes cannot tell apart."""
+    from ecs_eco.config.traits import label_of
+
+    reflex, seen = config.species[name].reflex, set()
+    for i, connection in enumerate(reflex.connections if reflex else ()):
+        if label_of(connection) in seen:
+            key = ("species", name, "reflex", "connections", i, "name")
+            yield Problem(key, "another connection has this name, so genes cannot name it", label_of(connection), "a name of its own")
+        seen.add(label_of(connection))
+
+
+def _check_ranges(config: WorldConfig, species: Species, key: Key, section: GenomeSection) -> Iterator[Problem]:
+    """Values that a gene may take and that this world has no room for."""
+    most = min(config.space.size) / 2
+    store = species.metabolism.energy_max
+    fastest = max(species.locomotion.speed.values()) * config.dt if species.locomotion else 0.0
+    for i, gene in enumerate(section.genes):
+        highest = max(gene.values, default=0.0) if gene.values else gene.high
+        field = "values" if gene.values else "high"
+        if highest is None or gene.trait is None:
+            continue
+        if gene.trait == "body.radius" and highest > most:
+            yield Problem((*key, "genes", i, field), "the body would not fit into the world", highest, f"at most {most:g} m")
+        if gene.trait.startswith("sensors.") and gene.trait.endswith(".radius") and highest > widest(config):
+            yield Problem((*key, "genes", i, field), too_wide(config), highest, f"at most {widest(config):g} m")
+        if gene.trait.startswith("sensors.") and gene.trait.endswith((".forward", ".left")):
+            yield from _check_nose(config, species, (*key, "genes", i), gene)
+        if gene.trait == "locomotion.pace" and highest * fastest > most:
+            allowed = f"at most {most / fastest:g}"
+            yield Problem((*key, "genes", i, field), "further than half of the world in one tick", highest, allowed)
+        if gene.trait in ("reproduction.energy_min", "reproduction.energy_given") and highest > store:
+            yield Problem((*key, "genes", i, field), "more than energy_max", highest, f"at most {store:g}")
+
+
+def _check_nose(config: WorldConfig, species: Species, key: Key, gene: Gene) -> Iterator[Problem]:
+    """Whether a gene puts a sensor further off the body than the world is wide."""
+    ends = {"values": max(gene.values, key=abs)} if gene.values else {"low": gene.low or 0.0, "high": gene.high or 0.0}
+    most = farthest(config, species)
+    for field, value in ends.items():
+        if abs(value) > most:
+            what = "further off the body than the world is wide, in its radii"
+            yield Problem((*key, field), what, value, f"{-most:g} to {most:g}")
+
+
+def _check_brain(name: str, species: Species, section: GenomeSection) -> Iterator[Problem]:
+    """Whether policy.inherit and the genes say the same of where a brain's weights come from."""
+    coded, key = any(gene.trait == "policy.weights" for gene in section.genes), ("species", name, "policy", "inherit")
+    inherit = species.policy.inherit
+    if inherit == "birth" and not coded:
+        yield Problem(key, "no gene codes for policy.weights", inherit, 'a gene with trait = "policy.weights", or another way')
+    if inherit == "learned" and coded:
+        yield Problem(key, "a gene codes for policy.weights too", inherit, '"birth", or no such gene')
+
+
+def _check_founders(key: Key, section: GenomeSection, layout: Layout) -> Iterator[Problem]:
+    """Whether genes can say what founders are to be."""
+    for i, code in enumerate(layout.genes if section.founders == "own" else ()):
+        if code.trait is None or code.width:
+            continue
+        try:
+            code.numbers(np.array([code.trait.default]), clip=False)
+        except ValueError as error:
+            what = f"it cannot say the species' own value, {code.trait.default:g}"
+            allowed = f'{str(error).partition("allowed are ")[2]}, or founders = "random"'
+            yield Problem((*key, "genes", i, "trait"), what, code.gene.trait, allowed)
+
+
+def _check_operators(key: Key, section: GenomeSection, layout: Layout) -> Iterator[Problem]:
+    from ecs_eco.genomes.operators import check_operator, defaults, operator_of
+
+    for word in ("mate", "mutate"):
+        entry, at = getattr(section, word), (*key, word, "operator")
+        if ":" in entry.operator and (wrong := list(check_function(at, entry.operator))):
+            yield from wrong
+            continue
+        try:
+            function = operator_of(word, entry.operator)
+            check_operator(word, partial(function, **defaults(entry.operator, layout) | entry.arguments), layout)
+        except (ValueError, UnknownName) as error:
+            yield Problem(at, str(error).removeprefix(f"{word}: "), entry.operator)

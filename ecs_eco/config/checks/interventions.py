@@ -1,0 +1,159 @@
+"""Checks of interventions: who and what they name exists, lies in the world, and may change in a living world."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from ecs_eco.config.checks.matter import Key, unknown
+from ecs_eco.config.models.interventions import REGION, Add, Cull, Fence, Set, Switch
+from ecs_eco.config.models.reproduction import Spread
+from ecs_eco.config.models.species import THINKING
+from ecs_eco.config.models.world import WorldConfig
+from ecs_eco.config.mutable_keys import refused
+from ecs_eco.engine.errors import ConfigError, Problem
+from ecs_eco.engine.section import Section
+
+
+def check_interventions(config: WorldConfig, folder: Path) -> Iterator[Problem]:
+    """All problems of the world's interventions."""
+    for i, what in enumerate(config.interventions):
+        key = ("interventions", i)
+        yield from _check_time(config, key, what)
+        if isinstance(what, Cull | Add):
+            yield from _check_who(config, key, what)
+        if isinstance(what, Cull | Add | Fence) and what.region is not None:
+            yield from _check_region((*key, "region"), what.region, config)
+        if isinstance(what, Add):
+            yield from _check_add(config, key, what)
+        elif isinstance(what, Switch):
+            yield from _check_switch(config, key, what)
+    yield from _check_fences(config)
+    yield from _check_sets(config, folder)
+
+
+def _check_time(config: WorldConfig, key: Key, what: Any) -> Iterator[Problem]:
+    if what.at >= config.ticks:
+        allowed = f"0 to {config.ticks - 1}, or a larger `ticks` of the world"
+        yield Problem((*key, "at"), f"never happens: a run has {config.ticks} ticks", what.at, allowed)
+    if what.until is not None and what.every is None:
+        yield Problem((*key, "until"), "given without every", what.until, "both, or neither")
+    elif what.until is not None and what.until < what.at:
+        yield Problem((*key, "until"), "before at", what.until, f"at least {what.at}")
+
+
+def _check_who(config: WorldConfig, key: Key, what: Cull | Add) -> Iterator[Problem]:
+    if what.species not in (*config.species, *config.objects):
+        yield unknown((*key, "species"), "species or object type", what.species, [*config.species, *config.objects])
+    if isinstance(what, Cull):
+        if (what.share, what.count, what.uids).count(None) != 2:
+            yield Problem((*key, "share"), "give exactly one of share, count and uids", allowed="share = 0.5, count = 20, or uids = [7]")
+        if what.which in ("richest", "poorest") and what.species in config.objects:
+            yield Problem((*key, "which"), "objects have no energy", what.which, "random, oldest, youngest")
+
+
+def _check_region(key: Key, region: list[float], config: WorldConfig) -> Iterator[Problem]:
+    size = config.space.size[:2]
+    extent = " and ".join(f"0 to {s:g} m" for s in size)
+    if len(region) == 4:
+        for low, high, length, axis in zip(region[:2], region[2:], size, "xy", strict=True):
+            if low < 0 or high > length:
+                yield Problem(key, f"outside of the world along {axis}", region, f"{REGION}, within {extent}")
+            elif low >= high:
+                yield Problem(key, f"without extent along {axis}: {axis}0 is not less than {axis}1", region, REGION)
+        return
+    most = min(size) / 2 if config.space.edges == "torus" else math.hypot(*size)
+    if not all(0 <= x <= length for x, length in zip(region, size, strict=False)):
+        yield Problem(key, "its centre is outside of the world", region, f"{REGION}, within {extent}")
+    if not 0 < region[2] <= most:
+        yield Problem(key, f"a radius of {region[2]:g} m", region, f"more than 0, at most {most:g} m")
+
+
+def _check_add(config: WorldConfig, key: Key, what: Add) -> Iterator[Problem]:
+    kind, place, size = config.species.get(what.species), what.at_place, config.space.size
+    if kind is not None and kind.max_count is not None and what.count > kind.max_count:
+        yield Problem((*key, "count"), f"more than max_count of {what.species}", what.count, f"at most {kind.max_count}")
+    if place is None:
+        return
+    at = (*key, "at_place")
+    if what.region is not None:
+        yield Problem(at, "given together with region", place, "one of the two")
+    if len(place) != len(size):
+        yield Problem(at, "wrong number of coordinates", place, f"{len(size)} numbers [m]")
+    elif not all(0 <= x < length for x, length in zip(place, size, strict=True)):
+        yield Problem(at, "outside of the world", place, " and ".join(f"0 to {s:g} m" for s in size))
+    elif config.terrain is not None:
+        for group in ("rocks", "lakes"):
+            for i, mark in enumerate(getattr(config.terrain, group)):
+                if math.dist(mark.at, place[:2]) < mark.radius:
+                    yield Problem(at, f"within terrain.{group}.{i}", place, "a place on open ground")
+    if kind is not None and isinstance(kind.reproduction, Spread) and what.count > 1:
+        yield Problem((*key, "count"), f"one site holds one {what.species}", what.count, "count = 1, or a region instead of at_place")
+
+
+def _check_switch(config: WorldConfig, key: Key, what: Switch) -> Iterator[Problem]:
+    if what.reproduction is None and what.learning is None:
+        yield Problem((*key, "reproduction"), "is missing, and learning too", allowed="true or false for one of them, or both")
+    if what.species is None:
+        return
+    if what.species not in config.species:
+        yield unknown((*key, "species"), "species", what.species, config.species)
+    elif what.learning and not learns(config.species[what.species]):
+        yield Problem((*key, "learning"), f"{what.species} cannot learn", True, "a species with a policy network and happiness")
+
+
+def learns(species: Section) -> bool:
+    """Whether a species has what learning needs."""
+    return species.policy.kind in THINKING and species.happiness is not None  # type: ignore[attr-defined]
+
+
+def _check_fences(config: WorldConfig) -> Iterator[Problem]:
+    """Fences in the order of time: what is taken away must stand."""
+    standing: list[tuple[Any, Any]] = []
+    fences = [(i, f) for i, f in enumerate(config.interventions) if isinstance(f, Fence)]
+    for i, fence in sorted(fences, key=lambda pair: pair[1].at):
+        key = ("interventions", i)
+        if fence.line is not None and fence.region is not None:
+            yield Problem((*key, "region"), "given together with line", fence.region, "one of the two")
+        elif fence.line is None and fence.region is None and not fence.remove:
+            yield Problem((*key, "line"), "is missing, and region too", allowed="corners [[x, y], …], or a region")
+        for corner in fence.line or ():
+            if not all(0 <= x <= s for x, s in zip(corner, config.space.size, strict=False)):
+                extent = " and ".join(f"0 to {s:g} m" for s in config.space.size[:2])
+                yield Problem((*key, "line"), "a corner outside of the world", corner, extent)
+        shape = (fence.line, fence.region)
+        if not fence.remove:
+            standing.append(shape)
+        elif shape == (None, None):
+            standing.clear()
+        elif shape in standing:
+            standing.remove(shape)
+        else:
+            allowed = "the line or region of a fence put up before, or neither for all fences"
+            yield Problem((*key, "remove"), "no such fence stands then", True, allowed)
+
+
+def _check_sets(config: WorldConfig, folder: Path) -> Iterator[Problem]:
+    """Values to be set, in the order of time: the world that each leaves is right and lives."""
+    from ecs_eco.config.loading import changed
+
+    now = None
+    found = [(i, s) for i, s in enumerate(config.interventions) if isinstance(s, Set)]
+    for i, what in sorted(found, key=lambda pair: pair[1].at):
+        key = ("interventions", i, "set")
+        if any(name.partition(".")[0] == "interventions" for name in what.set):
+            yield Problem(key, "interventions cannot change others", allowed="keys of the rest of the world")
+            continue
+        now = config if now is None else now
+        try:
+            new = changed(now, what.set, folder)
+            problems = refused(now, new)
+        except ConfigError as error:
+            new, problems = now, error.problems
+        for p in problems:
+            written = next((k for k in what.set if p.path == k or p.path.endswith(k)), None)
+            where = "" if written is not None else f", at {p.path}"
+            yield p.moved(key=key if written is None else (*key, written), what=p.what + where, source="", line=None)
+        now = now if problems else new

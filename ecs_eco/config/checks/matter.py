@@ -1,0 +1,36 @@
+"""Checks that objects and organisms share."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+
+from ecs_eco.config.models.surroundings import PROPERTIES
+from ecs_eco.config.models.world import WorldConfig
+from ecs_eco.engine.errors import Problem, listed, nearest
+
+Key = tuple[str | int, ...]
+
+
+def unknown(key: Key, what: str, value: str, known: Iterable[str]) -> Problem:
+    """The problem that a name is not among the known ones."""
+    known = list(known)
+    return Problem(key, f"no {what} of this name", value, listed(known, 30), nearest(value, known))
+
+
+def check_matter(
+    config: WorldConfig, key: Key, properties: Iterable[str], substances: Iterable[str]
+) -> Iterator[Problem]:
+    """Properties and substances that nobody declared."""
+    for name in properties:
+        if name not in PROPERTIES:
+            yield unknown((*key, "properties", name), "property", name, PROPERTIES)
+    for name in substances:
+        if name not in config.substances:
+            yield unknown((*key, "substances", name), "substance", name, config.substances)
+
+
+def check_size(config: WorldConfig, key: Key, radius: float) -> Iterator[Problem]:
+    """A body that does not fit into the world."""
+    most = min(config.space.size) / 2
+    if radius > most:
+        yield Problem((*key, "body", "radius"), "the body does not fit into the world", radius, f"at most {most:g} m")

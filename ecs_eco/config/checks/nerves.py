@@ -1,0 +1,249 @@
+"""Checks of one species' sensors, actions and networks."""
+
+from __future__ import annotations
+
+import math
+import os
+import re
+import sys
+from collections import Counter
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+
+from ecs_eco.config.checks.body import farthest, too_wide, widest
+from ecs_eco.config.checks.matter import Key, unknown
+from ecs_eco.config.formula import FormulaError, compile_formula
+from ecs_eco.config.memory import n_weights
+from ecs_eco.config.models.sensors import Approach, Custom, Gradient, Nearest, Own, Place, Rays, Sensor, Smell, Touch
+from ecs_eco.config.models.species import GROUPS, Species, ppo_defaults
+from ecs_eco.config.models.world import WorldConfig
+from ecs_eco.engine.errors import Problem, listed, nearest
+from ecs_eco.engine.section import LARGEST, named_function
+
+MOST_WHOLE = 10**9  # of a whole number among the hyperparameters
+MOST_WEIGHTS = 10_000_000  # of a policy network: drawing the first ones takes seconds, a decision a millisecond
+
+
+def check_nerves(config: WorldConfig, name: str, folder: Path) -> Iterator[Problem]:
+    """All problems of the species' nervous system; files are named from `folder`."""
+    species, key = config.species[name], ("species", name)
+    for i, sensor in enumerate(species.sensors):
+        yield from _check_sensor(config, species, (*key, "sensors", i), sensor)
+    yield from _check_channels(config, key, species)
+    yield from _check_actions(config, key, species)
+    yield from _check_reflex(config, key, species)
+    yield from _check_happiness(config, key, species)
+    yield from _check_policy(key, species, folder, config.dims)
+
+
+def _check_sensor(config: WorldConfig, species: Species, key: Key, sensor: Sensor) -> Iterator[Problem]:
+    kinds = [*config.species, *config.objects]
+    if isinstance(sensor, Own) and sensor.property not in species.own():
+        yield unknown((*key, "property"), "property or substance of the species", sensor.property, species.own())
+    if isinstance(sensor, Smell | Gradient) and sensor.field not in config.fields:
+        yield unknown((*key, "field"), "field", sensor.field, config.fields)
+    if isinstance(sensor, Nearest) and sensor.target not in kinds:
+        yield unknown((*key, "target"), "species or object type", sensor.target, kinds)
+    if isinstance(sensor, Approach) and sensor.target not in config.species:
+        yield unknown((*key, "target"), "species", sensor.target, config.species)
+    if isinstance(sensor, Touch) and sensor.target not in (*kinds, "wall", "any"):
+        yield unknown((*key, "target"), "species, object type, wall or any", sensor.target, [*kinds, "wall", "any"])
+    if isinstance(sensor, Rays):
+        for j, target in enumerate(sensor.targets):
+            if target not in (*kinds, "wall"):
+                yield unknown((*key, "targets", j), "species, object type or wall", target, [*kinds, "wall"])
+    if isinstance(sensor, Nearest | Rays | Approach) and sensor.radius > widest(config):
+        yield Problem((*key, "radius"), too_wide(config), sensor.radius, f"at most {widest(config):g} m")
+    at = getattr(sensor, "at", [])
+    if isinstance(sensor, Custom):
+        yield from check_function((*key, "function"), sensor.function)
+    if isinstance(sensor, Smell | Place) and math.hypot(*at) > (most := farthest(config, species)):
+        yield Problem((*key, "at"), "further off the body than the world is wide, in its radii", at, f"at most {most:g}")
+    if isinstance(sensor, Touch) and at[0] == at[1]:
+        yield Problem((*key, "at"), "the sector is empty", at, "two angles that differ [rad]")
+    elif not isinstance(sensor, Touch) and len(at) > config.dims:
+        yield Problem((*key, "at"), "too many numbers for a plane", at, "forward and left")
+
+
+def _check_channels(config: WorldConfig, key: Key, species: Species) -> Iterator[Problem]:
+    noses = Counter(s.field for s in species.sensors if isinstance(s, Smell))
+    seen: dict[str, int] = {}
+    for i, sensor in enumerate(species.sensors):
+        for channel in sensor.channels(config.dims):
+            own = noses[channel] == 1 and isinstance(sensor, Smell) and sensor.field == channel
+            if channel in seen:
+                what = f"gives the channel {channel}, which sensor {seen[channel]} gives too"
+                yield Problem((*key, "sensors", i, "name"), what, sensor.name, "a name of its own")
+                break
+            if noses[channel] and not own:
+                what = "the mean over the noses has this name"
+                yield Problem((*key, "sensors", i, "name"), what, sensor.name, "another name")
+            seen[channel] = i
+
+
+def _check_actions(config: WorldConfig, key: Key, species: Species) -> Iterator[Problem]:
+    gaits = species.locomotion.speed if species.locomotion else {}
+    others = _groups_of_systems(config)
+    for group, actions in species.actions.items():
+        at = (*key, "actions", group)
+        if group not in (*GROUPS, *others):
+            yield unknown(at, "group of actions", group, [*GROUPS, *others])
+            continue
+        if group in others:
+            yield from _check_free_group(at, actions)
+            continue
+        known = list(gaits) if group == "speed" else list(GROUPS[group] or ())
+        if not actions:
+            yield Problem(at, "is empty", actions, listed(known))
+        for i, action in enumerate(actions):
+            if action not in known:
+                what = "gait in locomotion.speed" if group == "speed" else "action"
+                yield unknown((*at, i), what, action, known)
+            elif action in actions[:i]:
+                yield Problem((*at, i), "named twice", action, listed(known))
+        ways = {"turn": ("turn",), "climb": ("climb", "pitch")}.get(group, ())
+        if ways and not any(getattr(species.locomotion, way, 0) for way in ways):
+            what = f"it cannot {group}: locomotion.{group} is missing or 0"
+            yield Problem(at, what, actions, f"locomotion.{group} > 0, or no such group")
+        if group == "climb" and config.dims == 2:
+            yield Problem(at, "no up and down in a plane", actions, "a space of three sizes, or no such group")
+        if group == "eat" and not species.diet:
+            yield Problem(at, "it has no diet", actions, "a diet, or no such group")
+    for group, action in species.neutral.items():
+        if group not in species.actions:
+            yield unknown((*key, "neutral", group), "group among the species' actions", group, species.actions)
+        elif action not in species.actions[group]:
+            yield unknown((*key, "neutral", group), f"action in the group {group}", action, species.actions[group])
+    yield from _check_automatic(key, species)
+
+
+def _groups_of_systems(config: WorldConfig) -> list[str]:
+    """The groups of actions that the world's own systems carry out."""
+    found: list[str] = []
+    for system in config.systems:
+        if not list(check_function((), system)):
+            found += getattr(named_function(system), "acts", ())
+    return found
+
+
+def _check_free_group(key: Key, actions: list[str]) -> Iterator[Problem]:
+    if not actions:
+        yield Problem(key, "is empty", actions, "names of actions")
+    for i, action in enumerate(actions):
+        if not re.fullmatch(r"[A-Za-z]\w{0,39}", action):
+            yield Problem((*key, i), "not a name", action, "a letter, then letters, digits or _ (at most 40)")
+        elif action in actions[:i]:
+            yield Problem((*key, i), "named twice", action, "each name once")
+
+
+def _check_automatic(key: Key, species: Species) -> Iterator[Problem]:
+    rows, pairs = species.action_rows(), species.action_list()
+    for i, action in enumerate(species.automatic):
+        at = (*key, "automatic", i)
+        if action not in rows:
+            yield unknown(at, "action of the species", action, rows)
+        elif len(species.actions[group := pairs[rows[action]][0]]) > 1:
+            alone = [actions[0] for actions in species.actions.values() if len(actions) == 1]
+            what = f"the policy chooses among the group {group}"
+            yield Problem(at, what, action, f"an action alone in its group: {listed(alone)}")
+
+
+def _check_reflex(config: WorldConfig, key: Key, species: Species) -> Iterator[Problem]:
+    reflex, readings, rows = species.reflex, species.readings(config.dims), species.action_rows()
+    if reflex is None:
+        return
+    for i, connection in enumerate(reflex.connections):
+        at = (*key, "reflex", "connections", i)
+        if connection.sensor not in readings:
+            yield unknown((*at, "sensor"), "sensor of the species", connection.sensor, readings)
+        if connection.action not in rows:
+            yield unknown((*at, "action"), "action of the species", connection.action, rows)
+    for action, formula in reflex.formulas.items():
+        if action not in rows:
+            yield unknown((*key, "reflex", "formulas", action), "action of the species", action, rows)
+        yield from _check_formula((*key, "reflex", "formulas", action), formula, readings)
+    yield from check_function((*key, "reflex", "function"), reflex.function)
+
+
+def _check_happiness(config: WorldConfig, key: Key, species: Species) -> Iterator[Problem]:
+    happiness, readings = species.happiness, species.readings(config.dims)
+    if happiness is None:
+        return
+    for sensor in happiness.weights:
+        if sensor not in readings:
+            yield unknown((*key, "happiness", "weights", sensor), "sensor of the species", sensor, readings)
+    if happiness.formula is not None:
+        yield from _check_formula((*key, "happiness", "formula"), happiness.formula, readings)
+    yield from check_function((*key, "happiness", "function"), happiness.function)
+
+
+def _check_formula(key: Key, formula: str, names: Iterable[str]) -> Iterator[Problem]:
+    try:
+        compile_formula(formula, names)
+    except FormulaError as error:
+        yield Problem(key, error.what, formula, error.allowed, error.nearest)
+
+
+def check_function(key: Key, function: str | None) -> Iterator[Problem]:
+    """What is wrong with "module:name"; nothing with a function itself."""
+    if not isinstance(function, str):
+        return
+    module, _, name = function.partition(":")
+    try:
+        found = callable(named_function(function))
+    except (ImportError, SyntaxError) as error:
+        yield Problem(key, f"cannot be imported: {error}", function, "module:name of an installed module")
+        return
+    except AttributeError:
+        found = False
+    if not found:
+        names = vars(sys.modules[module])
+        known = [n for n in names if callable(names[n]) and not n.startswith("_")]
+        yield Problem(key, f"{module} has no function {name}", function, listed(known), nearest(name, known))
+
+
+def _check_policy(key: Key, species: Species, folder: Path, dims: int) -> Iterator[Problem]:
+    policy = species.policy
+    if policy.file is not None and not os.path.isfile(folder / policy.file):
+        near = nearest(policy.file, (p.name for p in folder.glob("*.safetensors")))
+        yield Problem((*key, "policy", "file"), "no such file", policy.file, "a file beside the world file", near)
+    if policy.kind != "individual":
+        for word, given, absent in (("inherit", policy.inherit, "none"), ("mutation", policy.mutation, 0.0)):
+            if given != absent:
+                allowed = 'policy.kind = "individual", or nothing here'
+                yield Problem((*key, "policy", word), "only individual networks are inherited", given, allowed)
+    if policy.kind != "none" and (size := n_weights(species, dims)) > MOST_WEIGHTS:
+        what = f"too large: the network would have {size:,} weights"
+        yield Problem((*key, "policy", "hidden"), what, policy.hidden, f"at most {MOST_WEIGHTS:,} weights, as of [2048, 2048]")
+    if policy.kind == "none":
+        settings: dict[str, object] = {"ppo": species.ppo, "policy.file": policy.file, "policy.learn": policy.learn}
+        for word, value in settings.items():
+            if value:
+                allowed = 'policy.kind = "shared" or "individual", or nothing here'
+                yield Problem((*key, *word.split(".")), "there is no policy to use it", value, allowed)
+        return
+    free = [a for a in species.action_list() if not {a[1], ".".join(a)} & set(species.automatic)]
+    for word, needed in {"sensors": species.sensors, "actions": free, "happiness": species.happiness}.items():
+        if not needed:
+            chosen = word == "actions" and species.actions
+            what = "the policy has nothing to choose" if chosen else "is missing: the policy needs it"
+            yield Problem((*key, word), what, allowed='an entry, or policy.kind = "none"')
+    yield from _check_ppo((*key, "ppo"), species)
+
+
+def _check_ppo(key: Key, species: Species) -> Iterator[Problem]:
+    from ecs_eco.learning import PPO
+
+    known = ppo_defaults()
+    for name, value in species.ppo.items():
+        if name not in known:
+            what = "no hyperparameter of this name"
+            yield Problem((*key, name), what, value, listed(known, 40), nearest(name, known))
+            continue
+        if isinstance(value, int | float) and abs(value) > (most := MOST_WHOLE if isinstance(value, int) else LARGEST):
+            yield Problem((*key, name), "not possible", value, f"at most {most:g}")
+            continue
+        try:
+            PPO(**{name: value})
+        except ValueError as error:
+            yield Problem((*key, name), "not possible", value, str(error).partition("allowed is ")[2])

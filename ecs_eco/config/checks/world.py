@@ -1,0 +1,170 @@
+"""Checks across the sections of a world: what is named exists, what is said together fits together."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from itertools import islice
+from pathlib import Path
+
+from ecs_eco.config.checks.body import check_body
+from ecs_eco.config.checks.genome import check_genome
+from ecs_eco.config.checks.interventions import check_interventions
+from ecs_eco.config.checks.matter import check_matter, check_size
+from ecs_eco.config.checks.nerves import check_function, check_nerves
+from ecs_eco.config.checks.water import check_water
+from ecs_eco.config.models.interventions import Cull
+from ecs_eco.config.models.surroundings import ObjectType
+from ecs_eco.config.models.world import WorldConfig
+from ecs_eco.engine.errors import MOST, Problem
+from ecs_eco.engine.section import RESERVED, function_name, named_function
+
+Key = tuple[str | int, ...]
+MOST_CELLS = 100_000_000  # of one field
+MOST_INDEX_CELLS = 4_000_000
+MOST_CAUSES = 255  # of death: a byte says which
+MOST_STEPS = 1000  # of diffusion in a tick
+
+
+def check(config: WorldConfig, folder: Path) -> list[Problem]:
+    """The problems between the sections of a world whose files are named from `folder`, up to one more than MOST."""
+    return list(islice(_all(config, folder), MOST + 1))
+
+
+def _all(config: WorldConfig, folder: Path) -> Iterator[Problem]:
+    yield from _check_causes(config)
+    for part in (_check_names, _check_space, _check_fields, _check_terrain, _check_systems, check_water):
+        yield from part(config)
+    for name, kind in config.objects.items():
+        yield from _check_object(config, name, kind)
+    for name in config.species:
+        yield from check_body(config, name)
+        yield from check_nerves(config, name, folder)
+        yield from check_genome(config, name)
+        yield from _check_components(config, name)
+    yield from check_interventions(config, folder)
+
+
+def _check_names(config: WorldConfig) -> Iterator[Problem]:
+    for section in ("species", "objects", "fields", "substances"):
+        for name in getattr(config, section):
+            if name in RESERVED or (section in ("species", "objects") and name in ("any", "wall")):
+                yield Problem((section, name), "a reserved word", name, "any other name")
+    for name in config.objects:
+        if name in config.species:
+            yield Problem(("objects", name), "a species has the same name", name, "a name of its own")
+
+
+def _check_causes(config: WorldConfig) -> Iterator[Problem]:
+    """More causes of death than a world knows, at the key of the first that is too much."""
+    known = {"culled"}
+    for key, cause in _causes(config):
+        known.add(cause)
+        if len(known) > MOST_CAUSES:
+            allowed = f"at most {MOST_CAUSES} in a world, those of being eaten among them"
+            yield Problem(key, "one cause of death too many", cause, allowed)
+            return
+
+
+def _causes(config: WorldConfig) -> Iterator[tuple[Key, str]]:
+    for name, species in config.species.items():
+        for i, food in enumerate(species.diet):
+            yield ("species", name, "diet", i), f"eaten by {name}"
+            if food.deadly:
+                yield ("species", name, "diet", i), f"poisoned by {food.eats}"
+        for i, limit in enumerate(species.lethal):
+            ends = {"min": limit.low, "max": limit.high}
+            for end, cause in ends.items():
+                if getattr(limit, end) is not None:
+                    yield ("species", name, "lethal", i, end), cause
+    for i, what in enumerate(config.interventions):
+        if isinstance(what, Cull):
+            yield ("interventions", i, "cause"), what.cause
+
+
+def _check_systems(config: WorldConfig) -> Iterator[Problem]:
+    for i, system in enumerate(config.systems):
+        key = ("systems", i)
+        if wrong := list(check_function(key, system)):
+            yield from wrong
+        elif not callable(getattr(named_function(system), "process", None)):
+            yield Problem(key, "no system: it has no method process", function_name(system), "a class derived from ecs_eco.System")
+
+
+def _check_components(config: WorldConfig, name: str) -> Iterator[Problem]:
+    for i, component in enumerate(config.species[name].components):
+        key = ("species", name, "components", i)
+        if wrong := list(check_function(key, component)):
+            yield from wrong
+        elif not getattr(named_function(component), "fields", None):
+            yield Problem(key, "no component", function_name(component), "a class declared with @ecs_eco.component")
+
+
+def _check_space(config: WorldConfig) -> Iterator[Problem]:
+    space = config.space
+    if space.cell is not None and space.cell > min(space.size):
+        yield Problem(("space", "cell"), "larger than the world", space.cell, f"at most {min(space.size):g} m")
+    elif space.cell is not None and (cells := math.prod(max(1.0, s / space.cell) for s in space.size)) > MOST_INDEX_CELLS:
+        least = (math.prod(space.size) / MOST_INDEX_CELLS) ** (1 / len(space.size))
+        what = f"too small: neighbours would be looked up in {cells:.3g} cells"
+        allowed = f"at most {MOST_INDEX_CELLS:.0e} cells, about {least:.2g} m; or absent: it is chosen"
+        yield Problem(("space", "cell"), what, space.cell, allowed)
+
+
+def _check_fields(config: WorldConfig) -> Iterator[Problem]:
+    space = config.space
+    most = min(space.size[:2]) / 2 if space.edges == "torus" else min(space.size[:2])
+    for name, field in config.fields.items():
+        cells = math.prod(max(1.0, s / field.cell) for s in space.size)
+        sides = [min(field.cell, s) for s in space.size]
+        steps = field.diffusion * config.dt * sum(2 / 0.9 / side / side for side in sides)  # a square may be 0
+        if field.cell > most:
+            what = "larger than half of the torus" if space.edges == "torus" else "larger than the world"
+            yield Problem(("fields", name, "cell"), what, field.cell, f"at most {most:g} m")
+        elif cells > MOST_CELLS:
+            what = f"too small: the field would have {cells:.3g} cells"
+            yield Problem(("fields", name, "cell"), what, field.cell, f"at most {MOST_CELLS:.0e} cells")
+        elif steps > MOST_STEPS:
+            what = f"too fast for these cells: {steps:.3g} steps a tick"
+            allowed = f"at most {field.diffusion * MOST_STEPS / steps:.3g} m^2/s"
+            yield Problem(("fields", name, "diffusion"), what, field.diffusion, allowed)
+
+
+def _check_terrain(config: WorldConfig) -> Iterator[Problem]:
+    terrain, size = config.terrain, config.space.size
+    if terrain is None:
+        return
+    most = min(size[:2]) / 2
+    if terrain.cell > most:
+        yield Problem(("terrain", "cell"), "larger than half of the world", terrain.cell, f"at most {most:g} m")
+    if (cells := (size[0] / terrain.cell) * (size[1] / terrain.cell)) > MOST_CELLS:
+        what = f"too small: {cells:.3g} cells"
+        yield Problem(("terrain", "cell"), what, terrain.cell, f"at most {MOST_CELLS:.0e} cells")
+    for group in ("mountains", "rocks", "lakes"):
+        for i, mark in enumerate(getattr(terrain, group)):
+            key = ("terrain", group, i)
+            yield from _outside((*key, "at"), mark.at, size[:2])
+            if mark.radius > most:
+                yield Problem((*key, "radius"), "larger than half of the world", mark.radius, f"at most {most:g} m")
+            if group == "mountains" and mark.height == 0:
+                yield Problem((*key, "height"), "a mountain without height", mark.height, "more than 0 m")
+
+
+def _check_object(config: WorldConfig, name: str, kind: ObjectType) -> Iterator[Problem]:
+    key = ("objects", name)
+    if kind.count and kind.at:
+        yield Problem((*key, "count"), "given together with at", kind.count, "one of count and at")
+    if not kind.count and not kind.at and all(s.remains != name for s in config.species.values()):
+        allowed = "at least 1, or a list at, or a species that leaves it as remains"
+        yield Problem((*key, "count"), "none of these would ever exist", kind.count, allowed)
+    for i, at in enumerate(kind.at):
+        yield from _outside((*key, "at", i), at, config.space.size)
+    yield from check_matter(config, key, kind.properties, kind.substances)
+    yield from check_size(config, key, kind.body.radius)
+
+
+def _outside(key: Key, at: list[float], size: list[float]) -> Iterator[Problem]:
+    if len(at) != len(size):
+        yield Problem(key, "wrong number of coordinates", at, f"{len(size)} numbers [m]")
+    elif not all(0 <= x < length for x, length in zip(at, size, strict=True)):
+        yield Problem(key, "outside of the world", at, " and ".join(f"0 to {s:g} m" for s in size))

@@ -1,0 +1,77 @@
+"""The JSON schema of world files, by which editors complete keys, say what they mean and mark what is wrong."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from typing import Any
+
+from ecs_eco.config.models.world import WorldConfig
+
+PLAIN = ("Search", "Goal", "Confirm", "Range")  # sections whose numbers have no range
+RANGED: dict[str, Any] = {  # a value, and the range in which `ecs-eco search` looks for a better one
+    "properties": {
+        "value": {"type": "number", "description": "the value that runs take"},
+        "search": {"type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 2, "description": "[low, high]"},
+        "scale": {"enum": ["linear", "log"], "default": "linear", "description": "whether equal steps are equal differences or factors"},
+    },
+    "required": ["value", "search"],
+    "additionalProperties": False,
+}
+TYPES = {"int": "integer", "float": "number", "bool": "boolean"}
+
+
+def json_schema() -> dict[str, Any]:
+    """The schema (JSON Schema 2020-12) of a world file: every key with its description, `unit`, default and limits.
+
+    It says what single values may be; what must fit together only `ecs-eco check` finds.
+    """
+    schema = _without_null(WorldConfig.model_json_schema())
+    sections = {name: part if name in PLAIN else _ranged(part) for name, part in schema["$defs"].items()}
+    schema = {**_ranged({k: v for k, v in schema.items() if k != "$defs"}), "$defs": {**sections, "Ranged": RANGED}}
+    ranges = schema["$defs"]["Search"]["properties"]["ranges"]
+    ranges["additionalProperties"] = {"anyOf": [RANGED["properties"]["search"], ranges["additionalProperties"]]}
+    schema["$defs"]["Species"]["properties"]["ppo"] |= {"properties": _hyperparameters(), "additionalProperties": False}
+    head = {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": "World file of ecs-eco"}
+    return head | {key: value for key, value in schema.items() if key not in head}
+
+
+def _hyperparameters() -> dict[str, Any]:
+    """The fields of PPO, which check themselves."""
+    from ecs_eco.learning import PPO
+
+    found = {}
+    for f in fields(PPO):
+        low, high, kind = f.metadata["low"], f.metadata["high"], TYPES[str(f.type)]
+        limits: dict[str, Any] = {}
+        if kind != "boolean":
+            limits = {"exclusiveMinimum" if f.metadata["above"] else "minimum": low} | ({"maximum": high} if high < float("inf") else {})
+        found[f.name] = {"type": kind, "description": f.metadata["doc"], "default": f.default, **limits}
+    return found
+
+
+def _ranged(node: Any) -> Any:
+    """The schema in which any number may have a range beside it."""
+    if isinstance(node, list):
+        return [_ranged(x) for x in node]
+    if not isinstance(node, dict):
+        return node
+    if node.get("type") in ("number", "integer") and "const" not in node:
+        return node | {"type": [node["type"], "object"], "$ref": "#/$defs/Ranged"}  # which limits tables alone
+    return {key: _ranged(value) for key, value in node.items()}
+
+
+def _without_null(node: Any) -> Any:
+    """The schema without null, which TOML does not have: a key may be left out instead; names alone are keys of named tables."""
+    if isinstance(node, list):
+        return [_without_null(x) for x in node]
+    if not isinstance(node, dict):
+        return node
+    node = {key: _without_null(value) for key, value in node.items() if not (key == "default" and value is None)}
+    kinds = node.get("anyOf")
+    if isinstance(kinds, list) and {"type": "null"} in kinds:
+        kinds = [kind for kind in kinds if kind != {"type": "null"}]
+        rest = {key: value for key, value in node.items() if key != "anyOf"}
+        node = {**kinds[0], **rest} if len(kinds) == 1 else {**rest, "anyOf": kinds}
+    if "patternProperties" in node:
+        node.setdefault("additionalProperties", False)
+    return node

@@ -1,0 +1,71 @@
+"""The three networks of the nervous system: reflex, happiness and policy (paper, Definition 3)."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field, model_validator
+
+from ecs_eco.engine.section import Function, Name, NonNegative, Real, Section, about, quantity, table
+
+
+class Connection(Section):
+    """One connection of a reflex network: while the sensor is beyond the threshold, the action gets the weight."""
+
+    name: Name | None = about("what genes and drawings call it; absent: SENSOR_ACTION", None)
+    sensor: str = about("name of a sensor's channel")
+    action: str = about("name of an action, or group.action")
+    weight: Literal[-1, 0, 1] = about("-1 blocks the action, 0 leaves it to the policy, 1 forces it")
+    above: Real | None = quantity("fires above this reading", "reading", None)
+    below: Real | None = quantity("fires below this reading", "reading", None)
+
+    @property
+    def label(self) -> str:
+        """Its name, or what it connects."""
+        return self.name or f"{self.sensor}_{self.action.replace('.', '_')}"
+
+    @model_validator(mode="after")
+    def _one_threshold(self) -> Connection:
+        if (self.above is None) == (self.below is None):
+            raise ValueError("give exactly one of above and below")
+        return self
+
+
+class Reflex(Section):
+    """The reflex network; where several ways are given their values add up, and the sign counts."""
+
+    connections: list[Connection] = table("single connections", list)
+    formulas: dict[str, str] = table("action = expression of sensors, of which the sign counts", dict)
+    function: Function | None = about("module:name of a function of sensors (n, channels) to (n, actions)", None)
+
+
+class Happiness(Section):
+    """The happiness network: weights, a formula or a function of the sensors."""
+
+    weights: dict[str, Real] = table("sensor = weight of a sum", dict)
+    formula: str | None = about("expression of sensors", None)
+    function: Function | None = about("module:name of a function of sensors (n, channels) to (n)", None)
+    minimum: Real = quantity("happiness of the dead: the least that the network gives", "1")
+
+    @model_validator(mode="after")
+    def _one_way(self) -> Happiness:
+        if bool(self.weights) + (self.formula is not None) + (self.function is not None) != 1:
+            raise ValueError("give exactly one of weights, formula and function")
+        return self
+
+
+class Policy(Section):
+    """The policy network, which alone learns."""
+
+    kind: Literal["shared", "individual", "none"] = about(
+        "shared: one network for all of the species; individual: one for each organism; none: no policy", "none"
+    )
+    inherit: Literal["none", "birth", "learned"] = about(
+        "what an individual network starts from: none: random weights; birth: those in its genome; learned: a parent's as they are", "none"
+    )
+    mutation: NonNegative = quantity("standard deviation of the noise added to each inherited weight", "1", 0.0)
+    hidden: Annotated[list[Annotated[int, Field(ge=1, le=4096)]], Field(max_length=8)] = quantity(
+        "units of each hidden layer", "1", [64, 64]
+    )
+    learn: bool = about("whether it goes on learning in a run", False)
+    file: str | None = about("trained weights (.safetensors), relative to the world file", None)

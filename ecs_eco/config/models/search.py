@@ -1,0 +1,89 @@
+"""What `ecs-eco search` looks for, and how: ranges of numbers, the objective, seeds and stages. A run reads none of it."""
+
+from __future__ import annotations
+
+import re
+from typing import Annotated, Any, Literal
+
+from pydantic import BeforeValidator, Field, PlainSerializer, WrapValidator
+
+from ecs_eco.engine.errors import listed, nearest
+from ecs_eco.engine.section import Name, Positive, Section, Share, about, function_name, quantity, table
+
+OBJECTIVES = ("persistence", "cycling", "population")
+
+Ends = Annotated[list[int | float], Field(min_length=2, max_length=2)]
+Seeds = Annotated[int, Field(ge=1, le=1000)]
+Ticks = Annotated[int, Field(ge=1, le=10**12)]
+
+
+def _known(value: Any, check: Any) -> Any:
+    if callable(value):
+        return value
+    text = check(value)
+    if text not in OBJECTIVES and not re.fullmatch(r"[A-Za-z_][\w.]*:[A-Za-z_]\w*", text):
+        near = f'; did you mean "{n}"?' if (n := nearest(text, OBJECTIVES)) else ""
+        raise ValueError(f"no such objective; allowed: {listed(OBJECTIVES)}, or module:function{near}")
+    return text
+
+
+What = Annotated[
+    str,
+    WrapValidator(_known),
+    PlainSerializer(lambda value, info: function_name(value) if info.mode == "json" else value),
+]
+
+
+class Range(Section):
+    """Where a number may lie: also `[low, high]` alone. Whole numbers where value, low and high are."""
+
+    search: Ends = about("[low, high]")
+    scale: Literal["linear", "log"] = about("whether equal steps are equal differences or equal factors", "linear")
+
+
+class Goal(Section):
+    """One of several things wanted at once."""
+
+    of: What = about("persistence, cycling, population, or module:function of the recorded series")
+    weight: Positive = quantity("its weight among the others", "1", 1.0)
+
+
+class Confirm(Section):
+    """The last test of the best world, on seeds that the search never saw."""
+
+    world_seeds: Seeds = about("worlds for each training seed", 5)
+    training_seeds: Seeds = about("training seeds, where policies are trained", 3)
+    ticks: Ticks | None = quantity("length of a run; absent: as in the search", "ticks", None)
+
+
+class Search(Section):
+    """What a search varies, wants and spends: `ecs-eco search`."""
+
+    objective: What | list[Goal] = about("persistence, cycling, population, module:function, or a list with weights", "persistence")
+    wanted: dict[Name, Positive] = table("species = number of organisms, for the objective population", dict)
+    persist: list[Name] = table("species whose extinction ends a run; none: all but plants that come back from a seed rain", list)
+    ticks: Ticks | None = quantity("length of a whole run; absent: the world's", "ticks", None)
+    world_seeds: Seeds = about("world seeds of a candidate", 3)
+    training_seeds: Seeds = about("training seeds of a candidate, each with each world seed; 1 where nothing is trained", 2)
+    policies: Literal["trained", "random", "untrained", "train", "train-once"] = about(
+        "as of a run; train: each candidate trains its own; train-once: all have those that the world as written trains", "trained"
+    )
+    training_ticks: Ticks | None = quantity("length of a training; absent: the world's", "ticks", None)
+    stages: Annotated[int, Field(ge=1, le=10)] = about("stages of a candidate, from one short run to all runs", 3)
+    first: Annotated[float, Field(gt=0, le=1)] = quantity("length of the first stage's runs, as share of a whole one", "1", 0.25)
+    promote: Annotated[float, Field(gt=0, le=1)] = quantity("best share of the candidates at a stage that goes on to the next", "1", 0.4)
+    hopeless: Share = quantity("share of runs lost at a stage beyond which a candidate is given up", "1", 0.5)
+    crowd: Annotated[float, Field(ge=1)] = quantity("a run ends, as at an extinction, at so many times its first organisms", "1", 10.0)
+    finalists: Annotated[int, Field(ge=1, le=50)] = about("candidates that meet further seeds before the best is named", 4)
+    confirm: Confirm = table("the last test", Confirm)
+    seed: Annotated[int, Field(ge=0, lt=2**63)] = about("seed of the optimiser", 1)
+    ranges: dict[str, Annotated[Range, BeforeValidator(lambda v: {"search": v} if isinstance(v, list) else v)]] = table(
+        "dotted key = [low, high], or a table with scale", dict
+    )
+
+    @property
+    def goals(self) -> list[tuple[Any, float]]:
+        """What is wanted, with weights that add up to 1."""
+        goals = [(g.of, g.weight) for g in self.objective] if isinstance(self.objective, list) else [(self.objective, 1.0)]
+        total = sum(weight for _, weight in goals)
+        return [(of, weight / total) for of, weight in goals]

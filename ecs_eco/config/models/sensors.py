@@ -1,0 +1,213 @@
+"""Sensors: each has a place on the body and one thing that it is sensitive to.
+
+A sensor gives one or more channels, numbers that the networks read. A sensor without a name is named after what it
+senses (`energy`, `deer`, `touch_wall`); sensors that would share a name are numbered in the order of the list
+(`deer_smell_1`, `deer_smell_2`). Formulas, weights and reflexes use the channels' names; the plain name of a smell is
+the mean over all noses for it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from ecs_eco.engine.section import Function, Name, NonNegative, Point, Positive, Real, Section, about, function_name, quantity
+
+Angle = Annotated[float, Field(ge=-math.pi, le=math.pi)]
+WIDEST = 2.0 * math.pi + 1e-6
+
+
+class Sensor(Section):
+    """What every sensor has."""
+
+    name: Name | None = about("name of the channel, or what the channels' names begin with", None)
+
+    def base(self) -> str:
+        """The name where none is given, before numbering."""
+        return self.kind  # type: ignore[attr-defined]
+
+    def channels(self, dims: int) -> tuple[str, ...]:
+        """Names of the numbers it gives, in a space of `dims` axes."""
+        return (self.name or self.base(),)
+
+
+class Own(Sensor):
+    """Feels one property or substance of the own body."""
+
+    kind: Literal["own"]
+    property: str = about("energy, age, fertility, or a property or substance that the species has")
+    scale: Positive = quantity("the value that reads 1", "unit of the property", 1.0)
+
+    def base(self) -> str:
+        return self.property
+
+
+class Nearest(Sensor):
+    """Sees the nearest of one kind: name_forward and name_left (cosine and sine of its bearing), name_near.
+
+    The last is 1 where it touches and falls to 0 at the radius; all are 0 where there is none.
+    """
+
+    kind: Literal["nearest"]
+    target: str = about("a species or an object type")
+    radius: Positive = quantity("how far it sees", "m")
+    fov: Annotated[float, Field(gt=0, le=WIDEST)] = quantity("field of view around the heading", "rad", 2 * math.pi)
+    occlusion: bool = about("whether opaque bodies between hide the target", False)
+    sight: NonNegative | None = quantity(
+        "where given it sees by light: as far as blind + sight × light at its eye, at most radius", "m", None
+    )
+    blind: NonNegative = quantity("how far it notices the target in the dark, where sight is given", "m", 0.0)
+
+    def base(self) -> str:
+        return self.target
+
+    def channels(self, dims: int) -> tuple[str, ...]:
+        return tuple(f"{self.name or self.base()}_{way}" for way in _ways(dims))
+
+
+class Rays(Sensor):
+    """Casts rays; per_ray: name_target_1 … (closeness along each ray); closest: name_target_forward, _left, _near."""
+
+    kind: Literal["rays"]
+    count: Annotated[int, Field(ge=1, le=360)] = quantity("number of rays", "1")
+    fov: Annotated[float, Field(gt=0, le=WIDEST)] = quantity("angle between the outermost rays", "rad", math.pi)
+    radius: Positive = quantity("length of a ray", "m")
+    targets: Annotated[list[str], Field(min_length=1)] = about('species, object types or "wall" that a ray can report')
+    report: Literal["per_ray", "closest"] = about("each ray's closeness, or where the closest hit is", "closest")
+
+    def channels(self, dims: int) -> tuple[str, ...]:
+        ways = _ways(dims) if self.report == "closest" else tuple(str(i + 1) for i in range(self.count))
+        return tuple(f"{self.name or self.base()}_{target}_{way}" for target in self.targets for way in ways)
+
+
+class Smell(Sensor):
+    """A nose: reads c/(c + scale) of a scalar field c at one place of the body."""
+
+    kind: Literal["smell"]
+    field: str = about("name of a field")
+    at: Point = quantity("place on the body: forward, left (, up), in radii of the body", "1", [0.0, 0.0])
+    scale: Positive = quantity("the value of the field that reads 1/2", "unit of the field", 1.0)
+
+    def base(self) -> str:
+        return self.field
+
+
+class Gradient(Sensor):
+    """Compares a smell on two sides of the body: (a − b)/(a + b + scale) ahead and behind, left and right, above and below.
+
+    Channels name_forward, name_left and, in a volume, name_up.
+    """
+
+    kind: Literal["gradient"]
+    field: str = about("name of a field")
+    span: Positive = quantity("distance between the two receptors of a pair", "m", 1.0)
+    scale: Positive = quantity("concentration below which it tells no direction", "unit of the field", 0.01)
+
+    def base(self) -> str:
+        return f"{self.field}_gradient"
+
+    def channels(self, dims: int) -> tuple[str, ...]:
+        return tuple(f"{self.name or self.base()}_{way}" for way in _ways(dims)[:-1])
+
+
+class Approach(Sensor):
+    """Feels the flow that a moving body pushes before itself: direction to the nearest, and how fast it comes nearer by its own motion.
+
+    Channels name_forward, name_left, in a volume name_up (a unit vector), and name_closing, the speed over `scale`; all are 0
+    while the nearest does not come nearer.
+    """
+
+    kind: Literal["approach"]
+    target: str = about("a species")
+    radius: Positive = quantity("how far it feels", "m")
+    scale: Positive = quantity("speed of approach that reads 1", "m/s", 1.0)
+
+    def base(self) -> str:
+        return f"{self.target}_approach"
+
+    def channels(self, dims: int) -> tuple[str, ...]:
+        return tuple(f"{self.name or self.base()}_{way}" for way in (*_ways(dims)[:-1], "closing"))
+
+
+class Touch(Sensor):
+    """Reads 1 while something of the kind touches the body within a sector, else 0."""
+
+    kind: Literal["touch"]
+    target: str = about('a species, an object type, "wall" or "any"', "any")
+    at: Annotated[list[Angle], Field(min_length=2, max_length=2)] = quantity(
+        "sector of the body, counter-clockwise from and to; 0 is ahead and left is positive", "rad", [-math.pi, math.pi]
+    )
+
+    def base(self) -> str:
+        return f"touch_{self.target}"
+
+
+class Place(Sensor):
+    """What sensors of the ambient conditions share."""
+
+    at: Point = quantity("place on the body: forward, left (, up), in radii of the body", "1", [0.0, 0.0])
+    zero: Real = quantity("the value that reads 0", "unit of the quantity", 0.0)
+    scale: Positive = quantity("how much more reads 1", "unit of the quantity", 1.0)
+
+
+class Light(Place):
+    """Reads the light at one place of the body, 1 is full daylight; with `dark`, its logarithm (Fechner 1860)."""
+
+    kind: Literal["light"]
+    dark: Positive | None = quantity(
+        "light as good as none; where given, log10(1 + light/dark) is read in place of light", "1", None
+    )
+
+
+class Temperature(Place):
+    """Reads the temperature of the surroundings [K]."""
+
+    kind: Literal["temperature"]
+
+
+class Pressure(Place):
+    """Reads the pressure of the surroundings [Pa], which tells the depth."""
+
+    kind: Literal["pressure"]
+
+
+class Custom(Sensor):
+    """A function of your own: function(world, table, seekers, out f32[n, channels], first) writes `width` channels."""
+
+    kind: Literal["custom"]
+    function: Function = about("module:name of the function")
+    width: Annotated[int, Field(ge=1, le=1024)] = quantity("number of channels", "1", 1)
+
+    def base(self) -> str:
+        return function_name(self.function).partition(":")[2]
+
+    def channels(self, dims: int) -> tuple[str, ...]:
+        name = self.name or self.base()
+        return (name,) if self.width == 1 else tuple(f"{name}_{i + 1}" for i in range(self.width))
+
+
+AnySensor = Annotated[
+    Own | Nearest | Rays | Smell | Gradient | Approach | Touch | Light | Temperature | Pressure | Custom, Field(discriminator="kind")
+]
+
+
+def name_sensors(sensors: list[Sensor]) -> list[Sensor]:
+    """The same sensors, every one with a name; those that would share one are numbered from 1."""
+    shared = Counter(s.base() for s in sensors if s.name is None)
+    used: Counter[str] = Counter()
+    named = []
+    for sensor in sensors:
+        if sensor.name is None:
+            base = sensor.base()
+            used[base] += 1
+            number = f"_{used[base]}" if shared[base] > 1 else ""
+            sensor = sensor.model_copy(update={"name": base + number})
+        named.append(sensor)
+    return named
+
+
+def _ways(dims: int) -> tuple[str, ...]:
+    return ("forward", "left", "near") if dims == 2 else ("forward", "left", "up", "near")

@@ -1,0 +1,169 @@
+"""A species: body, chemistry, senses, nerves, reproduction and death."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import fields
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, field_validator, model_validator
+
+from ecs_eco.config.models.nerves import Happiness, Policy, Reflex
+from ecs_eco.config.models.reproduction import AnyReproduction
+from ecs_eco.config.models.sensors import AnySensor, Smell, name_sensors
+from ecs_eco.config.models.surroundings import PROPERTIES, Body, Color
+from ecs_eco.engine.section import Count, Function, Name, NonNegative, Positive, Real, Section, Share, about, quantity, table
+from ecs_eco.genomes.models import GenomeSection
+
+GROUPS: dict[str, tuple[str, ...] | None] = {  # groups of actions and their members; those of speed are the gaits
+    "speed": None,
+    "turn": ("left", "none", "right"),
+    "climb": ("up", "none", "down"),
+    "eat": ("eat",),
+    "mate": ("mate",),
+}
+THINKING = ("shared", "individual")  # kinds of policies that are networks
+OWN = ("energy", "age", "fertility")  # what every organism has besides its properties and substances
+
+
+class Metabolism(Section):
+    """The energy budget of one organism; the unit of energy is the world's own."""
+
+    energy: NonNegative = quantity("energy at the start and of a newborn without parent", "energy", 1.0)
+    energy_max: Positive = quantity("most that an organism can hold", "energy", 1.0)
+    basal: NonNegative = quantity("energy burnt by living", "energy/s", 0.0)
+    growth: NonNegative = quantity("energy made in full light", "energy/s", 0.0)
+    digestion: NonNegative = quantity("after a meal, no other for so long", "s", 0.0)
+
+
+class Locomotion(Section):
+    """Gaits, their costs, and how fast it turns."""
+
+    speed: dict[Name, NonNegative] = quantity("speed of each gait", "m/s", min_length=1)
+    cost: dict[Name, NonNegative] = quantity("energy burnt in each gait", "energy/s", {})
+    turn: NonNegative = quantity("rate of turning", "rad/s", 0.0)
+    climb: NonNegative = quantity("speed up and down in a volume, the same in all gaits", "m/s", 0.0)
+    pitch: Annotated[float, Field(ge=0, le=math.pi / 2)] = quantity(
+        "angle by which it swims up or down in a volume, at the speed of its gait; instead of climb", "rad", 0.0
+    )
+    drag: NonNegative = quantity("rate at which speed nears that of the gait, by drag; 0: at once", "1/s", 0.0)
+
+
+class Diet(Section):
+    """One kind of food."""
+
+    eats: str = about("a species or an object type")
+    reach: NonNegative = quantity("distance between the surfaces of both bodies", "m", 0.0)
+    chance: Share = quantity("chance of success in one second of contact", "1", 1.0)
+    gain: Real = quantity("energy gained from one, whatever it holds", "energy", 0.0)
+    efficiency: Share = quantity("share of the energy that the eaten holds which is gained besides", "1", 0.0)
+    deadly: bool = about("whether the eater dies of it: poisoned by it", False)
+    until: Real | None = quantity("eats only while it holds less; absent: while it is not full", "energy", None)
+
+
+class Defence(Section):
+    """What keeps it from being eaten, and what that costs."""
+
+    toughness: Share = quantity("share of the bites into it that fail", "1", 0.0)
+    poison: NonNegative = quantity("energy that its eater loses", "energy", 0.0)
+    cost: NonNegative = quantity("share of growth and of sprouting seeds lost per unit of toughness and of poison", "1", 0.0)
+
+
+class Lethal(Section):
+    """The interval of one property outside of which the organism dies."""
+
+    property: str = about("energy, age, fertility, or a property or substance that the species has")
+    min: Real | None = quantity("dies at or below", "unit of the property", None)
+    max: Real | None = quantity("dies at or above", "unit of the property", None)
+    low: Annotated[str, Field(max_length=60)] = about("cause of death below min", "")
+    high: Annotated[str, Field(max_length=60)] = about("cause of death above max", "")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _name_causes(cls, data: Any) -> Any:
+        if isinstance(data, dict) and isinstance(data.get("property"), str):
+            words = {"low": ("min", "too low"), "high": ("max", "too high")}
+            named = {w: f"{data['property']} {text}" for w, (end, text) in words.items() if data.get(end) is not None}
+            return named | {k: v for k, v in data.items() if not (k in named and v == "")}
+        return data
+
+
+class Species(Section):
+    """One species: its organisms are all born with these values."""
+
+    count: Annotated[int, Field(ge=0, le=50_000_000)] = quantity("organisms at the start", "1")
+    max_count: Count | None = quantity("most that may live at once; absent: no limit but memory", "1", None)
+    color: Color = about("colour in figures, #rrggbb", "#4477aa")
+    body: Body = about("size, mass, opacity")
+    properties: dict[str, Real] = table(f"physical properties at birth by name: {', '.join(PROPERTIES)}", dict)
+    substances: dict[Name, NonNegative] = table("concentrations at birth by name [mol/L]", dict)
+    sex: Literal["none", "female", "male", "random"] = about("sex at birth", "none")
+    fertility: Share = quantity("fertility at birth", "1", 1.0)
+    metabolism: Metabolism = table("energy budget", Metabolism)
+    locomotion: Locomotion | None = about("how it moves; absent: it does not", None)
+    defence: Defence = table("what keeps it from being eaten", Defence)
+    emits: dict[Name, NonNegative] = table("field = amount put into it [1/s]", dict)
+    diet: list[Diet] = table("what it eats", list)
+    sensors: list[AnySensor] = table("what it senses", list)
+    actions: dict[str, list[str]] = table("group = actions, of which the policy takes one at a time", dict)
+    neutral: dict[str, str] = table("group = action taken where none is decided", dict)
+    automatic: list[str] = table("actions that need no decision: always on unless a reflex blocks them", list)
+    reflex: Reflex | None = about("the reflex network", None)
+    happiness: Happiness | None = about("the happiness network", None)
+    policy: Policy = table("the policy network", Policy)
+    ppo: dict[str, Any] = table("hyperparameters: fields of ecs_eco.learning.PPO", dict)
+    genome: GenomeSection | None = about("heredity; absent: all are born with these values", None)
+    components: list[Function] = table("module:name of components of your own that its organisms have", list)
+    reproduction: AnyReproduction | None = about("how it multiplies; absent: it does not", None)
+    lethal: list[Lethal] = table("what kills it besides being eaten", list)
+    remains: str | None = about("object type that the dead leave", None)
+
+    @field_validator("sensors")
+    @classmethod
+    def _name(cls, sensors: list[Any]) -> list[Any]:
+        return name_sensors(sensors)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _fill_ppo(cls, data: Any) -> Any:
+        if isinstance(data, dict) and isinstance(data.get("policy"), dict) and data["policy"].get("kind") in THINKING:
+            given = data.get("ppo", {})
+            return data | {"ppo": ppo_defaults() | given} if isinstance(given, dict) else data
+        return data
+
+    def channels(self, dims: int) -> tuple[str, ...]:
+        """Names of the sensory inputs in their order, in a space of `dims` axes."""
+        return tuple(c for sensor in self.sensors for c in sensor.channels(dims))
+
+    def readings(self, dims: int) -> dict[str, tuple[int, ...]]:
+        """Every name that formulas, weights and reflexes may use, and the channels that it is the mean of."""
+        names: dict[str, tuple[int, ...]] = {}
+        for row, sensor in enumerate(self._sensor_of_channel(dims)):
+            if isinstance(sensor, Smell):
+                names[sensor.field] = (*names.get(sensor.field, ()), row)
+        return names | {channel: (row,) for row, channel in enumerate(self.channels(dims))}
+
+    def action_list(self) -> tuple[tuple[str, str], ...]:
+        """(group, action) of every action in the order of the decision vector."""
+        return tuple((group, action) for group, actions in self.actions.items() for action in actions)
+
+    def action_rows(self) -> dict[str, int]:
+        """Row in the decision vector by group.action, and by the plain name where only one group has it."""
+        rows = {pair: row for row, pair in enumerate(self.action_list())}
+        plain = [action for _, action in rows]
+        full = {f"{group}.{action}": row for (group, action), row in rows.items()}
+        return full | {action: row for (_, action), row in rows.items() if plain.count(action) == 1}
+
+    def own(self) -> tuple[str, ...]:
+        """Names of what the species can feel of itself or die of."""
+        return (*OWN, *self.properties, *self.substances)
+
+    def _sensor_of_channel(self, dims: int) -> list[Any]:
+        return [sensor for sensor in self.sensors for _ in sensor.channels(dims)]
+
+
+def ppo_defaults() -> dict[str, Any]:
+    """Every hyperparameter of PPO with its default."""
+    from ecs_eco.learning import PPO  # not at the top: what lists species must not load what learns
+
+    return {f.name: f.default for f in fields(PPO)}

@@ -1,0 +1,94 @@
+"""Space, terrain, ambient conditions, scalar fields and inanimate objects."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from ecs_eco.engine.section import Name, NonNegative, Point, Positive, Real, Section, about, quantity, table
+
+PROPERTIES = {  # physical properties a body may have besides mass, and their units (paper, Definition 1)
+    "temperature": "K",
+    "pressure": "Pa",
+    "electric_current": "A",
+    "luminous_intensity": "cd",
+}
+Color = Annotated[str, Field(pattern=r"^#[0-9a-fA-F]{6}$")]
+
+
+class Space(Section):
+    """The space that everything is in."""
+
+    size: Annotated[list[Positive], Field(min_length=2, max_length=3)] = quantity(
+        "extent along each axis; two numbers are a plane, three a volume", "m"
+    )
+    edges: Literal["torus", "walls"] = about(
+        "torus: who leaves enters on the other side; walls: nobody leaves", "torus"
+    )
+    cell: Positive | None = quantity("side of the cells that neighbours are looked up in; absent: chosen", "m", None)
+
+
+class Hills(Section):
+    """Smooth random ground."""
+
+    seed: Annotated[int, Field(ge=0, lt=2**63)] = about("seed of the hills' shape", 0)
+    amplitude: NonNegative = quantity("height of a typical hill above the mean ground", "m")
+    scale: Positive = quantity("distance from hill to hill", "m")
+
+
+class Landmark(Section):
+    """A mountain, a rock or a lake: a disc on the ground."""
+
+    at: Annotated[list[Real], Field(min_length=2, max_length=2)] = quantity("centre", "m")
+    radius: Positive = quantity("radius of the disc", "m")
+    height: NonNegative = quantity("height of the top above the ground around; a lake has none", "m", 0.0)
+
+
+class Terrain(Section):
+    """The shape of the ground."""
+
+    cell: Positive = quantity("side of the cells of the height map", "m", 1.0)
+    hills: Hills | None = about("smooth random hills", None)
+    mountains: list[Landmark] = table("high ground, slow to climb", list)
+    rocks: list[Landmark] = table("nobody enters, nobody sees through", list)
+    lakes: list[Landmark] = table("water", list)
+    slope_cost: NonNegative = quantity("extra cost of moving, as a factor per unit of slope", "1", 1.0)
+
+
+class Ambient(Section):
+    """The state of the environment where nothing else changes it."""
+
+    temperature: NonNegative = quantity("temperature", "K", 285.0)
+    pressure: NonNegative = quantity("pressure at the surface", "Pa", 101_325.0)
+    light: NonNegative = quantity("light at the surface, 1 is full daylight", "1", 1.0)
+
+
+class ScalarField(Section):
+    """A quantity with one value a place: emitted by bodies, spreading, decaying."""
+
+    cell: Positive = quantity("side of the field's cells", "m")
+    diffusion: NonNegative = quantity("diffusion coefficient", "m^2/s", 0.0)
+    decay: NonNegative = quantity("share lost per second", "1/s", 0.0)
+
+
+class Body(Section):
+    """A sphere."""
+
+    radius: Positive = quantity("radius", "m")
+    mass: Positive = quantity("mass", "kg", 1.0)
+    opaque: bool = about("whether it hides what is behind it", True)
+    solid: bool = about("whether it pushes other solid bodies away", False)
+    sinking: Real = quantity("speed at which it sinks in a volume, negative: rises", "m/s", 0.0)
+
+
+class ObjectType(Section):
+    """A type of inanimate objects."""
+
+    count: Annotated[int, Field(ge=0, le=50_000_000)] = quantity("how many lie at random places at the start", "1", 0)
+    at: list[Point] = table("places of single objects at the start [m]", list)
+    color: Color = about("colour in figures, #rrggbb", "#888888")
+    body: Body = about("size, mass, opacity")
+    properties: dict[str, Real] = table(f"physical properties by name: {', '.join(PROPERTIES)}", dict)
+    substances: dict[Name, NonNegative] = table("concentrations by name [mol/L]", dict)
+    emits: dict[Name, NonNegative] = table("field = amount that each puts into it [1/s]", dict)

@@ -1,0 +1,58 @@
+"""The sun, and what is dissolved in or done by water: light with depth, warmth, currents."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field, field_validator
+
+from ecs_eco.engine.section import Function, Name, NonNegative, Positive, Real, Section, Share, about, quantity, table
+
+Latitude = Annotated[float, Field(ge=-90, le=90)]
+
+
+class Sun(Section):
+    """The sun, which rises and sets: light at the surface is ambient.light times the sine of its elevation."""
+
+    kind: Literal["natural", "inverted", "constant"] = about(
+        "natural; inverted: half a day later, so that it is dark by day; constant: the mean of the day at all times", "natural"
+    )
+    day: Positive = quantity("length of a day", "s", 86_400.0)
+    start: Share = quantity("time of the day at the start: 0 is midnight, 0.5 noon, as a share of a day", "1", 0.0)
+    latitude: Latitude = quantity("north is positive", "deg", 0.0)
+    declination: Annotated[float, Field(ge=-90, le=90)] = quantity(
+        "of the sun: 23.4 in the northern midsummer, 0 at the equinoxes; with a year, its greatest", "deg", 0.0
+    )
+    year: Positive | None = quantity("length of a year that begins in spring; absent: the season stays", "s", None)
+    moon: NonNegative = quantity("light of a full moon in the zenith, which stands opposite to the sun", "1", 0.0)
+
+
+class Current(Section):
+    """The velocity of the water in one depth; between two depths it is linear."""
+
+    depth: NonNegative = quantity("below the surface", "m")
+    velocity: Annotated[list[Real], Field(min_length=2, max_length=2)] = quantity("along x and y", "m/s")
+
+
+class Water(Section):
+    """A volume of water; the surface is at the top of the space."""
+
+    attenuation: NonNegative = quantity("of light, by the water itself (Beer-Lambert)", "1/m", 0.0)
+    shading: dict[Name, NonNegative] = quantity("species = area of shade that one of them casts", "m^2", {})
+    layer: Positive = quantity("thickness of the layers in which those who cast shade are counted", "m", 1.0)
+    density: Positive = quantity("of the water: pressure rises by density × 9.81 m/s² × depth", "kg/m^3", 1025.0)
+    deep_temperature: NonNegative | None = quantity("far below the thermocline; absent: as ambient everywhere", "K", None)
+    thermocline: NonNegative = quantity("depth where the temperature is halfway from ambient to deep", "m", 0.0)
+    thermocline_width: Positive = quantity("half of the depth over which most of the change happens", "m", 1.0)
+    current: list[Current] = table("velocities by depth", list)
+    current_function: Function | None = about(
+        "module:name of function(world, x, y, z) to velocities u, v, w [m/s], instead of a list by depth", None
+    )
+
+    @field_validator("current")
+    @classmethod
+    def _from_above(cls, current: list[Current]) -> list[Current]:
+        depths = [c.depth for c in current]
+        if depths != sorted(set(depths)):
+            raise ValueError(f"depths are {depths}: each once, from above to below")
+        return current

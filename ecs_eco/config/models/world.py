@@ -1,0 +1,110 @@
+"""The whole world file."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, PrivateAttr
+
+from ecs_eco.config.models.interventions import AnyIntervention
+from ecs_eco.config.models.search import Search
+from ecs_eco.config.models.species import Species
+from ecs_eco.config.models.surroundings import Ambient, ObjectType, ScalarField, Space, Terrain
+from ecs_eco.config.models.water import Sun, Water
+from ecs_eco.engine.section import Function, Name, Positive, Real, Section, Share, about, quantity, table
+
+
+class Ramp(Section):
+    """A number that changes while training, in steps."""
+
+    key: str = about("dotted key of a number, as species.krill.diet.0.chance")
+    values: Annotated[list[Real], Field(min_length=2, max_length=2)] = about("at the start and at the end")
+    until: Share = quantity("share of the training after which it stays", "1", 1.0)
+
+    def at(self, share: float) -> float:
+        """Its value after a share of the training."""
+        first, last = self.values
+        return last if share >= self.until else first + (last - first) * share / self.until
+
+
+class Training(Section):
+    """Pre-training: how policies are learnt before the ecosystem runs."""
+
+    ticks: Annotated[int, Field(ge=1, le=10**12)] = quantity("length", "ticks", 1000)
+    average: Annotated[float, Field(ge=0, le=1)] = quantity(
+        "last share of the training over which weights are averaged", "1", 0.2
+    )
+    respawn: bool = about("whether the dead are replaced at once, and nobody is born", True)
+    set: dict[str, Any] = table("dotted key = value that holds while training", dict)
+    worlds: Annotated[int, Field(ge=1, le=64)] = about("worlds that train the same policies at a time", 1)
+    vary: dict[str, Annotated[list[int | float], Field(min_length=2, max_length=2)]] = table(
+        "dotted key = [low, high]: each of the worlds has a value of its own, the steps between them being equal factors", dict
+    )
+    renew: Annotated[int, Field(ge=0, le=10**12)] = quantity(
+        "after so many the worlds begin anew, with other values of `vary`; 0: never", "ticks", 0
+    )
+    pool: Annotated[float, Field(ge=0, le=1)] = quantity(
+        "chance of each species in each world but the first to be an earlier self that does not learn, until the next renewal", "1", 0.0
+    )
+    ramp: list[Ramp] = table("numbers that change while training", list)
+
+
+class WorldConfig(Section):
+    """A world: space, species and objects, and everything that happens to them."""
+
+    format: Literal[1] = about("version of this format")
+    name: Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_-]*$", max_length=60)] = about("name, used for folders")
+    title: Annotated[str, Field(max_length=200)] = about("name for people", "")
+    description: Annotated[str, Field(max_length=20_000)] = about("a few sentences", "")
+    ticks: Annotated[int, Field(ge=1, le=10**12)] = quantity("length of a run when none is asked for", "ticks", 1000)
+    dt: Positive = quantity("length of a tick", "s", 1.0)
+    seed: Annotated[int, Field(ge=0, lt=2**63)] = about("seed of a run when none is asked for", 1)
+    space: Space = about("the space that everything is in")
+    terrain: Terrain | None = about("the shape of the ground; absent: flat", None)
+    ambient: Ambient = table("state of the environment", Ambient)
+    sun: Sun | None = about("the sun over it; absent: light is that of ambient at all times", None)
+    water: Water | None = about("the water that a volume is full of; absent: none", None)
+    substances: dict[Name, Annotated[str, Field(max_length=1000)]] = table("name = description of every chemical substance", dict)
+    fields: dict[Name, ScalarField] = table("scalar fields by name", dict)
+    objects: dict[Name, ObjectType] = table("types of inanimate objects by name", dict)
+    species: Annotated[dict[Name, Species], Field(min_length=1, max_length=128)] = about("species by name")
+    training: Training = table("pre-training", Training)
+    systems: list[Function] = table("module:name of systems of your own, each at the end of its phase", list)
+    interventions: list[AnyIntervention] = table("what is done to the world while it runs", list)
+    search: Search = Field(default_factory=Search, exclude=True, description="what `ecs-eco search` looks for; no run depends on it")
+
+    _folder: Path = PrivateAttr(default_factory=Path)  # where relative file names start
+    _source: str = PrivateAttr(default="dict")  # for messages
+
+    @property
+    def dims(self) -> int:
+        """2 in a plane, 3 in a volume."""
+        return len(self.space.size)
+
+    @property
+    def folder(self) -> Path:
+        """Folder of the world file, where relative file names start."""
+        return self._folder
+
+    def file(self, name: str) -> Path:
+        """Path of a file that the world names."""
+        return self._folder / name
+
+    def resolved(self) -> dict[str, Any]:
+        """Every value, also those left out in the file, as JSON can hold it; loads as a world with the same hash."""
+        return self.model_dump(mode="json")
+
+    @property
+    def config_hash(self) -> str:
+        """SHA-256 of the resolved configuration, 64 hexadecimal digits."""
+        text = json.dumps(self.resolved(), separators=(",", ":"), allow_nan=False)
+        return hashlib.sha256(text.encode()).hexdigest()
+
+    def for_training(self) -> WorldConfig:
+        """The world as it is while training: with the values of [training] set."""
+        from ecs_eco.config.loading import for_training
+
+        return for_training(self)

@@ -1,0 +1,132 @@
+"""Which values of a species can be heritable, and where an organism that differs in them keeps its own."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from ecs_eco.config.models.nerves import Connection
+from ecs_eco.config.models.species import Species, ppo_defaults
+from ecs_eco.engine.section import LARGEST
+from ecs_eco.genomes.choices import CHOICES
+from ecs_eco.genomes.traits import Kind, Trait
+
+TINY = 1e-6  # the least value of what must be above 0
+
+
+def traits_of(species: Species, dims: int, extra_components: Iterable[Any] = ()) -> dict[str, Trait]:
+    """Return every trait that this species could make heritable, by name, in a space of `dims` axes.
+
+    `extra_components` are components of the user's own: each number of theirs is the trait Component.field.
+    """
+    found = [*_of_body(species), *_of_sensors(species), *_of_nerves(species), *_of_learning(species), *_of_life(species)]
+    for component in extra_components:
+        found += _of_component(component)
+    return {trait.name: trait for trait in found}
+
+
+def label_of(connection: Connection) -> str:
+    """What genes call a connection of a reflex: its name, or SENSOR_ACTION."""
+    return connection.name or f"{connection.sensor}_{connection.action}"
+
+
+def policy_shapes(species: Species, dims: int) -> list[tuple[int, ...]]:
+    """Return the shapes of an individual policy's matrices (inputs, units) and biases, in the order of its weights."""
+    logits = 0
+    for group, actions in species.actions.items():
+        automatic = [a in species.automatic or f"{group}.{a}" in species.automatic for a in actions]
+        logits += 0 if all(automatic) else max(len(actions), 2)
+    widths = [len(species.channels(dims)), *species.policy.hidden, logits + 1]
+    return [shape for a, b in pairwise(widths) for shape in ((a, b), (b,))]
+
+
+def _of_body(species: Species) -> Iterator[Trait]:
+    body, moves, metabolism = species.body, species.locomotion, species.metabolism
+    yield Trait("body.radius", "Body", "radius", None, body.radius, TINY, LARGEST, "number", "m", "radius of the body")
+    yield Trait("body.mass", "Body", "mass", None, body.mass, TINY, LARGEST, "number", "kg", "mass of the body")
+    if moves is not None:
+        text = "factor of all its speeds; what moving costs goes with its square"
+        yield Trait("locomotion.pace", "Vigour", "pace", None, 1.0, 0.0, LARGEST, "number", "1", text)
+    text = "energy made in full light"
+    yield Trait("metabolism.growth", "Growth", "growth", None, metabolism.growth, 0.0, LARGEST, "number", "energy/s", text)
+    defence = species.defence
+    text = "share of the bites into it that fail"
+    yield Trait("defence.toughness", "Defence", "toughness", None, defence.toughness, 0.0, 1.0, "number", "1", text)
+    text = "energy that its eater loses"
+    yield Trait("defence.poison", "Defence", "poison", None, defence.poison, 0.0, LARGEST, "number", "energy", text)
+
+
+def _of_sensors(species: Species) -> Iterator[Trait]:
+    for i, sensor in enumerate(species.sensors):
+        if (radius := getattr(sensor, "radius", None)) is not None:
+            text = f"how far the sensor {sensor.name} reaches"
+            yield Trait(f"sensors.{sensor.name}.radius", "Senses", "radius", i, radius, TINY, LARGEST, "number", "m", text)
+        if (at := getattr(sensor, "at", None)) is None or sensor.kind == "touch":
+            continue
+        for axis, way in enumerate(("forward", "left")):
+            text = f"where on the body the sensor {sensor.name} is, {way}, in radii of the body"
+            yield Trait(f"sensors.{sensor.name}.{way}", "Senses", way, i, at[axis], -LARGEST, LARGEST, "number", "1", text)
+
+
+def _of_nerves(species: Species) -> Iterator[Trait]:
+    for i, c in enumerate(species.reflex.connections if species.reflex else ()):
+        name, way = label_of(c), "above" if c.above is not None else "below"
+        threshold = c.above if c.above is not None else c.below
+        text = f"while {c.sensor} is {way} the threshold: −1 blocks {c.action}, 0 leaves it to the policy, 1 forces it"
+        yield Trait(f"reflex.{name}.weight", "Reflexes", "weight", i, c.weight, -1.0, 1.0, "sign", "1", text)
+        text = f"{c.action} answers to {c.sensor} {way} this reading"
+        own = float(threshold or 0.0)
+        yield Trait(f"reflex.{name}.threshold", "Reflexes", "threshold", i, own, -LARGEST, LARGEST, "number", "reading", text)
+    for i, (channel, weight) in enumerate(species.happiness.weights.items() if species.happiness else ()):
+        text = f"what {channel} adds to happiness"
+        yield Trait(f"happiness.{channel}", "Desires", "weight", i, weight, -LARGEST, LARGEST, "number", "1", text)
+
+
+def _of_learning(species: Species) -> Iterator[Trait]:
+    if species.policy.kind != "individual":
+        return
+    text = "weights of the policy network at birth"
+    yield Trait("policy.weights", "Policy", "weights", None, 0.0, -LARGEST, LARGEST, "weights", "1", text)
+    settings = ppo_defaults() | species.ppo
+    for field, high in {"learning_rate": LARGEST, "discount": 1.0, "entropy": LARGEST}.items():
+        text = f"{field.replace('_', ' ')} of its learning by PPO"
+        own = float(settings[field]) if isinstance(settings[field], int | float) else 0.0  # what is no number is told of elsewhere
+        yield Trait(f"ppo.{field}", "Plasticity", field, None, own, 0.0, high, "number", "1", text)
+
+
+def _of_life(species: Species) -> Iterator[Trait]:
+    age = next((x.max for x in species.lethal if x.property == "age" and x.max is not None), None)
+    if age is not None:
+        yield Trait("life.age_max", "LifeHistory", "age_max", None, age, TINY, LARGEST, "number", "s", "age at which it dies")
+    way = species.reproduction
+    if way is not None and way.kind == "spread":
+        yield Trait("reproduction.spread", "Growth", "spread", None, 1.0, 0.0, 1.0, "number", "1", "share of its seeds that sprout")
+    fields: dict[str, tuple[float, float, Kind, str, str]] = {
+        "age_min": (0.0, LARGEST, "number", "s", "age that it needs to bear young"),
+        "energy_min": (0.0, LARGEST, "number", "energy", "energy that it needs to bear young"),
+        "energy_given": (0.0, LARGEST, "number", "energy", "energy of each of its newborn"),
+        "litter": (1.0, 10_000.0, "whole", "1", "newborn at a time"),
+        "choice": (0.0, 3.0, "whole", "1", "whom it mates with: 0 the nearest, 1 any, 2 the richest, 3 the oldest"),
+    }
+    for field, (low, high, kind, unit, text) in fields.items():
+        value = getattr(way, field, None)
+        if value is not None:
+            own = float(CHOICES.index(value) if field == "choice" else value)
+            yield Trait(f"reproduction.{field}", "LifeHistory", field, None, own, low, high, kind, unit, text)
+
+
+def _of_component(component: Any) -> Iterator[Trait]:
+    for field, (column, default) in component.fields.items():
+        if column.shape or column.dtype.kind not in "fiub":
+            continue
+        low, high, kind = -LARGEST, LARGEST, "number"
+        if column.dtype.kind in "iu":
+            low, high, kind = float(np.iinfo(column.dtype).min), float(np.iinfo(column.dtype).max), "whole"
+        elif column.dtype.kind == "b":
+            low, high, kind = 0.0, 1.0, "whole"
+        name = f"{component.__name__}.{field}"
+        text = (component.__doc__ or name).strip().partition("\n")[0]
+        yield Trait(name, component.__name__, field, None, float(default), low, high, kind, "own", text)  # type: ignore[arg-type]

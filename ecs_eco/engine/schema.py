@@ -1,0 +1,148 @@
+"""`@component`: a class of annotated fields becomes a column layout and a handle type at once."""
+
+import inspect
+import sys
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+
+class Type:
+    """A column's element: a dtype and the shape of one organism's value; a word in the shape is fixed per table."""
+
+    __slots__ = ("blocked", "dtype", "shape")
+
+    def __init__(self, dtype: Any, shape: tuple[int | str, ...] = (), blocked: bool = False) -> None:
+        self.dtype = np.dtype(dtype)
+        self.shape = shape
+        self.blocked = blocked
+
+    @property
+    def heavy(self) -> "Type":
+        """The same, kept in blocks of rows: for what is so large that growth must not copy it."""
+        return Type(self.dtype, self.shape, blocked=True)
+
+    def __getitem__(self, shape: Any) -> "Type":
+        return Type(self.dtype, shape if isinstance(shape, tuple) else (shape,))
+
+    def __call__(self, value: Any) -> Any:
+        return self.dtype.type(value)
+
+    def __repr__(self) -> str:
+        inner = ", ".join(map(str, self.shape))
+        return (f"{self.dtype.name}[{inner}]" if inner else self.dtype.name) + (".heavy" if self.blocked else "")
+
+    def check(self, value: Any, where: str) -> None:
+        """Raise ValueError where a value does not fit: of another kind, out of range, or of another shape."""
+        fixed = tuple(d for d in self.shape if not isinstance(d, str))
+        try:
+            array = np.asarray(value, self.dtype)
+            if len(fixed) == len(self.shape):
+                np.broadcast_to(array, fixed)
+        except (TypeError, ValueError, OverflowError) as error:
+            raise ValueError(f"{where}: {value!r} is no {self!r} ({error})") from None
+
+    def resolve(self, dims: dict[str, int], where: str) -> tuple[int, ...]:
+        """Return the shape with every word replaced by its size in `dims`."""
+        unknown = [d for d in self.shape if isinstance(d, str) and d not in dims]
+        if unknown:
+            raise ValueError(f"{where}: the shape {self!r} needs the size {unknown[0]!r}; declared are {sorted(dims) or 'none'}")
+        return tuple(dims[d] if isinstance(d, str) else d for d in self.shape)
+
+
+if TYPE_CHECKING:
+    f32 = f64 = float
+    i8 = i16 = i32 = i64 = u8 = u16 = u32 = u64 = int
+    boolean = bool
+else:
+    f32, f64 = Type(np.float32), Type(np.float64)
+    i8, i16, i32, i64 = Type(np.int8), Type(np.int16), Type(np.int32), Type(np.int64)
+    u8, u16, u32, u64 = Type(np.uint8), Type(np.uint16), Type(np.uint32), Type(np.uint64)
+    boolean = Type(np.bool_)
+
+
+class Columns:
+    """The arrays of one component in one table, an attribute per field: f32[capacity, …]."""
+
+    __slots__ = ("__dict__",)
+
+
+class Handle:
+    """One organism's component: reading and writing an attribute reads and writes its row of the columns."""
+
+    __slots__ = ("_columns", "_row")
+    fields: dict[str, tuple[Type, Any]] = {}
+
+    def __init__(self, **values: Any) -> None:
+        unknown = [name for name in values if name not in self.fields]
+        if unknown:
+            from ecs_eco.engine.errors import unknown_name
+
+            raise TypeError(unknown_name(f"{type(self).__name__}", "field", unknown[0], self.fields))
+        self._columns = Columns()
+        self._row = 0
+        for name, (kind, default) in self.fields.items():
+            value = values.get(name, default)
+            if name not in values and any(isinstance(d, str) for d in kind.shape):
+                continue  # its size belongs to the table
+            kind.check(value, f"{type(self).__name__}.{name}")
+            array = np.asarray(value, kind.dtype)
+            fixed = all(not isinstance(d, str) for d in kind.shape)
+            setattr(self._columns, name, np.broadcast_to(array, kind.resolve({}, name))[None].copy() if fixed else array[None].copy())
+
+    @classmethod
+    def attach(cls, columns: Columns, row: int) -> "Handle":
+        """Return the handle of one row, without copying anything."""
+        handle = cls.__new__(cls)
+        handle._columns = columns
+        handle._row = row
+        return handle
+
+    def __repr__(self) -> str:
+        values = ", ".join(f"{n}={getattr(self._columns, n)[self._row]}" for n in self.fields if hasattr(self._columns, n))
+        return f"{type(self).__name__}({values})"
+
+
+def _accessor(name: str, scalar: bool) -> property:
+    def read(self: Handle) -> Any:
+        value = getattr(self._columns, name)[self._row]
+        return value.item() if scalar else value
+
+    def write(self: Handle, value: Any) -> None:
+        getattr(self._columns, name)[self._row] = value
+
+    return property(read, write)
+
+
+def component(cls: type) -> Any:
+    """Turn a class of annotated fields with defaults into a component.
+
+    Every field is annotated with a column type (`f32`, `u64`, `f32[3]`, `f32["genes"]`) and has a default; the class
+    keeps its name, docstring and methods. Raises TypeError for a field without column type or default, ValueError for a
+    default that its type cannot hold.
+    """
+    if cls.__bases__ != (object,):
+        raise TypeError(f"{cls.__name__}: a component inherits nothing; write its fields out instead of {cls.__bases__[0].__name__}")
+    fields: dict[str, tuple[Type, Any]] = {}
+    for name, kind in _hints(cls).items():
+        if not isinstance(kind, Type):
+            raise TypeError(f"{cls.__name__}.{name}: {kind!r} is not a column type; use f32, f64, i32, i64, u8, u64, boolean, or f32[3]")
+        if name in ("fields", "attach") or name.startswith("_"):
+            raise TypeError(f"{cls.__name__}.{name}: this name is taken by the handle; choose another")
+        if name not in cls.__dict__:
+            raise TypeError(f"{cls.__name__}.{name}: a field needs a default, as in `{name}: {kind!r} = 0`")
+        fields[name] = (kind, cls.__dict__[name])
+        kind.check(cls.__dict__[name], f"{cls.__name__}.{name}")
+    if not fields:
+        raise TypeError(f"{cls.__name__}: a component needs at least one field, as in `energy: f32 = 1.0`")
+    body = {k: v for k, v in cls.__dict__.items() if k not in fields and k not in ("__dict__", "__weakref__", "__annotations__")}
+    body |= {name: _accessor(name, not kind.shape) for name, (kind, _) in fields.items()}
+    body |= {"__slots__": (), "fields": fields}
+    return type(cls.__name__, (Handle,), body)
+
+
+def _hints(cls: type) -> dict[str, Any]:
+    """Return the annotations of a class, those written as strings evaluated where the class was written."""
+    scope = vars(sys.modules.get(cls.__module__, object())) if cls.__module__ in sys.modules else {}
+    own = inspect.get_annotations(cls)
+    return {n: eval(k, dict(scope)) if isinstance(k, str) else k for n, k in own.items()}  # noqa: S307

@@ -1,0 +1,237 @@
+"""A table holds all entities of one kind: an array per component field, rows stable for life, an alive mask."""
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import numpy as np
+
+from ecs_eco.engine.blocks import Blocked
+from ecs_eco.engine.errors import UnknownName, unknown_name
+from ecs_eco.engine.jit import njit
+from ecs_eco.engine.schema import Columns, Handle
+
+Values = Mapping[tuple[type, str], Any]
+
+
+class Table:
+    """The columns of one kind of entity.
+
+    `alive` bool[capacity]; `uid` u64[capacity], 0 in free rows; `born` i64[capacity], the tick of birth; `cause`
+    u8[capacity], not 0 in the rows that die at the end of the phase `die`; `killer` u64[capacity]. `table[Position].x`
+    is a column. Columns move when the table grows: keep none past the tick.
+    """
+
+    def __init__(self, name: str, components: Iterable[type[Any]], *, capacity: int = 64, dims: Mapping[str, int] | None = None,
+                 place: int = 0) -> None:
+        if capacity < 1:
+            raise ValueError(f"table {name!r}: capacity is {capacity}; it must be at least 1")
+        self.name = name
+        self.place = place  # its number in the world
+        self.dims = dict(dims or {})
+        self.capacity = int(capacity)
+        self.n = 0  # entities alive
+        self.high = 0  # rows at and beyond it are free
+        self.version = 0  # changes when a place or the set of the living does
+        self.alive = np.zeros(capacity, np.bool_)
+        self.uid = np.zeros(capacity, np.uint64)
+        self.born = np.zeros(capacity, np.int64)
+        self.cause = np.zeros(capacity, np.uint8)
+        self.killer = np.zeros(capacity, np.uint64)
+        self.entity = np.zeros(capacity, np.int64)  # esper's number, local to the process
+        self.entity_uid = np.zeros(capacity, np.uint64)  # who that number was made for
+        self.columns: dict[type[Any], Columns] = {}
+        self.defaults: dict[type[Any], dict[str, np.ndarray]] = {}
+        self.births: list[tuple[np.ndarray, np.ndarray | None, dict[tuple[type, str], np.ndarray]]] = []
+        self.traits: dict[str, Any] = {}  # what its systems keep per species: never per organism
+        for component in components:
+            self.add_component(component)
+
+    def __repr__(self) -> str:
+        return f"<Table {self.name!r}: {self.n} alive, {', '.join(c.__name__ for c in self.columns)}>"
+
+    def __len__(self) -> int:
+        return self.n
+
+    def __contains__(self, component: type) -> bool:
+        return component in self.columns
+
+    def __getitem__(self, component: type[Any]) -> Any:
+        try:
+            return self.columns[component]
+        except KeyError:
+            known = [c.__name__ for c in self.columns]
+            raise UnknownName(unknown_name(f"table {self.name!r}", "component", getattr(component, "__name__", component), known)) from None
+
+    def has(self, components: Iterable[type]) -> bool:
+        """Return whether the table has all these components."""
+        return self.columns.keys() >= set(components)
+
+    def add_component(self, component: type[Any], **defaults: Any) -> None:
+        """Give every entity of this table, living or to come, a component; `defaults` replace the component's own."""
+        if not (isinstance(component, type) and issubclass(component, Handle) and component.fields):
+            raise TypeError(f"table {self.name!r}: {component!r} is not a component; declare it with @component")
+        if component in self.columns:
+            self.set_defaults(component, **defaults)
+            return
+        columns, values = Columns(), {}
+        for field, (kind, default) in component.fields.items():
+            shape = kind.resolve(self.dims, f"{component.__name__}.{field} in table {self.name!r}")
+            values[field] = np.broadcast_to(np.asarray(default, kind.dtype), shape).copy()
+        self.defaults[component] = values
+        self.set_defaults(component, **defaults)
+        for field, value in values.items():
+            setattr(columns, field, _column(component.fields[field][0], value, self.capacity, self.rows()))
+        self.columns[component] = columns
+        self.entity_uid[:] = np.where(self.entity_uid != 0, np.uint64(0xFFFFFFFFFFFFFFFF), self.entity_uid)  # handles are made anew
+
+    def set_defaults(self, component: type[Any], **defaults: Any) -> None:
+        """Set what a newborn of this table has in these fields."""
+        for field, value in defaults.items():
+            if field not in component.fields:
+                raise UnknownName(unknown_name(f"{component.__name__} in table {self.name!r}", "field", field, component.fields))
+            self.defaults[component][field][...] = value
+
+    def field(self, component: type[Any], name: str) -> np.ndarray:
+        """Return one column: an array [capacity, …]."""
+        return getattr(self[component], name)
+
+    def rows(self) -> np.ndarray:
+        """Return the living rows, ascending: i64[n]."""
+        return np.flatnonzero(self.alive[: self.high])
+
+    def by_uid(self) -> np.ndarray:
+        """Return the living rows in the order of their uids: i64[n]."""
+        rows = self.rows()
+        return rows[np.argsort(self.uid[rows], kind="stable")]
+
+    def reserve(self, n: int) -> None:
+        """Make room for `n` rows in all, at least doubling the columns when they are too short."""
+        if n <= self.capacity:
+            return
+        new = max(n, 2 * self.capacity)
+        for name in ("alive", "uid", "born", "cause", "killer", "entity", "entity_uid"):
+            setattr(self, name, _grown(getattr(self, name), new))
+        for columns in self.columns.values():
+            for field, array in list(vars(columns).items()):
+                setattr(columns, field, array.grow(new) if isinstance(array, Blocked) else _grown(array, new))
+        self.capacity = new
+
+    def request(self, parents: np.ndarray, values: Mapping[tuple[type, str], np.ndarray], second: np.ndarray | None = None) -> None:
+        """Ask for one birth per entry of `parents` (u64[k], 0 for none); they take effect at the end of `reproduce`.
+
+        `values[(Component, field)]` is an array [k, …] of what differs from the table's defaults. Requests must come in
+        an order that does not depend on rows (by parent uid, say): newborn get their uids in this order.
+        Raises KeyError for a component or field that the table lacks, ValueError for a shape that does not fit.
+        """
+        for (component, name), array in values.items():
+            self[component]  # raises the error that names what there is
+            default = self.defaults[component].get(name)
+            if default is None:
+                known = self.defaults[component]
+                raise UnknownName(unknown_name(f"{component.__name__} in table {self.name!r}", "field", name, known))
+            wanted = (len(parents), *default.shape)
+            if np.shape(array) != wanted:
+                where = f"newborn of {self.name!r}: {component.__name__}.{name}"
+                raise ValueError(f"{where} has the shape {np.shape(array)}; allowed is {wanted}")
+        self.births.append((parents, second, dict(values)))
+
+    def occupy(self, k: int, first_uid: int, tick: int, values: Values) -> np.ndarray:
+        """Bring `k` entities to life in the lowest free rows, with uids from `first_uid` on; return their rows."""
+        self.reserve(self.n + k)
+        rows = np.empty(k, np.int64)
+        self.high = _occupy(rows, self.alive, self.uid, self.born, first_uid, tick, self.high)
+        for component, columns in self.columns.items():
+            arrays = vars(columns)
+            for field, default in self.defaults[component].items():
+                arrays[field][rows] = values.get((component, field), default)
+        self.n += k
+        self.version += 1
+        return rows
+
+    def doomed(self) -> np.ndarray:
+        """Return the rows that have a cause of death, ascending: i64[k]."""
+        return self.cause[: self.high].nonzero()[0]
+
+    def vacate(self, rows: np.ndarray) -> None:
+        """Free the rows of the dead."""
+        self.high = _vacate(rows, self.alive, self.uid, self.cause, self.killer, self.high)
+        self.n -= rows.size
+        self.version += 1
+
+    def reorder(self, rows: np.ndarray) -> None:
+        """Move the entity of row `rows[i]` to row i, for all living: no organism's fate changes by it.
+
+        What its systems keep by row and has a method `reorder(order)` moves along: row i is then what `order[i]` was before.
+        Raises ValueError where `rows` are not the living rows, each once.
+        """
+        rows = np.asarray(rows, np.int64)
+        if not np.array_equal(np.sort(rows), self.rows()):
+            raise ValueError(f"table {self.name!r}: reorder takes its {self.n} living rows, each once; here are {rows.size} others")
+        rest = np.setdiff1d(np.arange(self.capacity), rows)
+        order = np.concatenate([rows, rest])
+        for name in ("alive", "uid", "born", "cause", "killer", "entity", "entity_uid"):
+            setattr(self, name, getattr(self, name)[order])
+        for columns in self.columns.values():
+            for field, array in list(vars(columns).items()):
+                if isinstance(array, Blocked):
+                    array[: self.n] = array[rows]
+                else:
+                    setattr(columns, field, array[order])
+        self.entity_uid[:] = np.where(self.entity_uid != 0, np.uint64(0xFFFFFFFFFFFFFFFF), self.entity_uid)
+        for part in self.traits.values():
+            if callable(getattr(part, "reorder", None)):
+                part.reorder(order)
+        self.high = self.n
+        self.version += 1
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes of all columns."""
+        own = sum(getattr(self, a).nbytes for a in ("alive", "uid", "born", "cause", "killer", "entity", "entity_uid"))
+        return own + sum(a.nbytes for c in self.columns.values() for a in vars(c).values())
+
+
+def _column(kind: Any, value: np.ndarray, capacity: int, living: np.ndarray) -> Any:
+    """Return a new column with this default in every row; a heavy one holds it in the rows of the living only."""
+    if not kind.blocked:
+        return np.broadcast_to(value, (capacity, *value.shape)).copy()
+    column = Blocked(value.shape, kind.dtype).grow(capacity)
+    if living.size:
+        column[living] = value
+    return column
+
+
+def _grown(array: np.ndarray, n: int) -> np.ndarray:
+    out = np.zeros((n, *array.shape[1:]), array.dtype)
+    out[: array.shape[0]] = array
+    return out
+
+
+@njit
+def _occupy(rows, alive, uid, born, first_uid, tick, high):
+    """Fill `rows` with the lowest free rows and bring them to life; return the new end of the rows in use."""
+    found = 0
+    for row in range(alive.size):
+        if found == rows.size:
+            break
+        if not alive[row]:
+            rows[found] = row
+            alive[row] = True
+            uid[row] = first_uid + found
+            born[row] = tick
+            found += 1
+            high = max(high, row + 1)
+    return high
+
+
+@njit
+def _vacate(rows, alive, uid, cause, killer, high):
+    """Free rows; return the new end of the rows in use."""
+    for row in rows:
+        alive[row] = False
+        uid[row] = 0
+        cause[row] = 0
+        killer[row] = 0
+    while high > 0 and not alive[high - 1]:
+        high -= 1
+    return high

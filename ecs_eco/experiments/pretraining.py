@@ -1,0 +1,77 @@
+"""Pre-training: policies learn from random weights while respawn holds the numbers constant (the paper's protocol).
+
+The worlds that they learn in are training_worlds.py.
+"""
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ecs_eco.config import WorldConfig, load
+from ecs_eco.config.loading import changed
+from ecs_eco.engine import files
+from ecs_eco.experiments.training_worlds import TrainingWorlds
+from ecs_eco.worlds.reconfigure import reconfigure
+
+
+def pretrain(config: Any, seed: int | None = None, ticks: int | None = None, out: str | Path | None = None,
+             progress: Callable[[int, int], None] | None = None, *, threads: int = 1, points: int = 30) -> dict[str, Any]:
+    """Train the policies of all species of a world that have one; return the curves, and the networks under "policies".
+
+    `ticks` are those that each of the `training.worlds` lives. Per species and point of the curve: intake per animal and
+    second, deaths per animal and second, mean happiness, over all worlds. `out` receives <species>.safetensors and training.json.
+    """
+    config = config if isinstance(config, WorldConfig) else load(config)
+    ticks = config.training.ticks if ticks is None else ticks
+    begin = time.perf_counter()
+    training_worlds = TrainingWorlds(config, config.seed if seed is None else seed, threads)
+    last: dict[str, list[dict[str, np.ndarray]]] = {}
+    every = max(1, ticks // points)
+    for done in range(0, ticks, every):
+        for world in training_worlds.worlds:
+            ramp(world, config, done / ticks)
+        training_worlds.run(min(every, ticks - done))
+        if progress is not None:
+            progress(training_worlds.tick, ticks)
+        if training_worlds.tick > (1 - config.training.average) * ticks or training_worlds.tick == ticks:
+            for name, brain in training_worlds.brains().items():
+                last.setdefault(name, []).append(brain.state())
+    policies = {name: mean_weights(states) for name, states in last.items()}
+    result = {"world": config.name, "config_hash": config.config_hash, "seed": training_worlds.seed, "ticks": ticks,
+              "seconds": time.perf_counter() - begin, "curves": training_worlds.curves(every), "policies": policies,
+              "reports": training_worlds.reports()}
+    if out is not None:
+        save(result, Path(out))
+    return result
+
+
+def ramp(world: Any, config: WorldConfig, share: float) -> None:
+    """Give a world in training the numbers that the ramps say after this share of it."""
+    wanted = {r.key: r.at(share) for r in config.training.ramp}
+    if wanted and any(value_at(world.config.model_dump(), key) != value for key, value in wanted.items()):
+        reconfigure(world, changed(world.config, wanted))
+
+
+def value_at(data: Any, key: str) -> Any:
+    """Return what stands at a dotted key."""
+    for part in key.split("."):
+        data = data[int(part)] if isinstance(data, list) else data[part]
+    return data
+
+
+def save(result: dict[str, Any], out: Path) -> None:
+    """Write the policies as safetensors and everything else as training.json."""
+    from ecs_eco.record.folder import write_json
+
+    out.mkdir(parents=True, exist_ok=True)
+    for name, weights in result["policies"].items():
+        files.write_tensors(out / f"{name}.safetensors", {k: np.ascontiguousarray(v) for k, v in weights.items()})
+    write_json(out / "training.json", {k: v for k, v in result.items() if k != "policies"})
+
+
+def mean_weights(states: list[dict[str, np.ndarray]]) -> dict[str, np.ndarray]:
+    """Return the average of several states of one network: steadier than the last of them (Polyak & Juditsky 1992)."""
+    return {k: np.asarray(np.mean([s[k] for s in states], axis=0, dtype=np.float64), np.float32) for k in states[0]}

@@ -1,0 +1,150 @@
+"""The worlds that policies are pre-trained in: one, or several at a time with numbers of their own, that train the same networks."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from ecs_eco.config import WorldConfig
+from ecs_eco.config.loading import for_training
+from ecs_eco.engine import random
+
+COUNTS = ("n", "taken_in", "deaths", "happiness")
+
+
+class TrainingWorlds:
+    """`training.worlds` worlds, run side by side; what they have in common are the learners of the first.
+
+    Each has its own value of every key of `training.vary`. After `training.renew` ticks they begin anew with other
+    values; then a species of a world may be played by an earlier self (`training.pool`), which does not learn.
+    """
+
+    def __init__(self, config: WorldConfig, seed: int, threads: int = 1) -> None:
+        self.config, self.plan, self.seed, self.threads = config, config.training, seed, threads
+        self.tick, self.stage = 0, 0
+        self.pool: dict[str, list[dict[str, np.ndarray]]] = {}
+        self.series: list[dict[str, np.ndarray]] = []  # of worlds that are gone, per species name and count
+        self.learners: dict[str, Any] = {}  # species → Learner, or SharedLearner
+        self.worlds: list[Any] = []
+        self._begin()
+
+    def run(self, ticks: int) -> None:
+        """Let so many ticks pass in each world; none is longer than `renew`, and one tick to learn from the last rollout."""
+        while ticks > 0:
+            part = ticks
+            if self.plan.renew:
+                left = self.plan.renew + 1 - self.worlds[0].tick
+                if left <= 0:
+                    self._renew()
+                    continue
+                part = min(ticks, left)
+            for step in range(0, part, self._pace()):
+                for world in self.worlds:
+                    world.run(min(self._pace(), part - step))
+            ticks, self.tick = ticks - part, self.tick + part
+
+    def _pace(self) -> int:
+        """How long one world runs before the next does: no longer than a rollout, so that none hands in a second one meanwhile."""
+        return min([16, *(t.learner.ppo.horizon for t in self.learners.values())]) if len(self.worlds) > 1 else 10**9
+
+    def brains(self) -> dict[str, Any]:
+        """Return the networks that learn, by species."""
+        nerves = {name: t.traits["nerves"] for name, t in self.worlds[0].tables.items() if "nerves" in t.traits}
+        return {name: n.brain for name, n in nerves.items() if n.brain is not None}
+
+    def reports(self) -> dict[str, dict[str, float | None]]:
+        """Return what the last update of each species said; nothing where there was none, None for what it could not say."""
+        found = {}
+        for name, table in self.worlds[0].tables.items():
+            if "nerves" in table.traits and table.traits["nerves"].learning:
+                reports = [w.tables[name].traits["nerves"].reports for w in self.worlds]
+                last: dict[str, float] = max((r[-1] for r in reports if r), key=lambda r: r["tick"], default={})
+                found[name] = {k: v if np.isfinite(v) else None for k, v in last.items()}
+        return found
+
+    def curves(self, every: int) -> dict[str, dict[str, Any]]:
+        """Return what the animals of each species did, averaged over worlds and over blocks of `every` ticks."""
+        whole = [*self.series, self._past()]
+        out: dict[str, dict[str, Any]] = {}
+        for i, name in enumerate(self.worlds[0].recorder.names):
+            column = {k: np.concatenate([part[k][:, i] for part in whole]) for k in COUNTS}
+            starts = range(0, len(column["n"]), every)
+            total = {k: np.array([v[a : a + every].sum() for a in starts]) for k, v in column.items()}
+            alive = np.maximum(total["n"], 1) * self.config.dt
+            out[name] = {"tick": [min(a + every, len(column["n"])) for a in starts],
+                         "intake": (total["taken_in"] / alive).tolist(), "deaths": (total["deaths"] / alive).tolist(),
+                         "happiness": [float(column["happiness"][a : a + every].mean()) for a in starts]}  # fmt: skip
+        return out
+
+    def _past(self) -> dict[str, np.ndarray]:
+        """Return n, taken_in, deaths of all worlds together, and their mean happiness: f64[ticks, species] each."""
+        parts = []
+        for world in self.worlds:
+            series, s = world.series().to_pydict(), len(world.recorder.names)
+            parts.append([np.asarray(series[k], float).reshape(-1, s) for k in ("n", "taken_in", "deaths", "happiness_mean")])
+        n, taken, deaths, happiness = (np.array(columns) for columns in zip(*parts, strict=True))
+        return {"n": n.sum(0), "taken_in": taken.sum(0), "deaths": deaths.sum(0), "happiness": happiness.mean(0)}
+
+    def _renew(self) -> None:
+        self.series.append(self._past())
+        for name, brain in self.brains().items():
+            self.pool.setdefault(name, []).append(brain.state())
+        self.stage += 1
+        self._begin()
+
+    def _begin(self) -> None:
+        """Make the worlds of a stage, and give them the networks that learn."""
+        from ecs_eco.ecosystem import World
+
+        k, first = self.plan.worlds, not self.worlds
+        values = drawn(self.plan.vary, k, random.tick_key(self.seed, self.stage))
+        self.worlds = []
+        for i in range(k):
+            config = for_training(self.config, values[i])
+            number = self.stage * k + i
+            seed = self.seed if number == 0 else int(random.tick_key(self.seed, number)) & 0x7FFFFFFFFFFFFFFF
+            self.worlds.append(World.from_config(config, seed=seed, policies="untrained", threads=self.threads, training=True, learn=True))
+        if first and (k > 1 or self.plan.renew):
+            self._share()
+        for name, learner in self.learners.items():
+            for i, world in enumerate(self.worlds):
+                self._hand(world.tables[name].traits["nerves"], name, learner, i)
+
+    def _share(self) -> None:
+        """Make one learner of each species: that of the first world, shared where there are several."""
+        from ecs_eco.learning.shared import SharedLearner
+
+        for name, table in self.worlds[0].tables.items():
+            learner = table.traits["nerves"].learner if "nerves" in table.traits else None
+            if learner is not None:
+                self.learners[name] = SharedLearner(learner, self.plan.worlds)
+
+    def _hand(self, nerves: Any, name: str, together: Any, i: int) -> None:
+        """Give a species of world i the network that learns, or an earlier one of the pool."""
+        share, pool = together.shares[i], self.pool.get(name, [])
+        key = random.tick_key(self.seed, self.stage * self.plan.worlds + i)
+        u = random.draw_many(key, np.arange(2, dtype=np.uint64), random.PLACE + (list(self.learners).index(name) << 8))
+        earlier = i > 0 and bool(pool) and float(u[0]) < self.plan.pool
+        share.renew(active=not earlier)
+        if earlier:
+            nerves.brain.load(pool[int(float(u[1]) * len(pool))])
+            nerves.learner, nerves.learning = None, False
+        else:
+            nerves.brain, nerves.learner = together.learner.brain, share
+
+
+def drawn(vary: Mapping[str, Sequence[float]], worlds: int, key: Any) -> list[dict[str, Any]]:
+    """Return a value of every key for each world: one from each of `worlds` equal parts of the range, in an order of its own.
+
+    That is a Latin hypercube (McKay, Beckman & Conover 1979).
+    Steps are equal factors where both ends are positive, equal differences otherwise; whole numbers where both ends are ints.
+    """
+    out: list[dict[str, Any]] = [{} for _ in range(worlds)]
+    for j, (name, (low, high)) in enumerate(vary.items()):
+        u = random.draw_many(key, np.arange(2 * worlds, dtype=np.uint64), random.PLACE + ((j + 1) << 16)).astype(float)
+        share = (np.argsort(np.argsort(u[:worlds])) + u[worlds:]) / worlds
+        found = low * (high / low) ** share if low > 0 and high > 0 else low + (high - low) * share
+        whole = isinstance(low, int) and isinstance(high, int)
+        for i, value in enumerate(found):
+            out[i][name] = round(value) if whole else float(value)
+    return out

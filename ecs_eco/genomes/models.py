@@ -1,0 +1,84 @@
+"""A genome: its alphabet, what every gene codes for, and the operators that make new genomes of old ones."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from pydantic import ConfigDict, Field, field_validator
+
+from ecs_eco.engine.section import Count, Name, Real, Section, Share, about, quantity, table
+
+Dominance = Literal["first", "mean", "greater"]
+OperatorName = Annotated[str, Field(pattern=r"^[A-Za-z_][\w.]*(:[A-Za-z_]\w*)?$")]
+
+
+class Gene(Section):
+    """Some loci that say one value of the organism: by a table of values, by a range, or as the weights of a network."""
+
+    name: Name = about("name of the gene")
+    trait: str | None = about("key of the species' value that it replaces; absent: none, a neutral marker", None)
+    letters: Annotated[int, Field(ge=1, le=64)] = quantity("letters of one codon", "1")
+    at: Annotated[int, Field(ge=0, le=50_000_000)] | None = quantity("first locus; absent: after the gene before", "1", None)
+    values: list[Real] | None = about("a value for each codon in their order; several may be the same", None)
+    low: Real | None = quantity("the value of the first codon", "unit of the trait", None)
+    high: Real | None = quantity("the value of the last codon", "unit of the trait", None)
+    code: Literal["positional", "gray", "additive"] = about(
+        "positional: digits of a number; gray: so that neighbouring values differ in one letter; additive: codons add up", "positional"
+    )
+    codons: Annotated[int, Field(ge=1, le=10_000)] = quantity('codons that add up, for code = "additive"', "1", 1)
+    scale: Literal["linear", "log"] = about("log: equal steps are equal factors", "linear")
+    whole: bool = about("whether values are rounded to whole numbers; a trait of whole numbers always is", False)
+    form: Literal["direct", "cosine"] | None = about(
+        "of a network's weights: each its codon, or low-frequency coefficients of a cosine transform of every matrix", None
+    )
+    coefficients: Count | None = quantity('most coefficients for each matrix, for form = "cosine"', "1", None)
+    mutation: Share | None = quantity("its own chance of a letter to mutate (indpb); absent: that of mutate", "1", None)
+    dominance: Dominance | None = about("with two strings, how two alleles make the value; absent: as the genome says", None)
+
+
+class Operator(Section):
+    """An operator of DEAP by name, or "module:name" of a function alike, and its keyword arguments."""
+
+    model_config = ConfigDict(extra="allow")
+
+    operator: OperatorName = about("name of the operator")
+
+    @property
+    def arguments(self) -> dict[str, Any]:
+        """The keyword arguments of the operator."""
+        return dict(self.model_extra or {})
+
+
+class Mate(Operator):
+    """How two strings are crossed."""
+
+    operator: OperatorName = about("cxOnePoint, cxTwoPoint, cxUniform …", "cxTwoPoint")
+    chance: Share = quantity("chance of a crossing; without one the child copies one parent, drawn", "1", 1.0)
+
+
+class Mutate(Operator):
+    """How a string mutates."""
+
+    operator: OperatorName = about("mutUniformInt, mutFlipBit …", "mutUniformInt")
+
+
+class GenomeSection(Section):
+    """The genome of a species."""
+
+    alphabet: Annotated[str, Field(min_length=2, max_length=256)] = about("letters, in an order of your choice", "ACGT")
+    ploidy: Literal[1, 2] = quantity("strings of an organism", "1", 1)
+    dominance: Dominance = about("with two strings: the first one's value, the mean, or the greater one", "first")
+    loci: Count | None = quantity("length of a string; absent: as long as the genes; what no gene uses is neutral", "1", None)
+    founders: Literal["own", "random"] = about(
+        "letters at the start: those that say the species' own values, or all drawn", "random"
+    )
+    mate: Mate = table("crossover", Mate)
+    mutate: Mutate = table("mutation", lambda: Mutate.model_validate({"indpb": 0.005}))
+    genes: Annotated[list[Gene], Field(min_length=1)] = about("what the loci code for")
+
+    @field_validator("alphabet")
+    @classmethod
+    def _each_letter_once(cls, letters: str) -> str:
+        from ecs_eco.genomes.alphabet import Alphabet
+
+        return Alphabet(letters).letters

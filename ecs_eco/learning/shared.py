@@ -1,0 +1,62 @@
+"""One learner for several worlds: each collects a rollout of its own, and one update learns from all of them.
+
+What a policy meets in one world alone (one density of prey, one hour of the day) is then never all that an update sees.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ecs_eco.learning.ppo import Learner
+from ecs_eco.learning.rollout import Rollout
+
+
+class SharedLearner:
+    """A learner and the worlds that train it; it learns when all that take part have a full rollout."""
+
+    def __init__(self, learner: Learner, worlds: int) -> None:
+        self.learner = learner
+        self.shares = [Share(self) for _ in range(worlds)]
+
+    def meet(self) -> dict[str, float] | None:
+        """Learn if all that take part are ready; return what `Learner.update` does, None while others still collect."""
+        taking = [share for share in self.shares if share.active]
+        if any(share.ready is None for share in taking):
+            return None
+        self.learner.rollout = Rollout.joined([share.ready for share in taking if share.ready is not None])
+        for share in taking:
+            share.forget()
+        return self.learner.fit()
+
+
+class Share:
+    """One world's part: what its nerves use in the place of a learner of their own."""
+
+    def __init__(self, together: SharedLearner) -> None:
+        brain, ppo = together.learner.brain, together.learner.ppo
+        self.together, self.active = together, True
+        self.rollout, self._spare = (Rollout(brain.n_observations, len(brain.groups), ppo.discount) for _ in range(2))
+        self.ready: Rollout | None = None  # with advantages, waiting for the others
+
+    @property
+    def full(self) -> bool:
+        """Whether the rollout has its horizon's ticks."""
+        return self.rollout.ticks >= self.together.learner.ppo.horizon
+
+    def update(self, rows: np.ndarray, values: np.ndarray) -> dict[str, float] | None:
+        """Hand in the full rollout; `values` f32[n] are those of what the living `rows` i64[n] sense now."""
+        self.rollout.advantages(rows, values, self.together.learner.ppo.gae_lambda)
+        self.ready, self.rollout = self.rollout, self._spare
+        self.rollout.clear()
+        return self.together.meet()
+
+    def forget(self) -> None:
+        """Give back what was handed in."""
+        if self.ready is not None:
+            self._spare, self.ready = self.ready, None
+
+    def renew(self, active: bool) -> None:
+        """Begin in another world: what was not learnt from is forgotten; whether it takes part from here on."""
+        self.forget()
+        self.rollout.clear()
+        self.active = active

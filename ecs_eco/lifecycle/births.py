@@ -1,0 +1,184 @@
+"""What systems of reproduction share: who is born where, with what; no system of its own."""
+
+import math
+from typing import Any
+
+import numpy as np
+
+from ecs_eco.components import Biology, Body, LifeHistory, Metabolism, Position
+from ecs_eco.engine import random
+from ecs_eco.engine.jit import njit
+from ecs_eco.engine.random import draw, mix
+from ecs_eco.genomes.choices import CHOICES
+from ecs_eco.nervous.senses import rocks
+from ecs_eco.space.geometry import into
+from ecs_eco.space.sight import gather, offset
+from ecs_eco.space.terrain import ROCK, WATER, ground_at
+
+TRIES = 8  # places looked at before a birth is given up for want of room
+
+
+def life_history(table: Any, way: Any) -> tuple[Any, ...]:
+    """Return (own, age_min, energy_min, energy_given, litter, choice): each a column, or the species' value as an array of one.
+
+    `own` says which: the value of a row is at [row] where it is true, at [0] where it is not.
+    """
+    if LifeHistory in table:
+        h = table[LifeHistory]
+        return True, h.age_min, h.energy_min, h.energy_given, h.litter, h.choice
+    known = table.traits.get("life history")
+    if known is None or known[0] is not way:
+        values = (np.array([v], np.float32) for v in (way.age_min, way.energy_min, way.energy_given, way.litter))
+        choice = np.array([CHOICES.index(getattr(way, "choice", "nearest"))], np.uint8)
+        known = table.traits["life history"] = (way, (False, *values, choice))
+    return known[1]
+
+
+def bring_forth(table: Any, world: Any, way: Any, parents: np.ndarray, number: np.ndarray, given: np.ndarray,
+                fathers: np.ndarray | None = None, sperm: np.ndarray | None = None) -> np.ndarray:
+    """Ask for `number` i64[k] newborn of each parent (rows i64[k] in the order of uids); return how many there was room for.
+
+    Each newborn gets the energy `given` f32[k] of its parent; nobody pays here. `fathers` are uids u64[k], dead or
+    alive, `sperm` u8[k, loci] their genomes.
+    """
+    room = number.sum() if table.traits["max_count"] is None else max(0, table.traits["max_count"] - table.n)
+    which = np.repeat(np.arange(parents.size), number)[:room]
+    nth = (np.arange(number.sum()) - np.repeat(np.cumsum(number) - number, number))[:room]
+    if not which.size:
+        return np.zeros(parents.size, np.int64)
+    mothers = parents[which]
+    who = np.empty(which.size, np.uint64)
+    name(table.uid[mothers], nth, who)
+    places = find_places(table, world, mothers, who, way)
+    found = places[:, 3] > 0
+    which, mothers, who, places = which[found], mothers[found], who[found], places[found]
+    if which.size:
+        values = newborn(table, world, places, who, given[which])
+        second = None if fathers is None else fathers[which]
+        if (heredity := table.traits.get("heredity")) is not None:
+            living = None if second is None else rows_of(table, second)
+            values |= heredity.offspring(world, table, mothers, living, who, **({} if sperm is None else {"sperm": sperm[which]}))
+        table.request(table.uid[mothers], values, second)
+    return np.bincount(which, minlength=parents.size)
+
+
+def newborn(table: Any, world: Any, places: np.ndarray, who: np.ndarray, energy: np.ndarray) -> dict[tuple[type, str], np.ndarray]:
+    """Return the columns in which newborn differ from the table's defaults: place, heading, sex, energy.
+
+    `who` u64[k] is the number that each one's chance is drawn with.
+    """
+    turn = random.draw_many(world.key, who, random.SEX + (1 << 8))
+    values: dict[tuple[type, str], np.ndarray] = {(Position, axis): places[:, i] for i, axis in enumerate("xyz")}
+    values |= {(Position, "heading"): turn * np.float32(6.2831855), (Metabolism, "energy"): energy}
+    if table.traits.get("sex") == "random":
+        values[Biology, "sex"] = np.where(random.draw_many(world.key, who, random.SEX) < 0.5, 1, 2).astype(np.uint8)
+    return values
+
+
+def rows_of(table: Any, uids: np.ndarray) -> np.ndarray:
+    """Return the rows of the living with these uids: i64[k], −1 for the dead."""
+    rows = table.by_uid()
+    known = table.uid[rows]
+    at = np.minimum(np.searchsorted(known, uids), max(known.size - 1, 0))
+    return np.where(known[at] == uids, rows[at], -1)
+
+
+def find_places(table: Any, world: Any, parents: np.ndarray, who: np.ndarray, way: Any) -> np.ndarray:
+    """Return (x, y, z, whether there is room) for each newborn of `parents` i64[k], drawn with the numbers `who`: f32[k, 4]."""
+    space, p, own = world.space, table[Position], world.index(table)
+    out = np.zeros((parents.size, 4), np.float32)
+    radius = float(table.defaults[Body]["radius"])
+    ground, inverse = rocks(world)
+    near = np.float32(-1.0 if way.place == "anywhere" else way.dispersal or 4 * radius)
+    again = np.arange(parents.size)
+    for attempt in range(TRIES):
+        out[again, 3] = 0
+        _place(again, who, p.x[parents], p.y[parents], p.z[parents], near, np.float32(way.spacing), own.x, own.y, own.z, own.start,
+               space.reach(max(way.spacing, 1e-3)), *space.shape, space.inverse, space.lengths, space.torus, space.volume, ground, inverse,
+               world.key, attempt, out)
+        taken = np.zeros(parents.size, np.bool_)
+        for other in world.tables.values():
+            if other.n and other.traits.get("opaque", False) and Body in other:
+                index = world.index(other)
+                s = np.float32(radius + other.traits["radius"])
+                _occupied(out, index.x, index.y, index.z, index.start, s, space.reach(float(s)), *space.shape, space.inverse,
+                          space.lengths, space.torus, taken)
+        again = np.flatnonzero(taken)
+        if not again.size:
+            return out
+    out[again, 3] = 0
+    return out
+
+
+@njit
+def name(uid, nth, who):
+    """Write a number for each newborn of a tick: its parent's uid for the first of a litter, a hash of it for the others."""
+    for i in range(uid.size):
+        who[i] = uid[i] if nth[i] == 0 else mix(mix(uid[i]) + np.uint64(nth[i]))
+
+
+def ticks(seconds: float, dt: float) -> int:
+    """Return the least number of ticks that last so long."""
+    return math.ceil(seconds / dt - 1e-6)
+
+
+@njit
+def whole(litter):
+    """Return the number of newborn that a litter's size stands for."""
+    return min(np.int64(litter + np.float32(0.5)), 65_535)  # most that a mother's column holds
+
+
+@njit
+def affordable(energy, given, n):
+    """Return how many newborn, at most n, a parent can pay `given` for without falling to 0."""
+    while n > 0 and not energy - np.float32(n) * given > 0:
+        n -= 1
+    return n
+
+
+@njit
+def _place(again, who, px, py, pz, dispersal, spacing, ox, oy, oz, start, reach, nx, ny, nz, inverse, lengths, torus, volume, ground,
+           ground_inverse, key, attempt, out):
+    """Draw a place for each newborn i of `again`; out[i, 3] is 1 where neither rock nor one of its kind within `spacing` forbids it."""
+    near = np.empty(ox.size, np.int64)
+    salt = attempt << 10
+    for i in again:
+        u, v, w = (draw(key, who[i], random.PLACE + salt), draw(key, who[i], random.PLACE + (1 << 8) + salt),
+                   draw(key, who[i], random.PLACE + (2 << 8) + salt))
+        if dispersal < 0:
+            x, y, z = u * lengths[0], v * lengths[1], w * lengths[2]
+        else:
+            r, a = dispersal * np.sqrt(u), np.float32(6.2831855) * v
+            x, y = into(px[i] + r * np.cos(a), lengths[0], torus), into(py[i] + r * np.sin(a), lengths[1], torus)
+            z = into(pz[i] + dispersal * (np.float32(2) * w - np.float32(1)), lengths[2], False) if volume else pz[i]
+        free = True
+        if ground.size > 1:  # a fence is no place that is taken
+            kind = ground_at(ground, ground_inverse, x, y)
+            free = kind not in (WATER, ROCK)
+        if free and spacing > 0:
+            n = gather(x, y, z, reach, start, ox, oy, oz, nx, ny, nz, inverse, lengths, torus, near)
+            for q in range(n):
+                dx, dy, dz = offset(x, y, z, ox[near[q]], oy[near[q]], oz[near[q]], lengths, torus)
+                if dx * dx + dy * dy + dz * dz < spacing * spacing:
+                    free = False
+                    break
+            for j in range(who.size):  # and the others of this tick that have a place
+                dx, dy, dz = offset(x, y, z, out[j, 0], out[j, 1], out[j, 2], lengths, torus)
+                if out[j, 3] > 0 and dx * dx + dy * dy + dz * dz < spacing * spacing:
+                    free = False
+        out[i, 0], out[i, 1], out[i, 2], out[i, 3] = x, y, z, 1 if free else 0
+
+
+@njit
+def _occupied(places, ox, oy, oz, start, s, reach, nx, ny, nz, inverse, lengths, torus, taken):
+    near = np.empty(ox.size, np.int64)
+    for i in range(taken.size):
+        if places[i, 3] == 0 or taken[i]:
+            continue
+        x, y, z = places[i, 0], places[i, 1], places[i, 2]
+        n = gather(x, y, z, reach, start, ox, oy, oz, nx, ny, nz, inverse, lengths, torus, near)
+        for q in range(n):
+            dx, dy, dz = offset(x, y, z, ox[near[q]], oy[near[q]], oz[near[q]], lengths, torus)
+            if dx * dx + dy * dy + dz * dz < s * s:
+                taken[i] = True
+                break

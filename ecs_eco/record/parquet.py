@@ -1,0 +1,79 @@
+"""Columns to Arrow and Parquet: floats byte by byte, ids and ticks as differences, all of it zstd."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.compute as pc
+import pyarrow.parquet as pq
+
+from ecs_eco.engine import files
+from ecs_eco.engine.errors import RecordingError
+from ecs_eco.record import seal
+
+
+def to_arrow(columns: Mapping[str, np.ndarray], words: Mapping[str, Sequence[str]]) -> pa.Table:
+    """Return a table; a column named in `words` holds indices into its list of words and becomes a dictionary column.
+
+    Text (bytes of ASCII, or str) becomes a column of strings, null where it is empty.
+    """
+    arrays = {}
+    for name, array in columns.items():
+        if name in words:
+            indices = pa.array(array.astype(np.int32))
+            arrays[name] = pa.DictionaryArray.from_arrays(indices, pa.array(list(words[name]) or [""]))
+        elif array.dtype.kind in "SU":
+            arrays[name] = pa.array(array, mask=array == array.dtype.type()).cast(pa.string())
+        else:
+            arrays[name] = pa.array(np.ascontiguousarray(array))
+    return pa.table(arrays)
+
+
+def write_part(table: pa.Table, path: Path) -> None:
+    """Write one Parquet part with its seal, so that it is whole or not there."""
+    floats = [f.name for f in table.schema if pa.types.is_floating(f.type)]
+    words = [f.name for f in table.schema if pa.types.is_dictionary(f.type) or (pa.types.is_string(f.type) and _repeats(table[f.name]))]
+    deltas = {f.name: "DELTA_BINARY_PACKED" for f in table.schema if pa.types.is_integer(f.type) and f.type.bit_width >= 32}
+    deltas |= dict.fromkeys(floats, "BYTE_STREAM_SPLIT")
+    memory = pa.BufferOutputStream()
+    with pq.ParquetWriter(
+        memory, table.schema, compression="zstd", compression_level=3, use_dictionary=words, column_encoding=deltas or None,
+        write_page_checksum=True,
+    ) as writer:  # fmt: skip
+        writer.write_table(table)
+        writer.add_key_value_metadata({seal.KEY: seal.BLANK})
+    files.write(path, seal.sealed(memory.getvalue().to_pybytes()))
+
+
+def _repeats(texts: pa.ChunkedArray) -> bool:
+    """Return whether a list of the different texts, and a number for each row, is the shorter way to write them."""
+    distinct = pc.count_distinct(texts).as_py()
+    letters = (pc.sum(pc.binary_length(texts)).as_py() or 0) / max(len(texts), 1)  # of one text
+    return distinct * letters + len(texts) * distinct.bit_length() / 8 < len(texts) * letters
+
+
+def open_part(path: Path, needed: bool = False) -> pq.ParquetFile:
+    """Open a part once its seal is found right (`needed`: it must have one); raises RecordingError that says what is wrong."""
+    try:
+        part = path.read_bytes()
+        seal.check(path, memoryview(part), needed)
+        return pq.ParquetFile(pa.BufferReader(part), page_checksum_verification=True)
+    except (pa.ArrowException, OSError) as error:
+        raise RecordingError(f"{path}: cannot be read: {error}") from None
+
+
+def read_part(path: Path, columns: Sequence[str] | None = None, needed: bool = False) -> pa.Table:
+    """Return a part as a table; raises RecordingError that says what is wrong with it."""
+    file = open_part(path, needed)
+    try:
+        return file.read(columns=columns)
+    except (pa.ArrowException, OSError, ValueError) as error:
+        raise RecordingError(f"{path}: cannot be read: {error}") from None
+
+
+def read_parts(folder: Path, columns: Sequence[str] | None = None) -> Any:
+    """Return all parts of a folder as one table, columns that a part lacks filled with null."""
+    parts, needed = sorted(folder.glob("part-*.parquet")), seal.has_seals(folder.parent)
+    return pa.concat_tables([read_part(p, columns, needed) for p in parts], promote_options="permissive")

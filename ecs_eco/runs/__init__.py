@@ -1,0 +1,4 @@
+"""Runs that leave a folder: begun, stopped, resumed, forked, repeated.
+
+One run is the business here; many of them are that of `ecs_eco.experiments`.
+"""

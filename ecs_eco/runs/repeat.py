@@ -1,0 +1,60 @@
+"""A recorded run once more: from the same start, with all that was done to it while it ran."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from ecs_eco.config.models.interventions import coming
+from ecs_eco.engine.errors import RecordingError
+from ecs_eco.record.folder import versions
+from ecs_eco.runs.run import read_manifest, run_to_folder
+
+
+def repeatable(manifest: dict[str, Any]) -> dict[str, Any]:
+    """Return the world file of a recorded run as a dict, with what was carried out as its interventions.
+
+    Those of the world file that were to come later stay: they are part of what the digest covers. Run with the manifest's
+    seed, policies, learn and controls it comes to the manifest's digest.
+    """
+    done = [dict(what) | {"at": tick} for tick, what in manifest.get("intervened", [])]
+    return manifest["config"] | {"interventions": done + _to_come(manifest), "ticks": max(1, manifest["done"])}
+
+
+def _to_come(manifest: dict[str, Any]) -> list[dict[str, Any]]:
+    """Return the interventions of the world file that are due after what was recorded, each from its next tick on."""
+    from pydantic import TypeAdapter
+
+    from ecs_eco.config.models.interventions import AnyIntervention
+
+    planned = TypeAdapter(list[AnyIntervention]).validate_python(manifest["config"].get("interventions", []))
+    return [what.model_dump(mode="json", exclude_none=True) for what in coming(planned, manifest["done"])]
+
+
+def repeat(path: str | Path, out: str | Path | None = None, progress: Callable[[int, int], None] | None = None, *,
+           threads: int = 1) -> dict[str, Any]:
+    """Run a recorded run again up to where its recording ends, into a folder or into none, and compare.
+
+    Returns world, ticks, interventions, digest, recorded (the digest of the record), same, and why they may differ.
+    Raises RecordingError for a fork, whose start is not in its folder, and for a folder without a run.
+    """
+    from ecs_eco.config import load
+    from ecs_eco.ecosystem import World
+
+    manifest = read_manifest(Path(path))
+    if "forked" in manifest:
+        raise RecordingError(f"{path}: is a fork of {manifest['forked']['from']}; repeat that one, then fork it again")
+    if not manifest.get("digest"):
+        raise RecordingError(f"{path}: was killed before it could note its end; go on with: ecs-eco resume {path}")
+    config, done = load(repeatable(manifest)), manifest["done"]
+    how = {"seed": manifest["seed"], "policies": manifest["policies"], "learn": manifest["learn"], "controls": manifest.get("controls", ())}
+    if out is None:
+        world = World.from_config(config, threads=threads, record=False, **how).run(done, progress)
+        digest = world.digest()
+    else:
+        digest = run_to_folder(config, ticks=done, out=out, progress=progress, threads=threads, report=False, **how)["digest"]
+    other = {k: v for k, v in versions().items() if manifest["versions"].get(k) != v}
+    why = f"; other versions than then: {', '.join(f'{k} {v}' for k, v in other.items())}" if other else ""
+    return {"world": config.name, "ticks": done, "interventions": len(config.interventions), "digest": digest,
+            "recorded": manifest["digest"], "same": digest == manifest["digest"], "why": why}  # fmt: skip

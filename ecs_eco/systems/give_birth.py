@@ -1,0 +1,72 @@
+"""The pregnant give birth."""
+
+from typing import Any
+
+import numpy as np
+
+from ecs_eco.components import Biology, Body, Gestation, Metabolism, Position
+from ecs_eco.engine.jit import njit
+from ecs_eco.engine.system import System
+from ecs_eco.lifecycle.births import affordable, bring_forth, life_history, ticks
+
+
+class GiveBirth(System):
+    """At term a mother gives birth to her litter and pays what the father has not paid.
+
+    Born are as many as she can pay for without falling to 0, as `max_count` leaves room for, and as find a place; what
+    the father gave for the others is hers, up to what she can hold, and is taken off what parents gave. A brood dies
+    with its mother.
+    """
+
+    needs = (Position, Body, Metabolism, Biology, Gestation)
+    phase = "reproduce"
+
+    def update(self, table: Any, world: Any) -> None:
+        """Let one species give birth."""
+        way = table.traits.get("reproduction")
+        if way is None or way.kind != "sexual" or not world.reproduction:
+            return
+        m, g = table[Metabolism], table[Gestation]
+        own, _, _, energy_given, _, _ = life_history(table, way)
+        mothers, number = np.empty(table.n, np.int64), np.empty(table.n, np.int64)
+        n = at_term(table.alive[: table.high], g.carrying, g.due, world.tick, m.energy, g.energy, own, energy_given, mothers, number)
+        if n == 0:
+            return
+        order = np.argsort(table.uid[mothers[:n]])
+        mothers, number = mothers[order], number[order]
+        given = energy_given[mothers] if own else np.full(n, energy_given[0], np.float32)
+        born = bring_forth(table, world, way, mothers, number, given, g.father[mothers], g.sperm[mothers])
+        deliver(mothers, born, given, np.float32(table.traits["species"].metabolism.energy_max),
+                world.tick + ticks(way.rest, world.dt), m.energy, m.given, g.carrying, g.energy, g.father, g.rest)
+        g.sperm[mothers] = 0
+
+
+@njit
+def her_part(given, stored, carrying):
+    """Return what the mother pays for one of the litter."""
+    return max(given - stored / np.float32(carrying), np.float32(0.0))
+
+
+@njit
+def at_term(alive, carrying, due, tick, energy, stored, own, energy_given, mothers, number):
+    """List the mothers whose time has come, and how many newborn each can pay for; return how many mothers there are."""
+    n = 0
+    for row in range(alive.size):
+        if alive[row] and carrying[row] and due[row] <= tick:
+            part = her_part(energy_given[row if own else 0], stored[row], carrying[row])
+            mothers[n], number[n] = row, affordable(energy[row], part, np.int64(carrying[row]))
+            n += 1
+    return n
+
+
+@njit
+def deliver(mothers, born, given_each, energy_max, rested, energy, given, carrying, stored, father, rest):
+    """Let the mothers pay for those born, take back what was given for the others, and rest."""
+    for i in range(mothers.size):
+        row = mothers[i]
+        before = energy[row]
+        after = before - np.float32(born[i]) * her_part(given_each[i], stored[row], carrying[row])
+        unused = stored[row] * np.float32(carrying[row] - born[i]) / np.float32(carrying[row])
+        energy[row] = min(after + unused, max(after, energy_max))
+        given[row] += before - energy[row]
+        carrying[row], stored[row], father[row], rest[row] = 0, 0, 0, rested

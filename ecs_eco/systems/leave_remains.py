@@ -1,0 +1,38 @@
+"""The dead become inanimate objects."""
+
+from typing import Any
+
+import numpy as np
+
+from ecs_eco.components import Body, Chemistry, Physical, Position
+from ecs_eco.engine.system import System
+
+
+class LeaveRemains(System):
+    """What dies leaves an object of the type that its species names, where it died, with its mass and substances.
+
+    The eaten leave nothing: their body is in another.
+    """
+
+    phase = "die"
+
+    def start(self, world: Any) -> None:
+        """Listen for deaths, of whatever cause."""
+        world.on_death.append(self.leave)
+
+    def process(self, *_: Any) -> None:
+        """Nothing: what happens here happens at a death."""
+
+    def leave(self, table: Any, rows: np.ndarray) -> None:
+        """Ask for one object for each of the dying that were not eaten; rows i64[k] in the order of uids."""
+        world, remains = self.world, table.traits.get("remains")
+        if remains is not None:
+            eaten = np.array([c.startswith("eaten") for c in world.causes], np.bool_)
+            rows = rows[~eaten[table.cause[rows] - 1]]
+            if rows.size:
+                kept: list[tuple[Any, str]] = [(Position, f) for f in ("x", "y", "z", "heading")] + [(Body, "radius"), (Body, "mass")]
+                kept += [(Chemistry, "molarity")]
+                kept += [(Physical, f) for f in Physical.fields]  # type: ignore[attr-defined]
+                into = world.tables[remains]
+                values = {(c, f): table.field(c, f)[rows] for c, f in kept if c in table and c in into}
+                into.request(table.uid[rows], values)

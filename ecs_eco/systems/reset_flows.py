@@ -1,0 +1,20 @@
+"""A new tick opens a new page of the energy ledger."""
+
+from typing import Any
+
+from ecs_eco.components import Metabolism
+from ecs_eco.engine.system import System
+
+
+class ResetFlows(System):
+    """What an organism took in, burnt and gave is counted from zero every tick."""
+
+    needs = (Metabolism,)
+    phase = "environment"
+
+    def update(self, table: Any, world: Any) -> None:
+        """Zero the flows of the last tick."""
+        m, high = table[Metabolism], table.high
+        m.taken[:high] = 0
+        m.burnt[:high] = 0
+        m.given[:high] = 0

@@ -1,0 +1,154 @@
+"""A stretch of a recorded run once more, from the nearest checkpoint, to see what was not recorded; in a thread of its own."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ecs_eco.checkpoint import file as checkpoint
+from ecs_eco.components import Biology
+from ecs_eco.engine.errors import CheckpointError, ConfigError, RecordingError
+from ecs_eco.record.details import KIND
+from ecs_eco.runs.requests import ask_again
+from ecs_eco.view.parts import Columns
+
+ROWS = 2_000_000  # organisms times ticks that a stretch may have
+BEFORE, AFTER = 20, 60  # ticks around the one asked for
+
+
+class Stretch:
+    """The ticks from `first` to `last`: details by species, the state of everybody, sexes by uid.
+
+    `wrong` is the first tick at which the numbers are not those that were recorded, None where all are the same.
+    """
+
+    def __init__(self, first: int, last: int, blocks: dict[str, list[Columns]], sexes: dict[int, int], wrong: int | None) -> None:
+        joined = {kind: {n: np.concatenate([b[n] for b in found]) for n in found[0]} for kind, found in blocks.items()}
+        self.first, self.last, self.sexes, self.wrong = first, last, sexes, wrong
+        self.details = {kind.removeprefix(KIND): columns for kind, columns in joined.items() if kind.startswith(KIND)}
+        self.states = joined.get("snapshots", {})
+
+    def at(self, tick: int, species: int) -> Columns:
+        """Return the state of all of a species (by its number) at a tick: uid, x, y, z, heading, energy, happiness."""
+        chosen = (self.states["tick"] == tick) & (self.states["species"] == species)
+        return {name: column[chosen] for name, column in self.states.items()}
+
+
+def compute(path: Path, manifest: dict[str, Any], tick: int, end: int, recorded: Callable[[int], dict[str, np.ndarray]],
+            progress: Callable[[int, int], None] | None = None, halt: Callable[[], bool] = lambda: False) -> Stretch:
+    """Run the recorded run again around a tick, and note everything; `end` is its last tick, `recorded(tick)` what its series say.
+
+    Called in the thread that is to own the world. Raises CheckpointError, RecordingError, ConfigError for a run that cannot be
+    repeated here, InterruptedError where `halt()` says so meanwhile.
+    """
+    from ecs_eco.record.recorder import Recorder
+
+    world = _near(path, manifest, tick)
+    at = world.tick
+    living = sum(n for n in recorded(tick)["n"].tolist())
+    room = max(10, ROWS // max(1, living))
+    first, last = max(at, tick - min(BEFORE, room // 4)), min(end, tick + min(AFTER, room // 2))
+
+    def between() -> None:
+        world.stopping = halt()
+        ask_again(world, manifest)
+
+    world.stopping, world.between = False, between
+    world.run(first - at, None if progress is None else lambda done, _: progress(done, last + 1 - at))
+    blocks: dict[str, list[Columns]] = {}
+    recorder = Recorder(world, lambda kind, columns: blocks.setdefault(kind, []).append(columns), snapshot_every=1, record="full")
+    sexes: dict[int, int] = {}
+    while world.tick <= last and not halt():
+        world.run(1)
+        if progress is not None:
+            progress(world.tick - at, last + 1 - at)
+    _note_sexes(world, sexes)
+    if halt():
+        raise InterruptedError
+    recorder.flush()
+    return Stretch(first, last, blocks, sexes, _differs(blocks["series"], recorded))
+
+
+def _near(path: Path, manifest: dict[str, Any], tick: int) -> Any:
+    """Return the world of the last checkpoint before the end of a tick, or of the start where that can be made again."""
+    from ecs_eco.config import load
+    from ecs_eco.ecosystem import World
+
+    found = checkpoint.latest(path / "checkpoints", before=tick)
+    if found is not None:
+        return World.restore(found, record=False)
+    if "forked" in manifest:
+        raise CheckpointError(f"{path}: no checkpoint at or before tick {tick} is left")
+    how = {"seed": manifest["seed"], "policies": manifest["policies"], "learn": manifest["learn"], "controls": manifest.get("controls", ())}
+    return World.from_config(load(manifest["config"]), record=False, **how)
+
+
+def _note_sexes(world: Any, sexes: dict[int, int]) -> None:
+    for table in world.tables.values():
+        if Biology in table and not table.traits.get("object"):
+            rows = table.rows()
+            sexes.update(zip(table.uid[rows].tolist(), table[Biology].sex[rows].tolist(), strict=True))
+
+
+def _differs(blocks: list[Columns], recorded: Callable[[int], dict[str, np.ndarray]]) -> int | None:
+    """Return the first tick whose numbers are not the recorded ones; None where all are."""
+    for block in blocks:
+        for tick in np.unique(block["tick"]).tolist():
+            was, here = recorded(tick), block["tick"] == tick
+            if any(not np.array_equal(block[name][here], column) for name, column in was.items()):
+                return int(tick)
+    return None
+
+
+class Again:
+    """At most one stretch at a time is run again, in a thread that alone touches its world; `answer` is asked now and then."""
+
+    def __init__(self, path: Path, manifest: dict[str, Any], end: int) -> None:
+        self.path, self.manifest, self.end = path, manifest, end
+        self.share = 0.0  # done so far
+        self.uid = 0  # who was asked for
+        self._thread: threading.Thread | None = None
+        self._found: Stretch | str | None = None
+        self._halted = False
+
+    @property
+    def busy(self) -> bool:
+        """Whether a stretch is under way."""
+        return self._thread is not None
+
+    def begin(self, uid: int, tick: int, recorded: Callable[[int], dict[str, np.ndarray]]) -> None:
+        """Begin to run the stretch around a tick again."""
+        self.uid, self.share, self._found, self._halted = uid, 0.0, None, False
+        self._thread = threading.Thread(target=self._work, args=(tick, recorded), name="ecs-eco-again", daemon=True)
+        self._thread.start()
+
+    def answer(self) -> Stretch | str | None:
+        """Return what was found once it is, or why there is nothing; None before."""
+        if self._thread is None or self._thread.is_alive():
+            return None
+        self._thread.join()
+        self._thread, found, self._found = None, self._found, None
+        return found
+
+    def halt(self, patience: float = 10.0) -> None:
+        """Give up what is under way."""
+        self._halted = True
+        if self._thread is not None:
+            self._thread.join(patience)
+
+    def _work(self, tick: int, recorded: Callable[[int], dict[str, np.ndarray]]) -> None:
+        def progress(done: int, total: int) -> None:
+            self.share = done / max(1, total)
+
+        try:
+            self._found = compute(self.path, self.manifest, tick, self.end, recorded, progress, lambda: self._halted)
+        except InterruptedError:
+            self._found = "given up"
+        except (CheckpointError, RecordingError, ConfigError, ImportError, OSError, ValueError, FloatingPointError) as error:
+            self._found = str(error)
+        except MemoryError:
+            self._found = "the memory is not enough to run it again"

@@ -1,0 +1,118 @@
+"""What the values of a world file become in tables, nerves and learners: for a world that is built, and for one that is retuned."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from ecs_eco.components import Biology, Body, Chemistry, Metabolism, Physical
+from ecs_eco.config import WorldConfig
+from ecs_eco.engine import random
+from ecs_eco.nervous.networks import HappinessNetwork, ReflexNetwork
+from ecs_eco.space.sun import Sun
+from ecs_eco.space.water import Water
+
+SEXES = {"none": 0, "female": 1, "male": 2, "random": 0}
+
+
+def climate(world: Any, config: WorldConfig) -> None:
+    """Give a world its sun and its water: functions of the environment in place of constants."""
+    world.sun = sun = Sun(**config.sun.model_dump()) if config.sun is not None else None
+    world.water = water = None
+    for quantity in ("light", "temperature", "pressure"):
+        if getattr(world.environment.get(quantity), "of_climate", False):
+            del world.environment[quantity]
+    if config.water is not None:
+        given = config.water.model_dump(exclude={"shading", "current", "current_function"})
+        current = [(c.depth, c.velocity[0], c.velocity[1]) for c in config.water.current]
+        world.water = water = Water(config.space.size, current=current, **given)
+
+    def light(world: Any, x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
+        surface = world.ambient["light"] * (1.0 if sun is None else sun.light(world.time))
+        return np.full(x.size, surface, np.float32) if water is None else water.light(surface, z)
+
+    def temperature(world: Any, x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
+        return water.temperature(world.ambient["temperature"], z)  # type: ignore[union-attr]
+
+    def pressure(world: Any, x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
+        return water.pressure(world.ambient["pressure"], z)  # type: ignore[union-attr]
+
+    for function in (light, temperature, pressure):
+        if water is not None or (sun is not None and function is light):
+            function.of_climate = True  # type: ignore[attr-defined]
+            world.environment[function.__name__] = function
+
+
+def matter(table: Any, kind: Any, substances: list[str]) -> None:
+    """Set mass, radius, physical and chemical properties that a newborn has."""
+    table.set_defaults(Body, radius=kind.body.radius, mass=kind.body.mass)
+    table.traits |= {"sinking": kind.body.sinking, "emits": dict(kind.emits)}
+    table.traits |= {"opaque": kind.body.opaque, "solid": kind.body.solid, "color": kind.color}
+    table.traits.setdefault("radius", kind.body.radius)  # of the largest: genes and the dead may make it larger
+    if kind.properties:
+        table.add_component(Physical, **kind.properties)
+    if kind.substances:
+        table.add_component(Chemistry, molarity=[kind.substances.get(s, 0.0) for s in substances])
+
+
+def apply_species(table: Any, species: Any, substances: list[str]) -> None:
+    """Set what a newborn of a species has, and what its systems read of the species."""
+    matter(table, species, substances)
+    table.set_defaults(Metabolism, energy=species.metabolism.energy)
+    table.set_defaults(Biology, sex=SEXES[species.sex], fertility=species.fertility)
+    way = None if table.traits.get("barren") else species.reproduction  # switched off by an intervention
+    table.traits |= {"species": species, "diet": list(species.diet), "lethal": list(species.lethal),
+                     "reproduction": way, "remains": species.remains, "sex": species.sex, "max_count": species.max_count}
+
+
+def gaits(way: Any, nerves: Any) -> tuple[Any, ...]:
+    """Return layout i64[3, 3] and speeds, costs, turns, climbs and pitches of the actions that move a body, and its drag."""
+    layout = np.zeros((3, 3), np.int64)
+    found = []
+    for i, group in enumerate(("speed", "turn", "climb")):
+        names = nerves.groups.get(group, [])
+        if names:
+            layout[i] = (*nerves.columns[group], nerves.neutral[group])
+        found.append(names)
+    speeds, turns, climbs = found
+    turning = {"left": way.turn, "right": -way.turn}
+    climbing, pitching = {"up": way.climb, "down": -way.climb}, {"up": way.pitch, "down": -way.pitch}
+    arrays = ([way.speed.get(a, 0.0) for a in speeds], [way.cost.get(a, 0.0) for a in speeds],
+              [turning.get(a, 0.0) for a in turns], [climbing.get(a, 0.0) for a in climbs], [pitching.get(a, 0.0) for a in climbs])
+    return layout, *(np.array(a or [0.0], np.float32) for a in arrays), np.float32(way.drag)
+
+
+def networks(nerves: Any, species: Any) -> None:
+    """Give nerves the reflex and the happiness network that the species declares, if any."""
+    coded = {gene.trait.partition(".")[0] for gene in (species.genome.genes if species.genome else ()) if gene.trait}
+    nerves.reflex = nerves.happiness = None
+    if species.reflex is not None:
+        nerves.reflex = ReflexNetwork(species.reflex, nerves, species.action_rows(), "reflex" in coded)
+    if species.happiness is not None:
+        nerves.happiness = HappinessNetwork(species.happiness, nerves, "happiness" in coded)
+        nerves.minimum = np.float32(species.happiness.minimum)
+
+
+def settings(values: Mapping[str, Any], training: bool) -> Any:
+    """Return the PPO of a species; in life without a plan that ends."""
+    from ecs_eco.learning import PPO
+
+    ppo = PPO(**values)
+    return ppo if training else replace(ppo, anneal=0)  # a plan for pre-training: life has no end to plan for
+
+
+def learner_seed(seed: int, number: int) -> int:
+    """Return the seed of the networks of species `number` in a world with this seed."""
+    return (random.mix_int(seed) + number) & 0x7FFFFFFFFFFFFFFF
+
+
+def cell(config: WorldConfig) -> float:
+    """Choose the side of the index cells: half the widest sense, so that a look takes about 5 × 5 of them."""
+    radii = [getattr(s, "radius", 0.0) for sp in config.species.values() for s in sp.sensors]
+    if not radii:
+        radii = [getattr(sp.reproduction, "reach", 0.0) for sp in config.species.values()]
+    shortest = min(config.space.size)
+    return min(max(max(radii, default=0.0) / 2, shortest / 500), shortest)

@@ -1,0 +1,172 @@
+"""A living world with other values: what a world file says may change while organisms live, learn and die."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ecs_eco.components import Experience, Policy
+from ecs_eco.config import WorldConfig, load
+from ecs_eco.config.mutable_keys import changes, refused
+from ecs_eco.engine.errors import ConfigError
+from ecs_eco.engine.section import named_function
+from ecs_eco.worlds.apply_species import apply_species, cell, climate, gaits, learner_seed, matter, networks, settings
+
+
+def reconfigure(world: Any, config: Any) -> None:
+    """Bring a living world to another configuration: from now on it is as if it had been built with it.
+
+    What organisms are born with (energy, mass, sex, fertility, properties, substances) they keep; newborn have the new
+    values. A species that stops learning forgets what it has not yet learnt from; one that begins begins afresh.
+    Raises ConfigError that names each value that cannot change while a world lives, before anything changes.
+    """
+    if world.config is None:
+        raise RuntimeError("this world was made by hand, without a configuration: set what its systems read instead")
+    new, old = config if isinstance(config, WorldConfig) else load(config), world.config
+    if problems := refused(old, new):
+        n = len(problems)
+        raise ConfigError(problems, f"the world {world.name!r} lives: {n} value{'s' if n > 1 else ''} cannot change")
+    changed = [key for key, _, _ in changes(old.model_dump(), new.model_dump())]
+    world.config = new
+    for key in changed:
+        _surroundings(world, key, new)
+    for name in dict.fromkeys(str(key[1]) for key in changed if key[0] in ("objects", "species")):
+        mine = {".".join(map(str, key[2:])) for key in changed if key[:2] in (("species", name), ("objects", name))}
+        if name in new.objects:
+            matter(world.tables[name], new.objects[name], world.substances)
+        else:
+            _species(world, world.tables[name], old.species[name], new.species[name], mine)
+    _causes(world)
+    world.touch()
+
+
+def _surroundings(world: Any, key: tuple, new: WorldConfig) -> None:
+    """Apply one value of the world that is no species'."""
+    if key[0] == "ambient":
+        world.ambient[key[1]] = getattr(new.ambient, key[1])
+    elif key[0] in ("sun", "water"):
+        climate(world, new)
+    elif key[0] == "fields":
+        setattr(world.fields[key[1]], key[2], getattr(new.fields[key[1]], key[2]))
+    elif key[0] == "terrain" and new.terrain is not None:
+        world.terrain.slope_cost = float(new.terrain.slope_cost)
+    elif key == ("seed",):
+        world.seed = new.seed
+        for number, name in enumerate(new.species):
+            nerves = world.tables[name].traits.get("nerves")
+            for learning in (getattr(nerves, "learner", None), getattr(nerves, "individuals", None)):
+                if learning is not None:
+                    learning.seed = learner_seed(world.seed, number)
+    elif key[0] == "species" and new.space.cell is None and cell(new) != world.space.cell:
+        world.space.set_cell(cell(new))
+        world._indexes.clear()
+        world._merged.clear()
+
+
+def _species(world: Any, table: Any, old: Any, new: Any, changed: set[str]) -> None:
+    """Apply the values of one species; `changed` are the keys that differ."""
+    apply_species(table, new, world.substances)
+    nerves, heredity = table.traits.get("nerves"), table.traits.get("heredity")
+    parts = {key.partition(".")[0] for key in changed}
+    if "gaits" in table.traits and "locomotion" in parts:
+        table.traits["gaits"] = gaits(new.locomotion, nerves)
+    if nerves is not None and parts & {"reflex", "happiness"}:
+        without = nerves.reflex is None and old.reflex is not None  # taken away by a control
+        networks(nerves, new)
+        nerves.reflex = None if without else nerves.reflex
+    if nerves is not None and "ppo" in parts:
+        _settings(nerves, new, _trains(world))
+    if nerves is not None and "policy.learn" in changed:
+        learning(world, table)
+    if heredity is not None:
+        heredity.inherit, heredity.noise = new.policy.inherit, float(new.policy.mutation)
+    _genes(world, table, old, new, changed)
+
+
+def _settings(nerves: Any, species: Any, training: bool) -> None:
+    """Give what learns other hyperparameters."""
+    ppo = settings(species.ppo, training)
+    if nerves.learner is not None:
+        nerves.learner.ppo = ppo
+        nerves.learner.rollout.discount = ppo.discount
+    if nerves.individuals is not None:
+        from ecs_eco.learning.individual import Individuals
+
+        minds = nerves.individuals
+        fresh = Individuals(minds.n_observations, minds.groups, minds.hidden, ppo, minds.seed)
+        minds.ppo, minds._settings = fresh.ppo, fresh._settings
+
+
+def learning(world: Any, table: Any) -> None:
+    """Let a species begin to learn, or stop, as its `policy.learn` says."""
+    nerves, species = table.traits["nerves"], table.traits["species"]
+    if nerves.brain is None and nerves.individuals is None:
+        return  # every action with equal chance: nothing that could learn
+    if nerves.learning == species.policy.learn:
+        return
+    nerves.learning = species.policy.learn
+    if nerves.individuals is not None:
+        _experience(table, nerves.learning)
+    elif nerves.learning:
+        from ecs_eco.learning import Learner
+
+        number = list(world.config.species).index(table.name)
+        ppo = settings(species.ppo, _trains(world))
+        nerves.learner = Learner(nerves.brain, ppo, seed=learner_seed(world.seed, number), workers=world.threads)
+    else:
+        nerves.learner = None
+
+
+def _experience(table: Any, wanted: bool) -> None:
+    """Give the organisms of a species the columns of what they learn from, beside their policies; or take them away."""
+    table.columns.pop(Experience, None)
+    table.defaults.pop(Experience, None)
+    table.entity_uid[:] = np.where(table.entity_uid != 0, np.uint64(0xFFFFFFFFFFFFFFFF), table.entity_uid)  # handles are made anew
+    if not wanted:
+        return
+    table.add_component(Experience)
+    for held in (table.columns, table.defaults):  # in the order in which a world is built
+        order = [c for c in held if c is not Experience]
+        order.insert(order.index(Policy) + 1, Experience)
+        for component in order:
+            held[component] = held.pop(component)
+
+
+def _genes(world: Any, table: Any, old: Any, new: Any, changed: set[str]) -> None:
+    """Give all what their genes do not say but have columns for; and operators of their own to a changed genome."""
+    if new.genome is None:
+        return
+    from ecs_eco.config.traits import traits_of
+
+    own, known = [named_function(c) for c in new.components], {c.__name__: c for c in table.columns}
+    before, now = (traits_of(s, world.config.dims, own) for s in (old, new))
+    for name, trait in now.items():
+        lives = trait.component in known and trait.component not in ("Policy", "Body")
+        if lives and name in before and before[name].default != trait.default:
+            component, at = known[trait.component], ... if trait.index is None else trait.index
+            table.defaults[component][trait.field][at] = trait.default
+            column = table.field(component, trait.field)
+            column[(table.rows(), *(() if trait.index is None else (trait.index,)))] = trait.default
+    if any(key.startswith(("genome.", "reproduction.choice")) for key in changed):
+        from ecs_eco.genomes import Operators
+
+        heredity = table.traits["heredity"]
+        heredity.operators = Operators.from_config(new.genome, heredity.layout, getattr(new.reproduction, "choice", "nearest"))
+
+
+def _causes(world: Any) -> None:
+    """Make causes of death known that are new, in the order of species."""
+    for table in world.tables.values():
+        for food in table.traits.get("diet", ()):
+            world.cause(f"eaten by {table.name}")
+            if food.deadly:
+                world.cause(f"poisoned by {food.eats}")
+        for limit in table.traits.get("lethal", ()):
+            for cause, bound in ((limit.low, limit.min), (limit.high, limit.max)):
+                if bound is not None:
+                    world.cause(cause)
+
+
+def _trains(world: Any) -> bool:
+    return bool(world.origin.get("training"))

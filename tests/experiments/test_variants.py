@@ -1,0 +1,96 @@
+"""Variants: what each changes, and what is said where a world has nothing for it."""
+
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from ecs_eco import World
+from ecs_eco.cli import app
+from ecs_eco.config import load
+from ecs_eco.experiments import seed_grid as crossing
+from ecs_eco.experiments.comparison import arms_of
+from ecs_eco.experiments.variants import NotApplicable, variant
+from ecs_eco.view.inspect import state_of
+
+SMALL = {"species.phytoplankton.count": 60, "species.copepod.count": 20, "species.krill.count": 6, "space.size": [16.0, 16.0, 16.0]}
+
+
+@pytest.fixture(scope="module")
+def sea():
+    return load("diel-migration", SMALL)
+
+
+def test_light_is_constant_or_comes_half_a_day_late(sea):
+    for name, kind in (("constant-light", "constant"), ("inverted-light", "inverted")):
+        assert load(sea, variant(sea, name)).sun.kind == kind
+    with pytest.raises(NotApplicable, match="constant already"):
+        variant(load(sea, {"sun.kind": "constant"}), "constant-light")
+    with pytest.raises(NotApplicable, match="there is no sun"):
+        variant(load("predator-prey"), "constant-light")
+
+
+def test_without_a_species_there_is_none_in_life_or_in_training(sea):
+    none = load(sea, variant(sea, "no-krill"))
+    for training in (False, True):
+        world = World.from_config(none, policies="untrained", training=training, learn=False).run(3)
+        assert world.tables["krill"].n == 0
+        assert world.tables["copepod"].n > 0
+    assert load(sea, variant(sea, "no-phytoplankton")).species["phytoplankton"].reproduction.immigration == 0
+    with pytest.raises(KeyError):
+        variant(sea, "no-whale")
+
+
+def test_noses_that_are_off_read_nothing_while_the_smell_is_there(sea):
+    read = {}
+    for name, config in (("on", sea), ("off", load(sea, variant(sea, "no-smell")))):
+        world = World.from_config(config, policies="untrained", seed=3, learn=False).run(12)
+        table = world.tables["copepod"]
+        nerves = table.traits["nerves"]
+        smells = [i for i, c in enumerate(nerves.channels) if "smell" in c]
+        assert len(smells) == 4
+        assert world.fields["krill_smell"].value.max() > 0.1
+        seen = [state_of(world, int(uid))["nerves"] for uid in table.uid[table.by_uid()]]
+        read[name] = max(abs(float(s["sensors"][i]["value"])) for s in seen for i in smells)
+    assert read["on"] > 0.05
+    assert read["off"] < 1e-20
+
+
+def test_happiness_with_and_without_light_are_each_others_way_back(sea):
+    lit = load(sea, variant(sea, "energy-and-light"))
+    assert lit.species["copepod"].happiness.formula == "energy - 0.3 * light"
+    assert load(lit, variant(lit, "energy-only")).species["copepod"].happiness.formula == "energy"
+    with pytest.raises(NotApplicable, match="depends on light; energy-and-light"):
+        variant(sea, "energy-only")
+    with pytest.raises(NotApplicable, match="senses light"):
+        variant(lit, "energy-and-light")
+
+
+def compare(*words: str) -> str:
+    done = CliRunner().invoke(app, ["compare", *words])
+    assert done.exit_code == 2, done.output + repr(done.exception)
+    return " ".join(done.output.split())
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["diel-migration", "--control", "constant-ligth"], 'did you mean "constant-light"'),
+        (["diel-migration", "--control", "no-krlil"], 'did you mean "no-krill"'),
+        (["diel-migration", "--control", "energy-only"], "nobody's happiness depends on light"),
+        (["diel-migration", "--control", "energy-and-light"], "changes what is learnt alone"),
+        (["predator-prey", "--control", "inverted-light"], "there is no sun"),
+    ],
+)
+def test_what_a_world_has_nothing_for_is_refused(words: list[str], said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert said in compare(*words)
+
+
+def test_which_policies_a_variant_runs_with():
+    arms = arms_of("diel-migration", [], ["no-krill", "random-policy"])
+    crossing.check_training(arms, ["no-krill", "random-policy"], 2, True)
+    assert crossing.told(arms[1], arms, 2, True) == "policies trained anew under its own values, from 2 training seeds"
+    assert crossing.told(arms[1], arms, 2, False).endswith("the same as the first arm, from 2 training seeds")
+    assert crossing.told_bundled(arms[1], arms) == "the policies that the world comes with, the same as the first arm"
+    assert crossing.told_bundled(arms[2], arms) == "policies that are not trained"

@@ -1,0 +1,54 @@
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+SCRIPT = """
+import os, sys, time
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
+from ecs_eco.experiments.workers import end_with_parent
+
+def work(path):
+    with open(path, "w") as file:
+        file.write(str(os.getpid()))
+    os.replace(path, path + ".done")
+    time.sleep(300)
+
+if __name__ == "__main__":
+    with ProcessPoolExecutor(1, get_context("spawn"), initializer=end_with_parent) as pool:
+        for i in range(3):
+            pool.submit(work, f"{sys.argv[1]}/{i}")
+"""
+
+
+def test_a_worker_ends_when_its_parent_is_killed(tmp_path):
+    script = tmp_path / "pool.py"
+    script.write_text(SCRIPT)
+    parent = subprocess.Popen([sys.executable, script, tmp_path])
+    try:
+        told = tmp_path / "0.done"
+        assert until(told.exists, 60), "the worker did not begin"
+        worker = int(told.read_text())
+    finally:
+        parent.kill()
+        parent.wait()
+    assert until(lambda: not alive(worker), 30), "the worker outlived its parent"
+    assert not (tmp_path / "1.done").exists()
+
+
+def alive(pid: int) -> bool:
+    """Whether a process runs; one that ended and that nobody asked for its result does not."""
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    except OSError:
+        return False
+
+
+def until(condition, seconds: float) -> bool:
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
+        if condition():
+            return True
+        time.sleep(0.05)
+    return False

@@ -1,0 +1,230 @@
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import pyarrow as pa
+import pytest
+
+from ecs_eco import World
+from ecs_eco.engine.errors import RecordingError
+from ecs_eco.record import fork, resume, run_to_folder
+from ecs_eco.record.parquet import read_parts
+from ecs_eco.runs.run import Stopped
+
+TICKS = 40
+KINDS = ("series", "births", "deaths", "snapshots")
+
+
+def _run(config, out, ticks=TICKS, **options):
+    options = {"seed": 7, "policies": "untrained", "learn": True, "report": False, "snapshot_every": 5, **options}
+    return run_to_folder(config, ticks=ticks, out=out, **options)
+
+
+def _content(folder):
+    """All that was recorded: a table for each kind, whatever the parts."""
+    found = {}
+    for kind in KINDS:
+        table = read_parts(folder / kind)
+        words = [pa.DictionaryArray if pa.types.is_dictionary(f.type) else None for f in table.schema]
+        found[kind] = {n: table[n].to_pylist() for n, _ in zip(table.column_names, words, strict=True)}
+    return found
+
+
+@pytest.fixture(scope="module")
+def whole(menagerie, tmp_path_factory):
+    out = tmp_path_factory.mktemp("whole") / "run"
+    return _run(menagerie(), out), _content(out)
+
+
+def _as_whole(folder, whole):
+    manifest, content = whole
+    mine = json.loads((folder / "manifest.json").read_text())
+    assert (mine["finished"], mine["done"], mine["digest"]) == (True, TICKS, manifest["digest"])
+    assert _content(folder) == content
+
+
+def test_checkpoints_change_nothing_and_the_last_ones_stay(menagerie, tmp_path, whole):
+    _run(menagerie(), tmp_path / "run", checkpoint_every=6, keep=2)
+    _as_whole(tmp_path / "run", whole)
+    assert [p.name for p in sorted((tmp_path / "run" / "checkpoints").iterdir())] == [f"tick-{t:012d}.safetensors" for t in (36, 40)]
+
+
+@pytest.mark.parametrize("first", [0, 1, 23])
+def test_a_run_goes_on_where_a_shorter_one_ended(menagerie, tmp_path, whole, first):
+    _run(menagerie(), tmp_path / "run", ticks=first)
+    manifest = resume(tmp_path / "run", until=TICKS, report=False)
+    _as_whole(tmp_path / "run", whole)
+    assert manifest["ticks"] == TICKS
+
+
+class _PowerCut(BaseException):
+    """Something from outside."""
+
+
+def _cut(monkeypatch, tick, phase="Feed"):
+    """Let the power fail within a tick, so hard that nothing is written any more."""
+    from ecs_eco import systems
+    from ecs_eco.runs import run
+
+    system = getattr(systems, phase)
+    process = system.process
+
+    def failing(self, *arguments):
+        process(self, *arguments)
+        if self.world.tick == tick:
+            raise _PowerCut
+
+    monkeypatch.setattr(system, "process", failing)
+    monkeypatch.setattr(run, "_close", lambda *_, **__: None)
+
+
+@pytest.mark.parametrize("tick", [0, 3, 12, 29])
+def test_after_a_power_cut_a_run_goes_on_from_its_last_checkpoint(menagerie, tmp_path, monkeypatch, whole, tick):
+    with monkeypatch.context() as m:
+        _cut(m, tick)
+        with pytest.raises(_PowerCut):
+            _run(menagerie(), tmp_path / "run", checkpoint_every=6)
+    (tmp_path / "run" / "series").mkdir(exist_ok=True)
+    (tmp_path / "run" / "series" / "part-00090.tmp").write_bytes(b"half")
+    (tmp_path / "run" / "checkpoints" / ".tick.tmp").write_bytes(b"half")
+    resume(tmp_path / "run", report=False)
+    _as_whole(tmp_path / "run", whole)
+    assert list((tmp_path / "run").rglob("*.tmp")) == []
+
+
+def test_a_run_without_any_checkpoint_begins_anew(menagerie, tmp_path, monkeypatch, whole):
+    with monkeypatch.context() as m:
+        _cut(m, 12)
+        with pytest.raises(_PowerCut):
+            _run(menagerie(), tmp_path / "run")
+    for kept in (tmp_path / "run" / "checkpoints").iterdir():  # as if the first one had not been written yet
+        kept.unlink()
+    resume(tmp_path / "run", report=False)
+    _as_whole(tmp_path / "run", whole)
+
+
+def test_a_damaged_checkpoint_is_passed_over_with_a_word(menagerie, tmp_path, whole):
+    _run(menagerie(), tmp_path / "run", ticks=30, checkpoint_every=10)
+    newest = tmp_path / "run" / "checkpoints" / "tick-000000000030.safetensors"
+    data = bytearray(newest.read_bytes())
+    data[len(data) // 2] ^= 4
+    newest.write_bytes(data)
+    heard = []
+    resume(tmp_path / "run", until=TICKS, report=False, complain=heard.append)
+    assert len(heard) == 1
+    assert "tick-000000000030" in heard[0]
+    assert "damaged" in heard[0]
+    _as_whole(tmp_path / "run", whole)
+
+
+def test_the_first_signal_stops_after_the_tick_with_a_checkpoint(menagerie, tmp_path, whole):
+    def press(done, ticks):
+        if done >= 9:
+            os.kill(os.getpid(), signal.SIGTERM)
+
+    before = signal.getsignal(signal.SIGTERM)
+    with pytest.raises(Stopped) as stop:
+        _run(menagerie(), tmp_path / "run", ticks=100_000, progress=press)
+    assert signal.getsignal(signal.SIGTERM) is before
+    manifest = json.loads((tmp_path / "run" / "manifest.json").read_text())
+    assert manifest["finished"] is False
+    assert manifest["done"] == stop.value.tick >= 9
+    assert f"ecs-eco resume {tmp_path / 'run'}" in str(stop.value)
+    if stop.value.tick <= TICKS:
+        resume(tmp_path / "run", until=TICKS, report=False)
+        _as_whole(tmp_path / "run", whole)
+
+
+def test_a_full_disk_ends_a_run_with_one_message_and_what_was_recorded_is_whole(menagerie, tmp_path, monkeypatch, whole):
+    from ecs_eco.checkpoint import file as checkpoint
+
+    write = checkpoint.write
+
+    def full(path, meta, arrays):
+        if meta["clock"]["tick"] >= 12:
+            raise OSError(28, "No space left on device")
+        write(path, meta, arrays)
+
+    with monkeypatch.context() as m:
+        m.setattr(checkpoint, "write", full)
+        with pytest.raises(RecordingError, match=r"No space left on device.*last checkpoint is of tick 6.*ecs-eco resume"):
+            _run(menagerie(), tmp_path / "run", checkpoint_every=6)
+    resume(tmp_path / "run", report=False)
+    _as_whole(tmp_path / "run", whole)
+
+
+def test_a_fork_goes_on_exactly_and_then_otherwise(menagerie, tmp_path, whole):
+    _run(menagerie(), tmp_path / "run", checkpoint_every=10, keep=9)
+    same = fork(tmp_path / "run", tmp_path / "same", from_tick=17, report=False)
+    assert same["digest"] == whole[0]["digest"]
+    other = fork(tmp_path / "run", tmp_path / "other", from_tick=17, changes=["species.ram.metabolism.basal=0.02"], report=False)
+    assert other["digest"] != whole[0]["digest"]
+    assert other["forked"]["tick"] == 17
+    assert other["config"]["species"]["ram"]["metabolism"]["basal"] == 0.02
+    series = read_parts(tmp_path / "other" / "series").to_pydict()
+    assert (min(series["tick"]), max(series["tick"])) == (17, TICKS - 1)
+    by_hand = fork(tmp_path / "run", tmp_path / "again", from_tick=20, changes={"species.ram.metabolism.basal": 0.02}, report=False)
+    assert by_hand["digest"] not in (other["digest"], same["digest"])
+
+
+def test_what_cannot_go_on_says_why(menagerie, tmp_path):
+    with pytest.raises(RecordingError, match="no such folder"):
+        resume(tmp_path / "nowhere")
+    with pytest.raises(RecordingError, match=r"has no manifest\.json"):
+        resume(tmp_path)
+    _run(menagerie(), tmp_path / "run", ticks=5)
+    with pytest.raises(RecordingError, match=r"at tick 5 already.*--from-tick 3 --out NEW"):
+        resume(tmp_path / "run", until=3)
+    with pytest.raises(FileExistsError, match="not an empty folder"):
+        fork(tmp_path / "run", tmp_path / "run")
+    for text, word in (("{", "is damaged"), ("[]", "no manifest"), ('{"format": 7}', "another version")):
+        (tmp_path / "run" / "manifest.json").write_text(text)
+        with pytest.raises(RecordingError, match=word):
+            resume(tmp_path / "run")
+
+
+def test_a_killed_process_resumes(menagerie, tmp_path, whole):
+    """kill -9, three times, at moments that nobody chose."""
+    script = (
+        "import json, sys\nfrom ecs_eco.record import resume, run_to_folder\nfrom pathlib import Path\n"
+        "out, config = Path(sys.argv[1]), json.loads(Path(sys.argv[2]).read_text())\n"
+        "if (out / 'manifest.json').exists():\n    resume(out, report=False)\nelse:\n"
+        "    run_to_folder(config, seed=7, ticks=40, out=out, policies='untrained', learn=True, report=False, snapshot_every=5,\n"
+        "                  checkpoint_every=3)\n"
+    )
+    (tmp_path / "config.json").write_text(json.dumps(menagerie()))
+    arguments = [sys.executable, "-c", script, str(tmp_path / "run"), str(tmp_path / "config.json")]
+    for wait in (0.3, 0.1, 0.2):
+        victim = subprocess.Popen(arguments)
+        patience = time.monotonic() + 60
+        while not list((tmp_path / "run").glob("checkpoints/*")) and victim.poll() is None and time.monotonic() < patience:
+            time.sleep(0.01)
+        time.sleep(wait)
+        victim.kill()
+        victim.wait()
+    subprocess.run(arguments, check=True)
+    _as_whole(tmp_path / "run", whole)
+    assert list((tmp_path / "run").rglob("*.tmp")) == []
+
+
+def test_resumed_runs_take_any_number_of_threads(menagerie, tmp_path, whole):
+    _run(menagerie(), tmp_path / "run", ticks=10)
+    resume(tmp_path / "run", until=TICKS, threads=2, report=False)
+    _as_whole(tmp_path / "run", whole)
+
+
+def test_the_world_of_a_run_is_that_of_the_library(menagerie, whole):
+    assert World.from_config(menagerie(), seed=7, policies="untrained", learn=True).run(TICKS).digest() == whole[0]["digest"]
+
+
+def test_a_part_that_is_gone_is_missed(menagerie, tmp_path):
+    from ecs_eco.analysis.runs import load_series
+
+    _run(menagerie(), tmp_path / "run", ticks=9, checkpoint_every=4)
+    assert load_series(tmp_path / "run").n.shape[0] == 9
+    (tmp_path / "run" / "series" / "part-00001.parquet").unlink()
+    with pytest.raises(RecordingError, match="1 of 3 parts of series are missing"):
+        load_series(tmp_path / "run")
