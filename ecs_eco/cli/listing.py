@@ -15,7 +15,7 @@ def listing() -> str:
     """Worlds, sensors, components and systems, a line each."""
     sections = {
         "Worlds": _worlds(),
-        "Sensors": dict(_classes(ROOT / "config" / "sensors.py", "kind")),
+        "Sensors": dict(_classes(ROOT / "config" / "models" / "sensors.py", "kind")),
         "Components": dict(_folder("components")),
         "Systems": dict(_folder("systems", "System")),
     }
