@@ -255,7 +255,7 @@ def test_all_kernels_of_the_package_are_kept_in_it():
 
     from numba.core.dispatcher import Dispatcher
 
-    root, found = Path(module.__file__).parent, 0
+    root, found = Path(module.__file__).parents[1], 0
     for path in root.rglob("*.py"):
         if "njit" in path.read_text() and path.name not in ("jit.py", "kernel_cache.py", "__init__.py"):
             name = ".".join(("ecs_eco", *path.relative_to(root).with_suffix("").parts))
