@@ -16,7 +16,11 @@ BEGINNING = ("name", "title", "description", "seed", "ticks", "training", "syste
 
 
 def digest(world: Any) -> str:
-    """Return SHA-256 of a world between two ticks, 64 hexadecimal digits; what it covers is in docs/checkpoints.md."""
+    """Return SHA-256 of a world between two ticks, 64 hexadecimal digits; what it covers is in docs/checkpoints.md.
+
+    Equal runs have equal digests on one target, the same versions and processor: docs/promises.md. Interpreted kernels
+    (NUMBA_DISABLE_JIT=1) compute in other precision, so their digests are others.
+    """
     found = hashlib.sha256(json.dumps(_facts(world), sort_keys=True, default=str).encode())
     for name, array in _arrays(world):
         array = np.ascontiguousarray(array)

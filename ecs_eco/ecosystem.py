@@ -410,7 +410,11 @@ class World:
         load(self, path)
 
     def digest(self) -> str:
-        """Return a hash of all that decides this world's future, also of what is asked for and not yet done; see `ecs_eco.digest`."""
+        """Return a hash of all that decides this world's future, also of what is asked for and not yet done; see `ecs_eco.digest`.
+
+        Equal runs have equal digests on one target: the same versions and processor, compiled (docs/promises.md). With
+        NUMBA_DISABLE_JIT=1, which interprets kernels, digests are others.
+        """
         from ecs_eco.digest import digest
 
         return digest(self)

@@ -1,4 +1,4 @@
-"""`ecs-eco run | watch | resume | repeat | train | report | why | lineage | compare | search | draw | picture | video | list | check`."""
+"""`ecs-eco run | watch | resume | repeat | train | report | why | lineage | compare | search | draw | picture | video | list | …`."""
 
 from pathlib import Path
 from typing import Annotated
@@ -378,6 +378,18 @@ def check(
     from ecs_eco.cli.summary import check_world, tell_schema
 
     tell_schema() if schema else check_world(world, set_ or [])
+
+
+@app.command()
+@exits
+def doctor(
+    test: Annotated[bool, typer.Option("--test/--no-test", help="Run the self-test, of up to a minute.")] = True,
+    quiet: Quiet = False,
+) -> None:
+    """Say what results depend on here, and whether they are those of the release: exit code 1 where they are not."""
+    from ecs_eco.cli.doctor import examine_machine
+
+    examine_machine(test, quiet)
 
 
 def main() -> None:

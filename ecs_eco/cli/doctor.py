@@ -1,0 +1,146 @@
+"""doctor: what results depend on here, and whether they are what they should be."""
+
+from __future__ import annotations
+
+import os
+import platform
+import shutil
+import stat
+import tempfile
+import warnings
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import typer
+
+from ecs_eco.cli.terminal import FAILED, complain, progress, say
+
+if TYPE_CHECKING:
+    from ecs_eco.testing.self_test import Outcome
+    from ecs_eco.testing.target import Target
+
+Facts = list[tuple[str, str]]
+
+
+def examine_machine(test: bool, quiet: bool) -> None:
+    """Say what there is, run the self-test, and end with code 1 where something does not hold."""
+    from rich.console import Console
+    from rich.markup import escape
+    from rich.table import Table
+
+    from ecs_eco.testing.target import target
+
+    here = target()
+    console = Console(highlight=False, soft_wrap=True)
+    sections = {"Versions": _versions(here), "Processor": _processor(here), "Kernels and disk": _disk(), "Viewer": _viewer()}
+    for title, found in sections.items():
+        table = Table(title=title, title_justify="left", title_style="bold", box=None, show_header=False, pad_edge=False)
+        table.add_column(style="dim")
+        table.add_column(overflow="fold")
+        for name, value in found:
+            table.add_row(name, escape(value))
+        console.print(table, end="\n\n")
+    if test:
+        _self_test(here, quiet, console)
+
+
+def _self_test(here: Target, quiet: bool, console: Any) -> None:
+    from ecs_eco.testing.self_test import cases, differing, examine_all
+
+    with progress("self-test", quiet, "worlds") as bar:
+        outcomes = examine_all(cases(), bar)
+    other = differing(outcomes, here)
+    console.print(_table(outcomes, other), end="\n\n")
+    failed = [outcome.case.name for outcome in outcomes if not outcome.holds]
+    if failed:
+        complain(f"Threads or a checkpoint change results here: {'; '.join(failed)}. Please report it, with all of the above.")
+    if other is None:
+        say(f"Unknown target: this release was not tried on such a machine with such versions.\nTarget: {here.key}")
+    elif other:
+        complain(f"Other results than those of the release on such a machine: {'; '.join(other)}. Sources that were changed, "
+                 f"or a damaged installation?\nTarget: {here.key}")  # fmt: skip
+    if failed or other:
+        raise typer.Exit(FAILED)
+    compared = "" if other is None else " and those of the release"
+    say(f"All results are the same for one thread, for two, and from a checkpoint{compared}.")
+
+
+def _table(outcomes: list[Outcome], other: list[str] | None) -> Any:
+    from rich.table import Table
+
+    table = Table(title=f"Self-test: {len(outcomes)} short runs", title_justify="left", title_style="bold", box=None, pad_edge=False)
+    for name in ("world", "two threads", "from a checkpoint", "as released", "digest"):
+        table.add_column(name, header_style="dim")
+    word = {True: "[green]same[/]", False: "[red]OTHER[/]"}
+    for outcome in outcomes:
+        known = "unknown" if other is None else word[outcome.case.name not in other]
+        same = (word[found == outcome.digest] for found in (outcome.two_threads, outcome.resumed))
+        table.add_row(outcome.case.name, *same, known, outcome.digest[:12])
+    return table
+
+
+def _versions(here: Target) -> Facts:
+    from ecs_eco import __version__
+    from ecs_eco.testing.target import OTHERS, versions
+
+    inside = {**here.versions, "python": platform.python_version(), **versions(OTHERS)}
+    return [("ecs-eco", f"{__version__}, in {Path(__file__).parents[1]}"), *inside.items()]
+
+
+def _processor(here: Target) -> Facts:
+    from ecs_eco.testing.target import instructions
+
+    triple, _, features = instructions()
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    said = [f"{name}={os.environ[name]}" for name in sorted(os.environ) if name.startswith(("OMP_", "MKL_", "NUMBA_", "ECS_ECO_"))]
+    return [
+        ("system", f"{platform.system()} {platform.release()}"),
+        ("numba", f"{here.cpu}, {triple}, {len(features)} features ({here.features})"),
+        ("torch", here.torch),
+        ("cores", f"{cores} for this process, of {os.cpu_count()}"),
+        ("threads", "1, or as many as --threads says; results do not depend on it"),
+        ("variables", ", ".join(said) or "none that compilers or threads listen to"),
+    ]
+
+
+def _disk() -> Facts:
+    from ecs_eco.engine.jit import FOLDER
+
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        usable = FOLDER.usable()
+    path, facts = FOLDER.path, []
+    if path.is_dir():
+        found, files = path.lstat(), list(path.glob("*.nbc"))
+        size = sum(file.stat().st_size for file in files)
+        facts.append(("cache", str(path)))
+        about = f"owner {_owner(found.st_uid)}, mode {stat.S_IMODE(found.st_mode):04o}"
+        facts.append(("", f"{about}, {len(files)} kernels, {size / 1e6:.1f} MB"))
+    if not usable:
+        facts.append(("cache", f"NOT USED: {caught[0].message if caught else path}"))
+    places = {"cache": path if path.is_dir() else Path.home(), "here": Path.cwd(), "temporary": Path(tempfile.gettempdir())}
+    for name, place in places.items():
+        try:
+            facts.append((f"free, {name}", f"{shutil.disk_usage(place).free / 1e9:.1f} GB in {place}"))
+        except OSError as error:
+            facts.append((f"free, {name}", f"{place}: {error.strerror or error}"))
+    return facts
+
+
+def _owner(uid: int) -> str:
+    try:
+        import pwd
+
+        return pwd.getpwuid(uid).pw_name
+    except (ImportError, KeyError):
+        return str(uid)
+
+
+def _viewer() -> Facts:
+    from ecs_eco.testing.browser import chromium
+
+    windows = any(os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY")) or platform.system() != "Linux"
+    return [
+        ("browser", "is opened by `ecs-eco watch`" if windows else "none with windows here: `ecs-eco watch` prints an address"),
+        ("Chromium", chromium() or "none: only tests and pictures of the page want it"),
+    ]

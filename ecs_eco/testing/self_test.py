@@ -1,0 +1,93 @@
+"""Short runs of the shipped worlds: the same bytes for any number of threads and across a checkpoint, and those of the release?"""
+
+from __future__ import annotations
+
+import json
+import tempfile
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from ecs_eco.testing.target import Target
+
+DIGESTS = Path(__file__).parent / "digests.json"
+TICKS, SAVED, HORIZON, SEED = 40, 23, 16, 1  # two updates of what learns; the checkpoint falls within a rollout
+
+
+class Case(NamedTuple):
+    """A shipped world, with its learners learning or not."""
+
+    world: str
+    learn: bool
+
+    @property
+    def name(self) -> str:
+        """What the digests of a release call it."""
+        return f"{self.world}, {'learning' if self.learn else 'not learning'}"
+
+
+class Outcome(NamedTuple):
+    """What a case came to: digests at the end of one run, of one with two threads, and of one that went on from a checkpoint."""
+
+    case: Case
+    digest: str
+    two_threads: str
+    resumed: str
+
+    @property
+    def holds(self) -> bool:
+        """Whether all three are the same."""
+        return self.digest == self.two_threads == self.resumed
+
+
+def cases() -> list[Case]:
+    """Return the cases: all shipped worlds, both ways."""
+    from ecs_eco.config.shipped import shipped
+
+    return [Case(world, learn) for world in shipped() for learn in (False, True)]
+
+
+def examine(case: Case) -> Outcome:
+    """Run one case; takes seconds."""
+    from ecs_eco import World
+
+    config = _config(case)
+    options: dict[str, Any] = {"seed": SEED, "learn": case.learn, "record": False}
+    digest = World.from_config(config, threads=1, **options).run(TICKS).digest()
+    with tempfile.TemporaryDirectory() as folder:
+        world = World.from_config(config, threads=2, **options).run(SAVED)
+        path = world.save(Path(folder) / "checkpoint")
+        two_threads = world.run(TICKS - SAVED).digest()
+        resumed = World.restore(path, threads=1, record=False).run(TICKS - SAVED).digest()
+    return Outcome(case, digest, two_threads, resumed)
+
+
+def examine_all(chosen: Iterable[Case], done: Callable[[int, int], None] = lambda done, total: None) -> list[Outcome]:
+    """Run some cases; `done` hears how many of how many are."""
+    waiting = list(chosen)
+    found: list[Outcome] = []
+    for case in waiting:
+        done(len(found), len(waiting))
+        found.append(examine(case))
+    done(len(found), len(waiting))
+    return found
+
+
+def _config(case: Case) -> Any:
+    """The world, with rollouts so short that what learns learns within the test."""
+    from ecs_eco.config import load
+
+    learners = [name for name, species in load(case.world).species.items() if species.policy.kind != "none"]
+    return load(case.world, [f"species.{name}.ppo.horizon={HORIZON}" for name in learners])
+
+
+def released() -> dict[str, dict[str, str]]:
+    """Return the digests of this release: for each target that it was tried on, one of each case."""
+    found = json.loads(DIGESTS.read_text(encoding="utf-8"))
+    return {name: part["digests"] for name, part in found["targets"].items()}
+
+
+def differing(outcomes: Iterable[Outcome], target: Target) -> list[str] | None:
+    """Return the names of the cases that come to another end than in the release; None for a target that it was not tried on."""
+    known = released().get(target.key)
+    return None if known is None else [o.case.name for o in outcomes if o.digest != known.get(o.case.name)]

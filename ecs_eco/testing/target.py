@@ -1,0 +1,59 @@
+"""What results depend on beside world and seed: the processor that kernels are compiled for, and the versions of what computes."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import platform
+from importlib.metadata import PackageNotFoundError, version
+from typing import NamedTuple
+
+COMPUTING = ("numpy", "numba", "llvmlite", "torch", "deap", "scipy")  # whose versions results may depend on
+OTHERS = ("esper", "pyarrow", "pydantic", "safetensors", "optuna", "starlette", "uvicorn", "websockets", "matplotlib", "typer", "rich")
+
+
+class Target(NamedTuple):
+    """A kind of machine: results are promised to be the same bytes on two of equal targets."""
+
+    system: str  # operating system and architecture
+    cpu: str  # the processor's name, as LLVM calls it
+    features: str  # a hash of all the instructions that LLVM may use
+    torch: str  # which of torch's kernels are taken
+    versions: dict[str, str]
+
+    @property
+    def key(self) -> str:
+        """Return a line that names the target."""
+        what = " ".join(f"{name} {number}" for name, number in self.versions.items())
+        return f"{self.system}, {self.cpu} ({self.features}), torch {self.torch}; {what}"
+
+
+def versions(names: tuple[str, ...]) -> dict[str, str]:
+    """Return the versions of some packages, "-" for one that is not installed."""
+    found = {}
+    for name in names:
+        try:
+            found[name] = version(name)
+        except PackageNotFoundError:
+            found[name] = "-"
+    return found
+
+
+def instructions() -> tuple[str, str, list[str]]:
+    """Return the triple, the processor's name and the features that numba compiles for; NUMBA_CPU_NAME changes them."""
+    from numba.core.registry import cpu_target
+
+    triple, name, features = cpu_target.target_context.codegen().magic_tuple()
+    return triple, name, sorted(word[1:] for word in features.split(",") if word.startswith("+"))
+
+
+def target() -> Target:
+    """Return the target of this process."""
+    import torch
+
+    _, name, features = instructions()
+    digest = hashlib.sha256(" ".join(features).encode()).hexdigest()[:8]
+    python = ".".join(platform.python_version_tuple()[:2])
+    compiled = " without compilation" if os.environ.get("NUMBA_DISABLE_JIT", "0") != "0" else ""
+    return Target(f"{platform.system()} {platform.machine()}", name + compiled, digest, torch.backends.cpu.get_cpu_capability(),
+                  {"python": python, **versions(COMPUTING)})  # fmt: skip

@@ -1,0 +1,76 @@
+"""ecs-eco doctor: what it says, and its exit codes."""
+
+import pytest
+from typer.testing import CliRunner
+
+from ecs_eco.cli import app
+from ecs_eco.testing import self_test
+from ecs_eco.testing.self_test import Case, Outcome
+from ecs_eco.testing.target import target
+
+NAME = "predator-prey, learning"
+
+
+@pytest.fixture
+def doctor(monkeypatch):
+    """The command, with a self-test that came to what is asked for."""
+
+    def called(digest="a" * 64, two_threads="a" * 64, resumed="a" * 64, release=None):
+        monkeypatch.setattr(self_test, "cases", lambda: [Case("predator-prey", True)])
+        monkeypatch.setattr(self_test, "examine", lambda case: Outcome(case, digest, two_threads, resumed))
+        monkeypatch.setattr(self_test, "released", lambda: release or {})
+        found = CliRunner().invoke(app, ["doctor", "--quiet"])
+        return found.exit_code, found.output
+
+    return called
+
+
+def test_it_says_what_results_depend_on():
+    found = CliRunner().invoke(app, ["doctor", "--no-test"])
+    assert found.exit_code == 0, found.output
+    here = target()
+    for word in ("ecs-eco", here.cpu, here.torch, *here.versions.values(), "cache", "mode 0700", "owner", "GB", "browser", "threads"):
+        assert word in found.output, word
+    assert "Self-test" not in found.output
+
+
+def test_results_as_released_are_exit_code_0(doctor):
+    code, said = doctor(release={target().key: {NAME: "a" * 64}})
+    assert code == 0
+    assert "and those of the release" in said
+    assert "aaaaaaaaaaaa" in said
+
+
+def test_an_unknown_target_is_said_and_exit_code_0(doctor):
+    code, said = doctor()
+    assert code == 0
+    assert "Unknown target" in said
+    assert target().key in said
+    assert "same for one thread, for two, and from a checkpoint." in said
+
+
+def test_other_results_than_those_of_the_release_are_exit_code_1(doctor):
+    code, said = doctor(release={target().key: {NAME: "b" * 64}})
+    assert code == 1
+    assert f"Other results than those of the release on such a machine: {NAME}" in said
+
+
+@pytest.mark.parametrize("other", ["two_threads", "resumed"])
+def test_results_that_depend_on_threads_or_checkpoints_are_exit_code_1(doctor, other):
+    for release in (None, {target().key: {NAME: "a" * 64}}):
+        code, said = doctor(**{other: "c" * 64}, release=release)
+        assert code == 1
+        assert f"change results here: {NAME}" in said
+
+
+def test_a_cache_that_is_not_used_is_said_with_the_reason(monkeypatch, tmp_path):
+    from ecs_eco.engine import jit
+    from ecs_eco.engine.kernel_cache import Folder
+
+    (tmp_path / "cache").mkdir()
+    (tmp_path / "cache").chmod(0o777)
+    monkeypatch.setattr(jit, "FOLDER", Folder(tmp_path / "cache"))
+    found = CliRunner().invoke(app, ["doctor", "--no-test"])
+    assert found.exit_code == 0, found.output
+    assert "NOT USED" in found.output
+    assert "mode 0777" in found.output
