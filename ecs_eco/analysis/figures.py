@@ -13,6 +13,7 @@ from ecs_eco.analysis.cycles import Surrogates, cross_correlation, living_stretc
 from ecs_eco.analysis.runs import DIED, Series
 from ecs_eco.analysis.spectrum import Peak, smooth, thin, transform
 from ecs_eco.config.models.interventions import describe
+from ecs_eco.engine import files
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -39,6 +40,7 @@ _STYLE: dict[Any, Any] = {
     "legend.frameon": False,
     "lines.linewidth": 1.4,
     "path.simplify_threshold": 0.5,
+    "text.parse_math": False,  # names and causes are of the world's author, and a $ in them is a $
 }
 
 
@@ -73,9 +75,13 @@ def _styled(draw: Callable[P, Figure]) -> Callable[P, Figure]:
 
 
 def save(figure: Figure, path: Path | str, dpi: int = 110) -> Path:
-    """Write a PNG."""
+    """Write a PNG, whole or not at all."""
+    import matplotlib
+
     Path(path).parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(path, dpi=dpi, facecolor="white", metadata={"Software": None}, pil_kwargs={"compress_level": 4})
+    more: dict[str, Any] = {"metadata": {"Software": None}, "pil_kwargs": {"compress_level": 4}}
+    with files.writing(path) as beside, matplotlib.rc_context({"text.parse_math": False}):  # some texts are made now
+        figure.savefig(beside, dpi=dpi, facecolor="white", format="png", **more)
     return Path(path)
 
 

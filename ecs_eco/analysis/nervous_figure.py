@@ -16,6 +16,7 @@ from ecs_eco.analysis.nervous_diagram import ActionNode, Diagram, SensorNode, di
 from ecs_eco.analysis.nervous_layout import LINE, Layout, action_mark, cut, width
 from ecs_eco.analysis.nervous_pen import BLUE, GREY, HUES, INK, NODE, ORANGE, SOFT, Pen, look, minus
 from ecs_eco.config import WorldConfig
+from ecs_eco.engine import files
 from ecs_eco.engine.errors import ConfigError, Problem, UnknownName, unknown_name
 
 if TYPE_CHECKING:
@@ -46,14 +47,16 @@ def draw_nervous_systems(config: WorldConfig, species: Sequence[str] = ()) -> Fi
 
 
 def save(figure: Figure, path: Path | str, dpi: int = 150) -> Path:
-    """Write a PNG, SVG or PDF, as the ending says; the same figure gives the same file."""
+    """Write a PNG, SVG or PDF, as the ending says, whole or not at all; the same figure gives the same file."""
     import matplotlib
 
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
     undated: dict[str, dict[str, Any]] = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}, ".png": {"Software": None}}
-    with matplotlib.rc_context({"svg.hashsalt": "ecs-eco", "svg.fonttype": "path", "text.parse_math": False}):
-        figure.savefig(path, dpi=dpi, facecolor="white", metadata=undated.get(path.suffix.lower()))
+    kind = path.suffix.lower()
+    chosen: Any = {"svg.hashsalt": "ecs-eco", "svg.fonttype": "path", "text.parse_math": False}
+    with files.writing(path) as beside, matplotlib.rc_context(chosen):
+        figure.savefig(beside, dpi=dpi, facecolor="white", format=kind.removeprefix("."), metadata=undated.get(kind))
     return path
 
 

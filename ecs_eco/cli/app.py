@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from ecs_eco.cli.terminal import exits, say, whole
+from ecs_eco.cli.terminal import exits, path_of, say, whole
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -26,7 +26,7 @@ Set = Annotated[
     list[str] | None,
     typer.Option("--set", metavar="KEY=VALUE", help="Change a value of the world: species.deer.count=500. Repeatable."),
 ]
-Out = Annotated[Path | None, typer.Option(help="Folder for the results: new or empty. Default: in runs/.")]
+Out = Annotated[Path | None, typer.Option(parser=path_of, metavar="PATH", help="Folder for the results: new or empty. Default: in runs/.")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar.")]
 Threads = Annotated[
     int, typer.Option(parser=whole(1, 1024), metavar="N", help="Threads; they change the speed and no result.")
@@ -124,7 +124,9 @@ def watch(
 @exits
 def repeat(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="A folder that `run` left.")],
-    out: Annotated[Path | None, typer.Option(help="Folder for the repetition: new or empty. Default: it is not recorded.")] = None,
+    out: Annotated[Path | None, typer.Option(
+        parser=path_of, metavar="PATH", help="Folder for the repetition: new or empty. Default: it is not recorded."
+    )] = None,
     quiet: Quiet = False,
     threads: Threads = 1,
 ) -> None:
@@ -147,7 +149,7 @@ def resume(
     set_: Annotated[
         list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Fork: a value that changes from there on. Repeatable.")
     ] = None,
-    out: Annotated[Path | None, typer.Option(help="Folder of the fork: new or empty.")] = None,
+    out: Annotated[Path | None, typer.Option(parser=path_of, metavar="PATH", help="Folder of the fork: new or empty.")] = None,
     quiet: Quiet = False,
     threads: Threads = 1,
     report: Report = True,
@@ -175,18 +177,25 @@ def train(
 
 @app.command()
 @exits
-def report(folder: Annotated[Path, typer.Argument(metavar="DIR", help="A folder that `run` left.")]) -> None:
+def report(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="A folder that `run` left.")],
+    out: Annotated[
+        Path | None, typer.Option(parser=path_of, metavar="PATH", help="Folder for report.html and the figures. Default: DIR.")
+    ] = None,
+) -> None:
     """Draw the figures of a run."""
     from ecs_eco.cli.simulate import report_run
 
-    report_run(folder)
+    report_run(folder, out)
 
 
 @app.command()
 @exits
 def why(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="A folder that `run` left, or that one is being recorded in.")],
-    out: Annotated[Path | None, typer.Option(help="Folder for why.html, why.json and the figure. Default: DIR.")] = None,
+    out: Annotated[
+        Path | None, typer.Option(parser=path_of, metavar="PATH", help="Folder for why.html, why.json and the figure. Default: DIR.")
+    ] = None,
     json_: Annotated[bool, typer.Option("--json", help="Say why.json instead of sentences.")] = False,
 ) -> None:
     """Say what happened to whom in a run, why, and which values act on it."""
@@ -232,7 +241,10 @@ def compare(
         int, typer.Option(parser=whole(1, 1024), metavar="N", help="Processes, of one thread each.")
     ] = 2,
     out: Annotated[
-        Path | None, typer.Option(help="Folder for the results: new, empty, or begun by this command. Default: in runs/.")
+        Path | None,
+        typer.Option(
+            parser=path_of, metavar="PATH", help="Folder for the results: new, empty, or begun by this command. Default: in runs/."
+        ),
     ] = None,
     quiet: Quiet = False,
     training_seeds: Annotated[
@@ -280,7 +292,10 @@ def search(
     seed: Annotated[int | None, typer.Option(parser=whole(0, 2**63 - 1), metavar="N", help="Seed of the optimiser.")] = None,
     workers: Annotated[int, typer.Option(parser=whole(1, 1024), metavar="N", help="Processes, of one thread each.")] = 2,
     set_: Set = None,
-    out: Annotated[Path | None, typer.Option(help="Folder for the results: new, empty, or of a search to go on with.")] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(parser=path_of, metavar="PATH", help="Folder for the results: new, empty, or of a search to go on with."),
+    ] = None,
     quiet: Quiet = False,
 ) -> None:
     """Search for the numbers with which a world lives."""

@@ -18,17 +18,32 @@ def results(out: Path | None, default: str) -> Path:
 
     Makes nothing: what is made to find out is removed again.
     """
-    if out is None:
-        out = _free(Path("runs") / default)
     try:
+        if out is None:
+            out = _free(Path("runs") / default)
         if out.exists() and not out.is_dir():
             refuse("--out", "is a file", str(out), "a folder, new or empty")
         if out.is_dir() and any(out.iterdir()):
-            refuse("--out", "is not empty", str(out), "a folder, new or empty", str(_free(out)))
+            near = str(_free(out)) if out.name else ""  # "." and "/" have none
+            refuse("--out", "is not empty", str(out), "a folder, new or empty", near)
         _try_out(out)
     except OSError as error:
         refuse("--out", f"cannot be written: {error.strerror or error}", str(out), "a folder that can be made")
     return out
+
+
+def pages(out: Path | None, folder: Path) -> None:
+    """Refuses `out`, or else the folder of a run, where pages and figures cannot be written; makes nothing."""
+    source, path = ("DIR", folder) if out is None else ("--out", out)
+    allowed = "a folder that can be written: name one with --out" if out is None else "a folder, new or there already"
+    try:
+        if path.exists() and not path.is_dir():
+            refuse(source, "is no folder", str(path), allowed)
+        _try_out(path)
+        if (path / "figures").exists():
+            _try_out(path / "figures")
+    except OSError as error:
+        refuse(source, f"cannot be written: {error.strerror or error}", str(path), allowed)
 
 
 def _free(folder: Path) -> Path:

@@ -10,7 +10,7 @@ from typing import Any
 
 import typer
 
-from ecs_eco.cli.folders import known_policies, results
+from ecs_eco.cli.folders import known_policies, pages, results
 from ecs_eco.cli.terminal import FAILED, INTERRUPTED, complain, progress, refuse, say
 from ecs_eco.config import load
 
@@ -140,15 +140,15 @@ def train_world(
     say(f"use them: ecs-eco run {world} --policies {out}")
 
 
-def report_run(folder: Path) -> None:
-    """Write the report of a run folder."""
+def report_run(folder: Path, out: Path | None = None) -> None:
+    """Write the report of a run folder there, or in `out`."""
     if not (folder / "manifest.json").is_file():
         what = "has no manifest.json" if folder.is_dir() else "no such folder"
         refuse("DIR", what, str(folder), "a folder that `ecs-eco run` left")
     from ecs_eco.analysis.report import write_report
 
-    write_report(folder)
-    say(f"written: {folder / 'report.html'}")
+    pages(out, folder)
+    say(f"written: {write_report(folder, out)}")
 
 
 def stopped(done: int, ticks: int, out: Path) -> None:

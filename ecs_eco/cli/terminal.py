@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import wraps
+from pathlib import Path
 from typing import Any, NoReturn
 
 import typer
@@ -15,8 +16,8 @@ FAILED, REFUSED, INTERRUPTED = 1, 2, 130  # exit codes
 
 
 def say(text: str) -> None:
-    """A line on stdout."""
-    typer.echo(text)
+    """A line on stdout; a name that is no UTF-8 has escapes in it, as on stderr."""
+    typer.echo(text.encode(errors="backslashreplace").decode())
 
 
 def complain(text: str) -> None:
@@ -44,6 +45,12 @@ def exits(command: Callable[..., None]) -> Callable[..., None]:
             raise typer.Exit(FAILED) from None
         except FloatingPointError as error:
             complain(f"{error}\nWhat was recorded until then is whole; checkpoints, if any, are in the folder checkpoints/ of the run.")
+            raise typer.Exit(FAILED) from None
+        except OSError as error:
+            if isinstance(error, BrokenPipeError):
+                raise  # whoever read what is said has gone: click ends quietly
+            name = f"{error.filename}: " if error.filename else ""
+            complain(f"{name}{error.strerror or error}; what was written before is whole.")
             raise typer.Exit(FAILED) from None
         except KeyboardInterrupt:
             complain("Stopped before anything was recorded.")
@@ -73,6 +80,13 @@ def whole(least: int, most: int = 10**12) -> Callable[[str | int], int]:
 
     read.__name__ = "number"
     return read
+
+
+def path_of(text: str | Path) -> Path:
+    """Reads the name of a folder from the command line, where "" is none."""
+    if not str(text).strip() or any(c == "\0" or "\ud800" <= c <= "\udfff" for c in str(text)):  # the last: no UTF-8
+        raise typer.BadParameter(f"{str(text)!r} is not possible; allowed: the name of a folder")
+    return Path(text)
 
 
 class Progress:

@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from ecs_eco.cli.folders import pages
 from ecs_eco.cli.terminal import refuse, say
 
 
@@ -20,8 +21,7 @@ def tell_why(folder: Path, out: Path | None, as_json: bool) -> None:
 
     if not parts(folder, "series"):
         refuse("DIR", "holds no series", str(folder), "a run of one tick or more")
-    if out is not None and out.exists() and not out.is_dir():
-        refuse("--out", "is no folder", str(out), "a folder, new or there already")
+    pages(out, folder)
     found = write_why(folder, out)
     if as_json:
         say(json.dumps({k: v for k, v in found.items() if k != "sentences"}, indent=1, ensure_ascii=False))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import multiprocessing
 import os
 import re
@@ -28,6 +29,7 @@ LEARNING = {"learning": True, "frozen-learning": False}  # by whether policies g
 TAKEN = {  # by what is taken from the world, and what a world without it lacks
     "no-reflexes": "a reflex", "neutral-drift": "a genome", "shuffled-genome": "a genome", "no-mutation": "a genome",
 }  # fmt: skip
+LONGEST_NAME = 100  # bytes; files in these folders have names of their own, and systems end at 255 for one
 EVERY = 2_000  # least ticks between the checkpoints of a run
 
 
@@ -116,7 +118,7 @@ def arms_of(world: str, changes: list[str], controls: list[str]) -> list[Arm]:
     """
     arms = [Arm("world", load(world, changes))]
     for control in controls:
-        name = re.sub(r"[^\w.-]+", "-", control.strip()).strip("-.")
+        name = folder_name(control)
         kind, _, species = control.partition(":")
         thinkers = [n for n, s in arms[0].config.species.items() if s.policy.kind != "none"]
         if kind in CONTROLS and species in thinkers:
@@ -147,6 +149,14 @@ def arms_of(world: str, changes: list[str], controls: list[str]) -> list[Arm]:
     ):
         refuse("--control", "no species has a policy", "random-policy", "a changed value: key=value")
     return arms
+
+
+def folder_name(control: str) -> str:
+    """The folder of a control's runs: its letters, digits, dots and hyphens; of a long one the first, and a hash."""
+    name = re.sub(r"[^\w.-]+", "-", control.strip()).strip("-.")
+    if len(name.encode()) <= LONGEST_NAME:
+        return name
+    return f"{name.encode()[: LONGEST_NAME - 9].decode(errors='ignore')}-{hashlib.sha256(control.encode()).hexdigest()[:8]}"
 
 
 def _variant(config: WorldConfig, name: str) -> WorldConfig:

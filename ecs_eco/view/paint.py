@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ecs_eco.engine import files
 from ecs_eco.view.hues import safe
 from ecs_eco.view.interpolate import Crowd
 from ecs_eco.view.replay import Replay
@@ -78,7 +79,8 @@ class Painter:
         from PIL import Image
 
         path.parent.mkdir(parents=True, exist_ok=True)
-        Image.fromarray(self.paint(tick)).save(path)
+        with files.writing(path) as beside:
+            Image.fromarray(self.paint(tick)).save(beside, format="png")
         return path
 
     # --- what stays -----------------------------------------------------------------------------------------------------

@@ -19,45 +19,49 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def blocks(run: Path, series: Series) -> list[str]:
-    """Depth by day, and escapes and smells where single organisms were recorded; nothing without a sun or a depth."""
+def blocks(run: Path, series: Series, place: Path) -> list[str]:
+    """Depth by day, and escapes and smells where single organisms were recorded; nothing without a sun or a depth.
+
+    Figures are written below `place`.
+    """
     day = depth.day_of(series) if len(series.ticks) else 0
     species = depth.swimmers(series) if day else []
     if not species:
         return []
     head = "<h2>Depth and the day</h2>"
-    return [head, *_days(run, series, species, day), *_hours(run, series, day), *_escapes(run, series), *_smells(run, series)]
+    days, hours = _days(place, series, species, day), _hours(run, place, series, day)
+    return [head, *days, *hours, *_escapes(run, place, series), *_smells(run, series)]
 
 
-def _drawn(run: Path, name: str, figure: Figure, caption: str) -> str:
-    return picture(figures.save(figure, run / "figures" / f"{name}.png"), caption)
+def _drawn(place: Path, name: str, figure: Figure, caption: str) -> str:
+    return picture(figures.save(figure, place / "figures" / f"{name}.png"), caption)
 
 
-def _days(run: Path, series: Series, species: list[str], day: int) -> Iterator[str]:
+def _days(place: Path, series: Series, species: list[str], day: int) -> Iterator[str]:
     hue = figures.colors(series.species, series.manifest.get("colors"))
     figure = depth_figures.mean_depth(series, species, hue, day)
-    yield _drawn(run, "depth", figure, "Mean depth over time; the background is the light at the surface.")
+    yield _drawn(place, "depth", figure, "Mean depth over time; the background is the light at the surface.")
     yield _cycles(series, species)
 
 
-def _hours(run: Path, series: Series, day: int) -> Iterator[str]:
+def _hours(run: Path, place: Path, series: Series, day: int) -> Iterator[str]:
     shares = depth.depths_by_hour(run, series)
     if any(np.isfinite(share).any() for share in shares.values()):
         ticks = np.arange(day)
         light = depth.surface_light(series, ticks)[np.argsort(depth.hours_of(series, ticks))]
         height = float(series.manifest["config"]["space"]["size"][2])
         caption = "Where each species is by hour of the day, of 24 hours. Without the first day."
-        yield _drawn(run, "hours", depth_figures.by_hour(shares, height, light), caption)
+        yield _drawn(place, "hours", depth_figures.by_hour(shares, height, light), caption)
 
 
-def _escapes(run: Path, series: Series) -> Iterator[str]:
+def _escapes(run: Path, place: Path, series: Series) -> Iterator[str]:
     for prey, predator in hunts(series.manifest):
         tracks = recorded_tracks(run, prey, predator)
         found = None if tracks is None else escapes(tracks)
         if found is not None and np.isfinite([found.gain, found.u]).all():
             name = f"escape-{series.index(prey)}-{series.index(predator)}"
             figure = depth_figures.escape(found, prey, predator, series.dt)
-            yield _drawn(run, name, figure, f"{prey} around the approach of {predator}.")
+            yield _drawn(place, name, figure, f"{prey} around the approach of {predator}.")
             yield _escape(found, prey, predator, series.dt)
 
 

@@ -20,12 +20,12 @@ if TYPE_CHECKING:
     Drawn = tuple[str, Figure, str]  # name of the file, figure, caption
 
 
-def draw(run: Path, series: Series, cycles: CycleStatistics) -> dict[str, str]:
-    """The figures that this run has something for, as HTML by name."""
+def draw(run: Path, series: Series, cycles: CycleStatistics, place: Path) -> dict[str, str]:
+    """The figures that this run has something for, as HTML by name; they are written below `place`."""
     if not len(series.ticks) or not len(series.species):
         return {}
     drawn = [*_numbers(series), *_cycles(series, cycles), *_flows(series), *_genes(run, series), *_places(run, series)]
-    return {name: picture(figures.save(f, run / "figures" / f"{name}.png"), caption) for name, f, caption in drawn}
+    return {name: picture(figures.save(f, place / "figures" / f"{name}.png"), caption) for name, f, caption in drawn}
 
 
 def _numbers(series: Series) -> Iterator[Drawn]:

@@ -16,16 +16,17 @@ from ecs_eco.analysis.report.recorded import ages_at_death
 from ecs_eco.analysis.runs import Series, load_series
 
 
-def write_report(run_dir: Path | str) -> Path:
-    """Write report.html and figures/*.png into a run folder and return the path of the report.
+def write_report(run_dir: Path | str, out: Path | str | None = None) -> Path:
+    """Write report.html and figures/*.png into a run folder, or into `out`, and return the path of the report.
 
     Reads the manifest and the Parquet parts; events are streamed, so that millions of births fit in little memory.
     FileNotFoundError where the folder holds no run, RecordingError where a file of it is damaged.
     """
     run = Path(run_dir)
+    place = run if out is None else Path(out)
     series = load_series(run)
     cycles = cycle_statistics(series) if len(series.ticks) else CycleStatistics(series.species, 0, False)
-    pictures = draw(run, series, cycles)
+    pictures = draw(run, series, cycles, place)
     title = f"{series.manifest.get('title') or series.manifest.get('world', 'A run')}"
     blocks = [
         f"<h1>{escape(title)}</h1>",
@@ -44,13 +45,13 @@ def write_report(run_dir: Path | str) -> Path:
         "<h2>Energy</h2>",
         tables.energy(series),
         pictures.get("energy", ""),
-        *depth.blocks(run, series),
+        *depth.blocks(run, series, place),
         *(("<h2>Genes</h2>", *drawn) if (drawn := [p for name, p in pictures.items() if name.startswith("carriers")]) else ()),
         *(("<h2>Where they are</h2>", pictures["positions"]) if "positions" in pictures else ()),
         "<h2>How to run it again</h2>",
         _settings(series.manifest),
     ]
-    return write_text(run / "report.html", page(title, *blocks))
+    return write_text(place / "report.html", page(title, *blocks))
 
 
 def _what(series: Series) -> str:

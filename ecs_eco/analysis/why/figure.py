@@ -64,6 +64,8 @@ def _shown(case: Case, found: Mapping[str, Any]) -> list[str]:
 
 
 def _numbers(ax: Any, case: Case, found: Mapping[str, Any]) -> None:
+    from matplotlib.ticker import LogFormatter
+
     series, hue = case.series, colors(case.species)
     for i, s in enumerate(series.species):
         n = series.n[:, i]
@@ -76,6 +78,7 @@ def _numbers(ax: Any, case: Case, found: Mapping[str, Any]) -> None:
     ax.set_yscale("log")
     ax.set(ylabel="number", ylim=(0.8, None), xlabel="")
     ax.yaxis.set_major_formatter("{x:,.0f}")
+    ax.yaxis.set_minor_formatter(LogFormatter())  # plain numbers: texts of figures are not read as formulas
     what = found["verdict"]
     ax.set_title("nothing died out" if what == "healthy" else what if not found["species"] else f"{what} ({found['species']})")
     ax.legend(loc="center left", bbox_to_anchor=(1.005, 0.5))
