@@ -7,7 +7,7 @@ import os
 from pathlib import Path
 from typing import Any
 
-from ecs_eco.engine.errors import ConfigError, Problem
+from ecs_eco.engine.errors import ConfigError, Problem, RecordingError
 
 NAME = "journal.jsonl"
 Entry = dict[str, Any]
@@ -34,17 +34,22 @@ class Journal:
         return [e for e in self.entries if e["kind"] == kind]
 
     def add(self, kind: str, **what: Any) -> Entry:
-        """Keep an evaluation, on the disk too."""
+        """Keep an evaluation, on the disk too; RecordingError where nothing more can be written."""
         entry = {"kind": kind, **what}
         self._append(entry)
         self.entries.append(entry)
         return entry
 
     def _append(self, entry: Entry) -> None:
-        with open(self.path, "a", encoding="utf-8") as file:
-            file.write(json.dumps(entry, ensure_ascii=False, allow_nan=False) + "\n")
-            file.flush()
-            os.fsync(file.fileno())
+        line = json.dumps(entry, ensure_ascii=False, allow_nan=False) + "\n"
+        try:
+            with open(self.path, "a", encoding="utf-8") as file:
+                file.write(line)
+                file.flush()
+                os.fsync(file.fileno())
+        except OSError as error:
+            kept = f"{len(self.entries)} evaluations are kept: make room, then the same command with --out {self.path.parent} goes on"
+            raise RecordingError(f"{self.path}: nothing more can be written: {error.strerror or error}; {kept}") from error
 
 
 def read(path: Path) -> list[Entry]:

@@ -9,6 +9,7 @@ import numpy as np
 from ecs_eco.components import Biology, Body, Chemistry, Metabolism, Nervous, Physical, Position, Velocity
 from ecs_eco.config import WorldConfig, load
 from ecs_eco.config.memory import require_memory
+from ecs_eco.config.reading import read_bytes
 from ecs_eco.engine.errors import ConfigError, Problem, listed, nearest
 from ecs_eco.engine.section import named_function
 from ecs_eco.lifecycle.founders import newcomers
@@ -19,6 +20,7 @@ from ecs_eco.worlds.apply_species import apply_species, cell, climate, gaits, le
 from ecs_eco.worlds.heredity import add_heredity, flat
 from ecs_eco.worlds.treatments import apply
 
+MOST_BYTES_OF_WEIGHTS = 100_000_000  # of the largest network that a world may have, and some
 POLICIES = ("trained", "random", "untrained")
 
 
@@ -188,11 +190,11 @@ def _networks(world: Any, table: Any, species: Any, policies: Any, learn: Any, n
 def _load(brain: Any, path: Path, name: str) -> None:
     """Load trained weights, or say what is wrong with the file."""
     from safetensors import SafetensorError
-    from safetensors.numpy import load_file
+    from safetensors.numpy import load
 
     try:
-        brain.load(load_file(path))
-    except (ValueError, SafetensorError) as error:
+        brain.load(load(read_bytes(path, MOST_BYTES_OF_WEIGHTS)))
+    except (ValueError, OSError, KeyError, TypeError, SafetensorError) as error:
         raise ConfigError([Problem(("species", name, "policy"), str(error), str(path), "weights of this species' network")]) from None
 
 

@@ -97,3 +97,14 @@ def test_an_ordinary_world_needs_little() -> None:
 
 def test_sizes_are_told_in_words() -> None:
     assert [in_words(x) for x in (5, 12_345, 3.21e9, 1e20)] == ["5 bytes", "12.3 kB", "3.21 GB", "1e+05 PB"]
+
+
+@pytest.mark.parametrize("file", ["/proc/self/mem", "/dev/zero", "/proc/none", "x" * 5000])
+def test_files_of_weights_that_cannot_be_read_are_refused(file: str) -> None:
+    with pytest.raises(ConfigError, match=r"species\.goat\.policy\.file"):
+        world({"species.goat.policy.file": file})
+
+
+def test_what_is_no_file_of_weights_is_refused_when_the_world_is_built() -> None:
+    with pytest.raises(ConfigError, match=r"species\.goat\.policy = .?/proc/self/status"):
+        World.from_config(world({"species.goat.policy.file": "/proc/self/status"}))

@@ -12,7 +12,7 @@ import pytest
 from ecs_eco.analysis.runs import Series
 from ecs_eco.config import load
 from ecs_eco.config.models.search import Search as Settings
-from ecs_eco.engine.errors import ConfigError
+from ecs_eco.engine.errors import ConfigError, RecordingError
 from ecs_eco.search import objectives
 from ecs_eco.search.importance import importances, ranks
 from ecs_eco.search.journal import Journal
@@ -20,6 +20,16 @@ from ecs_eco.search.optimise import FIRST, Optimiser, merit, space_of
 from ecs_eco.search.plan import Parameter, crossed, plan_of, stages
 
 PARAMETERS = [Parameter("rate", 0.01, 1.0, log=True, whole=False, start=0.1), Parameter("count", 1, 40, log=False, whole=True, start=9)]
+
+
+def test_a_journal_on_a_full_disk_says_what_is_kept_and_how_to_go_on(tmp_path: Path) -> None:
+    journal = Journal(tmp_path, {"world": "fell"})
+    journal.add("candidate", candidate=0)
+    journal.path.unlink()
+    journal.path.symlink_to("/dev/full")
+    with pytest.raises(RecordingError, match=f"No space left on device; 1 evaluations are kept: make room, .* --out {tmp_path} goes on"):
+        journal.add("candidate", candidate=1)
+    assert len(journal.entries) == 1
 
 
 def series(**numbers: list[float]) -> Series:

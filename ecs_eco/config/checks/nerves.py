@@ -202,11 +202,23 @@ def check_function(key: Key, function: str | None) -> Iterator[Problem]:
         yield Problem(key, f"{module} has no function {name}", function, listed(known), nearest(name, known))
 
 
+def _no_weights(path: Path) -> str:
+    """Why a path cannot be that of weights, or ""; what is in the file is looked at when a world is built."""
+    try:
+        if not os.path.isfile(path):
+            return "no such file"
+        with open(path, "rb") as file:
+            file.read(8)  # parts of /proc cannot be, though they call themselves regular
+        return ""
+    except OSError as error:
+        return f"cannot be read: {error.strerror or error}"
+
+
 def _check_policy(key: Key, species: Species, folder: Path, dims: int) -> Iterator[Problem]:
     policy = species.policy
-    if policy.file is not None and not os.path.isfile(folder / policy.file):
+    if policy.file is not None and (wrong := _no_weights(folder / policy.file)):
         near = nearest(policy.file, (p.name for p in folder.glob("*.safetensors")))
-        yield Problem((*key, "policy", "file"), "no such file", policy.file, "a file beside the world file", near)
+        yield Problem((*key, "policy", "file"), wrong, policy.file, "a file beside the world file", near)
     if policy.kind != "individual":
         for word, given, absent in (("inherit", policy.inherit, "none"), ("mutation", policy.mutation, 0.0)):
             if given != absent:

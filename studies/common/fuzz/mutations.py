@@ -149,12 +149,12 @@ def _flip(raw: bytes, chance: random.Random) -> bytes:
 def _digit(raw: bytes, chance: random.Random) -> bytes:
     places = [i for i, byte in enumerate(raw) if 48 <= byte <= 57] or [0]
     at = chance.choice(places)
-    return raw[:at] + chance.choice((b"9", b"0", b"-1", b"1e9", b".", b"", b"00")) + raw[at + 1 :]
+    return raw[:at] + chance.choice((b"9", b"0", b"-1", b"1e9", b".", b"", b"00", b"9" * 5000)) + raw[at + 1 :]
 
 
 def _byte(raw: bytes, chance: random.Random) -> bytes:
     at = chance.randrange(len(raw) + 1)
-    return raw[:at] + chance.choice((b"\0", b"\xff", b"\"", b"'", b"[", b"]", b"{", b"}", b"=", b"#", b"\r", b"\n", b"\xc3\xa4", b".")) + raw[at:]
+    return raw[:at] + chance.choice((b"\0", b"\xff", b"\"", b"'", b"[", b"]", b"{", b"}", b"=", b"#", b"\r", b"\n", b"\xc3\xa4", b".", b"[" * 300, b"{a=" * 300)) + raw[at:]
 
 
 def _lines(raw: bytes, chance: random.Random) -> tuple[list[bytes], int]:
@@ -197,6 +197,8 @@ ODD: list[Any] = [
     1e39, 1.7e308, math.nan, math.inf, -math.inf, True, False, "", "x", "any", "wall", "none", "energy", "müde Rehe 🦌", "a b", "x" * 5000,
     "\0", "\n", "nosuch:thing", "a:b:c", "../../etc", [], {}, [[]], [{}], [0.5] * 3000, ["x"] * 500, [1, "x", {}], {"x": 1}, {"": 0},
     {"kind": "own"}, {"kind": "sexual"}, datetime.date(2020, 2, 29), "((((", "1/0", "energy**energy**energy", "not energy", "1 if energy else",
+    10**12, "$\\foo$", "x" * 100_000, "\u202e", "CON", "../x", "/proc/self/mem", "/dev/zero", [4096] * 8, [[1.0]] * 5000, "(" * 900,
+    "9**9**9**9", {f"k{i}": 1 for i in range(2000)},
 ]  # fmt: skip
 
 
