@@ -10,13 +10,13 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.compute as pc
 
-from ecs_eco.analysis.figures import DASHES, PALETTE, _grid, _styled
+from ecs_eco.analysis.style import DASHES, PALETTE, grid, styled
 from ecs_eco.engine.errors import UnknownName, unknown_name
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from ecs_eco.analysis.lineage import Lineage
+    from ecs_eco.analysis.pedigree import Pedigree
 
 CLEAR = {"red": "#d7191c", "yellow": "#e6b800", "green": "#1a9641", "blue": "#0571b0", "white": "#b8bec4", "orange": "#f28c28"}
 """Shades in which a gene named after a colour is seen on paper."""
@@ -48,7 +48,7 @@ class Frequencies:
         return self.count[:, self.values.index(value)]
 
 
-def frequencies(lineage: Lineage, species: str, gene: str | Sequence[int], every: int) -> Frequencies:
+def frequencies(lineage: Pedigree, species: str, gene: str | Sequence[int], every: int) -> Frequencies:
     """Count who of the living carries what of a gene, at the end of every so many ticks; exact, from births and deaths.
 
     `gene` is the name of a gene that the manifest lists, or (first locus, letters). Its values are those that it lists for
@@ -67,7 +67,7 @@ def frequencies(lineage: Lineage, species: str, gene: str | Sequence[int], every
     return Frequencies(said["name"], ticks, names, count, lineage.living_sums(ticks, mask=mask))
 
 
-def gene_of(lineage: Lineage, species: str, gene: str | Sequence[int]) -> dict[str, Any]:
+def gene_of(lineage: Pedigree, species: str, gene: str | Sequence[int]) -> dict[str, Any]:
     """What is known of a gene: name, at (first locus), letters, and values where it lists them."""
     if species not in lineage.species:
         raise UnknownName(unknown_name("lineage", "species", species, dict.fromkeys(lineage.species.tolist())))
@@ -123,7 +123,7 @@ def told_apart(gene: dict[str, Any]) -> bool:
     return 2 <= len(set(gene.get("values", ()))) <= FEW
 
 
-@_styled
+@styled
 def carriers(genes: Sequence[Frequencies], title: str = "") -> Figure:
     """Number of the living that carry each gene, over time.
 
@@ -132,7 +132,7 @@ def carriers(genes: Sequence[Frequencies], title: str = "") -> Figure:
     """
     from matplotlib.colors import is_color_like
 
-    figure, ((ax,),) = _grid(1, 1, 9, 3.6)
+    figure, ((ax,),) = grid(1, 1, 9, 3.6)
     lines = [(g, j, g.gene if len(g.values) == 2 else f"{g.gene} = {g.values[j]}") for g in genes for j in range(1, len(g.values))]
     rest = [c for c in PALETTE[::-1] if c != "#F0E442"]  # the last is pale
     for k, (g, j, label) in enumerate(lines):

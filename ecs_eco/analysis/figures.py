@@ -1,104 +1,32 @@
-"""Figures of a run. Each function returns a matplotlib Figure; `save` writes it. No global state, no display."""
+"""Figures of a run and of several. Each function returns a matplotlib Figure; `save` writes it. No global state, no display."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from functools import wraps
-from pathlib import Path
-from typing import TYPE_CHECKING, Any, ParamSpec
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ecs_eco.analysis.cycles import Surrogates, cross_correlation, living_stretch
 from ecs_eco.analysis.runs import DIED, Series
 from ecs_eco.analysis.spectrum import Peak, smooth, thin, transform
+from ecs_eco.analysis.style import DASHES, PALETTE, colors, colors_of, grid, save, styled
 from ecs_eco.config.models.interventions import describe
-from ecs_eco.engine import files
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from ecs_eco.analysis.survival import SurvivalCurve
 
-P = ParamSpec("P")
-
-PALETTE = ("#009E73", "#E69F00", "#0072B2", "#D55E00", "#CC79A7", "#56B4E9", "#000000", "#F0E442")
-"""Okabe and Ito's colours, told apart by colour-blind readers."""
-DASHES: tuple[Any, ...] = ("-", (0, (5, 1.5)), (0, (1.5, 1.2)), (0, (6, 1.5, 1.5, 1.5)))
-_STYLE: dict[Any, Any] = {
-    "font.size": 10,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.titlesize": 10.5,
-    "axes.titleweight": "bold",
-    "axes.titlelocation": "left",
-    "axes.grid": True,
-    "grid.color": "#e6eaee",
-    "grid.linewidth": 0.8,
-    "axes.axisbelow": True,
-    "axes.edgecolor": "#7a838c",
-    "legend.frameon": False,
-    "lines.linewidth": 1.4,
-    "path.simplify_threshold": 0.5,
-    "text.parse_math": False,  # names and causes are of the world's author, and a $ in them is a $
-}
+__all__ = ["PALETTE", "arms", "binned", "colors", "deaths", "energy", "interventions", "lags", "mark", "phase", "populations",
+           "positions", "save", "spectra", "survival"]  # fmt: skip
 
 
-def _grid(rows: int, columns: int, width: float, height: float, **more: Any) -> tuple[Figure, np.ndarray]:
-    """An empty figure [inches] with rows × columns of axes."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(width, height), layout="constrained")
-    FigureCanvasAgg(figure)
-    return figure, figure.subplots(rows, columns, squeeze=False, **more)
-
-
-def _styled(draw: Callable[P, Figure]) -> Callable[P, Figure]:
-    """Draw in our style whatever the reader's own settings are."""
-
-    @wraps(draw)
-    def styled(*args: P.args, **kwargs: P.kwargs) -> Figure:
-        import matplotlib
-
-        with matplotlib.rc_context():
-            matplotlib.rcdefaults()
-            matplotlib.rcParams.update(_STYLE)
-            figure = draw(*args, **kwargs)
-        for ax in figure.axes:
-            for axis in (ax.xaxis, ax.yaxis):
-                if axis.get_scale() == "linear" and max(map(abs, axis.get_view_interval())) >= 1000:
-                    axis.set_major_formatter("{x:,.0f}")
-        return figure
-
-    return styled
-
-
-def save(figure: Figure, path: Path | str, dpi: int = 110) -> Path:
-    """Write a PNG, whole or not at all."""
-    import matplotlib
-
-    Path(path).parent.mkdir(parents=True, exist_ok=True)
-    more: dict[str, Any] = {"metadata": {"Software": None}, "pil_kwargs": {"compress_level": 4}}
-    with files.writing(path) as beside, matplotlib.rc_context({"text.parse_math": False}):  # some texts are made now
-        figure.savefig(beside, dpi=dpi, facecolor="white", format="png", **more)
-    return Path(path)
-
-
-def colors(species: Sequence[str], chosen: Mapping[str, str] | None = None) -> dict[str, str]:
-    """A colour for each species: the world's own where it names one."""
-    return {s: (chosen or {}).get(s, PALETTE[i % len(PALETTE)]) for i, s in enumerate(species)}
-
-
-def _colors(series: Series) -> dict[str, str]:
-    return colors(series.species, series.manifest.get("colors"))
-
-
-@_styled
+@styled
 def populations(series: Series) -> Figure:
     """Numbers over time; a species ten times as numerous as the rest has its own axis on the right."""
-    figure, ((ax,),) = _grid(1, 1, 9, 3.6)
-    hue, top = _colors(series), series.n.max(0, initial=0)
+    figure, ((ax,),) = grid(1, 1, 9, 3.6)
+    hue, top = colors_of(series), series.n.max(0, initial=0)
     rest = np.sort(top)[:-1].max(initial=0)
     alone = int(top.argmax()) if len(top) > 1 and rest and top.max() > 4 * rest else -1
     right = ax.twinx() if alone >= 0 else None
@@ -119,7 +47,7 @@ def populations(series: Series) -> Figure:
     lines = [line for a in figure.axes for line in a.get_lines() if not str(line.get_label()).startswith("_")]
     figure.legend(handles=lines, loc="outside upper center", ncols=max(1, len(lines)))
     ax.margins(x=0)
-    _mark(figure.axes[-1], interventions(series))
+    mark(figure.axes[-1], interventions(series))
     return figure
 
 
@@ -128,7 +56,7 @@ def interventions(series: Series) -> list[tuple[int, str]]:
     return [(int(tick), describe(what)) for tick, what in series.manifest.get("intervened") or ()]
 
 
-def _mark(ax: Any, done: Sequence[tuple[int, str]]) -> None:
+def mark(ax: Any, done: Sequence[tuple[int, str]]) -> None:
     """Draw a vertical line at each intervention; each kind has its words at its first line, where there is room for them."""
     room = float(np.ptp(ax.get_xlim())) / 45  # the width of a line of text
     last, said = -np.inf, set[str]()
@@ -144,12 +72,12 @@ def _mark(ax: Any, done: Sequence[tuple[int, str]]) -> None:
             said.update(fresh)
 
 
-@_styled
+@styled
 def phase(series: Series, pairs: Sequence[tuple[str, str]]) -> Figure:
     """Trajectories of pairs of species (prey on x, consumer on y), coloured by time; smoothed over 1 % of the run."""
     from matplotlib.collections import LineCollection
 
-    figure, axes = _grid(1, len(pairs), 4.4 * len(pairs) + 0.7, 3.9)
+    figure, axes = grid(1, len(pairs), 4.4 * len(pairs) + 0.7, 3.9)
     for ax, (a, b) in zip(axes[0], pairs, strict=True):
         window = max(1, len(series.ticks) // 100)
         x, y = (thin(smooth(series.of(s), window), 1500)[0] for s in (a, b))
@@ -168,10 +96,10 @@ def phase(series: Series, pairs: Sequence[tuple[str, str]]) -> Figure:
     return figure
 
 
-@_styled
+@styled
 def spectra(peaks: Mapping[str, Peak], hue: Mapping[str, str] | None = None) -> Figure:
     """Spectrum of each species with the fitted red noise and the ratio it passes at one frequency in twenty."""
-    figure, axes = _grid(1, len(peaks), 3.5 * len(peaks) + 0.6, 3.4)
+    figure, axes = grid(1, len(peaks), 3.5 * len(peaks) + 0.6, 3.4)
     hue = hue or colors(list(peaks))
     for ax, (s, peak) in zip(axes[0], peaks.items(), strict=True):
         used = slice(1, len(peak.frequency) // 2)
@@ -191,12 +119,12 @@ def spectra(peaks: Mapping[str, Peak], hue: Mapping[str, str] | None = None) -> 
     return figure
 
 
-@_styled
+@styled
 def lags(
     series: Series, pairs: Sequence[tuple[str, str]], period: float, surrogates: Mapping[str, Surrogates] | None = None
 ) -> Figure:
     """Cross-correlation of each pair over lags of ± one period, with the band of cross-seed pairs where given ("a→b")."""
-    figure, axes = _grid(1, len(pairs), 3.6 * len(pairs) + 0.6, 3.2, sharey=True)
+    figure, axes = grid(1, len(pairs), 3.6 * len(pairs) + 0.6, 3.2, sharey=True)
     for ax, (a, b) in zip(axes[0], pairs, strict=True):
         found = (surrogates or {}).get(f"{a}→{b}")
         if found is not None:
@@ -221,7 +149,7 @@ def lags(
     return figure
 
 
-def _binned(series: Series, columns: np.ndarray, bins: int = 120) -> tuple[np.ndarray, np.ndarray]:
+def binned(series: Series, columns: np.ndarray, bins: int = 120) -> tuple[np.ndarray, np.ndarray]:
     """Mean per tick of columns (ticks, …) in at most `bins` bins, and the bins' middles."""
     edges = np.unique(np.linspace(0, len(series.ticks), min(bins, len(series.ticks)) + 1).astype(int))
     total = np.add.reduceat(columns, edges[:-1], axis=0)
@@ -229,16 +157,16 @@ def _binned(series: Series, columns: np.ndarray, bins: int = 120) -> tuple[np.nd
     return series.ticks[(edges[:-1] + edges[1:] - 1) // 2], total / width
 
 
-@_styled
+@styled
 def deaths(series: Series) -> Figure:
     """Deaths per tick by cause, stacked, one panel a species that died at all."""
     counts = np.stack([series.columns[DIED + c] for c in series.causes], -1)  # (ticks, species, causes)
     shown = [i for i in range(len(series.species)) if counts[:, i].any()]
     used = [j for j in range(len(series.causes)) if counts[..., j].any()]
-    figure, axes = _grid(max(1, len(shown)), 1, 9, 1.9 * max(1, len(shown)) + 0.7, sharex=True)
+    figure, axes = grid(max(1, len(shown)), 1, 9, 1.9 * max(1, len(shown)) + 0.7, sharex=True)
     hatches = ("", "////", "....", "\\\\\\\\", "xx", "++")
     for ax, i in zip(axes[:, 0], shown, strict=False):
-        middle, rate = _binned(series, counts[:, i][:, used])
+        middle, rate = binned(series, counts[:, i][:, used])
         ax.stackplot(middle, rate.T, colors=[PALETTE[(k + 1) % len(PALETTE)] for k in range(len(used))], lw=0)
         for k, area in enumerate(ax.collections):
             area.set(hatch=hatches[k % len(hatches)], edgecolor="white", linewidth=0)
@@ -260,14 +188,14 @@ FLOWS = (
 )
 
 
-@_styled
+@styled
 def energy(series: Series) -> Figure:
     """Energy flows per tick of each species: what comes in above zero, what goes out below, and the net."""
-    figure, axes = _grid(len(series.species), 1, 9, 2.1 * len(series.species) + 0.6, sharex=True)
+    figure, axes = grid(len(series.species), 1, 9, 2.1 * len(series.species) + 0.6, sharex=True)
     for ax, (i, s) in zip(axes[:, 0], enumerate(series.species), strict=True):
         for sign in (1, -1):
             flows = [(k, name) for k, (name, _, way) in enumerate(FLOWS) if way == sign and name in series.columns]
-            middle, rate = _binned(series, np.stack([series.columns[name][:, i] for _, name in flows], -1))
+            middle, rate = binned(series, np.stack([series.columns[name][:, i] for _, name in flows], -1))
             ax.stackplot(
                 middle,
                 sign * rate.T,
@@ -284,12 +212,12 @@ def energy(series: Series) -> Figure:
     return figure
 
 
-@_styled
+@styled
 def positions(at: Mapping[str, np.ndarray], size: Sequence[float], hue: Mapping[str, str], title: str = "") -> Figure:
     """Where everybody is: positions (n, 3) [m] by species, later species on top; a volume is seen from the side (x, z)."""
     volume = len(size) > 2 and size[2] > 0
     high = size[2] if volume else size[1]
-    figure, ((ax,),) = _grid(1, 1, 6.6, 6.0 * float(np.clip(high / size[0], 0.3, 1.2)) + 0.7)
+    figure, ((ax,),) = grid(1, 1, 6.6, 6.0 * float(np.clip(high / size[0], 0.3, 1.2)) + 0.7)
     for i, (s, xyz) in enumerate(at.items()):
         area = float(np.clip(9000 / max(len(xyz), 1), 2, 26)) * (0.6, 1.0, 1.4)[min(i, 2)]
         xy = xyz[:, [0, 2]] if volume else xyz[:, :2]
@@ -320,10 +248,10 @@ def positions(at: Mapping[str, np.ndarray], size: Sequence[float], hue: Mapping[
     return figure
 
 
-@_styled
+@styled
 def survival(curves: Mapping[str, SurvivalCurve], until: float, title: str = "") -> Figure:
     """Kaplan–Meier curves with their 95 % bands, one a group."""
-    figure, ((ax,),) = _grid(1, 1, 7, 3.4)
+    figure, ((ax,),) = grid(1, 1, 7, 3.4)
     for k, (name, curve) in enumerate(curves.items()):
         time = np.append(curve.time, max(until, curve.time[-1]))
         share, low, high = (np.append(x, x[-1]) for x in (curve.survival, curve.low, curve.high))
@@ -343,12 +271,12 @@ def survival(curves: Mapping[str, SurvivalCurve], until: float, title: str = "")
     return figure
 
 
-@_styled
+@styled
 def arms(runs: Mapping[str, Sequence[Series]]) -> Figure:
     """Numbers over time in each arm (columns): every run thin, the median over runs thick."""
     first = next(iter(runs.values()))[0]
-    hue = _colors(first)
-    figure, axes = _grid(
+    hue = colors_of(first)
+    figure, axes = grid(
         len(first.species), len(runs), 4 * len(runs) + 1, 1.9 * len(first.species) + 0.6, sharex=True, sharey="row"
     )
     for column, (arm, members) in enumerate(runs.items()):

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ecs_eco.analysis.figures import PALETTE
 from ecs_eco.analysis.formula_signs import Sign
 from ecs_eco.analysis.nervous_diagram import SensorNode
 from ecs_eco.analysis.nervous_layout import BAR
+from ecs_eco.analysis.style import PALETTE
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

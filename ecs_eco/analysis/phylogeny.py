@@ -13,12 +13,12 @@ import numpy as np
 from ecs_eco.analysis.page import write_text
 
 if TYPE_CHECKING:
-    from ecs_eco.analysis.lineage import Lineage
+    from ecs_eco.analysis.pedigree import Pedigree
 
 PLAIN = frozenset("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789.-")
 
 
-def write_csv(lineage: Lineage, path: Path) -> Path:
+def write_csv(lineage: Pedigree, path: Path) -> Path:
     """Write a row per organism in the order of uids, after the phylogeny standard of Lalejini et al. (2019).
 
     id; ancestor_list "[1,2]", "[none]" for founders; origin_time and destruction_time [ticks], "inf" while alive;
@@ -36,7 +36,7 @@ def write_csv(lineage: Lineage, path: Path) -> Path:
     return write_text(path, out.getvalue())
 
 
-def newick(lineage: Lineage, names: Sequence[str] | None = None) -> str:
+def newick(lineage: Pedigree, names: Sequence[str] | None = None) -> str:
     """The tree along first parents: every organism is a node, named by its uid; children follow in the order of uids.
 
     A branch is as long as the time from the parent's birth to the child's [ticks]. Several founders hang on one root

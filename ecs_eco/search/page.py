@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from ecs_eco.analysis.figures import save, survival
+from ecs_eco.analysis.figures import survival
 from ecs_eco.analysis.page import number, page, picture, table, write_text
+from ecs_eco.analysis.style import save
 from ecs_eco.analysis.survival import kaplan_meier
 from ecs_eco.search import figures
 from ecs_eco.search.importance import Importance, ranks

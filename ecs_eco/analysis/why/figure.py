@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ecs_eco.analysis.figures import DASHES, PALETTE, _binned, _grid, _mark, _styled, colors, interventions
+from ecs_eco.analysis.figures import binned, interventions, mark
 from ecs_eco.analysis.runs import DIED
+from ecs_eco.analysis.style import DASHES, PALETTE, colors, grid, styled
 from ecs_eco.analysis.why.case import Case
 
 if TYPE_CHECKING:
@@ -19,11 +20,11 @@ OUT = (("burnt", "burnt", PALETTE[3]), ("given", "given to newborn", PALETTE[5])
 MOST = 5  # species that have rows of their own
 
 
-@_styled
+@styled
 def draw(case: Case, found: Mapping[str, Any]) -> Figure:
     """Numbers of all at the top; below, for each animal, shares of causes of death at the left and energy per head at the right."""
     shown = _shown(case, found)
-    figure, _ = _grid(1, 1, 11, 3.1 + 1.75 * len(shown))
+    figure, _ = grid(1, 1, 11, 3.1 + 1.75 * len(shown))
     figure.clear()
     rows = figure.add_gridspec(len(shown) + 1, 2, height_ratios=[1.7, *[1.0] * len(shown)])
     top = figure.add_subplot(rows[0, :])
@@ -82,12 +83,12 @@ def _numbers(ax: Any, case: Case, found: Mapping[str, Any]) -> None:
     what = found["verdict"]
     ax.set_title("nothing died out" if what == "healthy" else what if not found["species"] else f"{what} ({found['species']})")
     ax.legend(loc="center left", bbox_to_anchor=(1.005, 0.5))
-    _mark(ax, interventions(series))
+    mark(ax, interventions(series))
 
 
 def _causes(ax: Any, case: Case, species: str, used: list[str]) -> None:
     counts = np.stack([case.series.of(species, DIED + c) for c in used], -1)
-    middle, rate = _binned(case.series, counts, 60)
+    middle, rate = binned(case.series, counts, 60)
     total = rate.sum(1, keepdims=True)
     share = np.divide(rate, total, out=np.zeros_like(rate), where=total > 0)
     width = np.diff(middle, append=2 * middle[-1] - middle[-2] if len(middle) > 1 else middle[-1] + 1)
@@ -102,9 +103,9 @@ def _causes(ax: Any, case: Case, species: str, used: list[str]) -> None:
 
 def _energy(ax: Any, case: Case, species: str) -> None:
     n = case.series.of(species)
-    middle, heads = _binned(case.series, n[:, None], 60)
+    middle, heads = binned(case.series, n[:, None], 60)
     flows = np.stack([case.flow(species, name) for name in ("taken_in", *(name for name, _, _ in OUT))], -1)
-    _, per = _binned(case.series, flows, 60)
+    _, per = binned(case.series, flows, 60)
     per = np.divide(per, heads, out=np.full_like(per, np.nan), where=heads >= 0.5)
     ax.plot(middle, per[:, 0], color=PALETTE[0], lw=1.8)
     ax.fill_between(middle, 0, per[:, 0], color=PALETTE[0], alpha=0.25, lw=0)

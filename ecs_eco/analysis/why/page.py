@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from ecs_eco.analysis.compare import clean
-from ecs_eco.analysis.figures import save
 from ecs_eco.analysis.page import page, picture, table, write_text
+from ecs_eco.analysis.style import save
 from ecs_eco.analysis.why.advice import advise
 from ecs_eco.analysis.why.case import Case
 from ecs_eco.analysis.why.diagnose import diagnose

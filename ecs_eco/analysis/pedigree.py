@@ -1,0 +1,185 @@
+"""A pedigree: who descends from whom, as arrays, and what can be asked of it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field, fields, replace
+from functools import cached_property
+from typing import Any, Self
+
+import numpy as np
+
+from ecs_eco.engine.errors import UnknownName, unknown_name
+
+ALIVE = -1
+
+
+@dataclass(frozen=True)
+class Pedigree:
+    """All organisms of a run in the order of their uids, an array entry each.
+
+    `uid`, `parent`, `parent2` u64 (0: none); `species` and `cause` str ("" while alive); `born`, `died` i64 [ticks] (died
+    is −1 while alive); `genome` str objects ("" without one). Lived ticks are from `born` to `died`, exclusive. `end` is the
+    last tick, `dt` [s] its length, `genomes` what the manifest says of genes. Raises ValueError for an organism that is
+    there twice, or whose parent is unknown or not older than itself.
+    """
+
+    uid: np.ndarray
+    parent: np.ndarray
+    parent2: np.ndarray
+    species: np.ndarray
+    born: np.ndarray
+    died: np.ndarray
+    cause: np.ndarray
+    genome: np.ndarray
+    end: int = 0
+    dt: float = 1.0
+    genomes: dict[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        behind = np.flatnonzero(np.diff(self.uid.astype(np.int64)) <= 0)
+        if behind.size:
+            raise ValueError(f"lineage: the uid {self.uid[1:][behind[0]]} is there twice or out of order")
+        for parent in (self.parent, self.parent2):
+            late = np.flatnonzero(parent >= self.uid)
+            if late.size:
+                what = f"the organism {self.uid[late[0]]} has the parent {parent[late[0]]}"
+                raise ValueError(f"lineage: {what}; allowed are 0 and the uids of those born before it: no loops")
+            unknown = np.flatnonzero((parent > 0) & ~np.isin(parent, self.uid))
+            if unknown.size:
+                what = f"the organism {self.uid[unknown[0]]} has the parent {parent[unknown[0]]}"
+                allowed = "allowed are 0 and the uids of those recorded"
+                raise ValueError(f"lineage: {what}, of whom no birth is recorded; {allowed}")
+
+    def __len__(self) -> int:
+        return len(self.uid)
+
+    # --- parts of it
+
+    def of_species(self, name: str) -> Self:
+        """The lineage of one species; KeyError names the nearest."""
+        known = list(dict.fromkeys(self.species.tolist()))
+        if name not in known:
+            raise UnknownName(unknown_name("lineage", "species", name, known))
+        return self._chosen(self.species == name)
+
+    def living(self) -> Self:
+        """The living and their ancestors alone."""
+        return self._chosen(self._forebears(self.died == ALIVE))
+
+    def _chosen(self, mask: np.ndarray) -> Self:
+        whole = {f.name: getattr(self, f.name) for f in fields(self)}
+        arrays = {name: values[mask] for name, values in whole.items() if isinstance(values, np.ndarray)}
+        for name in ("parent", "parent2"):  # a parent of another species is none of this lineage
+            arrays[name] = np.where(np.isin(arrays[name], arrays["uid"]), arrays[name], arrays[name].dtype.type(0))
+        return replace(self, **arrays)
+
+    @cached_property
+    def mother(self) -> np.ndarray:
+        """Place of the first parent in the arrays, −1 where there is none: i64."""
+        return np.where(self.parent > 0, np.searchsorted(self.uid, self.parent), -1)
+
+    @cached_property
+    def father(self) -> np.ndarray:
+        """Place of the second parent in the arrays, −1 where there is none: i64."""
+        return np.where(self.parent2 > 0, np.searchsorted(self.uid, self.parent2), -1)
+
+    @property
+    def founders(self) -> np.ndarray:
+        """Whether an organism has no parents: bool."""
+        return (self.parent == 0) & (self.parent2 == 0)
+
+    def place(self, uid: int) -> int:
+        """Where an organism is in the arrays; KeyError where it is not."""
+        at = int(np.searchsorted(self.uid, np.uint64(max(uid, 0))))
+        if at == len(self) or self.uid[at] != uid:
+            raise KeyError(f"no organism of this lineage has the uid {uid}")
+        return at
+
+    def alive(self, tick: int) -> np.ndarray:
+        """Whether an organism lives at the end of a tick, as the series count it: bool."""
+        return (self.born <= tick) & ((self.died == ALIVE) | (self.died > tick))
+
+    # --- questions
+
+    def ancestors(self, uid: int, generations: int | None = None) -> np.ndarray:
+        """The uids of parents, grandparents, … through both parents, ascending; at most so many generations back."""
+        before: set[int] = set()
+        front, left = {self.place(uid)}, len(self) if generations is None else generations
+        while front and left > 0:
+            front = {int(line[i]) for i in front for line in (self.mother, self.father) if line[i] >= 0} - before
+            before |= front
+            left -= 1
+        return self.uid[sorted(before)]
+
+    def descendants(self, uid: int) -> np.ndarray:
+        """The uids of children, grandchildren, … through both parents, ascending."""
+        first = self.place(uid)
+        below = [False] * len(self)
+        below[first] = True
+        mother, father = self.mother.tolist(), self.father.tolist()
+        for i in range(first + 1, len(self)):  # parents come before their children
+            if (mother[i] >= first and below[mother[i]]) or (father[i] >= first and below[father[i]]):
+                below[i] = True
+        below[first] = False
+        return self.uid[np.array(below, bool)]
+
+    def generation(self) -> np.ndarray:
+        """Generation of each organism, f64: founders are 0, others the mean of their parents' plus 1."""
+        depth: list[float] = []
+        for m, f in zip(self.mother.tolist(), self.father.tolist(), strict=True):
+            if m >= 0 and f >= 0:
+                depth.append((depth[m] + depth[f]) / 2 + 1)
+            else:
+                depth.append(depth[max(m, f)] + 1 if m >= 0 or f >= 0 else 0.0)
+        return np.array(depth, float)
+
+    def _forebears(self, mask: np.ndarray) -> np.ndarray:
+        """Mark the ancestors of the marked, too."""
+        marked = mask.tolist()
+        mother, father = self.mother.tolist(), self.father.tolist()
+        for i in range(len(self) - 1, -1, -1):
+            if marked[i]:
+                if mother[i] >= 0:
+                    marked[mother[i]] = True
+                if father[i] >= 0:
+                    marked[father[i]] = True
+        return np.array(marked, bool)
+
+    def founders_left(self, tick: int | None = None) -> np.ndarray:
+        """The uids of the founders that live at the end of a tick (the last one) or have descendants who do."""
+        return self.uid[self._forebears(self.alive(self.end if tick is None else tick)) & self.founders]
+
+    def most_recent_common_ancestor(self, uids: Iterable[int]) -> int:
+        """The youngest from whom all of these descend along first parents, or who is one of them; 0 for none."""
+        lines = {self.place(uid) for uid in uids}
+        if not lines:
+            raise ValueError("lineage: the most recent common ancestor of nobody; hand in at least one uid")
+        while len(lines) > 1:
+            lines.add(int(self.mother[youngest := max(lines)]))
+            lines.remove(youngest)
+            if -1 in lines:
+                return 0
+        return int(self.uid[lines.pop()])
+
+    def samples(self, every: int) -> np.ndarray:
+        """The ticks at which something is asked of the whole run: 0, every, 2 every, …"""
+        if every < 1:
+            raise ValueError(f"lineage: every is {every}; it must be at least 1 tick")
+        return np.arange(0, self.end + 1, every)
+
+    def living_sums(self, ticks: np.ndarray, weights: np.ndarray | None = None,
+                    mask: np.ndarray | None = None) -> np.ndarray:
+        """Sum of weights (1 each) over those of a mask that live at the end of each of these ascending ticks: [ticks]."""
+        mask = np.ones(len(self), bool) if mask is None else mask
+        change = np.zeros(len(ticks) + 1, np.int64 if weights is None else float)
+        for sign, when, who in ((1, self.born, mask), (-1, self.died, mask & (self.died != ALIVE))):
+            chosen = None if weights is None else weights[who]
+            change += (sign * np.bincount(np.searchsorted(ticks, when[who]), chosen, len(ticks) + 1)).astype(change.dtype)
+        return np.cumsum(change[:-1])
+
+    def mean_generation(self, species: str, every: int) -> np.ndarray:
+        """Mean generation of the living of a species at each sample: f64, NaN where nobody lives."""
+        mask, ticks = self.species == species, self.samples(every)
+        n = self.living_sums(ticks, mask=mask)
+        return self.living_sums(ticks, self.generation(), mask) / np.where(n, n, np.nan)

@@ -1,0 +1,90 @@
+"""What all figures share: colours, lines, empty axes, and how a figure is written."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import wraps
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ParamSpec
+
+import numpy as np
+
+from ecs_eco.analysis.runs import Series
+from ecs_eco.engine import files
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+P = ParamSpec("P")
+
+PALETTE = ("#009E73", "#E69F00", "#0072B2", "#D55E00", "#CC79A7", "#56B4E9", "#000000", "#F0E442")
+"""Okabe and Ito's colours, told apart by colour-blind readers."""
+DASHES: tuple[Any, ...] = ("-", (0, (5, 1.5)), (0, (1.5, 1.2)), (0, (6, 1.5, 1.5, 1.5)))
+STYLE: dict[Any, Any] = {
+    "font.size": 10,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.titlesize": 10.5,
+    "axes.titleweight": "bold",
+    "axes.titlelocation": "left",
+    "axes.grid": True,
+    "grid.color": "#e6eaee",
+    "grid.linewidth": 0.8,
+    "axes.axisbelow": True,
+    "axes.edgecolor": "#7a838c",
+    "legend.frameon": False,
+    "lines.linewidth": 1.4,
+    "path.simplify_threshold": 0.5,
+    "text.parse_math": False,  # names and causes are of the world's author, and a $ in them is a $
+}
+
+
+def grid(rows: int, columns: int, width: float, height: float, **more: Any) -> tuple[Figure, np.ndarray]:
+    """An empty figure [inches] with rows × columns of axes."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(width, height), layout="constrained")
+    FigureCanvasAgg(figure)
+    return figure, figure.subplots(rows, columns, squeeze=False, **more)
+
+
+def styled(draw: Callable[P, Figure]) -> Callable[P, Figure]:
+    """Draw in our style whatever the reader's own settings are."""
+
+    @wraps(draw)
+    def drawn(*args: P.args, **kwargs: P.kwargs) -> Figure:
+        import matplotlib
+
+        with matplotlib.rc_context():
+            matplotlib.rcdefaults()
+            matplotlib.rcParams.update(STYLE)
+            figure = draw(*args, **kwargs)
+        for ax in figure.axes:
+            for axis in (ax.xaxis, ax.yaxis):
+                if axis.get_scale() == "linear" and max(map(abs, axis.get_view_interval())) >= 1000:
+                    axis.set_major_formatter("{x:,.0f}")
+        return figure
+
+    return drawn
+
+
+def save(figure: Figure, path: Path | str, dpi: int = 110) -> Path:
+    """Write a PNG, whole or not at all."""
+    import matplotlib
+
+    Path(path).parent.mkdir(parents=True, exist_ok=True)
+    more: dict[str, Any] = {"metadata": {"Software": None}, "pil_kwargs": {"compress_level": 4}}
+    with files.writing(path) as beside, matplotlib.rc_context({"text.parse_math": False}):  # some texts are made now
+        figure.savefig(beside, dpi=dpi, facecolor="white", format="png", **more)
+    return Path(path)
+
+
+def colors(species: Sequence[str], chosen: Mapping[str, str] | None = None) -> dict[str, str]:
+    """A colour for each species: the world's own where it names one."""
+    return {s: (chosen or {}).get(s, PALETTE[i % len(PALETTE)]) for i, s in enumerate(species)}
+
+
+def colors_of(series: Series) -> dict[str, str]:
+    """A colour for each species of a run."""
+    return colors(series.species, series.manifest.get("colors"))
