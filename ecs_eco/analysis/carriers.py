@@ -10,7 +10,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.compute as pc
 
-from ecs_eco.analysis.style import DASHES, PALETTE, grid, styled
+from ecs_eco.analysis.style import DASHES, PALETTE, panels, styled
 from ecs_eco.engine.errors import UnknownName, unknown_name
 
 if TYPE_CHECKING:
@@ -132,7 +132,7 @@ def carriers(genes: Sequence[Frequencies], title: str = "") -> Figure:
     """
     from matplotlib.colors import is_color_like
 
-    figure, ((ax,),) = grid(1, 1, 9, 3.6)
+    figure, ((ax,),) = panels(1, 1, 9, 3.6)
     lines = [(g, j, g.gene if len(g.values) == 2 else f"{g.gene} = {g.values[j]}") for g in genes for j in range(1, len(g.values))]
     rest = [c for c in PALETTE[::-1] if c != "#F0E442"]  # the last is pale
     for k, (g, j, label) in enumerate(lines):

@@ -8,7 +8,7 @@ import numpy as np
 
 from ecs_eco.analysis.crossed import Grid, survival_band
 from ecs_eco.analysis.extinction import declines, lifetime
-from ecs_eco.analysis.style import PALETTE, styled
+from ecs_eco.analysis.style import PALETTE, panels, styled
 from ecs_eco.analysis.survival import kaplan_meier
 
 if TYPE_CHECKING:
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 @styled
 def persistence(grid: Grid, title: str = "") -> Figure:
     """Share of runs in which all species live (Kaplan–Meier): all runs thick, with a band; each training seed thin."""
-    figure, ((ax,),) = grid(1, 1, 7, 3.4)
+    figure, ((ax,),) = panels(1, 1, 7, 3.4)
     lived, died = grid.table(lambda run: lifetime(run)[0]), grid.table(lambda run: lifetime(run)[1]).astype(bool)
     until = grid.length
     time, low, high = survival_band(grid)
@@ -41,7 +41,7 @@ def persistence(grid: Grid, title: str = "") -> Figure:
 def lifetimes(grid: Grid, title: str = "") -> Figure:
     """Time to the first extinction by training seed (rows) and world seed (columns); a cell in which all live says so."""
     rows, columns = len(grid.training), len(grid.worlds)
-    figure, ((ax,),) = grid(1, 1, 2.4 + 1.05 * columns, 1.5 + 0.52 * rows)
+    figure, ((ax,),) = panels(1, 1, 2.4 + 1.05 * columns, 1.5 + 0.52 * rows)
     lived = grid.table(lambda run: lifetime(run)[0])
     top = max(grid.length, 1.0)
     image = ax.imshow(lived, cmap="cividis", vmin=0, vmax=top, aspect="auto")

@@ -10,7 +10,7 @@ import numpy as np
 from ecs_eco.analysis.depth import HOURS, day_by_hour, day_of, hours_of, mean_of_there, surface_light
 from ecs_eco.analysis.escapes import AROUND, Escape
 from ecs_eco.analysis.runs import Series
-from ecs_eco.analysis.style import colors_of, grid, styled
+from ecs_eco.analysis.style import colors_of, panels, styled
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -23,7 +23,7 @@ def mean_depth(series: Series, species: Sequence[str], hue: Mapping[str, str], d
     """Mean depth over time, the surface at the top, on a background of the light at the surface."""
     from matplotlib.colors import LinearSegmentedColormap
 
-    figure, ((ax,),) = grid(1, 1, 9.5, 3.6)
+    figure, ((ax,),) = panels(1, 1, 9.5, 3.6)
     time = (series.ticks - series.ticks[0]) / day
     height = float(series.manifest["config"]["space"]["size"][2])
     shade = LinearSegmentedColormap.from_list("light", [NIGHT, NOON])
@@ -45,7 +45,7 @@ def mean_depth(series: Series, species: Sequence[str], hue: Mapping[str, str], d
 @styled
 def by_hour(shares: Mapping[str, np.ndarray], height: float, light: np.ndarray) -> Figure:
     """Share of each species in each layer (rows) by hour of the day (columns); above each the light of the day f64[n]."""
-    figure, axes = grid(2, len(shares), 3.5 * len(shares) + 0.9, 4.0, sharex=True, sharey="row", height_ratios=[1, 6])
+    figure, axes = panels(2, len(shares), 3.5 * len(shares) + 0.9, 4.0, sharex=True, sharey="row", height_ratios=[1, 6])
     top = max(0.05, min(1.0, max(float(np.nanmax(x, initial=0)) for x in shares.values())))
     seen: Any = None
     for (above, ax), (s, share) in zip(axes.T, shares.items(), strict=True):
@@ -63,7 +63,7 @@ def by_hour(shares: Mapping[str, np.ndarray], height: float, light: np.ndarray) 
 @styled
 def arms(runs: Mapping[str, Sequence[Series]], species: Sequence[str]) -> Figure:
     """Mean depth by hour of the day in each arm (columns) of each species (rows): every run thin, the mean over runs thick."""
-    figure, axes = grid(len(species), len(runs), 2.6 * len(runs) + 1, 2.3 * len(species) + 0.5, sharex=True, sharey=True)
+    figure, axes = panels(len(species), len(runs), 2.6 * len(runs) + 1, 2.3 * len(species) + 0.5, sharex=True, sharey=True)
     first = next(iter(runs.values()))[0]
     hue, height = colors_of(first), float(first.manifest["config"]["space"]["size"][2])
     for column, (arm, members) in enumerate(runs.items()):
@@ -97,7 +97,7 @@ def _night(ax: Any, run: Series) -> None:
 @styled
 def escape(found: Escape, prey: str, predator: str, dt: float) -> Figure:
     """Speed and direction around approaches, by seconds from them."""
-    figure, axes = grid(1, 2, 8.4, 3.2)
+    figure, axes = panels(1, 2, 8.4, 3.2)
     time = np.arange(-AROUND, AROUND + 1) * dt
     words = f"speed of {prey} [m/s]", f"cosine of its way\nand away from {predator}"
     for ax, values, word in zip(axes[0], (found.speed, found.away), words, strict=True):

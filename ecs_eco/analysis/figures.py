@@ -10,7 +10,7 @@ import numpy as np
 from ecs_eco.analysis.cycles import Surrogates, cross_correlation, living_stretch
 from ecs_eco.analysis.runs import DIED, Series
 from ecs_eco.analysis.spectrum import Peak, smooth, thin, transform
-from ecs_eco.analysis.style import DASHES, PALETTE, colors, colors_of, grid, save, styled
+from ecs_eco.analysis.style import DASHES, PALETTE, colors, colors_of, panels, save, styled
 from ecs_eco.config.models.interventions import describe
 
 if TYPE_CHECKING:
@@ -25,7 +25,7 @@ __all__ = ["PALETTE", "arms", "binned", "colors", "deaths", "energy", "intervent
 @styled
 def populations(series: Series) -> Figure:
     """Numbers over time; a species ten times as numerous as the rest has its own axis on the right."""
-    figure, ((ax,),) = grid(1, 1, 9, 3.6)
+    figure, ((ax,),) = panels(1, 1, 9, 3.6)
     hue, top = colors_of(series), series.n.max(0, initial=0)
     rest = np.sort(top)[:-1].max(initial=0)
     alone = int(top.argmax()) if len(top) > 1 and rest and top.max() > 4 * rest else -1
@@ -77,7 +77,7 @@ def phase(series: Series, pairs: Sequence[tuple[str, str]]) -> Figure:
     """Trajectories of pairs of species (prey on x, consumer on y), coloured by time; smoothed over 1 % of the run."""
     from matplotlib.collections import LineCollection
 
-    figure, axes = grid(1, len(pairs), 4.4 * len(pairs) + 0.7, 3.9)
+    figure, axes = panels(1, len(pairs), 4.4 * len(pairs) + 0.7, 3.9)
     for ax, (a, b) in zip(axes[0], pairs, strict=True):
         window = max(1, len(series.ticks) // 100)
         x, y = (thin(smooth(series.of(s), window), 1500)[0] for s in (a, b))
@@ -99,7 +99,7 @@ def phase(series: Series, pairs: Sequence[tuple[str, str]]) -> Figure:
 @styled
 def spectra(peaks: Mapping[str, Peak], hue: Mapping[str, str] | None = None) -> Figure:
     """Spectrum of each species with the fitted red noise and the ratio it passes at one frequency in twenty."""
-    figure, axes = grid(1, len(peaks), 3.5 * len(peaks) + 0.6, 3.4)
+    figure, axes = panels(1, len(peaks), 3.5 * len(peaks) + 0.6, 3.4)
     hue = hue or colors(list(peaks))
     for ax, (s, peak) in zip(axes[0], peaks.items(), strict=True):
         used = slice(1, len(peak.frequency) // 2)
@@ -124,7 +124,7 @@ def lags(
     series: Series, pairs: Sequence[tuple[str, str]], period: float, surrogates: Mapping[str, Surrogates] | None = None
 ) -> Figure:
     """Cross-correlation of each pair over lags of ± one period, with the band of cross-seed pairs where given ("a→b")."""
-    figure, axes = grid(1, len(pairs), 3.6 * len(pairs) + 0.6, 3.2, sharey=True)
+    figure, axes = panels(1, len(pairs), 3.6 * len(pairs) + 0.6, 3.2, sharey=True)
     for ax, (a, b) in zip(axes[0], pairs, strict=True):
         found = (surrogates or {}).get(f"{a}→{b}")
         if found is not None:
@@ -163,7 +163,7 @@ def deaths(series: Series) -> Figure:
     counts = np.stack([series.columns[DIED + c] for c in series.causes], -1)  # (ticks, species, causes)
     shown = [i for i in range(len(series.species)) if counts[:, i].any()]
     used = [j for j in range(len(series.causes)) if counts[..., j].any()]
-    figure, axes = grid(max(1, len(shown)), 1, 9, 1.9 * max(1, len(shown)) + 0.7, sharex=True)
+    figure, axes = panels(max(1, len(shown)), 1, 9, 1.9 * max(1, len(shown)) + 0.7, sharex=True)
     hatches = ("", "////", "....", "\\\\\\\\", "xx", "++")
     for ax, i in zip(axes[:, 0], shown, strict=False):
         middle, rate = binned(series, counts[:, i][:, used])
@@ -191,7 +191,7 @@ FLOWS = (
 @styled
 def energy(series: Series) -> Figure:
     """Energy flows per tick of each species: what comes in above zero, what goes out below, and the net."""
-    figure, axes = grid(len(series.species), 1, 9, 2.1 * len(series.species) + 0.6, sharex=True)
+    figure, axes = panels(len(series.species), 1, 9, 2.1 * len(series.species) + 0.6, sharex=True)
     for ax, (i, s) in zip(axes[:, 0], enumerate(series.species), strict=True):
         for sign in (1, -1):
             flows = [(k, name) for k, (name, _, way) in enumerate(FLOWS) if way == sign and name in series.columns]
@@ -217,7 +217,7 @@ def positions(at: Mapping[str, np.ndarray], size: Sequence[float], hue: Mapping[
     """Where everybody is: positions (n, 3) [m] by species, later species on top; a volume is seen from the side (x, z)."""
     volume = len(size) > 2 and size[2] > 0
     high = size[2] if volume else size[1]
-    figure, ((ax,),) = grid(1, 1, 6.6, 6.0 * float(np.clip(high / size[0], 0.3, 1.2)) + 0.7)
+    figure, ((ax,),) = panels(1, 1, 6.6, 6.0 * float(np.clip(high / size[0], 0.3, 1.2)) + 0.7)
     for i, (s, xyz) in enumerate(at.items()):
         area = float(np.clip(9000 / max(len(xyz), 1), 2, 26)) * (0.6, 1.0, 1.4)[min(i, 2)]
         xy = xyz[:, [0, 2]] if volume else xyz[:, :2]
@@ -251,7 +251,7 @@ def positions(at: Mapping[str, np.ndarray], size: Sequence[float], hue: Mapping[
 @styled
 def survival(curves: Mapping[str, SurvivalCurve], until: float, title: str = "") -> Figure:
     """Kaplan–Meier curves with their 95 % bands, one a group."""
-    figure, ((ax,),) = grid(1, 1, 7, 3.4)
+    figure, ((ax,),) = panels(1, 1, 7, 3.4)
     for k, (name, curve) in enumerate(curves.items()):
         time = np.append(curve.time, max(until, curve.time[-1]))
         share, low, high = (np.append(x, x[-1]) for x in (curve.survival, curve.low, curve.high))
@@ -276,7 +276,7 @@ def arms(runs: Mapping[str, Sequence[Series]]) -> Figure:
     """Numbers over time in each arm (columns): every run thin, the median over runs thick."""
     first = next(iter(runs.values()))[0]
     hue = colors_of(first)
-    figure, axes = grid(
+    figure, axes = panels(
         len(first.species), len(runs), 4 * len(runs) + 1, 1.9 * len(first.species) + 0.6, sharex=True, sharey="row"
     )
     for column, (arm, members) in enumerate(runs.items()):

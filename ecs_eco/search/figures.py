@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ecs_eco.analysis.style import grid, styled
+from ecs_eco.analysis.style import panels, styled
 from ecs_eco.search.importance import Importance
 from ecs_eco.search.optimise import merit
 from ecs_eco.search.plan import Parameter
@@ -23,7 +23,7 @@ BEST, START = "#D55E00", "#000000"
 @styled
 def history(entries: Sequence[dict[str, Any]], last: int) -> Figure:
     """How far each candidate came, and the best so far; `last` is the number of the last stage."""
-    figure, ((ax,),) = grid(1, 1, 9, 3.4)
+    figure, ((ax,),) = panels(1, 1, 9, 3.4)
     minutes = np.array([e["at"] / 60 for e in entries])
     merits = np.array([merit(e) for e in entries])
     for stage in range(last + 1):
@@ -49,7 +49,7 @@ def _tone(stage: int, last: int) -> str:
 def importance(found: Sequence[Importance]) -> Figure:
     """Share of all importance of each number, with the share that it stays below by luck in 19 of 20 cases."""
     order = sorted(found, key=lambda i: i.share)
-    figure, ((ax,),) = grid(1, 1, 8, 0.34 * len(order) + 1.3)
+    figure, ((ax,),) = panels(1, 1, 8, 0.34 * len(order) + 1.3)
     places = np.arange(len(order))
     ax.barh(places, [i.share for i in order], height=0.6, color="#0072B2")
     limits = np.minimum([i.by_chance for i in order], 1.0)
@@ -70,7 +70,7 @@ def scatter(parameters: Sequence[Parameter], entries: Sequence[dict[str, Any]], 
     """Candidates over each number; `worse` f64[candidates] is the share of the others that are worse."""
     columns = min(4, len(parameters))
     rows = -(-len(parameters) // columns)
-    figure, axes = grid(rows, columns, 2.9 * columns + 0.5, 2.3 * rows + 0.4, sharey=True)
+    figure, axes = panels(rows, columns, 2.9 * columns + 0.5, 2.3 * rows + 0.4, sharey=True)
     for ax, p in zip(axes.flat, parameters, strict=False):
         ax.scatter([e["values"][p.name] for e in entries], worse, s=18, color="#0072B2", alpha=0.6, lw=0)
         ax.axvline(start[p.name], color=START, lw=1.1, ls=":", label="as written")
@@ -91,7 +91,7 @@ def pairs(parameters: Sequence[Parameter], entries: Sequence[dict[str, Any]], wo
           best: dict[str, float], start: dict[str, float]) -> Figure:
     """Candidates over pairs of the first three numbers of an order, coloured by the share of the others that are worse."""
     chosen = list(combinations(order[:3], 2))
-    figure, axes = grid(1, len(chosen), 3.9 * len(chosen) + 0.9, 3.6)
+    figure, axes = panels(1, len(chosen), 3.9 * len(chosen) + 0.9, 3.6)
     for ax, pair in zip(axes[0], chosen, strict=True):
         x, y = (parameters[k] for k in pair)
         at = [[e["values"][p.name] for e in entries] for p in (x, y)]

@@ -9,7 +9,7 @@ import numpy as np
 
 from ecs_eco.analysis.figures import binned, interventions, mark
 from ecs_eco.analysis.runs import DIED
-from ecs_eco.analysis.style import DASHES, PALETTE, colors, grid, styled
+from ecs_eco.analysis.style import DASHES, PALETTE, colors, panels, styled
 from ecs_eco.analysis.why.case import Case
 
 if TYPE_CHECKING:
@@ -24,7 +24,7 @@ MOST = 5  # species that have rows of their own
 def draw(case: Case, found: Mapping[str, Any]) -> Figure:
     """Numbers of all at the top; below, for each animal, shares of causes of death at the left and energy per head at the right."""
     shown = _shown(case, found)
-    figure, _ = grid(1, 1, 11, 3.1 + 1.75 * len(shown))
+    figure, _ = panels(1, 1, 11, 3.1 + 1.75 * len(shown))
     figure.clear()
     rows = figure.add_gridspec(len(shown) + 1, 2, height_ratios=[1.7, *[1.0] * len(shown)])
     top = figure.add_subplot(rows[0, :])

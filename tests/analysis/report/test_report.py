@@ -47,7 +47,7 @@ def test_interventions_have_a_table_with_a_row_for_what_was_done_many_times(tmp_
     (run / "manifest.json").write_text(json.dumps(manifest))
     text = words(write_report(run))
     assert "tick times what 10 to 30 3 cull 7 &lt;deer&gt; 20 1 reproduction off for all" in text
-    assert "a dashed line an intervention" in text
+    assert "a dashed line marks an intervention" in text
 
 
 def test_a_page_asks_for_nothing_from_outside(tmp_path: Path) -> None:
