@@ -132,7 +132,7 @@ def name_of(tick: int) -> str:
 def tick_of(path: Path) -> int:
     """Return the tick that a file name says; raises CheckpointError where it says none."""
     word = path.name.removeprefix("tick-").removesuffix(SUFFIX)
-    if not word.isdigit():
+    if not word.isdecimal():
         raise CheckpointError(f"{path}: a checkpoint in this folder is named like {name_of(1000)}")
     return int(word)
 

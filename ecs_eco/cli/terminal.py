@@ -75,7 +75,7 @@ def whole(least: int, most: int = 10**12) -> Callable[[str | int], int]:
         except ValueError:
             number = least - 1
         if not least <= number <= most:
-            raise typer.BadParameter(f"{text!r} is not possible; allowed: a whole number from {least} to {most}")
+            raise typer.BadParameter(f"{str(text)[:40]!r} is not possible; allowed: a whole number from {least} to {most}")
         return number
 
     read.__name__ = "number"

@@ -20,7 +20,7 @@ from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.config.ranges import check_search, key_of, real_key, take_ranges
 from ecs_eco.config.reading import parse_toml, read_toml, too_deep
 from ecs_eco.config.shipped import shipped
-from ecs_eco.engine.errors import MISSING, MOST, ConfigError, Problem, how_many, listed, nearest
+from ecs_eco.engine.errors import MISSING, MOST, ConfigError, Problem, how_many, listed, nearest, shortened
 
 Key = tuple[str | int, ...]
 Overrides = Mapping[str, Any] | Iterable[str] | None
@@ -144,7 +144,7 @@ def _check_ramp(config: WorldConfig, number: int, ramp: Any) -> list[Problem]:
         try:
             now = changed(config, {ramp.key: value})
         except ConfigError as error:
-            right = value_at(config.model_dump(), tuple(int(k) if k.isdigit() else k for k in ramp.key.split("."))) is not MISSING
+            right = value_at(config.model_dump(), tuple(int(k) if is_index(k) else k for k in ramp.key.split("."))) is not MISSING
             key = (*at, "values", end) if right else (*at, "key")
             return [p.moved(key=key, source="", line=None) for p in error.problems]
         if found := refused(config, now):
@@ -248,6 +248,11 @@ def parse(text: str) -> tuple[str, Any]:
     return name, Problem((name,), "the value is not TOML", value, example, source="--set")
 
 
+def is_index(part: str) -> bool:
+    """Whether a part of a key is a place in a list: a number of few digits."""
+    return part.isdecimal() and len(part) < 10
+
+
 def _put(document: _Document, key: Key, written: Key, value: Any) -> Problem | None:
     """Sets one value in the data, or says why not."""
     node: Any = document.data
@@ -255,9 +260,9 @@ def _put(document: _Document, key: Key, written: Key, value: Any) -> Problem | N
     for depth, part in enumerate(key):
         last = depth == len(key) - 1
         if isinstance(node, list):
-            if not str(part).isdigit() or int(part) >= len(node):
+            if not is_index(str(part)) or int(part) >= len(node):
                 allowed = f"0 to {len(node) - 1}" if node else "none, the list is empty"
-                return Problem(key, f"no entry {part}", allowed=allowed)
+                return Problem(key, f"no entry {shortened(str(part))}", allowed=allowed)
             part = int(part)
         elif not isinstance(node, dict):
             return Problem(key, f"{'.'.join(map(str, real))} has no parts", allowed="the key of a table or list")

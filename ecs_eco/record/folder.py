@@ -40,7 +40,7 @@ class Folder:
         kinds = self.parts | {folder.name: 0 for folder in self.path.glob("details-*") if folder.name not in self.parts}
         for kind, number in kinds.items():
             for part in (self.path / kind).glob("part-*.parquet"):
-                if not part.stem.removeprefix("part-").isdigit() or int(part.stem.removeprefix("part-")) >= number:
+                if not part.stem.removeprefix("part-").isdecimal() or int(part.stem.removeprefix("part-")) >= number:
                     part.unlink()
         for half in self.path.rglob("*.tmp"):
             half.unlink()

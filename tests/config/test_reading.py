@@ -104,3 +104,12 @@ def test_pipes_devices_and_folders_are_not_read(tmp_path: Path) -> None:
 def test_what_says_that_it_is_empty_and_is_not_is_cut(tmp_path: Path) -> None:
     with pytest.raises(OSError, match="is longer than 10 bytes"):
         read_bytes(Path("/proc/self/status"), 10)
+
+
+@pytest.mark.parametrize("place", ["9" * 5000, "²", "٣" * 5000])
+def test_places_in_lists_are_numbers_of_few_digits(place: str) -> None:
+    world = {"format": 1, "name": "w", "space": {"size": [9.0, 9.0]}, "species": {"a": {"count": 1, "body": {"radius": 0.1}, "diet": []}}}
+    with pytest.raises(ConfigError, match="no entry"):
+        load(world, {f"species.a.diet.{place}": 1})
+    with pytest.raises(ConfigError, match=r"training\.ramp"):
+        load(world | {"training": {"ramp": [{"key": f"species.{place}", "values": [0.0, 1.0]}]}})
