@@ -39,6 +39,7 @@ class Guard(Columns):
     """One organism's columns, as its handle sees them in debug mode: every access asks whether the row is still its own."""
 
     __slots__ = ("_component", "_row", "_table", "_uid")
+    __setattr__ = object.__setattr__  # type: ignore[assignment]  # it holds no columns of its own
 
     def __init__(self, table: "Table", component: type[Any], row: int, uid: int) -> None:
         table[component]  # raises the error that names what there is

@@ -18,7 +18,7 @@ from ecs_eco.engine.errors import UnknownName, unknown_name
 from ecs_eco.engine.schema import Handle
 from ecs_eco.engine.system import PHASES, System
 from ecs_eco.engine.table import Table
-from ecs_eco.space import Index, Space
+from ecs_eco.space import Index, Space, gate
 
 _serial = itertools.count(1)
 PARALLEL_FROM = 3000  # organisms below which a second thread does not pay
@@ -144,7 +144,8 @@ class World:
     def spawn(self, name: str, *components: Handle, n: int = 1, parent: int = 0) -> None:
         """Ask for `n` newborn of a kind, with these components' values (the table's defaults for the others).
 
-        They come to life at the end of the phase `reproduce`, or at `flush`.
+        They come to life at the end of the phase `reproduce`, or at `flush`. A place beyond the edge of a torus is brought back
+        around it. Raises ValueError for one outside of a world with walls, and for any value beyond the limits of its field.
         """
         table = self.table(name)
         if n < 1:
@@ -155,7 +156,9 @@ class World:
                 table[type(handle)]  # raises the error that names what there is
             for field, array in vars(handle._columns).items():
                 values[type(handle), field] = np.repeat(array, n, axis=0)
-        table.request(np.full(n, parent, np.uint64), values)
+        if not 0 <= parent < 2**64:
+            raise ValueError(f"spawn {name!r}: parent is {parent}; it must be a uid, or 0 for none")
+        table.request(np.full(n, parent, np.uint64), gate.newborn(self, table, values, f"spawn {name!r}"))
 
     def kill(self, who: int, cause: str = "culled", killer: int = 0) -> None:
         """Let an organism die of a cause at the end of the phase `die`; `who` is a uid. Killing twice changes nothing."""
@@ -210,6 +213,7 @@ class World:
             raise ValueError(f"ticks is {ticks}; time does not run backwards")
         if threading.get_ident() != self._thread:
             raise RuntimeError("one thread alone touches a world: the one that made it")
+        gate.admit(self, refuse=self.debug is None)
         before = esper.current_world
         esper.switch_world(self._context)
         self.touch()
@@ -342,7 +346,7 @@ class World:
         if index.version != table.version:
             p = table[Position]
             high = table.high
-            index.build(table.alive[:high], p.x[:high], p.y[:high], p.z[:high], table.uid[:high], table.n)
+            index.build(table.alive[:high], p.x[:high], p.y[:high], p.z[:high], table.uid[:high])
             index.version = table.version
         return index
 
@@ -352,7 +356,7 @@ class World:
         `environment[quantity]`, a function (world, x, y, z), replaces the constant in `ambient`.
         """
         if quantity in self.environment:
-            return self.environment[quantity](self, x, y, z)
+            return gate.one_each(self.environment[quantity](self, x, y, z), x.size, f"environment[{quantity!r}]")
         return np.full(x.size, self.ambient[quantity], np.float32)
 
     def split(self, kernel: Callable[..., Any], n: int, *arguments: Any, work: int | None = None) -> None:
@@ -443,6 +447,7 @@ class _Registry(_Flush):
 class _Touched(_Flush):
     def process(self, *_: Any) -> None:
         self.world.touch()
+        gate.admit(self.world, refuse=self.world.debug is None)
 
 
 class _Inside:

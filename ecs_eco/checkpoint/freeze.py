@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from ecs_eco.checkpoint.check_arrays import check_arrays
 from ecs_eco.engine.errors import CheckpointError
 from ecs_eco.engine.section import function_name, named_function
 
@@ -84,6 +85,7 @@ def thaw(cls: Any, meta: Mapping[str, Any], threads: int, config: Any, systems: 
 def load(world: Any, meta: Mapping[str, Any], arrays: Arrays, where: str) -> None:
     """Bring a world to a frozen state; raises CheckpointError where it is built otherwise, before anything changes."""
     _check(world, meta, arrays, where)
+    check_arrays(world, meta, arrays, where)
     clock = meta["clock"]
     world.seed, world.tick, world.next_uid = int(clock["seed"]), int(clock["tick"]), int(clock["next_uid"])
     world.reproduction, world.ambient, world.causes[:] = meta["reproduction"], dict(meta["ambient"]), meta["causes"]
@@ -95,9 +97,9 @@ def load(world: Any, meta: Mapping[str, Any], arrays: Arrays, where: str) -> Non
         field.source[...] = arrays.get(f"emitted/{name}", 0)
     for owner, part in stateful(world).items():
         if owner in meta["stateful"]:
-            part.load(_take(arrays, owner))
+            _load_part(part, owner, arrays, where)
     if world.recorder is not None and "recorder" in meta:
-        world.recorder.load(_take(arrays, "recorder"))
+        _load_part(world.recorder, "recorder", arrays, where)
     world._indexes.clear()
     world._merged.clear()
     world.touch()
@@ -197,6 +199,14 @@ def stateful(world: Any) -> dict[str, Any]:
     if _has(world.terrain):
         found["terrain"] = world.terrain
     return found
+
+
+def _load_part(part: Any, owner: str, arrays: Arrays, where: str) -> None:
+    """Let a part take its state; raises CheckpointError that names it where it cannot."""
+    try:
+        part.load(_take(arrays, owner))
+    except (ValueError, TypeError, KeyError, IndexError, OverflowError) as error:
+        raise CheckpointError(f"{where}: {owner} cannot take what it holds: {error}") from error
 
 
 def _has(part: Any) -> bool:

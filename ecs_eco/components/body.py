@@ -7,5 +7,5 @@ from ecs_eco.engine.schema import component, f32
 class Body:
     """A sphere, or a disc on a plane (the paper's conformation), and its mass."""
 
-    radius: f32 = 0.5  # [m]
-    mass: f32 = 1.0  # [kg]
+    radius: f32.within(0, 1e30) = 0.5  # [m]
+    mass: f32.within(0, 1e30) = 1.0  # [kg]

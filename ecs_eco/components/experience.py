@@ -12,4 +12,4 @@ class Experience:
     log_probability: f32["horizon"].heavy = 0.0  # of the choice when it was made
     value: f32["horizon"].heavy = 0.0  # expected then
     reward: f32["horizon"].heavy = 0.0  # that followed
-    length: i32 = 0
+    length: i32.within(0, "horizon") = 0

@@ -7,4 +7,4 @@ from ecs_eco.engine.schema import component, u8
 class Genome:
     """A string over a finite alphabet, a letter's number per locus."""
 
-    loci: u8["loci"] = 0  # from 0 to the size of the alphabet − 1
+    loci: u8["loci"].within(0, "highest letter") = 0  # from 0 to the size of the alphabet − 1

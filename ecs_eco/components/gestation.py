@@ -10,6 +10,6 @@ class Gestation:
     carrying: u16 = 0  # newborn conceived; 0: not pregnant
     due: i64 = 0  # tick of the birth
     father: u64 = 0  # uid
-    sperm: u8["loci"] = 0  # the father's genome
+    sperm: u8["loci"].within(0, "highest letter") = 0  # the father's genome
     energy: f32 = 0.0  # [energy] that the father gave for the litter
     rest: i64 = 0  # tick from which it can mate again

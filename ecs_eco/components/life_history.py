@@ -11,5 +11,5 @@ class LifeHistory:
     age_min: f32 = 0.0  # [s] fertile from
     energy_min: f32 = 0.0  # [energy] that it needs to reproduce
     energy_given: f32 = 0.0  # [energy] of each of its newborn
-    litter: f32 = 1.0  # newborn at a time, rounded
-    choice: u8 = 0  # of a mate: 0 nearest, 1 random, 2 richest, 3 oldest
+    litter: f32.within(0, 65_535) = 1.0  # newborn at a time, rounded
+    choice: u8.within(0, 3) = 0  # of a mate: 0 nearest, 1 random, 2 richest, 3 oldest

@@ -8,22 +8,28 @@ import numpy as np
 
 
 class Type:
-    """A column's element: a dtype and the shape of one organism's value; a word in the shape is fixed per table."""
+    """A column's element: a dtype, the shape of one organism's value, its limits; a word in them is fixed per table."""
 
-    __slots__ = ("blocked", "dtype", "shape")
+    __slots__ = ("blocked", "dtype", "limits", "shape")
 
-    def __init__(self, dtype: Any, shape: tuple[int | str, ...] = (), blocked: bool = False) -> None:
+    def __init__(self, dtype: Any, shape: tuple[int | str, ...] = (), blocked: bool = False,
+                 limits: tuple[float, float | str] | None = None) -> None:
         self.dtype = np.dtype(dtype)
         self.shape = shape
         self.blocked = blocked
+        self.limits = limits
 
     @property
     def heavy(self) -> "Type":
         """The same, kept in blocks of rows: for what is so large that growth must not copy it."""
-        return Type(self.dtype, self.shape, blocked=True)
+        return Type(self.dtype, self.shape, True, self.limits)
+
+    def within(self, low: float, high: float | str) -> "Type":
+        """The same with limits: what comes into a world from outside them is refused. `high` may be a word, as in a shape."""
+        return Type(self.dtype, self.shape, self.blocked, (low, high))
 
     def __getitem__(self, shape: Any) -> "Type":
-        return Type(self.dtype, shape if isinstance(shape, tuple) else (shape,))
+        return Type(self.dtype, shape if isinstance(shape, tuple) else (shape,), self.blocked, self.limits)
 
     def __call__(self, value: Any) -> Any:
         return self.dtype.type(value)
@@ -65,6 +71,16 @@ class Columns:
     """The arrays of one component in one table, an attribute per field: f32[capacity, …]."""
 
     __slots__ = ("__dict__",)
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        """Replace a column; raises ValueError for one of another type or shape, or with fewer rows: kernels rely on them."""
+        old = self.__dict__.get(name)
+        if old is not None and value is not old:
+            found = getattr(value, "dtype", type(value).__name__), getattr(value, "shape", ())
+            if found[0] != old.dtype or found[1][1:] != old.shape[1:] or not found[1] or found[1][0] < old.shape[0]:
+                raise ValueError(f"column {name} is {old.dtype}{list(old.shape)} and cannot become {found[0]}{list(found[1])}; "
+                                 f"write into it: {name}[rows] = …")
+        self.__dict__[name] = value
 
 
 class Handle:

@@ -42,6 +42,7 @@ class Table:
         self.columns: dict[type[Any], Columns] = {}
         self.defaults: dict[type[Any], dict[str, np.ndarray]] = {}
         self.births: list[tuple[np.ndarray, np.ndarray | None, dict[tuple[type, str], np.ndarray]]] = []
+        self.limits: dict[bool, Any] = {}  # of its fields, as the gate knows them
         self.traits: dict[str, Any] = {}  # what its systems keep per species: never per organism
         for component in components:
             self.add_component(component)

@@ -81,7 +81,7 @@ def record(
     for j in range(len(inner)):
         at, place = inner[j], places[j]
         t = length[rows[place]]
-        if t >= rewards.shape[1]:
+        if not 0 <= t < rewards.shape[1]:
             full += 1
             continue
         for i in range(x.shape[1]):
@@ -98,7 +98,7 @@ def credit(rewards, inner, places, rows, length, reward):
     """Add the reward f32[n] to each animal's last transition, if it has one."""
     for j in range(len(inner)):
         t = length[rows[places[j]]] - 1
-        if t >= 0:
+        if 0 <= t < rewards.shape[1]:
             rewards[inner[j], t] += reward[places[j]]
 
 
@@ -125,7 +125,7 @@ def train(
     gradient, lived, index = np.zeros((1, size), np.float32), np.empty(horizon, STEP), np.empty(horizon, np.int64)
     for j in range(len(inner)):
         at, place, row = inner[j], places[j], rows[places[j]]
-        n, rate, terms = length[row], plasticity[0, place], report[place]
+        n, rate, terms = max(0, min(length[row], horizon)), plasticity[0, place], report[place]
         length[row] = 0
         if n == 0 or rate == 0:
             continue

@@ -162,7 +162,7 @@ def _slopes(
         step = steps[index[i]]
         lived[0, i], lived[1, i], lived[2, i] = step.log_probability, step.value, step.advantage
         for g in range(n_groups):
-            taken[g, i] = offsets[g] + choices[index[i], g]
+            taken[g, i] = offsets[g] + max(0, min(choices[index[i], g], offsets[g + 1] - offsets[g] - 1))
     policy_loss = value_loss = entropy = kl = n_clipped = 0.0
     for g in range(n_groups):
         softmax(logits, offsets[g], offsets[g + 1], d_logits, level[g], spread[g])

@@ -127,12 +127,19 @@ class Rollout:
             have, need = np.shape(state[name])[1:], getattr(self, name).shape[1:]
             if have != need:
                 raise ValueError(f"{name} of the rollout have {have} columns; this one needs {need}")
+        n, last, row = len(state["ended"]), np.array(state["last"]), state["row"]
+        if wrong := [name for name in ("observations", "choices", *_FIELDS) if len(state[name]) != n]:
+            raise ValueError(f"{wrong[0]} of the rollout has {len(state[wrong[0]])} transitions, and ended has {n}")
+        if last.dtype != np.int64 or (last.size and not -1 <= last.min() <= last.max() < n):
+            raise ValueError(f"last of the rollout points beyond its {n} transitions, or back before them")
+        if n and not 0 <= row.min() <= row.max() < len(last):
+            raise ValueError(f"row of the rollout is {row.min()} to {row.max()}; allowed: 0 to {len(last) - 1}")
         self.n, self.ticks = 0, int(state["ticks"])
-        if len(state["ended"]) > len(self._ended):
-            self._grow(len(state["ended"]))
-        self.n = len(state["ended"])
+        if n > len(self._ended):
+            self._grow(n)
+        self.n = n
         self.observations[...], self.choices[...] = state["observations"], state["choices"]
-        self.ended[...], self.last = state["ended"], np.array(state["last"])
+        self.ended[...], self.last = state["ended"], last
         for name in _FIELDS:
             self.steps[name] = state[name]
 

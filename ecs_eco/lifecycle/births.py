@@ -11,10 +11,11 @@ from ecs_eco.engine.jit import njit
 from ecs_eco.engine.random import draw, mix
 from ecs_eco.genomes.choices import CHOICES
 from ecs_eco.nervous.senses import rocks
-from ecs_eco.space.geometry import into
+from ecs_eco.space.geometry import cell_of, into
 from ecs_eco.space.sight import gather, offset
 from ecs_eco.space.terrain import ROCK, WATER, ground_at
 
+LITTER_MAX = 65_535  # most that a mother's column holds
 TRIES = 8  # places looked at before a birth is given up for want of room
 
 
@@ -125,7 +126,7 @@ def ticks(seconds: float, dt: float) -> int:
 @njit
 def whole(litter):
     """Return the number of newborn that a litter's size stands for."""
-    return min(np.int64(litter + np.float32(0.5)), 65_535)  # most that a mother's column holds
+    return cell_of(litter + np.float32(0.5), LITTER_MAX + 1)
 
 
 @njit

@@ -7,6 +7,7 @@ import numpy as np
 
 from ecs_eco.components import Biology, Metabolism, Position
 from ecs_eco.engine import random
+from ecs_eco.space.geometry import cells_of
 
 Values = dict[tuple[type, str], np.ndarray]
 
@@ -90,6 +91,5 @@ def _taken(table: Any, world: Any, nx: int, ny: int) -> np.ndarray:
     asked = [values for _, _, values in table.births if (Position, "x") in values]
     inverse = np.array([nx / world.space.size[0], ny / world.space.size[1]], np.float32)
     for x, y in [(p.x[rows], p.y[rows]), *((v[Position, "x"], v[Position, "y"]) for v in asked)]:
-        i, j = np.minimum((x * inverse[0]).astype(int), nx - 1), np.minimum((y * inverse[1]).astype(int), ny - 1)
-        taken[j * nx + i] = True
+        taken[cells_of(y, inverse[1], ny) * nx + cells_of(x, inverse[0], nx)] = True
     return taken

@@ -123,11 +123,11 @@ class Nerves:
 
     def react(self, table: Any) -> np.ndarray | None:
         """Return y of the reflex network for what is sensed now: i8[n, actions]; None where there is none."""
-        return None if self.reflex is None else self._read(self.reflex, table)
+        return None if self.reflex is None else self._read(self.reflex, table, "reflex", (len(self.rows), len(self.actions)))
 
     def feel(self, table: Any) -> np.ndarray | None:
         """Return the happiness that what is sensed now gives: f32[n]; None where there is no such network."""
-        return None if self.happiness is None else self._read(self.happiness, table)
+        return None if self.happiness is None else self._read(self.happiness, table, "happiness", (len(self.rows),))
 
     def remember(self, table: Any, choice: np.ndarray, log_probability: np.ndarray, values: np.ndarray) -> None:
         """Keep what was sensed and chosen, for learning: i16[n, groups], f32[n], f32[n]."""
@@ -177,8 +177,11 @@ class Nerves:
             settings = own.learning_rate[rows], own.discount[rows], own.entropy[rows]
         minds.learn(table[Policy], table[Experience], rows, table.uid[rows], values, settings, world.split)
 
-    def _read(self, network: Network, table: Any) -> np.ndarray:
-        return network(self.x, table, self.rows) if getattr(network, "individual", False) else network(self.x)
+    def _read(self, network: Network, table: Any, name: str, shape: tuple[int, ...]) -> np.ndarray:
+        out = network(self.x, table, self.rows) if getattr(network, "individual", False) else network(self.x)
+        if np.shape(out) != shape or not isinstance(out, np.ndarray):
+            raise ValueError(f"{table.name}: the {name} network gives {type(out).__name__} {np.shape(out)}; allowed: an array {shape}")
+        return out
 
     def by_uid(self, rows: np.ndarray) -> dict[str, np.ndarray]:
         """Return a `state()` in which organisms stand by uid, not by row; `rows` i64[n] are the living in the order of uids."""

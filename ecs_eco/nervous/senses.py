@@ -291,6 +291,7 @@ def _sniff_plane(first, last, value, inverse, ox, oy, radius, cos, sin, forward,
     ny, nx = value.shape
     flat = value.reshape(-1)
     half, zero, one, fnx, fny = np.float32(0.5), np.float32(0.0), np.float32(1.0), np.float32(nx), np.float32(ny)
+    last_x, last_y = fnx - one, fny - one
     for i in range(first, last):
         r = radius[i]
         gx = (ox[i] + r * (forward * cos[i] - left * sin[i])) * inverse[0] - half
@@ -300,11 +301,14 @@ def _sniff_plane(first, last, value, inverse, ox, oy, radius, cos, sin, forward,
         if torus:
             x0, y0 = bx + fnx if bx < zero else bx, by + fny if by < zero else by
             x0, y0 = x0 - fnx if x0 >= fnx else x0, y0 - fny if y0 >= fny else y0
+            x0, y0 = x0 if x0 > zero else zero, y0 if y0 > zero else zero
+            x0, y0 = x0 if x0 < last_x else last_x, y0 if y0 < last_y else last_y
             x1, y1 = x0 + one, y0 + one
             x1, y1 = x1 - fnx if x1 >= fnx else x1, y1 - fny if y1 >= fny else y1
         else:
-            x0, y0 = min(max(bx, zero), fnx - one), min(max(by, zero), fny - one)
-            x1, y1 = min(max(bx + one, zero), fnx - one), min(max(by + one, zero), fny - one)
+            x0, y0, x1, y1 = bx if bx > zero else zero, by if by > zero else zero, bx + one, by + one
+            x1, y1 = x1 if x1 > zero else zero, y1 if y1 > zero else zero
+            x0, y0, x1, y1 = min(x0, last_x), min(y0, last_y), min(x1, last_x), min(y1, last_y)
         i0, i1, j0, j1 = np.uint32(x0), np.uint32(x1), np.uint32(y0) * np.uint32(nx), np.uint32(y1) * np.uint32(nx)
         south, north = (one - fx) * flat[j0 + i0] + fx * flat[j0 + i1], (one - fx) * flat[j1 + i0] + fx * flat[j1 + i1]
         c = (one - fy) * south + fy * north

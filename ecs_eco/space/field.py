@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from ecs_eco.engine.jit import njit
-from ecs_eco.space.geometry import Space
+from ecs_eco.space.geometry import Space, cell_of, floor_between
 
 
 class Field:
@@ -47,8 +47,8 @@ class Field:
 def _deposit(source, x, y, z, amount, inverse):
     nz, ny, nx = source.shape
     for i in range(x.size):
-        cx, cy, cz = int(x[i] * inverse[0]), int(y[i] * inverse[1]), int(z[i] * inverse[2])
-        source[min(cz, nz - 1), min(cy, ny - 1), min(cx, nx - 1)] += amount[i]
+        cx, cy, cz = cell_of(x[i] * inverse[0], nx), cell_of(y[i] * inverse[1], ny), cell_of(z[i] * inverse[2], nz)
+        source[cz, cy, cx] += amount[i]
 
 
 @njit
@@ -79,7 +79,7 @@ def at(value, x, y, z, inverse, torus):
     """Return the field at one place, linear between the centres of cells."""
     nz, ny, nx = value.shape
     gx, gy, gz = x * inverse[0] - np.float32(0.5), y * inverse[1] - np.float32(0.5), z * inverse[2] - np.float32(0.5)
-    i0, j0 = int(np.floor(gx)), int(np.floor(gy))
+    i0, j0 = floor_between(gx, -1, nx - 1), floor_between(gy, -1, ny - 1)
     fx, fy = gx - np.float32(i0), gy - np.float32(j0)
     i1, j1 = i0 + 1, j0 + 1
     if torus:
@@ -90,7 +90,7 @@ def at(value, x, y, z, inverse, torus):
     one = np.float32(1.0)
     if nz == 1:
         return _plane(value[0], i0, i1, j0, j1, fx, fy)
-    k0 = int(np.floor(gz))
+    k0 = floor_between(gz, -1, nz - 1)
     fz = gz - np.float32(k0)
     low, high = min(max(k0, 0), nz - 1), min(max(k0 + 1, 0), nz - 1)
     return (one - fz) * _plane(value[low], i0, i1, j0, j1, fx, fy) + fz * _plane(value[high], i0, i1, j0, j1, fx, fy)

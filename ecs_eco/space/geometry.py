@@ -46,8 +46,8 @@ class Space:
 
     def reach(self, radius: float) -> int:
         """Return how many cells a look of `radius` [m] spans to each side."""
-        sides = [s / n for s, n in zip(self.size, self.shape, strict=False)]
-        return math.ceil(radius / min(sides) - 1e-6)
+        cells, most = radius / min(s / n for s, n in zip(self.size, self.shape, strict=False)), max(self.shape)
+        return max(math.ceil(cells - 1e-6), 0) if cells < most else most * (cells >= most)  # none for what is no number
 
     @property
     def largest_radius(self) -> float:
@@ -69,8 +69,42 @@ def back_into(v: np.ndarray, length: float, torus: bool) -> np.ndarray:
 
 @njit
 def into(v, length, torus):
-    """Return a coordinate brought back into [0, length): around a torus, or to the wall."""
+    """Return a coordinate brought back into [0, length): around a torus, or to the wall; 0 for what is no number."""
+    zero = np.float32(0.0)
     if torus:
         v = v - length * np.float32(np.floor(v / length))
-        return v if v < length else np.float32(0.0)
-    return min(max(v, np.float32(0.0)), np.nextafter(length, np.float32(0.0)))
+        return v if zero <= v < length else zero
+    v = v if v > zero else zero
+    return min(v, np.nextafter(length, zero))
+
+
+@njit
+def cell_of(place, n):
+    """Return in which of n cells a place lies, in units of cells: in the nearest where it lies beyond them, 0 for what is no number."""
+    zero, end = np.float32(0.0), np.float32(n)
+    place = place if place > zero else zero
+    place = place if place < end else end
+    return min(int(place), n - 1)
+
+
+@njit
+def floor_between(place, low, high):
+    """Return the floor of a place in units of cells, no less than low and no more than high; low for what is no number."""
+    least, most = np.float32(low), np.float32(high)
+    place = place if place > least else least
+    place = place if place < most else most
+    return min(int(np.floor(place)), high)
+
+
+@njit
+def half_cells(way, inverse, lengths):
+    """Return how many half cells of a map a way [m] is long, at most as many as once along both sides of the space."""
+    each = max(inverse[0], inverse[1]) * np.float32(2.0)
+    n, most = np.ceil(way * each), np.ceil((lengths[0] + lengths[1]) * each)
+    n = n if n > np.float32(0.0) else np.float32(0.0)
+    return int(n if n < most else most)
+
+
+def cells_of(v: np.ndarray, inverse: float, n: int) -> np.ndarray:
+    """Return in which of n cells, `inverse` to the metre, coordinates f32[k] [m] lie: i64[k], as `cell_of` does."""
+    return np.nan_to_num(v * inverse, nan=0.0, posinf=n, neginf=0.0).clip(0, n - 1).astype(np.int64)

@@ -3,7 +3,7 @@
 import numpy as np
 
 from ecs_eco.engine.jit import njit
-from ecs_eco.space.geometry import Space
+from ecs_eco.space.geometry import Space, cell_of
 
 
 class Index:
@@ -24,8 +24,8 @@ class Index:
         self._x, self._y, self._z = (np.empty(n, np.float32) for _ in range(3))
         self._uid = np.empty(n, np.uint64)
 
-    def build(self, alive: np.ndarray, x: np.ndarray, y: np.ndarray, z: np.ndarray, uid: np.ndarray, n: int) -> None:
-        """Sort the `n` rows that are alive; all arrays are [rows], places in [0, size)."""
+    def build(self, alive: np.ndarray, x: np.ndarray, y: np.ndarray, z: np.ndarray, uid: np.ndarray) -> None:
+        """Sort the rows that are alive; all arrays are [rows], places in [0, size): others count as in the nearest cell."""
         if alive.size > self._cell.size:
             self._allocate(max(alive.size, 2 * self._cell.size))
         if self.start.size != self.space.n_cells + 1:
@@ -33,7 +33,7 @@ class Index:
         nx, ny, nz = self.space.shape
         sort_cells(alive, x, y, z, uid, nx, ny, nz, self.space.inverse, self._cell, self.start,
                    self._rows, self._x, self._y, self._z, self._uid)
-        self.n = n
+        self.n = n = int(self.start[-1])
         self.rows, self.x, self.y, self.z, self.uid = (a[:n] for a in (self._rows, self._x, self._y, self._z, self._uid))
 
 
@@ -44,9 +44,7 @@ def sort_cells(alive, x, y, z, uid, nx, ny, nz, inverse, cell, start, rows, sx, 
     start[:] = 0
     for row in range(alive.size):
         if alive[row]:
-            cx = min(int(x[row] * inverse[0]), nx - 1)
-            cy = min(int(y[row] * inverse[1]), ny - 1)
-            cz = min(int(z[row] * inverse[2]), nz - 1)
+            cx, cy, cz = cell_of(x[row] * inverse[0], nx), cell_of(y[row] * inverse[1], ny), cell_of(z[row] * inverse[2], nz)
             c = (cz * ny + cy) * nx + cx
             cell[row] = c
             start[c + 1] += 1

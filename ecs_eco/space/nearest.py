@@ -119,6 +119,6 @@ def seek(first, last, ox, oy, oz, ostart, tx, ty, tz, tstart, same, k, nx, ny, n
                         else:
                             _compare(a, b, i0, same, tx, ty, tz, shift_x, shift_y, block)
             for lane in range(m):
-                found[i0 + lane] = int(block[4 * LANES + lane])
+                found[i0 + lane] = min(int(block[4 * LANES + lane]), tx.size - 1)  # float32 rounds beyond 2^24
                 distance2[i0 + lane] = block[3 * LANES + lane]
             i0 += m

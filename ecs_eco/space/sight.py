@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ecs_eco.engine.jit import njit
-from ecs_eco.space.geometry import Space, wrapped
+from ecs_eco.space.geometry import Space, cell_of, floor_between, half_cells, wrapped
 from ecs_eco.space.index import sort_cells
 from ecs_eco.space.terrain import ROCK, ground_at
 
@@ -34,7 +34,7 @@ class Bodies:
 @njit
 def gather(x, y, z, reach, start, bx, by, bz, nx, ny, nz, inverse, lengths, torus, out):
     """Write the entries whose cells lie within `reach` cells of a place, each once, in a fixed order; return how many fit."""
-    cx, cy, cz = min(int(x * inverse[0]), nx - 1), min(int(y * inverse[1]), ny - 1), min(int(z * inverse[2]), nz - 1)
+    cx, cy, cz = cell_of(x * inverse[0], nx), cell_of(y * inverse[1], ny), cell_of(z * inverse[2], nz)
     x0, x1, y0, y1 = cx - reach, cx + reach, cy - reach, cy + reach
     if torus:
         if x1 - x0 + 1 >= nx:
@@ -70,8 +70,7 @@ def rock_between(x, y, dx, dy, ground, ground_inverse, lengths, torus):
     """Return the share of the way (dx, dy) at which rock begins, 2 where there is none."""
     if ground.size == 1:
         return np.float32(2.0)
-    length = np.sqrt(dx * dx + dy * dy)
-    steps = int(np.ceil(length * max(ground_inverse[0], ground_inverse[1]) * np.float32(2.0)))
+    steps = half_cells(np.sqrt(dx * dx + dy * dy), ground_inverse, lengths)
     for s in range(1, steps + 1):
         t = np.float32(s) / np.float32(steps)
         px, py = x + t * dx, y + t * dy
@@ -93,13 +92,13 @@ def hidden(x, y, z, dx, dy, dz, me, it, margin, bx, by, bz, br, bu, start, nx, n
     """
     zero, half = np.float32(0.0), np.float32(0.5)
     ax, ay = nx / lengths[0], ny / lengths[1]
-    i0, i1 = int(np.floor((x + min(dx, zero) - margin) * ax)), int(np.floor((x + max(dx, zero) + margin) * ax))
-    j0, j1 = int(np.floor((y + min(dy, zero) - margin) * ay)), int(np.floor((y + max(dy, zero) + margin) * ay))
+    i0, i1 = floor_between((x + min(dx, zero) - margin) * ax, -nx, nx), floor_between((x + max(dx, zero) + margin) * ax, -nx, 2 * nx - 1)
+    j0, j1 = floor_between((y + min(dy, zero) - margin) * ay, -ny, ny), floor_between((y + max(dy, zero) + margin) * ay, -ny, 2 * ny - 1)
     k0, k1 = 0, 0
     if nz > 1:
         az = nz / lengths[2]
-        k0 = max(int(np.floor((z + min(dz, zero) - margin) * az)), 0)
-        k1 = min(int(np.floor((z + max(dz, zero) + margin) * az)), nz - 1)
+        k0 = floor_between((z + min(dz, zero) - margin) * az, 0, nz)
+        k1 = floor_between((z + max(dz, zero) + margin) * az, -1, nz - 1)
     around = torus and (i1 - i0 >= nx or j1 - j0 >= ny)  # the box meets itself: of each body the image nearest to the line's middle counts
     if torus:
         i1, j1 = min(i1, i0 + nx - 1), min(j1, j0 + ny - 1)

@@ -8,7 +8,7 @@ import numpy as np
 
 from ecs_eco.engine import random
 from ecs_eco.engine.jit import njit
-from ecs_eco.space.geometry import Space, into
+from ecs_eco.space.geometry import Space, cell_of, cells_of, floor_between, half_cells, into
 
 OPEN, WATER, ROCK, FENCE = 0, 1, 2, 3
 
@@ -52,8 +52,8 @@ class Terrain:
 
     def free(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
         """Return whether somebody can stand at each place [m]: bool[n]."""
-        i = np.minimum((x * self.inverse[0]).astype(int), self.ground.shape[1] - 1)
-        j = np.minimum((y * self.inverse[1]).astype(int), self.ground.shape[0] - 1)
+        ny, nx = self.ground.shape
+        i, j = cells_of(x, self.inverse[0], nx), cells_of(y, self.inverse[1], ny)
         return (self.ground[j, i] == OPEN) | (self.ground[j, i] == FENCE)
 
     def fence(self, corners: np.ndarray) -> None:
@@ -94,6 +94,10 @@ class Terrain:
         """Take a `state()`; raises ValueError for ground of another size."""
         if state["ground"].shape != self.ground.shape:
             raise ValueError(f"terrain has {self.ground.shape} cells, its state {state['ground'].shape}")
+        corners, lengths, far = state["corners"], state["lengths"], 4 * max(self.space.size)
+        if corners.shape != (lengths.sum(), 2) or (lengths < 1).any() or not (np.abs(corners) <= far).all():
+            raise ValueError(f"fences have corners {corners.tolist()[:4]} …, {lengths.tolist()[:4]} … of each; allowed are two finite "
+                             f"numbers each, up to {far:g} m")
         self.ground[...] = state["ground"]
         self.fences = [f.copy() for f in np.split(state["corners"], np.cumsum(state["lengths"])[:-1])] if len(state["lengths"]) else []
 
@@ -134,7 +138,7 @@ def _hills(space: Space, nx: int, ny: int, seed: float = 0, amplitude: float = 5
 def fence_between(x, y, dx, dy, ground, inverse, lengths, torus):
     """Return whether a fence begins on the way (dx, dy), for one who does not stand on it; looks at every half cell."""
     on = ground_at(ground, inverse, x, y) == FENCE
-    steps = int(np.ceil(np.sqrt(dx * dx + dy * dy) * max(inverse[0], inverse[1]) * np.float32(2.0)))
+    steps = half_cells(np.sqrt(dx * dx + dy * dy), inverse, lengths)
     for s in range(1, steps + 1):
         way = np.float32(s) / np.float32(steps)
         fenced = ground_at(ground, inverse, into(x + way * dx, lengths[0], torus), into(y + way * dy, lengths[1], torus)) == FENCE
@@ -147,7 +151,7 @@ def fence_between(x, y, dx, dy, ground, inverse, lengths, torus):
 @njit
 def ground_at(ground, inverse, x, y):
     """Return the kind of ground at a place."""
-    return ground[min(int(y * inverse[1]), ground.shape[0] - 1), min(int(x * inverse[0]), ground.shape[1] - 1)]
+    return ground[cell_of(y * inverse[1], ground.shape[0]), cell_of(x * inverse[0], ground.shape[1])]
 
 
 @njit
@@ -155,7 +159,7 @@ def height_at(height, inverse, x, y, torus):
     """Return the height [m] at a place, linear between the centres of cells."""
     ny, nx = height.shape
     gx, gy = x * inverse[0] - np.float32(0.5), y * inverse[1] - np.float32(0.5)
-    i0, j0 = int(np.floor(gx)), int(np.floor(gy))
+    i0, j0 = floor_between(gx, -1, nx), floor_between(gy, -1, ny)
     fx, fy = gx - np.float32(i0), gy - np.float32(j0)
     i1, j1 = i0 + 1, j0 + 1
     if torus:

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from ecs_eco.engine.jit import njit
-from ecs_eco.space.geometry import into
+from ecs_eco.space.geometry import cell_of, into
 
 GRAVITY = 9.81  # [m/s^2]
 
@@ -59,7 +59,7 @@ def count(alive, z, height, inverse, counts):
     """Count the living in each layer, from the surface down."""
     for row in range(alive.size):
         if alive[row]:
-            counts[min(max(int((height - z[row]) * inverse), 0), counts.size - 1)] += 1
+            counts[cell_of((height - z[row]) * inverse, counts.size)] += 1
 
 
 @njit
@@ -68,7 +68,7 @@ def dim(surface, z, height, optical, inverse, out):
     last = optical.size - 2
     for i in range(z.size):
         place = max(height - z[i], np.float32(0.0)) * inverse
-        k = min(int(place), last)
+        k = cell_of(place, last + 1)
         tau = optical[k] + (place - k) * (optical[k + 1] - optical[k])
         out[i] = surface * np.exp(-tau)
 

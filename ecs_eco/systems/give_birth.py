@@ -28,7 +28,7 @@ class GiveBirth(System):
             return
         m, g = table[Metabolism], table[Gestation]
         own, _, _, energy_given, _, _ = life_history(table, way)
-        mothers, number = np.empty(table.n, np.int64), np.empty(table.n, np.int64)
+        mothers, number = np.empty(table.high, np.int64), np.empty(table.high, np.int64)
         n = at_term(table.alive[: table.high], g.carrying, g.due, world.tick, m.energy, g.energy, own, energy_given, mothers, number)
         if n == 0:
             return

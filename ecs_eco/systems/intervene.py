@@ -12,6 +12,7 @@ from ecs_eco.engine import random
 from ecs_eco.engine.errors import unknown_name
 from ecs_eco.engine.system import System
 from ecs_eco.lifecycle.founders import newcomers
+from ecs_eco.space.gate import newborn
 
 CELL = 1.0  # [m] side of the cells of a fence where the world has no ground of its own; less in a small world
 CORNERS = 64  # of a round fence
@@ -70,6 +71,7 @@ class Intervene(System):
         who = np.arange(count, dtype=np.uint64) + np.uint64(world.next_uid + waiting)  # uids to come: nobody draws with these numbers
         within = None if what.region is None else Region(world.space, what.region)
         values = newcomers(table, world, table.traits.get("species"), who, within, what.at_place)
+        values = newborn(world, table, values, f"intervene: add {what.species!r}")
         table.request(np.zeros(values[Position, "x"].size, np.uint64), values)
 
     def fence(self, world: Any, what: Any) -> None:
@@ -212,6 +214,9 @@ def checked(world: Any, what: Any, asked: Sequence[dict[str, Any]]) -> Any:
         raise ValueError("intervene: this world was made by hand, without a configuration that values could be set in")
     if (name := getattr(model, "species", None)) is not None and name not in world.tables:
         raise ValueError(unknown_name("intervene", "table", name, world.tables))
+    if (place := getattr(model, "at_place", None)) is not None:
+        places = {(Position, axis): np.array([at], np.float32) for axis, at in zip("xyz", place, strict=False)}
+        newborn(world, world.tables[model.species], places, "intervene: add")
     return model
 
 

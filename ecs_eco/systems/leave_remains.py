@@ -27,7 +27,8 @@ class LeaveRemains(System):
         """Ask for one object for each of the dying that were not eaten; rows i64[k] in the order of uids."""
         world, remains = self.world, table.traits.get("remains")
         if remains is not None:
-            eaten = np.array([c.startswith("eaten") for c in world.causes], np.bool_)
+            eaten = np.zeros(256, np.bool_)  # of any code that a cause can have
+            eaten[: len(world.causes)] = [c.startswith("eaten") for c in world.causes]
             rows = rows[~eaten[table.cause[rows] - 1]]
             if rows.size:
                 kept: list[tuple[Any, str]] = [(Position, f) for f in ("x", "y", "z", "heading")] + [(Body, "radius"), (Body, "mass")]

@@ -8,7 +8,7 @@ from ecs_eco.components import Nervous, Position, Velocity, Vigour
 from ecs_eco.engine.jit import njit
 from ecs_eco.engine.system import System
 from ecs_eco.nervous.decision import first_on
-from ecs_eco.space.geometry import into
+from ecs_eco.space.geometry import half_cells, into
 from ecs_eco.space.terrain import FENCE, OPEN, ground_at, height_at
 
 NO_VIGOUR = np.ones(0, np.float32)
@@ -95,7 +95,7 @@ def free_way(x, y, heading, v, dt, ground, inverse, lengths, torus):
     Who stands where a fence is put up walks off it.
     """
     on = ground_at(ground, inverse, x, y) == FENCE
-    steps = int(np.ceil(v * dt * max(inverse[0], inverse[1]) * np.float32(2.0)))
+    steps = half_cells(v * dt, inverse, lengths)
     for s in range(1, steps + 1):
         way = v * dt * np.float32(s) / np.float32(steps)
         px = into(x + way * np.cos(heading), lengths[0], torus)

@@ -36,7 +36,7 @@ class Reproduce(System):
         """Let parents give birth."""
         m, b = table[Metabolism], table[Biology]
         own, age_min, energy_min, energy_given, litter, _ = life_history(table, way)
-        parents, number = np.empty(table.n, np.int64), np.empty(table.n, np.int64)
+        parents, number = np.empty(table.high, np.int64), np.empty(table.high, np.int64)
         n = ready(table.alive[: table.high], m.energy, b.age, b.fertility, table.uid, own, energy_min, age_min, energy_given, litter,
                   np.float32(1 - np.exp(-way.rate * world.dt)), world.key, parents, number)
         if n == 0:

@@ -11,6 +11,7 @@ from ecs_eco.engine.random import draw
 from ecs_eco.engine.system import System
 from ecs_eco.lifecycle.defence import left_by_defence
 from ecs_eco.nervous.senses import rocks
+from ecs_eco.space.geometry import cell_of
 from ecs_eco.space.terrain import ROCK, WATER, ground_at
 
 EVEN = np.zeros(0, np.float32)
@@ -82,7 +83,7 @@ def stands(alive, x, y, inverse, taken):
     taken[:] = -1
     for row in range(alive.size):
         if alive[row]:
-            taken[min(int(y[row] * inverse[1]), taken.shape[0] - 1), min(int(x[row] * inverse[0]), taken.shape[1] - 1)] = row
+            taken[cell_of(y[row] * inverse[1], taken.shape[0]), cell_of(x[row] * inverse[0], taken.shape[1])] = row
 
 
 @njit

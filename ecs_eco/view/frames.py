@@ -64,6 +64,8 @@ def pack(alive, x, y, z, heading, value, uid, share, words, at):
     for row in range(alive.size):
         if not alive[row]:
             continue
+        if at + 3 > words.size:
+            break
         px = np.uint32(min(max(x[row] * share[0], np.float32(0.0)), top) + half)
         py = np.uint32(min(max(y[row] * share[1], np.float32(0.0)), top) + half)
         pz = np.uint32(min(max(z[row] * share[2], np.float32(0.0)), top) + half)

@@ -32,7 +32,7 @@ def add_heredity(world: Any, table: Any, species: Any, founder: np.ndarray | Non
         shapes = policy_shapes(species, world.config.dims) if minds is None else minds.shapes
         layout = Layout.from_config(section, traits, shapes=shapes)
         operators = Operators.from_config(section, layout, getattr(species.reproduction, "choice", "nearest"))
-        table.dims["loci"] = layout.row
+        table.dims |= {"loci": layout.row, "highest letter": len(layout.alphabet) - 1}
         table.add_component(Genome)
         targets = _targets(table, species, layout, traits)
         if section.founders == "own":

@@ -27,7 +27,7 @@ def test_entries_are_sorted_by_cell_then_uid(size, cell):
     x, y, z = ((rng.random(n) * s).astype(np.float32) for s in (*size, 0.0)[:3])
     alive, uid = rng.random(n) < 0.8, (rng.permutation(n) + 1).astype(np.uint64)
     index = Index(space)
-    index.build(alive, x, y, z, uid, int(alive.sum()))
+    index.build(alive, x, y, z, uid)
     rows, cells = _slow(space, alive, x, y, z, uid)
     assert index.rows.tolist() == rows
     assert index.uid.tolist() == uid[rows].tolist()

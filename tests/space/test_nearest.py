@@ -13,7 +13,7 @@ def _index(space, n, rng, clumped):
     p = places.astype(np.float32)
     uid = (rng.permutation(n) + 1).astype(np.uint64)
     index = Index(space)
-    index.build(np.ones(n, np.bool_), *(p[:, i].copy() for i in range(3)), uid, n)
+    index.build(np.ones(n, np.bool_), *(p[:, i].copy() for i in range(3)), uid)
     return p.astype(float), index
 
 
@@ -62,7 +62,6 @@ def test_hand_counted_neighbours_across_the_seam():
             np.full(len(x), 5, np.float32),
             np.zeros(len(x), np.float32),
             np.arange(1, len(x) + 1, dtype=np.uint64),
-            len(x),
         )
         return index
 
@@ -78,8 +77,8 @@ def test_nobody_is_its_own_nearest_and_the_empty_find_nothing():
     space = Space((10, 10), "walls", 2.0)
     one, none = Index(space), Index(space)
     p = np.ones(1, np.float32)
-    one.build(np.ones(1, np.bool_), p, p, p * 0, np.ones(1, np.uint64), 1)
-    none.build(np.zeros(0, np.bool_), p[:0], p[:0], p[:0], np.zeros(0, np.uint64), 0)
+    one.build(np.ones(1, np.bool_), p, p, p * 0, np.ones(1, np.uint64))
+    none.build(np.zeros(0, np.bool_), p[:0], p[:0], p[:0], np.zeros(0, np.uint64))
     found, distance2 = np.zeros(1, np.int32), np.zeros(1, np.float32)
     for targets in (one, none):
         nearest(one, targets, 3.0, found, distance2)

@@ -1,0 +1,167 @@
+"""The gate: what comes into a world from outside is a finite number within its limits, is brought there, or is refused by name.
+
+Outside is all that no system of a tick wrote: what is spawned, what was written to columns and handles between ticks, checkpoints,
+interventions. A place beyond the edge of a torus is brought back around it, one on a wall to just before it. Within a tick nothing
+is looked at: kernels keep to their arrays whatever the numbers are, and the debug mode says which system wrote them.
+"""
+
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from ecs_eco.engine.jit import njit
+from ecs_eco.space.geometry import back_into
+
+if TYPE_CHECKING:
+    from ecs_eco.engine.table import Table
+
+FURTHEST = 1000  # lengths of the world from which a place is brought back around a torus: float32 still tells places apart there
+
+
+class Limits(NamedTuple):
+    """What a field of a component may hold in one table: low to high, both allowed; `length` [m] is that of an axis of the space."""
+
+    component: type[Any]
+    field: str
+    low: Any
+    high: Any
+    length: float = 0.0  # 0: no place along an axis
+    around: bool = False  # whether it goes around
+
+    @property
+    def name(self) -> str:
+        """Component.field, as in messages."""
+        return f"{self.component.__name__}.{self.field}"
+
+    @property
+    def allowed(self) -> str:
+        """The limits in words."""
+        if self.length:
+            back = f"; up to ±{FURTHEST * self.length:g} m is brought back around the torus" if self.around else ""
+            return f"0 to {self.length:g} m{back}"
+        if self.high in (np.finfo(np.float32).max, np.finfo(np.float64).max):
+            return "finite numbers"
+        return f"{self.low:g} to {self.high:g}"
+
+    def outside(self, values: np.ndarray) -> np.ndarray:
+        """Return which of values [k, …] are beyond the limits, or no numbers: bool[k]."""
+        wrong = ~((values >= self.low) & (values <= self.high))
+        return wrong if wrong.ndim == 1 else wrong.reshape(len(values), -1).any(axis=1)
+
+    def brought_back(self, values: np.ndarray) -> np.ndarray:
+        """Return places f32[k] [m] with those brought into the space that can be; others as they are."""
+        if self.around:
+            can = np.abs(values) <= FURTHEST * np.float32(self.length)
+        else:
+            can = values == np.float32(self.length)
+        return np.where(can, back_into(np.where(can, values, 0), self.length, self.around), values).astype(np.float32)
+
+    def refuse(self, whose: str, values: np.ndarray) -> None:
+        """Raise ValueError where a value is outside; `whose` has a place for the number of the first such."""
+        rows = np.flatnonzero(self.outside(values))
+        if rows.size:
+            bad = np.atleast_1d(values[rows[0]])
+            inside = np.atleast_1d((bad >= self.low) & (bad <= self.high)).ravel()
+            value = bad.ravel()[np.flatnonzero(~inside)[0]]
+            more = f" ({rows.size - 1} more)" if rows.size > 1 else ""
+            raise ValueError(f"{whose.format(int(rows[0]))}: {self.name} is {value}{more}; allowed: {self.allowed}")
+
+
+def limits_of(world: Any, table: "Table", heavy: bool = False) -> list[Limits]:
+    """Return the limits of a table's fields; of heavy ones too where asked for."""
+    key = (heavy, *table.columns, *table.dims.values())
+    known = table.limits.get(heavy)
+    if known is None or known[0] != key:
+        known = table.limits[heavy] = (key, list(_limits(world, table, heavy)))
+    return known[1]
+
+
+def _limits(world: Any, table: "Table", heavy: bool) -> Iterator[Limits]:
+    lengths = dict(zip("xyz", world.space.size, strict=False))
+    for component in table.columns:
+        for field, (kind, default) in component.fields.items():
+            if (kind.blocked and not heavy) or not np.isfinite(default).all():  # its own default says that it needs no finite number
+                continue
+            if component.__name__ == "Position" and (length := lengths.get(field)) is not None:
+                near = np.nextafter(np.float32(length), np.float32(0))
+                yield Limits(component, field, np.float32(0), near, length, world.space.torus and field != "z")
+            elif kind.limits is not None:
+                low, high = kind.limits
+                high = table.dims.get(high) if isinstance(high, str) else high
+                if high is not None:
+                    yield Limits(component, field, kind.dtype.type(low), kind.dtype.type(high))
+            elif kind.dtype.kind == "f":
+                yield Limits(component, field, np.finfo(kind.dtype).min, np.finfo(kind.dtype).max)
+
+
+def admit(world: Any, refuse: bool = True) -> None:
+    """Bring back or refuse what was written to the columns of the living, and asked for as newborn, since the last tick.
+
+    Raises ValueError that names the organism, the field, the value and the limits; nothing where the debug mode is to say so.
+    """
+    for table in world.tables.values():
+        if table.n:
+            _admit_living(world, table, refuse)
+        for parents, _, values in table.births:
+            values.update(newborn(world, table, values, f"newborn {{}} of {parents.size} of {table.name!r}"))
+
+
+def _admit_living(world: Any, table: "Table", refuse: bool) -> None:
+    alive = table.alive[: table.high]
+    for limits in limits_of(world, table):
+        column = getattr(table.columns[limits.component], limits.field)
+        if n_outside(alive, column.reshape(len(column), -1) if column.ndim > 1 else column, limits.low, limits.high):
+            rows = table.rows()
+            values = column[rows]
+            if limits.length:
+                values = column[rows] = limits.brought_back(values)
+                table.version += 1
+            if refuse and (wrong := limits.outside(values)).any():
+                rows, values = rows[wrong], values[wrong]
+                limits.refuse(f"{table.name}, uid {int(table.uid[rows[0]])}", values)
+    if refuse and table.cause[: table.high].max(initial=0) > len(world.causes):
+        row = int(np.flatnonzero(table.cause > len(world.causes))[0])
+        raise ValueError(f"{table.name}, uid {int(table.uid[row])}: cause of death {int(table.cause[row])}; allowed: 0 to "
+                         f"{len(world.causes)}, as world.cause(name) gives them")
+
+
+def newborn(world: Any, table: "Table", values: Mapping[tuple[type, str], Any], whose: str) -> dict[tuple[type, str], np.ndarray]:
+    """Return the columns of newborn with their places brought into the space; ValueError for what is beyond its limits.
+
+    `whose` says in the message who they are, with {} for the number of the first such.
+    """
+    out = {}
+    for limits in limits_of(world, table, heavy=True):
+        key = limits.component, limits.field
+        if key in values:
+            given = np.asarray(values[key])
+            if limits.length:
+                given = limits.brought_back(given.astype(np.float32, copy=False))
+            limits.refuse(whose, given)
+            out[key] = given
+    return {**values, **out}
+
+
+def one_each(value: Any, n: int, where: str) -> np.ndarray:
+    """Return what a function of a user's own gave for n places as an array of n numbers, one for all repeated; ValueError otherwise."""
+    array = np.asarray(value)
+    if array.dtype.kind not in "fiub" or array.shape not in ((), (n,)):
+        raise ValueError(f"{where} gives {array.dtype}{list(array.shape)}; allowed: {n} numbers, one for each place")
+    return array if array.ndim else np.full(n, array, np.float32)
+
+
+@njit
+def n_outside(alive, column, low, high):
+    """Return how many values of the living are not from low to high, NaN among them: column [rows], or [rows, k]."""
+    n = 0
+    if column.ndim == 1:
+        for row in range(alive.size):
+            inside = (column[row] >= low) & (column[row] <= high)
+            n += alive[row] > inside
+    else:
+        for row in range(alive.size):
+            if alive[row]:
+                for i in range(column.shape[1]):
+                    n += not ((column[row, i] >= low) & (column[row, i] <= high))
+    return n
