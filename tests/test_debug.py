@@ -244,7 +244,7 @@ def test_columns_that_a_system_grows_or_replaces_are_caught(caught):
         "species 'deer': alive has 500 rows and had 64; births make room at the end of `reproduce`")
 
     def replace(table, world):
-        table[Body].mass = table[Body].mass.astype(float)
+        vars(table[Body])["mass"] = table[Body].mass.astype(float)  # behind the columns, which refuse it
 
     assert caught(replace) == ("species 'deer': column Body.mass was float32[64] and is float64[64]; "
                                "write into it: table[Body].mass[rows] = …")

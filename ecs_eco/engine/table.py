@@ -236,3 +236,18 @@ def _vacate(rows, alive, uid, cause, killer, high):
     while high > 0 and not alive[high - 1]:
         high -= 1
     return high
+
+
+@njit
+def any_outside(alive, column, low, high):
+    """Return whether a value of the living is not from low to high, or no number: column [rows], or [rows, k]."""
+    found = False
+    if column.ndim == 1:
+        for row in range(alive.size):  # without branches: this becomes vector code
+            found |= alive[row] & ~((column[row] >= low) & (column[row] <= high))
+    else:
+        for row in range(alive.size):
+            if alive[row]:
+                for i in range(column.shape[1]):
+                    found |= not ((column[row, i] >= low) & (column[row, i] <= high))
+    return found

@@ -5,12 +5,13 @@ interventions. A place beyond the edge of a torus is brought back around it, one
 is looked at: kernels keep to their arrays whatever the numbers are, and the debug mode says which system wrote them.
 """
 
+import math
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from ecs_eco.engine.jit import njit
+from ecs_eco.engine.table import any_outside
 from ecs_eco.space.geometry import back_into
 
 if TYPE_CHECKING:
@@ -47,7 +48,7 @@ class Limits(NamedTuple):
     def outside(self, values: np.ndarray) -> np.ndarray:
         """Return which of values [k, …] are beyond the limits, or no numbers: bool[k]."""
         wrong = ~((values >= self.low) & (values <= self.high))
-        return wrong if wrong.ndim == 1 else wrong.reshape(len(values), -1).any(axis=1)
+        return wrong.any(axis=tuple(range(1, wrong.ndim)))
 
     def brought_back(self, values: np.ndarray) -> np.ndarray:
         """Return places f32[k] [m] with those brought into the space that can be; others as they are."""
@@ -111,7 +112,8 @@ def _admit_living(world: Any, table: "Table", refuse: bool) -> None:
     alive = table.alive[: table.high]
     for limits in limits_of(world, table):
         column = getattr(table.columns[limits.component], limits.field)
-        if n_outside(alive, column.reshape(len(column), -1) if column.ndim > 1 else column, limits.low, limits.high):
+        flat = column if column.ndim == 1 else column.reshape(len(column), math.prod(column.shape[1:]))
+        if any_outside(alive, flat, limits.low, limits.high):
             rows = table.rows()
             values = column[rows]
             if limits.length:
@@ -149,19 +151,3 @@ def one_each(value: Any, n: int, where: str) -> np.ndarray:
     if array.dtype.kind not in "fiub" or array.shape not in ((), (n,)):
         raise ValueError(f"{where} gives {array.dtype}{list(array.shape)}; allowed: {n} numbers, one for each place")
     return array if array.ndim else np.full(n, array, np.float32)
-
-
-@njit
-def n_outside(alive, column, low, high):
-    """Return how many values of the living are not from low to high, NaN among them: column [rows], or [rows, k]."""
-    n = 0
-    if column.ndim == 1:
-        for row in range(alive.size):
-            inside = (column[row] >= low) & (column[row] <= high)
-            n += alive[row] > inside
-    else:
-        for row in range(alive.size):
-            if alive[row]:
-                for i in range(column.shape[1]):
-                    n += not ((column[row, i] >= low) & (column[row, i] <= high))
-    return n

@@ -143,3 +143,23 @@ def test_bytes_per_transition_are_those_of_all_columns():
     assert rollout.nbytes_per_transition == 24 * 4 + 2 * 2 + 5 * 4 + 1
     _store(rollout := Rollout(2, 1, 0.9), [0], [0])
     assert rollout.nbytes_per_transition == 2 * 4 + 2 + 5 * 4 + 1
+
+
+@pytest.mark.parametrize(("name", "value", "message"), [
+    ("last", 10**6, "last of the rollout points beyond its 3 transitions"), ("last", -7, "last of the rollout points"),
+    ("row", 10**6, "row of the rollout is 1000000 to 1000000; allowed: 0 to 2"), ("row", -1, "row of the rollout is -1"),
+])  # fmt: skip
+def test_a_state_that_points_beyond_itself_is_refused(name, value, message):
+    rollout = Rollout(2, 1, 0.9)
+    rollout.store(np.arange(3), np.zeros((3, 2), np.float32), np.zeros((3, 1), np.int16), *np.zeros((2, 3), np.float32))
+    state = rollout.state()
+    state[name][...] = value
+    with pytest.raises(ValueError, match=message):
+        Rollout(2, 1, 0.9).load(state)
+
+
+def test_a_state_with_parts_of_other_lengths_is_refused():
+    rollout = Rollout(2, 1, 0.9)
+    rollout.store(np.arange(3), np.zeros((3, 2), np.float32), np.zeros((3, 1), np.int16), *np.zeros((2, 3), np.float32))
+    with pytest.raises(ValueError, match="value of the rollout has 2 transitions, and ended has 3"):
+        Rollout(2, 1, 0.9).load(rollout.state() | {"value": np.zeros(2, np.float32)})

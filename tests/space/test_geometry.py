@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from ecs_eco.space import Space
+from ecs_eco.space import Space, geometry
 from ecs_eco.space.geometry import back_into, into, wrapped
 
 F = np.float32
@@ -62,3 +62,30 @@ def test_a_space_that_cannot_be_is_refused():
     for size in ((1,), (1, 2, 3, 4), (1, -2), (0, 1), (float("nan"), 1)):
         with pytest.raises(ValueError, match="must be two or three positive numbers"):
             Space(size)
+
+
+ODD = [np.nan, np.inf, -np.inf, -0.0, 0.0, 1e-45, -1e-45, 1e38, -1e38, 3.4e38, -3.4e38, 1e30, 9.3e18, 2147483648.0, -500.0, -1.0,
+       4.0, 4.5, 1e9]  # fmt: skip
+
+
+@pytest.mark.parametrize("v", ODD)
+def test_every_number_has_a_cell(v):
+    v = np.float32(v)
+    assert geometry.cell_of(v, 5) == (0 if np.isnan(v) else int(np.clip(v, 0, 4)))
+    assert geometry.floor_between(v, -1, 5) == (-1 if np.isnan(v) else np.floor(np.clip(v, -1, 5)))
+    assert geometry.cells_of(np.array([v]), 1.0, 5).tolist() == [geometry.cell_of(v, 5)]
+    inverse, lengths = np.array([2.0, 1.0], np.float32), np.array([10.0, 20.0, 0.0], np.float32)
+    assert geometry.half_cells(v, inverse, lengths) == (0 if np.isnan(v) else int(np.clip(np.ceil(np.float64(v) * 4), 0, 120)))
+
+
+@pytest.mark.parametrize("v", ODD)
+@pytest.mark.parametrize("torus", [True, False])
+def test_every_number_comes_back_into_the_space(v, torus):
+    length = np.float32(60)
+    assert 0 <= geometry.into(np.float32(v), length, torus) < length
+
+
+def test_a_look_spans_no_more_cells_than_there_are():
+    space = Space((60.0, 40.0), cell=4.0)
+    spans = [space.reach(r) for r in (np.nan, -1.0, 0.0, 3.9, 8.1, 1e30, np.inf)]
+    assert spans == [0, 0, 0, 1, 3, 15, 15]

@@ -1,0 +1,256 @@
+"""Wild states: a small world whose numbers are replaced by the oddest there are, through the gate or behind it, and what becomes of it."""
+
+from __future__ import annotations
+
+import copy
+import random
+import tempfile
+import traceback
+import warnings
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from studies.common.fuzz.mutations import guarded, parsed, sources
+
+TICKS = 2  # after the numbers were changed
+FEW, HORIZON, HIDDEN = 9, 3, 8  # organisms of a species, ticks of a rollout, units of a layer
+WAYS = ("columns", "spawn", "within a tick", "checkpoint")
+PHASES = ("environment", "sense", "feel", "learn", "decide", "move", "interact", "metabolise", "die", "reproduce", "record")
+FAILURES = ("out of bounds", "crash", "hang", "traceback", "refused without a place")
+OWN = ("cause", "born", "killer", "uid")
+FLOATS = [np.nan, np.inf, -np.inf, 0.0, -0.0, 1e-45, -1e-45, 1e-38, 1e38, -1e38, 3.4028235e38, -3.4028235e38, 1e30, 1e9, -1e9, 1.0, -1.0, -500.0, 0.5,
+          16_777_217.0, 2147483648.0, 9.3e18, 1.9e19, -2147483649.0]  # fmt: skip
+
+
+def tried(case: dict[str, Any], states: int) -> dict[str, Any]:
+    """What became of some states of one world, counted by way and kind; the failures in full."""
+    warm(case["source"])
+    items = [(case["source"], case["seed"] * 1_000_000 + i) for i in range(states)]
+    counts: dict[str, dict[str, int]] = {way: {} for way in WAYS}
+    failures = []
+    for item, found in zip(items, guarded(judge, items, seconds=60.0), strict=True):
+        way = way_of(item[1])
+        counts[way][found["kind"]] = counts[way].get(found["kind"], 0) + 1
+        if found["kind"] in FAILURES:
+            failures.append({"item": list(item), "way": way, **found})
+    return {"states": states, "kinds": counts, "failures": failures}
+
+
+@cache
+def config_of(source: str) -> Any:
+    """A world's configuration in little: few organisms, short rollouts, small networks, all policies learning."""
+    from ecs_eco.config import load
+
+    data = parsed(sources()[source][0])
+    data.pop("interventions", None)
+    for kind in [*data["species"].values(), *data.get("objects", {}).values()]:
+        if kind.get("count", 0) > FEW:
+            kind["count"] = FEW
+        policy = kind.get("policy", {})
+        if policy.get("kind", "none") != "none":
+            policy.pop("file", None)
+            learns = "happiness" in kind
+            policy |= {"hidden": [HIDDEN], "learn": learns}
+            if learns:
+                kind["ppo"] = kind.get("ppo", {}) | {"horizon": HORIZON, "minibatch": 16, "epochs": 1}
+    return load(data)
+
+
+def warm(source: str) -> None:
+    """Compile all that a world calls in this process, so that children find it."""
+    fresh(source).run(HORIZON + TICKS)
+
+
+def fresh(source: str) -> Any:
+    """A new world in little that has lived for some ticks."""
+    from ecs_eco import World
+
+    return World.from_config(config_of(source), policies="untrained").run(HORIZON - 1)
+
+
+@cache
+def _kept(source: str) -> list[Any]:
+    from ecs_eco.record import frozen
+
+    world = fresh(source)
+    meta, arrays = frozen.freeze(world)
+    return [world, copy.deepcopy(meta), copy.deepcopy(arrays)]
+
+
+def _world(source: str) -> Any:
+    """The world as it was at first: loaded again, which is quicker than to build it."""
+    from ecs_eco.record import frozen
+
+    kept = _kept(source)
+    if kept[0] is None:
+        kept[0] = fresh(source)
+    frozen.load(kept[0], copy.deepcopy(kept[1]), copy.deepcopy(kept[2]), "memory")
+    return kept[0]
+
+
+def way_of(seed: int) -> str:
+    """Which way the numbers of a state come in."""
+    return WAYS[(0, 1, 2, 2, 2, 3)[seed % 6]]
+
+
+def judge(item: tuple[str, int]) -> dict[str, Any]:
+    """What becomes of one state."""
+    source, seed = item
+    chance, way = random.Random(seed), way_of(seed)
+    with warnings.catch_warnings(), np.errstate(all="ignore"):
+        warnings.simplefilter("ignore")
+        try:
+            world = _world(source)
+            _empty(world, chance)
+            {"columns": columns, "spawn": spawn, "within a tick": within, "checkpoint": checkpoint}[way](world, chance)
+            world.run(TICKS)
+            return {"kind": "ran"}
+        except Exception as error:
+            found = _kind(error, way)
+            if found["kind"] != "refused":
+                _kept(source)[0] = None  # half a tick may be done
+            return found
+
+
+def _kind(error: Exception, way: str) -> dict[str, Any]:
+    from ecs_eco.errors import CheckpointError
+
+    said = f"{type(error).__name__}: {error}"[:300]
+    if isinstance(error, MemoryError):
+        return {"kind": "too large for the memory"}
+    if isinstance(error, IndexError):
+        return {"kind": "out of bounds", "said": traceback.format_exc()[-1500:]}
+    if isinstance(error, CheckpointError):
+        return {"kind": "refused" if ".safetensors" in said else "refused without a place", "said": said}
+    if isinstance(error, ValueError) and "allowed" in said and ("uid " in said or "spawn" in said):
+        return {"kind": "refused" if "." in said else "refused without a place", "said": said}
+    if isinstance(error, FloatingPointError):
+        return {"kind": "no finite number, and said so", "said": said}
+    if way == "within a tick" and isinstance(error, ValueError | OverflowError | ZeroDivisionError | ArithmeticError):
+        return {"kind": "stopped with an error", "said": said}
+    return {"kind": "traceback", "said": traceback.format_exc()[-1500:]}
+
+
+# --- what is done to a world -------------------------------------------------------------------------------------------
+
+
+def _empty(world: Any, chance: random.Random) -> None:
+    """Now and then nobody of a kind is left."""
+    if chance.random() < 0.15:
+        table = chance.choice(list(world.tables.values()))
+        table.cause[table.rows()] = 1
+        world.flush()
+
+
+def wild(dtype: np.dtype, shape: tuple[int, ...], chance: random.Random, size: float) -> np.ndarray:
+    """Odd numbers of a type: one for all, or another for each."""
+    def one() -> Any:
+        if dtype.kind == "b":
+            return chance.random() < 0.5
+        if dtype.kind in "iu":
+            info = np.iinfo(dtype)
+            return chance.choice((info.min, info.max, 0, 1, min(200, info.max), info.max // 2, chance.randint(info.min, info.max)))
+        return chance.choice([*FLOATS, size, -size, size * 2, size * (1 - 1e-7), chance.uniform(-size, 2 * size)])
+
+    if chance.random() < 0.5:
+        return np.full(shape, one()).astype(dtype)
+    return np.array([one() for _ in range(int(np.prod(shape)))]).astype(dtype).reshape(shape)
+
+
+def columns(world: Any, chance: random.Random) -> None:
+    """Write to columns of the living between ticks."""
+    poke(world, chance, own=False)
+
+
+def poke(world: Any, chance: random.Random, own: bool) -> None:
+    """Write to one to four columns of the living, in one row, some or all; to fields, ground and surroundings now and then."""
+    size = float(max(world.space.size))
+    tables = [t for t in world.tables.values() if t.n]
+    for _ in range(chance.choice((1, 1, 2, 4)) if tables else 0):
+        table = chance.choice(tables)
+        rows = np.array(chance.choice((table.rows()[:1], table.rows()[::2], table.rows())))
+        places = [(vars(c), f) for c in table.columns.values() for f in vars(c)]
+        if chance.random() < 0.3:  # where they are counts most
+            places = [(vars(c), f) for k, c in table.columns.items() for f in vars(c) if k.__name__ in ("Position", "Body", "Velocity")]
+        if own and chance.random() < 0.1:
+            array = getattr(table, chance.choice(OWN))
+        else:
+            held, field = chance.choice(places)
+            array = held[field]
+        array[rows] = wild(np.dtype(array.dtype), (rows.size, *array.shape[1:]), chance, size)
+        table.version += 1
+    if own and world.fields and chance.random() < 0.2:
+        value = chance.choice(list(world.fields.values())).value
+        value[...] = wild(value.dtype, value.shape, chance, size)
+    if own and world.terrain is not None and chance.random() < 0.2:
+        ground = chance.choice((world.terrain.height, world.terrain.ground))
+        ground[...] = wild(ground.dtype, ground.shape, chance, size)
+
+
+def spawn(world: Any, chance: random.Random) -> None:
+    """Ask for newborn with odd values."""
+    table = chance.choice(list(world.tables.values()))
+    handles = []
+    for component in chance.sample(list(table.columns), min(len(table.columns), chance.choice((1, 1, 2, 3)))):
+        values = {}
+        for field, default in table.defaults[component].items():
+            if chance.random() < 0.5:
+                value = wild(default.dtype, default.shape, chance, float(max(world.space.size)))
+                values[field] = value if default.shape else value[()]
+        handles.append(component(**values))
+    world.spawn(table.name, *handles, n=chance.choice((1, 2, 9)))
+
+
+def within(world: Any, chance: random.Random) -> None:
+    """Let an odd system write within the next tick, in any phase."""
+    import esper
+
+    from ecs_eco.world import _Inside
+
+    class Poke(esper.Processor):
+        def process(self, *_: Any) -> None:
+            poke(world, chance, own=True)
+
+    phase = PHASES.index(chance.choice(PHASES))
+    with _Inside(world._context):
+        esper.add_processor(Poke(), priority=-(phase * 1_000_000 + chance.choice((0, 999_998))))
+    try:
+        world.run(TICKS)
+    finally:
+        with _Inside(world._context):
+            esper.remove_processor(Poke)
+
+
+def checkpoint(world: Any, chance: random.Random) -> None:
+    """Load a sealed checkpoint with odd numbers, types, shapes and rows."""
+    from ecs_eco.record import frozen
+    from ecs_eco.record.checkpoint import write
+
+    meta, arrays = frozen.freeze(world)
+    meta, arrays = copy.deepcopy(meta), {name: array.copy() for name, array in arrays.items()}
+    for _ in range(chance.choice((1, 1, 2))):
+        name = chance.choice([n for n in arrays if n.startswith("table/") or chance.random() < 0.2] or list(arrays))
+        array = arrays[name]
+        way = chance.choice(("wild", "wild", "wild", "rows", "type", "shape", "clock"))
+        if way == "wild" and array.size:
+            flat = array.reshape(-1)
+            at = np.array(chance.choice(([0], list(range(0, flat.size, 2)), list(range(flat.size)))))
+            flat[at] = wild(array.dtype, at.shape, chance, float(max(world.space.size)))
+        elif way == "rows":
+            rows = arrays[f"table/{chance.choice(list(world.tables))}/{chance.choice(('row', 'uid'))}"]
+            rows[:] = chance.choice((rows[::-1].copy(), np.full_like(rows, rows[0] if rows.size else 0), rows + rows.dtype.type(2**40)))
+        elif way == "type":
+            arrays[name] = array.astype(chance.choice((np.float64, np.float32, np.int64, np.uint8, np.uint64)))
+        elif way == "shape" and array.size:
+            arrays[name] = chance.choice((array[:-1], array.reshape(-1), np.concatenate([array, array]), array[None])) if array.ndim else array[None]
+        elif way == "clock":
+            part = chance.choice(("tick", "next_uid", "capacity"))
+            value = chance.choice((0, -1, 1, 2**40, 2**63, 2**70, 0.5, "x", None))
+            (meta["tables"][chance.choice(list(world.tables))] if part == "capacity" else meta["clock"])[part] = value
+    with tempfile.TemporaryDirectory(prefix="ecs-eco-wild-") as folder:
+        path = Path(folder) / "odd.safetensors"
+        write(path, meta, arrays)
+        world.load(path)
