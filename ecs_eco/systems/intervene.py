@@ -214,8 +214,9 @@ def checked(world: Any, what: Any, asked: Sequence[dict[str, Any]]) -> Any:
         raise ValueError("intervene: this world was made by hand, without a configuration that values could be set in")
     if (name := getattr(model, "species", None)) is not None and name not in world.tables:
         raise ValueError(unknown_name("intervene", "table", name, world.tables))
-    if (place := getattr(model, "at_place", None)) is not None:
-        places = {(Position, axis): np.array([at], np.float32) for axis, at in zip("xyz", place, strict=False)}
+    if model.kind == "add" and model.at_place is not None:
+        at = zip("xyz", model.at_place, strict=False)
+        places: dict[tuple[type, str], Any] = {(Position, axis): np.array([v], np.float32) for axis, v in at}
         newborn(world, world.tables[model.species], places, "intervene: add")
     return model
 
