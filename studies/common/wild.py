@@ -73,7 +73,7 @@ def fresh(source: str) -> Any:
 
 @cache
 def _kept(source: str) -> list[Any]:
-    from ecs_eco.record import frozen
+    from ecs_eco.checkpoint import freeze as frozen
 
     world = fresh(source)
     meta, arrays = frozen.freeze(world)
@@ -82,7 +82,7 @@ def _kept(source: str) -> list[Any]:
 
 def _world(source: str) -> Any:
     """The world as it was at first: loaded again, which is quicker than to build it."""
-    from ecs_eco.record import frozen
+    from ecs_eco.checkpoint import freeze as frozen
 
     kept = _kept(source)
     if kept[0] is None:
@@ -116,7 +116,7 @@ def judge(item: tuple[str, int]) -> dict[str, Any]:
 
 
 def _kind(error: Exception, way: str) -> dict[str, Any]:
-    from ecs_eco.errors import CheckpointError
+    from ecs_eco.engine.errors import CheckpointError
 
     said = f"{type(error).__name__}: {error}"[:300]
     if isinstance(error, MemoryError):
@@ -208,7 +208,7 @@ def within(world: Any, chance: random.Random) -> None:
     """Let an odd system write within the next tick, in any phase."""
     import esper
 
-    from ecs_eco.world import _Inside
+    from ecs_eco.ecosystem import _Inside
 
     class Poke(esper.Processor):
         def process(self, *_: Any) -> None:
@@ -226,8 +226,8 @@ def within(world: Any, chance: random.Random) -> None:
 
 def checkpoint(world: Any, chance: random.Random) -> None:
     """Load a sealed checkpoint with odd numbers, types, shapes and rows."""
-    from ecs_eco.record import frozen
-    from ecs_eco.record.checkpoint import write
+    from ecs_eco.checkpoint import freeze as frozen
+    from ecs_eco.checkpoint.file import write
 
     meta, arrays = frozen.freeze(world)
     meta, arrays = copy.deepcopy(meta), {name: array.copy() for name, array in arrays.items()}

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from ecs_eco.errors import CheckpointError
+from ecs_eco.engine.errors import CheckpointError
 from studies.common import wild
 
 ROOT = Path(__file__).parents[2]

@@ -5,7 +5,7 @@ import pytest
 
 from ecs_eco import System, World
 from ecs_eco.components import Biology, Body, Metabolism, Position
-from ecs_eco.schema import component, f32
+from ecs_eco.engine.schema import component, f32
 from ecs_eco.systems import Move
 
 F = np.float32

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from ecs_eco import World
+from ecs_eco.checkpoint import freeze as frozen
+from ecs_eco.checkpoint.file import write
 from ecs_eco.components import Biology, Body, Metabolism, Position
-from ecs_eco.errors import CheckpointError
-from ecs_eco.record import frozen
-from ecs_eco.record.checkpoint import write
+from ecs_eco.engine.errors import CheckpointError
 from ecs_eco.space import Field
 
 F = np.float32
