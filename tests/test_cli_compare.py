@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,7 @@ from typer.testing import CliRunner
 
 from ecs_eco.cli import app
 from ecs_eco.config import load
+from ecs_eco.engine.errors import FolderInUse
 from ecs_eco.experiments import seed_grid as crossing
 from ecs_eco.experiments.comparison import Arm, arms_of, run_one
 from ecs_eco.record import run_to_folder
@@ -95,11 +97,16 @@ def test_which_policies_an_arm_runs_with() -> None:
 def test_a_folder_is_gone_on_with_by_the_same_comparison_alone(here: Path) -> None:
     arms = arms_of("predator-prey", [], ["random-policy"])
     plan = crossing.plan_of(arms, 10, True, False)
-    out = crossing.folder_of(here / "out", "x", plan)
-    crossing.write_plan(out, plan)
-    assert crossing.folder_of(out, "x", plan) == out
+    with crossing.folder_of(here / "out", "x", plan) as claim:
+        out = claim.path
+        crossing.write_plan(out, plan)
+        with pytest.raises(FolderInUse, match=f"out: is being written by process {os.getpid()} "):
+            crossing.folder_of(out, "x", plan)
+    with crossing.folder_of(out, "x", plan) as claim:
+        assert claim.path == out
     more = crossing.plan_of(arms_of("predator-prey", [], ["learning"]), 10, True, False)
-    assert crossing.folder_of(out, "x", more) == out  # another control may be added
+    with crossing.folder_of(out, "x", more) as claim:
+        assert claim.path == out  # another control may be added
     crossing.write_plan(out, more)
     assert set(json.loads((out / "plan.json").read_text())["arms"]) == {"world", "random-policy", "learning"}
     said = invoke("--training-seeds", "2", "--ticks", "11", "--set", "species.deer.count=9", "--out", "out", code=2)

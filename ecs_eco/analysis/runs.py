@@ -12,8 +12,7 @@ from typing import Any
 import numpy as np
 import pyarrow as pa
 
-from ecs_eco.engine.errors import RecordingError
-from ecs_eco.record import seal
+from ecs_eco.record import belonging, seal
 from ecs_eco.record.parquet import read_part
 
 DIED = "died: "
@@ -86,13 +85,10 @@ def read_manifest(run: Path | str) -> dict[str, Any]:
 def parts(run: Path | str, kind: str) -> list[Path]:
     """The Parquet parts of one kind (series, births, deaths, snapshots) of a run folder, in order.
 
-    Raises RecordingError where there are fewer than the manifest says.
+    Raises RecordingError where there are fewer than the manifest says, ForeignFile where one belongs to another run.
     """
-    found = sorted((Path(run) / kind).glob("part-*.parquet"))
-    said = seal.read_manifest(Path(run)).get("parts", {}).get(kind, 0) if (Path(run) / "manifest.json").is_file() else 0
-    if len(found) < said:
-        raise RecordingError(f"{run}: {said - len(found)} of {said} parts of {kind} are missing")
-    return found
+    there = (Path(run) / "manifest.json").is_file()
+    return belonging.parts(Path(run), kind, seal.read_manifest(Path(run)) if there else {})
 
 
 def load_series(

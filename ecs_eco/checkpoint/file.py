@@ -111,12 +111,18 @@ def describe(path: str | Path) -> dict[str, Any]:
         raise CheckpointError(f"{path}: is no checkpoint: {error}") from None
 
 
-def latest(folder: Path, before: int | None = None, complain: Callable[[str], None] | None = None) -> Path | None:
-    """Return the newest whole checkpoint in a folder, at or before a tick; `complain` hears of damaged ones that are passed over."""
+def latest(folder: Path, before: int | None = None, complain: Callable[[str], None] | None = None,
+           check: Callable[[Path, dict[str, Any]], None] | None = None) -> Path | None:
+    """Return the newest whole checkpoint in a folder, at or before a tick; `complain` hears of damaged ones that are passed over.
+
+    `check(path, meta)` raises where a whole one is not to be taken.
+    """
     for path in sorted(folder.glob(f"tick-*{SUFFIX}"), reverse=True):
         try:
             if before is None or tick_of(path) <= before:
-                read(path)
+                meta, _ = read(path)
+                if check is not None:
+                    check(path, meta)
                 return path
         except CheckpointError as error:
             if complain is not None:

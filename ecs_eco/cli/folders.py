@@ -9,27 +9,27 @@ from pathlib import Path
 from ecs_eco.cli.terminal import refuse
 from ecs_eco.config import WorldConfig
 from ecs_eco.engine.errors import nearest
+from ecs_eco.record.claim import Claim, claim_new, claim_next
 
 POLICIES = ("trained", "random", "untrained")
 
 
-def results(out: Path | None, default: str) -> Path:
-    """The folder for results: `out`, or a free one in runs/; ConfigError where it cannot be written or has content.
+def results(out: Path | None, default: str) -> Claim:
+    """Claim the folder for results: `out`, or a free one in runs/; ConfigError where it cannot be written or has content.
 
-    Makes nothing: what is made to find out is removed again.
+    Raises FolderInUse where another process writes there. Of a claim that nothing comes of nothing is left.
     """
     try:
         if out is None:
-            out = _free(Path("runs") / default)
+            return claim_next(out := Path("runs") / default)
         if out.exists() and not out.is_dir():
             refuse("--out", "is a file", str(out), "a folder, new or empty")
-        if out.is_dir() and any(out.iterdir()):
-            near = str(_free(out)) if out.name else ""  # "." and "/" have none
-            refuse("--out", "is not empty", str(out), "a folder, new or empty", near)
-        _try_out(out)
+        return claim_new(out)
+    except FileExistsError:
+        near = str(_free(out)) if out is not None and out.name else ""  # "." and "/" have none
+        refuse("--out", "is not empty", str(out), "a folder, new or empty", near)
     except OSError as error:
         refuse("--out", f"cannot be written: {error.strerror or error}", str(out), "a folder that can be made")
-    return out
 
 
 def pages(out: Path | None, folder: Path) -> None:

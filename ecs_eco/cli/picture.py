@@ -83,10 +83,10 @@ def _draw_nerves(replay: Any, folder: Path, out: Path | None, tick: int, uid: in
     if state["note"]:
         complain(state["note"])
     from ecs_eco.analysis.nervous_figure import draw_nervous_system, save
-    from ecs_eco.config import load
+    from ecs_eco.runs.begin import config_of
     from ecs_eco.view.inspect import drawable
 
-    figure = draw_nervous_system(load(replay.recording.manifest["config"]), species, drawable(state["nerves"]))
+    figure = draw_nervous_system(config_of(replay.recording.manifest), species, drawable(state["nerves"]))
     try:
         say(f"Drawn in {save(figure, path)}")
     except OSError as error:

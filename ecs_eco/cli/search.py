@@ -16,6 +16,7 @@ from ecs_eco.cli.terminal import INTERRUPTED, complain, refuse, say
 from ecs_eco.config import load
 from ecs_eco.config.loading import ALIASES, parse
 from ecs_eco.engine.errors import ConfigError, Problem
+from ecs_eco.record.claim import Claim
 
 if TYPE_CHECKING:
     from ecs_eco.search.run import Search
@@ -37,17 +38,16 @@ def search_world(world: str, changes: list[str], ranges: list[str], options: dic
         raise ConfigError([_moved(p) for p in error.problems], error.title) from None
     if budget is None and trials is None:
         budget = 30.0
-    if out is None or not (out / "journal.jsonl").is_file():
-        out = results(out, f"{config.name}-search")
     from ecs_eco.search import search
 
-    try:
-        with _shown(config.name, quiet) as show:
-            found = search(world, out, overrides, budget=budget, trials=trials, workers=workers, optimiser=optimiser, progress=show)
-    except KeyboardInterrupt:
-        complain(f"Stopped; all finished evaluations are kept. Go on with the same command and --out {out}")
-        raise typer.Exit(INTERRUPTED) from None
-    tell(found, out)
+    with results(out, f"{config.name}-search") if out is None or not (out / "journal.jsonl").is_file() else Claim(out) as claim:
+        try:
+            with _shown(config.name, quiet) as show:
+                found = search(world, claim, overrides, budget=budget, trials=trials, workers=workers, optimiser=optimiser, progress=show)
+        except KeyboardInterrupt:
+            complain(f"Stopped; all finished evaluations are kept. Go on with the same command and --out {claim.path}")
+            raise typer.Exit(INTERRUPTED) from None
+    tell(found, claim.path)
 
 
 def overrides_of(changes: list[str], ranges: list[str], options: dict[str, Any]) -> dict[str, Any]:

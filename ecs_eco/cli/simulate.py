@@ -38,10 +38,14 @@ def run_world(
     from ecs_eco.record.details import how_many
 
     how_many(record)
-    out = results(out, f"{config.name}-{seed}")
     from ecs_eco.record import run_to_folder
 
-    with progress(config.name, quiet) as bar, _viewer(config.title or config.name, ticks, shown) as viewer:
+    with (
+        results(out, f"{config.name}-{seed}") as claim,
+        progress(config.name, quiet) as bar,
+        _viewer(config.title or config.name, ticks, shown) as viewer,
+    ):
+        out = claim.path
         try:
             command = f"ecs-eco run {shlex.quote(world)} --seed {seed} --ticks {ticks} --policies {shlex.quote(policies)}"
             command += "".join(f" --set {shlex.quote(change)}" for change in changes)
@@ -51,7 +55,7 @@ def run_world(
             more |= {} if record is None else {"record": record}
             command += "" if record is None else f" --record {record}"
             found = run_to_folder(
-                config, seed, ticks, out, policies, learn, bar, threads=threads, report=report, command=command, **more
+                config, seed, ticks, claim, policies, learn, bar, threads=threads, report=report, command=command, **more
             )
         except KeyboardInterrupt:
             stopped(bar.done, ticks, out)
@@ -71,9 +75,8 @@ def repeat_run(folder: Path, out: Path | None, quiet: bool, threads: int) -> Non
     """Run a recorded run again and compare the digests; ends with code 1 where they differ."""
     from ecs_eco.runs.repeat import repeat
 
-    out = None if out is None else results(out, folder.name)
-    with progress(folder.name, quiet) as bar:
-        found = repeat(folder, out, bar, threads=threads)
+    with nullcontext() if out is None else results(out, folder.name) as claim, progress(folder.name, quiet) as bar:
+        found = repeat(folder, claim, bar, threads=threads)
     done = f"{found['ticks']} ticks of {found['world']} again, with {found['interventions']} interventions"
     if found["same"]:
         say(f"{done}: the same end, {found['digest'][:16]}")
@@ -101,18 +104,21 @@ def resume_run(
     if forks and out is None:
         what = "is missing: a fork is recorded in a folder of its own"
         refuse("--out", what, "", "a folder, new or empty")
-    where = results(out, folder.name) if out is not None else folder
-    manifest = read_manifest(folder)
+    manifest, where = read_manifest(folder), out or folder
     title = manifest["config"].get("title") or folder.name
-    with _viewer(title, manifest["ticks"] if until is None else until, shown) as viewer, progress(folder.name, quiet) as bar:
+    with (
+        nullcontext() if out is None else results(out, folder.name) as claim,
+        _viewer(title, manifest["ticks"] if until is None else until, shown) as viewer,
+        progress(folder.name, quiet) as bar,
+    ):
         more: dict[str, Any] = {"threads": threads, "report": report, "complain": complain}
         more |= {} if viewer is None else {"prepare": viewer.open}
         try:
-            if forks:
+            if claim is not None:
                 command = f"ecs-eco resume {shlex.quote(str(folder))} --out DIR"
                 command += "" if from_tick is None else f" --from-tick {from_tick}"
                 command += "".join(f" --set {shlex.quote(change)}" for change in changes)
-                found = fork(folder, where, from_tick, changes, until, bar, command=command, **more)
+                found = fork(folder, claim, from_tick, changes, until, bar, command=command, **more)
             else:
                 found = resume(folder, until, bar, **more)
         except KeyboardInterrupt:
@@ -128,10 +134,10 @@ def train_world(
     seed, ticks = config.seed if seed is None else seed, ticks or config.training.ticks
     if not any(species.policy.kind != "none" for species in config.species.values()):
         refuse("WORLD", "no species has a policy to train", world, 'a world with policy.kind = "shared"')
-    out = results(out, f"{config.name}-policies-{seed}")
     from ecs_eco.experiments.pretraining import pretrain
 
-    with progress(f"training {config.name}", quiet) as bar:
+    with results(out, f"{config.name}-policies-{seed}") as claim, progress(f"training {config.name}", quiet) as bar:
+        out = claim.path
         try:
             found = pretrain(config, seed, ticks, out, bar)
         except KeyboardInterrupt:

@@ -30,7 +30,7 @@ def exits(command: Callable[..., None]) -> Callable[..., None]:
 
     @wraps(command)
     def wrapped(*args: Any, **kwargs: Any) -> None:
-        from ecs_eco.engine.errors import CheckpointError, ConfigError, RecordingError
+        from ecs_eco.engine.errors import CheckpointError, ConfigError, FolderInUse, ForeignFile, RecordingError
 
         try:
             command(*args, **kwargs)
@@ -39,7 +39,7 @@ def exits(command: Callable[..., None]) -> Callable[..., None]:
             raise typer.Exit(REFUSED) from None
         except (RecordingError, CheckpointError) as error:
             complain(str(error))
-            raise typer.Exit(FAILED) from None
+            raise typer.Exit(REFUSED if isinstance(error, FolderInUse | ForeignFile) else FAILED) from None
         except MemoryError as error:
             complain(f"The memory is not enough for this: {error or 'a smaller world needs less'}")
             raise typer.Exit(FAILED) from None

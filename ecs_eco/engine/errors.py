@@ -142,3 +142,11 @@ class RecordingError(ValueError):
 
 class CheckpointError(ValueError):
     """A checkpoint that cannot be read, or a world that cannot be saved or brought to what one holds."""
+
+
+class FolderInUse(RecordingError):
+    """A folder that another process is writing to."""
+
+
+class ForeignFile(RecordingError):
+    """A file that belongs to another run than the folder that it lies in."""

@@ -6,7 +6,6 @@ import hashlib
 import multiprocessing
 import os
 import re
-import shutil
 import signal
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future, ProcessPoolExecutor, as_completed
@@ -63,16 +62,17 @@ def compare_arms(
     config = arms[0].config
     ticks = ticks or config.ticks
     plan = crossing.plan_of(arms, ticks, training_seeds is not None, retrain)
-    out = crossing.folder_of(out, f"{config.name}-compare", plan)
-    crossing.write_plan(out, plan)
-    worlds = range(1, seeds + 1)
-    if training_seeds is None:
+    with crossing.folder_of(out, f"{config.name}-compare", plan) as claim:
+        out = claim.path
+        crossing.write_plan(out, plan)
+        worlds = range(1, seeds + 1)
+        if training_seeds is not None:
+            _cross(out, arms, range(1, training_seeds + 1), worlds, ticks, workers, quiet, retrain)
+            return
         jobs = {(arm.name, seed): (arm, seed, ticks, out / arm.name / f"seed-{seed}") for arm in arms for seed in worlds}
         finish(jobs, workers, quiet, out)
         runs = {arm.name: [jobs[arm.name, seed][3] for seed in worlds] for arm in arms}
         tell(out, runs, policies={arm.name: crossing.told_bundled(arm, arms) for arm in arms if crossing.thinkers(arm.config)})
-    else:
-        _cross(out, arms, range(1, training_seeds + 1), worlds, ticks, workers, quiet, retrain)
 
 
 def _cross(out: Path, arms: list[Arm], training: range, worlds: range, ticks: int, workers: int, quiet: bool, retrain: bool) -> None:
@@ -80,7 +80,7 @@ def _cross(out: Path, arms: list[Arm], training: range, worlds: range, ticks: in
     places = {arm.name: crossing.policies_folder(out, arm, arms, retrain) for arm in arms if crossing.learnt(arm)}
     owners = {places[arm.name]: arm for arm in reversed(arms) if arm.name in places}
     wanted = {(str(place.name), k): (arm.config, k, place / f"seed-{k}") for place, arm in owners.items() for k in training}
-    missing = {key: job for key, job in wanted.items() if not crossing.trained_already(job[2], job[0])}
+    missing = {key: job for key, job in wanted.items() if not crossing.trained_already(job[2], job[0], job[1])}
     if len(run_all(missing, workers, quiet, crossing.train_one, "training", "policies", out)) < len(missing):
         complain(f"Not all policies could be trained; those that are there are in {out / 'policies'}.")
         raise typer.Exit(1)
@@ -100,7 +100,7 @@ def _cross(out: Path, arms: list[Arm], training: range, worlds: range, ticks: in
 
 def finish(jobs: Mapping[tuple[str, Any], tuple[Any, ...]], workers: int, quiet: bool, out: Path) -> None:
     """Run what is not there yet; ends the command where a run failed."""
-    missing = {name: job for name, job in jobs.items() if not crossing.ran_already(job[3], job[2])}
+    missing = {name: job for name, job in jobs.items() if not crossing.ran_already(job[3], job[2], job[0], job[1])}
     if len(missing) < len(jobs) and not quiet:
         complain(f"{len(jobs) - len(missing)} of {len(jobs)} runs are there already.")
     done = run_all(missing, workers, quiet, out=out)
@@ -235,8 +235,9 @@ def _obey() -> None:
 def run_one(arm: Arm, seed: int, ticks: int, out: Path) -> Any:
     """One run, in a process of its own; one that was stopped goes on from its checkpoint, or begins anew where it has none."""
     global _running
-    from ecs_eco.engine.errors import CheckpointError, RecordingError
+    from ecs_eco.engine.errors import CheckpointError, FolderInUse, ForeignFile, RecordingError
     from ecs_eco.record import resume, run_to_folder
+    from ecs_eco.record.folder import remove_run
 
     every = max(EVERY, ticks // 20) if ticks > EVERY else None
     _running = True
@@ -244,8 +245,10 @@ def run_one(arm: Arm, seed: int, ticks: int, out: Path) -> Any:
         if (out / "manifest.json").is_file():
             try:
                 return resume(out, ticks, report=False, complain=lambda _: None)
+            except (FolderInUse, ForeignFile):
+                raise
             except (CheckpointError, RecordingError):
-                shutil.rmtree(out)
+                remove_run(out)
         return run_to_folder(arm.config, seed=seed, ticks=ticks, out=out, policies=arm.policies, learn=arm.learn, controls=arm.controls,
                              report=False, checkpoint_every=every, keep=1)
     except KeyboardInterrupt:

@@ -12,7 +12,6 @@ import numpy as np
 
 from ecs_eco.config import WorldConfig, load
 from ecs_eco.config.loading import changed
-from ecs_eco.engine import files
 from ecs_eco.experiments.training_worlds import TrainingWorlds
 from ecs_eco.worlds.reconfigure import reconfigure
 
@@ -63,13 +62,16 @@ def value_at(data: Any, key: str) -> Any:
 
 
 def save(result: dict[str, Any], out: Path) -> None:
-    """Write the policies as safetensors and everything else as training.json."""
+    """Write the policies as safetensors with their seals, and everything else, with their hashes, as training.json."""
+    from ecs_eco.learning.weights import hash_of
+    from ecs_eco.learning.weights import save as save_weights
     from ecs_eco.record.folder import write_json
 
     out.mkdir(parents=True, exist_ok=True)
     for name, weights in result["policies"].items():
-        files.write_tensors(out / f"{name}.safetensors", {k: np.ascontiguousarray(v) for k, v in weights.items()})
-    write_json(out / "training.json", {k: v for k, v in result.items() if k != "policies"})
+        save_weights(out / f"{name}.safetensors", weights)
+    hashes = {name: hash_of(out / f"{name}.safetensors") for name in result["policies"]}
+    write_json(out / "training.json", {k: v for k, v in result.items() if k != "policies"} | {"weights": hashes})
 
 
 def mean_weights(states: list[dict[str, np.ndarray]]) -> dict[str, np.ndarray]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import os
 import shutil
@@ -12,7 +13,10 @@ from typing import TYPE_CHECKING, Any
 from ecs_eco.cli.folders import results
 from ecs_eco.cli.terminal import refuse
 from ecs_eco.config import WorldConfig
+from ecs_eco.engine.errors import ForeignFile, RecordingError
 from ecs_eco.experiments.variants import MATTERS_TO_LEARNING
+from ecs_eco.record.claim import Claim
+from ecs_eco.record.seal import read_manifest
 
 if TYPE_CHECKING:
     from ecs_eco.experiments.comparison import Arm
@@ -90,12 +94,27 @@ def told_bundled(arm: Arm, arms: list[Arm]) -> str:
     return f"the policies{some} that the world comes with" + ("" if arm is arms[0] else ", the same as the first arm")
 
 
-def trained_already(folder: Path, config: WorldConfig) -> bool:
-    """Whether the policies of a configuration are in a folder."""
+def hash_of(path: Path) -> str:
+    """The SHA-256 of a file."""
+    return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+def trained_already(folder: Path, config: WorldConfig, seed: int) -> bool:
+    """Whether the policies of a configuration and a training seed are in a folder; refuses those of another seed or configuration."""
     try:
-        return bool(json.loads((folder / "training.json").read_text(encoding="utf-8"))["config_hash"] == config.config_hash)
-    except (OSError, ValueError, KeyError):
+        found = json.loads((folder / "training.json").read_text(encoding="utf-8"))
+        wanted = {"config_hash": config.config_hash, "seed": seed}
+        other = [key for key in wanted if found[key] != wanted[key]]
+        weights = {name: hash_of(folder / f"{name}.safetensors") for name in thinkers(config)}
+    except (OSError, ValueError, KeyError, TypeError):
         return False
+    if other:
+        raise ForeignFile(f"{folder / 'training.json'}: belongs to another training: {', '.join(f'{k} {found[k]}' for k in other)}, "
+                          f"not {', '.join(str(wanted[k]) for k in other)}")  # fmt: skip
+    for name, own in weights.items():
+        if found.get("weights", {}).get(name) != own:
+            raise ForeignFile(f"{folder / name}.safetensors: is not the policy that this training left")
+    return True
 
 
 def train_one(config: WorldConfig, seed: int, folder: Path) -> Path:
@@ -110,17 +129,40 @@ def train_one(config: WorldConfig, seed: int, folder: Path) -> Path:
     return folder
 
 
-def ran_already(folder: Path, ticks: int) -> bool:
-    """Whether a run of so many ticks is in a folder."""
+def ran_already(folder: Path, ticks: int, arm: Arm | None = None, seed: int | None = None) -> bool:
+    """Whether a run of so many ticks is in a folder; ForeignFile where it is one of another arm or seed."""
     try:
-        manifest = json.loads((folder / "manifest.json").read_text(encoding="utf-8"))
-        return bool(manifest["finished"] and manifest["done"] >= ticks)
-    except (OSError, ValueError, KeyError):
+        manifest = read_manifest(folder)
+    except (FileNotFoundError, RecordingError):
         return False
+    if arm is not None:
+        check_run(folder, manifest, arm, seed)
+    return bool(manifest.get("finished") and manifest.get("done", 0) >= ticks)
 
 
-def folder_of(out: Path | None, default: str, plan: dict[str, Any]) -> Path:
-    """The folder of a comparison: new, or one that the same comparison has begun; ConfigError where another one is in it."""
+def check_run(folder: Path, manifest: dict[str, Any], arm: Arm, seed: int | None) -> None:
+    """Raise ForeignFile where the run in a folder is not that of an arm with this seed, or is a fork."""
+    from ecs_eco.runs.begin import said_policies
+    from ecs_eco.worlds.build import weights_files
+
+    weights = {name: hash_of(file) for name, file in weights_files(arm.config, arm.policies).items()}
+    wanted = {"config_hash": arm.config.config_hash, "seed": seed, "learn": arm.learn, "controls": list(arm.controls), "weights": weights}
+    if not weights:  # else they may lie elsewhere now
+        wanted["policies"] = said_policies(arm.policies)
+    other = [key for key, value in wanted.items() if manifest.get(key) != value]
+    if "forked" in manifest:
+        other.append("forked")
+    if other:
+        told = ", ".join(f"{key} {manifest.get(key)}" if key == "seed" else key for key in other)
+        raise ForeignFile(f"{folder / 'manifest.json'}: is of another run ({told}) than {arm.name}, seed {seed}; remove the folder, "
+                          "or name another with --out")  # fmt: skip
+
+
+def folder_of(out: Path | None, default: str, plan: dict[str, Any]) -> Claim:
+    """Claim the folder of a comparison: new, or one that the same comparison has begun; ConfigError where another one is in it.
+
+    Raises FolderInUse where a process writes there.
+    """
     if out is None or not os.path.isfile(out / PLAN):
         return results(out, default)
     try:
@@ -131,7 +173,7 @@ def folder_of(out: Path | None, default: str, plan: dict[str, Any]) -> Path:
         other = [PLAN]
     if other:
         refuse("--out", f"holds another comparison: {', '.join(other)} differ{'s' * (len(other) == 1)}", str(out), "a folder, new or empty")
-    return out
+    return Claim(out)
 
 
 def plan_of(arms: list[Arm], ticks: int, crossed: bool, retrain: bool) -> dict[str, Any]:

@@ -2,6 +2,8 @@
 
 import json
 import subprocess
+from collections.abc import Mapping
+from contextlib import suppress
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
@@ -9,18 +11,24 @@ from typing import Any
 import numpy as np
 
 from ecs_eco.engine import files
+from ecs_eco.record.belonging import Mark, listed, name_of, parts
+from ecs_eco.record.claim import Claim
 
 VERSIONS = ("ecs-eco", "esper", "numpy", "numba", "torch", "pyarrow")
 
 
 class Folder:
-    """The folder of one run. Every file in it is whole: written beside, synced, renamed."""
+    """The folder of one run. Every file in it is whole: written beside, synced, renamed.
 
-    def __init__(self, path: Path, world: Any) -> None:
+    `run` is what every part says of its run: its id, world and seed. `claim` is asked before each part whether the folder is still ours.
+    """
+
+    def __init__(self, path: Path, world: Any, run: Mapping[str, Any] | None = None, claim: Claim | None = None) -> None:
         from ecs_eco.record.parquet import to_arrow, write_part
 
-        self.path, self.world = path, world
+        self.path, self.world, self.run, self.claim = path, world, run, claim
         self.parts = dict.fromkeys(("series", "births", "deaths", "snapshots"), 0)
+        self.heads: dict[str, str] = {}  # the seal of the last part of each kind
         self._to_arrow, self._write_part = to_arrow, write_part
 
     def sink(self, kind: str, columns: dict[str, np.ndarray]) -> None:
@@ -29,21 +37,67 @@ class Folder:
         if kind == "deaths":
             columns = columns | {"cause": columns["cause"].astype(np.int32) - 1}
             words["cause"] = self.world.causes
-        folder = self.path / kind
+        if self.claim is not None:
+            self.claim.check()
+        folder, number = self.path / kind, self.parts.setdefault(kind, 0)
         folder.mkdir(exist_ok=True)
-        self.parts.setdefault(kind, 0)
-        self._write_part(self._to_arrow(columns, words), folder / f"part-{self.parts[kind]:05d}.parquet")
+        mark = None if self.run is None else Mark(**self.run, kind=kind, number=number, after=self.heads.get(kind, ""))
+        self.heads[kind] = self._write_part(self._to_arrow(columns, words), folder / name_of(number), mark)
         self.parts[kind] += 1
 
+    @property
+    def written(self) -> dict[str, Any]:
+        """How many parts there are of each kind, and the seals of the last ones, as manifest and checkpoints hold them."""
+        return {"parts": dict(self.parts), "heads": dict(self.heads)}
+
+    def go_on_from(self, written: Mapping[str, Any], manifest: Mapping[str, Any]) -> None:
+        """Take the place that a checkpoint says; raises ForeignFile, RecordingError where what is there does not lead to it."""
+        self.parts = {kind: int(n) for kind, n in written["parts"].items()}
+        self.heads = dict(written["heads"])
+        for kind in self._kinds():
+            parts(self.path, kind, {**manifest, **written, "finished": False})
+
     def forget_later(self) -> None:
-        """Remove parts from the next number on, and what was half-written: they are of ticks that will be recorded again."""
-        kinds = self.parts | {folder.name: 0 for folder in self.path.glob("details-*") if folder.name not in self.parts}
-        for kind, number in kinds.items():
-            for part in (self.path / kind).glob("part-*.parquet"):
-                if not part.stem.removeprefix("part-").isdecimal() or int(part.stem.removeprefix("part-")) >= number:
-                    part.unlink()
-        for half in self.path.rglob("*.tmp"):
-            half.unlink()
+        """Remove parts from the next number on, and what this package left half-written: the ticks will be recorded again."""
+        for kind in self._kinds():
+            for part in reversed(listed(self.path / kind)[self.parts.get(kind, 0) :]):  # from the last: no gap, whenever it is killed
+                part.unlink()
+        for half in leftovers(self.path):
+            half.unlink(missing_ok=True)
+
+    def _kinds(self) -> list[str]:
+        return list(dict.fromkeys([*self.parts, *(folder.name for folder in sorted(self.path.glob("details-*")))]))
+
+
+PARTS = "part-*.parquet"
+OURS = {  # what a run writes, by folder
+    "": ("manifest.json", "report.html", "why.html", "why.json"), "series": (PARTS,), "births": (PARTS,), "deaths": (PARTS,),
+    "snapshots": (PARTS,), "details-*": (PARTS,), "checkpoints": ("tick-*.safetensors",), "policies": ("*.safetensors",),
+    "figures": ("*.png",),
+}  # fmt: skip
+
+
+def leftovers(path: Path) -> list[Path]:
+    """Return the half-written files that a killed run left in its folder: those that bear the name that this package gives them."""
+    return [p for folder, _ in _folders(path) for p in folder.glob(".*.tmp") if files.written_beside(p) is not None and p.is_file()]
+
+
+def remove_run(path: Path) -> None:
+    """Remove what a run wrote in a folder, and nothing else; raises FolderInUse where it is being written."""
+    with Claim(path):
+        for half in leftovers(path):
+            half.unlink(missing_ok=True)
+        for folder, patterns in reversed(_folders(path)):  # the manifest last: until then it is a run
+            for file in [p for pattern in patterns for p in folder.glob(pattern)]:
+                file.unlink(missing_ok=True)
+            if folder != path:
+                with suppress(OSError):  # there is something else in it
+                    folder.rmdir()
+
+
+def _folders(path: Path) -> list[tuple[Path, tuple[str, ...]]]:
+    """Return the folders of a run that are there, and what it writes in them."""
+    return [(folder, patterns) for name, patterns in OURS.items() for folder in ([path] if not name else path.glob(name))]
 
 
 def write_json(path: Path, content: Any) -> None:

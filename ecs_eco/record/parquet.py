@@ -11,7 +11,8 @@ import pyarrow.parquet as pq
 
 from ecs_eco.engine import files
 from ecs_eco.engine.errors import RecordingError
-from ecs_eco.record import seal
+from ecs_eco.record import belonging, seal
+from ecs_eco.record.belonging import Mark
 
 
 def to_arrow(columns: Mapping[str, np.ndarray], words: Mapping[str, Sequence[str]]) -> pa.Table:
@@ -31,8 +32,8 @@ def to_arrow(columns: Mapping[str, np.ndarray], words: Mapping[str, Sequence[str
     return pa.table(arrays)
 
 
-def write_part(table: pa.Table, path: Path) -> None:
-    """Write one Parquet part with its seal, so that it is whole or not there."""
+def write_part(table: pa.Table, path: Path, mark: Mark | None = None) -> str:
+    """Write one Parquet part, with what it says of itself and its seal, so that it is whole or not there; return the seal."""
     floats = [f.name for f in table.schema if pa.types.is_floating(f.type)]
     words = [f.name for f in table.schema if pa.types.is_dictionary(f.type) or (pa.types.is_string(f.type) and _repeats(table[f.name]))]
     deltas = {f.name: "DELTA_BINARY_PACKED" for f in table.schema if pa.types.is_integer(f.type) and f.type.bit_width >= 32}
@@ -43,8 +44,11 @@ def write_part(table: pa.Table, path: Path) -> None:
         write_page_checksum=True,
     ) as writer:  # fmt: skip
         writer.write_table(table)
-        writer.add_key_value_metadata({seal.KEY: seal.BLANK})
-    files.write(path, seal.sealed(memory.getvalue().to_pybytes()))
+        said = {} if mark is None else {belonging.KEY: mark.text()}
+        writer.add_key_value_metadata(said | {seal.KEY: seal.BLANK})  # the seal last: it is looked for from the end
+    part, own = seal.sealed(memory.getvalue().to_pybytes())
+    files.write(path, part)
+    return own
 
 
 def _repeats(texts: pa.ChunkedArray) -> bool:
@@ -75,5 +79,6 @@ def read_part(path: Path, columns: Sequence[str] | None = None, needed: bool = F
 
 def read_parts(folder: Path, columns: Sequence[str] | None = None) -> Any:
     """Return all parts of a folder as one table, columns that a part lacks filled with null."""
-    parts, needed = sorted(folder.glob("part-*.parquet")), seal.has_seals(folder.parent)
+    run, needed = folder.parent, seal.has_seals(folder.parent)
+    parts = belonging.parts(run, folder.name, seal.read_manifest(run)) if needed else belonging.listed(folder)
     return pa.concat_tables([read_part(p, columns, needed) for p in parts], promote_options="permissive")

@@ -17,11 +17,13 @@ BLANK = "0" * 64
 WORD = "seal"  # of the manifest
 
 
-def sealed(part: bytes) -> bytes:
-    """Return a Parquet file that has BLANK under KEY in its footer with its seal there."""
+def sealed(part: bytes) -> tuple[bytes, str]:
+    """Return a Parquet file that has BLANK under KEY in its footer with its seal there, and the seal."""
     at = _place(memoryview(part))
     assert at is not None
-    return part[:at] + _digest(memoryview(part), at).encode() + part[at + 64 :]
+    assert part[at : at + 64] == BLANK.encode()
+    seal = _digest(memoryview(part), at)
+    return part[:at] + seal.encode() + part[at + 64 :], seal
 
 
 def check(path: Path, part: memoryview, needed: bool) -> None:

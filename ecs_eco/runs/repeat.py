@@ -8,7 +8,9 @@ from typing import Any
 
 from ecs_eco.config.models.interventions import coming
 from ecs_eco.engine.errors import RecordingError
+from ecs_eco.record.claim import Claim
 from ecs_eco.record.folder import versions
+from ecs_eco.runs.begin import start_of
 from ecs_eco.runs.run import read_manifest, run_to_folder
 
 
@@ -32,14 +34,13 @@ def _to_come(manifest: dict[str, Any]) -> list[dict[str, Any]]:
     return [what.model_dump(mode="json", exclude_none=True) for what in coming(planned, manifest["done"])]
 
 
-def repeat(path: str | Path, out: str | Path | None = None, progress: Callable[[int, int], None] | None = None, *,
+def repeat(path: str | Path, out: str | Path | Claim | None = None, progress: Callable[[int, int], None] | None = None, *,
            threads: int = 1) -> dict[str, Any]:
     """Run a recorded run again up to where its recording ends, into a folder or into none, and compare.
 
     Returns world, ticks, interventions, digest, recorded (the digest of the record), same, and why they may differ.
     Raises RecordingError for a fork, whose start is not in its folder, and for a folder without a run.
     """
-    from ecs_eco.config import load
     from ecs_eco.ecosystem import World
 
     manifest = read_manifest(Path(path))
@@ -47,8 +48,8 @@ def repeat(path: str | Path, out: str | Path | None = None, progress: Callable[[
         raise RecordingError(f"{path}: is a fork of {manifest['forked']['from']}; repeat that one, then fork it again")
     if not manifest.get("digest"):
         raise RecordingError(f"{path}: was killed before it could note its end; go on with: ecs-eco resume {path}")
-    config, done = load(repeatable(manifest)), manifest["done"]
-    how = {"seed": manifest["seed"], "policies": manifest["policies"], "learn": manifest["learn"], "controls": manifest.get("controls", ())}
+    how, done = start_of(Path(path), manifest, repeatable(manifest)), manifest["done"]
+    config = how.pop("config")
     if out is None:
         world = World.from_config(config, threads=threads, record=False, **how).run(done, progress)
         digest = world.digest()

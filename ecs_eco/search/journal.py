@@ -1,7 +1,11 @@
-"""What a search has found so far: a line of JSON for each evaluation, written when it is done. A half line at the end is no line."""
+"""What a search has found so far: a line of JSON for each evaluation, written when it is done. A half line at the end is no line.
+
+Each line ends with its seal, a SHA-256 of itself and the seal before it: lines that were changed, removed or put in are noticed.
+"""
 
 from __future__ import annotations
 
+import hashlib
 import json
 import os
 from pathlib import Path
@@ -10,6 +14,7 @@ from typing import Any
 from ecs_eco.engine.errors import ConfigError, Problem, RecordingError
 
 NAME = "journal.jsonl"
+WORD = "seal"
 Entry = dict[str, Any]
 
 
@@ -19,14 +24,16 @@ class Journal:
     def __init__(self, folder: Path, header: Entry) -> None:
         self.path = folder / NAME
         self.entries: list[Entry] = []
+        self._seal = ""  # of the last line
         if self.path.is_file():
             lines = read(self.path)
             if lines:
                 _same(lines[0], header, self.path)
-                self.entries = lines[1:]
+                self.entries, self._seal = lines[1:], lines[-1][WORD]
         if not self.entries:
             folder.mkdir(parents=True, exist_ok=True)
             self.path.write_text("", encoding="utf-8")
+            self._seal = ""
             self._append({"kind": "search", **header})
 
     def of(self, kind: str) -> list[Entry]:
@@ -41,10 +48,11 @@ class Journal:
         return entry
 
     def _append(self, entry: Entry) -> None:
-        line = json.dumps(entry, ensure_ascii=False, allow_nan=False) + "\n"
+        text = json.dumps(entry, ensure_ascii=False, allow_nan=False)
+        self._seal = _seal_of(text, self._seal)
         try:
             with open(self.path, "a", encoding="utf-8") as file:
-                file.write(line)
+                file.write(f'{text[:-1]}, "{WORD}": "{self._seal}"}}\n')
                 file.flush()
                 os.fsync(file.fileno())
         except OSError as error:
@@ -53,16 +61,36 @@ class Journal:
 
 
 def read(path: Path) -> list[Entry]:
-    """All whole lines; what follows the last of them, cut off when a search was killed, is removed."""
+    """All whole lines; what follows the last of them, cut off when a search was killed, is removed.
+
+    Raises ConfigError that names the first line that is not as it was written.
+    """
     data = path.read_bytes()
     whole = data.rfind(b"\n") + 1
     if whole < len(data):
         with open(path, "r+b") as file:
             file.truncate(whole)
-    try:
-        return [json.loads(line) for line in data[:whole].decode("utf-8").splitlines()]
-    except ValueError as error:
-        raise ConfigError([Problem((), f"is damaged: {error}", allowed="a journal that a search wrote", source=str(path))]) from None
+    found: list[Entry] = []
+    for number, line in enumerate(data[:whole].split(b"\n")[:-1], 1):
+        try:
+            entry = json.loads(line.decode("utf-8"))
+            own = entry[WORD]
+        except (ValueError, KeyError, TypeError, RecursionError) as error:
+            raise _damaged(path, number, f"{type(error).__name__}: {error}") from None
+        body = json.dumps({key: value for key, value in entry.items() if key != WORD}, ensure_ascii=False)
+        if own != _seal_of(body, found[-1][WORD] if found else ""):
+            raise _damaged(path, number, "its seal does not fit: it was changed, or lines before it were removed or put in")
+        found.append(entry)
+    return found
+
+
+def _damaged(path: Path, number: int, what: str) -> ConfigError:
+    allowed = "a journal as a search of this version wrote it, or another --out"
+    return ConfigError([Problem((), f"is damaged: {what}", allowed=allowed, source=str(path), line=number)])
+
+
+def _seal_of(text: str, before: str) -> str:
+    return hashlib.sha256(f"{before}\n{text}".encode()).hexdigest()
 
 
 def _same(old: Entry, new: Entry, path: Path) -> None:

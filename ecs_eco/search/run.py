@@ -13,6 +13,7 @@ import numpy as np
 from ecs_eco.config import load
 from ecs_eco.engine.errors import ConfigError, Problem, listed, nearest
 from ecs_eco.experiments.pool import Alone, Pool
+from ecs_eco.record.claim import Claim, ours
 from ecs_eco.search.evaluate import Job, evaluate
 from ecs_eco.search.journal import Journal
 from ecs_eco.search.optimise import OPTIMISERS, Optimiser, merit
@@ -24,22 +25,24 @@ ENOUGH = 4  # candidates at a stage before it asks for a score
 Progress = Callable[["Search"], None]
 
 
-def search(world: Any, out: str | Path, overrides: Any = None, *, budget: float | None = None, trials: int | None = None,
+def search(world: Any, out: str | Path | Claim, overrides: Any = None, *, budget: float | None = None, trials: int | None = None,
            cpu: float | None = None, workers: int = 2, optimiser: str = "gp", progress: Progress | None = None,
            report: bool = True) -> dict[str, Any]:
     """Look for the numbers that [search] of a world asks for, and leave a folder; return what its search.json holds.
 
     `overrides` as for `load`: "search.ticks" and the like are keys too. It ends after `budget` minutes, or after `trials` candidates or
-    candidates that took `cpu` seconds of processors, of this search in all: a folder with a journal is gone on with. Raises ConfigError.
+    candidates that took `cpu` seconds of processors, of this search in all: a folder with a journal is gone on with. Raises ConfigError;
+    FolderInUse where another process searches there.
     """
     config = load(world, overrides)
-    found = Search(plan_of(config), Path(out), workers, optimiser, budget, trials, cpu, progress)
-    try:
-        found.run()
-    finally:
-        found.pool.stop()
-        found.sweep()
-    return write_results(found.outcome(), world, overrides, report)
+    with ours(out) as claim:
+        found = Search(plan_of(config), claim.path, workers, optimiser, budget, trials, cpu, progress)
+        try:
+            found.run()
+        finally:
+            found.pool.stop()
+            found.sweep()
+        return write_results(found.outcome(), world, overrides, report)
 
 
 class Search:
@@ -249,7 +252,7 @@ class Search:
     def sweep(self) -> None:
         """Remove the policies of all but the best, and of those that were not evaluated to their end."""
         best = self.ranked()[: max(BEST, self.plan.config.search.finalists)]
-        kept = {"start", "candidate-0", *(f"candidate-{e['candidate']}" for e in best)}
-        for folder in (self.out / "policies").glob("*"):
-            if folder.name not in kept:
+        kept = {"candidate-0", *(f"candidate-{e['candidate']}" for e in best)}
+        for folder in (self.out / "policies").glob("candidate-*"):
+            if folder.name not in kept and folder.name.removeprefix("candidate-").isdigit():
                 shutil.rmtree(folder, ignore_errors=True)

@@ -55,11 +55,11 @@ class Recording:
         return Parts(self.path, kind, words, self._cache if cache is None else cache, self._sealed)
 
     def _build(self) -> tuple[Any, str]:
-        from ecs_eco.config import load
         from ecs_eco.ecosystem import World
+        from ecs_eco.runs.begin import config_of
 
         try:
-            config = load(self.manifest["config"])
+            config = config_of(self.manifest)
             return World.from_config(config, seed=self.manifest["seed"], policies="random", populate=False, record=False), ""
         except (ConfigError, ImportError, AttributeError, ValueError, TypeError) as error:  # what it names is not here, say
             return None, str(error)

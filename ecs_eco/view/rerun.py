@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +13,9 @@ import numpy as np
 from ecs_eco.checkpoint import file as checkpoint
 from ecs_eco.components import Biology
 from ecs_eco.engine.errors import CheckpointError, ConfigError, RecordingError
+from ecs_eco.record.belonging import check_checkpoint
 from ecs_eco.record.details import KIND
+from ecs_eco.runs.begin import start_of
 from ecs_eco.runs.requests import ask_again
 from ecs_eco.view.parts import Columns
 
@@ -75,16 +78,19 @@ def compute(path: Path, manifest: dict[str, Any], tick: int, end: int, recorded:
 
 def _near(path: Path, manifest: dict[str, Any], tick: int) -> Any:
     """Return the world of the last checkpoint before the end of a tick, or of the start where that can be made again."""
-    from ecs_eco.config import load
     from ecs_eco.ecosystem import World
 
-    found = checkpoint.latest(path / "checkpoints", before=tick)
+    found = checkpoint.latest(path / "checkpoints", before=tick, check=partial(_of_run, manifest))
     if found is not None:
         return World.restore(found, record=False)
     if "forked" in manifest:
         raise CheckpointError(f"{path}: no checkpoint at or before tick {tick} is left")
-    how = {"seed": manifest["seed"], "policies": manifest["policies"], "learn": manifest["learn"], "controls": manifest.get("controls", ())}
-    return World.from_config(load(manifest["config"]), record=False, **how)
+    return World.from_config(record=False, **start_of(path, manifest))
+
+
+def _of_run(manifest: dict[str, Any], path: Path, meta: dict[str, Any]) -> None:
+    if "id" in manifest:  # older runs have none
+        check_checkpoint(path, meta, manifest)
 
 
 def _note_sexes(world: Any, sexes: dict[int, int]) -> None:

@@ -167,7 +167,7 @@ def _networks(world: Any, table: Any, species: Any, policies: Any, learn: Any, n
     seed = learner_seed(world.seed, number)
     alone = species.policy.kind == "individual" and not training  # a policy is pre-trained by all, for all
     shape = len(nerves.channels), nerves.choices, tuple(species.policy.hidden)
-    path = _weights_file(world, species, table.name, source)
+    path = weights_file(world.config, table.name, source)
     brain = None if alone and path is None else Brain(*shape, seed=seed)
     if path is not None and brain is not None:
         _load(brain, path, table.name)
@@ -189,19 +189,31 @@ def _networks(world: Any, table: Any, species: Any, policies: Any, learn: Any, n
 
 def _load(brain: Any, path: Path, name: str) -> None:
     """Load trained weights, or say what is wrong with the file."""
-    from safetensors import SafetensorError
-    from safetensors.numpy import load
+    from ecs_eco.learning import weights
 
     try:
-        brain.load(load(read_bytes(path, MOST_BYTES_OF_WEIGHTS)))
-    except (ValueError, OSError, KeyError, TypeError, SafetensorError) as error:
+        brain.load(weights.read(read_bytes(path, MOST_BYTES_OF_WEIGHTS)))
+    except (ValueError, OSError) as error:
         raise ConfigError([Problem(("species", name, "policy"), str(error), str(path), "weights of this species' network")]) from None
 
 
-def _weights_file(world: Any, species: Any, name: str, source: Any) -> Path | None:
+def weights_files(config: WorldConfig, policies: Any) -> dict[str, Path]:
+    """Return the files that a world's policies start from, by species; `policies` as in `build`. Raises ConfigError for a missing one."""
+    found = {}
+    for name, species in config.species.items():
+        source = policies.get(name, "trained") if isinstance(policies, dict) else policies
+        path = None if species.policy.kind == "none" else weights_file(config, name, source)
+        if path is not None:
+            found[name] = path
+    return found
+
+
+def weights_file(config: WorldConfig, name: str, source: Any) -> Path | None:
+    """Return the file that the policy of a species starts from, None for a fresh network; raises ConfigError."""
     if source == "trained":
-        return world.config.file(species.policy.file) if species.policy.file else None
-    if source == "untrained":
+        file = config.species[name].policy.file
+        return config.file(file) if file else None
+    if source in ("untrained", "random"):
         return None
     folder = Path(source)
     if not folder.is_dir():

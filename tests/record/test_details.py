@@ -6,7 +6,7 @@ import pytest
 
 from ecs_eco import World
 from ecs_eco.components import Metabolism, Nervous, Position
-from ecs_eco.engine.errors import ConfigError
+from ecs_eco.engine.errors import ConfigError, RecordingError
 from ecs_eco.nervous.thoughts import minds, thinkers
 from ecs_eco.record import Recorder, fork, resume, run_to_folder
 from ecs_eco.record.details import columns_of, how_many
@@ -144,7 +144,10 @@ def test_after_a_power_cut_the_parts_are_the_same_bytes(menagerie, tmp_path, mon
         with pytest.raises(SystemExit):
             _run(menagerie(), tmp_path / "cut", checkpoint_every=6, record="focal=6")
     stray = tmp_path / "cut" / "details-lynx" / "part-00077.parquet"
-    stray.write_bytes(b"of a tick that will be recorded again")
+    stray.write_bytes(b"of somebody else")
+    with pytest.raises(RecordingError, match=r"details-lynx/part-00077\.parquet: cannot be read"):
+        resume(tmp_path / "cut", report=False)
+    stray.unlink()
     resume(tmp_path / "cut", report=False)
     assert _bytes(tmp_path / "cut") == _bytes(tmp_path / "whole")
     assert len([name for name in _bytes(tmp_path / "whole") if name.startswith("details-ram")]) > 4

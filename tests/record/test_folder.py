@@ -38,7 +38,7 @@ def test_the_manifest_says_all_that_decides_the_run(run, menagerie):
     assert len(written.pop("seal")) == 64
     assert written == manifest
     expected = {
-        "format": 1,
+        "format": 2,
         "world": "menagerie",
         "seed": 7,
         "ticks": TICKS,

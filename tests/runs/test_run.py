@@ -88,8 +88,8 @@ def test_after_a_power_cut_a_run_goes_on_from_its_last_checkpoint(menagerie, tmp
         with pytest.raises(_PowerCut):
             _run(menagerie(), tmp_path / "run", checkpoint_every=6)
     (tmp_path / "run" / "series").mkdir(exist_ok=True)
-    (tmp_path / "run" / "series" / "part-00090.tmp").write_bytes(b"half")
-    (tmp_path / "run" / "checkpoints" / ".tick.tmp").write_bytes(b"half")
+    (tmp_path / "run" / "series" / ".part-00090.parquet.ecs-eco-7-0123abcd.tmp").write_bytes(b"half")
+    (tmp_path / "run" / "checkpoints" / ".tick-000000000090.safetensors.ecs-eco-7-0123abcd.tmp").write_bytes(b"half")
     resume(tmp_path / "run", report=False)
     _as_whole(tmp_path / "run", whole)
     assert list((tmp_path / "run").rglob("*.tmp")) == []

@@ -1,0 +1,124 @@
+"""Which files belong to a run: its id stands in each of them, and each part names the seal of the part before it.
+
+The id is a hash of all that decides the run, so that equal runs leave equal files. What is asked of a run by hand is not known when it
+begins; runs that differ in it alone are told apart by the chain of seals, as are parts that are missing, swapped, or too many.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from ecs_eco.engine.errors import ForeignFile, RecordingError
+from ecs_eco.record import seal
+
+KEY = "ecs-eco.part"  # of the footer of a part
+DECIDES = ("config", "seed", "policies", "weights", "learn", "controls", "snapshot_every", "versions", "forked")
+FORMAT = 2  # of manifests; in 1 nothing had an id
+
+
+class Mark(NamedTuple):
+    """What a part says of itself: its run, its kind, its place among the parts of its kind, and the seal of the one before it."""
+
+    run: str
+    world: str
+    seed: int
+    kind: str
+    number: int
+    after: str  # "" for the first
+
+    def text(self) -> str:
+        """Return it as the footer holds it."""
+        return json.dumps(self._asdict())
+
+
+def identity(manifest: Mapping[str, Any]) -> str:
+    """Return the id of the run that a manifest begins: 64 hexadecimal digits."""
+    return hashlib.sha256(json.dumps([manifest.get(key) for key in DECIDES], separators=(",", ":"), sort_keys=True).encode()).hexdigest()
+
+
+def told(run: str, world: Any, seed: Any) -> str:
+    """Return in words which run that is."""
+    return f"{world}, seed {seed}, id {run[:12]}"
+
+
+def mark_of(path: Path) -> tuple[Mark | None, str]:
+    """Return what a part says of itself, None where it says nothing, and its seal; RecordingError where it cannot be read."""
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    try:
+        found = pq.read_metadata(path).metadata or {}
+        mark = found.get(KEY.encode())
+        return None if mark is None else Mark(**json.loads(mark)), found.get(seal.KEY.encode(), b"").decode()
+    except (pa.ArrowException, OSError, ValueError, TypeError) as error:
+        raise RecordingError(f"{path}: cannot be read: {error}") from None
+
+
+def parts(run: Path, kind: str, manifest: Mapping[str, Any]) -> list[Path]:
+    """Return the parts of one kind in a run folder, in order, once they are found to be those of the run that its manifest names.
+
+    A run that has not ended may have more of them than the manifest says. Raises ForeignFile for one that belongs to another run or
+    place, RecordingError where some are missing.
+    """
+    found = listed(run / kind)
+    if not manifest:
+        return found
+    said = int(manifest.get("parts", {}).get(kind, 0))
+    if len(found) < said:
+        raise RecordingError(f"{run}: {said - len(found)} of {said} parts of {kind} are missing")
+    heads = manifest.get("heads", {})
+    after = ""
+    for number, path in enumerate(found):
+        after = check_part(path, kind, number, after, manifest)
+        if number == said - 1 and "id" in manifest and heads.get(kind) != after:
+            raise ForeignFile(f"{path}: is not the last part of {kind} that was written: it is of another run of {_run(manifest)}")
+    if len(found) > said and manifest.get("finished") and "id" in manifest:
+        raise ForeignFile(f"{found[said]}: is one too many: the manifest of this run, which has ended, counts {said} parts of {kind}")
+    return found
+
+
+def listed(folder: Path) -> list[Path]:
+    """Return what is named like a part in a folder, in the order of numbers."""
+    return sorted(folder.glob("part-*.parquet"), key=lambda path: (len(path.name), path.name))
+
+
+def check_part(path: Path, kind: str, number: int, after: str, manifest: Mapping[str, Any]) -> str:
+    """Return the seal of a part that belongs at this place of a run; raises ForeignFile where it does not."""
+    mark, own = mark_of(path)
+    run = manifest.get("id")
+    if mark is None and run is None:
+        return own
+    if mark is None:
+        raise ForeignFile(f"{path}: names no run, and lies in the folder of {_run(manifest)}")
+    if mark.run != run:
+        here = "one of an older format, or by hand" if run is None else _run(manifest)
+        raise ForeignFile(f"{path}: belongs to another run ({told(mark.run, mark.world, mark.seed)}), not to this one ({here})")
+    if (mark.kind, mark.number) != (kind, number) or path.name != name_of(number):
+        raise ForeignFile(f"{path}: is {name_of(mark.number)} of {mark.kind}, and lies where {name_of(number)} of {kind} belongs")
+    if mark.after != after:
+        raise ForeignFile(f"{path}: does not follow the part before it: one of the two is of another run of {_run(manifest)}")
+    return own
+
+
+def check_checkpoint(path: Path, meta: Mapping[str, Any], manifest: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what the checkpoint of a run says of its recording; raises ForeignFile where it belongs to another run, or to none."""
+    about = meta.get("run") or {}
+    if "id" not in about:
+        raise ForeignFile(f"{path}: names no run, and lies in the folder of {_run(manifest)}")
+    if about["id"] != manifest.get("id"):
+        other = told(about["id"], meta.get("name"), meta["clock"]["seed"])
+        raise ForeignFile(f"{path}: belongs to another run ({other}), not to this one ({_run(manifest)})")
+    return dict(about)
+
+
+def name_of(number: int) -> str:
+    """Return the file name of a part."""
+    return f"part-{number:05d}.parquet"
+
+
+def _run(manifest: Mapping[str, Any]) -> str:
+    return told(manifest.get("id") or "none", manifest.get("world"), manifest.get("seed"))

@@ -1,0 +1,285 @@
+"""Folders that one process at a time writes to: claimed before anything else, by a lock that ends with the process.
+
+The lock is the system's own (flock) on the file `.lock`, which says whose it is: the system drops it when the process ends, however that
+ends, so no claim is ever stale. What a process left that was killed before its run began is known, and the next one may take its place.
+"""
+
+from __future__ import annotations
+
+import errno
+import json
+import os
+import socket
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import Any
+
+from ecs_eco.engine import files
+from ecs_eco.engine.errors import FolderInUse
+
+try:
+    import fcntl
+except ImportError:  # Windows
+    fcntl = None  # type: ignore[assignment]
+
+LOCK = ".lock"
+BEGUN = {"checkpoints": "tick-*.safetensors", "policies": "*.safetensors"}  # what a run writes before its manifest, by folder
+WITHOUT = (errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP)  # where a file system has no locks
+AGAIN = 1000  # times that a lock is looked for anew, which others remove meanwhile
+
+
+class Claim:
+    """The right to write into a folder, until `release()` or the end of the process; a context manager.
+
+    Raises FolderInUse where another process has it, or another part of this one.
+    """
+
+    def __init__(self, path: str | Path) -> None:
+        self.path = Path(path)
+        self._made: list[Path] = []
+        self._handle = _locked(self.path)
+
+    def check(self) -> None:
+        """Raise FolderInUse where the folder is no longer the one that was claimed: it was removed, moved or replaced meanwhile."""
+        if not _same(self._handle, self.path / LOCK):
+            raise FolderInUse(f"{self.path}: was removed or replaced while it was being written; nothing more is written there")
+
+    def release(self) -> None:
+        """Give the folder back; one that was made for it and is empty goes again."""
+        still = _same(self._handle, self.path / LOCK)
+        if still:
+            with suppress(OSError):
+                (self.path / LOCK).unlink()
+        os.close(self._handle)
+        if still:
+            _unmake(self._made)
+        self._made = []
+
+    def __enter__(self) -> Claim:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.release()
+
+
+def claim_new(path: str | Path) -> Claim:
+    """Claim a folder that is not there yet, or empty; FileExistsError where it holds something, FolderInUse where it is taken."""
+    path = Path(path)
+    if path.exists() and not _is_free(path):
+        raise FileExistsError(f"{path} exists and is not an empty folder; name another with --out")
+    made = _make(path)
+    try:
+        claim = Claim(path)
+    except BaseException:
+        _unmake(made)
+        raise
+    claim._made = made
+    if not _is_free(path):  # another one was there in between
+        claim.release()
+        raise FileExistsError(f"{path} exists and is not an empty folder; name another with --out")
+    remove_start(path)
+    return claim
+
+
+def claim_next(path: str | Path) -> Claim:
+    """Claim a folder that was not there before: `path`, or the first of path-2, path-3, …"""
+    path = Path(path)
+    above, number, folder = _make(path.parent), 1, path
+    while True:
+        try:
+            folder.mkdir()
+            claim = Claim(folder)
+        except (FileExistsError, FolderInUse):
+            number += 1
+            folder = path.with_name(f"{path.name}-{number}")
+            continue
+        except BaseException:
+            _unmake(above)
+            raise
+        claim._made = [*above, folder]
+        return claim
+
+
+@contextmanager
+def claimed(out: str | Path | Claim) -> Iterator[Claim]:
+    """Claim a new folder for as long as it is written to; one that is claimed already stays with whoever did so."""
+    if isinstance(out, Claim):
+        yield out
+        return
+    with claim_new(out) as claim:
+        yield claim
+
+
+@contextmanager
+def ours(out: str | Path | Claim) -> Iterator[Claim]:
+    """Claim a folder, whatever is in it, made where it is not there; one that is claimed already stays with whoever did so."""
+    if isinstance(out, Claim):
+        yield out
+        return
+    made = _make(Path(out))
+    try:
+        claim = Claim(out)
+    except BaseException:
+        _unmake(made)
+        raise
+    claim._made = made
+    with claim:
+        yield claim
+
+
+def remove_start(folder: Path) -> None:
+    """Remove what a run wrote in a folder before it had a manifest, and nothing else."""
+    for name, pattern in BEGUN.items():
+        for file in [*(folder / name).glob(pattern), *_half(folder / name)]:
+            file.unlink(missing_ok=True)
+        with suppress(OSError):
+            (folder / name).rmdir()
+    for file in _half(folder):
+        file.unlink(missing_ok=True)
+
+
+def stopped_early(folder: Path) -> bool:
+    """Whether a run was killed in a folder before it had a manifest."""
+    return (folder / LOCK).is_file() and not (folder / "manifest.json").exists()
+
+
+def _half(folder: Path) -> list[Path]:
+    return [p for p in folder.glob(".*.tmp") if files.written_beside(p) is not None]
+
+
+def _is_free(path: Path) -> bool:
+    """Whether a folder is empty, or holds nothing but what a run left that was killed before it had a manifest."""
+    if not path.is_dir():
+        return False
+    found = [p for p in path.iterdir() if p.name != LOCK]
+    return not found or (stopped_early(path) and all(_of_a_start(p) for p in found))
+
+
+def _of_a_start(path: Path) -> bool:
+    if path.name in BEGUN and path.is_dir():
+        return all(p.match(BEGUN[path.name]) or files.written_beside(p) for p in path.iterdir())
+    return files.written_beside(path) is not None
+
+
+def _make(path: Path) -> list[Path]:
+    """Make a folder and those above it; return those that were not there."""
+    made: list[Path] = []
+    for folder in reversed([path, *path.parents]):
+        try:
+            if not folder.is_dir():
+                folder.mkdir()
+                made.append(folder)
+        except FileExistsError:
+            if not folder.is_dir():
+                _unmake(made)
+                raise
+        except OSError:
+            _unmake(made)
+            raise
+    return made
+
+
+def _unmake(made: list[Path]) -> None:
+    for folder in reversed(made):
+        with suppress(OSError):
+            folder.rmdir()
+
+
+# --- the lock
+
+
+def _locked(folder: Path) -> int:
+    """Return the handle of the lock of a folder; FolderInUse."""
+    path = folder / LOCK
+    for _ in range(AGAIN):
+        handle = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
+        try:
+            if not _lock(handle):
+                raise FolderInUse(f"{folder}: is being written by {_owner(handle)}; wait for its end, or name another folder")
+            if _same(handle, path):
+                os.ftruncate(handle, 0)
+                os.lseek(handle, 0, os.SEEK_SET)
+                os.write(handle, json.dumps(_myself()).encode())
+                return handle
+        except BaseException:
+            os.close(handle)
+            raise
+        os.close(handle)  # who had it removed it as we came
+    raise FolderInUse(f"{folder}: is claimed and given back all the time by other processes")
+
+
+def _lock(handle: int) -> bool:
+    """Whether the lock is ours now."""
+    if fcntl is not None:
+        try:
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            return True
+        except BlockingIOError:
+            return False
+        except OSError as error:
+            if error.errno not in WITHOUT:
+                raise
+    else:
+        import msvcrt
+
+        try:
+            os.lseek(handle, 1 << 30, os.SEEK_SET)  # beyond what says whose it is: others cannot read what is locked
+            msvcrt.locking(handle, msvcrt.LK_NBLCK, 1)
+            return True
+        except OSError:
+            return False
+    return not _lives(_read(handle))  # no locks here: who is named there and still lives has it
+
+
+def _same(handle: int, path: Path) -> bool:
+    """Whether an open file is the one of this name."""
+    try:
+        return os.path.samestat(os.fstat(handle), os.stat(path))
+    except OSError:
+        return False
+
+
+def _read(handle: int) -> dict[str, Any]:
+    try:
+        os.lseek(handle, 0, os.SEEK_SET)
+        found = json.loads(os.read(handle, 4096))
+    except (OSError, ValueError):
+        return {}
+    return found if isinstance(found, dict) else {}
+
+
+def _owner(handle: int) -> str:
+    found = _read(handle)
+    if not found:
+        return "another process"
+    return f"process {found.get('pid')} on {found.get('host')} since {found.get('since')}"
+
+
+def _myself() -> dict[str, Any]:
+    return {"pid": os.getpid(), "started": _started(os.getpid()), "host": socket.gethostname(),
+            "since": time.strftime("%Y-%m-%d %H:%M:%S")}  # fmt: skip
+
+
+def _started(pid: int) -> int | None:
+    """When a process began, in the ticks of the system's clock; None where there is none, or it does not say."""
+    try:
+        return int(Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[19])
+    except (OSError, ValueError, IndexError):
+        return None
+
+
+def _lives(owner: dict[str, Any]) -> bool:
+    """Whether the process that a lock names is still there; one on another machine may be."""
+    if not isinstance(owner.get("pid"), int):
+        return False
+    if owner.get("host") != socket.gethostname():
+        return True
+    try:
+        os.kill(owner["pid"], 0)
+    except ProcessLookupError:
+        return False
+    except OSError:
+        return True
+    return owner.get("started") == _started(owner["pid"])

@@ -1,0 +1,126 @@
+"""How a recorded run begins: its policies and its first checkpoint in the folder, then its manifest; and how it begins again."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from ecs_eco.checkpoint import file as checkpoint
+from ecs_eco.checkpoint import freeze as frozen
+from ecs_eco.engine import files
+from ecs_eco.engine.errors import RecordingError
+from ecs_eco.record import belonging
+from ecs_eco.record.claim import Claim, claimed, remove_start
+from ecs_eco.record.folder import Folder, genes_of
+from ecs_eco.record.seal import write_manifest
+
+POLICIES = "policies"  # the folder of what a run's policies start from
+
+
+@contextmanager
+def begun(out: str | Path | Claim) -> Iterator[Claim]:
+    """Claim a folder for a run; one that never came to have a manifest leaves nothing there."""
+    with claimed(out) as claim:
+        try:
+            yield claim
+        except BaseException:
+            if not (claim.path / "manifest.json").exists():
+                remove_start(claim.path)
+            raise
+
+
+def begin(world: Any, claim: Claim, manifest: dict[str, Any], weights: Mapping[str, Path], prepare: Callable[[Any], None] | None) -> Folder:
+    """Begin a recording in a claimed folder: write policies, a checkpoint to go on from and, last, the manifest."""
+    from ecs_eco.record.recorder import Recorder
+
+    manifest["weights"] = {name: _copy(file, claim.path / POLICIES / f"{name}.safetensors") for name, file in weights.items()}
+    manifest["id"] = belonging.identity(manifest)
+    folder = folder_of(claim, world, manifest)
+    Recorder(world, folder.sink, snapshot_every=manifest["snapshot_every"], record=manifest.get("record"))
+    if prepare is not None:
+        prepare(world)
+    manifest |= {
+        "species": world.recorder.names, "causes": world.causes, "finished": False, "done": world.tick,
+        "colors": {name: world.tables[name].traits.get("color", "#888888") for name in world.recorder.names},
+        "genomes": {name: said for name in world.recorder.names if (said := genes_of(world.tables[name]))},
+    }  # fmt: skip
+    keep_checkpoint(world, folder, manifest)
+    manifest |= folder.written
+    keep_manifest(folder, manifest)
+    return folder
+
+
+def folder_of(claim: Claim, world: Any, manifest: Mapping[str, Any]) -> Folder:
+    """Return the folder of a run, whose parts name it."""
+    return Folder(claim.path, world, {"run": manifest["id"], "world": manifest["world"], "seed": manifest["seed"]}, claim)
+
+
+def keep_checkpoint(world: Any, folder: Folder, manifest: Mapping[str, Any]) -> None:
+    """Write a checkpoint of a run; then forget those before the last `keep`."""
+    meta, arrays = frozen.freeze(world)
+    place = folder.path / "checkpoints"
+    if folder.claim is not None:
+        folder.claim.check()
+    checkpoint.write(place / checkpoint.name_of(world.tick), meta | {"run": {"id": manifest["id"], **folder.written}}, arrays)
+    for old in sorted(place.glob(f"tick-*{checkpoint.SUFFIX}"))[: -max(1, manifest["keep"])]:
+        old.unlink(missing_ok=True)
+
+
+def keep_manifest(folder: Folder, manifest: Mapping[str, Any]) -> None:
+    """Write the manifest of a run, in the folder that it claimed."""
+    if folder.claim is not None:
+        folder.claim.check()
+    write_manifest(folder.path, manifest)
+
+
+def start_of(path: Path, manifest: Mapping[str, Any], config: Mapping[str, Any] | None = None) -> dict[str, Any]:
+    """Return what `World.from_config` takes to begin a recorded run again, with its own policies, wherever its folder is now.
+
+    `config` stands for that of the manifest. Raises RecordingError where a policy is not the one that the run began with, ConfigError.
+    """
+    policies, weights = manifest["policies"], manifest.get("weights", {})
+    for name, wanted in weights.items():
+        _check_policy(path / POLICIES / f"{name}.safetensors", wanted)
+    if weights:
+        names = manifest["config"]["species"]
+        others = policies if isinstance(policies, dict) else dict.fromkeys(names, policies)
+        policies = {name: str(path / POLICIES) if name in weights else others.get(name, "trained") for name in names}
+    return {"config": config_of(manifest, config), "seed": manifest["seed"], "policies": policies, "learn": manifest["learn"],
+            "controls": manifest.get("controls", ())}  # fmt: skip
+
+
+def config_of(manifest: Mapping[str, Any], config: Mapping[str, Any] | None = None) -> Any:
+    """Return the configuration of a recorded run, which names no files of policies: they are in the run's folder. Raises ConfigError."""
+    from ecs_eco.config import load
+
+    data = dict(manifest["config"] if config is None else config)
+    if "id" in manifest:
+        data["species"] = {name: species | {"policy": species["policy"] | {"file": None}} for name, species in data["species"].items()}
+    return load(data)
+
+
+def said_policies(policies: Any) -> Any:
+    """Return what policies start from as JSON holds it: a word or a folder, or these by species."""
+    return {name: str(source) for name, source in policies.items()} if isinstance(policies, Mapping) else str(policies)
+
+
+def _copy(file: Path, into: Path) -> str:
+    """Copy the file of a policy; return its SHA-256."""
+    content = file.read_bytes()
+    into.parent.mkdir(exist_ok=True)
+    files.write(into, content)
+    return hashlib.sha256(content).hexdigest()
+
+
+def _check_policy(file: Path, wanted: str) -> None:
+    from ecs_eco.learning.weights import hash_of
+
+    try:
+        found = hash_of(file)
+    except OSError as error:
+        raise RecordingError(f"{file}: the policy that this run began with cannot be read: {error.strerror}") from None
+    if found != wanted:
+        raise RecordingError(f"{file}: is not the policy that this run began with: its SHA-256 is {found[:12]}…, not {wanted[:12]}…")

@@ -1,0 +1,359 @@
+"""Files that do not belong where they lie, one kind a function: what each puts into a copy of whole folders, and who must refuse it.
+
+A kind changes the folder it is given and returns the name that the refusal must say, and what reads it. Everything is refused by an error
+that names the file; nothing is removed.
+"""
+
+from __future__ import annotations
+
+import json
+import shutil
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+Read = Callable[[], Any]
+Kind = Callable[[Path], tuple[str, Read]]
+KINDS: dict[str, Kind] = {}
+TICKS = 30
+LIVES = {"species.grass.count": 60, "species.deer.count": 12, "species.wolf.count": 3, "space.size": [60.0, 60.0]}
+POLICIES = ("deer", "wolf")
+
+
+def kind(text: str) -> Callable[[Kind], Kind]:
+    """Give a kind its name."""
+
+    def put(function: Kind) -> Kind:
+        KINDS[text] = function
+        return function
+
+    return put
+
+
+def make(place: Path) -> None:
+    """Make what foreign files are made of: runs, a fork, a comparison, trainings and searches."""
+    from ecs_eco.config import load
+    from ecs_eco.experiments.pretraining import pretrain
+    from ecs_eco.record import fork, run_to_folder
+    from ecs_eco.search.journal import Journal
+
+    config = load("predator-prey", LIVES)
+
+    def run(name: str, seed: int, **more: Any) -> None:
+        run_to_folder(config, seed, TICKS, place / name, report=False, checkpoint_every=10, snapshot_every=5, **more)
+
+    run("a", 1, record="focal=2")
+    run("b", 2, record="focal=2")
+    run("asked", 1, record="focal=2", prepare=_ask)
+    run_to_folder(config, 1, TICKS // 2, place / "half", report=False, checkpoint_every=10, snapshot_every=5)
+    fork(place / "a", place / "fork", from_tick=10, report=False)
+    short = load(config, {"training.ticks": 3})
+    for seed in (1, 2):
+        pretrain(short, seed, out=place / "trained" / f"seed-{seed}")
+        journal = Journal(place / f"search-{seed}", {"world": "fell", "format": 1})
+        for number in range(4):
+            journal.add("candidate", candidate=number, score=seed / (number + 1), stage=0, stages=[], values={}, at=1.0, seconds=1.0)
+
+
+def _ask(world: Any) -> None:
+    """Ask for something by hand between two ticks."""
+    before = world.between
+
+    def between() -> None:
+        if before is not None:
+            before()
+        if world.tick == 5:
+            world.intervene({"kind": "cull", "species": "deer", "count": 2})
+
+    world.between = between
+
+
+def config() -> Any:
+    """The world of all runs."""
+    from ecs_eco.config import load
+
+    return load("predator-prey", LIVES)
+
+
+# --- who reads
+
+
+def resuming(run: Path) -> Read:
+    """Going on with a run."""
+    from ecs_eco.record import resume
+
+    return lambda: resume(run, TICKS + 5, report=False, complain=lambda text: None)
+
+
+def reporting(run: Path) -> Read:
+    """The report of a run."""
+    from ecs_eco.analysis.report import write_report
+
+    return lambda: write_report(run)
+
+
+def repeating(run: Path) -> Read:
+    """A run once more."""
+    from ecs_eco.runs.repeat import repeat
+
+    return lambda: repeat(run)
+
+
+def comparing(run: Path, seed: int, **arm: Any) -> Read:
+    """A comparison that looks for what is there already."""
+    from ecs_eco.experiments import seed_grid as crossing
+    from ecs_eco.experiments.comparison import Arm
+
+    return lambda: crossing.ran_already(run, TICKS, Arm("world", config(), **arm), seed)
+
+
+def part(kind_: str, number: int = 0) -> str:
+    """Name of a part in its run."""
+    return f"{kind_}/part-{number:05d}.parquet"
+
+
+# --- checkpoints
+
+
+def _checkpoint(other: str, tick: int = 30) -> Kind:
+    def put(place: Path) -> tuple[str, Read]:
+        name = f"checkpoints/tick-{tick:012d}.safetensors"
+        shutil.copy(place / other / name, place / "a" / name)
+        return name, resuming(place / "a")
+
+    return put
+
+
+kind("a checkpoint of another seed")(_checkpoint("b"))
+kind("a checkpoint of a fork of the run")(_checkpoint("fork"))
+kind("an earlier checkpoint of another seed, where a fork begins")(
+    lambda place: (_checkpoint("b", 20)(place)[0], lambda: _forking(place / "a", place / "new", 22))
+)
+
+
+def _forking(run: Path, out: Path, tick: int) -> Any:
+    from ecs_eco.record import fork
+
+    return fork(run, out, from_tick=tick, report=False)
+
+
+@kind("a checkpoint of the same run, of which something else was asked by hand")
+def _asked(place: Path) -> tuple[str, Read]:
+    _checkpoint("asked")(place)
+    return "part-", resuming(place / "a")  # its parts do not lead to the checkpoint
+
+
+@kind("a world that was saved outside of a run, as a checkpoint")
+def _saved(place: Path) -> tuple[str, Read]:
+    from ecs_eco import World
+
+    name = f"checkpoints/tick-{TICKS:012d}.safetensors"
+    World.from_config(config(), seed=1, record=False).run(TICKS).save(place / "a" / name)
+    return name, resuming(place / "a")
+
+
+# --- parts
+
+
+def _part(other: str, name: str, into: str | None = None, read: Callable[[Path], Read] = reporting) -> Kind:
+    def put(place: Path) -> tuple[str, Read]:
+        shutil.copy(place / other / name, place / "a" / (into or name))
+        return into or name, read(place / "a")
+
+    return put
+
+
+def _all_parts(kind_: str) -> Callable[[Path], Read]:
+    def reading(run: Path) -> Read:
+        from ecs_eco.record.parquet import read_parts
+
+        return lambda: read_parts(run / kind_)
+
+    return reading
+
+
+for _kind in ("series", "births", "deaths", "snapshots"):
+    kind(f"a part of {_kind} of another seed")(_part("b", part(_kind), read=_all_parts(_kind)))
+kind("a part of the details of another seed")(_part("b", part("details-deer"), read=_all_parts("details-deer")))
+kind("a part of the details of another species")(
+    _part("a", part("details-wolf"), part("details-deer"), _all_parts("details-deer"))
+)
+kind("a part of another seed, where a run goes on")(_part("b", part("series", 1), read=resuming))
+kind("a part of a fork")(_part("fork", part("series")))
+kind("a part of the same run, of which something else was asked by hand")(_part("asked", part("series", 1)))
+kind("the last part of the same run, of which something else was asked by hand")(_part("asked", part("series", 2)))
+kind("a part of another kind")(_part("a", part("births"), part("deaths"), _all_parts("deaths")))
+kind("an earlier part in place of a later one")(_part("a", part("series", 0), part("series", 2)))
+kind("one part too many, of another seed")(_part("b", part("series", 2), part("series", 3)))
+kind("one part too many, of the same run")(_part("a", part("series", 2), part("series", 3)))
+kind("one part too many, of another seed, where a run goes on")(_part("b", part("series", 2), part("series", 3), resuming))
+
+
+@kind("a file of one's own that is named like a part, where a run goes on")
+def _own(place: Path) -> tuple[str, Read]:
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    pq.write_table(pa.table({"notes": ["mine"]}), place / "a" / "series" / "part-notes.parquet")
+    return "part-notes.parquet", resuming(place / "a")
+
+
+@kind("two parts that changed places")
+def _swapped(place: Path) -> tuple[str, Read]:
+    one, two = (place / "a" / part("series", n) for n in (1, 2))
+    one.rename(place / "aside")
+    two.rename(one)
+    (place / "aside").rename(two)
+    return part("series", 1), reporting(place / "a")
+
+
+@kind("a part that says nothing of its run")
+def _without(place: Path) -> tuple[str, Read]:
+    from ecs_eco.record.parquet import read_part, write_part
+
+    path = place / "a" / part("series", 1)
+    write_part(read_part(path).replace_schema_metadata(None), path)
+    return part("series", 1), reporting(place / "a")
+
+
+# --- manifests
+
+
+def _manifest(other: str, read: Callable[[Path], Read]) -> Kind:
+    def put(place: Path) -> tuple[str, Read]:
+        shutil.copy(place / other / "manifest.json", place / "a" / "manifest.json")
+        return "part-" if read is reporting else "tick-", read(place / "a")
+
+    return put
+
+
+kind("a manifest of another seed")(_manifest("b", reporting))
+kind("a manifest of another seed, where a run goes on")(_manifest("b", resuming))
+kind("a manifest of a fork")(_manifest("fork", reporting))
+kind("a manifest of the same run, of which something else was asked by hand")(_manifest("asked", reporting))
+
+
+@kind("a manifest that was edited")
+def _edited(place: Path) -> tuple[str, Read]:
+    path = place / "a" / "manifest.json"
+    path.write_text(path.read_text(encoding="utf-8").replace('"seed": 1', '"seed": 2'), encoding="utf-8")
+    return "manifest.json", resuming(place / "a")
+
+
+# --- policies
+
+
+@kind("the policy of another species in a run's folder")
+def _policy(place: Path) -> tuple[str, Read]:
+    shutil.copy(place / "a" / "policies" / "wolf.safetensors", place / "a" / "policies" / "deer.safetensors")
+    return "deer.safetensors", repeating(place / "a")
+
+
+@kind("the policy of another training in a run's folder")
+def _policy_trained(place: Path) -> tuple[str, Read]:
+    shutil.copy(place / "trained" / "seed-2" / "deer.safetensors", place / "a" / "policies" / "deer.safetensors")
+    return "deer.safetensors", repeating(place / "a")
+
+
+@kind("a policy with one bit flipped")
+def _flipped(place: Path) -> tuple[str, Read]:
+    from ecs_eco import World
+
+    path = place / "trained" / "seed-1" / "deer.safetensors"
+    data = bytearray(path.read_bytes())
+    data[-100] ^= 1
+    path.write_bytes(data)
+    return "deer.safetensors", lambda: World.from_config(config(), policies=str(path.parent))
+
+
+# --- comparisons
+
+
+@kind("a comparison's seed-2 that is a copy of seed-1")
+def _copied(place: Path) -> tuple[str, Read]:
+    return "manifest.json", comparing(place / "a", 2)
+
+
+@kind("a comparison's half seed-2 that is a copy of seed-1")
+def _half(place: Path) -> tuple[str, Read]:
+    return "manifest.json", comparing(place / "half", 2)
+
+
+@kind("a comparison's run that is one of another arm")
+def _arm(place: Path) -> tuple[str, Read]:
+    return "manifest.json", comparing(place / "a", 1, policies="random")
+
+
+@kind("a comparison's run with the policies of another training")
+def _training(place: Path) -> tuple[str, Read]:
+    return "manifest.json", comparing(place / "a", 1, policies=str(place / "trained" / "seed-1"))
+
+
+@kind("a comparison's training seed 2 that is a copy of 1")
+def _trained(place: Path) -> tuple[str, Read]:
+    return "training.json", lambda: _trained_already(place / "trained" / "seed-1", 2)
+
+
+@kind("a policy of another training in a comparison's training")
+def _trained_policy(place: Path) -> tuple[str, Read]:
+    shutil.copy(place / "trained" / "seed-2" / "deer.safetensors", place / "trained" / "seed-1" / "deer.safetensors")
+    return "deer.safetensors", lambda: _trained_already(place / "trained" / "seed-1", 1)
+
+
+def _trained_already(folder: Path, seed: int) -> bool:
+    from ecs_eco.config import load
+    from ecs_eco.experiments import seed_grid as crossing
+
+    return crossing.trained_already(folder, load(config(), {"training.ticks": 3}), seed)
+
+
+# --- journals
+
+
+def _journal(change: Callable[[list[str], list[str]], list[str]]) -> Kind:
+    def put(place: Path) -> tuple[str, Read]:
+        from ecs_eco.search.journal import NAME, read
+
+        path, other = (place / f"search-{n}" / NAME for n in (1, 2))
+        lines = change(*(p.read_text(encoding="utf-8").splitlines() for p in (path, other)))
+        path.write_text("".join(f"{line}\n" for line in lines), encoding="utf-8")
+        return NAME, lambda: read(path)
+
+    return put
+
+
+kind("a journal with a line that was edited")(
+    _journal(lambda mine, other: [*mine[:2], json.dumps(json.loads(mine[2]) | {"score": 9.0}), *mine[3:]])
+)
+kind("a journal with a line of another search")(_journal(lambda mine, other: [*mine[:2], other[2], *mine[3:]]))
+kind("a journal without one of its lines")(_journal(lambda mine, other: [*mine[:2], *mine[3:]]))
+kind("a journal with lines that changed places")(_journal(lambda mine, other: [*mine[:2], mine[3], mine[2], *mine[4:]]))
+
+
+# --- the test of one kind
+
+
+def refused(name: str, whole: Path, place: Path) -> str:
+    """Put a foreign file of this kind into a copy of `whole` at `place`, and read it; return what is wrong, "" where it was refused by name.
+
+    What is there must be the same before and after.
+    """
+    from ecs_eco.engine.errors import CheckpointError, ConfigError, RecordingError
+
+    shutil.copytree(whole, place)
+    wanted, read = KINDS[name](place)
+    before = dict(_content(place))
+    try:
+        read()
+    except (RecordingError, CheckpointError, ConfigError) as error:
+        if wanted not in str(error):
+            return f"the refusal does not name {wanted}: {error}"
+        changed = sorted({*dict(_content(place)).items()} ^ {*before.items()})
+        return f"was refused, and changed {changed[0][0]}" if changed else ""
+    return "was taken"
+
+
+def _content(place: Path) -> Iterator[tuple[str, bytes]]:
+    for path in sorted(place.rglob("*")):
+        if path.is_file():
+            yield str(path.relative_to(place)), path.read_bytes()

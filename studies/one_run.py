@@ -1,0 +1,253 @@
+"""Two processes that want one folder: one gets it, the other is refused or has a folder of its own; and files of other runs are refused."""
+
+import json
+import os
+import shutil
+import signal
+import sys
+import tempfile
+import time
+import traceback
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from studies.common.foreign import KINDS, LIVES, make, refused
+from studies.common.runs import summary
+from studies.common.study import Study, verdict
+
+REFUSED = 2  # exit code
+KILLED = -signal.SIGKILL
+SEEDS = (1, 2)
+
+
+def run_words(config: dict[str, Any], seed: int) -> list[str]:
+    """A command that runs the world of this study."""
+    changes = [word for key, value in LIVES.items() for word in ("--set", f"{key}={value}")]
+    every = ["--checkpoint-every", str(config["checkpoint_every"])]
+    return ["run", "predator-prey", *changes, "--ticks", str(config["ticks"]), "--seed", str(seed), *every, "--no-report", "--quiet"]
+
+
+def resume_words(out: str, config: dict[str, Any]) -> list[str]:
+    """A command that goes on with a run to its end."""
+    return ["resume", out, "--until", str(config["ticks"]), "--no-report", "--quiet"]
+
+
+def together(place: Path, commands: list[list[str]], kill: tuple[int, float] | None = None) -> list[tuple[int, str]]:
+    """Start commands at once, each in a process of its own, and wait for them; return their exit codes and what they said.
+
+    `kill` says which one is killed, and after how many seconds.
+    """
+    gate, key = os.pipe()
+    children = [_start(words, gate, key, place / f"said-{i}") for i, words in enumerate(commands)]
+    os.close(gate)
+    os.close(key)  # opens the gate
+    if kill is not None:
+        time.sleep(kill[1])
+        os.kill(children[kill[0]], signal.SIGKILL)
+    codes = [os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) for child in children]
+    return [(code, (place / f"said-{i}").read_text(encoding="utf-8")) for i, code in enumerate(codes)]
+
+
+def apart(work: Callable[[], Any], place: Path) -> Any:
+    """Return what some work returns, as JSON holds it, done in a process of its own: threads that it starts would be lost in forks."""
+    child = os.fork()
+    if not child:
+        try:
+            (place / "answer.json").write_text(json.dumps(work()), encoding="utf-8")
+        except BaseException:
+            traceback.print_exc()
+            os._exit(1)
+        os._exit(0)
+    if code := os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]):
+        raise RuntimeError(f"work in a process of its own ended with {code}")
+    return json.loads((place / "answer.json").read_text(encoding="utf-8"))
+
+
+def _start(words: list[str], gate: int, key: int, said: Path) -> int:
+    """Fork a process that waits at the gate and then is the command, in the folder of `said`; return its id."""
+    child = os.fork()
+    if child:
+        return child
+    code = 1
+    try:
+        os.close(key)
+        os.chdir(said.parent)
+        file = os.open(said, os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
+        os.dup2(file, 1)
+        os.dup2(file, 2)
+        os.read(gate, 1)
+        from ecs_eco.cli import app
+
+        app(words, prog_name="ecs-eco")
+        code = 0
+    except SystemExit as end:
+        code = end.code if isinstance(end.code, int) else 1
+    finally:
+        sys.stdout.flush()
+        sys.stderr.flush()
+        os._exit(code)
+
+
+# --- pairs; each returns what is wrong, "" where nothing is, and whether the two met while one was writing
+
+
+Pair = Callable[[Path, dict[str, Any], np.random.Generator, dict[int, Any]], tuple[str, bool]]
+
+
+def same_out(place: Path, config: dict[str, Any], rng: np.random.Generator, whole: dict[int, Any]) -> tuple[str, bool]:
+    """Two seeds in one folder that both name."""
+    ended = together(place, [[*run_words(config, seed), "--out", "out"] for seed in SEEDS])
+    wrong = _refused_but_one(ended)
+    winner = next((seed for seed, (code, _) in zip(SEEDS, ended, strict=True) if code == 0), None)
+    return wrong or _differs(place / "out", whole, winner), _met(ended)
+
+
+def default_out(place: Path, config: dict[str, Any], rng: np.random.Generator, whole: dict[int, Any]) -> tuple[str, bool]:
+    """Two runs of one seed that name no folder."""
+    seed = int(rng.choice(SEEDS))
+    ended = together(place, [run_words(config, seed)] * 2)
+    if [code for code, _ in ended] != [0, 0]:
+        return f"ended with {[code for code, _ in ended]}: {ended[0][1]} {ended[1][1]}", False
+    found = sorted((place / "runs").iterdir())
+    if [p.name for p in found] != [f"predator-prey-{seed}", f"predator-prey-{seed}-2"]:
+        return f"left {[p.name for p in found]}", False
+    said = all(sum(f"in runs/{p.name}\n" in text for _, text in ended) == 1 for p in found)
+    return "" if said and not any(_differs(p, whole, seed) for p in found) else "what they left is not what they said", True
+
+
+def two_resumes(place: Path, config: dict[str, Any], rng: np.random.Generator, whole: dict[int, Any]) -> tuple[str, bool]:
+    """Two that go on with one run which was killed."""
+    seed = int(rng.choice(SEEDS))
+    together(place, [[*run_words(config, seed), "--out", "out"]], (0, float(rng.uniform(0.1, config["longest"]))))
+    if not (place / "out" / "manifest.json").exists():
+        again = together(place, [[*run_words(config, seed), "--out", "out"]])
+        return "" if again[0][0] == 0 and not _differs(place / "out", whole, seed) else f"stranded: {again[0][1]}", False
+    ended = together(place, [resume_words("out", config)] * 2)
+    wrong = "" if {code for code, _ in ended} <= {0, REFUSED} and 0 in {code for code, _ in ended} else f"ended with {ended}"
+    return wrong or _differs(place / "out", whole, seed), _met(ended)
+
+
+def killed(place: Path, config: dict[str, Any], rng: np.random.Generator, whole: dict[int, Any]) -> tuple[str, bool]:
+    """Two seeds in one folder, one of which is killed; the same command, or resume, goes on."""
+    when = (int(rng.integers(2)), float(rng.uniform(0.0, config["longest"])))
+    ended = together(place, [[*run_words(config, seed), "--out", "out"] for seed in SEEDS], when)
+    if any(code not in (0, REFUSED, KILLED) for code, _ in ended):
+        return f"ended with {ended}", False
+    seed = SEEDS[0]
+    if (place / "out" / "manifest.json").exists():
+        from ecs_eco.runs.run import read_manifest
+
+        seed = read_manifest(place / "out")["seed"]
+        again = together(place, [resume_words("out", config)])
+    else:
+        again = together(place, [[*run_words(config, seed), "--out", "out"]])
+    return f"stranded: {again[0][1]}" if again[0][0] else _differs(place / "out", whole, seed), _met(ended)
+
+
+PAIRS: dict[str, Pair] = {"same folder": same_out, "no folder named": default_out, "two resumes": two_resumes, "one of them killed": killed}
+
+
+def _refused_but_one(ended: list[tuple[int, str]]) -> str:
+    codes = sorted(code for code, _ in ended)
+    if codes != [0, REFUSED]:
+        return f"ended with {codes}: {ended[0][1]} {ended[1][1]}"
+    text = next(text for code, text in ended if code == REFUSED)
+    return "" if "out" in text and ("is being written by" in text or "is not empty" in text) else f"refused without a name: {text}"
+
+
+def _met(ended: list[tuple[int, str]]) -> bool:
+    return any("is being written by" in text for _, text in ended)
+
+
+def _differs(out: Path, whole: dict[int, Any], seed: int | None) -> str:
+    """What a folder lacks to be the whole run of a seed, nothing half-written left."""
+    if seed is None or not out.is_dir():
+        return "nothing is left"
+    if left := [p.name for p in out.rglob("*") if p.name.endswith((".tmp", ".lock"))]:
+        return f"left behind: {left[0]}"
+    return "" if apart(lambda: summary(out), out.parent) == whole[seed] else f"{out.name} is not the run of seed {seed}"
+
+
+# --- the study
+
+
+def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
+    """Try pairs of one kind, or every kind of foreign file; the place of each is thrown away."""
+    rng = np.random.default_rng(case.get("seed", 0))
+    with tempfile.TemporaryDirectory() as folder:
+        place = Path(folder)
+        if case["pairs"] == "foreign files":
+            return dict(apart(lambda: _foreign(place / "all", config["kinds"]), place))
+        _warm()
+        whole = {}
+        for seed in SEEDS:
+            (place / f"whole-{seed}").mkdir()
+            ended = together(place / f"whole-{seed}", [[*run_words(config, seed), "--out", "out"]])
+            assert ended[0][0] == 0, ended
+            whole[seed] = apart(lambda out=place / f"whole-{seed}" / "out": summary(out), place)
+        wrong, met = {}, 0
+        for i in range(config["pairs"]):
+            (place / str(i)).mkdir()
+            text, together_ = PAIRS[case["pairs"]](place / str(i), config, rng, whole)
+            met += together_
+            if text:
+                wrong[str(i)] = text
+            shutil.rmtree(place / str(i))
+        return {"tried": config["pairs"], "met": met, "wrong": wrong}
+
+
+def _warm() -> None:
+    """Import and compile what the commands need, without a thread, so that forked processes begin where it matters."""
+
+    from ecs_eco import World
+    from ecs_eco.config import load
+
+    World.from_config(load("predator-prey", LIVES), record=False).run(2)
+
+
+def _foreign(place: Path, kinds: int) -> dict[str, Any]:
+    make(place / "whole")
+    names = list(KINDS)[:kinds]
+    wrong = {name: text for i, name in enumerate(names) if (text := refused(name, place / "whole", place / str(i)))}
+    return {"tried": len(names), "wrong": wrong}
+
+
+def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
+    """Count pairs that mixed or lost something, and kinds of foreign files that were taken."""
+    pairs = [c for c in cases if c["case"]["pairs"] in PAIRS]
+    foreign = [c["result"] for c in cases if c["case"]["pairs"] not in PAIRS]
+    tried, wrong = sum(c["result"]["tried"] for c in pairs), sum(len(c["result"]["wrong"]) for c in pairs)
+    met, kinds = sum(c["result"]["met"] for c in pairs), sum(r["tried"] for r in foreign)
+    taken = sum(len(r["wrong"]) for r in foreign)
+    rows = []
+    for name in PAIRS:
+        of = [c["result"] for c in pairs if c["case"]["pairs"] == name]
+        rows.append([name, sum(r["tried"] for r in of), sum(r["met"] for r in of), sum(len(r["wrong"]) for r in of)])
+    return {
+        "verdicts": [
+            verdict("pairs of processes on one folder", tried, "200 or more", tried >= 200),
+            verdict("of them, one found the other at its work", met, "100 or more", met >= 100),
+            verdict("pairs after which a folder held another run, a mixture or half of one", wrong, "0", wrong == 0),
+            verdict("kinds of foreign files in runs, comparisons, trainings and searches", kinds, "30 or more", kinds >= 30),
+            verdict("of them taken, or refused without their name", taken, "0", taken == 0),
+        ],
+        "table": {"head": ["pairs", "tried", "met", "wrong"], "rows": rows},
+    }
+
+
+STUDY = Study(
+    name="one_run",
+    claim="A folder holds one run, whoever else wants it, and a file of another one is refused by its name.",
+    config={"ticks": 16, "checkpoint_every": 4, "pairs": 25, "longest": 0.8, "kinds": 1000},
+    cases=[{"pairs": name, "seed": seed} for name in PAIRS for seed in (31, 32)] + [{"pairs": "foreign files"}],
+    run=run,
+    summarise=summarise,
+    short_config={"ticks": 10, "pairs": 3, "kinds": 12, "longest": 0.5},
+    short_cases=[{"pairs": name, "seed": 31} for name in PAIRS] + [{"pairs": "foreign files"}],
+)
+
+if __name__ == "__main__":
+    STUDY.main()
