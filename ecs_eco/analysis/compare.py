@@ -1,7 +1,7 @@
 """Arms of an experiment side by side: who persists, for how long, how many, and do they cycle?
 
 An arm is a name and one run a seed. Seeds are the replicates; a run in which a species dies out is a result.
-Where policies of several training seeds were run on the same world seeds, both are replicates (`analysis/crossed.py`).
+Where policies of several training seeds were run on the same world seeds, both are replicates (`analysis/seed_grid.py`).
 Takes what runs left; it runs no world.
 """
 
@@ -15,10 +15,10 @@ from typing import Any
 import numpy as np
 from scipy.stats import chi2
 
-from ecs_eco.analysis.crossed import Grid, crossed, mean_interval
 from ecs_eco.analysis.cycles import CycleStatistics, cross_seed_surrogates, cycle_statistics, median_lag_interval
 from ecs_eco.analysis.extinction import shared
 from ecs_eco.analysis.runs import Series, load_series
+from ecs_eco.analysis.seed_grid import Grid, crossed, mean_interval
 from ecs_eco.analysis.survival import (
     SurvivalCurve,
     bootstrap_difference,

@@ -8,10 +8,10 @@ from html import escape
 from pathlib import Path
 from typing import Any
 
-from ecs_eco.analysis import crossed_figures, depth_figures, figures
-from ecs_eco.analysis.crossed import EFFECTS, Grid
+from ecs_eco.analysis import depth_figures, figures, seed_grid_figures
 from ecs_eco.analysis.page import number, page, picture, table, write_text
 from ecs_eco.analysis.runs import Series
+from ecs_eco.analysis.seed_grid import EFFECTS, Grid
 from ecs_eco.analysis.survival import SurvivalCurve
 
 
@@ -52,13 +52,13 @@ _CELLS = "The tick at which the first species died out, and which it was, by tra
 _MEANS = "Numbers over time: every run thin, the median over runs thick."
 _HOURS = "Mean depth over the hours of the day, the first day left out: every run thin, the mean over runs thick; grey is night."
 _SHARES = (
-    "<p>Whence the variance comes: shares of training seed, of world seed and of the rest, which is chance and the interaction of both. "
-    "“Persisted” counts as 0 and 1, on the linear scale; a time that the end of the run cut off counts as the whole run; a period is told "
-    "where a run cycles. A dash: nothing varies. Intervals by a two-way bootstrap.</p>"
+    "<p>Where the variance comes from: shares of training seed, of world seed and of the rest, which is chance and the "
+    "interaction of both. “Persisted” counts as 0 and 1, on the linear scale; a time that the end of the run cut off counts as the "
+    "whole run; a period is given where a run cycles. A dash: nothing varies. Intervals are from a two-way bootstrap.</p>"
 )
 _DEPTH = (
     "<p>A cosine of a day fitted to mean depth: its amplitude as a share of the water; the part of it along the sun, above 0 where they "
-    "are deepest at noon and below where at midnight; and the correlation of mean depth with light. Means over runs (95 %).</p>"
+    "are deepest at noon and below 0 where at midnight; and the correlation of mean depth with light. Means over runs (95 %).</p>"
 )
 _PEAKS = (
     "<p>Runs whose spectrum has a peak beyond red noise that only relaxes (p ≤ .05 in each run; by luck 1 in 20), "
@@ -76,8 +76,8 @@ def _draw_survival(out: Path, result: dict[str, Any], curves: Mapping[str, Mappi
 
 def _draw_grid(folder: Path, arm: str, grid: Grid) -> list[str]:
     """Survival by training seed and the map of first extinctions of one arm, as HTML."""
-    curve = figures.save(crossed_figures.persistence(grid, f"{arm}: all species persist"), folder / f"persistence_{arm}.png")
-    cells = figures.save(crossed_figures.lifetimes(grid, f"{arm}: first extinction"), folder / f"first_extinction_{arm}.png")
+    curve = figures.save(seed_grid_figures.persistence(grid, f"{arm}: all species persist"), folder / f"persistence_{arm}.png")
+    cells = figures.save(seed_grid_figures.lifetimes(grid, f"{arm}: first extinction"), folder / f"first_extinction_{arm}.png")
     return [picture(curve, _BY_SEED), picture(cells, _CELLS)]
 
 
@@ -107,7 +107,7 @@ def _who(result: dict[str, Any], pictures: Sequence[str]) -> list[str]:
 
 
 def _crossed(result: dict[str, Any], drawn: Mapping[str, Sequence[str]]) -> list[str]:
-    """The crossed design of the arms that have one: by training seed, and whence the variance comes."""
+    """The crossed design of the arms that have one: by training seed, and where the variance comes from."""
     found = {arm: a["crossed"] for arm, a in result["arms"].items() if "crossed" in a}
     if not found:
         return []

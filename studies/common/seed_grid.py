@@ -201,7 +201,7 @@ def grid(entries: Sequence[Entry], value: Any) -> np.ndarray:
 
 def variance(entries: Sequence[Entry]) -> dict[str, Any]:
     """Shares of the variance of what became of the cells of one arm: training seed, world seed, rest; [value, low, high] each."""
-    from ecs_eco.analysis.crossed import EFFECTS, variance_shares
+    from ecs_eco.analysis.seed_grid import EFFECTS, variance_shares
 
     names = list(entries[0]["result"]["numbers"])
     tables = {"persisted": grid(entries, lambda r: r["persisted"]), "log time to first extinction": grid(entries, lambda r: np.log(max(r["lived"], 1))),
@@ -226,8 +226,8 @@ def told(entries: Sequence[Entry]) -> str:
 
 def row(arm: str, entries: Sequence[Entry], lags: Mapping[str, Any]) -> list[Any]:
     """One line of the table."""
-    from ecs_eco.analysis.crossed import share_interval
     from ecs_eco.analysis.cycles import median_lag_interval
+    from ecs_eco.analysis.seed_grid import share_interval
 
     found = [e["result"] for e in entries]
     kept = [r for r in found if r["persisted"]]

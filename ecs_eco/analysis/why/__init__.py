@@ -1,7 +1,8 @@
 """What happened to whom in a recorded run, and why: `write_why("my-run")`.
 
-`case` reads the run, `near` measures distances in snapshots, `limits` says what held each species back in each phase, `diagnose`
-follows the causes to the first of them, `advice` names the values of the world file that act on it, `words` and `figure` tell it.
+`case` reads the run, `conduct` says what animals did and how near they were to each other, `limits` what held each species back
+in each phase; `diagnose` follows the causes to the first of them, `advice` names the values of the world file that act on it;
+`words` and `figure` tell it.
 """
 
 from ecs_eco.analysis.why.case import Case, Food

@@ -15,10 +15,10 @@ from ecs_eco.analysis.page import page, picture, table, write_text
 from ecs_eco.analysis.style import save
 from ecs_eco.analysis.why.advice import advise
 from ecs_eco.analysis.why.case import Case
+from ecs_eco.analysis.why.conduct import conduct
 from ecs_eco.analysis.why.diagnose import diagnose
 from ecs_eco.analysis.why.figure import draw
 from ecs_eco.analysis.why.limits import phases
-from ecs_eco.analysis.why.near import conduct
 from ecs_eco.analysis.why.words import sentences
 
 FLOWS = ("taken_in", "burnt", "given", "lost")

@@ -9,7 +9,8 @@ import pytest
 from scipy.stats import norm
 
 from ecs_eco.analysis.compare import compare
-from ecs_eco.analysis.crossed import (
+from ecs_eco.analysis.runs import Series, load_series
+from ecs_eco.analysis.seed_grid import (
     Grid,
     components,
     crossed,
@@ -21,7 +22,6 @@ from ecs_eco.analysis.crossed import (
     survival_band,
     variance_shares,
 )
-from ecs_eco.analysis.runs import Series, load_series
 from ecs_eco.analysis.survival import wilson
 
 chains = SimpleNamespace(**runpy.run_path(str(Path(__file__).with_name("chains.py"))))

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ecs_eco.analysis.crossed import Grid, survival_band
 from ecs_eco.analysis.extinction import declines, lifetime
+from ecs_eco.analysis.seed_grid import Grid, survival_band
 from ecs_eco.analysis.style import PALETTE, panels, styled
 from ecs_eco.analysis.survival import kaplan_meier
 

@@ -1,0 +1,260 @@
+"""Training seed × world seed: how much of an outcome depends on each, and how certain is a statement over both?
+
+One outcome a cell of a table (training seeds, world seeds); NaN where there is none. The model is that of two crossed random
+effects, y = mean + training seed + world seed + rest. The rest holds the interaction of both and all else, which one run a cell
+cannot tell apart. A yes-or-no outcome (persisted) is taken as 0 and 1, on the linear scale: its shares are shares of the
+variance of 0 and 1, not of a hidden tendency behind them, and are smaller than those where the outcome is rare.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import numpy as np
+from scipy.stats import norm, t
+
+from ecs_eco.analysis.cycles import CycleStatistics, living_stretch
+from ecs_eco.analysis.extinction import lifetime
+from ecs_eco.analysis.runs import Series
+from ecs_eco.analysis.survival import Interval, kaplan_meier, survival_function, wilson
+
+EFFECTS = ("training seed", "world seed", "rest")
+
+
+@dataclass(frozen=True)
+class VarianceShares:
+    """Variance components of a table and their shares, each in the order of EFFECTS."""
+
+    n: int  # cells with an outcome
+    mean: float
+    variance: tuple[float, float, float]  # as estimated: may be negative, which says: nothing to be seen
+    share: tuple[Interval, Interval, Interval]  # negative components counted as 0; NaN where nothing varies
+
+
+def components(table: np.ndarray) -> np.ndarray:
+    """Variances by training seed, world seed and rest of tables (…, training, world), by the method of moments: (3, …).
+
+    Sums of squares within rows, within columns and in all are set equal to their expectations (Henderson's method I in the
+    form of Gao and Owen 2017); for a table without gaps these are the estimates of the two-way analysis of variance.
+    Unbiased, so that a component near 0 is negative now and then. NaN where a table has fewer than two rows or columns.
+    """
+    y = np.asarray(table, float)
+    here = ~np.isnan(y)
+    n = here.sum((-2, -1))
+    row, column = here.sum(-1), here.sum(-2)
+    v = np.where(here, y, 0.0)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        mean = v.sum((-2, -1)) / n
+        v = np.where(here, y - mean[..., None, None], 0.0)  # sums of squares of small numbers keep their digits
+        squares = (v**2).sum((-2, -1))
+        within_rows = squares - (v.sum(-1) ** 2 / np.maximum(row, 1)).sum(-1)
+        within_columns = squares - (v.sum(-2) ** 2 / np.maximum(column, 1)).sum(-1)
+        b = within_rows / (n - (row > 0).sum(-1))  # world seed + rest
+        a = within_columns / (n - (column > 0).sum(-1))  # training seed + rest
+        a_times, b_times = n - (row**2).sum(-1) / n, n - (column**2).sum(-1) / n
+        rest = (squares - a_times * a - b_times * b) / (n - 1 - a_times - b_times)
+        return np.where(np.isfinite(rest), np.stack([a - rest, b - rest, rest]), np.nan)
+
+
+def pigeonhole(table: np.ndarray, n_boot: int = 999, seed: int = 0) -> np.ndarray:
+    """Tables of the two-way bootstrap: rows and columns drawn anew, each by itself, with replacement, (n_boot, rows, columns).
+
+    The pigeonhole bootstrap (Owen 2007). No bootstrap of a crossed design is exact (McCullagh 2000); this one errs to the side
+    of too much variance, mildly.
+    """
+    y = np.asarray(table, float)
+    rng = np.random.default_rng(seed)
+    rows, columns = (rng.integers(0, size, (n_boot, size)) for size in y.shape)
+    return np.asarray(y[rows[:, :, None], columns[:, None, :]])
+
+
+def variance_shares(table: np.ndarray, *, n_boot: int = 999, level: float = 0.95, seed: int = 0) -> VarianceShares:
+    """Shares of the variance with percentile intervals of the pigeonhole bootstrap.
+
+    Rows and columns that are drawn twice take variance from the rest and give it to the seeds; the drawn components are
+    corrected for that. On simulated designs of 6 × 5 the intervals cover 96 to 100 %; they are wide, for six seeds say
+    little about a variance. ValueError for a table with fewer than 2 training seeds or world seeds.
+    """
+    y = np.asarray(table, float)
+    if y.ndim != 2 or min(y.shape) < 2:
+        raise ValueError(f"variance shares need at least 2 training seeds and 2 world seeds, got a table of shape {y.shape}")
+    found = components(y)
+    drawn = _shares(_corrected(components(pigeonhole(y, n_boot, seed)), *y.shape))
+    drawn = drawn[:, np.isfinite(drawn).all(0)]
+    ends = np.quantile(drawn, [0.5 - level / 2, 0.5 + level / 2], axis=1) if drawn.size else np.full((2, 3), np.nan)
+    share = [Interval(float(v), float(low), float(high)) for v, low, high in zip(_shares(found), *ends, strict=True)]
+    n = int((~np.isnan(y)).sum())
+    return VarianceShares(n, float(np.nanmean(y)) if n else np.nan, tuple(map(float, found)), tuple(share))  # type: ignore[arg-type]
+
+
+def _corrected(drawn: np.ndarray, rows: int, columns: int) -> np.ndarray:
+    """Components of tables drawn by the pigeonhole bootstrap, with the means that those of the table itself have."""
+    rest = drawn[2] * rows * columns / ((rows - 1) * (columns - 1))
+    return np.stack([drawn[0] * rows / (rows - 1) - rest / columns, drawn[1] * columns / (columns - 1) - rest / rows, rest])
+
+
+def _shares(variance: np.ndarray) -> np.ndarray:
+    kept = np.maximum(variance, 0.0)
+    total = kept.sum(0)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return np.where(total > 1e-12, kept / total, np.nan)
+
+
+def spread_of_mean(table: np.ndarray) -> tuple[float, float]:
+    """Standard error of the mean over a table without gaps, and its degrees of freedom.
+
+    With the mean squares A of training seeds, B of world seeds and E of the rest, the variance of the mean is
+    (A + B − E) / n, here never less than A / n or B / n; the degrees of freedom are Satterthwaite's for A + B. A table
+    of one row or column leaves what the other says.
+    """
+    y = np.asarray(table, float)
+    rows, columns = y.shape
+    mean, row, column = y.mean(), y.mean(1), y.mean(0)
+    a = columns * ((row - mean) ** 2).sum() / (rows - 1) if rows > 1 else 0.0
+    b = rows * ((column - mean) ** 2).sum() / (columns - 1) if columns > 1 else 0.0
+    both = rows > 1 and columns > 1
+    e = ((y - row[:, None] - column + mean) ** 2).sum() / ((rows - 1) * (columns - 1)) if both else 0.0
+    parts = [m**2 / (k - 1) for m, k in ((a, rows), (b, columns)) if k > 1]
+    df = (a + b) ** 2 / sum(parts) if a + b > 0 else float(max(rows, columns) - 1)
+    return float(np.sqrt(max(a, b, a + b - e) / y.size)), float(df)
+
+
+def mean_interval(table: np.ndarray, level: float = 0.95) -> Interval:
+    """Mean over a table without gaps, with Student's t on `spread_of_mean`; covers 90 to 99 % on simulated designs of 6 × 5."""
+    y = np.asarray(table, float)
+    error, df = spread_of_mean(y)
+    if df <= 0:
+        return Interval(float(y.mean()), np.nan, np.nan)
+    half = float(t.ppf(0.5 + level / 2, df)) * error
+    return Interval(float(y.mean()), float(y.mean()) - half, float(y.mean()) + half)
+
+
+def effective_runs(table: np.ndarray, level: float = 0.95) -> float:
+    """Independent runs that would say as much about a share as this table of 0 and 1 does (Korn and Graubard 1998).
+
+    The variance of the share comes from training seeds and world seeds as replicates, and the few degrees of freedom count
+    (z / t)². Where all cells agree there is no variance to estimate: then the training seeds alone are counted.
+    """
+    y = np.asarray(table, float)
+    error, df = spread_of_mean(y)
+    share = float(y.mean())
+    if share in (0.0, 1.0) or df <= 0:
+        return float(y.shape[0])
+    n = min(share * (1 - share) / error**2, float(y.size)) if error > 0 else float(y.size)
+    return float(n * (norm.ppf(0.5 + level / 2) / t.ppf(0.5 + level / 2, df)) ** 2)
+
+
+def share_interval(table: np.ndarray, level: float = 0.95) -> Interval:
+    """Share of a table of 0 and 1 with Wilson's interval on the effective number of runs.
+
+    On simulated designs of 6 × 5 it covers 96 to 99 %, whatever hangs on which seed; Wilson's on all 30 runs, as though they
+    were independent, down to 66 %.
+    """
+    y = np.asarray(table, float)
+    n = effective_runs(y, level)
+    return wilson(float(y.mean()) * n, n, level)
+
+
+# --- tables of runs ----------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Grid:
+    """Runs in their places: `runs[i][j]` of `training[i]` and `worlds[j]`."""
+
+    training: tuple[int, ...]
+    worlds: tuple[int, ...]
+    runs: tuple[tuple[Series, ...], ...]
+
+    @classmethod
+    def of(cls, runs: Sequence[Series], training: Sequence[int], worlds: Sequence[int]) -> Grid:
+        """Put runs, told with their seeds, into a grid; ValueError where a cell has none or two."""
+        cells: dict[tuple[int, int], Series] = {}
+        for run, a, b in zip(runs, training, worlds, strict=True):
+            if (a, b) in cells:
+                raise ValueError(f"training seed {a}, world seed {b} is there twice: one run a cell")
+            cells[a, b] = run
+        rows, columns = sorted(set(training)), sorted(set(worlds))
+        for a in rows:
+            for b in columns:
+                if (a, b) not in cells:
+                    raise ValueError(f"training seed {a}, world seed {b} has no run: the design is to be complete")
+        return cls(tuple(rows), tuple(columns), tuple(tuple(cells[a, b] for b in columns) for a in rows))
+
+    @property
+    def length(self) -> float:
+        """Ticks of the longest run, from its first one."""
+        return max(float(run.ticks[-1] - run.ticks[0]) for row in self.runs for run in row)
+
+    def table(self, value: Callable[[Series], float]) -> np.ndarray:
+        """A value of every run, (training, worlds)."""
+        return np.array([[value(run) for run in row] for row in self.runs], float)
+
+
+def outcomes(grid: Grid, cycles: Mapping[int, CycleStatistics] | None = None) -> dict[str, np.ndarray]:
+    """Tables of what is looked at: persisted, log of the time to the first extinction, period, mean log numbers of each species.
+
+    `cycles` holds the statistics of a run by its `id`. Times are cut off at the end of the run. Numbers are those after
+    the first tenth of the run and before the first extinction.
+    """
+    names = grid.runs[0][0].species
+    found = {
+        "persisted": grid.table(lambda run: run.persisted),
+        "log time to first extinction": grid.table(lambda run: np.log(max(lifetime(run)[0], 1.0))),
+    }
+    if cycles is not None:
+        found["log period"] = grid.table(lambda run: _log_period(cycles[id(run)]))
+    return found | {f"mean log number of {s}": grid.table(partial(_mean_log, species=s)) for s in names}
+
+
+def _log_period(found: CycleStatistics) -> float:
+    return float(np.log(found.period)) if found.period and found.cycling() else np.nan
+
+
+def _mean_log(run: Series, species: str) -> float:
+    if not run.present[run.index(species)]:
+        return np.nan
+    n = living_stretch(run)[:, [s for s, here in zip(run.species, run.present, strict=True) if here].index(species)]
+    return float(np.log1p(n).mean()) if len(n) else np.nan
+
+
+def survival_band(grid: Grid, level: float = 0.95, n_boot: int = 499, seed: int = 0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Band of the Kaplan–Meier curve of first extinctions by the pigeonhole bootstrap: its times, lower and upper ends."""
+    lived, died = grid.table(lambda run: lifetime(run)[0]), grid.table(lambda run: lifetime(run)[1]).astype(bool)
+    time = kaplan_meier(lived.ravel(), died.ravel()).time
+    drawn = np.empty((n_boot, len(time)))
+    index = pigeonhole(np.arange(lived.size).reshape(lived.shape), n_boot, seed).astype(int).reshape(n_boot, -1)
+    for k, cells in enumerate(index):
+        drawn[k] = survival_function(lived.ravel()[cells], died.ravel()[cells]).evaluate(time)
+    low, high = np.quantile(drawn, [0.5 - level / 2, 0.5 + level / 2], axis=0)
+    return time, low, high
+
+
+def crossed(grid: Grid, cycles: Mapping[int, CycleStatistics] | None = None, *, n_boot: int = 999, seed: int = 0) -> dict[str, Any]:
+    """What is told of a grid: the share that persisted, by training seed too, and the variance shares of every outcome."""
+    tables = outcomes(grid, cycles)
+    kept = tables["persisted"]
+    shares = {}
+    if min(kept.shape) > 1:
+        for name, table in tables.items():
+            if np.isfinite(table).sum() > max(table.shape):
+                found = variance_shares(table, n_boot=n_boot, seed=seed)
+                shares[name] = {
+                    "n": found.n,
+                    "mean": found.mean,
+                    "variance": dict(zip(EFFECTS, found.variance, strict=True)),
+                    "share": dict(zip(EFFECTS, found.share, strict=True)),
+                }
+    return {
+        "training_seeds": list(grid.training),
+        "world_seeds": list(grid.worlds),
+        "persistence": share_interval(kept),
+        "effective_runs": effective_runs(kept),
+        "persisted_by_training_seed": dict(zip(grid.training, kept.sum(1).astype(int).tolist(), strict=True)),
+        "lifetimes": grid.table(lambda run: lifetime(run)[0]),
+        "persisted": kept.astype(int),
+        "variance_shares": shares,
+    }
