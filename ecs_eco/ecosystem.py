@@ -407,11 +407,11 @@ class World:
 
         return restore(cls, path, threads=threads, **options)
 
-    def load(self, path: Any) -> None:
+    def load(self, path: Any, *, trust: bool = False) -> None:
         """Bring this world, built by hand in the same way, to the state that a checkpoint holds."""
         from ecs_eco.checkpoint.file import load
 
-        load(self, path)
+        load(self, path, trust=trust)
 
     def digest(self) -> str:
         """Return a hash of all that decides this world's future, also of what is asked for and not yet done; see `ecs_eco.digest`.

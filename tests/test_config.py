@@ -207,6 +207,11 @@ def test_the_last_of_two_values_holds() -> None:
 
 # names of sensors
 
+
+def sqrt(world, table, seekers, out, first):
+    """A sense of one's own, for its name."""
+
+
 SENSORS = [
     {"kind": "own", "property": "energy"},
     {"kind": "nearest", "target": "moss", "radius": 2.0},
@@ -216,7 +221,7 @@ SENSORS = [
     {"kind": "touch", "target": "wall"},
     {"kind": "rays", "count": 2, "radius": 1.0, "targets": ["moss", "wall"], "report": "per_ray"},
     {"kind": "light"},
-    {"kind": "custom", "function": "math:sqrt", "width": 2},
+    {"kind": "custom", "function": sqrt, "width": 2},
 ]
 
 

@@ -39,7 +39,10 @@ def world_of(**snail: Any) -> dict[str, Any]:
 def module(monkeypatch: pytest.MonkeyPatch) -> types.ModuleType:
     """An importable module with a system and a happiness in it."""
     found = types.ModuleType("my_garden")
-    found.Shelter, found.content, found.number = Shelter, content, 3  # type: ignore[attr-defined]
+    found.number = 3  # type: ignore[attr-defined]
+    for thing in (Shelter, content):
+        setattr(found, thing.__name__, thing)
+        monkeypatch.setattr(thing, "__module__", "my_garden")
     monkeypatch.setitem(sys.modules, "my_garden", found)
     return found
 
@@ -66,7 +69,7 @@ def test_wrong_actions_of_a_group_of_ones_own_are_refused(actions: list[str], wh
 @pytest.mark.usefixtures("module")
 @pytest.mark.parametrize("system", ["my_garden:Shelter", Shelter])
 def test_a_system_of_a_world_file_acts_in_its_phase(system: Any) -> None:
-    world = World.from_config(world_of() | {"systems": [system]}).run(2)
+    world = World.from_config(world_of() | {"systems": [system], "code": ["my_garden"]}, trust=True).run(2)
     assert world.table("snail").traits["sheltered"] == 2
 
 
@@ -79,11 +82,11 @@ def test_systems_are_added_to_a_shipped_world_and_to_a_loaded_one() -> None:
 @pytest.mark.usefixtures("module")
 @pytest.mark.parametrize(
     ("system", "what"),
-    [("my_garden:Shelte", "has no function"), ("my_garden:content", "no system"), ("my_gardn:Shelter", "cannot be imported")],
+    [("my_garden:Shelte", "has no function"), ("my_garden:content", "no system"), ("my_gardn:Shelter", "does not list")],
 )
 def test_what_is_no_system_is_refused(system: str, what: str) -> None:
     with pytest.raises(ConfigError, match=what):
-        load(world_of(actions={}) | {"systems": [system]})
+        load(world_of(actions={}) | {"systems": [system], "code": ["my_garden"]}, trust=True)
 
 
 def test_systems_are_part_of_the_resolved_world_by_name() -> None:
@@ -96,7 +99,7 @@ def test_systems_are_part_of_the_resolved_world_by_name() -> None:
 @pytest.mark.usefixtures("module")
 def test_a_function_in_a_dict_is_the_function_that_a_file_names() -> None:
     for function in (content, "my_garden:content"):
-        config = load(world_of(happiness={"function": function, "minimum": 0.0}), systems=[Shelter])
+        config = load(world_of(happiness={"function": function, "minimum": 0.0}) | {"code": ["my_garden"]}, systems=[Shelter], trust=True)
         world = World.from_config(config.for_training(), learn=False).run(1)
         table = world.table("snail")
         assert table[Nervous].happiness[:3].tolist() == table[Metabolism].energy[:3].tolist()

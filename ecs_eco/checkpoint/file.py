@@ -48,29 +48,30 @@ def save(world: Any, path: str | Path) -> Path:
 
 
 def restore(cls: Any, path: str | Path, *, threads: int = 1, config: Any = None, systems: Sequence[Any] = (),
-            prepare: Callable[[Any], None] | None = None, record: bool = True) -> Any:
+            prepare: Callable[[Any], None] | None = None, record: bool = True, trust: bool = False) -> Any:
     """Return the world that a checkpoint holds; `threads` may differ from before.
 
     `config` is needed where the world was built from one that holds functions which no module names, `systems` where
     systems were handed in as instances: both as they were. `prepare(world)` is called before the state is loaded: what
-    was added by hand is added there again. Raises CheckpointError.
+    was added by hand is added there again. `trust` allows the code that it names to run in this process, as it is now.
+    Raises CheckpointError; ConfigError for code that nobody allowed.
     """
     meta, arrays = read(path)
-    world = frozen.thaw(cls, meta, threads, config, systems, str(path))
+    world = frozen.thaw(cls, meta, threads, config, systems, str(path), trust)
     if prepare is not None:
         prepare(world)
     if record and "recorder" in meta:
         from ecs_eco.record.recorder import Recorder
 
         Recorder(world)
-    frozen.load(world, meta, arrays, str(path))
+    frozen.load(world, meta, arrays, str(path), trust)
     return world
 
 
-def load(world: Any, path: str | Path) -> None:
-    """Bring a world that was built in the same way to the state that a checkpoint holds; raises CheckpointError."""
+def load(world: Any, path: str | Path, *, trust: bool = False) -> None:
+    """Bring a world built in the same way to the state that a checkpoint holds; `trust` as of `restore`. Raises CheckpointError."""
     meta, arrays = read(path)
-    frozen.load(world, meta, arrays, str(path))
+    frozen.load(world, meta, arrays, str(path), trust)
 
 
 def write(path: Path, meta: Mapping[str, Any], arrays: Arrays) -> None:

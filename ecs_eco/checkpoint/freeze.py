@@ -7,8 +7,11 @@ from typing import Any
 import numpy as np
 
 from ecs_eco.checkpoint.check_arrays import check_arrays
+from ecs_eco.config.names import names_in
+from ecs_eco.engine.code import NONE, Code, CodeError
 from ecs_eco.engine.errors import CheckpointError
-from ecs_eco.engine.section import function_name, named_function
+from ecs_eco.engine.section import function_name
+from ecs_eco.record.code import FOLDER, again, noted, sources
 
 Arrays = dict[str, np.ndarray]
 OWN = ("uid", "born", "cause", "killer")  # columns of a table that belong to no component
@@ -42,6 +45,7 @@ def freeze(world: Any) -> tuple[dict[str, Any], Arrays]:
             kept[owner] = sorted(state)
             _put(arrays, owner, state)
     meta["plain"] = _freeze_plain(world, arrays)
+    meta["code"] = noted(sources(world.config, (name.partition(":")[0] for _, name in meta["plain"])))
     if world.recorder is not None:
         world.recorder.flush()
         meta["recorder"] = world.recorder.names
@@ -49,8 +53,17 @@ def freeze(world: Any) -> tuple[dict[str, Any], Arrays]:
     return meta, arrays
 
 
-def thaw(cls: Any, meta: Mapping[str, Any], threads: int, config: Any, systems: Sequence[Any], where: str) -> Any:
-    """Return a world without organisms, built as the frozen one was; raises CheckpointError that says what is to be handed in."""
+def code_of(meta: Mapping[str, Any], where: str, trust: bool) -> Code:
+    """Return the code that a checkpoint needs: from the run that it lies in, or from where its world file was. Raises CheckpointError."""
+    places = [Path(where).parent.parent / FOLDER, *([Path(meta["folder"])] if meta["folder"] is not None else [])]
+    return again(meta.get("code", []), places, where, trust)
+
+
+def thaw(cls: Any, meta: Mapping[str, Any], threads: int, config: Any, systems: Sequence[Any], where: str, trust: bool = False) -> Any:
+    """Return a world without organisms, built as the frozen one was; raises CheckpointError that says what is to be handed in.
+
+    Raises CodeError where it needs code that nobody allowed to run here.
+    """
     from ecs_eco.config import WorldConfig, load
     from ecs_eco.engine.errors import ConfigError
     from ecs_eco.worlds.build import build
@@ -67,6 +80,10 @@ def thaw(cls: Any, meta: Mapping[str, Any], threads: int, config: Any, systems: 
             data["systems"] = [handed.get(name, name) for name in data["systems"]]
             found = WorldConfig.model_validate(data)
             found._folder, found._source = Path(meta["folder"]), where
+            if any(isinstance(value, str) for _, value in names_in(found)):  # else all of it was handed in
+                found._code = code_of(meta, where, trust)
+            else:
+                found = found.model_copy(update={"code": []})
         else:
             found = config if isinstance(config, WorldConfig) and not systems else load(config, systems=systems)
             if found.resolved() != meta["config"]:
@@ -76,14 +93,19 @@ def thaw(cls: Any, meta: Mapping[str, Any], threads: int, config: Any, systems: 
         options["learn"] = {name: made["learning"] for name, made in meta["tables"].items()}
         world = build(cls, found, seed=meta["clock"]["seed"], threads=threads, populate=False, record=False, **options)
     except (ConfigError, ImportError, AttributeError, ValueError, TypeError) as error:
-        if isinstance(error, CheckpointError):
+        if isinstance(error, CheckpointError | CodeError):
             raise
         raise CheckpointError(f"{where}: its world cannot be built here: {error}") from error
     return world
 
 
-def load(world: Any, meta: Mapping[str, Any], arrays: Arrays, where: str) -> None:
-    """Bring a world to a frozen state; raises CheckpointError where it is built otherwise, before anything changes."""
+def load(world: Any, meta: Mapping[str, Any], arrays: Arrays, where: str, trust: bool = False) -> None:
+    """Bring a world to a frozen state; raises CheckpointError where it is built otherwise, before anything changes.
+
+    Raises CodeError where organisms have components of the user's own whose code nobody allowed to run here.
+    """
+    code = code_of(meta, where, trust) if meta["plain"] else NONE
+    code.require(where)
     _check(world, meta, arrays, where)
     check_arrays(world, meta, arrays, where)
     clock = meta["clock"]
@@ -103,7 +125,7 @@ def load(world: Any, meta: Mapping[str, Any], arrays: Arrays, where: str) -> Non
     world._indexes.clear()
     world._merged.clear()
     world.touch()
-    _load_plain(world, meta["plain"], arrays, where)
+    _load_plain(world, meta["plain"], arrays, where, code)
 
 
 # --- tables ----------------------------------------------------------------------------------------------------------
@@ -263,7 +285,7 @@ def plain_components(world: Any) -> list[tuple[int, Any]]:
     return sorted(found, key=lambda f: (f[0], function_name(type(f[1]))))
 
 
-def _load_plain(world: Any, listed: Sequence[Sequence[Any]], arrays: Arrays, where: str) -> None:
+def _load_plain(world: Any, listed: Sequence[Sequence[Any]], arrays: Arrays, where: str, code: Code) -> None:
     import esper
 
     from ecs_eco.ecosystem import _Inside
@@ -274,7 +296,7 @@ def _load_plain(world: Any, listed: Sequence[Sequence[Any]], arrays: Arrays, whe
     with _Inside(world._context):
         for i, (uid, name) in enumerate(listed):
             try:
-                kind: Any = named_function(name)
+                kind: Any = code.function(name)
             except (ImportError, AttributeError) as error:
                 module = name.partition(":")[0]
                 raise CheckpointError(f"{where}: organism {uid} has a component {name}, and {module} has none such: {error}") from None

@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from ecs_eco.cli.terminal import exits, path_of, say, whole
+from ecs_eco.cli.trust import allow
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -45,6 +46,9 @@ Port = Annotated[
     int, typer.Option(parser=whole(0, 65535), metavar="N", help="Port of the viewer on this machine; 0: any free one.")
 ]
 NoBrowser = Annotated[bool, typer.Option("--no-browser", help="Only say the viewer's address.")]
+Trust = Annotated[
+    bool, typer.Option("--trust", help="Allow the code of its own that it names to run here, until that changes; read it first.")
+]
 Report = Annotated[bool, typer.Option("--report/--no-report", help="Draw figures at the end.")]
 
 
@@ -91,8 +95,10 @@ def run(
     watch: Watch = False,
     port: Port = 0,
     no_browser: NoBrowser = False,
+    trust: Trust = False,
 ) -> None:
     """Run a world and record it in a folder; `resume` goes on with it."""
+    allow(trust, world, set_)
     from ecs_eco.cli.simulate import run_world
 
     shown = (port, not no_browser) if watch else None
@@ -113,8 +119,10 @@ def watch(
     policies: Policies = "trained",
     port: Port = 0,
     no_browser: NoBrowser = False,
+    trust: Trust = False,
 ) -> None:
     """Watch a living world, or a recorded run, in the browser."""
+    allow(trust, world, set_)
     from ecs_eco.cli.watch import watch_it
 
     watch_it(world, set_ or [], ticks, seed, threads, learn, policies, port, not no_browser)
@@ -129,8 +137,10 @@ def repeat(
     )] = None,
     quiet: Quiet = False,
     threads: Threads = 1,
+    trust: Trust = False,
 ) -> None:
     """Run a recorded run again, with all that was done to it, and say whether it comes to the same end."""
+    allow(trust, folder)
     from ecs_eco.cli.simulate import repeat_run
 
     repeat_run(folder, out, quiet, threads)
@@ -156,8 +166,10 @@ def resume(
     watch: Watch = False,
     port: Port = 0,
     no_browser: NoBrowser = False,
+    trust: Trust = False,
 ) -> None:
     """Go on with a run from its last checkpoint, or fork it with changed values."""
+    allow(trust, folder)
     from ecs_eco.cli.simulate import resume_run
 
     shown = (port, not no_browser) if watch else None
@@ -167,9 +179,11 @@ def resume(
 @app.command()
 @exits
 def train(
-    world: World, ticks: Ticks = None, seed: Seed = None, set_: Set = None, out: Out = None, quiet: Quiet = False
+    world: World, ticks: Ticks = None, seed: Seed = None, set_: Set = None, out: Out = None, quiet: Quiet = False,
+    trust: Trust = False,
 ) -> None:
     """Train a world's policies and save them."""
+    allow(trust, world, set_)
     from ecs_eco.cli.simulate import train_world
 
     train_world(world, set_ or [], ticks, seed, out, quiet)
@@ -255,8 +269,10 @@ def compare(
         bool,
         typer.Option("--retrain", help="Train anew for a control that changes values, under them; else it runs with the same policies."),
     ] = False,
+    trust: Trust = False,
 ) -> None:
     """Compare a world with its controls; the same command with --out DIR goes on with what was stopped."""
+    allow(trust, world, set_)
     from ecs_eco.experiments.comparison import compare_arms
 
     compare_arms(world, set_ or [], control or ["random-policy"], seeds, ticks, workers, out, quiet, training_seeds, retrain)
@@ -297,8 +313,10 @@ def search(
         typer.Option(parser=path_of, metavar="PATH", help="Folder for the results: new, empty, or of a search to go on with."),
     ] = None,
     quiet: Quiet = False,
+    trust: Trust = False,
 ) -> None:
     """Search for the numbers with which a world lives."""
+    allow(trust, world, set_)
     from ecs_eco.cli.search import search_world
 
     options = {
@@ -342,8 +360,10 @@ def picture(
     ] = None,
     size: Size = "1280x720",
     quiet: Quiet = False,
+    trust: Trust = False,
 ) -> None:
     """Draw a tick of a recorded run."""
+    allow(trust, folder)
     from ecs_eco.cli.picture import picture_run
 
     picture_run(folder, out, tick, organism, size, quiet)
@@ -388,8 +408,10 @@ def check(
     ] = None,
     set_: Set = None,
     schema: Annotated[bool, typer.Option("--schema", help="Say the JSON schema of world files instead, for editors.")] = False,
+    trust: Trust = False,
 ) -> None:
     """Check a world file and say what is in it."""
+    allow(trust, world, set_)
     from ecs_eco.cli.summary import check_world, tell_schema
 
     tell_schema() if schema else check_world(world, set_ or [])

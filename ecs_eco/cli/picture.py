@@ -86,7 +86,7 @@ def _draw_nerves(replay: Any, folder: Path, out: Path | None, tick: int, uid: in
     from ecs_eco.runs.begin import config_of
     from ecs_eco.view.inspect import drawable
 
-    figure = draw_nervous_system(config_of(replay.recording.manifest), species, drawable(state["nerves"]))
+    figure = draw_nervous_system(config_of(replay.recording.manifest, path=folder), species, drawable(state["nerves"]))
     try:
         say(f"Drawn in {save(figure, path)}")
     except OSError as error:

@@ -100,7 +100,8 @@ def _shown(name: str, quiet: bool) -> Iterator[Callable[[Search], None] | None]:
         from rich.console import Console
         from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
-        words = [TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TextColumn("{task.fields[told]}")]
+        named, told = (TextColumn(text, markup=False) for text in ("{task.description}", "{task.fields[told]}"))
+        words = [named, BarColumn(), TaskProgressColumn(), told]
         with Progress(*words, TimeElapsedColumn(), TimeRemainingColumn(), console=Console(stderr=True), transient=True) as bar:
             task = bar.add_task(name, total=1.0, told="")
             yield lambda s: bar.update(task, description=f"{name}: {s.phase}", completed=s.share, told=_told(s))

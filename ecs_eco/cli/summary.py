@@ -16,7 +16,10 @@ def _layout(config: WorldConfig, name: str) -> Any:
     from ecs_eco.genomes import Layout
 
     species = config.species[name]
-    traits = traits_of(species, config.dims, components_of(species))
+    own = components_of(config, species)
+    if own is None:
+        return "genome: its genes may name what is in code that was not looked at"
+    traits = traits_of(species, config.dims, own)
     assert species.genome is not None
     return Layout.from_config(species.genome, traits, policy_shapes(species, config.dims))
 
@@ -40,7 +43,15 @@ def summary(config: WorldConfig) -> str:
     lines += [f"  {name}: {kind.count or len(kind.at)}" for name, kind in config.objects.items()]
     for name, span in config.search.ranges.items():
         lines.append(f"  search varies {name}: {span.search[0]:g} to {span.search[1]:g}")
-    return "\n".join([*lines, f"  configuration {config.config_hash[:16]}, no problems"])
+    return "\n".join([*lines, f"  configuration {config.config_hash[:16]}, no problems", *_code(config)])
+
+
+def _code(config: WorldConfig) -> list[str]:
+    """What the world lists as its code, and whether it was looked at."""
+    if not config.code:
+        return []
+    word = "allowed to run" if config._code.allowed else "NOT looked at: names in it are checked with --trust"
+    return [f"  code, {word}:", *(f"    {source}" for source in config._code.sources)]
 
 
 def check_world(world: str | None, changes: list[str]) -> None:

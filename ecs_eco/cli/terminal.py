@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 import time
 from collections.abc import Callable, Iterator
@@ -12,17 +13,26 @@ from typing import Any, NoReturn
 
 import typer
 
+_CONTROL = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]")
 FAILED, REFUSED, INTERRUPTED = 1, 2, 130  # exit codes
 
 
+def printable(text: str) -> str:
+    """A text of a world, a file or an error as a terminal may get it: control characters as \\u001b, lines and tabs as they are.
+
+    These are C0, DEL and C1, line and paragraph separators, and the marks that turn the direction of writing.
+    """
+    return _CONTROL.sub(lambda found: f"\\u{ord(found[0]):04x}", text)
+
+
 def say(text: str) -> None:
-    """A line on stdout; a name that is no UTF-8 has escapes in it, as on stderr."""
-    typer.echo(text.encode(errors="backslashreplace").decode())
+    """A line on stdout; whatever is said passes here, or by `printable`. A name that is no UTF-8 has escapes in it, as on stderr."""
+    typer.echo(printable(text))
 
 
 def complain(text: str) -> None:
     """A line on stderr."""
-    typer.echo(text, err=True)
+    typer.echo(printable(text), err=True)
 
 
 def exits(command: Callable[..., None]) -> Callable[..., None]:
@@ -114,9 +124,10 @@ def progress(word: str, quiet: bool, unit: str = "ticks") -> Iterator[Progress]:
         from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
         from rich.progress import Progress as Bar
 
-        columns = (TextColumn(word), BarColumn(), MofNCompleteColumn(), TextColumn(unit), TimeRemainingColumn())
+        named = TextColumn("{task.description}", markup=False)
+        columns = (named, BarColumn(), MofNCompleteColumn(), TextColumn(unit), TimeRemainingColumn())
         with Bar(*columns, console=Console(stderr=True), transient=True) as bar:
-            task = bar.add_task(word, total=None)
+            task = bar.add_task(printable(word), total=None)
             yield Progress(lambda done, total: bar.update(task, completed=done, total=total))
 
 

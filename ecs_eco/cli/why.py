@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from ecs_eco.cli.folders import pages
-from ecs_eco.cli.terminal import refuse, say
+from ecs_eco.cli.terminal import printable, refuse, say
 
 
 def tell_why(folder: Path, out: Path | None, as_json: bool) -> None:
@@ -38,6 +38,6 @@ def _print(told: dict[str, list[str]]) -> None:
 
     console: Any = Console(file=sys.stdout, highlight=False, width=None if sys.stdout.isatty() else 110)
     for head, lines in told.items():
-        console.print(Text(f"\n{head}" if head != next(iter(told)) else head, style="bold"))
+        console.print(Text(printable(f"\n{head}" if head != next(iter(told)) else head), style="bold"))
         for line in lines:
-            console.print(Padding(Text(line), (0, 0, 0, 2)))
+            console.print(Padding(Text(printable(line)), (0, 0, 0, 2)))

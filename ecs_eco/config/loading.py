@@ -5,8 +5,8 @@ from __future__ import annotations
 import copy
 import os
 import re
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -17,9 +17,11 @@ from ecs_eco.config.checks.world import check
 from ecs_eco.config.explain import problems_of, value_at
 from ecs_eco.config.lines import key_lines
 from ecs_eco.config.models.world import WorldConfig
+from ecs_eco.config.names import names_in
 from ecs_eco.config.ranges import check_search, key_of, real_key, take_ranges
 from ecs_eco.config.reading import parse_toml, read_toml, too_deep
 from ecs_eco.config.shipped import shipped
+from ecs_eco.engine.code import Code, read
 from ecs_eco.engine.errors import MISSING, MOST, ConfigError, Problem, how_many, listed, nearest, shortened
 
 Key = tuple[str | int, ...]
@@ -37,6 +39,8 @@ class _Document:
     folder: Path
     text: str = ""
     set_by: str = "--set"
+    code: Code | None = None  # of the world that this one is a change of: it names no other
+    places: Sequence[Path] = field(default_factory=tuple)  # where its code is looked for; none: its folder
 
     @cached_property
     def lines(self) -> dict[Key, int]:
@@ -53,18 +57,24 @@ class _Document:
 
 
 def load(
-    world: str | Path | Mapping[str, Any] | WorldConfig, overrides: Overrides = None, systems: Iterable[Any] = ()
+    world: str | Path | Mapping[str, Any] | WorldConfig, overrides: Overrides = None, systems: Iterable[Any] = (), *,
+    trust: bool = False, places: Sequence[Path] = (),
 ) -> WorldConfig:
     """The checked world; `overrides` are dotted keys with values, or texts like "species.deer.count=50".
 
-    `systems` (classes or instances) are added to those that the world names. Raises ConfigError with every problem found.
+    `systems` (classes or instances) are added to those that the world names. `trust` allows the code that it lists in `code` to
+    run in this process; without it, or an earlier --trust, what stands in that code is not looked at. Its files are looked for in
+    `places`, else in the world's folder. Raises ConfigError with every problem found.
     """
     document = _read(world)
+    document.places = document.places or tuple(places)
     if systems := list(systems):
         document.data["systems"] = [*document.data.get("systems", []), *systems]
     problems = _apply(document, overrides)
     if deep := too_deep(document.data):
         raise ConfigError([_placed(deep, document)], _title(document, 1))
+    if trust:
+        _read_code(document)[0].allow()
     inline, found = take_ranges(document.data)
     _fix(document)
     problems += found
@@ -74,7 +84,6 @@ def load(
         problems += check_search(config, inline, document.set)
     if config is None or problems:
         raise ConfigError([_placed(p, document) for p in problems], _title(document, len(problems)))
-    config._folder, config._source = document.folder, document.source
     problems = _check_training(config)
     if problems:
         raise ConfigError([_placed(p, document) for p in problems], _title(document, len(problems)))
@@ -87,7 +96,7 @@ def for_training(config: WorldConfig, values: Mapping[str, Any] | None = None) -
     wanted, data["training"]["set"] = {**data["training"]["set"], **(values or {})}, {}
     ramp, data["training"]["ramp"], data["training"]["vary"] = data["training"]["ramp"], [], {}
     data["interventions"] = []  # what happens in a run
-    new = load(_Document(data, config._source, config._folder, set_by="[training] set"), wanted)  # type: ignore[arg-type]
+    new = load(_Document(data, config._source, config._folder, set_by="[training] set", code=config._code), wanted)  # type: ignore[arg-type]
     if not ramp:
         return new
     return new.model_copy(update={"training": new.training.model_copy(update={"ramp": config.training.ramp})})
@@ -102,7 +111,7 @@ def changed(config: WorldConfig, values: Overrides, folder: Path | None = None) 
         data["interventions"], kept["interventions"] = [], config.interventions
     if "training" not in touched:
         data["training"]["set"], data["training"]["vary"], data["training"]["ramp"], kept["training"] = {}, {}, [], config.training
-    new = load(_Document(data, config._source, folder or config._folder), values)  # type: ignore[arg-type]
+    new = load(_Document(data, config._source, folder or config._folder, code=config._code), values)  # type: ignore[arg-type]
     return new.model_copy(update=kept)
 
 
@@ -112,10 +121,23 @@ def intervention(config: WorldConfig, what: Mapping[str, Any], before: Iterable[
     data = config.model_dump() | {"interventions": listed_, "ticks": max(config.ticks, what["at"] + 1)}
     data["training"]["set"], data["training"]["vary"], data["training"]["ramp"] = {}, {}, []
     try:
-        return load(_Document(data, "intervene", config._folder)).interventions[-1]  # type: ignore[arg-type]
+        new = load(_Document(data, "intervene", config._folder, code=config._code))  # type: ignore[arg-type]
+        _refuse_code(config, new.interventions[-1])
+        return new.interventions[-1]
     except ConfigError as error:
         problems = [p.moved(key=p.key[2:] if p.key[:1] == ("interventions",) else p.key) for p in error.problems]
         raise ConfigError(problems, "this intervention is refused") from None
+
+
+def _refuse_code(config: WorldConfig, what: Any) -> None:
+    """Raise ConfigError where an intervention from outside names code: only functions themselves are taken."""
+    if what.kind != "set":
+        return
+    before = dict(names_in(config))
+    for key, value in names_in(changed(config, what.set)):
+        if isinstance(value, str) and before.get(key) != value:
+            allowed = "a world file may name code, and Python may hand the function itself over"
+            raise ConfigError([Problem(("set", ".".join(map(str, key))), "an intervention from outside names no code", value, allowed)])
 
 
 def _check_training(config: WorldConfig) -> list[Problem]:
@@ -186,7 +208,8 @@ def _read(world: Any) -> _Document:
     if isinstance(world, _Document):
         return world
     if isinstance(world, WorldConfig):
-        return _Document(world.model_dump() | {"search": world.search.model_dump()}, world._source, world._folder)
+        known = world._code if world._code.sources or not world.code else None
+        return _Document(world.model_dump() | {"search": world.search.model_dump()}, world._source, world._folder, code=known)
     if isinstance(world, Mapping):
         if deep := too_deep(world):
             raise ConfigError([deep.moved(source="dict")], "dict: 1 problem")
@@ -295,10 +318,34 @@ def _fix(document: _Document) -> None:
 def _validate(document: _Document) -> tuple[WorldConfig | None, list[Problem]]:
     """The world and the problems across its sections, or no world and the problems within its sections."""
     try:
-        config = WorldConfig.model_validate(document.data)
+        return _checked(document.data, document)
     except ValidationError as error:
         return None, _with_checks(problems_of(error, document.data), document)
-    return config, check(config, document.folder)
+
+
+def _checked(data: dict[str, Any], document: _Document) -> tuple[WorldConfig, list[Problem]]:
+    """The world of this data with what belongs to the document, and the problems across its sections; raises ValidationError."""
+    config = WorldConfig.model_validate(data)
+    config._folder, config._source = document.folder, document.source
+    config._code, problems = _read_code(document, config.code)
+    return config, problems + check(config, document.folder)
+
+
+def code_listed(document: _Document) -> Code:
+    """The code that a document lists, as texts; what is wrong with it comes when the world is loaded."""
+    return _read_code(document)[0]
+
+
+def _read_code(document: _Document, entries: Any = None) -> tuple[Code, list[Problem]]:
+    """The code that a document lists, as texts; that of the world that it is a change of is the only one."""
+    entries = document.data.get("code") if entries is None else entries
+    entries = [e for e in entries if isinstance(e, str)] if isinstance(entries, list) else []
+    if document.code is None:
+        return read(entries, document.places or [document.folder])
+    if entries != (own := [s.entry for s in document.code.sources]):
+        what = "cannot be set from here"
+        return document.code, [Problem(("code",), what, entries, f"the world's own, {own}, or another world file")]
+    return document.code, []
 
 
 def _with_checks(problems: list[Problem], document: _Document) -> list[Problem]:
@@ -315,7 +362,7 @@ def _with_checks(problems: list[Problem], document: _Document) -> list[Problem]:
         else:
             holder.pop(p.key[-1], None)
     try:
-        found = check(WorldConfig.model_validate(data), document.folder)
+        found = _checked(data, document)[1]
     except ValidationError:
         return problems
     broken = [p.key[:-1] for p in problems]

@@ -8,7 +8,7 @@ from typing import Any
 
 from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.engine.errors import MISSING, Problem
-from ecs_eco.engine.section import function_name, named_function
+from ecs_eco.engine.section import function_name
 
 Key = tuple[str | int, ...]
 ANEW = "build a world with it and run it from the start"
@@ -59,7 +59,7 @@ def refused(old: WorldConfig, new: WorldConfig) -> list[Problem]:
             found.append(Problem(key, "cannot change in a living world", now, hint))
     for name, species in new.species.items():
         if name in old.species and not found:
-            found += _of_genes(("species", name), old.species[name], species, new.dims)
+            found += _of_genes(("species", name), old.species[name], species, new)
     return found
 
 
@@ -72,7 +72,7 @@ def _hint(key: str) -> str:
     return next(hint for pattern, hint in _RULES if pattern.fullmatch(key))
 
 
-def _of_genes(key: Key, old: Any, new: Any, dims: int) -> Iterator[Problem]:
+def _of_genes(key: Key, old: Any, new: Any, config: WorldConfig) -> Iterator[Problem]:
     """What genes say, each organism has of its own; and what has a column for each cannot get more or fewer."""
     if new.policy.kind == "individual" and old.ppo["horizon"] != new.ppo["horizon"]:
         yield Problem((*key, "ppo", "horizon"), "cannot change in a living world", new.ppo["horizon"], SHAPE)
@@ -80,8 +80,8 @@ def _of_genes(key: Key, old: Any, new: Any, dims: int) -> Iterator[Problem]:
         return
     from ecs_eco.config.traits import traits_of
 
-    own = [named_function(c) for c in new.components]
-    before, now = traits_of(old, dims, own), traits_of(new, dims, own)
+    own = [c for name in new.components if (c := config._code.known(name)) is not None]
+    before, now = traits_of(old, config.dims, own), traits_of(new, config.dims, own)
     genes = {gene.trait: gene.name for gene in new.genome.genes if gene.trait}
     used = {before[name].component for name in genes if name in before}
     for section, component in (("reflex", "Reflexes"), ("happiness", "Desires"), ("lethal", "LifeHistory")):

@@ -7,10 +7,9 @@ import re
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from ecs_eco.config.models.search import OBJECTIVES, Range
+from ecs_eco.config.models.search import Range
 from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.engine.errors import Problem, listed, nearest
-from ecs_eco.engine.section import named_function
 
 Key = tuple[str | int, ...]
 PARTS = ("value", "search", "scale")
@@ -110,18 +109,4 @@ def _check_objective(config: WorldConfig) -> list[Problem]:
                 problems.append(Problem(key, "no such species", species, listed(config.species), nearest(species, config.species)))
     if any(of == "population" for of, _ in search.goals) and not search.wanted:
         problems.append(Problem(("search", "wanted"), "is missing: the objective is population", allowed="for example { deer = 500 }"))
-    return problems
-
-
-def check_function(config: WorldConfig) -> list[Problem]:
-    """Problems of an objective in Python: it cannot be imported, or is none; only asked when a search begins."""
-    problems = []
-    for of, _ in config.search.goals:
-        if of in OBJECTIVES:
-            continue
-        try:
-            if not callable(named_function(of)):
-                problems.append(Problem(("search", "objective"), "is no function", of, "module:function of a series"))
-        except (ImportError, AttributeError) as error:
-            problems.append(Problem(("search", "objective"), f"cannot be imported: {error}", of, "module:function of a series"))
     return problems

@@ -8,6 +8,8 @@ import numba
 
 from ecs_eco.engine.kernel_cache import Folder, KernelCache, cache_folder
 
+numba.core.config._config_fname = ""  # no .numba_config.yaml of the folder that a command happens to run in
+numba.config.reload_config()
 FOLDER = Folder(cache_folder())
 
 

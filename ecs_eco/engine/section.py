@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
-from collections.abc import Callable
 from typing import Annotated, Any
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, PlainSerializer, WrapValidator
@@ -54,26 +52,26 @@ def function_name(function: Any) -> str:
     """ "module:name" of a function, a class or a system; a text stays as it is."""
     if isinstance(function, str):
         return function
+    from ecs_eco.engine.code import public_module
+
     thing = function if hasattr(function, "__qualname__") else type(function)
-    return f"{thing.__module__}:{thing.__qualname__}"
+    return f"{public_module(thing.__module__)}:{thing.__qualname__}"
 
 
 def _is_code(value: Any) -> bool:
     return callable(value) or callable(getattr(value, "process", None))
 
 
-Function = Annotated[
-    str,
-    Field(pattern=r"^[A-Za-z_][\w.]*:[A-Za-z_]\w*$"),
+class NamesCode:
+    """Marks a type of field whose text may name code: `names_in` finds them all."""
+
+
+OF_CODE = (
+    NamesCode(),
     WrapValidator(lambda value, check: value if _is_code(value) else check(value)),
     PlainSerializer(lambda value, info: function_name(value) if info.mode == "json" else value),
-]
+)
+Function = Annotated[str, Field(pattern=r"^[A-Za-z_][\w.]*:[A-Za-z_]\w*$"), *OF_CODE]
 """In a file "module:name"; from Python also the function itself."""
-
-
-def named_function(name: str | Callable[..., Any]) -> Callable[..., Any]:
-    """The function that "module:name" stands for; raises ImportError or AttributeError. A function stays as it is."""
-    if not isinstance(name, str):
-        return name
-    module, _, attribute = name.partition(":")
-    return getattr(importlib.import_module(module), attribute)
+CodeEntry = Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_]*(\.[A-Za-z_][A-Za-z0-9_]*)*$", max_length=200)]
+"""A file beside the world, "sir.py", or an installed module, "mypackage.ecology"."""

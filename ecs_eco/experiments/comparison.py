@@ -16,7 +16,7 @@ from typing import Any
 
 import typer
 
-from ecs_eco.cli.terminal import INTERRUPTED, complain, progress, refuse, say
+from ecs_eco.cli.terminal import INTERRUPTED, complain, printable, progress, refuse, say
 from ecs_eco.config import WorldConfig, load
 from ecs_eco.engine.errors import nearest
 from ecs_eco.experiments import seed_grid as crossing
@@ -241,6 +241,7 @@ def run_one(arm: Arm, seed: int, ticks: int, out: Path) -> Any:
 
     every = max(EVERY, ticks // 20) if ticks > EVERY else None
     _running = True
+    arm.config._code.pass_on()
     try:
         if (out / "manifest.json").is_file():
             try:
@@ -289,9 +290,9 @@ def tell(
     head = ("arm", "runs", "all persist", "species", "mean number", "died out in")
     table = Table(*(Column(word, overflow="fold", no_wrap=word in ("arm", "species")) for word in head))
     for name, arm in found["arms"].items():
-        first = [escape(name), str(arm["n"]), str(arm["persisted"])]
+        first = [escape(printable(name)), str(arm["n"]), str(arm["persisted"])]
         for species, row in arm["per_species"].items():
-            table.add_row(*first, escape(species), f"{row['mean_number']:.1f}", str(row["extinctions"]))
+            table.add_row(*first, escape(printable(species)), f"{row['mean_number']:.1f}", str(row["extinctions"]))
             first = ["", "", ""]
     Console().print(table)
     say(f"written: {out / 'compare.html'}")

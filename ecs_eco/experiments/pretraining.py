@@ -17,13 +17,15 @@ from ecs_eco.worlds.reconfigure import reconfigure
 
 
 def pretrain(config: Any, seed: int | None = None, ticks: int | None = None, out: str | Path | None = None,
-             progress: Callable[[int, int], None] | None = None, *, threads: int = 1, points: int = 30) -> dict[str, Any]:
+             progress: Callable[[int, int], None] | None = None, *, threads: int = 1, points: int = 30,
+             trust: bool = False) -> dict[str, Any]:
     """Train the policies of all species of a world that have one; return the curves, and the networks under "policies".
 
     `ticks` are those that each of the `training.worlds` lives. Per species and point of the curve: intake per animal and
     second, deaths per animal and second, mean happiness, over all worlds. `out` receives <species>.safetensors and training.json.
+    `trust` allows the code that the world lists to run in this process.
     """
-    config = config if isinstance(config, WorldConfig) else load(config)
+    config = config if isinstance(config, WorldConfig) and not trust else load(config, trust=trust)
     ticks = config.training.ticks if ticks is None else ticks
     begin = time.perf_counter()
     training_worlds = TrainingWorlds(config, config.seed if seed is None else seed, threads)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ecs_eco.engine.code import handed_over
 from ecs_eco.engine.random import mix_int
 from ecs_eco.genomes import kernels
 from ecs_eco.genomes.operators import check_operator, choice_of, strings_of, taken_apart, toolbox_of
@@ -38,9 +39,10 @@ class Operators:
             self._operator(word)
 
     @classmethod
-    def from_config(cls, section: GenomeSection, layout: Layout, select_mate: str = "nearest") -> Operators:
-        """Return the operators that a world file says; `select_mate` is the rule of its species."""
-        return cls(toolbox_of(section, layout, select_mate), layout, section.mate.chance)
+    def from_config(cls, section: GenomeSection, layout: Layout, select_mate: str = "nearest",
+                    find: Callable[[Any], Any] = handed_over) -> Operators:
+        """Return the operators that a world file says; `select_mate` is the rule of its species, `find` as of `toolbox_of`."""
+        return cls(toolbox_of(section, layout, select_mate, find), layout, section.mate.chance)
 
     @property
     def choice(self) -> int:

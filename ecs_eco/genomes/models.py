@@ -6,10 +6,10 @@ from typing import Annotated, Any, Literal
 
 from pydantic import ConfigDict, Field, field_validator
 
-from ecs_eco.engine.section import Count, Name, Real, Section, Share, about, quantity, table
+from ecs_eco.engine.section import OF_CODE, Count, Name, Real, Section, Share, about, quantity, table
 
 Dominance = Literal["first", "mean", "greater"]
-OperatorName = Annotated[str, Field(pattern=r"^[A-Za-z_][\w.]*(:[A-Za-z_]\w*)?$")]
+OperatorName = Annotated[str, Field(pattern=r"^[A-Za-z_][\w.]*(:[A-Za-z_]\w*)?$"), *OF_CODE]
 
 
 class Gene(Section):
@@ -37,7 +37,7 @@ class Gene(Section):
 
 
 class Operator(Section):
-    """An operator of DEAP by name, or "module:name" of a function alike, and its keyword arguments."""
+    """An operator of DEAP by name, "module:name" of a function alike, or the function itself, and its keyword arguments."""
 
     model_config = ConfigDict(extra="allow")
 

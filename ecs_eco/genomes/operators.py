@@ -8,13 +8,13 @@ from __future__ import annotations
 
 import inspect
 import random
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ecs_eco.engine.code import handed_over
 from ecs_eco.engine.errors import UnknownName, listed, nearest, unknown_name
-from ecs_eco.engine.section import named_function
 from ecs_eco.genomes.choices import RULES
 
 if TYPE_CHECKING:
@@ -24,8 +24,12 @@ if TYPE_CHECKING:
     from ecs_eco.genomes.models import GenomeSection
 
 TRIALS = 20
-LONGEST_TRIED = 10_000  # loci of a string that an operator is tried on
 PREFIX = {"mate": "cx", "mutate": "mut"}
+LONGEST_TRIED = 10_000  # loci of a string that an operator is tried on
+SAFE: dict[str, dict[str, tuple[str, ...]]] = {  # all of DEAP that data may name, and the arguments of each
+    "mate": {"cxOnePoint": (), "cxTwoPoint": (), "cxUniform": ("indpb",)},
+    "mutate": {"mutFlipBit": ("indpb",), "mutInversion": (), "mutShuffleIndexes": ("indpb",), "mutUniformInt": ("low", "up", "indpb")},
+}
 _NUMBERS = "it makes numbers between letters"
 _STRATEGY = "it needs a strategy besides the genome"
 _ORDER = "it permutes, and needs a genome that has every letter once"
@@ -37,11 +41,13 @@ REFUSED = {  # operators of DEAP that cannot work on letters
 }  # fmt: skip
 
 
-def toolbox_of(section: GenomeSection | Mapping[str, Any], layout: Layout, select_mate: str = "nearest") -> Toolbox:
+def toolbox_of(section: GenomeSection | Mapping[str, Any], layout: Layout, select_mate: str = "nearest",
+               find: Callable[[Any], Any] = handed_over) -> Toolbox:
     """Return a DEAP toolbox with `mate` and `mutate` as a section, or a dict with these keys, says, and a rule as `select_mate`.
 
-    mutUniformInt draws among all letters where it is not told otherwise. Raises ValueError for an operator that cannot
-    work on these genomes, UnknownName for one that DEAP does not have.
+    mutUniformInt draws among all letters where it is not told otherwise. `find` returns the function of "module:name", as
+    `WorldConfig.function` does; without it a function of one's own is handed over itself. Raises ValueError for an operator
+    that cannot work on these genomes, UnknownName for one that DEAP does not have.
     """
     from deap.base import Toolbox
 
@@ -49,7 +55,7 @@ def toolbox_of(section: GenomeSection | Mapping[str, Any], layout: Layout, selec
     section = _section(section)
     for word in ("mate", "mutate"):
         entry = getattr(section, word)
-        toolbox.register(word, operator_of(word, entry.operator), **defaults(entry.operator, layout) | entry.arguments)
+        toolbox.register(word, operator_of(word, entry.operator, find), **defaults(entry.operator, layout) | entry.arguments)
     if select_mate not in RULES:
         raise UnknownName(unknown_name("select_mate", "rule", select_mate, RULES))
     toolbox.register("select_mate", RULES[select_mate])
@@ -66,49 +72,83 @@ def _section(section: GenomeSection | Mapping[str, Any]) -> GenomeSection:
     return GenomeSection(**{"genes": [Gene(name="any", letters=1, low=0.0, high=1.0)], **section})
 
 
-def operator_of(word: str, name: str) -> Callable[..., Any]:
-    """Return DEAP's operator of this name, or the function that "module:name" stands for."""
+def operator_of(word: str, name: Any, find: Callable[[Any], Any] = handed_over) -> Callable[..., Any]:
+    """Return DEAP's operator of this name, or what `find` returns for a function or "module:name"."""
+    if not isinstance(name, str) or ":" in name:
+        return find(name)
+    check_name(word, name)
     from deap import tools
 
-    if ":" in name:
-        return named_function(name)
-    known = [n for n, f in vars(tools).items() if n.startswith(PREFIX[word]) and callable(f) and n not in REFUSED]
+    return getattr(tools, name)
+
+
+def check_name(word: str, name: str) -> None:
+    """Raise ValueError or UnknownName for a name that is none of DEAP's operators on letters."""
+    known = SAFE[word]
     if name in REFUSED and name.startswith(PREFIX[word]):
         raise ValueError(f"{word}: {name} does not work on genomes: {REFUSED[name]}; allowed are {listed(known, 30)}")
     if name not in known:
         raise UnknownName(unknown_name(word, "operator", name, known))
-    return getattr(tools, name)
 
 
-def defaults(name: str, layout: Layout) -> dict[str, Any]:
+def defaults(name: Any, layout: Layout) -> dict[str, Any]:
     """Return the arguments that follow from the layout: mutUniformInt draws among all letters."""
     return {"low": 0, "up": len(layout.alphabet) - 1} if name == "mutUniformInt" else {}
 
 
+def check_entry(word: str, name: str, given: Mapping[str, Any], layout: Layout) -> None:
+    """Raise ValueError or UnknownName where DEAP's operator cannot work on these genomes with these arguments; nothing is called."""
+    check_name(word, name)
+    takes, given = SAFE[word][name], defaults(name, layout) | dict(given)
+    if wrong := [k for k in given if k not in takes]:
+        raise ValueError(f"{word}: {name}: got an unexpected keyword argument '{wrong[0]}'; {_takes(takes, wrong[0])}")
+    if missing := [k for k in takes if k not in given]:
+        raise ValueError(f"{word}: {name}: missing a required argument: '{missing[0]}'; {_takes(takes)}")
+    _check_values(word, name, given, layout)
+
+
 def check_operator(word: str, operator: Callable[..., Any], layout: Layout) -> None:
-    """Raise ValueError with the reason where a registered operator cannot work on these genomes; it is tried on samples."""
+    """Raise ValueError with the reason where a registered operator cannot work on these genomes; one's own is tried on samples."""
+    from deap import tools
+
     function, arguments = taken_apart(word, operator)
     name = getattr(function, "__name__", repr(function))
-    if name in REFUSED and function.__module__.startswith("deap."):
+    deaps = vars(tools).get(name) is function
+    if name in REFUSED and deaps:
         raise ValueError(f"{word}: {name} does not work on genomes: {REFUSED[name]}")
+    _check_values(word, name, arguments, layout)
+    if not (deaps and name in SAFE[word]):
+        _try(word, name, operator, layout)
+
+
+def _check_values(word: str, name: str, arguments: Mapping[str, Any], layout: Layout) -> None:
+    """Raise ValueError where these arguments, or this operator, do not fit genomes of the layout."""
     if name == "mutFlipBit" and len(layout.alphabet) > 2:
         letters = layout.alphabet.letters
         raise ValueError(f"{word}: mutFlipBit turns 0 and 1 into each other, and {letters!r} has {len(letters)} letters; use mutUniformInt")
     if layout.length < 2 and name in ("cxOnePoint", "cxTwoPoint", "mutShuffleIndexes"):
         raise ValueError(f"{word}: {name} needs at least two loci, and the genome has {layout.length}")
-    for key in ("low", "up"):
-        if name == "mutUniformInt" and not _letters(arguments[key], len(layout.alphabet)):
-            raise ValueError(f"{word}: {name} with {key} = {arguments[key]}; allowed are 0 to {len(layout.alphabet) - 1}")
-        if name == "mutUniformInt" and isinstance(arguments[key], list | tuple) and len(arguments[key]) < layout.length:
-            n = len(arguments[key])
-            raise ValueError(f"{word}: {name} with {n} numbers as {key}; allowed is one, or {layout.length}: one each locus")
+    if name == "mutUniformInt":
+        _check_letters(word, arguments, layout)
     if "indpb" in arguments and not _is_share(arguments["indpb"]):
         raise ValueError(f"{word}: {name} with indpb = {arguments['indpb']}; allowed are 0 to 1")
     own = [code.name for code in layout.genes if code.gene.mutation is not None]
     if word == "mutate" and own and ("indpb" not in arguments or name == "mutShuffleIndexes"):
         why = "moves letters from gene to gene" if name == "mutShuffleIndexes" else "has no indpb"
         raise ValueError(f"mutate: {name} {why}, so the gene {own[0]!r} cannot have a mutation of its own")
-    _try(word, name, operator, layout)
+
+
+def _check_letters(word: str, arguments: Mapping[str, Any], layout: Layout) -> None:
+    """Raise ValueError where `low` and `up` of mutUniformInt are no letters of the genome, or low is above up."""
+    for key in ("low", "up"):
+        if not _letters(arguments[key], len(layout.alphabet)):
+            raise ValueError(f"{word}: mutUniformInt with {key} = {arguments[key]}; allowed are 0 to {len(layout.alphabet) - 1}")
+        if isinstance(arguments[key], list | tuple) and len(arguments[key]) < layout.length:
+            n = len(arguments[key])
+            raise ValueError(f"{word}: mutUniformInt with {n} numbers as {key}; allowed is one, or {layout.length}: one each locus")
+    low, up = (np.resize(np.array(arguments[key]), layout.length) for key in ("low", "up"))
+    if (low > up).any():
+        raise ValueError(f"{word}: mutUniformInt with low = {arguments['low']} above up = {arguments['up']}; allowed is low at most up")
 
 
 def taken_apart(word: str, operator: Callable[..., Any]) -> tuple[Callable[..., Any], dict[str, Any]]:
@@ -124,11 +164,14 @@ def taken_apart(word: str, operator: Callable[..., Any]) -> tuple[Callable[..., 
         bound = signature.bind(*[None] * genomes, **named)
     except TypeError as error:
         wrong = [k for k in named if k not in takes]
-        guess = nearest(wrong[0], takes) if wrong else ""
-        hint = f'; did you mean "{guess}"?' if guess else ""
-        raise ValueError(f"{word}: {name}: {error}; its arguments are {listed(takes)}{hint}") from None
+        raise ValueError(f"{word}: {name}: {error}; {_takes(takes, *wrong[:1])}") from None
     bound.apply_defaults()
     return function, {k: v for k, v in bound.arguments.items() if k in takes}
+
+
+def _takes(takes: Iterable[str], wrong: str = "") -> str:
+    guess = nearest(wrong, takes) if wrong else ""
+    return f"its arguments are {listed(takes)}" + (f'; did you mean "{guess}"?' if guess else "")
 
 
 def choice_of(toolbox: Toolbox) -> int:

@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 
 from ecs_eco.components import Desires, Reflexes
+from ecs_eco.engine.code import handed_over
 from ecs_eco.engine.jit import njit
-from ecs_eco.engine.section import named_function
 
 Network = Callable[..., np.ndarray]
 """network(x f32[n, channels]) -> f32[n] (happiness) or [n, actions] (reflex); each may be a plain function.
@@ -19,12 +19,13 @@ One with a true attribute `individual` is called as network(x, table, rows): it 
 class ReflexNetwork:
     """y = sign of the sum of connections, formulas and a function: i8[n, actions] of −1, 0, 1."""
 
-    def __init__(self, config: Any, nerves: Any, action_rows: dict[str, int], individual: bool = False) -> None:
+    def __init__(self, config: Any, nerves: Any, action_rows: dict[str, int], individual: bool = False,
+                 find: Callable[[Any], Any] = handed_over) -> None:
         from ecs_eco.config import compile_formula
 
         self.individual, self.nerves = individual, nerves
         self.formulas = {action_rows[a]: compile_formula(text, nerves.readings) for a, text in config.formulas.items()}
-        self.function = named_function(config.function) if config.function else None
+        self.function = find(config.function) if config.function else None
         connections = config.connections
         self.channels, self.starts = _readings([nerves.readings[c.sensor] for c in connections])
         self.actions = np.array([action_rows[c.action] for c in connections], np.int64)
@@ -51,11 +52,11 @@ class ReflexNetwork:
 class HappinessNetwork:
     """Happiness f32[n] from weights, a formula or a function; never less than the declared minimum."""
 
-    def __init__(self, config: Any, nerves: Any, individual: bool = False) -> None:
+    def __init__(self, config: Any, nerves: Any, individual: bool = False, find: Callable[[Any], Any] = handed_over) -> None:
         from ecs_eco.config import compile_formula
 
         self.individual, self.nerves, self.least = individual, nerves, np.float32(config.minimum)
-        self.function = named_function(config.function) if config.function else None
+        self.function = find(config.function) if config.function else None
         self.formula = compile_formula(config.formula, nerves.readings) if config.formula else None
         self.channels, self.starts = _readings([nerves.readings[n] for n in config.weights])
         self.weight = np.array([list(config.weights.values())], np.float32).reshape(1, -1)

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ecs_eco.components import Biology, Body, Chemistry, Metabolism, Physical, Position, Senses
+from ecs_eco.engine.code import handed_over
 from ecs_eco.engine.jit import njit
-from ecs_eco.engine.section import named_function
 from ecs_eco.nervous import flow
 from ecs_eco.space import sight
 from ecs_eco.space.field import at as field_at
@@ -230,9 +230,10 @@ def merged(world: "World", names: list[str]) -> sight.Bodies:
     return world._merged[key][1]
 
 
-def senses_of(species: Any, dims: int, substances: list[str]) -> list[tuple[Sense, int]]:
+def senses_of(species: Any, dims: int, substances: list[str], find: Callable[[Any], Any] = handed_over) -> list[tuple[Sense, int]]:
     """Return (sense, number of channels) for each sensor of a species' configuration."""
-    return [(_sense_of(s, substances, i), len(s.channels(dims))) for i, s in enumerate(species.sensors)]
+    made = [find(s.function) if s.kind == "custom" else _sense_of(s, substances, i) for i, s in enumerate(species.sensors)]
+    return [(sense, len(s.channels(dims))) for sense, s in zip(made, species.sensors, strict=True)]
 
 
 def _sense_of(s: Any, substances: list[str], number: int) -> Sense:
@@ -247,8 +248,6 @@ def _sense_of(s: Any, substances: list[str], number: int) -> Sense:
     if s.kind == "touch":
         names = None if s.target == "any" else ([] if s.target == "wall" else [s.target])
         return touch(names, s.target in ("any", "wall"), s.at)
-    if s.kind == "custom":
-        return named_function(s.function)
     if s.kind == "gradient":
         return flow.smell_gradient(s.field, s.span, s.scale)
     if s.kind == "approach":

@@ -14,6 +14,7 @@ from ecs_eco.engine import files
 from ecs_eco.engine.errors import RecordingError
 from ecs_eco.record import belonging
 from ecs_eco.record.claim import Claim, claimed, remove_start
+from ecs_eco.record.code import keep_copies, noted, sources
 from ecs_eco.record.folder import Folder, genes_of
 from ecs_eco.record.seal import write_manifest
 
@@ -45,8 +46,10 @@ def begin(world: Any, claim: Claim, manifest: dict[str, Any], weights: Mapping[s
     manifest |= {
         "species": world.recorder.names, "causes": world.causes, "finished": False, "done": world.tick,
         "colors": {name: world.tables[name].traits.get("color", "#888888") for name in world.recorder.names},
+        "code": noted(sources(world.config)),
         "genomes": {name: said for name in world.recorder.names if (said := genes_of(world.tables[name]))},
     }  # fmt: skip
+    keep_copies(sources(world.config), claim.path)
     keep_checkpoint(world, folder, manifest)
     manifest |= folder.written
     keep_manifest(folder, manifest)
@@ -76,7 +79,8 @@ def keep_manifest(folder: Folder, manifest: Mapping[str, Any]) -> None:
     write_manifest(folder.path, manifest)
 
 
-def start_of(path: Path, manifest: Mapping[str, Any], config: Mapping[str, Any] | None = None) -> dict[str, Any]:
+def start_of(path: Path, manifest: Mapping[str, Any], config: Mapping[str, Any] | None = None,
+             trust: bool = False) -> dict[str, Any]:
     """Return what `World.from_config` takes to begin a recorded run again, with its own policies, wherever its folder is now.
 
     `config` stands for that of the manifest. Raises RecordingError where a policy is not the one that the run began with, ConfigError.
@@ -88,18 +92,18 @@ def start_of(path: Path, manifest: Mapping[str, Any], config: Mapping[str, Any] 
         names = manifest["config"]["species"]
         others = policies if isinstance(policies, dict) else dict.fromkeys(names, policies)
         policies = {name: str(path / POLICIES) if name in weights else others.get(name, "trained") for name in names}
-    return {"config": config_of(manifest, config), "seed": manifest["seed"], "policies": policies, "learn": manifest["learn"],
+    return {"config": config_of(manifest, config, path, trust), "seed": manifest["seed"], "policies": policies, "learn": manifest["learn"],
             "controls": manifest.get("controls", ())}  # fmt: skip
 
 
-def config_of(manifest: Mapping[str, Any], config: Mapping[str, Any] | None = None) -> Any:
+def config_of(manifest: Mapping[str, Any], config: Mapping[str, Any] | None = None, path: Path = Path(), trust: bool = False) -> Any:
     """Return the configuration of a recorded run, which names no files of policies: they are in the run's folder. Raises ConfigError."""
-    from ecs_eco.config import load
+    from ecs_eco.record.code import recorded
 
     data = dict(manifest["config"] if config is None else config)
     if "id" in manifest:
         data["species"] = {name: species | {"policy": species["policy"] | {"file": None}} for name, species in data["species"].items()}
-    return load(data)
+    return recorded(path, manifest, data, trust)
 
 
 def said_policies(policies: Any) -> Any:

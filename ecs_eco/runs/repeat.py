@@ -35,10 +35,11 @@ def _to_come(manifest: dict[str, Any]) -> list[dict[str, Any]]:
 
 
 def repeat(path: str | Path, out: str | Path | Claim | None = None, progress: Callable[[int, int], None] | None = None, *,
-           threads: int = 1) -> dict[str, Any]:
+           threads: int = 1, trust: bool = False) -> dict[str, Any]:
     """Run a recorded run again up to where its recording ends, into a folder or into none, and compare.
 
     Returns world, ticks, interventions, digest, recorded (the digest of the record), same, and why they may differ.
+    `trust` allows the code that its folder keeps to run in this process.
     Raises RecordingError for a fork, whose start is not in its folder, and for a folder without a run.
     """
     from ecs_eco.ecosystem import World
@@ -48,7 +49,7 @@ def repeat(path: str | Path, out: str | Path | Claim | None = None, progress: Ca
         raise RecordingError(f"{path}: is a fork of {manifest['forked']['from']}; repeat that one, then fork it again")
     if not manifest.get("digest"):
         raise RecordingError(f"{path}: was killed before it could note its end; go on with: ecs-eco resume {path}")
-    how, done = start_of(Path(path), manifest, repeatable(manifest)), manifest["done"]
+    how, done = start_of(Path(path), manifest, repeatable(manifest), trust), manifest["done"]
     config = how.pop("config")
     if out is None:
         world = World.from_config(config, threads=threads, record=False, **how).run(done, progress)

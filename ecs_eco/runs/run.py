@@ -35,8 +35,10 @@ def run_to_folder(config: Any, seed: int | None = None, ticks: int | None = None
                   policies: Any = "trained", learn: bool | None = None, progress: Progress | None = None, *, threads: int = 1,
                   snapshot_every: int | None = None, report: bool = True, command: str | None = None, controls: Sequence[str] = (),
                   checkpoint_every: int | None = None, keep: int = KEEP, record: str | None = None,
-                  prepare: Callable[[Any], None] | None = None) -> dict[str, Any]:
+                  prepare: Callable[[Any], None] | None = None, trust: bool = False) -> dict[str, Any]:
     """Run a world, with these controls of `ecs_eco.worlds.treatments`, and leave a folder; return its manifest.
+
+    `trust` allows the code that the world lists in `code` to run in this process; the folder keeps a copy of its files.
 
     `record` asks for details of single organisms: "focal=N" of each species, or "full" (see `ecs_eco.record.details`).
 
@@ -49,7 +51,7 @@ def run_to_folder(config: Any, seed: int | None = None, ticks: int | None = None
     from ecs_eco.worlds.build import weights_files
 
     start = time.perf_counter()
-    config = config if isinstance(config, WorldConfig) else load(config)
+    config = config if isinstance(config, WorldConfig) and not trust else load(config, trust=trust)
     how_many(record, "record")
     ticks = config.ticks if ticks is None else ticks
     every = snapshots(config, ticks) if snapshot_every is None else snapshot_every
@@ -66,10 +68,11 @@ def run_to_folder(config: Any, seed: int | None = None, ticks: int | None = None
 
 
 def resume(path: str | Path, until: int | None = None, progress: Progress | None = None, *, threads: int = 1, report: bool = True,
-           complain: Callable[[str], None] = print, prepare: Callable[[Any], None] | None = None) -> dict[str, Any]:
+           complain: Callable[[str], None] = print, prepare: Callable[[Any], None] | None = None, trust: bool = False) -> dict[str, Any]:
     """Go on with the run in a folder, from its last whole checkpoint to tick `until`; return its manifest.
 
-    `prepare(world)` is called before the first tick that follows: a viewer opens.
+    `prepare(world)` is called before the first tick that follows: a viewer opens. `trust` allows the code in its folder `code` to run
+    in this process, as it is now.
 
     What was recorded after that checkpoint is recorded again, the same. Raises RecordingError for a folder without a run,
     or one that is there already; FolderInUse where another process writes there; ForeignFile where a checkpoint or a part belongs
@@ -83,7 +86,7 @@ def resume(path: str | Path, until: int | None = None, progress: Progress | None
         found = checkpoint.latest(path / "checkpoints", complain=complain, check=partial(_of_run, manifest))
         if found is None and "forked" in manifest:
             raise CheckpointError(f"{path}: is a fork of {manifest['forked']['from']} without a checkpoint; fork that one again")
-        world, folder = _from_the_start(claim, manifest, threads) if found is None else _from(found, claim, manifest, threads)
+        world, folder = _begin_anew(claim, manifest, threads, trust) if found is None else _from(found, claim, manifest, threads, trust)
         if until < world.tick:
             raise RecordingError(f"{path}: is at tick {world.tick} already; --until {until} lies before that. A fork goes on from an "
                                  f"earlier one: --from-tick {until} --out NEW")  # fmt: skip
@@ -97,10 +100,10 @@ def resume(path: str | Path, until: int | None = None, progress: Progress | None
 
 def fork(path: str | Path, out: str | Path | Claim, from_tick: int | None = None, changes: Any = (), until: int | None = None,
          progress: Progress | None = None, *, threads: int = 1, report: bool = True, command: str | None = None,
-         complain: Callable[[str], None] = print, prepare: Callable[[Any], None] | None = None) -> dict[str, Any]:
+         complain: Callable[[str], None] = print, prepare: Callable[[Any], None] | None = None, trust: bool = False) -> dict[str, Any]:
     """Go on from a tick of a recorded run in a folder of its own, with changed values; return its manifest.
 
-    `prepare(world)` is called before the first tick of the fork: a viewer opens.
+    `prepare(world)` is called before the first tick of the fork: a viewer opens. `trust` as of `resume`.
 
     The world is restored from the last checkpoint at or before `from_tick` (the last of all where it is None) and runs exactly as
     it did up to that tick; then `changes` ("key=value", or a dict) take effect. What was asked for by hand in that tick or later is not
@@ -109,7 +112,7 @@ def fork(path: str | Path, out: str | Path | Claim, from_tick: int | None = None
     start, path = time.perf_counter(), Path(path)
     manifest = _with_id(path, read_manifest(path))
     with begun(out) as claim:
-        world = _world_at(path, manifest, from_tick, threads, complain)
+        world = _world_at(path, manifest, from_tick, threads, complain, trust)
         forget(world)
         if changes:
             from ecs_eco.config.loading import changed
@@ -129,14 +132,15 @@ def fork(path: str | Path, out: str | Path | Claim, from_tick: int | None = None
         return _go(world, folder, manifest, until, progress, report, start)
 
 
-def _world_at(path: Path, manifest: dict[str, Any], tick: int | None, threads: int, complain: Callable[[str], None]) -> Any:
+def _world_at(path: Path, manifest: dict[str, Any], tick: int | None, threads: int, complain: Callable[[str], None],
+              trust: bool) -> Any:
     """Return the world of a recorded run at a tick, at its last checkpoint where that is None."""
     from ecs_eco.ecosystem import World
 
     found = checkpoint.latest(path / "checkpoints", before=tick, complain=complain, check=partial(_of_run, manifest))
     if found is None:
         raise CheckpointError(f"{path}: has no checkpoint at or before tick {tick}; run it with --checkpoint-every N")
-    world = World.restore(found, threads=threads, record=False)
+    world = World.restore(found, threads=threads, record=False, trust=trust)
     if tick is not None and tick > world.tick:
         world.between = partial(ask_again, world, manifest)
         world.run(tick - world.tick)
@@ -184,7 +188,7 @@ def snapshots(config: Any, ticks: int) -> int:
     return every
 
 
-def _from(found: Path, claim: Claim, manifest: dict[str, Any], threads: int) -> tuple[Any, Folder]:
+def _from(found: Path, claim: Claim, manifest: dict[str, Any], threads: int, trust: bool) -> tuple[Any, Folder]:
     """Restore a checkpoint of a run, and its recorder as it was then, once all parts up to there are found to be the run's."""
     from ecs_eco.ecosystem import World
     from ecs_eco.record.recorder import Recorder
@@ -197,16 +201,16 @@ def _from(found: Path, claim: Claim, manifest: dict[str, Any], threads: int) -> 
         folders.append(folder_of(claim, world, manifest))
         Recorder(world, folders[0].sink, snapshot_every=manifest["snapshot_every"], record=manifest.get("record"))
 
-    world = World.restore(found, threads=threads, prepare=record, record=False)
+    world = World.restore(found, threads=threads, prepare=record, record=False, trust=trust)
     folders[0].go_on_from(written, manifest)
     return world, folders[0]
 
 
-def _from_the_start(claim: Claim, manifest: dict[str, Any], threads: int) -> tuple[Any, Folder]:
+def _begin_anew(claim: Claim, manifest: dict[str, Any], threads: int, trust: bool) -> tuple[Any, Folder]:
     """Begin a run anew whose checkpoints are all gone."""
     from ecs_eco.record.recorder import Recorder
 
-    start = start_of(claim.path, manifest)
+    start = start_of(claim.path, manifest, trust=trust)
     world = _build(start.pop("config"), threads=threads, **start)
     folder = folder_of(claim, world, manifest)
     Recorder(world, folder.sink, snapshot_every=manifest["snapshot_every"], record=manifest.get("record"))

@@ -98,7 +98,7 @@ class Life:
         lived = ticks if self.died is None else min(self.died[0], ticks)
         score, goal = lived / ticks, None
         if self.died is None:
-            goal = objective(self.config.search, load_series(self.world.series()), self.persist)
+            goal = objective(self.config.search, load_series(self.world.series()), self.persist, self.config.function)
             score += goal
         self.seconds += time.perf_counter() - begin
         return {"training": self.cell[0], "world": self.cell[1], "lived": lived, "extinct": self.died and self.died[1],

@@ -6,17 +6,19 @@ So dying later is better than dying sooner, and any world that lives is better t
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
 from ecs_eco.analysis.runs import Series
-from ecs_eco.config.models.search import Search
-from ecs_eco.engine.section import named_function
+from ecs_eco.config.models.search import OBJECTIVES, Search
+from ecs_eco.engine.code import handed_over
 
 
-def objective(search: Search, series: Series, persist: Sequence[str]) -> float:
-    """The weighted mean of a search's goals for a run in which all lived."""
-    return float(sum(weight * score(of, series, persist, search.wanted) for of, weight in search.goals))
+def objective(search: Search, series: Series, persist: Sequence[str], find: Callable[[Any], Any] = handed_over) -> float:
+    """The weighted mean of a search's goals for a run in which all lived; `find` as `WorldConfig.function`, for "module:name"."""
+    goals = [(of if of in OBJECTIVES else find(of), weight) for of, weight in search.goals]
+    return float(sum(weight * score(of, series, persist, search.wanted) for of, weight in goals))
 
 
 def score(of: str | Callable[[Series], float], series: Series, persist: Sequence[str], wanted: Mapping[str, float]) -> float:
@@ -27,7 +29,7 @@ def score(of: str | Callable[[Series], float], series: Series, persist: Sequence
         return cycling(series, persist)
     if of == "population":
         return population(series, wanted)
-    value = float(named_function(of)(series))
+    value = float(handed_over(of)(series))
     return float(np.clip(value, -1e6, 1e6)) if np.isfinite(value) else 0.0
 
 

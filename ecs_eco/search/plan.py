@@ -8,7 +8,7 @@ from typing import Any
 
 from ecs_eco.config import WorldConfig, load
 from ecs_eco.config.lines import key_lines
-from ecs_eco.config.ranges import check_function, key_of, real_key
+from ecs_eco.config.ranges import key_of, real_key
 from ecs_eco.engine.errors import ConfigError, Problem
 
 Cell = tuple[int, int]  # training seed, world seed
@@ -64,7 +64,8 @@ def plan_of(config: WorldConfig) -> Plan:
     if not search.ranges:
         allowed = 'a number written { value = 0.014, search = [0.004, 0.02] }, an entry of [search.ranges], or --range KEY=LOW:HIGH'
         raise ConfigError([Problem(("search", "ranges"), "nothing to vary", {}, allowed, source=config._source)])
-    problems = check_function(config)
+    config._code.require(config._source)
+    problems = []
     if search.policies in TRAINED and not any(s.policy.kind != "none" for s in config.species.values()):
         problems.append(Problem(("search", "policies"), "no species has a policy to train", search.policies, '"random"'))
     parameters = tuple(_parameter(config, name) for name in search.ranges)

@@ -27,14 +27,15 @@ Progress = Callable[["Search"], None]
 
 def search(world: Any, out: str | Path | Claim, overrides: Any = None, *, budget: float | None = None, trials: int | None = None,
            cpu: float | None = None, workers: int = 2, optimiser: str = "gp", progress: Progress | None = None,
-           report: bool = True) -> dict[str, Any]:
+           report: bool = True, trust: bool = False) -> dict[str, Any]:
     """Look for the numbers that [search] of a world asks for, and leave a folder; return what its search.json holds.
 
     `overrides` as for `load`: "search.ticks" and the like are keys too. It ends after `budget` minutes, or after `trials` candidates or
-    candidates that took `cpu` seconds of processors, of this search in all: a folder with a journal is gone on with. Raises ConfigError;
-    FolderInUse where another process searches there.
+    candidates that took `cpu` seconds of processors, of this search in all: a folder with a journal is gone on with. `trust` allows
+    the code that the world lists to run in this process and its workers. Raises ConfigError; FolderInUse where another process
+    searches there.
     """
-    config = load(world, overrides)
+    config = load(world, overrides, trust=trust)
     with ours(out) as claim:
         found = Search(plan_of(config), claim.path, workers, optimiser, budget, trials, cpu, progress)
         try:

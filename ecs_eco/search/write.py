@@ -13,6 +13,7 @@ from ecs_eco.config.edit import as_toml, edited
 from ecs_eco.config.loading import document_of
 from ecs_eco.config.ranges import key_of, real_key
 from ecs_eco.engine.errors import ConfigError
+from ecs_eco.record.code import keep_beside
 from ecs_eco.search.plan import TRAINED, Plan
 
 Key = tuple[str | int, ...]
@@ -23,6 +24,7 @@ def write_world(plan: Plan, world: Any, overrides: Any, values: Mapping[str, flo
     config = load(plan.config, dict(values))
     files = _policies(config, trained, file.with_suffix(""), plan.config.search.policies in TRAINED)
     text = _text(config, world, overrides, values, files)
+    keep_beside(config._code.sources, file.parent)
     for candidate in (text, as_toml(_data(config, files))):
         if candidate is not None:
             write_text(file, "".join(f"# {line}\n" for line in note.splitlines()) + candidate)

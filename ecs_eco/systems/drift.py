@@ -5,7 +5,6 @@ from typing import Any
 import numpy as np
 
 from ecs_eco.components import Position
-from ecs_eco.engine.section import named_function
 from ecs_eco.engine.system import System
 from ecs_eco.space.gate import one_each
 from ecs_eco.space.water import carry, drift
@@ -26,7 +25,7 @@ class Drift(System):
         current = STILL if water is None else water.current
         if own is not None:
             high = table.high
-            flow = named_function(own)(world, p.x[:high], p.y[:high], p.z[:high])
+            flow = world.config.function(own)(world, p.x[:high], p.y[:high], p.z[:high])
             u, v, w = (one_each(a, high, own).astype(np.float32, copy=False) for a in flow)
             carry(table.alive[:high], u, v, w, np.float32(world.dt), space.lengths, space.torus, p.x, p.y, p.z)
         if len(current) or sinking:

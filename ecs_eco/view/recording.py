@@ -59,7 +59,7 @@ class Recording:
         from ecs_eco.runs.begin import config_of
 
         try:
-            config = config_of(self.manifest)
+            config = config_of(self.manifest, path=self.path)
             return World.from_config(config, seed=self.manifest["seed"], policies="random", populate=False, record=False), ""
         except (ConfigError, ImportError, AttributeError, ValueError, TypeError) as error:  # what it names is not here, say
             return None, str(error)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -11,6 +11,7 @@ import numpy as np
 from ecs_eco.components import Biology, Body, Chemistry, Metabolism, Physical
 from ecs_eco.config import WorldConfig
 from ecs_eco.engine import random
+from ecs_eco.engine.code import handed_over
 from ecs_eco.nervous.networks import HappinessNetwork, ReflexNetwork
 from ecs_eco.space.sun import Sun
 from ecs_eco.space.water import Water
@@ -85,14 +86,14 @@ def gaits(way: Any, nerves: Any) -> tuple[Any, ...]:
     return layout, *(np.array(a or [0.0], np.float32) for a in arrays), np.float32(way.drag)
 
 
-def networks(nerves: Any, species: Any) -> None:
-    """Give nerves the reflex and the happiness network that the species declares, if any."""
+def networks(nerves: Any, species: Any, find: Callable[[Any], Any] = handed_over) -> None:
+    """Give nerves the reflex and the happiness network that the species declares, if any; `find` as `WorldConfig.function`."""
     coded = {gene.trait.partition(".")[0] for gene in (species.genome.genes if species.genome else ()) if gene.trait}
     nerves.reflex = nerves.happiness = None
     if species.reflex is not None:
-        nerves.reflex = ReflexNetwork(species.reflex, nerves, species.action_rows(), "reflex" in coded)
+        nerves.reflex = ReflexNetwork(species.reflex, nerves, species.action_rows(), "reflex" in coded, find)
     if species.happiness is not None:
-        nerves.happiness = HappinessNetwork(species.happiness, nerves, "happiness" in coded)
+        nerves.happiness = HappinessNetwork(species.happiness, nerves, "happiness" in coded, find)
         nerves.minimum = np.float32(species.happiness.minimum)
 
 

@@ -11,7 +11,6 @@ from ecs_eco.config import WorldConfig, load
 from ecs_eco.config.memory import require_memory
 from ecs_eco.config.reading import read_bytes
 from ecs_eco.engine.errors import ConfigError, Problem, listed, nearest
-from ecs_eco.engine.section import named_function
 from ecs_eco.lifecycle.founders import newcomers
 from ecs_eco.nervous.nerves import Nerves
 from ecs_eco.nervous.senses import senses_of
@@ -40,7 +39,7 @@ def schedule(respawn: bool = False) -> list[Any]:
 
 def build(cls: Any, config: Any, *, seed: int | None = None, policies: Any = "trained", threads: int = 1, learn: Any = None,
           training: bool = False, record: bool = True, populate: bool = True, systems: Sequence[Any] = (),
-          controls: Sequence[str] = ()) -> Any:
+          controls: Sequence[str] = (), trust: bool = False) -> Any:
     """Return a new world.
 
     `policies`: "trained" (the files that the world names; untrained where it names none), "random" (every action with
@@ -49,9 +48,11 @@ def build(cls: Any, config: Any, *, seed: int | None = None, policies: Any = "tr
     are organisms at the start. `training`: numbers held constant by respawn, no births.
     `systems` are added to those of the world file, each at the end of its phase. `controls` are names of
     `ecs_eco.worlds.treatments`: what is taken away so that its part can be told.
-    Raises ConfigError for a configuration that is wrong.
+    `trust` allows the code that the world lists in `code` to run in this process.
+    Raises ConfigError for a configuration that is wrong, and for one with code that nobody allowed.
     """
-    config = config if isinstance(config, WorldConfig) and not systems else load(config, systems=systems)
+    config = config if isinstance(config, WorldConfig) and not systems and not trust else load(config, systems=systems, trust=trust)
+    config._code.require(config._source)
     if training:
         config = config.for_training()
     require_memory(config)
@@ -97,7 +98,7 @@ def build(cls: Any, config: Any, *, seed: int | None = None, policies: Any = "tr
 
 def _own_systems(config: WorldConfig) -> list[Any]:
     """Return the systems that the world names: a class, or what else can be called, makes a new one."""
-    found = [named_function(system) for system in config.systems]
+    found = [config.function(system) for system in config.systems]
     return [system() if callable(system) else system for system in found]
 
 
@@ -141,8 +142,9 @@ def _species_table(world: Any, name: str, species: Any) -> None:
     if species.sensors or actions:
         table.add_component(Nervous)
         dims = world.config.dims
-        table.traits["nerves"] = Nerves(species.channels(dims), senses_of(species, dims, world.substances), species.actions,
-                                        species.neutral, species.automatic, species.readings(dims))
+        senses = senses_of(species, dims, world.substances, world.config.function)
+        table.traits["nerves"] = Nerves(species.channels(dims), senses, species.actions, species.neutral, species.automatic,
+                                        species.readings(dims))
     if species.locomotion is not None and "nerves" in table.traits:
         table.add_component(Velocity)
         table.traits["gaits"] = gaits(species.locomotion, table.traits["nerves"])
@@ -154,7 +156,7 @@ def _networks(world: Any, table: Any, species: Any, policies: Any, learn: Any, n
     nerves = table.traits.get("nerves")
     if nerves is None:
         return None
-    networks(nerves, species)
+    networks(nerves, species, world.config.function)
     if species.policy.kind == "none" or not nerves.choices:
         return None
     nerves.policy = True

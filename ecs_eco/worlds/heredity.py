@@ -7,7 +7,6 @@ import numpy as np
 from ecs_eco import components as own
 from ecs_eco.components import Experience, Genome, Gestation, Policy
 from ecs_eco.config.traits import policy_shapes, traits_of
-from ecs_eco.engine.section import named_function
 from ecs_eco.genomes.heredity import Heredity
 
 Targets = dict[str, tuple[type, str, int | None]]
@@ -16,7 +15,7 @@ Targets = dict[str, tuple[type, str, int | None]]
 def add_heredity(world: Any, table: Any, species: Any, founder: np.ndarray | None = None) -> None:
     """Give a table its genome, the columns that its genes write, and the columns of individual brains; nothing where it needs none."""
     for name in species.components:
-        table.add_component(named_function(name))
+        table.add_component(world.config.function(name))
     nerves, section = table.traits.get("nerves"), species.genome
     minds = None if nerves is None else nerves.individuals
     if minds is not None:
@@ -28,10 +27,11 @@ def add_heredity(world: Any, table: Any, species: Any, founder: np.ndarray | Non
     if section is not None:
         from ecs_eco.genomes import Layout, Operators
 
-        traits = traits_of(species, world.config.dims, [named_function(c) for c in species.components])
+        traits = traits_of(species, world.config.dims, [world.config.function(c) for c in species.components])
         shapes = policy_shapes(species, world.config.dims) if minds is None else minds.shapes
         layout = Layout.from_config(section, traits, shapes=shapes)
-        operators = Operators.from_config(section, layout, getattr(species.reproduction, "choice", "nearest"))
+        choice = getattr(species.reproduction, "choice", "nearest")
+        operators = Operators.from_config(section, layout, choice, world.config.function)
         table.dims |= {"loci": layout.row, "highest letter": len(layout.alphabet) - 1}
         table.add_component(Genome)
         targets = _targets(table, species, layout, traits)

@@ -10,7 +10,6 @@ from ecs_eco.components import Experience, Policy
 from ecs_eco.config import WorldConfig, load
 from ecs_eco.config.mutable_keys import changes, refused
 from ecs_eco.engine.errors import ConfigError
-from ecs_eco.engine.section import named_function
 from ecs_eco.worlds.apply_species import apply_species, cell, climate, gaits, learner_seed, matter, networks, settings
 
 
@@ -24,6 +23,7 @@ def reconfigure(world: Any, config: Any) -> None:
     if world.config is None:
         raise RuntimeError("this world was made by hand, without a configuration: set what its systems read instead")
     new, old = config if isinstance(config, WorldConfig) else load(config), world.config
+    new._code.require(new._source)
     if problems := refused(old, new):
         n = len(problems)
         raise ConfigError(problems, f"the world {world.name!r} lives: {n} value{'s' if n > 1 else ''} cannot change")
@@ -73,7 +73,7 @@ def _species(world: Any, table: Any, old: Any, new: Any, changed: set[str]) -> N
         table.traits["gaits"] = gaits(new.locomotion, nerves)
     if nerves is not None and parts & {"reflex", "happiness"}:
         without = nerves.reflex is None and old.reflex is not None  # taken away by a control
-        networks(nerves, new)
+        networks(nerves, new, world.config.function)
         nerves.reflex = None if without else nerves.reflex
     if nerves is not None and "ppo" in parts:
         _settings(nerves, new, _trains(world))
@@ -139,7 +139,7 @@ def _genes(world: Any, table: Any, old: Any, new: Any, changed: set[str]) -> Non
         return
     from ecs_eco.config.traits import traits_of
 
-    own, known = [named_function(c) for c in new.components], {c.__name__: c for c in table.columns}
+    own, known = [world.config.function(c) for c in new.components], {c.__name__: c for c in table.columns}
     before, now = (traits_of(s, world.config.dims, own) for s in (old, new))
     for name, trait in now.items():
         lives = trait.component in known and trait.component not in ("Policy", "Body")
@@ -152,7 +152,8 @@ def _genes(world: Any, table: Any, old: Any, new: Any, changed: set[str]) -> Non
         from ecs_eco.genomes import Operators
 
         heredity = table.traits["heredity"]
-        heredity.operators = Operators.from_config(new.genome, heredity.layout, getattr(new.reproduction, "choice", "nearest"))
+        choice = getattr(new.reproduction, "choice", "nearest")
+        heredity.operators = Operators.from_config(new.genome, heredity.layout, choice, world.config.function)
 
 
 def _causes(world: Any) -> None:

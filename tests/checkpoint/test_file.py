@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from ecs_eco import System, World, component, f32
 from ecs_eco.checkpoint import file as checkpoint
 from ecs_eco.components import Biology, Metabolism, Position
-from ecs_eco.engine.errors import CheckpointError
+from ecs_eco.engine.errors import CheckpointError, ConfigError
 from ecs_eco.record import Recorder
 from ecs_eco.testing import all_threads
 
@@ -248,7 +248,10 @@ def test_plain_components_with_the_protocol_are_saved_and_others_refused(menager
     uid = int(world.tables["ram"].uid[world.tables["ram"].by_uid()[3]])
     with world:
         esper.add_component(world.entity(uid), Tag(42))
-    other = World.restore(world.save(tmp_path / "w.safetensors"))
+    path = world.save(tmp_path / "w.safetensors")
+    with pytest.raises(ConfigError, match="nobody has allowed"):
+        World.restore(path)
+    other = World.restore(path, trust=True)
     with other:
         assert esper.component_for_entity(other.entity(uid), Tag).number == 42
         assert len(esper.get_component(Tag)) == 1

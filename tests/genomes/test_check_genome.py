@@ -98,8 +98,6 @@ WRONG = [
     (operator("mate", operator="cxTwoPont"), "genome.mate.operator", "cxTwoPoint"),
     (operator("mutate", operator="mutUniformInt"), "genome.mutate.operator", "indpb"),
     (operator("mutate", operator="mutFlipBit", indpb=0.1), "genome.mutate.operator", "4 letters"),
-    (operator("mutate", operator="nowhere.at.all:mutate"), "genome.mutate.operator", "cannot be imported"),
-    (operator("mutate", operator="math:sqr"), "genome.mutate.operator", "sqrt"),
     (two_of_a_name, "reflex.connections.1.name", "a name of its own"),
     (inherit("birth"), "policy.inherit", "no gene codes for policy.weights"),
     (inherit("learned"), "policy.inherit", "codes for policy.weights too"),

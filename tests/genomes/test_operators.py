@@ -1,14 +1,12 @@
 """Operators of DEAP in a toolbox: which work on genomes, and what is said of those that do not."""
 
 import random
-import sys
-import types
 
 import numpy as np
 import pytest
 from deap import tools
 
-from ecs_eco.engine.errors import UnknownName
+from ecs_eco.engine.errors import ConfigError, UnknownName
 from ecs_eco.genomes import CHOICES, Gene, Layout, Operators, toolbox_of
 from ecs_eco.genomes.choices import RULES
 from ecs_eco.genomes.models import GenomeSection
@@ -120,13 +118,16 @@ def test_a_function_of_ones_own_that_makes_no_genomes_is_refused_before_any_birt
     assert random.getstate() == state
 
 
-def test_a_function_of_ones_own_works_by_name_and_from_the_toolbox(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_function_of_ones_own_works_handed_over_by_name_and_from_the_toolbox() -> None:
     parent = np.array([[0, 1, 2, 3]], np.uint8)
     toolbox = toolbox_of({"mutate": WELL}, LAYOUT)
     toolbox.register("mutate", reverse)
     assert Operators(toolbox, LAYOUT).offspring(parent, None, np.zeros(1, np.uint64)).tolist() == [[3, 2, 1, 0]]
-    monkeypatch.setitem(sys.modules, "mine", types.SimpleNamespace(reverse=reverse))
-    named = toolbox_of({"mutate": {"operator": "mine:reverse"}}, LAYOUT)
+    handed = toolbox_of({"mutate": {"operator": reverse}}, LAYOUT)
+    assert Operators(handed, LAYOUT).offspring(parent, None, np.zeros(1, np.uint64)).tolist() == [[3, 2, 1, 0]]
+    with pytest.raises(ConfigError, match="`code` does not list"):
+        toolbox_of({"mutate": {"operator": "mine:reverse"}}, LAYOUT)
+    named = toolbox_of({"mutate": {"operator": "mine:reverse"}}, LAYOUT, find={"mine:reverse": reverse}.__getitem__)
     assert Operators(named, LAYOUT).offspring(parent, None, np.zeros(1, np.uint64)).tolist() == [[3, 2, 1, 0]]
 
 

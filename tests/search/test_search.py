@@ -183,7 +183,7 @@ def test_the_command_searches_with_processes_and_goes_on(world: Path, tmp_path: 
         (["--range", f"{BASAL}=0.5:0.6"], ["--range", "does not hold the world's own value, 0.02"]),
         (["--range", "species.mite.metabolism.basl=0:1"], ["--range", 'did you mean "basal"']),
         (["--objective", "persistense"], ["search.objective", 'did you mean "persistence"']),
-        (["--objective", "no.such:thing"], ["search.objective", "cannot be imported"]),
+        (["--objective", "no.such:thing"], ["search.objective", "`code` does not list"]),
         (["--policies", "train"], ["search.policies", "no species has a policy to train"]),
         (["--optimiser", "tpee"], ["--optimiser", 'did you mean "tpe"']),
         (["--set", f"{BASAL}=0.01", "--set", f"{ENERGY}=0.6", "--trials", "2"], ["nothing to vary", "--range"]),

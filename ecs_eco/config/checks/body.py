@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from contextlib import suppress
 
 from ecs_eco.config.checks.matter import Key, check_matter, check_size, unknown
 from ecs_eco.config.models.reproduction import Alone, Bearing, Sexual, Spread
 from ecs_eco.config.models.species import Species
 from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.engine.errors import Problem
-from ecs_eco.engine.section import named_function
 
 MOST_SITES = 10_000_000  # of plants
 JAMMED = {2: 0.547 / (math.pi / 4), 3: 0.384 / (math.pi / 6)}  # spheres put at random until none fits, per spacing^dims
@@ -105,11 +103,7 @@ def _check_reproduction(config: WorldConfig, key: Key, species: Species) -> Iter
 
 def _own_mating(config: WorldConfig) -> bool:
     """Whether a system of the world's own carries out the action."""
-    for system in config.systems:
-        with suppress(ImportError, AttributeError, SyntaxError):
-            if "mate" in named_function(system).acts:  # type: ignore[attr-defined]
-                return True
-    return False
+    return any("mate" in getattr(config._code.known(system), "acts", ()) for system in config.systems)
 
 
 def _check_mating(config: WorldConfig, key: Key, species: Species, way: Sexual) -> Iterator[Problem]:

@@ -10,11 +10,9 @@ import numpy as np
 
 from ecs_eco.config.checks.body import farthest, too_wide, widest
 from ecs_eco.config.checks.matter import Key
-from ecs_eco.config.checks.nerves import check_function
 from ecs_eco.config.models.species import Species
 from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.engine.errors import Problem, UnknownName
-from ecs_eco.engine.section import named_function
 from ecs_eco.genomes.models import Gene, GenomeSection
 
 if TYPE_CHECKING:
@@ -31,7 +29,9 @@ def check_genome(config: WorldConfig, name: str) -> Iterator[Problem]:
     from ecs_eco.genomes.problems import problems
 
     yield from _check_connections(config, name)
-    traits = traits_of(species, config.dims, components_of(species))
+    if (own := components_of(config, species)) is None:
+        return  # its genes may name what is in components that are not looked at
+    traits = traits_of(species, config.dims, own)
     shapes = {"policy.weights": policy_shapes(species, config.dims)}
     found = list(problems(section.genes, len(section.alphabet), section.loci, traits, shapes))
     yield from (problem.moved(key=(*key, *problem.key)) for problem in found)
@@ -41,13 +41,14 @@ def check_genome(config: WorldConfig, name: str) -> Iterator[Problem]:
         from ecs_eco.genomes.layout import Layout
 
         layout = Layout.from_config(section, traits, shapes)
-        yield from _check_operators(key, section, layout)
+        yield from _check_operators(config, key, section, layout)
         yield from _check_founders(key, section, layout)
 
 
-def components_of(species: Species) -> list[Any]:
-    """The components of the user's own that the species has and that can be imported."""
-    return [named_function(c) for c in species.components if not list(check_function((), c))]
+def components_of(config: WorldConfig, species: Species) -> list[Any] | None:
+    """The components of the user's own that the species has; None where they may not be looked at, or are none."""
+    found = [config._code.known(c) for c in species.components]
+    return None if any(c is None for c in found) else found
 
 
 def _check_connections(config: WorldConfig, name: str) -> Iterator[Problem]:
@@ -118,16 +119,17 @@ def _check_founders(key: Key, section: GenomeSection, layout: Layout) -> Iterato
             yield Problem((*key, "genes", i, "trait"), what, code.gene.trait, allowed)
 
 
-def _check_operators(key: Key, section: GenomeSection, layout: Layout) -> Iterator[Problem]:
-    from ecs_eco.genomes.operators import check_operator, defaults, operator_of
+def _check_operators(config: WorldConfig, key: Key, section: GenomeSection, layout: Layout) -> Iterator[Problem]:
+    from ecs_eco.genomes.operators import check_entry, taken_apart
 
     for word in ("mate", "mutate"):
         entry, at = getattr(section, word), (*key, word, "operator")
-        if ":" in entry.operator and (wrong := list(check_function(at, entry.operator))):
-            yield from wrong
-            continue
+        named = isinstance(entry.operator, str) and ":" not in entry.operator
         try:
-            function = operator_of(word, entry.operator)
-            check_operator(word, partial(function, **defaults(entry.operator, layout) | entry.arguments), layout)
+            if named:
+                check_entry(word, entry.operator, entry.arguments, layout)
+            elif (own := config._code.known(entry.operator)) is not None:
+                taken_apart(word, partial(own, **entry.arguments))
         except (ValueError, UnknownName) as error:
-            yield Problem(at, str(error).removeprefix(f"{word}: "), entry.operator)
+            value = entry.operator if isinstance(entry.operator, str) else getattr(entry.operator, "__name__", "a function")
+            yield Problem(at, str(error).removeprefix(f"{word}: "), value)

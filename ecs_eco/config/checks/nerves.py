@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import os
 import re
-import sys
 from collections import Counter
 from collections.abc import Iterable, Iterator
 from pathlib import Path
@@ -14,11 +13,12 @@ from ecs_eco.config.checks.body import farthest, too_wide, widest
 from ecs_eco.config.checks.matter import Key, unknown
 from ecs_eco.config.formula import FormulaError, compile_formula
 from ecs_eco.config.memory import n_weights
-from ecs_eco.config.models.sensors import Approach, Custom, Gradient, Nearest, Own, Place, Rays, Sensor, Smell, Touch
+from ecs_eco.config.models.sensors import Approach, Gradient, Nearest, Own, Place, Rays, Sensor, Smell, Touch
 from ecs_eco.config.models.species import GROUPS, Species, ppo_defaults
 from ecs_eco.config.models.world import WorldConfig
+from ecs_eco.engine.code import SHIPPED
 from ecs_eco.engine.errors import Problem, listed, nearest
-from ecs_eco.engine.section import LARGEST, named_function
+from ecs_eco.engine.section import LARGEST
 
 MOST_WHOLE = 10**9  # of a whole number among the hyperparameters
 MOST_WEIGHTS = 10_000_000  # of a policy network: drawing the first ones takes seconds, a decision a millisecond
@@ -55,8 +55,6 @@ def _check_sensor(config: WorldConfig, species: Species, key: Key, sensor: Senso
     if isinstance(sensor, Nearest | Rays | Approach) and sensor.radius > widest(config):
         yield Problem((*key, "radius"), too_wide(config), sensor.radius, f"at most {widest(config):g} m")
     at = getattr(sensor, "at", [])
-    if isinstance(sensor, Custom):
-        yield from check_function((*key, "function"), sensor.function)
     if isinstance(sensor, Smell | Place) and math.hypot(*at) > (most := farthest(config, species)):
         yield Problem((*key, "at"), "further off the body than the world is wide, in its radii", at, f"at most {most:g}")
     if isinstance(sensor, Touch) and at[0] == at[1]:
@@ -87,6 +85,8 @@ def _check_actions(config: WorldConfig, key: Key, species: Species) -> Iterator[
     for group, actions in species.actions.items():
         at = (*key, "actions", group)
         if group not in (*GROUPS, *others):
+            if _may_act(config):
+                continue
             yield unknown(at, "group of actions", group, [*GROUPS, *others])
             continue
         if group in others:
@@ -121,9 +121,13 @@ def _groups_of_systems(config: WorldConfig) -> list[str]:
     """The groups of actions that the world's own systems carry out."""
     found: list[str] = []
     for system in config.systems:
-        if not list(check_function((), system)):
-            found += getattr(named_function(system), "acts", ())
+        found += getattr(config._code.known(system), "acts", ())
     return found
+
+
+def _may_act(config: WorldConfig) -> bool:
+    """Whether the world names systems that are not looked at, which may carry out any group of actions."""
+    return not config._code.allowed and any(isinstance(s, str) and s not in SHIPPED for s in config.systems)
 
 
 def _check_free_group(key: Key, actions: list[str]) -> Iterator[Problem]:
@@ -162,7 +166,6 @@ def _check_reflex(config: WorldConfig, key: Key, species: Species) -> Iterator[P
         if action not in rows:
             yield unknown((*key, "reflex", "formulas", action), "action of the species", action, rows)
         yield from _check_formula((*key, "reflex", "formulas", action), formula, readings)
-    yield from check_function((*key, "reflex", "function"), reflex.function)
 
 
 def _check_happiness(config: WorldConfig, key: Key, species: Species) -> Iterator[Problem]:
@@ -174,7 +177,6 @@ def _check_happiness(config: WorldConfig, key: Key, species: Species) -> Iterato
             yield unknown((*key, "happiness", "weights", sensor), "sensor of the species", sensor, readings)
     if happiness.formula is not None:
         yield from _check_formula((*key, "happiness", "formula"), happiness.formula, readings)
-    yield from check_function((*key, "happiness", "function"), happiness.function)
 
 
 def _check_formula(key: Key, formula: str, names: Iterable[str]) -> Iterator[Problem]:
@@ -182,24 +184,6 @@ def _check_formula(key: Key, formula: str, names: Iterable[str]) -> Iterator[Pro
         compile_formula(formula, names)
     except FormulaError as error:
         yield Problem(key, error.what, formula, error.allowed, error.nearest)
-
-
-def check_function(key: Key, function: str | None) -> Iterator[Problem]:
-    """What is wrong with "module:name"; nothing with a function itself."""
-    if not isinstance(function, str):
-        return
-    module, _, name = function.partition(":")
-    try:
-        found = callable(named_function(function))
-    except (ImportError, SyntaxError) as error:
-        yield Problem(key, f"cannot be imported: {error}", function, "module:name of an installed module")
-        return
-    except AttributeError:
-        found = False
-    if not found:
-        names = vars(sys.modules[module])
-        known = [n for n in names if callable(names[n]) and not n.startswith("_")]
-        yield Problem(key, f"{module} has no function {name}", function, listed(known), nearest(name, known))
 
 
 def _no_weights(path: Path) -> str:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from ecs_eco.config.checks.matter import unknown
-from ecs_eco.config.checks.nerves import check_function
 from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.engine.errors import Problem
 
@@ -32,7 +31,6 @@ def check_water(config: WorldConfig) -> Iterator[Problem]:
             if abs(speed) * config.dt > (most := size[axis] / 2):
                 what = "further than half of the world in one tick"
                 yield Problem(("water", "current", i, "velocity"), what, speed, f"at most {most / config.dt:g} m/s")
-    yield from check_function(("water", "current_function"), water.current_function)
     if water.current and water.current_function is not None:
         what = "given together with a current by depth"
         yield Problem(("water", "current_function"), what, allowed="one of current and current_function")

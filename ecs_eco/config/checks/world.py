@@ -8,16 +8,17 @@ from itertools import islice
 from pathlib import Path
 
 from ecs_eco.config.checks.body import check_body
+from ecs_eco.config.checks.code import check_code
 from ecs_eco.config.checks.genome import check_genome
 from ecs_eco.config.checks.interventions import check_interventions
 from ecs_eco.config.checks.matter import check_matter, check_size
-from ecs_eco.config.checks.nerves import check_function, check_nerves
+from ecs_eco.config.checks.nerves import check_nerves
 from ecs_eco.config.checks.water import check_water
 from ecs_eco.config.models.interventions import Cull
 from ecs_eco.config.models.surroundings import ObjectType
 from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.engine.errors import MOST, Problem
-from ecs_eco.engine.section import RESERVED, function_name, named_function
+from ecs_eco.engine.section import RESERVED
 
 Key = tuple[str | int, ...]
 MOST_CELLS = 100_000_000  # of one field
@@ -33,7 +34,7 @@ def check(config: WorldConfig, folder: Path) -> list[Problem]:
 
 def _all(config: WorldConfig, folder: Path) -> Iterator[Problem]:
     yield from _check_causes(config)
-    for part in (_check_names, _check_space, _check_fields, _check_terrain, _check_systems, check_water):
+    for part in (_check_names, _check_space, _check_fields, _check_terrain, check_code, check_water):
         yield from part(config)
     for name, kind in config.objects.items():
         yield from _check_object(config, name, kind)
@@ -41,7 +42,6 @@ def _all(config: WorldConfig, folder: Path) -> Iterator[Problem]:
         yield from check_body(config, name)
         yield from check_nerves(config, name, folder)
         yield from check_genome(config, name)
-        yield from _check_components(config, name)
     yield from check_interventions(config, folder)
 
 
@@ -80,24 +80,6 @@ def _causes(config: WorldConfig) -> Iterator[tuple[Key, str]]:
     for i, what in enumerate(config.interventions):
         if isinstance(what, Cull):
             yield ("interventions", i, "cause"), what.cause
-
-
-def _check_systems(config: WorldConfig) -> Iterator[Problem]:
-    for i, system in enumerate(config.systems):
-        key = ("systems", i)
-        if wrong := list(check_function(key, system)):
-            yield from wrong
-        elif not callable(getattr(named_function(system), "process", None)):
-            yield Problem(key, "no system: it has no method process", function_name(system), "a class derived from ecs_eco.System")
-
-
-def _check_components(config: WorldConfig, name: str) -> Iterator[Problem]:
-    for i, component in enumerate(config.species[name].components):
-        key = ("species", name, "components", i)
-        if wrong := list(check_function(key, component)):
-            yield from wrong
-        elif not getattr(named_function(component), "fields", None):
-            yield Problem(key, "no component", function_name(component), "a class declared with @ecs_eco.component")
 
 
 def _check_space(config: WorldConfig) -> Iterator[Problem]:

@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, Field, PlainSerializer, WrapValidator
 
 from ecs_eco.engine.errors import listed, nearest
-from ecs_eco.engine.section import Name, Positive, Section, Share, about, function_name, quantity, table
+from ecs_eco.engine.section import Name, NamesCode, Positive, Section, Share, about, function_name, quantity, table
 
 OBJECTIVES = ("persistence", "cycling", "population")
 
@@ -29,6 +29,7 @@ def _known(value: Any, check: Any) -> Any:
 
 What = Annotated[
     str,
+    NamesCode(),
     WrapValidator(_known),
     PlainSerializer(lambda value, info: function_name(value) if info.mode == "json" else value),
 ]

@@ -14,7 +14,9 @@ from ecs_eco.config.models.search import Search
 from ecs_eco.config.models.species import Species
 from ecs_eco.config.models.surroundings import Ambient, ObjectType, ScalarField, Space, Terrain
 from ecs_eco.config.models.water import Sun, Water
-from ecs_eco.engine.section import Function, Name, Positive, Real, Section, Share, about, quantity, table
+from ecs_eco.config.names import code_of
+from ecs_eco.engine.code import NONE, Code
+from ecs_eco.engine.section import CodeEntry, Function, Name, Positive, Real, Section, Share, about, quantity, table
 
 
 class Ramp(Section):
@@ -59,6 +61,9 @@ class WorldConfig(Section):
     name: Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_-]*$", max_length=60)] = about("name, used for folders")
     title: Annotated[str, Field(max_length=200)] = about("name for people", "")
     description: Annotated[str, Field(max_length=20_000)] = about("a few sentences", "")
+    code: Annotated[list[CodeEntry], Field(max_length=50)] = table(
+        "code of your own that it names: files beside it (\"sir.py\"), installed modules (\"mypackage.ecology\"); runs once allowed", list
+    )
     ticks: Annotated[int, Field(ge=1, le=10**12)] = quantity("length of a run when none is asked for", "ticks", 1000)
     dt: Positive = quantity("length of a tick", "s", 1.0)
     seed: Annotated[int, Field(ge=0, lt=2**63)] = about("seed of a run when none is asked for", 1)
@@ -78,6 +83,7 @@ class WorldConfig(Section):
 
     _folder: Path = PrivateAttr(default_factory=Path)  # where relative file names start
     _source: str = PrivateAttr(default="dict")  # for messages
+    _code: Code = PrivateAttr(default=NONE)  # what `code` lists, as it was read
 
     @property
     def dims(self) -> int:
@@ -93,14 +99,25 @@ class WorldConfig(Section):
         """Path of a file that the world names."""
         return self._folder / name
 
+    def function(self, name: Any) -> Any:
+        """What "module:name" stands for in this world; a function stays as it is. Raises CodeError."""
+        return self._code.function(name)
+
     def resolved(self) -> dict[str, Any]:
-        """Every value, also those left out in the file, as JSON can hold it; loads as a world with the same hash."""
-        return self.model_dump(mode="json")
+        """Every value, also those left out in the file, as JSON can hold it; loads as a world with the same hash.
+
+        `code` also lists the modules of functions that were handed over; it is left out where there are none.
+        """
+        data = self.model_dump(mode="json")
+        if not (code := code_of(self)):
+            del data["code"]
+            return data
+        return data | {"code": code}
 
     @property
     def config_hash(self) -> str:
-        """SHA-256 of the resolved configuration, 64 hexadecimal digits."""
-        text = json.dumps(self.resolved(), separators=(",", ":"), allow_nan=False)
+        """SHA-256 of the resolved configuration and of the code that it lists, 64 hexadecimal digits."""
+        text = json.dumps(self.resolved(), separators=(",", ":"), allow_nan=False) + "".join(s.sha256 for s in self._code.sources)
         return hashlib.sha256(text.encode()).hexdigest()
 
     def for_training(self) -> WorldConfig:

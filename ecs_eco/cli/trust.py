@@ -1,0 +1,41 @@
+"""--trust: the person at the keyboard allows the code that a world, or a recorded run, names."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ecs_eco.cli.terminal import complain
+
+if TYPE_CHECKING:
+    from ecs_eco.engine.code import Code
+
+
+def allow(wanted: bool, what: str | Path | None, changes: Sequence[str] | None = None) -> None:
+    """Remember the texts that a world or a run folder names, and say which, where `wanted`."""
+    if not wanted or what is None:
+        return
+    from ecs_eco.config.loading import code_listed, document_of
+    from ecs_eco.engine import trust
+
+    code = _of_run(Path(what)) if os.path.isfile(Path(what) / "manifest.json") else code_listed(document_of(what, changes))
+    if not code.sources:
+        complain("--trust: it names no code of its own; there is nothing to allow.")
+        return
+    trust.remember({source.sha256: source.path for source in code.sources})
+    complain(f"Allowed to run, until it changes (remembered in {trust.file()}):")
+    for source in code.sources:
+        complain(f"  {source}")
+
+
+def _of_run(folder: Path) -> Code:
+    """What a run's folder keeps of its code, as it is now."""
+    from ecs_eco.engine.code import read
+    from ecs_eco.record.code import FOLDER
+    from ecs_eco.runs.run import read_manifest
+
+    listed = read_manifest(folder).get("code", [])
+    entries = [str(n["entry"]) for n in listed if isinstance(n, dict) and "entry" in n] if isinstance(listed, list) else []
+    return read(entries, [folder / FOLDER])[0]

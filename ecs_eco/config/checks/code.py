@@ -1,0 +1,36 @@
+"""Checks of the code that a world names: it is listed, and, once it may run, there and of the right kind. Nothing of it is called."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from fnmatch import fnmatchcase
+
+from ecs_eco.config.models.world import WorldConfig
+from ecs_eco.config.names import names_in
+from ecs_eco.engine.code import takes
+from ecs_eco.engine.errors import Problem
+from ecs_eco.engine.section import function_name
+
+ARGUMENTS = {  # by key, how many a function is called with; None: it is looked at elsewhere, or not called
+    "systems.*": 0, "species.*.components.*": None, "species.*.sensors.*.function": 5, "species.*.reflex.function": 1,
+    "species.*.happiness.function": 1, "water.current_function": 4, "search.objective": 1, "search.objective.*.of": 1,
+    "species.*.genome.mate.operator": None, "species.*.genome.mutate.operator": None,
+}  # fmt: skip
+
+
+def check_code(config: WorldConfig) -> Iterator[Problem]:
+    """All problems of the functions, systems and components that a world names."""
+    for key, value in names_in(config):
+        path = ".".join(map(str, key))
+        pattern = next((p for p in ARGUMENTS if fnmatchcase(path, p)), "")
+        made = not isinstance(value, str) and callable(getattr(value, "process", None)) and not isinstance(value, type)
+        if not made and (problem := config._code.problem(key, value)) is not None:
+            yield problem
+        elif (found := config._code.known(value)) is None:
+            continue
+        elif pattern == "systems.*" and not callable(getattr(found, "process", None)):
+            yield Problem(key, "no system: it has no method process", function_name(value), "a class derived from ecs_eco.System")
+        elif pattern == "species.*.components.*" and not getattr(found, "fields", None):
+            yield Problem(key, "no component", function_name(value), "a class declared with @ecs_eco.component")
+        elif not made and (n := ARGUMENTS.get(pattern)) is not None and (what := takes(found, n)):
+            yield Problem(key, what, function_name(value), "a function as docs/extending.md shows it")

@@ -1,0 +1,67 @@
+"""Where a world names code: found from the types of its fields, so that a new key cannot be forgotten."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import cache
+from typing import Annotated, Any, get_args, get_origin
+
+from pydantic import BaseModel
+
+from ecs_eco.engine.code import SHIPPED
+from ecs_eco.engine.section import NamesCode, function_name
+
+Key = tuple[str | int, ...]
+
+
+def names_in(section: Any, key: Key = ()) -> Iterator[tuple[Key, Any]]:
+    """Every function or "module:name" in a section or in all that is in it, by key."""
+    if isinstance(section, dict):
+        for word, value in section.items():
+            yield from names_in(value, (*key, word))
+    elif isinstance(section, list):
+        for i, value in enumerate(section):
+            yield from names_in(value, (*key, i))
+    elif isinstance(section, BaseModel):
+        marked = fields_of(type(section))
+        for word in type(section).model_fields:
+            value = getattr(section, word)
+            yield from _leaves(value, (*key, word)) if word in marked else names_in(value, (*key, word))
+    elif callable(section):  # handed over as a value that an intervention sets
+        yield key, section
+
+
+def _leaves(value: Any, key: Key) -> Iterator[tuple[Key, Any]]:
+    if isinstance(value, list):
+        for i, inner in enumerate(value):
+            yield from names_in(inner, (*key, i)) if isinstance(inner, BaseModel) else _leaves(inner, (*key, i))
+    elif value is not None and (not isinstance(value, str) or ":" in value):
+        yield key, value
+
+
+def fields_of(model: type[BaseModel]) -> frozenset[str]:
+    """The fields of a model whose values may name code."""
+    return _fields_of(model)
+
+
+@cache
+def _fields_of(model: type[BaseModel]) -> frozenset[str]:
+    return frozenset(
+        name for name, field in model.model_fields.items()
+        if any(isinstance(m, NamesCode) for m in field.metadata) or _marked(field.annotation)
+    )  # fmt: skip
+
+
+def _marked(annotation: Any) -> bool:
+    if get_origin(annotation) is Annotated:
+        inner, *metadata = get_args(annotation)
+        return any(isinstance(m, NamesCode) for m in metadata) or _marked(inner)
+    return any(_marked(part) for part in get_args(annotation))
+
+
+def code_of(config: Any) -> list[str]:
+    """What `code` lists, then the modules of functions that were handed over in Python."""
+    modules = [function_name(value).partition(":")[0] for key, value in names_in(config)
+               if key[0] != "search" and not isinstance(value, str) and function_name(value) not in SHIPPED]  # fmt: skip
+    known = [entry.removesuffix(".py") for entry in config.code]
+    return [*config.code, *(m for m in dict.fromkeys(modules) if m not in known)]

@@ -1,0 +1,291 @@
+"""Code that a world names: a closed list of what is shipped, and files or modules that somebody allowed to run.
+
+A world lists its own code in `code`: files beside it ("sir.py") or installed modules ("mypackage.ecology"). Reading it executes
+nothing: the source text is taken and hashed, and run only once this text was allowed (see trust.py). A file is never found by way of
+Python's module path, and no compiled copy of it is used.
+"""
+
+from __future__ import annotations
+
+import builtins
+import hashlib
+import importlib
+import inspect
+import re
+import sys
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from types import MappingProxyType, ModuleType
+from typing import Any
+
+from ecs_eco.engine import trust
+from ecs_eco.engine.errors import ConfigError, Problem, listed, nearest
+
+SHIPPED = (
+    "ecs_eco.worlds.diel_migration.senses:whim",
+    "ecs_eco.worlds.lamb.systems:Breathe", "ecs_eco.worlds.lamb.systems:Burn", "ecs_eco.worlds.lamb.systems:Suckle",
+)  # fmt: skip
+"""All code of this package that data may name without listing it."""
+ENTRY = re.compile(r"[A-Za-z_][A-Za-z0-9_]*(\.[A-Za-z_][A-Za-z0-9_]*)*")
+LARGEST_FILE = 10_000_000  # bytes
+_loaded: dict[tuple[Source, ...], dict[str, ModuleType]] = {}
+
+
+class CodeError(ConfigError):
+    """Code that data names and that may not run here: it is not listed, not allowed, or cannot be imported."""
+
+
+@dataclass(frozen=True)
+class Source:
+    """A file or a module that a world lists, and its text as it was read; `text` is None where there is no file."""
+
+    entry: str
+    path: str
+    text: bytes | None = field(default=None, repr=False)
+
+    @property
+    def is_file(self) -> bool:
+        """Whether it is a file beside the world, not an installed module."""
+        return self.entry.endswith(".py")
+
+    @property
+    def module(self) -> str:
+        """What stands before the colon in names of what is in it."""
+        return self.entry.removesuffix(".py") if self.is_file else self.entry
+
+    @cached_property
+    def sha256(self) -> str:
+        """Hash of its text; of its name for a module without a file."""
+        return hashlib.sha256(f"module {self.entry}".encode() if self.text is None else self.text).hexdigest()
+
+    def __str__(self) -> str:
+        return f"{self.entry} ({self.path or 'no file'}, SHA-256 {self.sha256})"
+
+
+@dataclass(frozen=True)
+class Code:
+    """What one world lists as its code, and whether all of it may run."""
+
+    sources: tuple[Source, ...] = ()
+    passed_on: bool = False  # allowed in the process that this one got it from
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Code, (self.sources, self.allowed)
+
+    @property
+    def allowed(self) -> bool:
+        """Whether all of it may run: because this process, or its user, allowed these very texts."""
+        return self.passed_on or all(trust.allowed(s.sha256) for s in self.sources)
+
+    def allow(self) -> None:
+        """Allow these texts in this process."""
+        trust.allow(s.sha256 for s in self.sources)
+
+    def pass_on(self) -> None:
+        """In a process that got this from another: what was allowed there is allowed here, in copies of these texts too."""
+        if self.allowed:
+            self.allow()
+
+    def lists(self, name: str) -> bool:
+        """Whether "module:name" is shipped, or its module is listed."""
+        return name in SHIPPED or any(s.module == name.partition(":")[0] for s in self.sources)
+
+    def require(self, where: str = "") -> None:
+        """Raise CodeError unless all of it may run."""
+        if not self.allowed:
+            place = f"{where}: " if where else ""
+            raise CodeError(self.problems(), f"{place}names code that nobody has allowed to run here; nothing of it was run")
+
+    def problems(self) -> list[Problem]:
+        """A problem for each text that is not allowed."""
+        return [Problem(("code", i), f"may not run yet: {s.path or 'no file'}, SHA-256 {s.sha256}", s.entry, HOW)
+                for i, s in enumerate(self.sources) if not (self.passed_on or trust.allowed(s.sha256))]  # fmt: skip
+
+    def function(self, name: Any) -> Any:
+        """What "module:name" stands for; what is no text stays as it is. Raises CodeError, ImportError, AttributeError."""
+        if not isinstance(name, str):
+            return name
+        module, _, attribute = name.partition(":")
+        if name in SHIPPED:
+            return getattr(importlib.import_module(module), attribute)
+        if not self.lists(name):
+            raise CodeError([self.unlisted((), name)])
+        self.require(name)
+        found = getattr(self._modules[module], attribute)
+        if (inspect.isroutine(found) or inspect.isclass(found)) and not self._is_home(module, getattr(found, "__module__", None)):
+            raise AttributeError(f"{module} only imports {attribute}, from {found.__module__}")
+        return found
+
+    def problem(self, key: tuple[str | int, ...], name: Any) -> Problem | None:
+        """What is wrong with a name; None where it is right or may not be looked at."""
+        try:
+            if isinstance(name, str) and not self.lists(name):
+                return self.unlisted(key, name)
+            if isinstance(name, str) and name not in SHIPPED and not self.allowed:
+                return None
+            found = self.function(name)
+        except AttributeError as error:
+            return self._missing(key, str(name), str(error))
+        except Exception as error:
+            return Problem(key, f"cannot be imported: {type(error).__name__}: {error}", name, "code that runs")
+        if not callable(found) and not callable(getattr(found, "process", None)):
+            return Problem(key, f"{name} is no function", name, "a function or a class")
+        return None
+
+    def _missing(self, key: tuple[str | int, ...], name: str, why: str) -> Problem:
+        module, _, attribute = name.partition(":")
+        names = vars(self._modules[module])
+        own = [n for n, f in names.items() if callable(f) and n[0] != "_" and self._is_home(module, getattr(f, "__module__", None))]
+        what = why if "only imports" in why else f"{module} has no function {attribute}"
+        return Problem(key, what, name, listed(own), nearest(attribute, own))
+
+    def known(self, name: Any) -> Any:
+        """What a name stands for, or None where it is wrong or may not be looked at."""
+        hidden = isinstance(name, str) and name not in SHIPPED and not self.allowed
+        return None if hidden or self.problem((), name) is not None else self.function(name)
+
+    def unlisted(self, key: tuple[str | int, ...], name: str) -> Problem:
+        """The problem of a name whose module `code` does not list."""
+        module, known = name.partition(":")[0], [s.module for s in self.sources]
+        allowed = f'a module that `code` lists ({listed(known)}), for example code = ["{module.partition(".")[0]}.py"]'
+        near = next((n for n in SHIPPED if n.lower() == name.lower()), "") or nearest(module, known)
+        return Problem(key, f"names code in {module}, which `code` does not list", name, allowed, near)
+
+    @property
+    def _modules(self) -> dict[str, ModuleType]:
+        if self.sources not in _loaded:
+            _loaded[self.sources] = dict(_load(self.sources))
+        return _loaded[self.sources]
+
+    def _is_home(self, module: str, home: str | None) -> bool:
+        """Whether a function or class of this home is the module's own: of its file, or of its package."""
+        own = self._modules[module].__name__
+        return home is None or home == own or (not own.startswith(PRIVATE) and home.partition(".")[0] == own.partition(".")[0])
+
+
+HOW = "read it; then, if you trust it, the same command with --trust, or trust=True in Python"
+PRIVATE = "_ecs_eco_code_"
+NONE = Code()
+
+
+def handed_over(function: Any) -> Any:
+    """A function as it is; raises CodeError for a name, which only a world can say the meaning of."""
+    return NONE.function(function)
+
+
+def public_module(module: str) -> str:
+    """The module as worlds name it: of a file beside a world, without its private name."""
+    return getattr(sys.modules.get(module), "__public__", module) if module.startswith(PRIVATE) else module
+
+
+def read(entries: Iterable[str], places: Sequence[Path], wanted: Mapping[str, str] = MappingProxyType({})) -> tuple[Code, list[Problem]]:
+    """The code that a world lists, and what is wrong with it; nothing runs.
+
+    A file is that of the first of `places` that has it, or has it with the hash that is `wanted` of it.
+    """
+    sources: list[Source] = []
+    problems = []
+    for i, entry in enumerate(entries):
+        if not ENTRY.fullmatch(entry):
+            continue  # the type of the field says so already
+        source, what = _file(entry, places, wanted.get(entry)) if entry.endswith(".py") else _installed(entry)
+        if source is not None and source.module in [s.module for s in sources]:
+            source, what = None, "another entry has the same module"
+        if source is None:
+            problems.append(Problem(("code", i), what, entry, "a file beside the world file, or an installed module of your own"))
+        else:
+            sources.append(source)
+    return Code(tuple(sources)), problems
+
+
+def _file(entry: str, places: Sequence[Path], wanted: str | None) -> tuple[Source | None, str]:
+    first = None
+    for path in (place / entry for place in places if (place / entry).is_file()):
+        try:
+            if path.stat().st_size > LARGEST_FILE:
+                return None, f"too large: {path.stat().st_size} bytes, and at most {LARGEST_FILE} are read"
+            source = Source(entry, str(path.absolute()), path.read_bytes())
+        except OSError as error:
+            return None, f"cannot be read: {error.strerror or error}"
+        if wanted in (None, source.sha256):
+            return source, ""
+        first = first or source
+    return first, "" if first else f"no such file in {listed(str(place) for place in places)}"
+
+
+def _installed(entry: str) -> tuple[Source | None, str]:
+    if entry.partition(".")[0] in sys.stdlib_module_names and entry != "__main__":
+        return None, "a module of Python itself; write a function in a file of your own"
+    path, text = "", None
+    if entry in sys.modules:
+        path = getattr(sys.modules[entry], "__file__", None) or ""
+    elif (origin := _origin(entry)) is None:
+        return None, "no such installed module"
+    else:
+        path = origin
+    if path:
+        try:
+            text = Path(path).read_bytes()
+        except OSError as error:
+            return None, f"cannot be read: {error.strerror or error}"
+    return Source(entry, path, text), ""
+
+
+def _origin(module: str) -> str | None:
+    """The file of an installed module, found without importing the packages that it is in."""
+    inside, origin = None, None
+    parts = module.split(".")
+    for n in range(1, len(parts) + 1):
+        name, spec = ".".join(parts[:n]), None
+        for finder in sys.meta_path:
+            if (spec := finder.find_spec(name, inside)) is not None:
+                break
+        if spec is None or (spec.submodule_search_locations is None and n < len(parts)):
+            return None
+        inside, origin = spec.submodule_search_locations, spec.origin
+    return origin or ""
+
+
+def _load(sources: tuple[Source, ...]) -> Iterator[tuple[str, ModuleType]]:
+    """Run the texts in their order; a later file may import an earlier one by its name."""
+    digest = hashlib.sha256(" ".join(f"{s.entry} {s.sha256}" for s in sources).encode()).hexdigest()[:16]
+    earlier: dict[str, ModuleType] = {}
+    for source in sources:
+        if source.is_file:
+            earlier[source.module] = _run(source, f"{PRIVATE}{digest}_{source.module}", dict(earlier))
+            yield source.module, earlier[source.module]
+        else:
+            yield source.module, importlib.import_module(source.module)
+
+
+def _run(source: Source, name: str, earlier: dict[str, ModuleType]) -> ModuleType:
+    """Execute the text that was read as a module of a private name, which no other import finds."""
+
+    def find(wanted: str, globals_: Any = None, locals_: Any = None, fromlist: Any = (), level: int = 0) -> Any:
+        if level == 0 and wanted in earlier:
+            return earlier[wanted]
+        return builtins.__import__(wanted, globals_, locals_, fromlist, level)
+
+    module = ModuleType(name)
+    module.__file__, module.__dict__["__public__"] = source.path, source.module
+    module.__dict__["__builtins__"] = {**vars(builtins), "__import__": find}
+    sys.modules[name] = module  # dataclasses and pickle look there
+    try:
+        exec(compile(source.text or b"", source.path, "exec", dont_inherit=True), module.__dict__)
+    except BaseException:
+        del sys.modules[name]
+        raise
+    return module
+
+
+def takes(function: Callable[..., Any], n: int) -> str:
+    """What is wrong with the arguments of a function that is to be called with `n`, or ""; it is not called."""
+    try:
+        inspect.signature(function).bind(*[None] * n)
+    except TypeError as error:
+        return f"is to take {n} arguments: {error}"
+    except ValueError:  # it does not say
+        return ""
+    return ""

@@ -1,0 +1,73 @@
+"""What the person at the keyboard allowed to run: hashes of source texts, for this process, and remembered for this user."""
+
+from __future__ import annotations
+
+import json
+import os
+import tempfile
+import time
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+
+from ecs_eco.engine.errors import ConfigError, Problem
+
+_here: set[str] = set()  # allowed in this process
+
+
+def allowed(sha256: str) -> bool:
+    """Whether a text of this hash may run."""
+    return sha256 in _here or sha256 in remembered()
+
+
+def allowed_here(sha256: str) -> bool:
+    """Whether a text of this hash was allowed in this process itself."""
+    return sha256 in _here
+
+
+def allow(hashes: Iterable[str]) -> None:
+    """Allow texts of these hashes in this process."""
+    _here.update(hashes)
+
+
+def file() -> Path:
+    """The file of this user that remembers what was allowed."""
+    home = os.environ.get("XDG_CONFIG_HOME") or os.path.join(os.path.expanduser("~"), ".config")
+    return Path(home) / "ecs-eco" / "trusted.json"
+
+
+def remembered() -> dict[str, str]:
+    """What was allowed by this user before: hash and path. Nothing where the file is another's, or others may write it."""
+    path = file()
+    try:
+        for place in (path, path.parent):
+            found = place.stat()
+            if os.name == "posix" and (found.st_uid != os.geteuid() or found.st_mode & 0o022):
+                return {}
+        data = json.loads(path.read_bytes())
+        return {str(sha256): str(entry["path"]) for sha256, entry in data["code"].items()}
+    except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
+        return {}
+
+
+def remember(texts: Mapping[str, str]) -> None:
+    """Allow texts, hash and path, in this process and from now on; raises ConfigError where that cannot be written."""
+    allow(texts)
+    since = time.strftime("%Y-%m-%d %H:%M:%S")
+    known = {sha256: {"path": path, "since": since} for sha256, path in {**remembered(), **texts}.items()}
+    path = file()
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
+        path.parent.chmod(0o700)
+        handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=".trusted-")  # of mode 0600
+        try:
+            with os.fdopen(handle, "w", encoding="utf-8") as out:
+                json.dump({"format": 1, "code": known}, out, indent=1)
+                out.flush()
+                os.fsync(out.fileno())
+            os.replace(temporary, path)
+        except BaseException:
+            os.unlink(temporary)
+            raise
+    except OSError as error:
+        what = f"cannot be written: {error.strerror or error}"
+        raise ConfigError([Problem((), what, str(path), "a folder of your own as XDG_CONFIG_HOME", source="--trust")]) from None

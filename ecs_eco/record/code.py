@@ -1,0 +1,71 @@
+"""The code that a run needs: its texts are kept in the run's folder, their hashes in manifest and checkpoints. Data only names it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from ecs_eco.config import WorldConfig, load
+from ecs_eco.config.names import code_of
+from ecs_eco.engine import files
+from ecs_eco.engine.code import Code, Source, read
+from ecs_eco.engine.errors import CheckpointError, RecordingError
+from ecs_eco.engine.trust import allowed_here
+
+FOLDER = "code"  # within a run's
+Noted = list[dict[str, str]]
+
+
+def sources(config: WorldConfig | None, modules: Iterable[str] = ()) -> tuple[Source, ...]:
+    """The code that a world lists, and the modules of what was handed over to it in Python."""
+    listed = () if config is None else config._code.sources
+    known = {s.module for s in listed}
+    more = dict.fromkeys([*(() if config is None else code_of(config)), *modules])
+    return (*listed, *read([m for m in more if m.removesuffix(".py") not in known], [])[0].sources)
+
+
+def noted(found: Iterable[Source]) -> Noted:
+    """What manifest and checkpoint hold of code: what it is called and the hash of its text."""
+    return [{"entry": s.entry, "sha256": s.sha256} for s in found]
+
+
+def keep_copies(found: Iterable[Source], folder: Path) -> None:
+    """Write the files among them into a run's folder."""
+    found = [s for s in found if s.is_file]
+    if found:
+        (folder / FOLDER).mkdir(exist_ok=True)
+        keep_beside(found, folder / FOLDER)
+
+
+def keep_beside(found: Iterable[Source], folder: Path) -> None:
+    """Write the files among them into a folder."""
+    for source in found:
+        if source.is_file and source.text is not None:
+            files.write(folder / source.entry, source.text)
+
+
+def again(listed: Any, places: Sequence[Path], where: str, trust: bool = False) -> Code:
+    """The code that a checkpoint or manifest noted; raises CheckpointError where it is not there, or another and not allowed anew."""
+    try:
+        wanted = {str(n["entry"]): str(n["sha256"]) for n in listed}
+    except (TypeError, KeyError):
+        raise CheckpointError(f"{where}: its list of code is damaged") from None
+    code, problems = read(wanted, places, wanted)
+    if problems:
+        raise CheckpointError(f"{where}: needs code that is not here: {problems[0].value}: {problems[0].what}")
+    if trust:
+        code.allow()
+    elif changed := [s for s in code.sources if s.sha256 != wanted[s.entry] and not allowed_here(s.sha256)]:
+        raise CheckpointError(f"{where}: {changed[0].entry} is another than then: {changed[0].path} has the SHA-256 {changed[0].sha256}, "
+                              f"and then it was {wanted[changed[0].entry]}; put it back, or go on with this one: --trust")  # fmt: skip
+    return code
+
+
+def recorded(path: Path, manifest: Mapping[str, Any], config: Any = None, trust: bool = False) -> WorldConfig:
+    """The world of a recorded run, or `config` in its place, with the code that the run kept; raises ConfigError, RecordingError."""
+    try:
+        again(manifest.get("code", []), [path / FOLDER], str(path), trust)
+    except CheckpointError as error:
+        raise RecordingError(str(error)) from None
+    return load(manifest["config"] if config is None else config, trust=trust, places=[path / FOLDER])

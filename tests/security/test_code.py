@@ -1,0 +1,397 @@
+"""Nothing that is loaded runs code: every key that can name code, each tried with a module that leaves a mark when it is run."""
+
+import copy
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+from pydantic import BaseModel
+from typer.testing import CliRunner
+
+from ecs_eco import World
+from ecs_eco.cli import app
+from ecs_eco.config import WorldConfig, load
+from ecs_eco.config.checks.code import ARGUMENTS
+from ecs_eco.config.edit import as_toml
+from ecs_eco.config.names import fields_of
+from ecs_eco.engine import trust
+from ecs_eco.engine.code import SHIPPED, CodeError
+from ecs_eco.engine.errors import CheckpointError, ConfigError
+from ecs_eco.genomes.operators import SAFE
+from ecs_eco.record import resume, run_to_folder
+from ecs_eco.runs.repeat import repeat
+
+PAYLOAD = """
+from pathlib import Path
+Path({mark!r}).touch()
+from ecs_eco import System, component, f32
+
+class Wait(System):
+    phase = "record"
+
+    def process(self, *_):
+        pass
+
+@component
+class Wool:
+    length: f32 = 0.5  # [m]
+
+def sense(world, table, seekers, out, first):
+    out[:, first] = 0
+
+def react(x):
+    return x[:, :1] * 0
+
+def feel(x):
+    return x[:, 0] * 0
+
+def flow(world, x, y, z):
+    return x * 0, y * 0, z * 0
+
+def mate(one, other):
+    return one, other
+
+def mutate(one):
+    return one,
+
+def judge(series):
+    return 1.0
+"""
+
+SNAIL: dict[str, Any] = {
+    "count": 3, "body": {"radius": 0.1}, "metabolism": {"energy": 0.5}, "sensors": [{"kind": "own", "property": "energy"}],
+    "actions": {"turn": ["left", "none"]}, "locomotion": {"speed": {"still": 0.0}, "turn": 0.1},
+    "genome": {"genes": [{"name": "g", "letters": 4, "low": 0.0, "high": 1.0}], "mutate": {"operator": "mutUniformInt", "indpb": 0.1}},
+}  # fmt: skip
+
+KEYS: dict[str, Any] = {  # a place for each pattern of ARGUMENTS, and what stands there; the module is evil
+    "systems.*": ["evil:Wait"],
+    "species.*.components.*": ["evil:Wool"],
+    "species.*.sensors.*.function": [{"kind": "custom", "function": "evil:sense", "width": 1}],
+    "species.*.reflex.function": {"function": "evil:react"},
+    "species.*.happiness.function": {"function": "evil:feel", "minimum": 0.0},
+    "water.current_function": {"current_function": "evil:flow"},
+    "species.*.genome.mate.operator": {"operator": "evil:mate"},
+    "species.*.genome.mutate.operator": {"operator": "evil:mutate"},
+    "search.objective": "evil:judge",
+    "search.objective.*.of": [{"of": "evil:judge", "weight": 1.0}],
+}
+PLACES = {"species.*.sensors.*.function": "sensors", "species.*.components.*": "components", "species.*.reflex.function": "reflex",
+          "species.*.happiness.function": "happiness"}  # fmt: skip
+
+
+def world_of(pattern: str, **more: Any) -> dict[str, Any]:
+    """A world that names code at one key."""
+    snail, value = copy.deepcopy(SNAIL), copy.deepcopy(KEYS[pattern])
+    data: dict[str, Any] = {"format": 1, "name": "garden", "ticks": 20, "space": {"size": [9.0, 9.0]}, "species": {"snail": snail}} | more
+    if pattern in PLACES:
+        snail[PLACES[pattern]] = value
+    elif ".genome." in pattern:
+        snail["genome"][pattern.split(".")[3]] = value
+    elif pattern == "systems.*":
+        data["systems"] = value
+    elif pattern.startswith("water"):
+        data |= {"space": {"size": [9.0, 9.0, 9.0]}, "water": value}
+    else:
+        data["search"] = {"objective": value}
+    return data
+
+
+@pytest.fixture
+def mark(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """What the module `evil`, beside the world file and on Python's own path, leaves when it is run; and a user who allowed nothing."""
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "config"))
+    monkeypatch.setattr(trust, "_here", set())
+    (tmp_path / "evil.py").write_text(PAYLOAD.format(mark=str(tmp_path / "mark")), encoding="utf-8")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    monkeypatch.delitem(sys.modules, "evil", raising=False)
+    return tmp_path / "mark"
+
+
+def written(folder: Path, data: dict[str, Any]) -> Path:
+    path = folder / "world.toml"
+    path.write_text(as_toml(data), encoding="utf-8")
+    return path
+
+
+def models(model: type[BaseModel], seen: set[type]) -> set[type]:
+    """All models that are reached from one."""
+    def inside(annotation: Any) -> None:
+        if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+            models(annotation, seen)
+        for part in getattr(annotation, "__args__", ()):
+            inside(part)
+
+    if model not in seen:
+        seen.add(model)
+        for field in model.model_fields.values():
+            inside(field.annotation)
+    return seen
+
+
+def test_every_field_that_may_name_code_is_in_the_table() -> None:
+    fields = {name for model in models(WorldConfig, set()) for name in fields_of(model)}
+    assert fields == {"systems", "components", "function", "current_function", "operator", "objective", "of"}
+    assert {p.removesuffix(".*").rpartition(".")[2] for p in ARGUMENTS} == fields
+    assert set(KEYS) == set(ARGUMENTS)
+
+
+@pytest.mark.parametrize("pattern", KEYS)
+def test_code_that_is_not_listed_is_refused_and_not_imported(pattern: str, mark: Path) -> None:
+    path = written(mark.parent, world_of(pattern))
+    with pytest.raises(ConfigError, match="`code` does not list"):
+        load(path)
+    with pytest.raises(ConfigError, match="`code` does not list"):
+        load(path, trust=True)
+    assert not mark.exists()
+    assert "evil" not in sys.modules
+
+
+@pytest.mark.parametrize("pattern", KEYS)
+def test_listed_code_waits_until_it_is_allowed(pattern: str, mark: Path) -> None:
+    path = written(mark.parent, world_of(pattern, code=["evil.py"]))
+    config = load(path)  # all the rest is right
+    with pytest.raises(CodeError, match=r"nobody has allowed[\s\S]*SHA-256[\s\S]*--trust"):
+        World.from_config(config)
+    assert not mark.exists()
+    World.from_config(path, trust=True, record=False).run(1)
+    assert mark.exists() or pattern.startswith("search")  # a run needs no objective
+    assert "evil" not in sys.modules
+
+
+@pytest.mark.parametrize("pattern", [p for p in KEYS if p != "systems.*"])
+def test_an_intervention_from_outside_names_no_code(pattern: str, mark: Path) -> None:
+    value = KEYS[pattern]
+    key = {"water.current_function": "water.current_function", "search.objective": "search.objective"}.get(
+        pattern, pattern.replace("*", "snail", 1).removesuffix(".*"))  # fmt: skip
+    world = World.from_config(written(mark.parent, world_of("systems.*", code=["evil.py"])), trust=True, record=False)
+    mark.unlink(missing_ok=True)
+    text = json.dumps(value).split('"evil:')[1].partition('"')[0]
+    for name in (f"evil:{text}", "os:system", "pydoc:pipepager"):
+        before = world.digest()
+        with pytest.raises((ConfigError, ValueError)):
+            world.intervene({"kind": "set", "set": {key: name}})
+        assert world.digest() == before
+    assert not mark.exists()
+
+
+def test_an_operator_set_from_outside_is_refused_for_naming_code(mark: Path) -> None:
+    path = written(mark.parent, world_of("species.*.genome.mutate.operator", code=["evil.py"]))
+    world = World.from_config(path, trust=True, record=False)
+    with pytest.raises(ConfigError, match="names no code"):
+        world.intervene({"kind": "set", "set": {"species.snail.genome.mate": {"operator": "evil:mate"}}})
+    world.intervene({"kind": "set", "set": {"species.snail.genome.mutate": {"operator": "mutInversion"}}})
+
+
+def test_operators_of_deap_are_named_from_a_closed_list_and_checked_without_a_call(monkeypatch: pytest.MonkeyPatch) -> None:
+    from deap import tools
+
+    def called(*_: Any, **__: Any) -> Any:
+        raise AssertionError("an operator was called to check a world")
+
+    for names in SAFE.values():
+        for name in names:
+            monkeypatch.setattr(tools, name, called)
+    data = world_of("systems.*") | {"systems": []}
+    load(data)
+    for operator, word in ((("mutUniformInt", {"indpd": 0.1}), "indpb"), (("mutUniformInt", {"indpb": 0.1, "low": 3, "up": 1}), "above up"),
+                           (("tools", {}), "unknown"), (("mutInversion", {"cmd": "ls"}), "unexpected")):  # fmt: skip
+        data["species"]["snail"]["genome"]["mutate"] = {"operator": operator[0], **operator[1]}
+        with pytest.raises(ConfigError, match=word):
+            load(data)
+
+
+@pytest.mark.parametrize("entry", ["pydoc", "os", "os.path", "subprocess", "../evil.py", "/evil.py", "sub/evil.py", "no.py", "no.such"])
+def test_what_is_no_file_beside_the_world_nor_an_installed_module_of_ones_own_is_refused(entry: str, mark: Path) -> None:
+    with pytest.raises(ConfigError, match="code"):
+        load(written(mark.parent, world_of("systems.*", code=[entry]) | {"systems": []}))
+
+
+def test_packages_are_not_imported_to_find_a_module_in_them(mark: Path) -> None:
+    package = mark.parent / "evilpackage"
+    package.mkdir()
+    for name in ("__init__.py", "ecology.py"):
+        (package / name).write_text(PAYLOAD.format(mark=str(mark)), encoding="utf-8")
+    data = world_of("systems.*", code=["evilpackage.ecology"]) | {"systems": ["evilpackage.ecology:Wait"]}
+    load(data)
+    assert not mark.exists()
+    World.from_config(data, trust=True, record=False)
+    assert mark.exists()
+
+
+def test_a_file_is_run_as_it_was_read_and_no_compiled_copy_is_taken(mark: Path) -> None:
+    import py_compile
+
+    harmless = "from ecs_eco import System\nclass Wait(System):\n    phase = 'record'\n    def process(self, *_): pass\n"
+    cached = mark.parent / "__pycache__" / f"evil.{sys.implementation.cache_tag}.pyc"
+    py_compile.compile(str(mark.parent / "evil.py"), str(cached), invalidation_mode=py_compile.PycInvalidationMode.UNCHECKED_HASH)
+    (mark.parent / "evil.py").write_text(harmless, encoding="utf-8")
+    config = load(written(mark.parent, world_of("systems.*", code=["evil.py"])), trust=True)
+    (mark.parent / "evil.py").write_text(PAYLOAD.format(mark=str(mark)), encoding="utf-8")
+    World.from_config(config, record=False).run(1)
+    assert not mark.exists()
+
+
+def test_what_a_file_only_imports_cannot_be_named(mark: Path) -> None:
+    (mark.parent / "tools.py").write_text("from os import system\n", encoding="utf-8")
+    data = world_of("species.*.happiness.function", code=["tools.py"])
+    data["species"]["snail"]["happiness"]["function"] = "tools:system"
+    with pytest.raises(ConfigError, match="only imports system"):
+        load(written(mark.parent, data), trust=True)
+
+
+def test_a_file_imports_those_listed_before_it_and_shadows_no_other_module(mark: Path) -> None:
+    (mark.parent / "json.py").write_text("def dumps(x): return x * 0\n", encoding="utf-8")
+    (mark.parent / "later.py").write_text("def feel(x):\n    import json\n    return json.dumps(x)[:, 0]\n", encoding="utf-8")
+    data = world_of("species.*.happiness.function", code=["json.py", "later.py"])
+    data["species"]["snail"]["happiness"]["function"] = "later:feel"
+    World.from_config(written(mark.parent, data), trust=True, record=False).run(2)
+    assert json.dumps([1]) == "[1]"
+
+
+@pytest.mark.parametrize(("name", "text", "word"), [
+    ("evil:feel", "def feel(x, y): return x", "is to take 1 arguments"), ("evil:fel", "def feel(x): return x", 'did you mean "feel"'),
+    ("evil:feel", "def feel(x) return", "cannot be imported: SyntaxError"), ("evil:feel", "feel = 3", "is no function"),
+])  # fmt: skip
+def test_allowed_code_is_looked_at(name: str, text: str, word: str, mark: Path) -> None:
+    (mark.parent / "evil.py").write_text(text, encoding="utf-8")
+    data = world_of("species.*.happiness.function", code=["evil.py"])
+    data["species"]["snail"]["happiness"]["function"] = name
+    path = written(mark.parent, data)
+    load(path)
+    with pytest.raises(ConfigError, match=word):
+        load(path, trust=True)
+
+
+def test_shipped_code_needs_no_permission_and_is_a_closed_list(mark: Path) -> None:
+    for name in SHIPPED:
+        assert load("lamb").function(name).__name__ == name.partition(":")[2]
+    with pytest.raises(ConfigError, match="does not list"):
+        load(world_of("systems.*") | {"systems": ["ecs_eco.worlds.lamb.systems:np"]})
+    assert load("lamb").resolved().get("code") is None
+
+
+# --- the command line ---------------------------------------------------------------------------------------------------
+
+
+def cli(*arguments: Any) -> Any:
+    return CliRunner().invoke(app, [str(a) for a in arguments])
+
+
+def test_check_looks_at_no_code_and_says_so_until_it_is_trusted(mark: Path) -> None:
+    path = written(mark.parent, world_of("systems.*", code=["evil.py"]))
+    done = cli("check", path)
+    assert done.exit_code == 0
+    assert "NOT looked at" in done.output
+    assert not mark.exists()
+    done = cli("check", path, "--trust")
+    assert done.exit_code == 0, done.output
+    assert "Allowed to run" in done.output
+    assert "evil.py" in done.output
+    assert mark.exists()
+
+
+def test_run_refuses_lists_and_remembers_until_the_file_changes(mark: Path) -> None:
+    path, out = written(mark.parent, world_of("systems.*", code=["evil.py"])), mark.parent / "out"
+    refused = cli("run", path, "--ticks", "2", "--out", out, "-q", "--no-report")
+    assert refused.exit_code == 2
+    assert [word for word in (str(mark.parent / "evil.py"), "SHA-256", "--trust") if word not in refused.output] == []
+    assert not mark.exists()
+    assert not out.exists()
+    assert cli("run", path, "--ticks", "2", "--out", out, "-q", "--no-report", "--trust").exit_code == 0
+    assert (out / "code" / "evil.py").read_bytes() == (mark.parent / "evil.py").read_bytes()
+    trust._here.clear()  # a new process
+    assert cli("run", path, "--ticks", "2", "--out", mark.parent / "second", "-q", "--no-report").exit_code == 0
+    with open(mark.parent / "evil.py", "a", encoding="utf-8") as file:
+        file.write("\n# another\n")
+    assert cli("run", path, "--ticks", "2", "--out", mark.parent / "third", "-q", "--no-report").exit_code == 2
+    assert trust.file().stat().st_mode & 0o777 == 0o600
+    assert trust.file().parent.stat().st_mode & 0o777 == 0o700
+
+
+def test_what_others_may_write_allows_nothing(mark: Path) -> None:
+    trust.remember({"0" * 64: "/somewhere"})
+    trust._here.clear()
+    assert trust.allowed("0" * 64)
+    trust.file().chmod(0o666)
+    assert not trust.allowed("0" * 64)
+
+
+def test_check_imports_nothing_but_this_package(mark: Path) -> None:
+    path = written(mark.parent, world_of("systems.*", code=["evil.py"]))
+    script = ("import sys; from ecs_eco.cli import app; from ecs_eco.config import load\n"
+              f"load({str(path)!r})\nprint(sorted(m for m in sys.modules if 'evil' in m or 'ecs_eco_code' in m))")  # fmt: skip
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True,
+                          env={**os.environ, "PYTHONPATH": str(mark.parent)})  # fmt: skip
+    assert done.stdout.strip() == "[]"
+    assert not mark.exists()
+
+
+# --- checkpoints, manifests, recordings ---------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def run(mark: Path) -> Path:
+    """A recorded run of a world with code, moved to another folder; nobody here allowed it."""
+    path = written(mark.parent, world_of("species.*.happiness.function", code=["evil.py"]))
+    run_to_folder(path, ticks=6, out=mark.parent / "run", report=False, checkpoint_every=2, trust=True)
+    moved = mark.parent / "elsewhere"
+    (mark.parent / "run").rename(moved)
+    (mark.parent / "evil.py").unlink()
+    path.unlink()
+    trust._here.clear()
+    from ecs_eco.engine import code
+
+    code._loaded.clear()
+    mark.unlink()
+    return moved
+
+
+def test_a_run_is_resumed_and_repeated_once_its_code_is_allowed(run: Path, mark: Path) -> None:
+    checkpoint = sorted((run / "checkpoints").iterdir())[0]
+    for attempt in (lambda: resume(run, 8), lambda: repeat(run), lambda: World.restore(checkpoint)):
+        with pytest.raises(CodeError, match="nobody has allowed"):
+            attempt()
+    assert not mark.exists()
+    assert repeat(run, trust=True)["same"]
+    assert resume(run, 8, report=False, trust=True)["done"] == 8
+    assert mark.exists()
+
+
+def test_code_that_was_changed_since_is_refused_by_name(run: Path, mark: Path) -> None:
+    with open(run / "code" / "evil.py", "a", encoding="utf-8") as file:
+        file.write("\n# another\n")
+    checkpoint = sorted((run / "checkpoints").iterdir())[0]
+    with pytest.raises(CheckpointError, match=r"evil\.py is another than then"):
+        World.restore(checkpoint)
+    with pytest.raises(ValueError, match=r"evil\.py is another than then"):
+        repeat(run)
+    assert not mark.exists()
+    assert World.restore(checkpoint, trust=True).run(1)
+
+
+def test_a_manifest_that_names_other_code_is_refused(run: Path, mark: Path) -> None:
+    from ecs_eco.record import seal
+
+    manifest = {k: v for k, v in seal.read_manifest(run).items() if k != seal.WORD}
+    manifest["config"]["species"]["snail"]["genome"]["mutate"] = {"operator": "pydoc:pipepager", "cmd": f"touch {mark}-too"}
+    seal.write_manifest(run, manifest)
+    for attempt in (lambda: repeat(run), lambda: repeat(run, trust=True)):
+        with pytest.raises(ConfigError, match="does not list"):
+            attempt()
+    assert not mark.with_name("mark-too").exists()
+
+
+def test_workers_get_the_permission_with_the_world(mark: Path) -> None:
+    config = load(written(mark.parent, world_of("species.*.happiness.function", code=["evil.py"])), trust=True)
+    carried = copy.copy(config._code)  # by the way that a pool of processes takes
+    read_again = load(written(mark.parent, world_of("species.*.happiness.function", code=["evil.py"])))._code
+    trust._here.clear()
+    assert carried.allowed
+    assert not read_again.allowed
+    carried.pass_on()
+    assert read_again.allowed
