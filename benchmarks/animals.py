@@ -54,7 +54,7 @@ def measure(animals: int, threads: int, learn: bool) -> dict[str, object]:
            "neighbours in reach": round(in_reach(world, "grazer"), 1),
            "ns per animal and tick": best / n * 1e9, "M organism-steps/s": n / best / 1e6}
     if learn:
-        row["rollout bytes per transition"] = world.tables["grazer"].traits["nerves"].learner.rollout.nbytes_per_transition
+        row["rollout bytes per transition"] = world.tables["grazer"].species.nerves.learner.rollout.nbytes_per_transition
     return row
 
 

@@ -36,8 +36,8 @@ def timed(world: World) -> Counter[str]:
     for system in world.systems:
         watch(system, "process", type(system).__name__)
     for table in world.tables.values():
-        if "nerves" in table.traits:
-            watch(table.traits["nerves"].brain, "forward", "of Decide: the networks")
+        if table.species.nerves is not None:
+            watch(table.species.nerves.brain, "forward", "of Decide: the networks")
     for method in ("flush_deaths", "flush_births"):
         watch(world, method, method)
     watch(world, "index", "of several: neighbour indexes")

@@ -46,7 +46,7 @@ def sizes(animals: int, place: Path) -> list[dict[str, Any]]:
     config = _bench.savanna(animals, plants_per_animal=0.1)
     rows = [one(World.from_config(config, seed=1, policies="untrained", training=True).run(3), "off", place)]
     world = World.from_config(config, seed=1, policies="untrained", training=True, learn=True)
-    horizon = world.tables["grazer"].traits["nerves"].learner.ppo.horizon
+    horizon = world.tables["grazer"].species.nerves.learner.ppo.horizon
     rows.append(one(world, "on, rollout empty", place))
     rows.append(one(world.run(horizon // 2), "on, rollout half full", place))
     rows.append(one(world.run(horizon - horizon // 2), "on, rollout full", place))

@@ -40,7 +40,7 @@ def main() -> None:
     gc.collect()
     total = resident() - before
     columns = sum(t.nbytes for name, t in world.tables.items() if name != "plant")
-    rollout = small.tables["grazer"].traits["nerves"].learner.rollout.nbytes_per_transition
+    rollout = small.tables["grazer"].species.nerves.learner.rollout.nbytes_per_transition
     rows = [{"animals": n, "columns [B/animal]": columns / n, "process without handles [B/animal]": without / n,
              "process with esper entities [B/animal]": total / n, "goal [B/animal]": 2048, "rollout [B/transition]": rollout}]
     _bench.save("memory", "Memory per animal, 24 observations, outside the rollout", rows)

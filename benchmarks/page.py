@@ -63,7 +63,7 @@ def made(organisms: int) -> World:
     animals = round(organisms * ANIMALS)
     for name, n, parts in (("plant", organisms - animals, (Position, Biology)), ("animal", animals, (Position, Velocity, Biology))):
         table = world.add_table(name, *parts)
-        table.traits |= {"color": "#1a9641" if name == "plant" else "#d95f02", "radius": 0.3}
+        table.species.color, table.species.radius = "#1a9641" if name == "plant" else "#d95f02", 0.3
         table.request(np.zeros(n, np.uint64), {(Position, axis): (rng.random(n) * side).astype(np.float32) for axis in "xy"})
     world.flush()
     world.add_system(Wander())

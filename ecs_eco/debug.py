@@ -135,7 +135,7 @@ class Before:
 
     def fail(self, table: Any, what: str, kind: type[DebugError] = DebugError) -> NoReturn:
         """Raise with the place: the system, the tick, the species."""
-        where = "" if table is None else f", {'objects' if table.traits.get('object') else 'species'} {table.name!r}"
+        where = "" if table is None else f", {'objects' if table.species.is_object else 'species'} {table.name!r}"
         raise kind(f"after {self.name}, tick {self.world.tick}{where}: {what}")
 
     def compare(self) -> None:
@@ -290,7 +290,7 @@ class Before:
                                  "but table.version is the same; say `table.version += 1`, or neighbours are looked for where they were")
 
     def _nerves(self, table: Any) -> None:
-        nerves = table.traits.get("nerves")
+        nerves = table.species.nerves
         x, rows, brain = getattr(nerves, "x", None), getattr(nerves, "rows", None), getattr(nerves, "brain", None)
         if x is not None and rows is not None and not np.isfinite(x).all():
             bad = np.argwhere(~np.isfinite(x))

@@ -54,9 +54,9 @@ def _values(world: Any) -> Any:
 
 
 def _species(table: Any) -> dict[str, Any]:
-    nerves = table.traits.get("nerves")
+    nerves = table.species.nerves
     return {
-        "components": [c.__name__ for c in table.columns], "barren": bool(table.traits.get("barren")),
+        "components": [c.__name__ for c in table.columns], "barren": bool(table.species.barren),
         "learning": bool(nerves is not None and nerves.learning), "policy": bool(nerves is not None and nerves.policy),
         "births": [[second is not None, [f"{c.__name__}.{f}" for c, f in values]] for _, second, values in table.births],
     }  # fmt: skip
@@ -88,7 +88,7 @@ def _arrays(world: Any) -> Iterator[tuple[str, np.ndarray]]:
 def _states(world: Any) -> Iterator[tuple[str, np.ndarray]]:
     """Yield the states of traits, systems, terrain and of the user's plain components."""
     for table in world.tables.values():
-        for key, part in sorted(table.traits.items()):
+        for key, part in sorted(table.parts().items()):
             if callable(getattr(part, "by_uid", None)):
                 yield from _named(f"{table.name} {key}", part.by_uid(table.by_uid()))
             elif callable(getattr(part, "state", None)) and not isinstance(part, type):

@@ -18,6 +18,7 @@ from ecs_eco.engine.errors import UnknownName, unknown_name
 from ecs_eco.engine.schema import Handle
 from ecs_eco.engine.system import PHASES, System
 from ecs_eco.engine.table import Table
+from ecs_eco.lifecycle.species import Species
 from ecs_eco.space import Index, Space, gate
 
 _serial = itertools.count(1)
@@ -100,6 +101,7 @@ class World:
         if name in self.tables:
             raise ValueError(f"table {name!r} exists already; choose another name")
         table = Table(name, components, capacity=capacity, dims=dims, place=len(self.tables))
+        table.species = Species()
         self.tables[name] = table
         return table
 

@@ -11,7 +11,7 @@ CHANNELS = ("touch_udder", "touch_water", "glucose", "oxygen")
 def watch(world: World, seconds: int) -> None:
     """Print what the first lamb senses and does."""
     lambs = world.table("lamb")
-    nerves, row = lambs.traits["nerves"], lambs.by_uid()[0]
+    nerves, row = lambs.species.nerves, lambs.by_uid()[0]
     print(f"{'second':>6}  {'  '.join(CHANNELS)}  does")
     for _ in range(seconds):
         world.run(1)

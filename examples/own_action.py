@@ -17,7 +17,7 @@ class Shelter(System):
     acts = ("shelter",)  # species may have a group of actions of this name
 
     def update(self, table, world) -> None:
-        out = table.traits["nerves"].doing(table, "stay")
+        out = table.species.nerves.doing(table, "stay")
         m, gain = table[Metabolism], np.float32(0.002 * world.dt)
         m.energy[out] += gain
         m.taken[out] += gain
@@ -55,6 +55,6 @@ if __name__ == "__main__":
         share = {}
         for weather in ("sun", "hail"):
             world.run(10)
-            share[weather] = snails.traits["nerves"].doing(snails, "hide").sum() / snails.n
+            share[weather] = snails.species.nerves.doing(snails, "hide").sum() / snails.n
         print(f"tick {world.tick:3}: {share['hail']:4.0%} hide in hail, {share['sun']:4.0%} in the sun")
         world.run(180)

@@ -42,7 +42,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
     for table in shuffled.tables.values():
         table.reorder(generator.permutation(table.rows()))
     shuffled.run(config["ticks"])
-    deer = learning[0].tables["deer"].traits["nerves"].learner
+    deer = learning[0].tables["deer"].species.nerves.learner
     return {
         "learning, threads 1, 2, 1": [w.digest() for w in learning], "learning off, threads 1, 2": [w.digest() for w in frozen],
         "learning off, rows shuffled": shuffled.digest(), "updates of the deer's policy": deer.updates,

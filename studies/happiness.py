@@ -75,7 +75,7 @@ def genes(world: Any) -> dict[str, float]:
     for species, names in GENES.items():
         table = world.tables[species]
         rows = table.rows()
-        values = table.traits["heredity"].layout.decode(table[Genome].loci[rows])
+        values = table.species.heredity.layout.decode(table[Genome].loci[rows])
         out |= {f"{species}.{n}": float(values[n].mean(dtype=np.float64)) if rows.size else np.nan for n in names}
     return out
 

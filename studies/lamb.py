@@ -34,7 +34,7 @@ class Watch(System):
 
     def update(self, table: Any, world: Any) -> None:
         """Count one tick of the lambs; `x` is what they sensed before they decided and moved."""
-        nerves, rows = table.traits["nerves"], table.traits["nerves"].rows
+        nerves, rows = table.species.nerves, table.species.nerves.rows
         if not rows.size:
             return
         self.first = self.first or int(table.uid[rows].min())

@@ -54,7 +54,7 @@ def hunts(world: Any, days: int) -> dict[str, Any]:
     from ecs_eco.nervous.thoughts import thinkers
 
     krill, day = world.tables["krill"], round(world.config.sun.day / world.dt)
-    nerves = krill.traits["nerves"]
+    nerves = krill.species.nerves
     near, fast = list(nerves.channels).index("copepod_near"), nerves.actions.index(("speed", "chase"))
     chases, ticks = np.zeros(2), np.zeros(2)
     for _ in range(days * day):

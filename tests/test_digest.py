@@ -150,7 +150,7 @@ def test_what_is_emitted_after_the_fields_turn_is_saved(tmp_path):
 
 def test_reordered_rows_change_nothing_of_a_world_that_learns():
     plain, moved = small(learn=True), small(learn=True)
-    horizon = plain.tables["deer"].traits["nerves"].learner.ppo.horizon
+    horizon = plain.tables["deer"].species.nerves.learner.ppo.horizon
     plain.run(horizon // 2)
     moved.run(horizon // 2)
     shuffle(moved, 4)
@@ -159,7 +159,7 @@ def test_reordered_rows_change_nothing_of_a_world_that_learns():
         plain.run(ticks)
         shuffle(moved.run(ticks), ticks)
         assert moved.digest() == plain.digest()
-    assert plain.tables["deer"].traits["nerves"].learner.updates == 1
+    assert plain.tables["deer"].species.nerves.learner.updates == 1
 
 
 def test_reorder_refuses_what_are_not_the_living_rows():
@@ -182,8 +182,8 @@ def test_a_part_of_a_table_may_follow_its_rows():
 
     world = World()
     table = world.add_table("ant", Biology)
-    table.traits["marks"] = Marks()
+    table.own["marks"] = Marks()
     world.spawn("ant", n=3)
     world.flush()
     table.reorder(np.array([2, 0, 1]))
-    assert table.traits["marks"].mark[:3].tolist() == [2, 0, 1]
+    assert table.own["marks"].mark[:3].tolist() == [2, 0, 1]

@@ -18,7 +18,7 @@ class Shelter(System):
     acts = ("shelter",)
 
     def update(self, table: Any, world: Any) -> None:
-        table.traits["sheltered"] = table.traits.get("sheltered", 0) + 1
+        table.own["sheltered"] = table.own.get("sheltered", 0) + 1
 
 
 def content(x: np.ndarray) -> np.ndarray:
@@ -70,13 +70,13 @@ def test_wrong_actions_of_a_group_of_ones_own_are_refused(actions: list[str], wh
 @pytest.mark.parametrize("system", ["my_garden:Shelter", Shelter])
 def test_a_system_of_a_world_file_acts_in_its_phase(system: Any) -> None:
     world = World.from_config(world_of() | {"systems": [system], "code": ["my_garden"]}, trust=True).run(2)
-    assert world.table("snail").traits["sheltered"] == 2
+    assert world.table("snail").own["sheltered"] == 2
 
 
 def test_systems_are_added_to_a_shipped_world_and_to_a_loaded_one() -> None:
     for config in ("predator-prey", load("predator-prey")):
         world = World.from_config(config, policies="random", systems=[Shelter()]).run(1)
-        assert world.table("deer").traits["sheltered"] == 1
+        assert world.table("deer").own["sheltered"] == 1
 
 
 @pytest.mark.usefixtures("module")
@@ -120,17 +120,17 @@ def decided(*rows: tuple[int, int, int], **snail: Any) -> Any:
 
 def test_of_a_group_the_first_action_that_is_on_is_done() -> None:
     table = decided((1, 1, 1), (0, 1, 1), (0, 0, 1), (0, 0, 0))
-    done = {a: table.traits["nerves"].doing(table, a)[:4].tolist() for a in ("stay", "hide", "shelter.dig")}
+    done = {a: table.species.nerves.doing(table, a)[:4].tolist() for a in ("stay", "hide", "shelter.dig")}
     assert done == {"stay": [1, 0, 0, 0], "hide": [0, 1, 0, 0], "shelter.dig": [0, 0, 1, 0]}
 
 
 def test_the_neutral_action_is_done_where_none_is_on() -> None:
     table = decided((0, 0, 0), (0, 0, 1), neutral={"shelter": "hide"})
-    assert table.traits["nerves"].doing(table, "hide")[:2].tolist() == [True, False]
-    assert table.traits["nerves"].doing(table, "hide").sum() == 1, "free rows do nothing"
+    assert table.species.nerves.doing(table, "hide")[:2].tolist() == [True, False]
+    assert table.species.nerves.doing(table, "hide").sum() == 1, "free rows do nothing"
 
 
 def test_asking_for_an_unknown_action_names_the_right_one() -> None:
     table = decided((0, 0, 0))
     with pytest.raises(KeyError, match=r"did you mean \"shelter.hide\""):
-        table.traits["nerves"].doing(table, "shelter.hyde")
+        table.species.nerves.doing(table, "shelter.hyde")

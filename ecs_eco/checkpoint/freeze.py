@@ -151,7 +151,7 @@ def _freeze_table(table: Any, arrays: Arrays) -> dict[str, Any]:
         for (component, field), array in values.items():
             arrays[f"{prefix}/births/{i}/{component.__name__}.{field}"] = np.asarray(array, table.defaults[component][field].dtype)
         births.append({"second": second is not None, "values": [f"{c.__name__}.{f}" for c, f in values]})
-    nerves = table.traits.get("nerves")
+    nerves = table.species.nerves
     return {"columns": columns, "capacity": table.capacity, "births": births, "learning": bool(nerves is not None and nerves.learning)}
 
 
@@ -216,7 +216,7 @@ def _words(names: Sequence[str]) -> str:
 
 def stateful(world: Any) -> dict[str, Any]:
     """Return everything that has state() and load(), by a name that follows from how the world is built."""
-    found = {f"table/{t.name}/trait/{key}": part for t in world.tables.values() for key, part in sorted(t.traits.items()) if _has(part)}
+    found = {f"table/{t.name}/trait/{key}": part for t in world.tables.values() for key, part in sorted(t.parts().items()) if _has(part)}
     found |= {f"system/{i}/{type(s).__name__}": s for i, s in enumerate(world.systems) if _has(s) and s is not world.recorder}
     if _has(world.terrain):
         found["terrain"] = world.terrain

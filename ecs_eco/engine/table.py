@@ -43,7 +43,8 @@ class Table:
         self.defaults: dict[type[Any], dict[str, np.ndarray]] = {}
         self.births: list[tuple[np.ndarray, np.ndarray | None, dict[tuple[type, str], np.ndarray]]] = []
         self.limits: dict[bool, Any] = {}  # of its fields, as the gate knows them
-        self.traits: dict[str, Any] = {}  # what its systems keep per species: never per organism
+        self.species: Any = None  # what all entities of the table have alike: a lifecycle.Species in an ecosystem
+        self.own: dict[str, Any] = {}  # what systems of your own keep of all of them; saved if it has state() and load()
         for component in components:
             self.add_component(component)
 
@@ -179,11 +180,20 @@ class Table:
                 else:
                     setattr(columns, field, array[order])
         self.entity_uid[:] = np.where(self.entity_uid != 0, np.uint64(0xFFFFFFFFFFFFFFFF), self.entity_uid)
-        for part in self.traits.values():
+        for part in self.parts().values():
             if callable(getattr(part, "reorder", None)):
                 part.reorder(order)
         self.high = self.n
         self.version += 1
+
+    @property
+    def waiting(self) -> int:
+        """How many births have been asked for that have not taken effect yet."""
+        return sum(parents.size for parents, _, _ in self.births)
+
+    def parts(self) -> dict[str, Any]:
+        """Return by name what is kept of all entities alike and may have a state of its own."""
+        return (self.species.parts() if self.species is not None else {}) | self.own
 
     @property
     def nbytes(self) -> int:

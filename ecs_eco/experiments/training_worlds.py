@@ -49,15 +49,15 @@ class TrainingWorlds:
 
     def brains(self) -> dict[str, Any]:
         """Return the networks that learn, by species."""
-        nerves = {name: t.traits["nerves"] for name, t in self.worlds[0].tables.items() if "nerves" in t.traits}
+        nerves = {name: t.species.nerves for name, t in self.worlds[0].tables.items() if t.species.nerves is not None}
         return {name: n.brain for name, n in nerves.items() if n.brain is not None}
 
     def reports(self) -> dict[str, dict[str, float | None]]:
         """Return what the last update of each species said; nothing where there was none, None for what it could not say."""
         found = {}
         for name, table in self.worlds[0].tables.items():
-            if "nerves" in table.traits and table.traits["nerves"].learning:
-                reports = [w.tables[name].traits["nerves"].reports for w in self.worlds]
+            if table.species.nerves is not None and table.species.nerves.learning:
+                reports = [w.tables[name].species.nerves.reports for w in self.worlds]
                 last: dict[str, float] = max((r[-1] for r in reports if r), key=lambda r: r["tick"], default={})
                 found[name] = {k: v if np.isfinite(v) else None for k, v in last.items()}
         return found
@@ -108,14 +108,14 @@ class TrainingWorlds:
             self._share()
         for name, learner in self.learners.items():
             for i, world in enumerate(self.worlds):
-                self._hand(world.tables[name].traits["nerves"], name, learner, i)
+                self._hand(world.tables[name].species.nerves, name, learner, i)
 
     def _share(self) -> None:
         """Make one learner of each species: that of the first world, shared where there are several."""
         from ecs_eco.learning.shared import SharedLearner
 
         for name, table in self.worlds[0].tables.items():
-            learner = table.traits["nerves"].learner if "nerves" in table.traits else None
+            learner = table.species.nerves.learner if table.species.nerves is not None else None
             if learner is not None:
                 self.learners[name] = SharedLearner(learner, self.plan.worlds)
 

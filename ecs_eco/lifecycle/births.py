@@ -27,12 +27,18 @@ def life_history(table: Any, way: Any) -> tuple[Any, ...]:
     if LifeHistory in table:
         h = table[LifeHistory]
         return True, h.age_min, h.energy_min, h.energy_given, h.litter, h.choice
-    known = table.traits.get("life history")
+    known = table.species.life_history
     if known is None or known[0] is not way:
         values = (np.array([v], np.float32) for v in (way.age_min, way.energy_min, way.energy_given, way.litter))
         choice = np.array([CHOICES.index(getattr(way, "choice", "nearest"))], np.uint8)
-        known = table.traits["life history"] = (way, (False, *values, choice))
+        known = table.species.life_history = (way, (False, *values, choice))
     return known[1]
+
+
+def room(table: Any, wanted: int) -> int:
+    """Return how many of `wanted` newborn there is room for: `max_count` less the living and those that wait to be born."""
+    most = table.species.max_count
+    return wanted if most is None else max(0, min(wanted, most - table.n - table.waiting))
 
 
 def bring_forth(table: Any, world: Any, way: Any, parents: np.ndarray, number: np.ndarray, given: np.ndarray,
@@ -42,9 +48,9 @@ def bring_forth(table: Any, world: Any, way: Any, parents: np.ndarray, number: n
     Each newborn gets the energy `given` f32[k] of its parent; nobody pays here. `fathers` are uids u64[k], dead or
     alive, `sperm` u8[k, loci] their genomes.
     """
-    room = number.sum() if table.traits["max_count"] is None else max(0, table.traits["max_count"] - table.n)
-    which = np.repeat(np.arange(parents.size), number)[:room]
-    nth = (np.arange(number.sum()) - np.repeat(np.cumsum(number) - number, number))[:room]
+    n = room(table, int(number.sum()))
+    which = np.repeat(np.arange(parents.size), number)[:n]
+    nth = (np.arange(number.sum()) - np.repeat(np.cumsum(number) - number, number))[:n]
     if not which.size:
         return np.zeros(parents.size, np.int64)
     mothers = parents[which]
@@ -56,7 +62,7 @@ def bring_forth(table: Any, world: Any, way: Any, parents: np.ndarray, number: n
     if which.size:
         values = newborn(table, world, places, who, given[which])
         second = None if fathers is None else fathers[which]
-        if (heredity := table.traits.get("heredity")) is not None:
+        if (heredity := table.species.heredity) is not None:
             living = None if second is None else rows_of(table, second)
             values |= heredity.offspring(world, table, mothers, living, who, **({} if sperm is None else {"sperm": sperm[which]}))
         table.request(table.uid[mothers], values, second)
@@ -71,7 +77,7 @@ def newborn(table: Any, world: Any, places: np.ndarray, who: np.ndarray, energy:
     turn = random.draw_many(world.key, who, random.SEX + (1 << 8))
     values: dict[tuple[type, str], np.ndarray] = {(Position, axis): places[:, i] for i, axis in enumerate("xyz")}
     values |= {(Position, "heading"): turn * np.float32(6.2831855), (Metabolism, "energy"): energy}
-    if table.traits.get("sex") == "random":
+    if table.species.sex == "random":
         values[Biology, "sex"] = np.where(random.draw_many(world.key, who, random.SEX) < 0.5, 1, 2).astype(np.uint8)
     return values
 
@@ -99,9 +105,9 @@ def find_places(table: Any, world: Any, parents: np.ndarray, who: np.ndarray, wa
                world.key, attempt, out)
         taken = np.zeros(parents.size, np.bool_)
         for other in world.tables.values():
-            if other.n and other.traits.get("opaque", False) and Body in other:
+            if other.n and other.species.opaque and Body in other:
                 index = world.index(other)
-                s = np.float32(radius + other.traits["radius"])
+                s = np.float32(radius + other.species.radius)
                 _occupied(out, index.x, index.y, index.z, index.start, s, space.reach(float(s)), *space.shape, space.inverse,
                           space.lengths, space.torus, taken)
         again = np.flatnonzero(taken)

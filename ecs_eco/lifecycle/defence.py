@@ -9,7 +9,7 @@ from ecs_eco.components import Defence
 
 def left_by_defence(table: Any, high: int) -> np.ndarray | np.float32:
     """Return the share of growth and of sprouting seeds that defence leaves to each: f32[high], or one for all."""
-    defence = table.traits["species"].defence
+    defence = table.species.config.defence
     if defence.cost == 0:
         return np.float32(1.0)
     if Defence not in table:

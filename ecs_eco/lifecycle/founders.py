@@ -26,11 +26,11 @@ def newcomers(table: Any, world: Any, kind: Any, who: np.ndarray, within: Any = 
     elif way is not None and way.kind == "spread":
         one_a_site(table, world, way.spacing, values, within)
     count = values[Position, "x"].size
-    if Metabolism in table and "nerves" in table.traits:  # of all stages between hungry and newborn, so that they do not die as one
+    if Metabolism in table and table.species.nerves is not None:  # of all stages between hungry and newborn, so that they do not die as one
         u = random.draw_many(world.key, who[:count], random.BIRTH + ((table.place + 1) << 20))
         values[Metabolism, "energy"] = (np.float32(kind.metabolism.energy) * (np.float32(0.75) + np.float32(0.5) * u)).clip(
             0, kind.metabolism.energy_max).astype(np.float32)
-    if (heredity := table.traits.get("heredity")) is not None:
+    if (heredity := table.species.heredity) is not None:
         values |= heredity.founders(world, table, who[:count])
     return values
 
@@ -56,7 +56,7 @@ def scatter(table: Any, world: Any, who: np.ndarray, within: Any = None) -> Valu
             place[blocked, :2] = within.places(draw(0, who[blocked], attempt), draw(1, who[blocked], attempt))
     values: Values = {(Position, "x"): place[:, 0], (Position, "y"): place[:, 1], (Position, "z"): place[:, 2],
               (Position, "heading"): random.draw_many(key, who, random.SEX + (1 << 8) + salt) * np.float32(6.2831855)}
-    if Biology in table and table.traits.get("sex") == "random":
+    if Biology in table and table.species.sex == "random":
         values[Biology, "sex"] = np.where(random.draw_many(key, who, random.SEX + salt) < 0.5, 1, 2).astype(np.uint8)
     return values
 

@@ -59,7 +59,7 @@ def own(property: str, scale: float, substances: list[str]) -> Sense:
 
 def own_range(table: "Table", seekers: Seekers, number: int, radius: float) -> tuple[float, np.ndarray]:
     """Return how far the sensor reaches at most, and for each seeker f32[n] [m]; `radius` where that is not its own."""
-    if number not in table.traits.get("own ranges", ()) or not seekers.n:
+    if number not in table.species.own_ranges or not seekers.n:
         return radius, np.full(seekers.n, radius, np.float32)
     own = table[Senses].radius[seekers.rows, number]
     return float(own.max()), own
@@ -108,7 +108,7 @@ def cast_rays(targets: list[str], count: int, fov: float, reach: float, report: 
     def sense(world: "World", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
         space, mine, (ground, inverse) = world.space, seekers.index, rocks(world)
         radius, own = own_range(table, seekers, number, reach)
-        names = [n for n, t in world.tables.items() if Body in t and (n in targets or t.traits.get("opaque", True))]
+        names = [n for n, t in world.tables.items() if Body in t and (n in targets or t.species.opaque is not False)]
         bodies = merged(world, names)
         hit = np.empty((seekers.n, count), np.int32)
         distance = np.empty((seekers.n, count), np.float32)
@@ -149,7 +149,7 @@ def smell(field: str, at: list[float], scale: float, number: int = 0) -> Sense:
         f, mine, space = world.fields[field], seekers.index, world.space
         x, y = mine.x, mine.y
         body = (seekers.radius, seekers.cos, seekers.sin, forward, left)
-        if number in table.traits.get("own places", ()):  # the kernel finds each one's nose where its body is
+        if number in table.species.own_places:  # the kernel finds each one's nose where its body is
             own = table[Senses]
             x, y = nose(seekers, own.forward[seekers.rows, number], own.left[seekers.rows, number], space)
             body = (seekers.radius, seekers.cos, seekers.sin, np.float32(0), np.float32(0))
@@ -191,7 +191,7 @@ def ambient(quantity: str, zero: float, scale: float, at: Sequence[float] = (), 
 
     def sense(world: "World", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
         x, y, z = seekers.index.x, seekers.index.y, seekers.index.z
-        own, space = number in table.traits.get("own places", ()), world.space
+        own, space = number in table.species.own_places, world.space
         if own or forward or left or up:
             of = table[Senses] if own else None
             ahead, aside = (forward, left) if of is None else (of.forward[seekers.rows, number], of.left[seekers.rows, number])
@@ -214,7 +214,7 @@ def rocks(world: "World") -> tuple[np.ndarray, np.ndarray]:
 
 def opaque(world: "World") -> sight.Bodies:
     """Return all bodies that hide what is behind them."""
-    return merged(world, [n for n, t in world.tables.items() if Body in t and t.traits.get("opaque", True)])
+    return merged(world, [n for n, t in world.tables.items() if Body in t and t.species.opaque is not False])
 
 
 def merged(world: "World", names: list[str]) -> sight.Bodies:

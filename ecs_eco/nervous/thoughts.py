@@ -32,7 +32,7 @@ def thinkers(table: Any, who: np.ndarray | None = None) -> tuple[np.ndarray, np.
 
     `who` u64[…] are the uids of those asked for; None: all.
     """
-    nerves = table.traits.get("nerves")
+    nerves = table.species.nerves
     thoughts = None if nerves is None else nerves.thoughts
     if thoughts is None or not len(thoughts.uid):
         return np.zeros(0, np.int64), np.zeros(0, np.int64)
@@ -44,7 +44,7 @@ def thinkers(table: Any, who: np.ndarray | None = None) -> tuple[np.ndarray, np.
 
 def minds(table: Any, rows: np.ndarray, at: np.ndarray) -> Minds:
     """Return what organisms of a table sensed, weighed and decided: rows and places as `thinkers` gives them."""
-    nerves = table.traits["nerves"]
+    nerves = table.species.nerves
     thoughts = nerves.thoughts
     y = np.zeros((len(at), len(nerves.actions)), np.int8) if thoughts.y is None else thoughts.y[at].astype(np.int8)
     p, z = weighed(nerves, None if thoughts.logits is None else thoughts.logits[at], thoughts.choice[at])

@@ -60,7 +60,7 @@ class Details:
 
     def __init__(self, world: World, most: int | None, sink: Any) -> None:
         self.most, self.sink = most, sink
-        self.species = [name for name, t in world.tables.items() if "nerves" in t.traits and not t.traits.get("object")]
+        self.species = [name for name, t in world.tables.items() if t.species.nerves is not None and not t.species.is_object]
         self.focal = {name: world.tables[name].uid[world.tables[name].by_uid()[: self.most]] for name in self.species}
         self._born: dict[str, list[np.ndarray]] = {name: [] for name in self.species}  # since the last tick was noted
         self._dying: dict[str, list[tuple[np.ndarray, ...]]] = {name: [] for name in self.species}  # in the tick that is not over
@@ -120,7 +120,7 @@ class Details:
 
     def _of(self, table: Table, world: World, who: np.ndarray | None) -> tuple[np.ndarray, ...]:
         """Return what is noted of this tick: a row each of these uids, of all where None, in the order of uids."""
-        nerves, felt, p = table.traits["nerves"], table[Nervous], table[Position]
+        nerves, felt, p = table.species.nerves, table[Nervous], table[Position]
         thoughts = nerves.thoughts
         rows, at = thinkers(table, who) if thoughts is not None and thoughts.tick == world.tick else (NOBODY, NOBODY)
         if not rows.size:
@@ -136,7 +136,7 @@ class Details:
         blocks, self._blocks[name], self._rows[name] = [b for b in self._blocks[name] if b[0].size], [], 0
         if not blocks:
             return
-        nerves = world.tables[name].traits["nerves"]
+        nerves = world.tables[name].species.nerves
         parts = [np.concatenate(part) for part in zip(*blocks, strict=True)]
         order = np.lexsort((parts[1], parts[0]))
         *single, x, y, logits, choice, decision = (part[order] for part in parts)

@@ -134,7 +134,7 @@ def genes_of(table: Any) -> dict[str, Any] | None:
     A gene has its name, first locus `at`, number of `letters`, `trait` (null for a neutral marker), and `values` where it
     lists them: one for each codon in their order.
     """
-    layout: Any = getattr(table.traits.get("heredity"), "layout", None)
+    layout: Any = getattr(table.species.heredity, "layout", None)
     if layout is None:
         return None
     genes = [{"name": code.name, "at": int(code.first), "letters": int(code.stop - code.first), "trait": code.gene.trait}

@@ -41,7 +41,7 @@ class Recorder(System):
             raise ValueError("Recorder: keep_events is True, but a sink takes the events; allowed is one of the two")
         self.sink, self.block, self.snapshot_every = sink, block, snapshot_every
         self.keeps = keep_events or sink is not None
-        self.names = [name for name, t in world.tables.items() if not t.traits.get("object")]
+        self.names = [name for name, t in world.tables.items() if not t.species.is_object]
         if (s := len(self.names)) > MOST_SPECIES:
             raise ValueError(f"Recorder: the world has {s} species; allowed are at most {MOST_SPECIES}")
         self.place = {name: i for i, name in enumerate(self.names)}
@@ -278,7 +278,7 @@ def letters_of(table: "Table") -> np.ndarray:
     """Return the letter of each number in a table's genomes: "S1"[256], "U1"[256] beyond ASCII; "?" where there is none."""
     from ecs_eco.genomes import DNA
 
-    alphabet: Any = getattr(getattr(table.traits.get("heredity"), "layout", None), "alphabet", DNA)
+    alphabet: Any = getattr(getattr(table.species.heredity, "layout", None), "alphabet", DNA)
     letters = getattr(alphabet, "letters", alphabet).ljust(256, "?")
     return np.array(list(letters), "S1" if letters.isascii() else "U1")
 

@@ -45,7 +45,7 @@ def begin(world: Any, claim: Claim, manifest: dict[str, Any], weights: Mapping[s
         prepare(world)
     manifest |= {
         "species": world.recorder.names, "causes": world.causes, "finished": False, "done": world.tick,
-        "colors": {name: world.tables[name].traits.get("color", "#888888") for name in world.recorder.names},
+        "colors": {name: world.tables[name].species.color for name in world.recorder.names},
         "code": noted(sources(world.config)),
         "genomes": {name: said for name in world.recorder.names if (said := genes_of(world.tables[name]))},
     }  # fmt: skip

@@ -25,7 +25,7 @@ class Collide(System):
     def process(self, *_: Any) -> None:
         """Push all solid bodies apart, once."""
         world = self.world
-        solid = [t for t in world.tables.values() if t.has((Position, Body)) and t.traits.get("solid", False)]
+        solid = [t for t in world.tables.values() if t.has((Position, Body)) and t.species.solid]
         pushes = []
         for table in solid:
             if Velocity not in table or not table.n:

@@ -22,7 +22,7 @@ class Decide(System):
 
     def update(self, table: Any, world: Any) -> None:
         """Write the decisions of one species; keep what its learner needs."""
-        nerves = table.traits["nerves"]
+        nerves = table.species.nerves
         n, groups = len(nerves.rows), len(nerves.choices)
         choice, log_probability = np.zeros((n, groups), np.int16), np.empty(n, np.float32)
         thinks = nerves.policy and n > 0

@@ -30,15 +30,15 @@ class Feed(System):
     def start(self, world: Any) -> None:
         """Make the causes of death known in the order of species."""
         for table in world.tables.values():
-            if table.traits.get("diet"):
+            if table.species.diet:
                 world.cause(f"eaten by {table.name}")
-                for food in table.traits["diet"]:
+                for food in table.species.diet:
                     if food.deadly:
                         world.cause(f"poisoned by {food.eats}")
 
     def update(self, table: Any, world: Any) -> None:
         """Let one species eat, one kind of food after the other."""
-        for number, food in enumerate(table.traits.get("diet", ())):
+        for number, food in enumerate(table.species.diet):
             self.eat(table, world.tables[food.eats], food, number, world)
 
     def eat(self, table: Any, prey: Any, food: Any, number: int, world: Any) -> None:
@@ -46,7 +46,7 @@ class Feed(System):
         if not table.n or not prey.n:
             return
         eaters, foods = world.index(table), world.index(prey)
-        b, m, nerves, species = table[Body], table[Metabolism], table.traits.get("nerves"), table.traits["species"]
+        b, m, nerves, species = table[Body], table[Metabolism], table.species.nerves, table.species.config
         widest = float(b.radius[: table.high].max() + prey[Body].radius[: prey.high].max()) + food.reach
         found, distance2 = np.empty(eaters.n, np.int32), np.empty(eaters.n, np.float32)
         nearest(eaters, foods, widest, found, distance2, world.split)
@@ -67,7 +67,7 @@ class Feed(System):
 
 def defences(prey: Any) -> tuple[np.ndarray, np.ndarray]:
     """Return toughness and poison of each row, f32[capacity], or arrays of one for all; empty where nothing defends it."""
-    defence = getattr(prey.traits.get("species"), "defence", None)
+    defence = getattr(prey.species.config, "defence", None)
     if Defence in prey:
         return prey[Defence].toughness, prey[Defence].poison
     if defence is None or (defence.toughness == 0 and defence.poison == 0):

@@ -21,7 +21,7 @@ class Feel(System):
 
     def update(self, table: Any, world: Any) -> None:
         """Update happiness and reward of one species; hand the rewards to its learner."""
-        nerves = table.traits["nerves"]
+        nerves = table.species.nerves
         happiness = nerves.feel(table)
         if happiness is None:
             return

@@ -13,9 +13,9 @@ from ecs_eco.lifecycle.births import affordable, bring_forth, life_history, tick
 class GiveBirth(System):
     """At term a mother gives birth to her litter and pays what the father has not paid.
 
-    Born are as many as she can pay for without falling to 0, as `max_count` leaves room for, and as find a place; what
-    the father gave for the others is hers, up to what she can hold, and is taken off what parents gave. A brood dies
-    with its mother.
+    She bears as many as she can pay for with energy left, as `max_count` leaves room for, and as find a place. What the
+    father gave for the others stays with her, up to what she can hold, and is taken off what parents gave. An unborn
+    litter dies with its mother.
     """
 
     needs = (Position, Body, Metabolism, Biology, Gestation)
@@ -23,7 +23,7 @@ class GiveBirth(System):
 
     def update(self, table: Any, world: Any) -> None:
         """Let one species give birth."""
-        way = table.traits.get("reproduction")
+        way = table.species.reproduction
         if way is None or way.kind != "sexual" or not world.reproduction:
             return
         m, g = table[Metabolism], table[Gestation]
@@ -36,7 +36,7 @@ class GiveBirth(System):
         mothers, number = mothers[order], number[order]
         given = energy_given[mothers] if own else np.full(n, energy_given[0], np.float32)
         born = bring_forth(table, world, way, mothers, number, given, g.father[mothers], g.sperm[mothers])
-        deliver(mothers, born, given, np.float32(table.traits["species"].metabolism.energy_max),
+        deliver(mothers, born, given, np.float32(table.species.config.metabolism.energy_max),
                 world.tick + ticks(way.rest, world.dt), m.energy, m.given, g.carrying, g.energy, g.father, g.rest)
         g.sperm[mothers] = 0
 

@@ -21,7 +21,7 @@ class Grow(System):
 
     def update(self, table: Any, world: Any) -> None:
         """Let one species grow; those without `growth` stay as they are."""
-        species = table.traits.get("species")
+        species = table.species.config
         if species is None or (species.metabolism.growth == 0 and Growth not in table):
             return
         p, m, high = table[Position], table[Metabolism], table.high

@@ -11,6 +11,7 @@ from ecs_eco.components import Biology, Metabolism, Position
 from ecs_eco.engine import random
 from ecs_eco.engine.errors import unknown_name
 from ecs_eco.engine.system import System
+from ecs_eco.lifecycle.births import room
 from ecs_eco.lifecycle.founders import newcomers
 from ecs_eco.space.gate import newborn
 
@@ -63,14 +64,12 @@ class Intervene(System):
     def add(self, world: Any, what: Any) -> None:
         """Ask for newcomers."""
         table = world.table(what.species)
-        waiting = sum(parents.size for parents, _, _ in table.births)
-        most = table.traits.get("max_count")
-        count = what.count if most is None else max(0, min(what.count, most - table.n - waiting))
+        count = room(table, what.count)
         if count == 0:
             return
-        who = np.arange(count, dtype=np.uint64) + np.uint64(world.next_uid + waiting)  # uids to come: nobody draws with these numbers
+        who = np.arange(count, dtype=np.uint64) + np.uint64(world.next_uid + table.waiting)  # uids to come: nobody draws with these numbers
         within = None if what.region is None else Region(world.space, what.region)
-        values = newcomers(table, world, table.traits.get("species"), who, within, what.at_place)
+        values = newcomers(table, world, table.species.config, who, within, what.at_place)
         values = newborn(world, table, values, f"intervene: add {what.species!r}")
         table.request(np.zeros(values[Position, "x"].size, np.uint64), values)
 
@@ -99,12 +98,10 @@ class Intervene(System):
 
     def switch(self, world: Any, what: Any) -> None:
         """Let births or learning stop, or go on."""
-        names = [what.species] if what.species else [n for n, t in world.tables.items() if not t.traits.get("object")]
+        names = [what.species] if what.species else [n for n, t in world.tables.items() if not t.species.is_object]
         if what.reproduction is not None:
             for name in names:
-                traits = world.table(name).traits
-                traits["barren"] = not what.reproduction
-                traits["reproduction"] = None if traits["barren"] else getattr(traits.get("species"), "reproduction", None)
+                world.table(name).species.switch_reproduction(what.reproduction)
         if what.learning is not None:
             from ecs_eco.config.checks.interventions import learns
             from ecs_eco.config.loading import changed
@@ -119,7 +116,7 @@ class Intervene(System):
         """Return what is not elsewhere: who bears no young, what was asked for, and ground that was made for fences."""
         tables = self.world.tables.values()
         text = json.dumps([x.once(self.world.tick) for x in self.asked]).encode()  # those asked for within a tick wait for the next
-        out = {"barren": np.array([bool(t.traits.get("barren")) for t in tables], np.uint8), "asked": np.frombuffer(text, np.uint8)}
+        out = {"barren": np.array([bool(t.species.barren) for t in tables], np.uint8), "asked": np.frombuffer(text, np.uint8)}
         ground = self.world.terrain.fenced() if self.made else {}
         none = {"ground": np.zeros((0, 0), np.uint8), "corners": np.zeros((0, 2)), "lengths": np.zeros(0, np.int64)}
         return out | {f"ground.{key}": array for key, array in (none | ground).items()}
@@ -128,9 +125,8 @@ class Intervene(System):
         """Take a `state()`."""
         world = self.world
         for table, barren in zip(world.tables.values(), state["barren"], strict=True):
-            if barren or "barren" in table.traits:
-                table.traits["barren"] = bool(barren)
-                table.traits["reproduction"] = None if barren else getattr(table.traits.get("species"), "reproduction", None)
+            if barren or table.species.barren:
+                table.species.switch_reproduction(not barren)
         self.asked = []
         for what in json.loads(state["asked"].tobytes()):
             self.ask(what)

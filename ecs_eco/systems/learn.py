@@ -17,6 +17,6 @@ class Learn(System):
 
     def update(self, table: Any, world: Any) -> None:
         """Update the brains of one species when it is time."""
-        nerves = table.traits["nerves"]
+        nerves = table.species.nerves
         if nerves.learning:
             nerves.learn(table, world)

@@ -25,7 +25,7 @@ class LeaveRemains(System):
 
     def leave(self, table: Any, rows: np.ndarray) -> None:
         """Ask for one object for each of the dying that were not eaten; rows i64[k] in the order of uids."""
-        world, remains = self.world, table.traits.get("remains")
+        world, remains = self.world, table.species.remains
         if remains is not None:
             eaten = np.zeros(256, np.bool_)  # of any code that a cause can have
             eaten[: len(world.causes)] = [c.startswith("eaten") for c in world.causes]

@@ -34,7 +34,7 @@ class Mate(System):
 
     def update(self, table: Any, world: Any) -> None:
         """Let one species mate."""
-        way = table.traits.get("reproduction")
+        way = table.species.reproduction
         if way is None or way.kind != "sexual" or not world.reproduction:
             return
         b, m, g = table[Biology], table[Metabolism], table[Gestation]
@@ -100,14 +100,14 @@ class Mate(System):
 
 def action(table: Any) -> tuple[int, np.ndarray]:
     """Return the column of the action mate in the decision, and the decision; −1 where a species has no such action."""
-    nerves = table.traits.get("nerves")
+    nerves = table.species.nerves
     column = -1 if nerves is None else next((i for i, (group, _) in enumerate(nerves.actions) if group == "mate"), -1)
     return column, table[Nervous].decision if column >= 0 else NO_DECISION
 
 
 def select_mate(table: Any) -> tuple[int, Any] | None:
     """Return the rule in the species' toolbox: its number (−1: a function of the user's own) and its function; None without a toolbox."""
-    operators = getattr(table.traits.get("heredity"), "operators", None)
+    operators = getattr(table.species.heredity, "operators", None)
     return None if operators is None else (operators.choice, operators.toolbox.select_mate)
 
 

@@ -23,11 +23,11 @@ class Metabolise(System):
 
     def update(self, table: Any, world: Any) -> None:
         """Burn the energy of one species for a tick."""
-        species, m = table.traits.get("species"), table[Metabolism]
+        species, m = table.species.config, table[Metabolism]
         cost = table[Velocity].cost if Velocity in table else STILL
         basal = species.metabolism.basal if species is not None else 0.0
         scale = NO_SCALE
-        if (standard := table.traits.get("standard_mass")) is not None:
+        if (standard := table.species.standard_mass) is not None:
             scale = ((table[Body].mass[: table.high] / np.float32(standard)) ** np.float32(0.75)).astype(np.float32)
         world.split(burn, table.high, table.alive, scale, cost, cost is not STILL, np.float32(basal), np.float32(world.dt),
                     m.energy, m.digesting, m.burnt)

@@ -28,7 +28,7 @@ class Move(System):
 
     def update(self, table: Any, world: Any) -> None:
         """Move one species."""
-        gaits = table.traits.get("gaits")
+        gaits = table.species.gaits
         if gaits is None:
             return
         p, v, space, terrain = table[Position], table[Velocity], world.space, world.terrain

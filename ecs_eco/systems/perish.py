@@ -21,7 +21,7 @@ class Perish(System):
     def start(self, world: Any) -> None:
         """Make the causes of death known in the order of species."""
         for table in world.tables.values():
-            for limit in table.traits.get("lethal", ()):
+            for limit in table.species.lethal:
                 for cause, bound in ((limit.low, limit.min), (limit.high, limit.max)):
                     if bound is not None:
                         world.cause(cause)
@@ -30,7 +30,7 @@ class Perish(System):
     def process(self, *_: Any) -> None:
         """Mark those beyond a limit."""
         for table in self.world.tables.values():
-            for limit in table.traits.get("lethal", ()):
+            for limit in table.species.lethal:
                 low, high = limit.min, limit.max
                 column = own_column(table, limit.property, self.world.substances)
                 if limit.property == "age" and high is not None and LifeHistory in table:
@@ -42,7 +42,7 @@ class Perish(System):
 
     def mourn(self, table: Any, rows: np.ndarray) -> None:
         """Give the dying of one species their last reward, whatever they die of; rows i64[k] in the order of uids."""
-        nerves = table.traits.get("nerves")
+        nerves = table.species.nerves
         if nerves is None or nerves.happiness is None:
             return
         n = table[Nervous]

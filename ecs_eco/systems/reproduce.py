@@ -9,7 +9,7 @@ from ecs_eco.engine import random
 from ecs_eco.engine.jit import njit
 from ecs_eco.engine.random import draw
 from ecs_eco.engine.system import System
-from ecs_eco.lifecycle.births import affordable, bring_forth, life_history, whole
+from ecs_eco.lifecycle.births import affordable, bring_forth, life_history, room, whole
 from ecs_eco.lifecycle.founders import newcomers
 
 
@@ -26,8 +26,8 @@ class Reproduce(System):
 
     def update(self, table: Any, world: Any) -> None:
         """Let one species reproduce."""
-        way = table.traits.get("reproduction")
-        if way is None or way.kind not in ("simplified", "asexual") or not (world.reproduction or "nerves" not in table.traits):
+        way = table.species.reproduction
+        if way is None or way.kind not in ("simplified", "asexual") or not (world.reproduction or table.species.nerves is None):
             return  # while animals are pre-trained they bear no young; plants do
         self.bear(table, world, way)
         self.immigrate(table, world, way)
@@ -55,11 +55,9 @@ class Reproduce(System):
         if wanted == 0:
             return
         chance = float(random.draw(world.key, np.uint64(table.place), random.BIRTH + (2 << 8)))
-        most, waiting = table.traits["max_count"], sum(parents.size for parents, _, _ in table.births)
-        count = int(wanted + chance) if most is None else max(0, min(int(wanted + chance), most - table.n - waiting))
-        if count:
-            who = np.arange(count, dtype=np.uint64) + np.uint64(world.next_uid + waiting)  # uids to come: nobody draws with these numbers
-            values = newcomers(table, world, table.traits["species"], who)
+        if count := room(table, int(wanted + chance)):
+            who = np.arange(count, dtype=np.uint64) + np.uint64(world.next_uid + table.waiting)  # uids to come: nobody draws with them
+            values = newcomers(table, world, table.species.config, who)
             table.request(np.zeros(count, np.uint64), values)
 
 

@@ -17,11 +17,11 @@ class Respawn(System):
 
     def update(self, table: Any, world: Any) -> None:
         """Bring one species back to its initial number."""
-        k = table.traits["species"].count - table.n
+        k = table.species.config.count - table.n
         if k <= 0:
             return
         who = np.arange(world.next_uid, world.next_uid + k, dtype=np.uint64)
         values = scatter(table, world, who)
-        if (heredity := table.traits.get("heredity")) is not None:
+        if (heredity := table.species.heredity) is not None:
             values |= heredity.founders(world, table, who)
         table.request(np.zeros(k, np.uint64), values)

@@ -18,7 +18,7 @@ class Sense(System):
 
     def update(self, table: Any, world: Any) -> None:
         """Fill the observation matrix of one species."""
-        nerves = table.traits["nerves"]
+        nerves = table.species.nerves
         seekers = Seekers(world, table)
         out, column = nerves.readout(seekers.n), 0
         nerves.rows = seekers.rows

@@ -9,6 +9,7 @@ from ecs_eco.engine import random
 from ecs_eco.engine.jit import njit
 from ecs_eco.engine.random import draw
 from ecs_eco.engine.system import System
+from ecs_eco.lifecycle.births import room
 from ecs_eco.lifecycle.defence import left_by_defence
 from ecs_eco.nervous.senses import rocks
 from ecs_eco.space.geometry import cell_of
@@ -30,14 +31,14 @@ class Spread(System):
 
     def update(self, table: Any, world: Any) -> None:
         """Let one species of plants spread."""
-        way = table.traits.get("reproduction")
+        way = table.species.reproduction
         if way is None or way.kind != "spread":
             return
         space, p = world.space, table[Position]
         nx, ny = (max(1, round(s / way.spacing)) for s in space.size[:2])
-        taken = table.traits.get("sites")
+        taken = table.species.sites
         if taken is None or taken.shape != (ny, nx):
-            taken = table.traits["sites"] = np.empty((ny, nx), np.int64)
+            taken = table.species.sites = np.empty((ny, nx), np.int64)
         inverse = np.array([nx / space.size[0], ny / space.size[1]], np.float32)
         stands(table.alive[: table.high], p.x, p.y, inverse, taken)
         site, parent = np.empty(taken.size, np.int64), np.empty(taken.size, np.int64)
@@ -46,23 +47,23 @@ class Spread(System):
         rate, vigour = seeds(table, way.rate)
         n = sprout(taken, np.float32(rate * world.dt), np.float32(way.seed_rain * world.dt), reach, space.torus, ground, ground_inverse,
                    inverse, vigour, world.key, table.place << 20, site, parent)
-        room = n if table.traits["max_count"] is None else max(0, min(n, table.traits["max_count"] - table.n))
-        if room == 0:
+        n = room(table, n)
+        if n == 0:
             return
-        site, parent = site[:room], parent[:room]
+        site, parent = site[:n], parent[:n]
         who = site.astype(np.uint64)
         salt = random.SPREAD + (table.place << 20)
         u, v = random.draw_many(world.key, who, salt + (3 << 8)), random.draw_many(world.key, who, salt + (4 << 8))
         x = np.minimum(((site % nx) + u) / inverse[0], np.nextafter(space.lengths[0], np.float32(0))).astype(np.float32)
         y = np.minimum(((site // nx) + v) / inverse[1], np.nextafter(space.lengths[1], np.float32(0))).astype(np.float32)
-        z = np.zeros(room, np.float32)
+        z = np.zeros(n, np.float32)
         parents = np.where(parent >= 0, table.uid[np.maximum(parent, 0)], np.uint64(0))
         values = {(Position, "x"): x, (Position, "y"): y, (Position, "z"): z}
-        if (heredity := table.traits.get("heredity")) is not None:
+        if (heredity := table.species.heredity) is not None:
             own, grown = parent < 0, np.flatnonzero(parent >= 0)
             fresh, inherited = heredity.founders(world, table, who[own]), heredity.offspring(world, table, parent[grown], None, who[grown])
             for name, some in fresh.items():
-                values[name] = np.empty((room, *some.shape[1:]), some.dtype)
+                values[name] = np.empty((n, *some.shape[1:]), some.dtype)
                 values[name][own], values[name][grown] = some, inherited[name]
         table.request(parents, values)
 

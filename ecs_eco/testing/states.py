@@ -77,10 +77,10 @@ def act(world: Any, kind: type[System]) -> None:
 @contextmanager
 def all_threads() -> Iterator[None]:
     """Within this block worlds use all their threads, however few organisms they have."""
-    from ecs_eco import world
+    from ecs_eco import ecosystem
 
-    before, world.PARALLEL_FROM = world.PARALLEL_FROM, 0
+    before, ecosystem.PARALLEL_FROM = ecosystem.PARALLEL_FROM, 0
     try:
         yield
     finally:
-        world.PARALLEL_FROM = before
+        ecosystem.PARALLEL_FROM = before

@@ -77,7 +77,7 @@ def body(world: Any, table: Any, row: int) -> dict[str, Any]:
     if Biology in table:
         out |= {"age": number(table[Biology].age[row]), "sex": SEXES[table[Biology].sex[row]]}
     if Metabolism in table:
-        species = table.traits.get("species")
+        species = table.species.config
         out |= {"energy": number(table[Metabolism].energy[row]), "energy_max": None if species is None else species.metabolism.energy_max}
     happiness = number(table[Nervous].happiness[row]) if Nervous in table else None
     return out | {"trace": {"tick": [world.tick], "happiness": [happiness], "energy": [out["energy"]]}}
@@ -85,7 +85,7 @@ def body(world: Any, table: Any, row: int) -> dict[str, Any]:
 
 def genome(table: Any, row: int) -> dict[str, Any] | None:
     """Return the genome of a living organism with its genes marked; None where it has none."""
-    layout: Any = getattr(table.traits.get("heredity"), "layout", None)
+    layout: Any = getattr(table.species.heredity, "layout", None)
     if layout is None or Genome not in table:
         return None
     return marked(layout, table[Genome].loci[row])
@@ -119,7 +119,7 @@ def nerves(table: Any, row: int) -> dict[str, Any] | None:
     rows, at = thinkers(table, table.uid[row : row + 1])
     if not rows.size:
         return None
-    own = table.traits["nerves"]
+    own = table.species.nerves
     felt = table[Nervous].happiness[row], table[Nervous].reward[row]
     return described(own.channels, own.actions, minds(table, rows, at), *(felt if own.happiness is not None else (None, None)))
 

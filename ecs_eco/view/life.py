@@ -85,7 +85,7 @@ class Lives:
         r = self.recording
         if not isinstance(text, str) or not text:
             return None
-        if r.scene is not None and (heredity := r.scene.tables[species].traits.get("heredity")) is not None and heredity.layout is not None:
+        if r.scene is not None and (heredity := r.scene.tables[species].species.heredity) is not None and heredity.layout is not None:
             return marked(heredity.layout, heredity.layout.alphabet.encode(text))
         known = r.manifest.get("genomes", {}).get(species)
         if known is None:

@@ -134,9 +134,9 @@ class Live:
     def _column(self, table: Any, colour: str) -> tuple[Any, float | None, float | None]:
         """Return what a colour shows of a table: a column or None, and its range as far as it is known beforehand."""
         if colour == "energy" and Metabolism in table:
-            species = table.traits.get("species")
+            species = table.species.config
             return table[Metabolism].energy, 0.0, None if species is None else float(species.metabolism.energy_max)
-        if colour == "happiness" and Nervous in table and table.traits["nerves"].happiness is not None:
+        if colour == "happiness" and Nervous in table and table.species.nerves.happiness is not None:
             return table[Nervous].happiness, None, None
         if colour == "age" and Biology in table:
             return table[Biology].age, 0.0, None
@@ -147,7 +147,7 @@ class Live:
 
     def _expressed(self, table: Any, gene: str) -> np.ndarray:
         rows, out = table.rows(), np.zeros(table.capacity, np.float32)
-        out[rows] = table.traits["heredity"].layout.decode(table[Genome].loci[rows], [gene])[gene]
+        out[rows] = table.species.heredity.layout.decode(table[Genome].loci[rows], [gene])[gene]
         return out
 
     def _range(self, name: str, colour: str, low: float | None, high: float | None, least: float, most: float) -> tuple[float, float]:
@@ -170,10 +170,10 @@ class Live:
             if not table.n:
                 continue
             rows = table.rows()
-            if Nervous in table and table.traits["nerves"].happiness is not None:
+            if Nervous in table and table.species.nerves.happiness is not None:
                 point["happiness", name] = float(table[Nervous].happiness[rows].mean(dtype=np.float64))
             if self._genes[name]:
-                said = table.traits["heredity"].layout.decode(table[Genome].loci[rows], self._genes[name])
+                said = table.species.heredity.layout.decode(table[Genome].loci[rows], self._genes[name])
                 for gene, values in said.items():
                     point["genes", f"{name}.{gene}"] = float(values.mean(dtype=np.float64))
         self._curves.add(self.tick, point)

@@ -226,7 +226,7 @@ class Replay:
         return said[gene][np.searchsorted(kept, uid)]
 
     def _decoded(self, name: str, uid: np.ndarray) -> dict[str, np.ndarray]:
-        layout = self.recording.scene.tables[name].traits["heredity"].layout
+        layout = self.recording.scene.tables[name].species.heredity.layout
         texts = self.recording.genomes(uid)
         known = np.array([bool(text) for text in texts], np.bool_)
         out = {gene: np.full(uid.size, np.nan, np.float32) for gene in self._genes[name]}

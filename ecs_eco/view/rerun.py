@@ -95,7 +95,7 @@ def _of_run(manifest: dict[str, Any], path: Path, meta: dict[str, Any]) -> None:
 
 def _note_sexes(world: Any, sexes: dict[int, int]) -> None:
     for table in world.tables.values():
-        if Biology in table and not table.traits.get("object"):
+        if Biology in table and not table.species.is_object:
             rows = table.rows()
             sexes.update(zip(table.uid[rows].tolist(), table[Biology].sex[rows].tolist(), strict=True))
 

@@ -17,14 +17,14 @@ CELLS = 65_536  # of the ground that is sent; larger grounds are sent coarser
 def kinds_of(world: Any) -> tuple[list[str], list[str]]:
     """Return the names of the species and of the object types that have places; landmarks of the ground are not among them."""
     placed = [name for name, table in world.tables.items() if Position in table]
-    species = [name for name in placed if not world.tables[name].traits.get("object")]
+    species = [name for name in placed if not world.tables[name].species.is_object]
     declared = placed if world.config is None else world.config.objects
     return species, [name for name in placed if name not in species and name in declared]
 
 
 def coloured_genes(table: Any) -> dict[str, Any]:
     """Return the genes of a species that say one number each, by name: an `ecs_eco.genomes` code each."""
-    layout: Any = getattr(table.traits.get("heredity"), "layout", None)
+    layout: Any = getattr(table.species.heredity, "layout", None)
     return {} if layout is None else {code.name: code for code in layout.genes if code.trait is not None and not code.width}
 
 
@@ -40,9 +40,9 @@ def describe(world: Any, species: list[str], objects: list[str], genes: dict[str
 
 def _kind(world: Any, name: str, genes: list[str]) -> dict[str, Any]:
     table = world.tables[name]
-    nerves, moves = table.traits.get("nerves"), Velocity in table
-    return {"name": name, "color": table.traits.get("color", "#888888"), "radius": float(table.traits.get("radius", 0.5)), "moves": moves,
-            "sessile": not moves, "solid": bool(table.traits.get("solid")), "genes": genes,
+    nerves, moves = table.species.nerves, Velocity in table
+    return {"name": name, "color": table.species.color, "radius": float(table.species.radius or 0.5), "moves": moves,
+            "sessile": not moves, "solid": bool(table.species.solid), "genes": genes,
             "learns": bool(nerves is not None and nerves.learning)}  # fmt: skip
 
 

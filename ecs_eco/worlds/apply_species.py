@@ -12,6 +12,7 @@ from ecs_eco.components import Biology, Body, Chemistry, Metabolism, Physical
 from ecs_eco.config import WorldConfig
 from ecs_eco.engine import random
 from ecs_eco.engine.code import handed_over
+from ecs_eco.lifecycle.species import Species
 from ecs_eco.nervous.networks import HappinessNetwork, ReflexNetwork
 from ecs_eco.space.sun import Sun
 from ecs_eco.space.water import Water
@@ -50,9 +51,11 @@ def climate(world: Any, config: WorldConfig) -> None:
 def matter(table: Any, kind: Any, substances: list[str]) -> None:
     """Set mass, radius, physical and chemical properties that a newborn has."""
     table.set_defaults(Body, radius=kind.body.radius, mass=kind.body.mass)
-    table.traits |= {"sinking": kind.body.sinking, "emits": dict(kind.emits)}
-    table.traits |= {"opaque": kind.body.opaque, "solid": kind.body.solid, "color": kind.color}
-    table.traits.setdefault("radius", kind.body.radius)  # of the largest: genes and the dead may make it larger
+    alike: Species = table.species
+    alike.sinking, alike.emits, alike.color = kind.body.sinking, dict(kind.emits), kind.color
+    alike.opaque, alike.solid = kind.body.opaque, kind.body.solid
+    if alike.radius is None:
+        alike.radius = kind.body.radius
     if kind.properties:
         table.add_component(Physical, **kind.properties)
     if kind.substances:
@@ -64,9 +67,10 @@ def apply_species(table: Any, species: Any, substances: list[str]) -> None:
     matter(table, species, substances)
     table.set_defaults(Metabolism, energy=species.metabolism.energy)
     table.set_defaults(Biology, sex=SEXES[species.sex], fertility=species.fertility)
-    way = None if table.traits.get("barren") else species.reproduction  # switched off by an intervention
-    table.traits |= {"species": species, "diet": list(species.diet), "lethal": list(species.lethal),
-                     "reproduction": way, "remains": species.remains, "sex": species.sex, "max_count": species.max_count}
+    alike: Species = table.species
+    alike.config, alike.diet, alike.lethal = species, list(species.diet), list(species.lethal)
+    alike.remains, alike.sex, alike.max_count = species.remains, species.sex, species.max_count
+    alike.switch_reproduction(not alike.barren)
 
 
 def gaits(way: Any, nerves: Any) -> tuple[Any, ...]:

@@ -112,7 +112,7 @@ def _landmarks(world: Any, terrain: Any) -> None:
         if not places or kind in world.config.objects or kind in world.config.species:
             continue
         table = world.add_table(kind, Position, Body, capacity=len(places))
-        table.traits |= {"object": True, "opaque": False, "solid": False, "radius": max(p.radius for p in places), "color": "#888888"}
+        table.species.is_object, table.species.opaque, table.species.radius = True, False, max(p.radius for p in places)
         columns = {(Position, "x"): [p.at[0] for p in places], (Position, "y"): [p.at[1] for p in places],
                    (Body, "radius"): [p.radius for p in places]}
         table.request(np.zeros(len(places), np.uint64), {k: np.array(v, np.float32) for k, v in columns.items()})
@@ -121,17 +121,17 @@ def _landmarks(world: Any, terrain: Any) -> None:
 def _object_table(world: Any, name: str, kind: Any) -> None:
     table = world.add_table(name, Position, Body, dims={"substances": len(world.substances)}, capacity=max(16, kind.count + len(kind.at)))
     matter(table, kind, world.substances)
-    table.traits["object"] = True
+    table.species.is_object = True
 
 
 def _remains(world: Any, table: Any) -> None:
     """Give the objects that the dead of a species become what its bodies are made of."""
-    if (name := table.traits.get("remains")) is not None:
+    if (name := table.species.remains) is not None:
         into = world.tables[name]
         for component in (Physical, Chemistry):
             if component in table and component not in into:
                 into.add_component(component)
-        into.traits["radius"] = max(into.traits["radius"], table.traits["radius"])
+        into.species.radius = max(into.species.radius, table.species.radius)
 
 
 def _species_table(world: Any, name: str, species: Any) -> None:
@@ -143,17 +143,17 @@ def _species_table(world: Any, name: str, species: Any) -> None:
         table.add_component(Nervous)
         dims = world.config.dims
         senses = senses_of(species, dims, world.substances, world.config.function)
-        table.traits["nerves"] = Nerves(species.channels(dims), senses, species.actions, species.neutral, species.automatic,
+        table.species.nerves = Nerves(species.channels(dims), senses, species.actions, species.neutral, species.automatic,
                                         species.readings(dims))
-    if species.locomotion is not None and "nerves" in table.traits:
+    if species.locomotion is not None and table.species.nerves is not None:
         table.add_component(Velocity)
-        table.traits["gaits"] = gaits(species.locomotion, table.traits["nerves"])
+        table.species.gaits = gaits(species.locomotion, table.species.nerves)
 
 
 def _networks(world: Any, table: Any, species: Any, policies: Any, learn: Any, number: int,
               training: bool) -> np.ndarray | None:
     """Build the reflex, happiness and policy networks of one species; return the weights that founders have alike, if any."""
-    nerves = table.traits.get("nerves")
+    nerves = table.species.nerves
     if nerves is None:
         return None
     networks(nerves, species, world.config.function)

@@ -16,7 +16,7 @@ def add_heredity(world: Any, table: Any, species: Any, founder: np.ndarray | Non
     """Give a table its genome, the columns that its genes write, and the columns of individual brains; nothing where it needs none."""
     for name in species.components:
         table.add_component(world.config.function(name))
-    nerves, section = table.traits.get("nerves"), species.genome
+    nerves, section = table.species.nerves, species.genome
     minds = None if nerves is None else nerves.individuals
     if minds is not None:
         table.dims |= minds.dims
@@ -41,7 +41,7 @@ def add_heredity(world: Any, table: Any, species: Any, founder: np.ndarray | Non
         table.dims.setdefault("loci", 0)
         table.add_component(Gestation)
     if section is not None or minds is not None:
-        table.traits["heredity"] = Heredity(layout, operators, targets, minds=minds, inherit=species.policy.inherit,
+        table.species.heredity = Heredity(layout, operators, targets, minds=minds, inherit=species.policy.inherit,
                                             noise=species.policy.mutation, founder=founder, alike=alike)
 
 
@@ -60,13 +60,13 @@ def _targets(table: Any, species: Any, layout: Any, traits: dict[str, Any]) -> T
                 table.add_component(component)
             column = table.defaults[component][trait.field]
             column[... if trait.index is None else trait.index] = trait.default
-    table.traits["own ranges"] = frozenset(t.index for _, t in coded if (t.component, t.field) == ("Senses", "radius"))
-    table.traits["own places"] = frozenset(t.index for _, t in coded if t.component == "Senses" and t.field in ("forward", "left"))
+    table.species.own_ranges = frozenset(t.index for _, t in coded if (t.component, t.field) == ("Senses", "radius"))
+    table.species.own_places = frozenset(t.index for _, t in coded if t.component == "Senses" and t.field in ("forward", "left"))
     for gene, trait in coded:
         if trait.name == "body.radius":
-            table.traits["radius"] = max([species.body.radius, *(gene.values or [gene.low, gene.high])])
+            table.species.radius = max([species.body.radius, *(gene.values or [gene.low, gene.high])])
         if trait.name == "body.mass":
-            table.traits["standard_mass"] = species.body.mass
+            table.species.standard_mass = species.body.mass
     return {gene.name: (known[trait.component], trait.field, trait.index) for gene, trait in coded}
 
 

@@ -54,7 +54,7 @@ def _surroundings(world: Any, key: tuple, new: WorldConfig) -> None:
     elif key == ("seed",):
         world.seed = new.seed
         for number, name in enumerate(new.species):
-            nerves = world.tables[name].traits.get("nerves")
+            nerves = world.tables[name].species.nerves
             for learning in (getattr(nerves, "learner", None), getattr(nerves, "individuals", None)):
                 if learning is not None:
                     learning.seed = learner_seed(world.seed, number)
@@ -67,10 +67,10 @@ def _surroundings(world: Any, key: tuple, new: WorldConfig) -> None:
 def _species(world: Any, table: Any, old: Any, new: Any, changed: set[str]) -> None:
     """Apply the values of one species; `changed` are the keys that differ."""
     apply_species(table, new, world.substances)
-    nerves, heredity = table.traits.get("nerves"), table.traits.get("heredity")
+    nerves, heredity = table.species.nerves, table.species.heredity
     parts = {key.partition(".")[0] for key in changed}
-    if "gaits" in table.traits and "locomotion" in parts:
-        table.traits["gaits"] = gaits(new.locomotion, nerves)
+    if table.species.gaits is not None and "locomotion" in parts:
+        table.species.gaits = gaits(new.locomotion, nerves)
     if nerves is not None and parts & {"reflex", "happiness"}:
         without = nerves.reflex is None and old.reflex is not None  # taken away by a control
         networks(nerves, new, world.config.function)
@@ -100,7 +100,7 @@ def _settings(nerves: Any, species: Any, training: bool) -> None:
 
 def learning(world: Any, table: Any) -> None:
     """Let a species begin to learn, or stop, as its `policy.learn` says."""
-    nerves, species = table.traits["nerves"], table.traits["species"]
+    nerves, species = table.species.nerves, table.species.config
     if nerves.brain is None and nerves.individuals is None:
         return  # every action with equal chance: nothing that could learn
     if nerves.learning == species.policy.learn:
@@ -151,7 +151,7 @@ def _genes(world: Any, table: Any, old: Any, new: Any, changed: set[str]) -> Non
     if any(key.startswith(("genome.", "reproduction.choice")) for key in changed):
         from ecs_eco.genomes import Operators
 
-        heredity = table.traits["heredity"]
+        heredity = table.species.heredity
         choice = getattr(new.reproduction, "choice", "nearest")
         heredity.operators = Operators.from_config(new.genome, heredity.layout, choice, world.config.function)
 
@@ -159,11 +159,11 @@ def _genes(world: Any, table: Any, old: Any, new: Any, changed: set[str]) -> Non
 def _causes(world: Any) -> None:
     """Make causes of death known that are new, in the order of species."""
     for table in world.tables.values():
-        for food in table.traits.get("diet", ()):
+        for food in table.species.diet:
             world.cause(f"eaten by {table.name}")
             if food.deadly:
                 world.cause(f"poisoned by {food.eats}")
-        for limit in table.traits.get("lethal", ()):
+        for limit in table.species.lethal:
             for cause, bound in ((limit.low, limit.min), (limit.high, limit.max)):
                 if bound is not None:
                     world.cause(cause)

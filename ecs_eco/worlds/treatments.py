@@ -47,7 +47,7 @@ def apply(names: Sequence[str], world: Any) -> None:
 
 
 def _all(world: Any, trait: str) -> list[Any]:
-    return [t.traits[trait] for t in world.tables.values() if t.traits.get(trait) is not None]
+    return [part for t in world.tables.values() if (part := getattr(t.species, trait)) is not None]
 
 
 def _genomes(world: Any) -> list[Any]:

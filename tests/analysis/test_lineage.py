@@ -384,7 +384,7 @@ def test_genomes_of_a_real_run_are_those_of_its_organisms(menagerie, tmp_path):
     run_to_folder(config, seed=7, ticks=60, out=tmp_path / "run", policies="untrained", report=False)
     world = World.from_config(config, seed=7, policies="untrained").run(60)
     table, found = world.tables["ram"], Lineage.read(tmp_path / "run").of_species("ram")
-    layout, loci, alive = table.traits["heredity"].layout, table[Genome].loci[table.by_uid()], found.alive(59)
+    layout, loci, alive = table.species.heredity.layout, table[Genome].loci[table.by_uid()], found.alive(59)
     assert found.uid[alive].tolist() == table.uid[table.by_uid()].tolist()
     assert found.genome[alive].tolist() == [layout.alphabet.decode(row) for row in loci]
     red = found.frequencies("ram", "red", 1)

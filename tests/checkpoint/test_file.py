@@ -128,7 +128,7 @@ def test_who_comes_later_starts_from_the_same_trained_brain_after_a_restore(herd
 
     from ecs_eco.learning import Brain
 
-    nerves = World.from_config(herd).tables["goat"].traits["nerves"]
+    nerves = World.from_config(herd).tables["goat"].species.nerves
     brain = Brain(len(nerves.channels), nerves.choices, (6,), seed=9)
     save_file(brain.state(), tmp_path / "goat.safetensors")
     begun = World.from_config(herd, policies=str(tmp_path)).run(3)

@@ -78,7 +78,7 @@ def test_definition_2_inanimate_objects_have_a_type_and_properties(world):
 
 
 def test_definition_3_an_organism_has_a_nervous_system_of_sensors_actions_and_three_networks(world):
-    nerves = world.tables["ram"].traits["nerves"]
+    nerves = world.tables["ram"].species.nerves
     assert len(nerves.channels) == 4 + 2 * 3 + 2 * 3 + 2 + 1 + 3
     assert [a for _, a in nerves.actions] == ["still", "walk", "run", "left", "none", "right", "eat"]
     assert nerves.reflex is not None
@@ -87,9 +87,9 @@ def test_definition_3_an_organism_has_a_nervous_system_of_sensors_actions_and_th
     world.run(1)
     x = nerves.x[:, list(nerves.channels).index("glucose")]
     assert x.tolist() == pytest.approx([0.5] * len(x))
-    reflex_agent = world.tables["lynx"].traits["nerves"]
+    reflex_agent = world.tables["lynx"].species.nerves
     assert (reflex_agent.policy, reflex_agent.happiness, reflex_agent.reflex is None) == (False, None, False)
-    assert "nerves" not in world.tables["moss"].traits  # plants and bacteria
+    assert world.tables["moss"].species.nerves is None  # plants and bacteria
 
 
 def test_definition_3_a_genome_is_a_string_over_a_finite_alphabet(world):

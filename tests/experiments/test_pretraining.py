@@ -34,10 +34,10 @@ def test_policies_learn_and_are_written_with_their_curves(trained, menagerie):
 def test_a_world_takes_up_the_policies_of_a_folder(trained, menagerie):
     result, out, _ = trained
     world = World.from_config(menagerie(), policies=str(out))
-    state = world.tables["ram"].traits["nerves"].brain.state()
+    state = world.tables["ram"].species.nerves.brain.state()
     assert all(np.array_equal(state[k], v) for k, v in result["policies"]["ram"].items())
     other = World.from_config(menagerie(), policies={"ram": "untrained"})
-    assert any((other.tables["ram"].traits["nerves"].brain.state()[k] != v).any() for k, v in state.items())
+    assert any((other.tables["ram"].species.nerves.brain.state()[k] != v).any() for k, v in state.items())
 
 
 def test_training_changes_the_weights_and_the_same_seed_gives_the_same(trained, menagerie):
@@ -45,13 +45,13 @@ def test_training_changes_the_weights_and_the_same_seed_gives_the_same(trained, 
     changes = {"training": {"average": 0.5, "set": {"species.moss.reproduction.seed_rain": 0.2}}}
     again = pretrain(menagerie(**changes), seed=5, ticks=40, points=4)
     assert all(np.array_equal(v, again["policies"]["ram"][k]) for k, v in result["policies"]["ram"].items())
-    fresh = World.from_config(menagerie(**changes), seed=5, policies="untrained").tables["ram"].traits["nerves"].brain.state()
+    fresh = World.from_config(menagerie(**changes), seed=5, policies="untrained").tables["ram"].species.nerves.brain.state()
     assert all((v != fresh[k]).any() for k, v in result["policies"]["ram"].items() if k.endswith("weight"))
 
 
 def test_training_shorter_than_a_rollout_leaves_the_policies_as_they_were(menagerie, tmp_path):
     result = pretrain(menagerie(), ticks=3, out=tmp_path)
-    fresh = World.from_config(menagerie(), policies="untrained").tables["ram"].traits["nerves"].brain.state()
+    fresh = World.from_config(menagerie(), policies="untrained").tables["ram"].species.nerves.brain.state()
     assert all(np.array_equal(v, fresh[k]) for k, v in result["policies"]["ram"].items())
     assert (tmp_path / "training.json").is_file()
 

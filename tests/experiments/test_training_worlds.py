@@ -26,10 +26,10 @@ def test_several_worlds_with_numbers_of_their_own_train_one_policy(menagerie):
     training_worlds = TrainingWorlds(plan(menagerie), seed=3)
     numbers = [world.tables["ram"].n for world in training_worlds.worlds]
     assert len(set(numbers)) == 3
-    brains = {id(world.tables["ram"].traits["nerves"].brain) for world in training_worlds.worlds}
+    brains = {id(world.tables["ram"].species.nerves.brain) for world in training_worlds.worlds}
     assert len(brains) == 1
     training_worlds.run(80)
-    reports = training_worlds.worlds[2].tables["ram"].traits["nerves"].reports
+    reports = training_worlds.worlds[2].tables["ram"].species.nerves.reports
     assert [(r["tick"], r["n_transitions"]) for r in reports] == [(t, 12 * sum(numbers)) for t in (12, 24, 36, 48, 60, 72)]
     assert [world.tick for world in training_worlds.worlds] == [80, 80, 80]
 
@@ -52,7 +52,7 @@ def test_worlds_begin_anew_and_an_earlier_self_does_not_learn(menagerie):
     training_worlds.run(30)
     assert training_worlds.tick == 72
     assert [world.tick for world in training_worlds.worlds] == [30, 30, 30]
-    nerves = [world.tables["ram"].traits["nerves"] for world in training_worlds.worlds]
+    nerves = [world.tables["ram"].species.nerves for world in training_worlds.worlds]
     assert [n.learning for n in nerves] == [True, False, False]
     training_worlds.run(12)  # one update of the first world alone
     assert any((training_worlds.brains()["ram"].state()[k] != v).any() for k, v in first.items())

@@ -46,7 +46,7 @@ def test_noses_that_are_off_read_nothing_while_the_smell_is_there(sea):
     for name, config in (("on", sea), ("off", load(sea, variant(sea, "no-smell")))):
         world = World.from_config(config, policies="untrained", seed=3, learn=False).run(12)
         table = world.tables["copepod"]
-        nerves = table.traits["nerves"]
+        nerves = table.species.nerves
         smells = [i for i, c in enumerate(nerves.channels) if "smell" in c]
         assert len(smells) == 4
         assert world.fields["krill_smell"].value.max() > 0.1

@@ -24,7 +24,7 @@ def _sea(sensors, size=(20.0, 20.0, 10.0), **top):
 
 def _read(world):
     act(world, Sense)
-    nerves = world.tables["prey"].traits["nerves"]
+    nerves = world.tables["prey"].species.nerves
     return dict(zip(nerves.channels, nerves.x[0].tolist(), strict=True))
 
 

@@ -23,7 +23,7 @@ def custom_happiness(x):
 
 
 def _nerves(meadow, **deer):
-    return meadow(**deer).tables["deer"].traits["nerves"]
+    return meadow(**deer).tables["deer"].species.nerves
 
 
 def _x(*rows):
@@ -73,7 +73,7 @@ def test_happiness_is_never_below_its_minimum(meadow, happiness, values):
 def test_the_plain_name_of_a_smell_is_the_mean_over_the_noses(meadow):
     noses = [{"kind": "smell", "field": "musk", "at": [1.0, side]} for side in (0.5, -0.5)]
     world = meadow(world={"fields": {"musk": {"cell": 1.0}}}, sensors=[*SENSORS, *noses], happiness={"formula": "musk"})
-    nerves = world.tables["deer"].traits["nerves"]
+    nerves = world.tables["deer"].species.nerves
     assert nerves.channels == ("energy", "age", "musk_1", "musk_2")
     assert nerves.reading("musk", _x([0, 0, 1, 2])).tolist() == [1.5]
     assert nerves.reading("musk_2", _x([0, 0, 1, 2])).tolist() == [2]
@@ -84,7 +84,7 @@ def test_a_sense_of_ones_own_fills_its_channels(meadow):
     sense = {"kind": "custom", "name": "mine", "function": f"{__name__}:custom_sense", "width": 2}
     world = meadow(sensors=[*SENSORS, sense])
     world.run(1)
-    nerves = world.tables["deer"].traits["nerves"]
+    nerves = world.tables["deer"].species.nerves
     assert nerves.channels[2:] == ("mine_1", "mine_2")
     assert nerves.x[:, 2:].tolist() == [[u, 0.5] for u in world.tables["deer"].uid[nerves.rows]]
 
@@ -102,7 +102,7 @@ def test_the_state_of_a_learner_brings_another_to_the_same_point(meadow):
         )
 
     world, other = learner(1).run(5), learner(2)
-    nerves, twin = (w.tables["deer"].traits["nerves"] for w in (world, other))
+    nerves, twin = (w.tables["deer"].species.nerves for w in (world, other))
     state = nerves.state()
     assert any(k.startswith("brain.") for k in state)
     assert any(k.startswith("learner.moment_1") for k in state)

@@ -48,7 +48,7 @@ def test_happiness_of_each_own_weights_is_its_slow_twin():
 def test_a_plain_function_of_the_senses_stays_a_network(meadow):
     world = meadow(count=3)
     deer = world.tables["deer"]
-    nerves = deer.traits["nerves"]
+    nerves = deer.species.nerves
     nerves.rows, nerves.x = np.arange(3), np.array([[0.1], [0.2], [0.3]], F)
     nerves.happiness = lambda x: 2 * x[:, 0]
     nerves.reflex = lambda x: np.ones((len(x), len(nerves.actions)), np.int8)
@@ -67,7 +67,7 @@ def test_networks_read_the_columns_of_those_that_sense(meadow):
         reflex={"connections": [{"name": "calm", "sensor": "energy", "action": "run", "weight": 0, "above": 0.0}]},
     )  # fmt: skip
     deer = world.tables["deer"]
-    nerves, rows = deer.traits["nerves"], deer.rows()[::-3]
+    nerves, rows = deer.species.nerves, deer.rows()[::-3]
     nerves.rows, nerves.x = rows, np.full((rows.size, 1), 0.5, F)
     assert nerves.react(deer)[:, nerves.column("run")].tolist() == deer[Reflexes].weight[rows, 0].tolist()
     assert nerves.feel(deer) == pytest.approx(0.5 * deer[Desires].weight[rows, 0])

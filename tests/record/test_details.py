@@ -69,7 +69,7 @@ def test_full_details_are_those_of_all_who_live_and_die(menagerie):
         for name, expected in zip(("x", "energy", "happiness", "reward"),
                                   (table[Position].x, table[Metabolism].energy, n.happiness, n.reward), strict=True):  # fmt: skip
             assert block[name][mine].tolist() == expected[rows].tolist()
-        nerves = table.traits["nerves"]
+        nerves = table.species.nerves
         sensed = np.stack([block[f"sensor: {c}"][mine] for c in nerves.channels], axis=1)
         decided = np.stack([block[f"decision: {g}.{a}"][mine] for g, a in nerves.actions], axis=1)
         assert (sensed == mind.x).all()
@@ -79,7 +79,7 @@ def test_full_details_are_those_of_all_who_live_and_die(menagerie):
 
 def test_columns_leave_out_what_the_policy_has_no_say_in(menagerie):
     world = World.from_config(menagerie(), policies="untrained")
-    ram, lynx = (columns_of(world.tables[name].traits["nerves"]) for name in ("ram", "lynx"))
+    ram, lynx = (columns_of(world.tables[name].species.nerves) for name in ("ram", "lynx"))
     assert "probability: speed.run" in ram
     assert [c for c in lynx if c.startswith("probability")] == []
     assert [c for c in lynx if c.startswith("decision")][-1] == "decision: eat.eat"

@@ -223,7 +223,7 @@ def _flock(letters=None, n=3):
     world = World((10, 10))
     table = world.add_table("finch", Position, Genome, dims={"loci": 2})
     if letters is not None:
-        table.traits["heredity"] = SimpleNamespace(layout=SimpleNamespace(alphabet=Alphabet(letters)))
+        table.species.heredity = SimpleNamespace(layout=SimpleNamespace(alphabet=Alphabet(letters)))
     world.spawn("finch", n=n)
     world.flush()
     table[Genome].loci[table.by_uid()[1]] = 1, 3

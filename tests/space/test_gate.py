@@ -168,7 +168,7 @@ def test_surroundings_that_are_one_number_are_the_same_everywhere():
 @pytest.mark.parametrize(("network", "value"), [("reflex", np.zeros((1, 1), np.int8)), ("happiness", np.zeros(1, F)), ("happiness", 1.0)])
 def test_a_network_of_ones_own_answers_for_each_organism_and_action(menagerie, network, value):
     world = World.from_config(menagerie(), policies="random")
-    setattr(world.tables["lynx"].traits["nerves"], network, lambda x: value)
+    setattr(world.tables["lynx"].species.nerves, network, lambda x: value)
     with pytest.raises(ValueError, match=rf"lynx: the {network} network gives .*; allowed: an array"):
         world.run(1)
 

@@ -19,7 +19,7 @@ def _world(size, edges, cell, seed):
     world = World(size, edges=edges, cell=cell)
     for name, n, radius, opaque in KINDS:
         table = world.add_table(name, Position, Body)
-        table.traits["opaque"] = opaque
+        table.species.opaque = opaque
         values = {(Position, axis): (rng.random(n) * s).astype("f4") for axis, s in zip("xyz", size, strict=False)}
         values |= {
             (Position, "heading"): (rng.random(n) * 6.28).astype("f4"),
@@ -138,7 +138,7 @@ def _ray(world, me, angle, radius, targets):
     start, u = np.array([a.x, a.y, a.z], float), np.array([np.cos(angle), np.sin(angle), 0])
     best, what = radius, None
     for name in world.tables:
-        if name not in targets and not world.tables[name].traits["opaque"]:
+        if name not in targets and not world.tables[name].species.opaque:
             continue
         places, radii, uids = _bodies(world, [name])
         for w, r, uid in zip(_ways(world, start, places), radii, uids, strict=True):
@@ -190,8 +190,8 @@ def test_rays_stop_at_the_first_body_or_wall_of_all(size, edges, cell):
 
 def test_rays_of_a_full_circle_are_evenly_spaced_and_one_ray_looks_ahead():
     world = World((20, 20))
-    world.add_table("me", Position, Body).traits["opaque"] = True
-    world.add_table("it", Position, Body).traits["opaque"] = True
+    world.add_table("me", Position, Body).species.opaque = True
+    world.add_table("it", Position, Body).species.opaque = True
     world.spawn("me", Position(x=10, y=10, heading=np.pi / 4))
     for k in range(4):
         world.spawn("it", Position(x=10 + 3 * np.cos(k * np.pi / 2), y=10 + 3 * np.sin(k * np.pi / 2)))
@@ -208,7 +208,7 @@ def test_rays_of_a_full_circle_are_evenly_spaced_and_one_ray_looks_ahead():
 def test_rock_stops_a_ray():
     world = World((20, 20))
     world.terrain = Terrain(world.space, 0.25, rocks=[{"at": [14.0, 10.0], "radius": 1.0}])
-    world.add_table("me", Position, Body).traits["opaque"] = True
+    world.add_table("me", Position, Body).species.opaque = True
     world.spawn("me", Position(x=10, y=10))
     world.flush()
     table, out = world.tables["me"], np.zeros((1, 1), np.float32)

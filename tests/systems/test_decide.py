@@ -46,7 +46,7 @@ def test_the_policy_takes_one_of_each_group_and_the_reflex_is_added(meadow):
 def test_choices_follow_from_logits_uid_and_tick_alone(meadow):
     world = meadow(count=50, options={"policies": "untrained"}, **POLICY)
     decision = _decision(world)
-    table, nerves = world.tables["deer"], world.tables["deer"].traits["nerves"]
+    table, nerves = world.tables["deer"], world.tables["deer"].species.nerves
     logits, _ = nerves.brain.forward(nerves.x)
     uid = table.uid[nerves.rows]
     chance = np.stack([draw_many(world.key, uid, DECIDE + (g << 8)) for g in range(2)], 1)
@@ -64,7 +64,7 @@ def test_choices_follow_from_logits_uid_and_tick_alone(meadow):
 @pytest.mark.parametrize("learn", [True, False])
 def test_a_learner_gets_what_was_sensed_and_chosen(meadow, learn):
     world = meadow(count=5, options={"policies": "untrained", "learn": learn}, **POLICY)
-    nerves = world.tables["deer"].traits["nerves"]
+    nerves = world.tables["deer"].species.nerves
     _decision(world)
     assert (nerves.learner is not None) == learn
     if learn:
@@ -80,10 +80,10 @@ def test_a_policy_that_is_no_number_stops_with_species_tick_and_organism(meadow)
         world = meadow(policy={"kind": kind, "hidden": [4]}, ppo={}).run(3)
         deer = world.tables["deer"]
         if kind == "shared":
-            deer.traits["nerves"].brain.weights.numpy()[:] = np.nan
+            deer.species.nerves.brain.weights.numpy()[:] = np.nan
         else:
             deer[Policy].weights[deer.rows()] = np.nan
-        uid = int(deer.uid[deer.traits["nerves"].rows[0]])
+        uid = int(deer.uid[deer.species.nerves.rows[0]])
         with pytest.raises(FloatingPointError, match=f"deer, tick 3: the policy of organism [0-9]+ gives.*2 such of 2.*{word}") as error:
             world.run(1)
         assert str(uid) in str(error.value) or len(deer) == 2

@@ -163,8 +163,8 @@ def _with_genomes(table):
         table.defaults.pop(component, None)
         table.add_component(component)
     table[Genome].loci[table.by_uid()] = np.arange(12).reshape(4, 3)
-    table.traits["heredity"] = FakeHeredity()
-    return table.traits["heredity"]
+    table.species.heredity = FakeHeredity()
+    return table.species.heredity
 
 
 def test_a_dead_father_passes_on_his_genome(meadow):

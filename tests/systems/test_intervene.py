@@ -149,7 +149,7 @@ def test_an_intervention_is_repeated_after_each_so_many_ticks_until_the_last():
 def walkers(w, x, y, heading):
     """Deer that run straight on, and nobody else."""
     deer = arrange(w, "deer", x=x, y=y, heading=heading)
-    nerves = deer.traits["nerves"]
+    nerves = deer.species.nerves
     decision = deer[Nervous].decision
     decision[:] = 0
     decision[:, nerves.column("speed.run")] = 1
@@ -261,11 +261,11 @@ def test_learning_stops_and_goes_on(kind):
     more = {"species.deer.policy.kind": kind, "species.deer.policy.file": None, "species.deer.ppo.horizon": 4}
     w = world({"kind": "switch", "at": 5, "learning": False, "species": "deer"}, {"kind": "switch", "at": 9, "learning": True},
               **more, **{"species.deer.policy.learn": True})  # fmt: skip
-    nerves = w.tables["deer"].traits["nerves"]
+    nerves = w.tables["deer"].species.nerves
     learns = []
     for _ in range(11):
         w.run(1)
-        learns.append((nerves.learning, w.tables["wolf"].traits["nerves"].learning, w.config.species["deer"].policy.learn))
+        learns.append((nerves.learning, w.tables["wolf"].species.nerves.learning, w.config.species["deer"].policy.learn))
     assert learns == [(True, False, True)] * 5 + [(False, False, False)] * 4 + [(True, True, True)] * 2
 
 
@@ -273,8 +273,8 @@ def test_a_world_that_was_built_to_learn_stops_when_told_to():
     w = World.from_config(small(), policies="untrained", learn=True, seed=4)
     w.intervene({"kind": "switch", "learning": False})
     w.run(1)
-    assert not w.tables["deer"].traits["nerves"].learning
-    assert w.tables["deer"].traits["nerves"].learner is None
+    assert not w.tables["deer"].species.nerves.learning
+    assert w.tables["deer"].species.nerves.learner is None
 
 
 # by file and by hand

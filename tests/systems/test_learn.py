@@ -14,7 +14,7 @@ OPTIONS = {"policies": "untrained", "learn": True}
 
 
 def _learner(world):
-    return world.tables["deer"].traits["nerves"].learner
+    return world.tables["deer"].species.nerves.learner
 
 
 def test_an_update_comes_when_the_rollout_has_its_horizon_and_the_record_of_the_last_action_is_complete(meadow):
@@ -27,7 +27,7 @@ def test_an_update_comes_when_the_rollout_has_its_horizon_and_the_record_of_the_
     world.run(1)  # senses, feels, learns, then decides: the first of the next rollout
     assert (learner.updates, learner.rollout.n, learner.rollout.ticks) == (1, 2, 1)
     assert (learner.brain.state()["policy.head.weight"] != weights).any()
-    report = world.tables["deer"].traits["nerves"].reports[-1]
+    report = world.tables["deer"].species.nerves.reports[-1]
     assert (report["tick"], report["n_transitions"]) == (4, 8)
 
 
@@ -85,7 +85,7 @@ def test_a_population_that_dies_out_learns_no_more_and_nothing_breaks(meadow):
 
 def test_a_species_that_does_not_learn_keeps_its_weights(meadow):
     world = meadow(options={"policies": "untrained", "learn": False}, **POLICY)
-    brain = world.tables["deer"].traits["nerves"].brain
+    brain = world.tables["deer"].species.nerves.brain
     before = brain.state()
     world.run(10)
     assert all((v == before[k]).all() for k, v in brain.state().items())

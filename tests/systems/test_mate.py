@@ -215,7 +215,7 @@ def _court(meadow, rule):
     """One female and three males at .5, 1 and 1.5 m, the toolbox of the species choosing by `rule`."""
     world = meadow(count=4, sex="random", world=WIDE, reproduction=WAY, **GENES)
     arrange(world, "deer", x=[10, 10.5, 11, 11.5], y=10, sex=[FEMALE, MALE, MALE, MALE], energy=[0.6, 0.6, 0.9, 0.7], age=20.0)
-    toolbox = world.tables["deer"].traits["heredity"].operators.toolbox
+    toolbox = world.tables["deer"].species.heredity.operators.toolbox
     toolbox.register("select_mate", rule)
     return world
 

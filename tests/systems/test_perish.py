@@ -53,7 +53,7 @@ def test_the_last_reward_reaches_the_learner_whatever_one_dies_of(meadow):
     world = meadow(count=3, policy={"kind": "shared", "hidden": [4]}, happiness=happiness, options=options, **BODY)
     table = world.tables["deer"]
     world.run(1)
-    rollout = table.traits["nerves"].learner.rollout
+    rollout = table.species.nerves.learner.rollout
     uids = table.uid[table.by_uid()].tolist()[:2]
     felt = [world.get(uid, Nervous).happiness for uid in uids]
     rows = [world.locate(uid)[1] for uid in uids]

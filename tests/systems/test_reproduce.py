@@ -165,7 +165,7 @@ def test_what_heredity_says_of_a_newborn_holds(meadow):
 
     world = meadow(count=30, world={"space": {"size": [400.0, 400.0]}}, reproduction=WAY | {"litter": 2})
     deer = arrange(world, "deer", energy=1.0)
-    deer.traits["heredity"] = fake = Fake()
+    deer.species.heredity = fake = Fake()
     parents, rows = _born(world)
     assert deer.uid[fake.said[0]].tolist() == parents
     assert fake.said[1] is None
@@ -183,6 +183,14 @@ def test_max_count_leaves_room_for_the_first_by_uid(meadow):
     shuffle(world, 3)
     assert _born(world)[0] == ready[:2].tolist()
     assert _born(world)[0] == []
+
+
+def test_max_count_counts_those_who_wait_to_be_born(meadow):
+    world = meadow(count=10, max_count=12, world={"space": {"size": [400.0, 400.0]}}, reproduction=WAY)
+    deer = arrange(world, "deer", energy=1.0)
+    deer.request(np.zeros(2, np.uint64), {})
+    assert _born(world)[0] == [0, 0]
+    assert deer.n == 12
 
 
 def test_sexes_are_drawn_where_they_are_random(meadow):

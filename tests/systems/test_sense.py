@@ -16,7 +16,7 @@ def test_the_vector_x_has_the_channels_in_order_for_everyone_in_canonical_order(
     table = arrange(world, "deer", x=[19, 1, 10], y=[1, 1, 10], energy=[1, 2, 3], heading=[0, np.pi, 0])
     arrange(world, "grass", x=0, y=1)
     act(world, Sense)
-    nerves = table.traits["nerves"]
+    nerves = table.species.nerves
     assert nerves.channels == ("energy", "grass_forward", "grass_left", "grass_near", "light")
     by_uid = nerves.x[np.argsort(table.uid[nerves.rows])]
     expected = [[0.5, 1, 0, 0.8, 0.25], [1.0, 1, 0, 0.8, 0.25], [1.5, 0, 0, 0, 0.25]]
@@ -31,7 +31,7 @@ def test_what_was_sensed_last_is_forgotten_when_numbers_change(meadow):
     world.spawn("deer", n=60)
     world.flush()
     act(world, Sense)
-    nerves = world.tables["deer"].traits["nerves"]
+    nerves = world.tables["deer"].species.nerves
     assert nerves.x.shape == (99, 5)
     assert np.isfinite(nerves.x).all()
     assert (nerves.x[:, 4] == 0.25).all()

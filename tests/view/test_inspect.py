@@ -32,7 +32,7 @@ def test_looking_changes_nothing(menagerie):
 def test_what_is_said_of_all_rams_is_what_they_decided(lived):
     table = lived.tables["ram"]
     rows, at = thinkers(table)
-    mind, nerves = minds(table, rows, at), table.traits["nerves"]
+    mind, nerves = minds(table, rows, at), table.species.nerves
     assert rows.size > 10
     assert (np.diff(table.uid[rows].astype(int)) > 0).all()
     assert ((mind.y.astype(int) + mind.z > 0) == mind.decision).all()
@@ -146,5 +146,5 @@ def test_what_is_said_can_be_drawn(lived):
     table = world.tables["ram"]
     state = state_of(world, int(table.uid[thinkers(table)[0][0]]))
     values = drawable(state["nerves"])
-    assert len(values["readings"]) == len(table.traits["nerves"].channels)
+    assert len(values["readings"]) == len(table.species.nerves.channels)
     assert draw_nervous_system(world.config, "ram", values).axes

@@ -342,7 +342,7 @@ def test_genes_have_colours_and_curves():
     live.sample()
     mean = live.series(-1)["genes"][f"{name}.{code.name}"][0]
     table = world.tables[name]
-    said = table.traits["heredity"].layout.decode(table[Genome].loci[table.rows()], [code.name])[code.name]
+    said = table.species.heredity.layout.decode(table[Genome].loci[table.rows()], [code.name])[code.name]
     assert mean == pytest.approx(float(said.mean()), rel=1e-4)
 
 

@@ -23,7 +23,7 @@ def test_tables_are_objects_then_species_in_their_order_with_the_components_they
     assert has["moss"] == body | {Metabolism, Biology}
     assert has["ram"] == body | {Metabolism, Biology, Nervous, Velocity, Physical, Chemistry}
     assert has["lynx"] == body | {Metabolism, Biology, Nervous, Velocity}
-    assert world.tables["carcass"].traits["radius"] == 0.5  # as large as the largest that leaves one
+    assert world.tables["carcass"].species.radius == 0.5  # as large as the largest that leaves one
 
 
 def test_numbers_places_and_values_at_birth(world):
@@ -59,12 +59,12 @@ def test_seed_policies_and_learning_can_be_chosen(menagerie):
     first, second = (World.from_config(menagerie(), seed=s, policies="untrained") for s in (1, 2))
     assert first.digest() != second.digest()
     assert World.from_config(menagerie(), seed=1, policies="untrained").digest() == first.digest()
-    random = World.from_config(menagerie(), policies="random").tables["ram"].traits["nerves"]
+    random = World.from_config(menagerie(), policies="random").tables["ram"].species.nerves
     assert (random.policy, random.brain, random.learning) == (True, None, False)
-    assert World.from_config(menagerie(), learn=True).tables["ram"].traits["nerves"].learning
+    assert World.from_config(menagerie(), learn=True).tables["ram"].species.nerves.learning
     learns = menagerie(species={"ram": {"policy": {"learn": True}}})
-    assert World.from_config(learns).tables["ram"].traits["nerves"].learning
-    assert not World.from_config(learns, learn=False).tables["ram"].traits["nerves"].learning
+    assert World.from_config(learns).tables["ram"].species.nerves.learning
+    assert not World.from_config(learns, learn=False).tables["ram"].species.nerves.learning
 
 
 def test_two_species_of_plants_do_not_stand_in_the_same_places(menagerie):

@@ -107,5 +107,5 @@ def test_krill_chase_what_they_see_by_day_and_not_by_night():
         arrange(world, "copepod", x=20, y=10, z=29)
         krill = arrange(world, "krill", x=15, y=10, z=29, heading=0)
         world.run(1)
-        gaits = krill.traits["nerves"].doing(krill, "chase")
+        gaits = krill.species.nerves.doing(krill, "chase")
         assert bool(gaits[krill.rows()[0]]) is chases

@@ -30,7 +30,7 @@ def test_the_world_is_shipped_and_lives_300_ticks(world):
 def test_the_weights_of_happiness_are_what_the_genes_say(world):
     vole = world.tables["vole"]
     rows = vole.rows()[vole.born[vole.rows()] > 0]
-    said = vole.traits["heredity"].layout.decode(vole[Genome].loci[rows])
+    said = vole.species.heredity.layout.decode(vole[Genome].loci[rows])
     assert rows.size > 20
     for i, gene in enumerate(("energy", "berry", "nightshade", "vole")):
         assert np.array_equal(vole[Desires].weight[rows, i], said[gene])
@@ -39,7 +39,7 @@ def test_the_weights_of_happiness_are_what_the_genes_say(world):
 
 def test_voles_are_happy_about_what_they_sense_as_their_own_weights_say(world):
     vole = world.tables["vole"]
-    nerves, weight = vole.traits["nerves"], vole[Desires].weight
+    nerves, weight = vole.species.nerves, vole[Desires].weight
     rows = nerves.rows[vole.alive[nerves.rows] & vole[Nervous].awake[nerves.rows]]  # not who was born since, in the row of a dead
     x = {int(row): i for i, row in enumerate(nerves.rows)}
     at = [x[int(row)] for row in rows]
@@ -68,7 +68,7 @@ def test_what_a_vole_learned_dies_with_it():
 def test_what_berries_are_is_what_their_genes_say(world):
     berry = world.tables["berry"]
     rows = berry.rows()
-    said = berry.traits["heredity"].layout.decode(berry[Genome].loci[rows])
+    said = berry.species.heredity.layout.decode(berry[Genome].loci[rows])
     for gene, column in (("tough", berry[Defence].toughness), ("poison", berry[Defence].poison), ("spread", berry[Growth].spread)):
         assert np.array_equal(column[rows], said[gene])
         assert len(np.unique(said[gene])) > 8

@@ -151,7 +151,7 @@ def test_a_newborn_is_what_its_genome_says():
         table = world.tables[name]
         rows = table.rows()[table.born[table.rows()] > 0]
         assert rows.size > 10
-        heredity = table.traits["heredity"]
+        heredity = table.species.heredity
         said = heredity.layout.decode(table[Genome].loci[rows])
         for gene, (kind, field, index) in heredity.targets.items():
             column = table.field(kind, field)[rows]
@@ -221,7 +221,7 @@ def test_a_shuffled_genome_is_no_parents():
 
 def test_without_reflexes_nobody_has_one():
     world = World.from_config(HERD, controls=("no-reflexes",)).run(2)
-    assert world.tables["goat"].traits["nerves"].reflex is None
+    assert world.tables["goat"].species.nerves.reflex is None
 
 
 def test_an_unknown_control_names_the_nearest():
@@ -250,7 +250,7 @@ def test_children_start_from_a_parents_learned_weights():
 def test_inherited_weights_get_noise_of_the_declared_size():
     world = World.from_config(_herd(policy=HERD["species"]["goat"]["policy"] | {"mutation": 0.25}), learn=False)
     table = world.tables["goat"]
-    heredity, rows = table.traits["heredity"], table.rows()
+    heredity, rows = table.species.heredity, table.rows()
     first = np.full(200, rows[0])
     values = heredity.offspring(world, table, first, None, np.arange(1, 201, dtype=np.uint64))
     noise = values[Policy, "weights"] - table[Policy].weights[int(rows[0])]
@@ -262,7 +262,7 @@ def test_inherited_weights_get_noise_of_the_declared_size():
 def test_a_dead_father_leaves_genes_and_no_brain():
     world = World.from_config(_herd(policy=HERD["species"]["goat"]["policy"] | {"mutation": 0.0}), learn=False)
     table = world.tables["goat"]
-    heredity, rows = table.traits["heredity"], table.rows()
+    heredity, rows = table.species.heredity, table.rows()
     sperm = np.full((50, table[Genome].loci.shape[1]), 3, np.uint8)
     mothers, dead = np.full(50, rows[0]), np.full(50, -1)
     values = heredity.offspring(world, table, mothers, dead, np.arange(50, dtype=np.uint64), sperm=sperm)
@@ -276,7 +276,7 @@ def test_founders_may_be_alike_and_say_what_the_species_is():
                         if g["name"] in ("size", "green")]  # fmt: skip
     world = World.from_config(_herd(genome=section))
     table, rows = _goats(world)
-    coded = table.traits["heredity"].layout.coded()
+    coded = table.species.heredity.layout.coded()
     assert len(np.unique(table[Genome].loci[rows][:, coded], axis=0)) == 1
     assert table[Body].radius[rows] == pytest.approx(0.4, abs=0.005)
     assert (table[Reflexes].weight[rows, 0] == 0).all()
@@ -308,7 +308,7 @@ def test_a_row_that_is_reused_has_nothing_of_the_dead():
     moment = table[Policy].moment_2[dead]
     table.cause[dead] = 1
     world.flush_deaths()
-    heredity = table.traits["heredity"]
+    heredity = table.species.heredity
     values = heredity.founders(world, table, np.arange(10, dtype=np.uint64))
     table.request(np.zeros(10, np.uint64), values)
     world.flush_births()
@@ -383,7 +383,7 @@ def test_each_learns_with_hyperparameters_of_its_own():
 def test_happiness_is_what_the_own_weights_make_of_the_senses():
     world = World.from_config(HERD, policies="random").run(1)
     table = world.tables["goat"]
-    nerves = table.traits["nerves"]
+    nerves = table.species.nerves
     energy, musk = nerves.reading("energy", nerves.x), nerves.reading("musk", nerves.x)
     weight = table[Desires].weight[nerves.rows]
     wanted = np.maximum(weight[:, 0] * energy + weight[:, 1] * musk, -1)
@@ -395,7 +395,7 @@ def test_happiness_is_what_the_own_weights_make_of_the_senses():
 def test_each_sees_as_far_as_its_own_eyes():
     config = load(HERD)
     goat = World.from_config(config, policies="random").run(1).tables["goat"]
-    nerves, own = goat.traits["nerves"], goat[Senses].radius
+    nerves, own = goat.species.nerves, goat[Senses].radius
     near = nerves.reading("grass_near", nerves.x)
     before = World.from_config(config, policies="random")  # as they stood when they sensed, before anyone moved or was eaten
     p, q, plants = before.tables["goat"][Position], before.tables["grass"][Position], before.tables["grass"].rows()
@@ -414,4 +414,4 @@ def test_genes_of_a_brain_say_nothing_where_nobody_has_one_of_its_own(options):
     goat = world.tables["goat"]
     assert Policy not in goat
     assert goat[Genome].loci.any()
-    assert (goat.traits["nerves"].brain is None) == ("policies" in options)
+    assert (goat.species.nerves.brain is None) == ("policies" in options)

@@ -155,16 +155,16 @@ def test_learning_is_the_same_on_two_threads_and_in_any_order_of_rows(menagerie)
 
     one = make()
     watch(one, 30)
-    learner = one.tables["ram"].traits["nerves"].learner
+    learner = one.tables["ram"].species.nerves.learner
     assert learner.updates >= 3
     with all_threads():
         two = make(2).run(30)
     assert two.digest() == one.digest()
-    weights, others = learner.state(), two.tables["ram"].traits["nerves"].learner.state()
+    weights, others = learner.state(), two.tables["ram"].species.nerves.learner.state()
     assert all((weights[k] == others[k]).all() for k in weights)
     mixed = shuffle(make()).run(30)
     assert difference(state(one), state(mixed)) == ""
-    others = mixed.tables["ram"].traits["nerves"].learner.state()
+    others = mixed.tables["ram"].species.nerves.learner.state()
     differ = [k for k in weights if weights[k].shape != others[k].shape or (weights[k] != others[k]).any()]
     assert set(differ) <= {"rollout.row", "rollout.last"}  # rows are what was shuffled
 

@@ -41,7 +41,7 @@ def decide(world, action, *who):
     """Let only some lambs, by the order of uids, do an action, of their own accord."""
     lambs = world.table("lamb")
     decision = np.zeros((lambs.n, 7), np.uint8)
-    decision[list(who), lambs.traits["nerves"].column(action)] = 1
+    decision[list(who), lambs.species.nerves.column(action)] = 1
     arrange(world, "lamb", decision=decision)
 
 
@@ -135,7 +135,7 @@ def test_the_reflexes_force_sucking_at_the_udder_and_forbid_inhaling_in_water(at
         decision, rows = lambs[Nervous].decision, lambs.by_uid()
         for action, wanted in (("suck", suck), ("inhale", inhale)):
             if wanted is not None:
-                assert decision[rows, lambs.traits["nerves"].column(action)].tolist() == wanted
+                assert decision[rows, lambs.species.nerves.column(action)].tolist() == wanted
         world.tick += 1
 
 
@@ -144,7 +144,7 @@ def test_what_the_systems_touch_is_what_the_sensors_feel():
     world = World.from_config(load("lamb", {"species.lamb.count": 400, "objects.water.count": 60}), seed=2, learn=False)
     act(world, Sense)
     lambs = world.table("lamb")
-    nerves = lambs.traits["nerves"]
+    nerves = lambs.species.nerves
     rows = nerves.rows.copy()
     arrange(world, "lamb", decision=np.eye(7, dtype=np.uint8)[[0]] + np.eye(7, dtype=np.uint8)[[1]])
     act(world, Breathe)

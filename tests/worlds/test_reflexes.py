@@ -28,7 +28,7 @@ def at_table(dish: str) -> World:
     for i in range(3):
         goats[Reflexes].weight[rows[i], i] = -1
     goats[Metabolism].energy[rows] = 0.5
-    minds = goats.traits["nerves"].individuals
+    minds = goats.species.nerves.individuals
     weights = goats[Policy].weights[rows]
     bias = minds.views(weights)[-1]
     bias[:, 1] = 100.0  # the second option of the first group, speed, is to eat

@@ -35,7 +35,7 @@ class Breathe(System):
 
     def update(self, table: Any, world: Any) -> None:
         """Let one species breathe."""
-        nerves = table.traits["nerves"]
+        nerves = table.species.nerves
         if "breathe" in nerves.groups:
             rows, wet = touching(table, world, "water", NOSTRILS)
             oxygen, water = world.substances.index("oxygen"), world.substances.index("water")
@@ -59,14 +59,14 @@ class Suckle(System):
     def start(self, world: Any) -> None:
         """Give those that suck a clock."""
         for table in world.tables.values():
-            if "nerves" in table.traits and "suck" in table.traits["nerves"].groups:
+            if table.species.nerves is not None and "suck" in table.species.nerves.groups:
                 table.add_component(Sucking)
 
     def update(self, table: Any, world: Any) -> None:
         """Let one species suckle."""
         if Sucking in table:
             rows, at_udder = touching(table, world, "ewe", MOUTH)
-            suck(rows, at_udder, table.traits["nerves"].doing(table, "suck"), np.float32(self.let_down), np.float32(self.milk * world.dt),
+            suck(rows, at_udder, table.species.nerves.doing(table, "suck"), np.float32(self.let_down), np.float32(self.milk * world.dt),
                  np.float32(self.full), np.float32(world.dt), world.substances.index("glucose"), table[Sucking].since,
                  table[Chemistry].molarity)
 

@@ -1,0 +1,80 @@
+"""What all organisms of a species, or all objects of a type, have alike."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from ecs_eco.config.models.reproduction import AnyReproduction
+    from ecs_eco.config.models.species import Diet, Lethal
+    from ecs_eco.config.models.species import Species as SpeciesConfig
+    from ecs_eco.genomes.heredity import Heredity
+    from ecs_eco.nervous.nerves import Nerves
+
+
+@dataclass(slots=True)
+class Species:
+    """What systems read of a kind: filled when a world is built, changed by `worlds.reconfigure` and by interventions.
+
+    What differs between organisms is a component. An object type has a body and nothing else; a table that was made by hand
+    has the defaults.
+    """
+
+    config: SpeciesConfig | None = None
+    """Its section of the world file; None for objects and for tables made by hand."""
+    is_object: bool = False
+    """Whether it is inanimate: no row in the series, no ledger."""
+
+    # the body
+    radius: float | None = None
+    """Of the largest body [m]: genes, and the dead that become objects, may make it larger than the file's."""
+    opaque: bool | None = None
+    """Whether sight stops at its bodies; None, not said: it does, and newborn may be placed there all the same."""
+    solid: bool = False
+    """Whether nothing else can be where its bodies are."""
+    sinking: float = 0.0
+    """Speed at which its bodies sink in water [m/s]."""
+    color: str = "#888888"
+    emits: dict[str, float] = field(default_factory=dict)
+    """Field → what each body emits into it [amount/s]."""
+    standard_mass: float | None = None
+    """Mass that its costs of living are said for [kg], where a gene makes masses differ."""
+
+    # nerves and genes
+    nerves: Nerves | None = None
+    gaits: tuple[Any, ...] | None = None
+    """What its actions of moving do: layout, speeds, costs, turns, climbs, pitches, drag."""
+    own_ranges: frozenset[int | None] = frozenset()
+    """Sensors whose radius is each organism's own."""
+    own_places: frozenset[int | None] = frozenset()
+    """Sensors whose place on the body is each organism's own."""
+    heredity: Heredity | None = None
+
+    # living and dying
+    diet: list[Diet] = field(default_factory=list)
+    lethal: list[Lethal] = field(default_factory=list)
+    """Properties and the interval in which it can live."""
+    remains: str | None = None
+    """The object type that its dead become."""
+    sex: str = "none"
+    max_count: int | None = None
+    """No more are born than make so many."""
+    reproduction: AnyReproduction | None = None
+    barren: bool = False
+    """Whether an intervention has switched its reproduction off."""
+
+    # what systems keep from tick to tick because it costs to make
+    life_history: tuple[Any, tuple[Any, ...]] | None = None
+    sites: np.ndarray | None = None
+
+    def switch_reproduction(self, on: bool) -> None:
+        """Let its members reproduce as its section of the world file says, or not at all."""
+        self.barren = not on
+        self.reproduction = getattr(self.config, "reproduction", None) if on else None
+
+    def parts(self) -> dict[str, Any]:
+        """Return what has a state of its own, by name."""
+        return {name: part for name in ("heredity", "nerves") if (part := getattr(self, name)) is not None}
