@@ -17,7 +17,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import ecs_eco
-from ecs_eco.config import FormulaError, WorldConfig, compile_formula, load
+from ecs_eco.config import FormulaError, WorldConfig, compile_formula, for_training, load
 from ecs_eco.config.lines import key_lines
 from ecs_eco.config.models.sensors import name_sensors
 from ecs_eco.config.shipped import shipped
@@ -45,7 +45,7 @@ def small(**species: Any) -> dict[str, Any]:
 def test_shipped_worlds_load(name: str) -> None:
     config = load(name)
     assert config.name == name
-    assert config.for_training().dims == config.dims
+    assert for_training(config).dims == config.dims
 
 
 def test_a_world_is_found_by_name_by_path_and_by_folder() -> None:
@@ -126,7 +126,7 @@ def test_files_are_named_from_the_folder_of_the_world(tmp_path: Path) -> None:
 
 def test_training_sets_its_values_and_only_then() -> None:
     config = load("predator-prey")
-    training = config.for_training()
+    training = for_training(config)
     assert config.species["grass"].reproduction is not None
     assert training.species["grass"].reproduction is not None
     assert config.species["grass"].reproduction.rate > 0
@@ -177,7 +177,7 @@ def test_every_field_is_described_and_every_number_has_a_unit() -> None:
         ("species.deer.ppo.horizon=32", lambda c: c.species["deer"].ppo["horizon"] == 32),
         ("terrain.hills={amplitude=2, scale=10}", lambda c: c.terrain.hills.amplitude == 2),
         ("ambient.temperature=280", lambda c: c.ambient.temperature == 280),
-        ('training.set."species.deer.count"=7', lambda c: c.for_training().species["deer"].count == 7),
+        ('training.set."species.deer.count"=7', lambda c: for_training(c).species["deer"].count == 7),
         ("species.wolf.happiness.formula='energy = 1'", None),
         ("species.wolf.happiness.formula='energy * (1 == 1)'", lambda c: "==" in c.species["wolf"].happiness.formula),
     ],

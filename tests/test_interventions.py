@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from ecs_eco.config import load
+from ecs_eco.config import for_training, load
 from ecs_eco.config.models.interventions import Cull, describe
 from ecs_eco.engine.errors import ConfigError
 
@@ -39,7 +39,7 @@ def test_a_plan_is_part_of_what_a_world_is_and_survives_json():
 
 
 def test_policies_are_trained_without_interventions():
-    assert planned(CULL).for_training().interventions == []
+    assert for_training(planned(CULL)).interventions == []
 
 
 def test_a_world_file_says_them_in_toml(tmp_path):

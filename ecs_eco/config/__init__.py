@@ -10,16 +10,17 @@ from ecs_eco._lazy import lazy
 
 if TYPE_CHECKING:
     from ecs_eco.config.formula import Formula, FormulaError, compile_formula
-    from ecs_eco.config.loading import load
+    from ecs_eco.config.loading import for_training, load
     from ecs_eco.config.models.world import WorldConfig
 
-__all__ = ["Formula", "FormulaError", "WorldConfig", "compile_formula", "load"]
+__all__ = ["Formula", "FormulaError", "WorldConfig", "compile_formula", "for_training", "load"]
 
 _HOME = {
     "Formula": "formula",
     "FormulaError": "formula",
     "WorldConfig": "models.world",
     "compile_formula": "formula",
+    "for_training": "loading",
     "load": "loading",
 }
 __getattr__ = lazy(__name__, {name: f"{__name__}.{module}" for name, module in _HOME.items()})

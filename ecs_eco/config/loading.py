@@ -328,7 +328,7 @@ def _checked(data: dict[str, Any], document: _Document) -> tuple[WorldConfig, li
     config = WorldConfig.model_validate(data)
     config._folder, config._source = document.folder, document.source
     config._code, problems = _read_code(document, config.code)
-    return config, problems + check(config, document.folder)
+    return config, problems + check(config, document.folder, changed)
 
 
 def code_listed(document: _Document) -> Code:

@@ -103,3 +103,8 @@ def _sync(beside: Path, mode: int) -> None:
         os.fsync(handle)
     finally:
         os.close(handle)
+
+
+def write_json(path: Path, content: Any) -> None:
+    """Write a JSON file so that it is whole or as it was before."""
+    write(path, json.dumps(content, indent=1, allow_nan=False))

@@ -65,9 +65,9 @@ def value_at(data: Any, key: str) -> Any:
 
 def save(result: dict[str, Any], out: Path) -> None:
     """Write the policies as safetensors with their seals, and everything else, with their hashes, as training.json."""
+    from ecs_eco.engine.files import write_json
     from ecs_eco.learning.weights import hash_of
     from ecs_eco.learning.weights import save as save_weights
-    from ecs_eco.record.folder import write_json
 
     out.mkdir(parents=True, exist_ok=True)
     for name, weights in result["policies"].items():

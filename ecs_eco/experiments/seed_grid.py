@@ -187,7 +187,7 @@ def plan_of(arms: list[Arm], ticks: int, crossed: bool, retrain: bool) -> dict[s
 
 def write_plan(out: Path, plan: dict[str, Any]) -> None:
     """Write what the comparison in a folder is, with the arms that were there before."""
-    from ecs_eco.record.folder import write_json
+    from ecs_eco.engine.files import write_json
 
     out.mkdir(parents=True, exist_ok=True)
     if os.path.isfile(out / PLAN):

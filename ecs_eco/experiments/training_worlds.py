@@ -5,8 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from ecs_eco.config import WorldConfig
-from ecs_eco.config.loading import for_training
+from ecs_eco.config import WorldConfig, for_training
 from ecs_eco.engine import random
 
 COUNTS = ("n", "taken_in", "deaths", "happiness")

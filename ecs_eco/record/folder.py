@@ -1,6 +1,5 @@
 """A run that leaves a folder: manifest, Parquet series, births, deaths and snapshots, figures and a report."""
 
-import json
 import subprocess
 from collections.abc import Mapping
 from contextlib import suppress
@@ -98,11 +97,6 @@ def remove_run(path: Path) -> None:
 def _folders(path: Path) -> list[tuple[Path, tuple[str, ...]]]:
     """Return the folders of a run that are there, and what it writes in them."""
     return [(folder, patterns) for name, patterns in OURS.items() for folder in ([path] if not name else path.glob(name))]
-
-
-def write_json(path: Path, content: Any) -> None:
-    """Write a JSON file so that it is whole or as it was before."""
-    files.write(path, json.dumps(content, indent=1, allow_nan=False))
 
 
 def versions() -> dict[str, str]:

@@ -53,7 +53,7 @@ def _digest(part: memoryview, at: int) -> str:
 
 def write_manifest(folder: Path, manifest: Mapping[str, Any]) -> None:
     """Write the manifest of a run with its seal, so that the file is whole or as it was before."""
-    from ecs_eco.record.folder import write_json
+    from ecs_eco.engine.files import write_json
 
     content = {key: value for key, value in manifest.items() if key != WORD}
     write_json(folder / "manifest.json", content | {WORD: _of(content)})

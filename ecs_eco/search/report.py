@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from ecs_eco.analysis.survival import wilson
-from ecs_eco.record.folder import git_commit, versions, write_json
+from ecs_eco.engine.files import write_json
+from ecs_eco.record.folder import git_commit, versions
 from ecs_eco.search.importance import importances
 from ecs_eco.search.optimise import merit, space_of
 from ecs_eco.search.outcome import BEST, Outcome, Runs

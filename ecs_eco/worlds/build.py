@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ecs_eco.components import Biology, Body, Chemistry, Metabolism, Nervous, Physical, Position, Velocity
-from ecs_eco.config import WorldConfig, load
+from ecs_eco.config import WorldConfig, for_training, load
 from ecs_eco.config.memory import require_memory
 from ecs_eco.config.reading import read_bytes
 from ecs_eco.engine.errors import ConfigError, Problem, listed, nearest
@@ -54,7 +54,7 @@ def build(cls: Any, config: Any, *, seed: int | None = None, policies: Any = "tr
     config = config if isinstance(config, WorldConfig) and not systems and not trust else load(config, systems=systems, trust=trust)
     config._code.require(config._source)
     if training:
-        config = config.for_training()
+        config = for_training(config)
     require_memory(config)
     world = cls(config.space.size, edges=config.space.edges, dt=config.dt, seed=config.seed if seed is None else seed,
                 cell=config.space.cell or cell(config), threads=threads, name=config.name)

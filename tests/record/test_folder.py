@@ -7,8 +7,9 @@ import pytest
 
 from ecs_eco import World
 from ecs_eco.config import load
+from ecs_eco.engine.files import write_json
 from ecs_eco.record import run_to_folder
-from ecs_eco.record.folder import git_commit, versions, write_json
+from ecs_eco.record.folder import git_commit, versions
 from ecs_eco.record.parquet import read_parts
 
 TICKS = 40

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -16,9 +16,11 @@ from ecs_eco.config.mutable_keys import refused
 from ecs_eco.engine.errors import ConfigError, Problem
 from ecs_eco.engine.section import Section
 
+Changed = Callable[[WorldConfig, Mapping[str, Any], Path], WorldConfig]
 
-def check_interventions(config: WorldConfig, folder: Path) -> Iterator[Problem]:
-    """All problems of the world's interventions."""
+
+def check_interventions(config: WorldConfig, folder: Path, changed: Changed) -> Iterator[Problem]:
+    """All problems of the world's interventions; `changed(config, values, folder)` is a world with other values, checked."""
     for i, what in enumerate(config.interventions):
         key = ("interventions", i)
         yield from _check_time(config, key, what)
@@ -31,7 +33,7 @@ def check_interventions(config: WorldConfig, folder: Path) -> Iterator[Problem]:
         elif isinstance(what, Switch):
             yield from _check_switch(config, key, what)
     yield from _check_fences(config)
-    yield from _check_sets(config, folder)
+    yield from _check_sets(config, folder, changed)
 
 
 def _check_time(config: WorldConfig, key: Key, what: Any) -> Iterator[Problem]:
@@ -135,10 +137,8 @@ def _check_fences(config: WorldConfig) -> Iterator[Problem]:
             yield Problem((*key, "remove"), "no such fence stands then", True, allowed)
 
 
-def _check_sets(config: WorldConfig, folder: Path) -> Iterator[Problem]:
+def _check_sets(config: WorldConfig, folder: Path, changed: Changed) -> Iterator[Problem]:
     """Values to be set, in the order of time: the world that each leaves is right and lives."""
-    from ecs_eco.config.loading import changed
-
     now = None
     found = [(i, s) for i, s in enumerate(config.interventions) if isinstance(s, Set)]
     for i, what in sorted(found, key=lambda pair: pair[1].at):

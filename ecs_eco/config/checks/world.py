@@ -10,7 +10,7 @@ from pathlib import Path
 from ecs_eco.config.checks.body import check_body
 from ecs_eco.config.checks.code import check_code
 from ecs_eco.config.checks.genome import check_genome
-from ecs_eco.config.checks.interventions import check_interventions
+from ecs_eco.config.checks.interventions import Changed, check_interventions
 from ecs_eco.config.checks.matter import check_matter, check_size
 from ecs_eco.config.checks.nerves import check_nerves
 from ecs_eco.config.checks.water import check_water
@@ -27,12 +27,15 @@ MOST_CAUSES = 255  # of death: a byte says which
 MOST_STEPS = 1000  # of diffusion in a tick
 
 
-def check(config: WorldConfig, folder: Path) -> list[Problem]:
-    """The problems between the sections of a world whose files are named from `folder`, up to one more than MOST."""
-    return list(islice(_all(config, folder), MOST + 1))
+def check(config: WorldConfig, folder: Path, changed: Changed) -> list[Problem]:
+    """The problems between the sections of a world whose files are named from `folder`, up to one more than MOST.
+
+    `changed` is what `check_interventions` takes.
+    """
+    return list(islice(_all(config, folder, changed), MOST + 1))
 
 
-def _all(config: WorldConfig, folder: Path) -> Iterator[Problem]:
+def _all(config: WorldConfig, folder: Path, changed: Changed) -> Iterator[Problem]:
     yield from _check_causes(config)
     for part in (_check_names, _check_space, _check_fields, _check_terrain, check_code, check_water):
         yield from part(config)
@@ -42,7 +45,7 @@ def _all(config: WorldConfig, folder: Path) -> Iterator[Problem]:
         yield from check_body(config, name)
         yield from check_nerves(config, name, folder)
         yield from check_genome(config, name)
-    yield from check_interventions(config, folder)
+    yield from check_interventions(config, folder, changed)
 
 
 def _check_names(config: WorldConfig) -> Iterator[Problem]:

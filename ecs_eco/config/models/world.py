@@ -119,9 +119,3 @@ class WorldConfig(Section):
         """SHA-256 of the resolved configuration and of the code that it lists, 64 hexadecimal digits."""
         text = json.dumps(self.resolved(), separators=(",", ":"), allow_nan=False) + "".join(s.sha256 for s in self._code.sources)
         return hashlib.sha256(text.encode()).hexdigest()
-
-    def for_training(self) -> WorldConfig:
-        """The world as it is while training: with the values of [training] set."""
-        from ecs_eco.config.loading import for_training
-
-        return for_training(self)
