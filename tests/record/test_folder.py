@@ -212,13 +212,14 @@ def test_the_manifest_names_the_genes_of_a_layout():
 
     from ecs_eco.analysis.carriers import codon_number
     from ecs_eco.genomes import Gene, Layout
+    from ecs_eco.lifecycle.species import Species
     from ecs_eco.record.folder import genes_of
 
     genes = [Gene(name="red", trait="reflex.red.weight", letters=1, values=[0, 0, 0, -1]),
              Gene(name="size", trait="body.radius", letters=4, low=0.2, high=0.6),
              Gene(name="song", letters=2, at=7, values=list(range(16)))]  # fmt: skip
     layout = Layout(genes, "ACGU", ploidy=2, loci=10)
-    found = genes_of(SimpleNamespace(traits={"heredity": SimpleNamespace(layout=layout)}))
+    found = genes_of(SimpleNamespace(species=Species(heredity=SimpleNamespace(layout=layout))))
     assert found == {
         "alphabet": "ACGU",
         "ploidy": 2,
@@ -230,5 +231,5 @@ def test_the_manifest_names_the_genes_of_a_layout():
     }
     row = layout.encode({"red": -1, "size": 0.2, "song": 11})[0]
     assert codon_number("ACGU"[row[7]] + "ACGU"[row[8]], "ACGU") == 11  # codons mean the same to those who read a folder
-    assert genes_of(SimpleNamespace(traits={})) is None
-    assert genes_of(SimpleNamespace(traits={"heredity": SimpleNamespace(layout=None)})) is None
+    assert genes_of(SimpleNamespace(species=Species())) is None
+    assert genes_of(SimpleNamespace(species=Species(heredity=SimpleNamespace(layout=None)))) is None
