@@ -10,7 +10,7 @@ from ecs_eco.engine import random
 from ecs_eco.engine.jit import njit
 from ecs_eco.engine.random import draw, mix
 from ecs_eco.genomes.choices import CHOICES
-from ecs_eco.nervous.senses import rocks
+from ecs_eco.space.bodies import rocks
 from ecs_eco.space.geometry import cell_of, into
 from ecs_eco.space.sight import gather, offset
 from ecs_eco.space.terrain import ROCK, WATER, ground_at

@@ -7,7 +7,7 @@ import numpy as np
 
 from ecs_eco.components import Experience, Nervous, Plasticity, Policy
 from ecs_eco.nervous.networks import Network
-from ecs_eco.nervous.senses import Sense
+from ecs_eco.nervous.sensors.sense import Sense
 from ecs_eco.nervous.thoughts import Thoughts
 
 if TYPE_CHECKING:

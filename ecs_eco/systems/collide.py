@@ -7,7 +7,7 @@ import numpy as np
 from ecs_eco.components import Body, Position, Velocity
 from ecs_eco.engine.jit import njit
 from ecs_eco.engine.system import System
-from ecs_eco.nervous.senses import merged, rocks
+from ecs_eco.space.bodies import merged, rocks
 from ecs_eco.space.geometry import into
 from ecs_eco.space.sight import gather, offset
 from ecs_eco.space.terrain import OPEN, fence_between, ground_at

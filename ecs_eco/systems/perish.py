@@ -7,7 +7,7 @@ import numpy as np
 from ecs_eco.components import Biology, LifeHistory, Nervous
 from ecs_eco.engine.jit import njit
 from ecs_eco.engine.system import System
-from ecs_eco.nervous.senses import own_column
+from ecs_eco.nervous.sensors.own import own_column
 
 
 class Perish(System):

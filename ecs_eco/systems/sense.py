@@ -4,10 +4,9 @@ from typing import Any
 
 from ecs_eco.components import Nervous, Position
 from ecs_eco.engine.system import System
-from ecs_eco.nervous import flow, senses
-from ecs_eco.nervous.senses import Seekers
+from ecs_eco.nervous.sensors.sense import Seekers
 
-OURS = (senses.__name__, flow.__name__)
+SHIPPED = "ecs_eco.nervous.sensors."
 
 
 class Sense(System):
@@ -29,7 +28,7 @@ class Sense(System):
             column += width
         for place, (sense, _, first) in enumerate(sorted(columns, key=lambda c: -c[1])):
             # what calls functions of a user's own runs on the world's thread, whatever it touches
-            own = sense.__module__ not in OURS or sense.__qualname__.startswith("ambient") or getattr(sense, "by_light", False)
+            own = not sense.__module__.startswith(SHIPPED) or sense.__qualname__.startswith("ambient") or getattr(sense, "by_light", False)
             shares[0 if own else place % world.threads].append((sense, first))
 
         def read(share: list[tuple[Any, int]]) -> None:

@@ -11,7 +11,7 @@ from ecs_eco.engine.random import draw
 from ecs_eco.engine.system import System
 from ecs_eco.lifecycle.births import room
 from ecs_eco.lifecycle.defence import left_by_defence
-from ecs_eco.nervous.senses import rocks
+from ecs_eco.space.bodies import rocks
 from ecs_eco.space.geometry import cell_of
 from ecs_eco.space.terrain import ROCK, WATER, ground_at
 

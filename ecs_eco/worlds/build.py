@@ -13,7 +13,7 @@ from ecs_eco.config.reading import read_bytes
 from ecs_eco.engine.errors import ConfigError, Problem, listed, nearest
 from ecs_eco.lifecycle.founders import newcomers
 from ecs_eco.nervous.nerves import Nerves
-from ecs_eco.nervous.senses import senses_of
+from ecs_eco.nervous.sensors import senses_of
 from ecs_eco.space import Field, Terrain
 from ecs_eco.worlds.apply_species import apply_species, cell, climate, gaits, learner_seed, matter, networks, settings
 from ecs_eco.worlds.heredity import add_heredity, flat

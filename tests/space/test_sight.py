@@ -7,7 +7,9 @@ import pytest
 
 from ecs_eco import World
 from ecs_eco.components import Body, Position
-from ecs_eco.nervous.senses import Seekers, cast_rays, see_nearest
+from ecs_eco.nervous.sensors.nearest import see_nearest
+from ecs_eco.nervous.sensors.rays import cast_rays
+from ecs_eco.nervous.sensors.sense import Seekers
 from ecs_eco.space import Terrain
 from ecs_eco.space.sight import gather
 

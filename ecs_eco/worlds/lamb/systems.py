@@ -10,7 +10,8 @@ import numpy as np
 
 from ecs_eco import System, component, f32, njit
 from ecs_eco.components import Chemistry, Nervous, Velocity
-from ecs_eco.nervous.senses import Seekers, touch
+from ecs_eco.nervous.sensors.sense import Seekers
+from ecs_eco.nervous.sensors.touch import touch
 
 MOUTH = (-1.6, 1.6)  # [rad] where it touches an udder; nostrils: where water gets in. Those of the sensors in lamb.toml
 NOSTRILS = (-1.2, 1.2)

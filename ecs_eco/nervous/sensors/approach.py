@@ -1,4 +1,4 @@
-"""Senses of what moves in air or water: the gradient of a smell, and the flow before a body that comes nearer."""
+"""The sensor of the flow before a body that comes nearer."""
 
 from typing import TYPE_CHECKING
 
@@ -6,35 +6,22 @@ import numpy as np
 
 from ecs_eco.components import Position, Velocity
 from ecs_eco.engine.jit import njit
-from ecs_eco.space.field import at as field_at
-from ecs_eco.space.geometry import into
+from ecs_eco.nervous.sensors.sense import Seekers, Sense
 from ecs_eco.space.nearest import nearest
 from ecs_eco.space.sight import offset
 
 if TYPE_CHECKING:
     from ecs_eco.ecosystem import World
     from ecs_eco.engine.table import Table
-    from ecs_eco.nervous.senses import Seekers, Sense
 
 
-def smell_gradient(field: str, span: float, scale: float) -> "Sense":
-    """Compare a field at two places `span` [m] apart along each axis of the body: (a − b)/(a + b + scale)."""
-
-    def sense(world: "World", table: "Table", seekers: "Seekers", out: np.ndarray, column: int) -> None:
-        f, mine, space = world.fields[field], seekers.index, world.space
-        world.split(compare, seekers.n, f.value, f.inverse, mine.x, mine.y, mine.z, seekers.cos, seekers.sin, np.float32(span / 2),
-                    np.float32(scale), space.lengths, space.torus, space.volume, out, column)
-
-    return sense
-
-
-def feel_approach(target: str, radius: float, scale: float) -> "Sense":
+def feel_approach(target: str, radius: float, scale: float) -> Sense:
     """Feel the nearest of a species within `radius` [m] while it moves nearer: direction in the body's frame, and speed/scale.
 
     Only the other's own motion relative to the water is felt: a still body pushes no flow before itself (Kiørboe & Visser 1999).
     """
 
-    def sense(world: "World", table: "Table", seekers: "Seekers", out: np.ndarray, column: int) -> None:
+    def sense(world: "World", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
         other, mine = world.tables[target], seekers.index
         targets, space = world.index(other), world.space
         found, distance2 = np.empty(seekers.n, np.int32), np.empty(seekers.n, np.float32)
@@ -47,23 +34,6 @@ def feel_approach(target: str, radius: float, scale: float) -> "Sense":
                     speed, climb, found, np.float32(scale), space.lengths, space.torus, space.volume, out, column)
 
     return sense
-
-
-@njit
-def compare(first, last, value, inverse, ox, oy, oz, cos, sin, half, scale, lengths, torus, volume, out, column):
-    """Write the normalised difference along forward, left and, in a volume, up."""
-    for i in range(first, last):
-        for axis in range(3 if volume else 2):
-            dx, dy, dz = half * cos[i], half * sin[i], np.float32(0.0)
-            if axis == 1:
-                dx, dy = -half * sin[i], half * cos[i]
-            if axis == 2:
-                dx, dy, dz = np.float32(0.0), np.float32(0.0), half
-            a = field_at(value, into(ox[i] + dx, lengths[0], torus), into(oy[i] + dy, lengths[1], torus),
-                         into(oz[i] + dz, lengths[2], False), inverse, torus)
-            b = field_at(value, into(ox[i] - dx, lengths[0], torus), into(oy[i] - dy, lengths[1], torus),
-                         into(oz[i] - dz, lengths[2], False), inverse, torus)
-            out[i, column + axis] = (a - b) / (a + b + scale)
 
 
 @njit

@@ -1,0 +1,43 @@
+"""Sensors, one kind a file: each fills its channels, columns of the observations f32[n, channels], for all seekers of a table.
+
+A new kind of sensor is a file here, a model in `ecs_eco.config.models.sensors`, and a line in `senses_of`.
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+from ecs_eco.engine.code import handed_over
+from ecs_eco.nervous.sensors.approach import feel_approach
+from ecs_eco.nervous.sensors.gradient import smell_gradient
+from ecs_eco.nervous.sensors.nearest import see_nearest
+from ecs_eco.nervous.sensors.own import own
+from ecs_eco.nervous.sensors.rays import cast_rays
+from ecs_eco.nervous.sensors.sense import Sense
+from ecs_eco.nervous.sensors.smell import smell
+from ecs_eco.nervous.sensors.surroundings import ambient
+from ecs_eco.nervous.sensors.touch import touch
+
+
+def senses_of(species: Any, dims: int, substances: list[str], find: Callable[[Any], Any] = handed_over) -> list[tuple[Sense, int]]:
+    """Return (sense, number of channels) for each sensor of a species' configuration."""
+    made = [find(s.function) if s.kind == "custom" else _sense_of(s, substances, i) for i, s in enumerate(species.sensors)]
+    return [(sense, len(s.channels(dims))) for sense, s in zip(made, species.sensors, strict=True)]
+
+
+def _sense_of(s: Any, substances: list[str], number: int) -> Sense:
+    if s.kind == "own":
+        return own(s.property, s.scale, substances)
+    if s.kind == "nearest":
+        return see_nearest(s.target, s.radius, s.fov, s.occlusion, number, s.sight, s.blind)
+    if s.kind == "rays":
+        return cast_rays(s.targets, s.count, s.fov, s.radius, s.report, number)
+    if s.kind == "smell":
+        return smell(s.field, s.at, s.scale, number)
+    if s.kind == "touch":
+        names = None if s.target == "any" else ([] if s.target == "wall" else [s.target])
+        return touch(names, s.target in ("any", "wall"), s.at)
+    if s.kind == "gradient":
+        return smell_gradient(s.field, s.span, s.scale)
+    if s.kind == "approach":
+        return feel_approach(s.target, s.radius, s.scale)
+    return ambient(s.kind, s.zero, s.scale, s.at, number, getattr(s, "dark", None))

@@ -1,0 +1,42 @@
+"""The sensor of the gradient of a smell."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ecs_eco.engine.jit import njit
+from ecs_eco.nervous.sensors.sense import Seekers, Sense
+from ecs_eco.space.field import at as field_at
+from ecs_eco.space.geometry import into
+
+if TYPE_CHECKING:
+    from ecs_eco.ecosystem import World
+    from ecs_eco.engine.table import Table
+
+
+def smell_gradient(field: str, span: float, scale: float) -> Sense:
+    """Compare a field at two places `span` [m] apart along each axis of the body: (a − b)/(a + b + scale)."""
+
+    def sense(world: "World", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
+        f, mine, space = world.fields[field], seekers.index, world.space
+        world.split(compare, seekers.n, f.value, f.inverse, mine.x, mine.y, mine.z, seekers.cos, seekers.sin, np.float32(span / 2),
+                    np.float32(scale), space.lengths, space.torus, space.volume, out, column)
+
+    return sense
+
+
+@njit
+def compare(first, last, value, inverse, ox, oy, oz, cos, sin, half, scale, lengths, torus, volume, out, column):
+    """Write the normalised difference along forward, left and, in a volume, up."""
+    for i in range(first, last):
+        for axis in range(3 if volume else 2):
+            dx, dy, dz = half * cos[i], half * sin[i], np.float32(0.0)
+            if axis == 1:
+                dx, dy = -half * sin[i], half * cos[i]
+            if axis == 2:
+                dx, dy, dz = np.float32(0.0), np.float32(0.0), half
+            a = field_at(value, into(ox[i] + dx, lengths[0], torus), into(oy[i] + dy, lengths[1], torus),
+                         into(oz[i] + dz, lengths[2], False), inverse, torus)
+            b = field_at(value, into(ox[i] - dx, lengths[0], torus), into(oy[i] - dy, lengths[1], torus),
+                         into(oz[i] - dz, lengths[2], False), inverse, torus)
+            out[i, column + axis] = (a - b) / (a + b + scale)

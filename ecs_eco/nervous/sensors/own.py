@@ -1,0 +1,40 @@
+"""The sensor of a property of the own body: interoception."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ecs_eco.components import Biology, Chemistry, Metabolism, Physical
+from ecs_eco.engine.jit import njit
+from ecs_eco.nervous.sensors.sense import Seekers, Sense
+
+if TYPE_CHECKING:
+    from ecs_eco.ecosystem import World
+    from ecs_eco.engine.table import Table
+
+
+def own_column(table: "Table", name: str, substances: list[str]) -> np.ndarray:
+    """Return the column of a property or substance by name: f32[capacity]."""
+    if name == "energy":
+        return table[Metabolism].energy
+    if name in ("age", "fertility"):
+        return getattr(table[Biology], name)
+    if name in substances:
+        return table[Chemistry].molarity[:, substances.index(name)]
+    return getattr(table[Physical], name)
+
+
+def own(property: str, scale: float, substances: list[str]) -> Sense:
+    """Feel a property of the own body, as a share of `scale`."""
+    factor = np.float32(1.0 / scale)
+
+    def sense(world: "World", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
+        world.split(_own, seekers.n, own_column(table, property, substances), seekers.rows, factor, out, column)
+
+    return sense
+
+
+@njit
+def _own(first, last, value, rows, factor, out, column):
+    for i in range(first, last):
+        out[i, column] = value[rows[i]] * factor

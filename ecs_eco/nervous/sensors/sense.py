@@ -1,0 +1,44 @@
+"""What all sensors share: those who sense now, where on the body a sensor is, and how far it reaches."""
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ecs_eco.components import Body, Position, Senses
+from ecs_eco.space.geometry import back_into
+
+if TYPE_CHECKING:
+    from ecs_eco.ecosystem import World
+    from ecs_eco.engine.table import Table
+
+
+class Seekers:
+    """Those of a table that sense now, in canonical order: rows i64[n], the index, cosine and sine of the headings f32[n]."""
+
+    def __init__(self, world: "World", table: "Table") -> None:
+        self.index = world.index(table)
+        self.rows = self.index.rows.copy()
+        self.heading = table[Position].heading[self.rows]
+        self.cos, self.sin = np.cos(self.heading), np.sin(self.heading)
+        self.radius = table[Body].radius[self.rows] if Body in table else np.zeros(self.rows.size, np.float32)
+        self.n = self.rows.size
+
+
+Sense = Callable[["World", "Table", Seekers, np.ndarray, int], None]
+"""sense(world, table, seekers, observations f32[n, channels], first column): writes its channels for every seeker."""
+
+
+def own_range(table: "Table", seekers: Seekers, number: int, radius: float) -> tuple[float, np.ndarray]:
+    """Return how far the sensor reaches at most, and for each seeker f32[n] [m]; `radius` where that is not its own."""
+    if number not in table.species.own_ranges or not seekers.n:
+        return radius, np.full(seekers.n, radius, np.float32)
+    own = table[Senses].radius[seekers.rows, number]
+    return float(own.max()), own
+
+
+def nose(seekers: Seekers, forward: Any, left: Any, space: Any) -> tuple[np.ndarray, np.ndarray]:
+    """Return x and y f32[n] of a place on each body, given in radii ahead and to the left."""
+    x = seekers.index.x + seekers.radius * (forward * seekers.cos - left * seekers.sin)
+    y = seekers.index.y + seekers.radius * (forward * seekers.sin + left * seekers.cos)
+    return back_into(x, space.lengths[0], space.wrap[0]), back_into(y, space.lengths[1], space.wrap[1])
