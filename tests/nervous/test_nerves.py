@@ -46,7 +46,7 @@ def test_connections_fire_beyond_their_thresholds_and_add_up_to_a_sign(meadow):
 
 
 def test_a_formula_and_a_function_give_the_sign_of_their_value(meadow):
-    nerves = _nerves(meadow, sensors=SENSORS, reflex={"formulas": {"walk": "age - 2 * energy"}, "function": f"{__name__}:custom_reflex"})
+    nerves = _nerves(meadow, sensors=SENSORS, reflex={"formulas": {"walk": "age - 2 * energy"}, "function": custom_reflex})
     y = nerves.reflex(_x([1, 2], [1, 3], [1, 0]))
     assert y[:, nerves.column("walk")].tolist() == [0, 1, -1]
     assert y[:, nerves.column("left")].tolist() == [1, 1, 1]
@@ -59,7 +59,7 @@ def test_a_formula_and_a_function_give_the_sign_of_their_value(meadow):
         ({"weights": {"energy": 1e-7}}, [5e-8, 0.0, 1.5e-7]),
         ({"formula": "energy - age"}, [-0.5, -1.0, 1.5]),
         ({"formula": "0.25"}, [0.25] * 3),
-        ({"function": f"{__name__}:custom_happiness"}, [-0.5, 0.0, -1.0]),
+        ({"function": custom_happiness}, [-0.5, 0.0, -1.0]),
     ],
 )
 def test_happiness_is_never_below_its_minimum(meadow, happiness, values):
@@ -81,7 +81,7 @@ def test_the_plain_name_of_a_smell_is_the_mean_over_the_noses(meadow):
 
 
 def test_a_sense_of_ones_own_fills_its_channels(meadow):
-    sense = {"kind": "custom", "name": "mine", "function": f"{__name__}:custom_sense", "width": 2}
+    sense = {"kind": "custom", "name": "mine", "function": custom_sense, "width": 2}
     world = meadow(sensors=[*SENSORS, sense])
     world.run(1)
     nerves = world.tables["deer"].species.nerves
