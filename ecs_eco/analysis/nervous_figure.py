@@ -15,6 +15,7 @@ import numpy as np
 from ecs_eco.analysis.nervous_diagram import ActionNode, Diagram, SensorNode, diagram, nervous_species
 from ecs_eco.analysis.nervous_layout import LINE, Layout, action_mark, cut, width
 from ecs_eco.analysis.nervous_pen import BLUE, GREY, HUES, INK, NODE, ORANGE, SOFT, Pen, look, minus
+from ecs_eco.analysis.style import as_delivered
 from ecs_eco.config import WorldConfig
 from ecs_eco.engine import files
 from ecs_eco.engine.errors import ConfigError, Problem, UnknownName, unknown_name
@@ -48,14 +49,12 @@ def draw_nervous_systems(config: WorldConfig, species: Sequence[str] = ()) -> Fi
 
 def save(figure: Figure, path: Path | str, dpi: int = 150) -> Path:
     """Write a PNG, SVG or PDF, as the ending says, whole or not at all; the same figure gives the same file."""
-    import matplotlib
-
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
     undated: dict[str, dict[str, Any]] = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}, ".png": {"Software": None}}
     kind = path.suffix.lower()
     chosen: Any = {"svg.hashsalt": "ecs-eco", "svg.fonttype": "path", "text.parse_math": False}
-    with files.writing(path) as beside, matplotlib.rc_context(chosen):
+    with files.writing(path) as beside, as_delivered(chosen):
         figure.savefig(beside, dpi=dpi, facecolor="white", format=kind.removeprefix("."), metadata=undated.get(kind))
     return path
 
@@ -77,13 +76,10 @@ def _checked(values: Mapping[str, Any], d: Diagram) -> dict[str, np.ndarray]:
 
 def _figure(drawings: list[_Drawing]) -> Figure:
     """Drawings below each other, each on axes of its own size."""
-    import matplotlib
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    with matplotlib.rc_context():
-        matplotlib.rcdefaults()
-        matplotlib.rcParams["text.parse_math"] = False
+    with as_delivered({"text.parse_math": False}):
         wide, high = max(x.at.width for x in drawings), sum(x.at.height for x in drawings)
         figure = Figure(figsize=(wide, high))
         FigureCanvasAgg(figure)

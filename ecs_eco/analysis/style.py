@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from functools import wraps
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ParamSpec
@@ -19,6 +21,7 @@ P = ParamSpec("P")
 
 PALETTE = ("#009E73", "#E69F00", "#0072B2", "#D55E00", "#CC79A7", "#56B4E9", "#000000", "#F0E442")
 """Okabe and Ito's colours, told apart by colour-blind readers."""
+HUE = re.compile("#[0-9a-fA-F]{6}")  # as worlds name one; a manifest may say anything
 DASHES: tuple[Any, ...] = ("-", (0, (5, 1.5)), (0, (1.5, 1.2)), (0, (6, 1.5, 1.5, 1.5)))
 STYLE: dict[Any, Any] = {
     "font.size": 10,
@@ -49,16 +52,26 @@ def panels(rows: int, columns: int, width: float, height: float, **more: Any) ->
     return figure, figure.subplots(rows, columns, squeeze=False, **more)
 
 
+@contextmanager
+def as_delivered(chosen: Mapping[Any, Any]) -> Iterator[None]:
+    """matplotlib as it is delivered but for these settings, and afterwards as it was.
+
+    A `matplotlibrc` of the folder that a command runs in, which came with somebody's world, could have all texts set by TeX.
+    """
+    import matplotlib
+
+    with matplotlib.rc_context():
+        matplotlib.rcdefaults()
+        matplotlib.rcParams.update(chosen)
+        yield
+
+
 def styled(draw: Callable[P, Figure]) -> Callable[P, Figure]:
     """Draw in our style whatever the reader's own settings are."""
 
     @wraps(draw)
     def drawn(*args: P.args, **kwargs: P.kwargs) -> Figure:
-        import matplotlib
-
-        with matplotlib.rc_context():
-            matplotlib.rcdefaults()
-            matplotlib.rcParams.update(STYLE)
+        with as_delivered(STYLE):
             figure = draw(*args, **kwargs)
         for ax in figure.axes:
             for axis in (ax.xaxis, ax.yaxis):
@@ -71,18 +84,17 @@ def styled(draw: Callable[P, Figure]) -> Callable[P, Figure]:
 
 def save(figure: Figure, path: Path | str, dpi: int = 110) -> Path:
     """Write a PNG, whole or not at all."""
-    import matplotlib
-
     Path(path).parent.mkdir(parents=True, exist_ok=True)
     more: dict[str, Any] = {"metadata": {"Software": None}, "pil_kwargs": {"compress_level": 4}}
-    with files.writing(path) as beside, matplotlib.rc_context({"text.parse_math": False}):  # some texts are made now
+    with files.writing(path) as beside, as_delivered({"text.parse_math": False}):  # some texts are made now
         figure.savefig(beside, dpi=dpi, facecolor="white", format="png", **more)
     return Path(path)
 
 
 def colors(species: Sequence[str], chosen: Mapping[str, str] | None = None) -> dict[str, str]:
-    """A colour for each species: the world's own where it names one."""
-    return {s: (chosen or {}).get(s, PALETTE[i % len(PALETTE)]) for i, s in enumerate(species)}
+    """A colour for each species: the world's own where it names one, as #rrggbb."""
+    own = {s: hue for s, hue in (chosen or {}).items() if isinstance(hue, str) and HUE.fullmatch(hue)}
+    return {s: own.get(s, PALETTE[i % len(PALETTE)]) for i, s in enumerate(species)}
 
 
 def colors_of(series: Series) -> dict[str, str]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+from html import escape
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +25,7 @@ def write_page(search: Outcome, result: dict[str, Any]) -> None:
     shutil.rmtree(folder, ignore_errors=True)
     path = save(figures.history(search.journal.of("candidate"), len(search.plan.stages) - 1), folder / "history.png")
     caption = "Each candidate: the stage that it reached, and its score there squeezed into one unit."
-    blocks = [f"<p>{_opening(result)}</p>", *_confirmed(result, folder), "<h2>The best worlds</h2>", _best_table(search, result),
+    blocks = [f"<p>{escape(_opening(result))}</p>", *_confirmed(result, folder), "<h2>The best worlds</h2>", _best_table(search, result),
               "<h2>How the search went</h2>", picture(path, caption), "<h2>Which numbers were important</h2>",
               *_important(search, result, folder)]  # fmt: skip
     title = search.plan.config.title or search.plan.config.name

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ecs_eco.analysis.style import as_delivered
 from ecs_eco.engine import files
 from ecs_eco.view.hues import safe
 from ecs_eco.view.interpolate import Crowd
@@ -34,7 +35,6 @@ class Painter:
     """Paints the ticks of a run, one after the other, as u8[height, width, 3]; what stays the same is drawn once."""
 
     def __init__(self, replay: Replay, size: tuple[int, int] = (1280, 720)) -> None:
-        import matplotlib
         from matplotlib.backends.backend_agg import FigureCanvasAgg
         from matplotlib.figure import Figure
 
@@ -46,9 +46,7 @@ class Painter:
         self.volume = len(replay.recording.size) == 3
         self.extent = (replay.recording.size[0], replay.recording.size[2 if self.volume else 1])
         self.unit = size[1] / 720
-        with matplotlib.rc_context():
-            matplotlib.rcdefaults()
-            matplotlib.rcParams |= {"font.size": 10.0, "text.parse_math": False, "path.simplify_threshold": 0.5}
+        with as_delivered({"font.size": 10.0, "text.parse_math": False, "path.simplify_threshold": 0.5}):
             self.figure = Figure(figsize=(size[0] / 100 / self.unit, size[1] / 100 / self.unit), dpi=100 * self.unit, facecolor=PAPER)
             self.canvas = FigureCanvasAgg(self.figure)
             self._lay_out(hello)
