@@ -257,7 +257,16 @@ def _load(sources: tuple[Source, ...]) -> Iterator[tuple[str, ModuleType]]:
             earlier[source.module] = _run(source, f"{PRIVATE}{digest}_{source.module}", dict(earlier))
             yield source.module, earlier[source.module]
         else:
+            if source.module not in sys.modules:
+                _require_unchanged(source)
             yield source.module, importlib.import_module(source.module)
+
+
+def _require_unchanged(source: Source) -> None:
+    """Raise CodeError where the file of an installed module is no longer the one that was read, and allowed."""
+    if source.text is not None and (found := _installed(source.entry)[0]) != source:
+        what = f"has changed since it was read: its SHA-256 was {source.sha256}, and is {'none' if found is None else found.sha256}"
+        raise CodeError([Problem(("code",), what, source.entry, HOW)])
 
 
 def _run(source: Source, name: str, earlier: dict[str, ModuleType]) -> ModuleType:

@@ -25,7 +25,7 @@ except ImportError:  # Windows
     fcntl = None  # type: ignore[assignment]
 
 LOCK = ".lock"
-BEGUN = {"checkpoints": "tick-*.safetensors", "policies": "*.safetensors"}  # what a run writes before its manifest, by folder
+BEGUN = {"checkpoints": "tick-*.safetensors", "policies": "*.safetensors", "code": "*.py"}  # what comes before the manifest, by folder
 WITHOUT = (errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP)  # where a file system has no locks
 AGAIN = 1000  # times that a lock is looked for anew, which others remove meanwhile
 

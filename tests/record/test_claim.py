@@ -76,7 +76,8 @@ def test_the_claim_of_a_killed_process_is_free(tmp_path):
 
 def _killed_early(folder, *more):
     """What is left of a run that was killed as it wrote its manifest."""
-    left = (LOCK, ".manifest.json.ecs-eco-7-0123abcd.tmp", "checkpoints/tick-000000000000.safetensors", "policies/deer.safetensors")
+    left = (LOCK, ".manifest.json.ecs-eco-7-0123abcd.tmp", "checkpoints/tick-000000000000.safetensors", "policies/deer.safetensors",
+            "code/sir.py")  # fmt: skip
     for name in (*left, *more):
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / name).write_text("")
@@ -88,7 +89,7 @@ def test_the_folder_of_a_run_that_was_killed_before_it_began_is_taken_over(tmp_p
         assert _names(tmp_path / "run") == [LOCK]
 
 
-@pytest.mark.parametrize("own", ["notes.txt", "notes.tmp", "checkpoints/mine", "policies/notes.md"])
+@pytest.mark.parametrize("own", ["notes.txt", "notes.tmp", "checkpoints/mine", "policies/notes.md", "code/notes.md"])
 def test_what_else_lies_there_keeps_such_a_folder_from_being_taken(tmp_path, own):
     _killed_early(tmp_path / "run", own)
     before = _names(tmp_path / "run")
