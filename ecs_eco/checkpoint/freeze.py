@@ -92,11 +92,18 @@ def thaw(cls: Any, meta: Mapping[str, Any], threads: int, config: Any, systems: 
         options["policies"] = {name: "random" if source == "random" else "untrained" for name, source in options["policies"].items()}
         options["learn"] = {name: made["learning"] for name, made in meta["tables"].items()}
         world = build(cls, found, seed=meta["clock"]["seed"], threads=threads, populate=False, record=False, **options)
-    except (ConfigError, ImportError, AttributeError, ValueError, TypeError) as error:
-        if isinstance(error, CheckpointError | CodeError):
+    except CodeError as error:
+        raise _of(where, error) from None
+    except (ConfigError, ImportError, AttributeError, ValueError, TypeError, LookupError, ArithmeticError) as error:
+        if isinstance(error, CheckpointError):
             raise
         raise CheckpointError(f"{where}: its world cannot be built here: {error}") from error
     return world
+
+
+def _of(where: str, error: CodeError) -> CodeError:
+    """The refusal of code, with the name of the checkpoint that names it."""
+    return CodeError(error.problems, error.title if where in error.title else f"{where}: {error.title or 'names code that it may not'}")
 
 
 def load(world: Any, meta: Mapping[str, Any], arrays: Arrays, where: str, trust: bool = False) -> None:
@@ -297,6 +304,8 @@ def _load_plain(world: Any, listed: Sequence[Sequence[Any]], arrays: Arrays, whe
         for i, (uid, name) in enumerate(listed):
             try:
                 kind: Any = code.function(name)
+            except CodeError as error:
+                raise _of(where, error) from None
             except (ImportError, AttributeError) as error:
                 module = name.partition(":")[0]
                 raise CheckpointError(f"{where}: organism {uid} has a component {name}, and {module} has none such: {error}") from None

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from ecs_eco.engine import files
+from ecs_eco.engine.errors import RecordingError
 from ecs_eco.record.belonging import Mark, listed, name_of, parts
 from ecs_eco.record.claim import Claim
 
@@ -51,8 +52,11 @@ class Folder:
 
     def go_on_from(self, written: Mapping[str, Any], manifest: Mapping[str, Any]) -> None:
         """Take the place that a checkpoint says; raises ForeignFile, RecordingError where what is there does not lead to it."""
-        self.parts = {kind: int(n) for kind, n in written["parts"].items()}
-        self.heads = dict(written["heads"])
+        try:
+            self.parts = {kind: int(n) for kind, n in written["parts"].items()}
+            self.heads = dict(written["heads"])
+        except (KeyError, ValueError, TypeError, AttributeError) as error:
+            raise RecordingError(f"{self.path / 'checkpoints'}: the last one does not say where its run stood: {error}") from None
         for kind in self._kinds():
             parts(self.path, kind, {**manifest, **written, "finished": False})
 

@@ -61,11 +61,20 @@ class Search:
         self.budget, self.trials, self.cpu = None if budget is None else budget * 60, trials, cpu
         self.journal = Journal(out, {**plan.header(), "optimiser": optimiser})
         self.optimiser = Optimiser(plan.parameters, optimiser, plan.config.search.seed)
-        for entry in self.journal.of("candidate"):
-            self.optimiser.tell(entry["candidate"], entry["values"], merit(entry))
+        self._tell_known()
         self.pool, self.begun = Pool(workers) if workers > 1 else Alone(), time.monotonic()
-        self.before = max((e["at"] for e in self.journal.entries), default=0.0)  # seconds spent by earlier calls
         self.phase, self._progress = "searching", progress
+
+    def _tell_known(self) -> None:
+        """Tell the optimiser what stands in the journal; raises ConfigError where that is of another kind than a search writes."""
+        try:
+            for entry in self.journal.of("candidate"):
+                self.optimiser.tell(entry["candidate"], entry["values"], merit(entry))
+            self.before = max((float(e["at"]) for e in self.journal.entries), default=0.0)  # seconds spent by earlier calls
+        except (KeyError, ValueError, TypeError, AttributeError) as error:
+            what = f"holds what no search writes: {type(error).__name__}: {error}"
+            allowed = "a journal as a search of this version wrote it, or another --out"
+            raise ConfigError([Problem((), what, allowed=allowed, source=str(self.journal.path))]) from None
 
     # --- the three phases
 

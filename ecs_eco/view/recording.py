@@ -48,6 +48,8 @@ class Recording:
         self.size, self.torus = [float(s) for s in space["size"]], space.get("edges", "torus") == "torus"
         self._chapters: OrderedDict[int, Chapter] = OrderedDict()
         self.scene, self.why = self._build()
+        if self.scene is not None and (strange := [name for name in self.species if name not in self.scene.tables]):
+            raise RecordingError(f"{self.path / 'manifest.json'}: lists the species {strange[0]!r}, which its world does not have")
 
     def parts(self, kind: str, cache: Cache | None = None) -> Parts:
         """Return the parts of one kind; another thread has a cache of its own."""
@@ -61,7 +63,7 @@ class Recording:
         try:
             config = config_of(self.manifest, path=self.path)
             return World.from_config(config, seed=self.manifest["seed"], policies="random", populate=False, record=False), ""
-        except (ConfigError, ImportError, AttributeError, ValueError, TypeError) as error:  # what it names is not here, say
+        except (ConfigError, ImportError, AttributeError, ValueError, TypeError, LookupError) as error:  # what it names is not here, say
             return None, str(error)
 
     # --- who is where -----------------------------------------------------------------------------------------------
