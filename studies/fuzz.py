@@ -16,10 +16,9 @@ CLEAR = ("refused", "refused when it was built", "ran 5 ticks", "the same conten
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
     """Try one chunk of files."""
-    import _fuzz_files
-    import _fuzz_worlds
+    from studies.common.fuzz import files, worlds
 
-    module = _fuzz_worlds if case["what"] in ("text", "values") else _fuzz_files
+    module = worlds if case["what"] in ("text", "values") else files
     return module.tried(case, config["files"])
 
 
