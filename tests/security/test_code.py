@@ -9,96 +9,20 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from pydantic import BaseModel
 from typer.testing import CliRunner
 
 from ecs_eco import World
 from ecs_eco.cli import app
-from ecs_eco.config import WorldConfig, load
+from ecs_eco.config import load
 from ecs_eco.config.checks.code import ARGUMENTS
 from ecs_eco.config.edit import as_toml
-from ecs_eco.config.names import fields_of
 from ecs_eco.engine import trust
 from ecs_eco.engine.code import SHIPPED, CodeError
 from ecs_eco.engine.errors import CheckpointError, ConfigError
 from ecs_eco.genomes.operators import SAFE
 from ecs_eco.record import resume, run_to_folder
 from ecs_eco.runs.repeat import repeat
-
-PAYLOAD = """
-from pathlib import Path
-Path({mark!r}).touch()
-from ecs_eco import System, component, f32
-
-class Wait(System):
-    phase = "record"
-
-    def process(self, *_):
-        pass
-
-@component
-class Wool:
-    length: f32 = 0.5  # [m]
-
-def sense(world, table, seekers, out, first):
-    out[:, first] = 0
-
-def react(x):
-    return x[:, :1] * 0
-
-def feel(x):
-    return x[:, 0] * 0
-
-def flow(world, x, y, z):
-    return x * 0, y * 0, z * 0
-
-def mate(one, other):
-    return one, other
-
-def mutate(one):
-    return one,
-
-def judge(series):
-    return 1.0
-"""
-
-SNAIL: dict[str, Any] = {
-    "count": 3, "body": {"radius": 0.1}, "metabolism": {"energy": 0.5}, "sensors": [{"kind": "own", "property": "energy"}],
-    "actions": {"turn": ["left", "none"]}, "locomotion": {"speed": {"still": 0.0}, "turn": 0.1},
-    "genome": {"genes": [{"name": "g", "letters": 4, "low": 0.0, "high": 1.0}], "mutate": {"operator": "mutUniformInt", "indpb": 0.1}},
-}  # fmt: skip
-
-KEYS: dict[str, Any] = {  # a place for each pattern of ARGUMENTS, and what stands there; the module is evil
-    "systems.*": ["evil:Wait"],
-    "species.*.components.*": ["evil:Wool"],
-    "species.*.sensors.*.function": [{"kind": "custom", "function": "evil:sense", "width": 1}],
-    "species.*.reflex.function": {"function": "evil:react"},
-    "species.*.happiness.function": {"function": "evil:feel", "minimum": 0.0},
-    "water.current_function": {"current_function": "evil:flow"},
-    "species.*.genome.mate.operator": {"operator": "evil:mate"},
-    "species.*.genome.mutate.operator": {"operator": "evil:mutate"},
-    "search.objective": "evil:judge",
-    "search.objective.*.of": [{"of": "evil:judge", "weight": 1.0}],
-}
-PLACES = {"species.*.sensors.*.function": "sensors", "species.*.components.*": "components", "species.*.reflex.function": "reflex",
-          "species.*.happiness.function": "happiness"}  # fmt: skip
-
-
-def world_of(pattern: str, **more: Any) -> dict[str, Any]:
-    """A world that names code at one key."""
-    snail, value = copy.deepcopy(SNAIL), copy.deepcopy(KEYS[pattern])
-    data: dict[str, Any] = {"format": 1, "name": "garden", "ticks": 20, "space": {"size": [9.0, 9.0]}, "species": {"snail": snail}} | more
-    if pattern in PLACES:
-        snail[PLACES[pattern]] = value
-    elif ".genome." in pattern:
-        snail["genome"][pattern.split(".")[3]] = value
-    elif pattern == "systems.*":
-        data["systems"] = value
-    elif pattern.startswith("water"):
-        data |= {"space": {"size": [9.0, 9.0, 9.0]}, "water": value}
-    else:
-        data["search"] = {"objective": value}
-    return data
+from studies.common.malicious.templates import KEYS, PAYLOAD, fields_that_name_code, world_of
 
 
 @pytest.fixture
@@ -118,23 +42,8 @@ def written(folder: Path, data: dict[str, Any]) -> Path:
     return path
 
 
-def models(model: type[BaseModel], seen: set[type]) -> set[type]:
-    """All models that are reached from one."""
-    def inside(annotation: Any) -> None:
-        if isinstance(annotation, type) and issubclass(annotation, BaseModel):
-            models(annotation, seen)
-        for part in getattr(annotation, "__args__", ()):
-            inside(part)
-
-    if model not in seen:
-        seen.add(model)
-        for field in model.model_fields.values():
-            inside(field.annotation)
-    return seen
-
-
 def test_every_field_that_may_name_code_is_in_the_table() -> None:
-    fields = {name for model in models(WorldConfig, set()) for name in fields_of(model)}
+    fields = fields_that_name_code()
     assert fields == {"systems", "components", "function", "current_function", "operator", "objective", "of"}
     assert {p.removesuffix(".*").rpartition(".")[2] for p in ARGUMENTS} == fields
     assert set(KEYS) == set(ARGUMENTS)
@@ -234,6 +143,43 @@ def test_a_file_is_run_as_it_was_read_and_no_compiled_copy_is_taken(mark: Path) 
     (mark.parent / "evil.py").write_text(PAYLOAD.format(mark=str(mark)), encoding="utf-8")
     World.from_config(config, record=False).run(1)
     assert not mark.exists()
+
+
+@pytest.mark.parametrize("entry", ["evil.py", "evil"])
+def test_a_changed_file_is_asked_for_again_in_the_process_that_allowed_it(entry: str, mark: Path) -> None:
+    path = written(mark.parent, world_of("systems.*", code=[entry]))
+    run_to_folder(path, ticks=2, out=mark.parent / "run", report=False, trust=True)
+    changed = PAYLOAD.format(mark=f"{mark}-changed")
+    (mark.parent / "evil.py").write_text(changed, encoding="utf-8")
+    kept = mark.parent / "run" / "code" / "evil.py"
+    if kept.exists():
+        kept.write_text(changed, encoding="utf-8")
+    for attempt in (lambda: World.from_config(path), lambda: resume(mark.parent / "run", 4), lambda: repeat(mark.parent / "run"),
+                    lambda: World.restore(sorted((mark.parent / "run" / "checkpoints").iterdir())[-1])):  # fmt: skip
+        with pytest.raises(ValueError, match=r"nobody has allowed|is another than then"):
+            attempt()
+    assert not Path(f"{mark}-changed").exists()
+
+
+def test_an_installed_module_that_changed_before_it_is_imported_is_refused(mark: Path) -> None:
+    config = load(written(mark.parent, world_of("systems.*", code=["evil"])))
+    config._code.allow()
+    (mark.parent / "evil.py").write_text(PAYLOAD.format(mark=f"{mark}-changed"), encoding="utf-8")
+    with pytest.raises(CodeError, match="has changed since it was read"):
+        World.from_config(config)
+    assert not Path(f"{mark}-changed").exists()
+
+
+def test_a_run_that_cannot_begin_leaves_no_code_behind(mark: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(*_: Any) -> None:
+        assert (mark.parent / "run" / "code" / "evil.py").exists()
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("ecs_eco.runs.begin.keep_checkpoint", full)
+    path = written(mark.parent, world_of("systems.*", code=["evil.py"]))
+    with pytest.raises(OSError, match="No space left"):
+        run_to_folder(path, ticks=2, out=mark.parent / "run", report=False, trust=True)
+    assert not (mark.parent / "run").exists()
 
 
 def test_what_a_file_only_imports_cannot_be_named(mark: Path) -> None:
@@ -384,6 +330,18 @@ def test_a_manifest_that_names_other_code_is_refused(run: Path, mark: Path) -> N
         with pytest.raises(ConfigError, match="does not list"):
             attempt()
     assert not mark.with_name("mark-too").exists()
+
+
+def test_a_sealed_checkpoint_that_names_other_code_is_refused_with_its_name(run: Path, mark: Path) -> None:
+    from ecs_eco.checkpoint import file
+
+    path = sorted((run / "checkpoints").iterdir())[-1]
+    meta, arrays = file.read(path)
+    for change in ({"plain": [[1, "os:system"]]}, {"config": meta["config"] | {"systems": ["os:system"]}}, {"options": {}}, {"folder": 3}):
+        file.write(path, {**copy.deepcopy(meta), **change}, arrays)
+        with pytest.raises((CodeError, CheckpointError), match=path.name):
+            World.restore(path)
+    assert not mark.exists()
 
 
 def test_workers_get_the_permission_with_the_world(mark: Path) -> None:

@@ -1,0 +1,210 @@
+"""Where malicious files are tried: a folder with the module `evil`, payloads of all kinds, marks, and harmless files to start from."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import os
+import pickle  # noqa: TID251  # to write what nobody may read
+import shutil
+import sys
+import tempfile
+import zipfile
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from studies.common.malicious.templates import PAYLOAD, world_of
+
+TICKS, EVERY = 6, 2
+MODULES = ("evil", "evilpackage")
+REFUSED, UNNAMED, ACCEPTED, TRACEBACK = "refused by name", "refused without a name", "accepted, harmless", "traceback"
+KINDS = (REFUSED, ACCEPTED, UNNAMED, TRACEBACK)
+
+
+@dataclass(frozen=True)
+class Attack:
+    """One malicious file or message: what is done with it, and the words of which a refusal has to say one."""
+
+    label: str
+    words: Sequence[str]
+    attempts: Sequence[tuple[str, Callable[[], Any]]]
+
+
+class Shell:
+    """What runs a shell command when it is unpickled."""
+
+    def __init__(self, command: str) -> None:
+        self.command = command
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return os.system, (self.command,)
+
+
+class Ground:
+    """A folder of its own in which nothing was allowed to run, and where Python finds `evil` on its path."""
+
+    def __init__(self, home: Path) -> None:
+        self.home, self.marks = home, home / "marks"
+        self.marks.mkdir()
+        self.shell = f"touch {self.marks}/shell"
+        self._number = 0
+        self.text = PAYLOAD.format(mark=str(self.marks / "module"))
+        self.put_evil(home / "path")
+
+    def put_evil(self, folder: Path) -> Path:
+        """Put the modules into a folder."""
+        (folder / "evilpackage").mkdir(parents=True, exist_ok=True)
+        for name in ("evil.py", "evilpackage/__init__.py", "evilpackage/inside.py"):
+            (folder / name).write_text(self.text, encoding="utf-8")
+        return folder
+
+    def new(self) -> Path:
+        """Return a folder that is not there yet."""
+        self._number += 1
+        return self.home / f"case-{self._number}"
+
+    def beside(self) -> Path:
+        """Return a new folder with the modules in it."""
+        return self.put_evil(self.new())
+
+    def marked(self) -> list[str]:
+        """Return the marks that are there, and remove them."""
+        found = sorted(self.marks.iterdir())
+        for path in found:
+            path.unlink()
+        return [path.name for path in found]
+
+    # --- what payloads are in
+
+    @cached_property
+    def blobs(self) -> dict[str, bytes]:
+        """Files that run a shell command when Python, numpy or torch unpickles them, by what they are."""
+        pickled = pickle.dumps(Shell(self.shell))
+        array, arrays, torch_ = io.BytesIO(), io.BytesIO(), io.BytesIO()
+        np.save(array, np.array([Shell(self.shell)], dtype=object), allow_pickle=True)
+        np.savez(arrays, weight=np.array([Shell(self.shell)], dtype=object))
+        with zipfile.ZipFile(torch_, "w") as file:
+            file.writestr("archive/data.pkl", pickled)
+            file.writestr("archive/version", "3")
+        script = f"#!/bin/sh\n{self.shell}\n".encode()
+        return {"a pickle": pickled, "an npy file of objects": array.getvalue(), "an npz file of objects": arrays.getvalue(),
+                "a file of torch": torch_.getvalue(), "a Python file": self.text.encode(), "a script": script}  # fmt: skip
+
+    @cached_property
+    def texts(self) -> list[str]:
+        """Texts that some reader of texts would run."""
+        python = f"__import__('os').system('{self.shell}')"
+        return [python, f"$({self.shell})", f"`{self.shell}`", f"|{self.shell}", f"; {self.shell};", "{" + python + "}", "{{" + python + "}}",
+                f"!!python/object/apply:os.system ['{self.shell}']", f"file://{self.marks}/../path/evil.py", f"lambda: {python}",
+                f"\\immediate\\write18{{{self.shell}}}", f"<script>fetch('{self.shell}')</script>", f"\x1b]0;{self.shell}\x07"]  # fmt: skip
+
+    # --- harmless files
+
+    @cached_property
+    def garden(self) -> dict[str, Any]:
+        """A world that names no code."""
+        return world_of("systems.*") | {"systems": []}
+
+    @cached_property
+    def run(self) -> Path:
+        """A recorded run of the garden, with checkpoints."""
+        from ecs_eco.record import run_to_folder
+
+        run_to_folder(self.garden, ticks=TICKS, out=self.home / "run", report=False, snapshot_every=EVERY, checkpoint_every=EVERY)
+        return self.home / "run"
+
+    @cached_property
+    def checkpoint(self) -> tuple[dict[str, Any], dict[str, Any]]:
+        """Meta and arrays of its last checkpoint."""
+        from ecs_eco.checkpoint import file
+
+        return file.read(sorted((self.run / "checkpoints").iterdir())[-1])
+
+    def copy_of_run(self) -> Path:
+        """Return a copy of the run."""
+        folder = self.new()
+        shutil.copytree(self.run, folder)
+        return folder
+
+
+@contextlib.contextmanager
+def ground() -> Iterator[Ground]:
+    """A ground for as long as it is needed: with a user who allowed nothing, and modules that would be found and leave a mark."""
+    from ecs_eco.engine import trust
+
+    before, allowed, path, config = Path.cwd(), set(trust._here), list(sys.path), os.environ.get("XDG_CONFIG_HOME")
+    with tempfile.TemporaryDirectory(prefix="ecs-eco-malicious-") as folder:
+        home = Path(folder).resolve()
+        os.environ["XDG_CONFIG_HOME"] = str(home / "config")
+        try:
+            found = Ground(home)
+            trust._here.clear()
+            sys.path.insert(0, str(home / "path"))
+            os.chdir(home / "path")
+            yield found
+        finally:
+            os.chdir(before)
+            sys.path[:] = path
+            trust._here.clear()
+            trust.allow(allowed)
+            if config is None:
+                del os.environ["XDG_CONFIG_HOME"]
+            else:
+                os.environ["XDG_CONFIG_HOME"] = config
+
+
+def cli(*words: Any) -> Callable[[], str]:
+    """A command in this process; returns what it said where it refused, "" where it did not."""
+
+    def command() -> str:
+        from typer.testing import CliRunner
+
+        from ecs_eco.cli.app import app
+
+        done = CliRunner().invoke(app, [str(word) for word in words])
+        if done.exception is not None and not isinstance(done.exception, SystemExit):
+            raise done.exception
+        if "Traceback" in done.output or done.exit_code not in (0, 1, 2):
+            raise RuntimeError(f"ended with {done.exit_code}: {done.output[-300:]}")
+        return (done.output or "no word") if done.exit_code else ""
+
+    return command
+
+
+def judged(ground: Ground, attack: Attack) -> dict[str, Any]:
+    """What became of one attack: how its attempts ended, marks, modules of the payload that are loaded, and tracebacks."""
+    import traceback
+
+    counts, said = dict.fromkeys(KINDS, 0), []
+    for name, attempt in attack.attempts:
+        try:
+            text = attempt() or ""
+            kind = _kind(text, attack.words)
+        except Exception as error:
+            kind = _kind(str(error), attack.words) if _is_refusal(error) else TRACEBACK
+            text = traceback.format_exc() if kind == TRACEBACK else str(error)
+        counts[kind] += 1
+        if kind in (UNNAMED, TRACEBACK):
+            said.append([name, kind, text[-700:]])
+    loaded = [m for m in sys.modules if m.partition(".")[0] in MODULES or m.startswith("_ecs_eco_code_")]
+    for module in loaded:
+        del sys.modules[module]
+    return {"label": attack.label, "counts": counts, "marks": ground.marked(), "imported": loaded, "said": said}
+
+
+def _is_refusal(error: Exception) -> bool:
+    from ecs_eco.engine.errors import CheckpointError, ConfigError, RecordingError
+
+    return isinstance(error, ConfigError | CheckpointError | RecordingError)
+
+
+def _kind(said: str, words: Sequence[str]) -> str:
+    if not said:
+        return ACCEPTED
+    plain = "".join(said.split())
+    return REFUSED if any("".join(word.split()) in plain for word in words) else UNNAMED

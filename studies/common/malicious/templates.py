@@ -1,0 +1,134 @@
+"""A table of worlds that name code, one for each key that can, found from the types of the fields; and the names that they give."""
+
+from __future__ import annotations
+
+import copy
+from typing import Any
+
+from pydantic import BaseModel
+
+PAYLOAD = """
+from pathlib import Path
+Path({mark!r}).touch()
+from ecs_eco import System, component, f32
+
+class Wait(System):
+    phase = "record"
+
+    def process(self, *_):
+        pass
+
+@component
+class Wool:
+    length: f32 = 0.5  # [m]
+
+def sense(world, table, seekers, out, first):
+    out[:, first] = 0
+
+def react(x):
+    return x[:, :1] * 0
+
+def feel(x):
+    return x[:, 0] * 0
+
+def flow(world, x, y, z):
+    return x * 0, y * 0, z * 0
+
+def mate(one, other):
+    return one, other
+
+def mutate(one):
+    return one,
+
+def judge(series):
+    return 1.0
+"""
+"""A module that leaves a mark when it is run, with a function for each key."""
+
+SNAIL: dict[str, Any] = {
+    "count": 3, "body": {"radius": 0.1}, "metabolism": {"energy": 0.5}, "sensors": [{"kind": "own", "property": "energy"}],
+    "actions": {"turn": ["left", "none"]}, "locomotion": {"speed": {"still": 0.0}, "turn": 0.1},
+    "genome": {"genes": [{"name": "g", "letters": 4, "low": 0.0, "high": 1.0}], "mutate": {"operator": "mutUniformInt", "indpb": 0.1}},
+}  # fmt: skip
+
+KEYS: dict[str, Any] = {  # a place for each pattern of ARGUMENTS, and what stands there; the module is evil
+    "systems.*": ["evil:Wait"],
+    "species.*.components.*": ["evil:Wool"],
+    "species.*.sensors.*.function": [{"kind": "custom", "function": "evil:sense", "width": 1}],
+    "species.*.reflex.function": {"function": "evil:react"},
+    "species.*.happiness.function": {"function": "evil:feel", "minimum": 0.0},
+    "water.current_function": {"current_function": "evil:flow"},
+    "species.*.genome.mate.operator": {"operator": "evil:mate"},
+    "species.*.genome.mutate.operator": {"operator": "evil:mutate"},
+    "search.objective": "evil:judge",
+    "search.objective.*.of": [{"of": "evil:judge", "weight": 1.0}],
+}
+PLACES = {"species.*.sensors.*.function": "sensors", "species.*.components.*": "components", "species.*.reflex.function": "reflex",
+          "species.*.happiness.function": "happiness"}  # fmt: skip
+NAMES = ("os:system", "posix:system", "pydoc:pipepager", "builtins:exec", "builtins:eval", "subprocess:call", "runpy:run_path",
+         "timeit:main", "importlib:import_module", "ctypes:CDLL", "pickle:loads", "evilpackage.inside:Wait", "evil.Wait:__init__",
+         "ecs_eco.worlds.lamb.systems:np", "ecs_eco.engine.code:builtins", "evil:", ":evil", "evil.py:Wait")  # fmt: skip
+"""Names of code that is not listed, besides those of the module `evil`."""
+
+
+def world_of(pattern: str, **more: Any) -> dict[str, Any]:
+    """A world that names code of the module `evil` at one key."""
+    data: dict[str, Any] = {"format": 1, "name": "garden", "ticks": 20, "space": {"size": [9.0, 9.0]},
+                            "species": {"snail": copy.deepcopy(SNAIL)}} | more  # fmt: skip
+    put(data, pattern, copy.deepcopy(KEYS[pattern]))
+    if pattern.startswith("water"):
+        data["space"] = {"size": [9.0, 9.0, 9.0]}
+    return data
+
+
+def put(data: dict[str, Any], pattern: str, value: Any) -> None:
+    """Set what stands at a key of the table in the data of a world of snails."""
+    snail = data["species"]["snail"]
+    if pattern in PLACES:
+        snail[PLACES[pattern]] = value
+    elif ".genome." in pattern:
+        snail["genome"][pattern.split(".")[3]] = value
+    elif pattern == "systems.*":
+        data["systems"] = value
+    elif pattern.startswith("water"):
+        data["water"] = value
+    else:
+        data["search"] = {**data.get("search", {}), "objective": value}
+
+
+def renamed(pattern: str, name: str, shell: str) -> Any:
+    """What stands at a key of the table, with another name in the place of that of `evil`, and a shell command where it takes more."""
+
+    def inside(value: Any) -> Any:
+        if isinstance(value, dict):
+            return {k: inside(v) for k, v in value.items()}
+        if isinstance(value, list):
+            return [inside(v) for v in value]
+        return name if isinstance(value, str) and value.startswith("evil:") else value
+
+    value = inside(copy.deepcopy(KEYS[pattern]))
+    return value | {"cmd": shell, "command": shell} if pattern.endswith("operator") else value
+
+
+def models(model: type[BaseModel], seen: set[type]) -> set[type]:
+    """All models that are reached from one."""
+
+    def inside(annotation: Any) -> None:
+        if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+            models(annotation, seen)
+        for part in getattr(annotation, "__args__", ()):
+            inside(part)
+
+    if model not in seen:
+        seen.add(model)
+        for field in model.model_fields.values():
+            inside(field.annotation)
+    return seen
+
+
+def fields_that_name_code() -> set[str]:
+    """The names of all fields of a world that may name code, found from their types."""
+    from ecs_eco.config import WorldConfig
+    from ecs_eco.config.names import fields_of
+
+    return {name for model in models(WorldConfig, set()) for name in fields_of(model)}
