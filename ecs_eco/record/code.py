@@ -10,7 +10,7 @@ from ecs_eco.config import WorldConfig, load
 from ecs_eco.config.names import code_of
 from ecs_eco.engine import files
 from ecs_eco.engine.code import Code, Source, read
-from ecs_eco.engine.errors import CheckpointError, RecordingError
+from ecs_eco.engine.errors import CheckpointError, ConfigError, RecordingError
 from ecs_eco.engine.trust import allowed_here
 
 FOLDER = "code"  # within a run's
@@ -68,4 +68,9 @@ def recorded(path: Path, manifest: Mapping[str, Any], config: Any = None, trust:
         again(manifest.get("code", []), [path / FOLDER], str(path), trust)
     except CheckpointError as error:
         raise RecordingError(str(error)) from None
-    return load(manifest["config"] if config is None else config, trust=trust, places=[path / FOLDER])
+    try:
+        return load(manifest["config"] if config is None else config, trust=trust, places=[path / FOLDER])
+    except ConfigError as error:
+        source = str(path / "manifest.json")
+        problems = [p.moved(source=source) if p.source == "dict" else p for p in error.problems]
+        raise type(error)(problems, error.title.replace("dict:", f"{source}:", 1)) from None

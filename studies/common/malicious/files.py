@@ -139,7 +139,7 @@ def _of_run(ground: Ground, run: Path, turn: int) -> list[tuple[str, Callable[[]
     out = ground.new()
     every = [("repeat", cli("repeat", run, "-q")), ("why", cli("why", run, "--out", out / "why")),
              ("resume", cli("resume", run, "--until", str(TICKS + EVERY), "-q", "--no-report")), ("lineage", cli("lineage", run)),
-             ("picture", cli("picture", run, out / "tick.png", "-q", "--size", "320x240")), ("watch", lambda: _watched(run)),
+             ("picture", cli("picture", run, out / "tick.png", "-q", "--size", "320x320")), ("watch", lambda: _watched(run)),
              ("picture of an organism", cli("picture", run, out / "snail.png", "-q", "--organism", "1")),
              ("report", cli("report", run, "--out", out / "report"))]  # fmt: skip
     return [every[(3 * turn + k) % len(every)] for k in range(3)]

@@ -1,0 +1,35 @@
+"""Some malicious files and messages of studies/malicious.py, which has the rest; and its controls, which are to leave their marks."""
+
+from collections.abc import Iterator
+
+import pytest
+
+from studies import malicious
+from studies.common.malicious import surroundings
+from studies.common.malicious.ground import TRACEBACK, UNNAMED, Attack, Ground, ground, judged
+
+
+@pytest.fixture
+def place() -> Iterator[Ground]:
+    """A ground where nothing was allowed."""
+    with ground() as found:
+        yield found
+
+
+@pytest.mark.parametrize(("what", "number"), [("world", 3), ("checkpoint", 4), ("manifest", 2), ("message", 20)])
+def test_malicious_files_and_messages_leave_no_mark(what: str, number: int, place: Ground) -> None:
+    for attack in malicious.BY_MUTATION[what](place, 7, number):
+        found = judged(place, attack)
+        assert not found["marks"]
+        assert not found["imported"]
+        assert not found["counts"][UNNAMED] + found["counts"][TRACEBACK], found
+
+
+def test_payloads_that_are_run_on_purpose_leave_their_marks(place: Ground) -> None:
+    assert [c["label"] for c in surroundings.controls(place) if not c["marked"]] == []
+
+
+def test_a_mark_and_an_import_are_noticed(place: Ground) -> None:
+    found = judged(place, Attack("careless", [], [("import", lambda: __import__("evil").__name__ * 0)]))
+    assert found["marks"] == ["module"]
+    assert found["imported"] == ["evil"]
