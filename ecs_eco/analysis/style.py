@@ -93,8 +93,14 @@ def save(figure: Figure, path: Path | str, dpi: int = 110) -> Path:
 
 def colors(species: Sequence[str], chosen: Mapping[str, str] | None = None) -> dict[str, str]:
     """A colour for each species: the world's own where it names one, as #rrggbb."""
-    own = {s: hue for s, hue in (chosen or {}).items() if isinstance(hue, str) and HUE.fullmatch(hue)}
+    own = own_colors(chosen)
     return {s: own.get(s, PALETTE[i % len(PALETTE)]) for i, s in enumerate(species)}
+
+
+def own_colors(chosen: Any) -> dict[str, str]:
+    """The colours among those of a manifest, which may say anything there."""
+    found = chosen.items() if isinstance(chosen, Mapping) else ()
+    return {s: hue for s, hue in found if isinstance(hue, str) and HUE.fullmatch(hue)}
 
 
 def colors_of(series: Series) -> dict[str, str]:

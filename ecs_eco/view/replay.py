@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from ecs_eco.analysis.style import own_colors
 from ecs_eco.view.frames import Encoder, extent, grade
 from ecs_eco.view.interpolate import Crowd
 from ecs_eco.view.life import Lives
@@ -84,7 +85,7 @@ class Replay:
 
     def _scene(self) -> Message:
         r = self.recording
-        colors, config = r.manifest.get("colors", {}), r.manifest["config"]
+        colors, config = own_colors(r.manifest.get("colors")), r.manifest["config"]
         if r.scene is not None:
             said = describe(r.scene, r.species, list(r.objects), {name: dict.fromkeys(g) for name, g in self._genes.items()})
             learn = r.manifest.get("learn")

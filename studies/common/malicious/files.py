@@ -14,7 +14,7 @@ from studies.common.malicious.ground import EVERY, TICKS, Attack, Ground, cli
 from studies.common.malicious.templates import KEYS, NAMES, put, renamed
 from studies.common.malicious.worlds import mutate, payloads
 
-WORDS = ["manifest.json", "checkpoints", "tick-", "part-", "safetensors", "journal.jsonl", "world.toml", "case-", "`code` does not list", "nobody has allowed"]
+WORDS = ["manifest.json", "checkpoints", "tick-", "part-", "safetensors", "journal.jsonl", "world.toml", "case-", "`code` does not list", "nobody has allowed", "controls"]
 
 
 def _named(ground: Ground) -> Iterator[tuple[str, Callable[[dict[str, Any]], None]]]:
