@@ -161,6 +161,7 @@ class Before:
             self._bounds(table)
             self._nerves(table)
             self._index(table)
+            self._resolution(table)
         self._uids()
         for name, field in self.world.fields.items():
             if (bad := np.argwhere(~np.isfinite(field.value))).size:
@@ -277,6 +278,26 @@ class Before:
     def _within(self, table: Any, name: str, column: np.ndarray, wrong: np.ndarray, allowed: str) -> None:
         if (rows := np.flatnonzero(wrong)).size:
             self.fail(table, f"{name} of {_whose(table.uid, rows[0])} is {column[rows[0]]}{_more(rows.size)}; allowed is {allowed}")
+
+    def _resolution(self, table: Any) -> None:
+        """See that the steps of energy and place are not rounded away where the organisms have come to."""
+        from ecs_eco.components import Metabolism, Position
+
+        dt, species, rows = np.float32(self.world.dt), table.species.config, table.rows()
+        basal = np.float32(species.metabolism.basal if species is not None else 0) * dt
+        if basal > 0 and Metabolism in table:
+            energy = table[Metabolism].energy[rows]
+            self._lost(table, rows, "Metabolism.energy", energy, (energy - basal == energy) & np.isfinite(energy), basal)
+        speeds = [v for v in (table.species.gaits[1] * dt if table.species.gaits is not None else ()) if v > 0]
+        for axis in "xy" if speeds and Position in table else "":
+            place = getattr(table[Position], axis)[rows]
+            self._lost(table, rows, f"Position.{axis}", place, place + min(speeds) == place, min(speeds))
+
+    def _lost(self, table: Any, rows: np.ndarray, name: str, values: np.ndarray, lost: np.ndarray, step: Any) -> None:
+        if (at := np.flatnonzero(lost)).size:
+            least = np.spacing(np.abs(values[at[0]]))
+            self.fail(table, f"{name} of {_whose(table.uid, rows[at[0]])} is {values[at[0]]}{_more(at.size)}, and a step of {step:g} is "
+                             f"rounded away there; float32 holds steps of {least:g} and more")
 
     def _moved(self, table: Any) -> None:
         """See that the index is made anew where places changed; plain processors need not say so."""

@@ -9,6 +9,7 @@ import numpy as np
 
 from ecs_eco.checkpoint.freeze import plain_components, stateful
 from ecs_eco.config.models.interventions import coming
+from ecs_eco.engine.interruption import require_whole
 from ecs_eco.engine.section import function_name
 
 BEGINNING = ("name", "title", "description", "seed", "ticks", "training", "systems", "interventions")
@@ -21,6 +22,7 @@ def digest(world: Any) -> str:
     Equal runs have equal digests on one target, the same versions and processor: docs/promises.md. Interpreted kernels
     (NUMBA_DISABLE_JIT=1) compute in other precision, so their digests are others.
     """
+    require_whole(world, "digest", within=True)
     found = hashlib.sha256(json.dumps(_facts(world), sort_keys=True, default=str).encode())
     for name, array in _arrays(world):
         array = np.ascontiguousarray(array)

@@ -6,15 +6,17 @@ import threading
 import time
 import weakref
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
-from typing import Any
+from concurrent.futures import ThreadPoolExecutor, wait
+from typing import Any, NoReturn
 
 import esper
 import numpy as np
 
 from ecs_eco import debug
-from ecs_eco.engine import random
+from ecs_eco.engine import random, turns
+from ecs_eco.engine.arguments import positive, seed_number, whole_number
 from ecs_eco.engine.errors import UnknownName, unknown_name
+from ecs_eco.engine.interruption import Patience, Underway, require_whole, stopped, whole
 from ecs_eco.engine.schema import Handle
 from ecs_eco.engine.system import PHASES, System
 from ecs_eco.engine.table import Table
@@ -34,11 +36,8 @@ class World:
 
     def __init__(self, size: Sequence[float] = (100.0, 100.0), *, edges: str = "torus", dt: float = 1.0, seed: int = 0,
                  cell: float | None = None, threads: int = 1, name: str = "world") -> None:
-        if not dt > 0:
-            raise ValueError(f"dt is {dt}; a tick must last a positive number of seconds")
-        if threads < 1:
-            raise ValueError(f"threads is {threads}; it must be at least 1")
-        self.name, self.dt, self.seed, self.threads = name, float(dt), int(seed), int(threads)
+        self.name, self.dt, self.seed = name, positive("dt", dt, "seconds"), seed_number(seed)
+        self.threads = threads = whole_number("threads", threads, 1)
         self.space = Space(size, edges, cell)
         self.tick = 0
         self.tables: dict[str, Table] = {}
@@ -58,6 +57,7 @@ class World:
         self.intervened: list[tuple[int, Any]] = []  # (tick, what) of interventions carried out
         self.next_uid = 1
         self.ticking = False  # whether a tick is under way
+        self.underway: Underway | None = None  # what must be done as a whole and is not done yet, or never will be
         self.stopping = False  # whether `run` is to return after this tick
         self.between: Callable[[], Any] | None = None  # called before every tick, when a viewer may look, ask for an intervention, wait
         self.on_death: list[Callable[[Table, np.ndarray], None]] = []
@@ -65,7 +65,9 @@ class World:
         self._indexes: dict[str, Index] = {}
         self._merged: dict[tuple[str, ...], Any] = {}
         self._outer: list[str] = []
-        self._thread = threading.get_ident()
+        self.owner: threading.Thread
+        self.apart = False  # whether it lives in a thread beside another's world
+        turns.enter(self)
         self._context = f"ecs-eco {next(_serial)}"
         self._pool = ThreadPoolExecutor(threads - 1) if threads > 1 else None
         self._shared = False  # whether all threads are at work on pieces of `together`
@@ -150,8 +152,7 @@ class World:
         around it. Raises ValueError for one outside of a world with walls, and for any value beyond the limits of its field.
         """
         table = self.table(name)
-        if n < 1:
-            raise ValueError(f"spawn {name!r}: n is {n}; it must be at least 1")
+        n = whole_number(f"spawn {name!r}: n", n, 1)
         values = {}
         for handle in components:
             if type(handle) not in table:
@@ -179,6 +180,7 @@ class World:
         system = next((s for s in self.systems if isinstance(s, Intervene)), None)
         if system is None:
             raise RuntimeError("this world has no system that intervenes; begin its schedule with add_system(Intervene())")
+        require_whole(self, "intervene", within=True)
         system.ask(what)
 
     def locate(self, uid: int) -> tuple[Table, int]:
@@ -210,40 +212,63 @@ class World:
         """Let `ticks` ticks pass; `progress(done, ticks)` is called about ten times a second. Returns the world.
 
         Returns earlier, after a whole tick, where `stopping` was set meanwhile. `between` is called before every tick.
+        Ctrl-C stops after a whole tick, too. An error within a tick, or a second Ctrl-C, leaves a world that may only be looked
+        at: what else is asked of it raises UnfinishedTick.
         """
-        if ticks < 0:
-            raise ValueError(f"ticks is {ticks}; time does not run backwards")
-        if threading.get_ident() != self._thread:
-            raise RuntimeError("one thread alone touches a world: the one that made it")
+        ticks = whole_number("ticks", ticks)
+        self._mine()
+        require_whole(self, "run")
         gate.admit(self, refuse=self.debug is None)
-        before = esper.current_world
-        esper.switch_world(self._context)
         self.touch()
-        try:
-            if self.tick == 0:
-                self.flush()
-            shown = time.monotonic()
-            for done in range(1, ticks + 1):
-                if self.between is not None:
-                    self.between()
+        with turns.lock:
+            outside, mark = esper.current_world, Underway("tick")
+        with Patience(self) as patience:
+            try:
+                if self.tick == 0:
+                    self.flush()
+                shown = time.monotonic()
+                for done in range(1, ticks + 1):
+                    if self.between is not None:
+                        self.between()
+                        if self.stopping:
+                            break
+                    self._pass(mark)
+                    patience.over()
+                    if progress is not None and (done == ticks or time.monotonic() - shown > 0.1):
+                        shown = time.monotonic()
+                        progress(done, ticks)
                     if self.stopping:
                         break
-                self.ticking = True
-                esper.process()
-                self.ticking = False
-                self.tick += 1
-                if progress is not None and (done == ticks or time.monotonic() - shown > 0.1):
-                    shown = time.monotonic()
-                    progress(done, ticks)
-                if self.stopping:
-                    break
-            if before == self._context:
-                self.sync()
-        finally:
-            self.ticking = False
-            if before in esper.list_worlds():
-                esper.switch_world(before)
+            except BaseException as error:
+                stopped(self, error)
+                raise
+            finally:
+                mark.running = self.ticking = False
+                with turns.lock:
+                    if esper.current_world != outside:
+                        esper.switch_world(outside if outside in esper.list_worlds() else "default")
+        if outside == self._context:
+            self.sync()
         return self
+
+    def _pass(self, mark: Underway) -> None:
+        """Let one tick pass; the mark stands until it has passed as a whole."""
+        self.underway, self.ticking = mark, True
+        with turns.lock:
+            outside = esper.current_world
+            if outside != self._context:
+                esper.switch_world(self._context)
+            esper.process()
+            self.tick += 1
+            if self.apart:
+                esper.switch_world(outside)
+        self.ticking, self.underway = False, None
+        if turns.turn.waiting:
+            turns.turn.leave()
+
+    def _mine(self) -> None:
+        if threading.get_ident() != self.owner.ident:
+            raise RuntimeError(f"one thread alone touches a world: the one that made it, {self.owner.name!r}")
 
     def _enter(self, processor: esper.Processor, phase: str, place: int) -> None:
         """Hand a processor to esper with a priority that follows from its phase and its place in it."""
@@ -252,8 +277,10 @@ class World:
 
     def flush(self) -> None:
         """Carry out the deaths, then the births asked for so far."""
-        self.flush_deaths()
-        self.flush_births()
+        require_whole(self, "flush", within=True)
+        with whole(self, f"the flush before tick {self.tick}"):
+            self.flush_deaths()
+            self.flush_births()
 
     def flush_deaths(self) -> None:
         """Free the rows of all that have a cause of death; listeners see them, in the order of uids, before."""
@@ -312,6 +339,8 @@ class World:
         return int(table.entity[row])
 
     def __enter__(self) -> "World":
+        self._mine()
+        turns.turn.__enter__()
         self._outer.append(esper.current_world)
         esper.switch_world(self._context)
         self.sync()
@@ -319,6 +348,7 @@ class World:
 
     def __exit__(self, *_: object) -> None:
         esper.switch_world(self._outer.pop())
+        turns.turn.__exit__()
 
     def touch(self) -> None:
         """Let the neighbour indexes be made anew: something may have been moved through handles."""
@@ -368,7 +398,10 @@ class World:
             return
         bounds = [n * i // self.threads for i in range(self.threads + 1)]
         others = [self._pool.submit(kernel, a, b, *arguments) for a, b in zip(bounds[1:], bounds[2:], strict=False)]
-        kernel(0, bounds[1], *arguments)
+        try:
+            kernel(0, bounds[1], *arguments)
+        finally:
+            wait(others)  # whoever looks at the world after an error finds nobody at work on it
         for part in others:
             part.result()
 
@@ -381,8 +414,11 @@ class World:
         self._shared = True  # all threads have their piece: within one nothing is split further
         try:
             others = [self._pool.submit(piece) for piece in work[1:]]
-            if work:
-                work[0]()
+            try:
+                if work:
+                    work[0]()
+            finally:
+                wait(others)
             for done in others:
                 done.result()
         finally:
@@ -408,6 +444,27 @@ class World:
         from ecs_eco.checkpoint.file import restore
 
         return restore(cls, path, threads=threads, **options)
+
+    def copy(self, **how: Any) -> "World":
+        """Return a world of its own that goes on to the same bytes; see `ecs_eco.checkpoint.copying.copy`."""
+        from ecs_eco.checkpoint.copying import copy
+
+        return copy(self, **how)
+
+    def fork(self, seed: int, **how: Any) -> "World":
+        """Return a copy in which all chance is another from here on; see `ecs_eco.checkpoint.copying.fork`."""
+        from ecs_eco.checkpoint.copying import fork
+
+        return fork(self, seed, **how)
+
+    def __copy__(self) -> NoReturn:
+        raise TypeError(f"world {self.name!r}: a copy by copy.copy would share its organisms; use world.copy() or world.fork(seed=…)")
+
+    def __deepcopy__(self, memo: Any) -> NoReturn:
+        raise TypeError(f"world {self.name!r}: copy.deepcopy cannot copy what esper holds; use world.copy() or world.fork(seed=…)")
+
+    def __reduce__(self) -> NoReturn:
+        raise TypeError(f"world {self.name!r} cannot be pickled; use world.save(path) and World.restore(path)")
 
     def load(self, path: Any, *, trust: bool = False) -> None:
         """Bring this world, built by hand in the same way, to the state that a checkpoint holds."""
@@ -459,13 +516,15 @@ class _Inside:
         self.context = context
 
     def __enter__(self) -> None:
+        turns.turn.__enter__()
         self.outer = esper.current_world
         if self.outer != self.context:
             esper.switch_world(self.context)
 
     def __exit__(self, *_: object) -> None:
-        if self.outer != self.context:
-            esper.switch_world(self.outer)
+        if esper.current_world != self.outer:
+            esper.switch_world(self.outer if self.outer in esper.list_worlds() else "default")
+        turns.turn.__exit__()
 
 
 def _forget(context: str, pool: ThreadPoolExecutor | None) -> None:

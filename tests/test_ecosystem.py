@@ -176,20 +176,20 @@ def test_the_digest_tells_worlds_apart_by_what_decides_their_future_and_not_by_r
         (lambda w: World((10, float("inf"))), ValueError, "must be two or three positive numbers"),
         (lambda w: World((10, 10), edges="round"), ValueError, "space.edges is 'round'; it must be 'torus' or 'walls'"),
         (lambda w: World(cell=0.0), ValueError, "space.cell is 0.0; it must be a positive length"),
-        (lambda w: World(dt=0), ValueError, "dt is 0; a tick must last a positive number of seconds"),
+        (lambda w: World(dt=0), ValueError, "dt is 0; allowed is a finite number of seconds above 0"),
         (lambda w: World(dt=float("nan")), ValueError, "dt is nan"),
-        (lambda w: World(threads=0), ValueError, "threads is 0; it must be at least 1"),
+        (lambda w: World(threads=0), ValueError, "threads is 0; allowed is a whole number from 1 on"),
         (lambda w: w.add_table("hare"), ValueError, "table 'hare' exists already; choose another name"),
         (lambda w: w.table("har"), KeyError, "unknown table .*har.*; known: hare, fox; did you mean .*hare"),
         (lambda w: w.spawn("wolf"), KeyError, "unknown table 'wolf'"),
         (lambda w: w.spawn("fox", Metabolism()), KeyError, "table 'fox': unknown component 'Metabolism'"),
-        (lambda w: w.spawn("fox", n=0), ValueError, "spawn 'fox': n is 0; it must be at least 1"),
+        (lambda w: w.spawn("fox", n=0), ValueError, "spawn 'fox': n is 0; allowed is a whole number from 1 on"),
         (lambda w: w.spawn("fox", x=3), TypeError, "unexpected keyword argument 'x'"),
         (lambda w: w.kill(77), KeyError, "no living entity has the uid 77"),
         (lambda w: w.kill(0), KeyError, "no living entity has the uid 0"),
         (lambda w: w.get(-1, Position), KeyError, "no living entity has the uid -1"),
         (lambda w: w.get(4, Body), KeyError, "table 'fox': unknown component 'Body'"),
-        (lambda w: w.run(-1), ValueError, "ticks is -1; time does not run backwards"),
+        (lambda w: w.run(-1), ValueError, "ticks is -1; allowed is a whole number from 0 on"),
         (lambda w: w.series(), RuntimeError, "this world has no recorder; build it with World.from_config"),
     ],
 )
@@ -229,4 +229,4 @@ def test_another_thread_may_not_touch_a_world(world):
     thread = threading.Thread(target=other)
     thread.start()
     thread.join()
-    assert errors == ["one thread alone touches a world: the one that made it"]
+    assert errors == ["one thread alone touches a world: the one that made it, 'MainThread'"]

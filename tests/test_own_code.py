@@ -9,7 +9,7 @@ import pytest
 
 from ecs_eco import System, World
 from ecs_eco.components import Metabolism, Nervous
-from ecs_eco.config import load
+from ecs_eco.config import for_training, load
 from ecs_eco.engine.errors import ConfigError
 
 
@@ -100,14 +100,14 @@ def test_systems_are_part_of_the_resolved_world_by_name() -> None:
 def test_a_function_in_a_dict_is_the_function_that_a_file_names() -> None:
     for function in (content, "my_garden:content"):
         config = load(world_of(happiness={"function": function, "minimum": 0.0}) | {"code": ["my_garden"]}, systems=[Shelter], trust=True)
-        world = World.from_config(config.for_training(), learn=False).run(1)
+        world = World.from_config(for_training(config), learn=False).run(1)
         table = world.table("snail")
         assert table[Nervous].happiness[:3].tolist() == table[Metabolism].energy[:3].tolist()
 
 
 def test_a_function_without_a_module_still_works_while_training() -> None:
     config = load(world_of(happiness={"function": lambda x: x[:, 0] * 2, "minimum": 0.0}), systems=[Shelter()])
-    assert config.for_training().species["snail"].happiness.function is config.species["snail"].happiness.function
+    assert for_training(config).species["snail"].happiness.function is config.species["snail"].happiness.function
 
 
 def decided(*rows: tuple[int, int, int], **snail: Any) -> Any:

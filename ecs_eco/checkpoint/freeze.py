@@ -10,6 +10,7 @@ from ecs_eco.checkpoint.check_arrays import check_arrays
 from ecs_eco.config.names import names_in
 from ecs_eco.engine.code import NONE, Code, CodeError
 from ecs_eco.engine.errors import CheckpointError
+from ecs_eco.engine.interruption import require_whole, whole
 from ecs_eco.engine.section import function_name
 from ecs_eco.record.code import FOLDER, again, noted, sources
 
@@ -21,8 +22,7 @@ def freeze(world: Any) -> tuple[dict[str, Any], Arrays]:
     """Return all that decides a world's future: meta for JSON, and arrays by name. Raises RuntimeError within a tick."""
     from ecs_eco.record.folder import versions
 
-    if world.ticking:
-        raise RuntimeError("a world is saved between two ticks, not within one")
+    require_whole(world, "save")
     arrays: Arrays = {}
     meta: dict[str, Any] = {
         "versions": versions(), "name": world.name,
@@ -111,10 +111,16 @@ def load(world: Any, meta: Mapping[str, Any], arrays: Arrays, where: str, trust:
 
     Raises CodeError where organisms have components of the user's own whose code nobody allowed to run here.
     """
+    require_whole(world, "load")
     code = code_of(meta, where, trust) if meta["plain"] else NONE
     code.require(where)
     _check(world, meta, arrays, where)
     check_arrays(world, meta, arrays, where)
+    with whole(world, f"a load of {where}"):
+        _load(world, meta, arrays, where, code)
+
+
+def _load(world: Any, meta: Mapping[str, Any], arrays: Arrays, where: str, code: Code) -> None:
     clock = meta["clock"]
     world.seed, world.tick, world.next_uid = int(clock["seed"]), int(clock["tick"]), int(clock["next_uid"])
     world.reproduction, world.ambient, world.causes[:] = meta["reproduction"], dict(meta["ambient"]), meta["causes"]

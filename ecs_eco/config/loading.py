@@ -247,6 +247,9 @@ def _apply(document: _Document, overrides: Overrides) -> list[Problem]:
             problems.append(value)
             continue
         written = key = key_of(name)
+        if re.search(r"(^|\.)(\.|$)", re.sub(r'"[^"]+"', "x", str(name))):  # a part of it is empty
+            problems.append(Problem(("",), "an empty key", str(name), "for example species.deer.count", source=document.set_by))
+            continue
         if len(key) == 3 and key[0] == "species" and key[2] in ALIASES:
             key = (*key[:2], *ALIASES[str(key[2])])
         problem = _put(document, key, written, value)

@@ -150,3 +150,7 @@ class FolderInUse(RecordingError):
 
 class ForeignFile(RecordingError):
     """A file that belongs to another run than the folder that it lies in."""
+
+
+class UnfinishedTick(RuntimeError):
+    """A world that was stopped within a tick: it may be looked at, and neither run, saved, copied nor recorded."""

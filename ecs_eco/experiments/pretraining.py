@@ -12,6 +12,7 @@ import numpy as np
 
 from ecs_eco.config import WorldConfig, load
 from ecs_eco.config.loading import changed
+from ecs_eco.engine.arguments import seed_number, whole_number
 from ecs_eco.experiments.training_worlds import TrainingWorlds
 from ecs_eco.worlds.reconfigure import reconfigure
 
@@ -26,9 +27,10 @@ def pretrain(config: Any, seed: int | None = None, ticks: int | None = None, out
     `trust` allows the code that the world lists to run in this process.
     """
     config = config if isinstance(config, WorldConfig) and not trust else load(config, trust=trust)
-    ticks = config.training.ticks if ticks is None else ticks
+    ticks = config.training.ticks if ticks is None else whole_number("ticks", ticks, 1)
+    seed = config.seed if seed is None else seed_number(seed)
     begin = time.perf_counter()
-    training_worlds = TrainingWorlds(config, config.seed if seed is None else seed, threads)
+    training_worlds = TrainingWorlds(config, seed, threads)
     last: dict[str, list[dict[str, np.ndarray]]] = {}
     every = max(1, ticks // points)
     for done in range(0, ticks, every):

@@ -7,6 +7,7 @@ import numpy as np
 
 from ecs_eco.components import Metabolism, Nervous, Position
 from ecs_eco.components.genome import Genome
+from ecs_eco.engine.interruption import require_whole
 from ecs_eco.engine.jit import njit
 from ecs_eco.engine.system import System
 from ecs_eco.record.details import Details, how_many
@@ -34,6 +35,7 @@ class Recorder(System):
 
     def __init__(self, world: "World", sink: Callable[[str, dict[str, np.ndarray]], None] | None = None, *, block: int = 1000,
                  snapshot_every: int = 0, keep_events: bool = False, record: str | None = None) -> None:
+        require_whole(world, "record")
         most = how_many(record, "Recorder: record")
         if most != 0 and sink is None:
             raise ValueError(f"Recorder: record is {record!r}, but there is no sink to take the details")

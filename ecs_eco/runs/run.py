@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from ecs_eco.checkpoint import file as checkpoint
+from ecs_eco.engine.arguments import whole_number
 from ecs_eco.engine.errors import CheckpointError, RecordingError
 from ecs_eco.record import belonging, seal
 from ecs_eco.record.claim import Claim, stopped_early
@@ -53,7 +54,7 @@ def run_to_folder(config: Any, seed: int | None = None, ticks: int | None = None
     start = time.perf_counter()
     config = config if isinstance(config, WorldConfig) and not trust else load(config, trust=trust)
     how_many(record, "record")
-    ticks = config.ticks if ticks is None else ticks
+    ticks = config.ticks if ticks is None else whole_number("ticks", ticks, 1)
     every = snapshots(config, ticks) if snapshot_every is None else snapshot_every
     with begun(out) as claim:
         world = _build(config, seed, policies, threads, learn, controls)
@@ -259,7 +260,8 @@ def _close(world: Any, folder: Folder, manifest: dict[str, Any], finished: bool,
         world.recorder.flush()
         if last:
             keep_checkpoint(world, folder, manifest)
-        manifest |= _state(world) | {"finished": finished, "digest": world.digest(), **folder.written}
+        digest = world.digest() if world.underway is None else ""
+        manifest |= _state(world) | {"finished": finished, "digest": digest, **folder.written}
         keep_manifest(folder, manifest)
     except OSError as error:
         raise RecordingError(_cannot_write(error, world, folder.path)) from error

@@ -9,7 +9,6 @@ from ecs_eco.space import sight
 
 if TYPE_CHECKING:
     from ecs_eco.ecosystem import World
-    from ecs_eco.engine.table import Table
 
 
 def rocks(world: "World") -> tuple[np.ndarray, np.ndarray]:

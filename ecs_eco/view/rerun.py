@@ -13,6 +13,7 @@ import numpy as np
 from ecs_eco.checkpoint import file as checkpoint
 from ecs_eco.components import Biology
 from ecs_eco.engine.errors import CheckpointError, ConfigError, RecordingError
+from ecs_eco.engine.turns import apart, turn
 from ecs_eco.record.belonging import check_checkpoint
 from ecs_eco.record.details import KIND
 from ecs_eco.runs.begin import start_of
@@ -50,7 +51,8 @@ def compute(path: Path, manifest: dict[str, Any], tick: int, end: int, recorded:
     """
     from ecs_eco.record.recorder import Recorder
 
-    world = _near(path, manifest, tick)
+    with turn:
+        world = _near(path, manifest, tick)
     at = world.tick
     living = sum(n for n in recorded(tick)["n"].tolist())
     room = max(10, ROWS // max(1, living))
@@ -151,7 +153,8 @@ class Again:
             self.share = done / max(1, total)
 
         try:
-            self._found = compute(self.path, self.manifest, tick, self.end, recorded, progress, lambda: self._halted)
+            with apart():  # nobody else touches its world, and it takes turns with that of the main thread
+                self._found = compute(self.path, self.manifest, tick, self.end, recorded, progress, lambda: self._halted)
         except InterruptedError:
             self._found = "given up"
         except (CheckpointError, RecordingError, ConfigError, ImportError, OSError, ValueError, FloatingPointError) as error:

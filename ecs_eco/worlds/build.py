@@ -10,6 +10,7 @@ from ecs_eco.components import Biology, Body, Chemistry, Metabolism, Nervous, Ph
 from ecs_eco.config import WorldConfig, for_training, load
 from ecs_eco.config.memory import require_memory
 from ecs_eco.config.reading import read_bytes
+from ecs_eco.engine.arguments import by_species
 from ecs_eco.engine.errors import ConfigError, Problem, listed, nearest
 from ecs_eco.lifecycle.founders import newcomers
 from ecs_eco.nervous.nerves import Nerves
@@ -53,6 +54,8 @@ def build(cls: Any, config: Any, *, seed: int | None = None, policies: Any = "tr
     """
     config = config if isinstance(config, WorldConfig) and not systems and not trust else load(config, systems=systems, trust=trust)
     config._code.require(config._source)
+    by_species("policies", policies, config.species, (str, Path), f"{listed(POLICIES)}, or a folder")
+    by_species("learn", learn, config.species, (bool, np.bool_), "true or false")
     if training:
         config = for_training(config)
     require_memory(config)

@@ -10,6 +10,7 @@ from ecs_eco.components import Experience, Policy
 from ecs_eco.config import WorldConfig, load
 from ecs_eco.config.mutable_keys import changes, refused
 from ecs_eco.engine.errors import ConfigError
+from ecs_eco.engine.interruption import require_whole, whole
 from ecs_eco.worlds.apply_species import apply_species, cell, climate, gaits, learner_seed, matter, networks, settings
 
 
@@ -20,6 +21,7 @@ def reconfigure(world: Any, config: Any) -> None:
     values. A species that stops learning forgets what it has not yet learnt from; one that begins begins afresh.
     Raises ConfigError that names each value that cannot change while a world lives, before anything changes.
     """
+    require_whole(world, "change values", within=True)
     if world.config is None:
         raise RuntimeError("this world was made by hand, without a configuration: set what its systems read instead")
     new, old = config if isinstance(config, WorldConfig) else load(config), world.config
@@ -27,6 +29,11 @@ def reconfigure(world: Any, config: Any) -> None:
     if problems := refused(old, new):
         n = len(problems)
         raise ConfigError(problems, f"the world {world.name!r} lives: {n} value{'s' if n > 1 else ''} cannot change")
+    with whole(world, "a change of values"):
+        _apply(world, old, new)
+
+
+def _apply(world: Any, old: WorldConfig, new: WorldConfig) -> None:
     changed = [key for key, _, _ in changes(old.model_dump(), new.model_dump())]
     world.config = new
     for key in changed:
@@ -52,16 +59,21 @@ def _surroundings(world: Any, key: tuple, new: WorldConfig) -> None:
     elif key[0] == "terrain" and new.terrain is not None:
         world.terrain.slope_cost = float(new.terrain.slope_cost)
     elif key == ("seed",):
-        world.seed = new.seed
-        for number, name in enumerate(new.species):
-            nerves = world.tables[name].species.nerves
-            for learning in (getattr(nerves, "learner", None), getattr(nerves, "individuals", None)):
-                if learning is not None:
-                    learning.seed = learner_seed(world.seed, number)
+        reseed(world, new.seed)
     elif key[0] == "species" and new.space.cell is None and cell(new) != world.space.cell:
         world.space.set_cell(cell(new))
         world._indexes.clear()
         world._merged.clear()
+
+
+def reseed(world: Any, seed: int) -> None:
+    """Let all chance be another from the next tick on."""
+    world.seed = seed
+    for number, name in enumerate(() if world.config is None else world.config.species):
+        nerves = world.tables[name].species.nerves
+        for learning in (getattr(nerves, "learner", None), getattr(nerves, "individuals", None)):
+            if learning is not None:
+                learning.seed = learner_seed(seed, number)
 
 
 def _species(world: Any, table: Any, old: Any, new: Any, changed: set[str]) -> None:

@@ -13,6 +13,7 @@ from ecs_eco.config.checks.genome import check_genome
 from ecs_eco.config.checks.interventions import Changed, check_interventions
 from ecs_eco.config.checks.matter import check_matter, check_size
 from ecs_eco.config.checks.nerves import check_nerves
+from ecs_eco.config.checks.resolution import check_resolution
 from ecs_eco.config.checks.water import check_water
 from ecs_eco.config.models.interventions import Cull
 from ecs_eco.config.models.surroundings import ObjectType
@@ -43,6 +44,7 @@ def _all(config: WorldConfig, folder: Path, changed: Changed) -> Iterator[Proble
         yield from _check_object(config, name, kind)
     for name in config.species:
         yield from check_body(config, name)
+        yield from check_resolution(config, name)
         yield from check_nerves(config, name, folder)
         yield from check_genome(config, name)
     yield from check_interventions(config, folder, changed)

@@ -1,0 +1,51 @@
+"""A second world from a living one: frozen and restored in memory, as a checkpoint would be."""
+
+import json
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from ecs_eco.engine.arguments import seed_number
+from ecs_eco.engine.errors import CheckpointError
+from ecs_eco.engine.section import function_name
+
+
+def copy(world: Any, *, threads: int | None = None, systems: Sequence[Any] = (), prepare: Callable[[Any], None] | None = None) -> Any:
+    """Return a world that has its own organisms, brains and clock, the same digest, and the same future.
+
+    `threads`: as many as the world has, unless said. `systems` are new instances of those that were handed in as instances;
+    `prepare(copy)` is called before the state is loaded: what was added by hand (systems, tables, functions of the environment)
+    is added there again. Not copied: who listens to births and deaths, `between`, and where a recorder writes to; a recorder of
+    the copy keeps what it records. Raises CheckpointError, before anything is made, where a world cannot be made again so.
+    """
+    from ecs_eco.checkpoint import freeze as frozen
+
+    where = f"copy of the world {world.name!r}"
+    meta, arrays = frozen.freeze(world)
+    arrays = {name: array.copy() for name, array in arrays.items()}
+    meta = json.loads(json.dumps(meta))
+    if meta["config"] is None:
+        raise CheckpointError(f"{where}: it was made by hand; make another in the same way, world.save(path), then other.load(path)")
+    handed = [s for s in world.config.systems if not isinstance(s, str | type)]
+    if handed and not systems:
+        raise CheckpointError(f"{where}: the system {function_name(handed[0])} was handed in as an instance, and an instance is of one "
+                              "world; hand in another: world.copy(systems=[…])")  # fmt: skip
+    config = None if handed else world.config
+    made = frozen.thaw(type(world), meta, world.threads if threads is None else threads, config, systems, where)
+    if prepare is not None:
+        prepare(made)
+    if world.recorder is not None:
+        from ecs_eco.record.recorder import Recorder
+
+        Recorder(made)
+    frozen.load(made, meta, arrays, where)
+    return made
+
+
+def fork(world: Any, seed: int, **how: Any) -> Any:
+    """Return a copy with another seed: the same organisms, and from the next tick on other chance; takes what `copy` takes."""
+    from ecs_eco.worlds.reconfigure import reseed
+
+    seed = seed_number(seed)
+    made = copy(world, **how)
+    reseed(made, seed)
+    return made

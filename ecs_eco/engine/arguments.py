@@ -1,0 +1,54 @@
+"""What Python hands in, checked like the values of a file: its name, the value, and what is allowed."""
+
+import math
+import operator
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from ecs_eco.engine.errors import ConfigError, Problem, listed, nearest
+
+SEEDS = 2**63  # as in a world file
+
+
+def whole_number(name: str, value: Any, least: int = 0, most: int | None = None, unit: str = "") -> int:
+    """Return an integer of Python or numpy as int. Raises TypeError for another thing, True too; ValueError out of range."""
+    allowed = f"a whole number from {least}" + (f" to {most}" if most is not None else " on") + (f" {unit}" if unit else "")
+    try:
+        if isinstance(value, bool) or type(value).__name__ in ("bool", "bool_"):
+            raise TypeError
+        number = operator.index(value)
+    except TypeError:
+        raise TypeError(f"{name} is {value!r}; allowed is {allowed}") from None
+    if number < least or (most is not None and number > most):
+        raise ValueError(f"{name} is {number}; allowed is {allowed}")
+    return number
+
+
+def seed_number(value: Any, name: str = "seed") -> int:
+    """Return a seed as int; raises TypeError or ValueError."""
+    return whole_number(name, value, 0, SEEDS - 1)
+
+
+def positive(name: str, value: Any, unit: str) -> float:
+    """Return a finite number above 0 as float. Raises TypeError for what is no number, ValueError out of range."""
+    if isinstance(value, bool | str) or not hasattr(value, "__float__"):
+        raise TypeError(f"{name} is {value!r}; allowed is a finite number of {unit} above 0")
+    number = float(value)
+    if not (number > 0 and math.isfinite(number)):
+        raise ValueError(f"{name} is {value!r}; allowed is a finite number of {unit} above 0")
+    return number
+
+
+def by_species(name: str, value: Any, species: Iterable[str], kinds: tuple[type, ...], allowed: str) -> Any:
+    """Return a value for all species, or a dict species → value, as it is; raises ConfigError for another name or kind."""
+    known, problems = list(species), []
+    pairs = value.items() if isinstance(value, Mapping) else [(None, value)]
+    for who, what in pairs:
+        if who is not None and who not in known:
+            problems.append(Problem((name,), "no such species", str(who), listed(known), nearest(str(who), known), "argument"))
+        elif what is not None and not isinstance(what, kinds):
+            key = (name,) if who is None else (name, str(who))
+            problems.append(Problem(key, "wrong type", what, allowed, source="argument"))
+    if problems:
+        raise ConfigError(problems)
+    return value

@@ -1,0 +1,73 @@
+"""One world at a time: esper's state is that of the process, so worlds of several threads take turns, tick by tick.
+
+Users have one world per process, or several in one thread. The viewer alone runs a second one in a thread of its own, `apart`.
+"""
+
+import gc
+import threading
+import time
+import weakref
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+_worlds: weakref.WeakSet[Any] = weakref.WeakSet()
+_apart = threading.local()
+
+
+lock = threading.RLock()
+"""Held whenever esper is used: while a world is made, in each tick, within `with world:`."""
+
+
+class _Turn:
+    """The lock, for those who may have to wait long: whoever takes it again and again sees that somebody waits."""
+
+    def __init__(self) -> None:
+        self.waiting = 0
+
+    def __enter__(self) -> None:
+        if not lock.acquire(blocking=False):
+            self.waiting += 1
+            try:
+                lock.acquire()
+            finally:
+                self.waiting -= 1
+
+    def __exit__(self, *_: object) -> None:
+        lock.release()
+
+    def leave(self) -> None:
+        """Let others who wait go first: a lock that is released and taken at once would never be theirs."""
+        time.sleep(1e-4)
+
+
+turn = _Turn()
+
+
+@contextmanager
+def apart() -> Iterator[None]:
+    """Let this thread make worlds beside those of others; for threads that nobody but us starts."""
+    _apart.allowed = True
+    try:
+        yield
+    finally:
+        _apart.allowed = False
+
+
+def enter(world: Any) -> None:
+    """Register a new world; raises RuntimeError where a living one belongs to another thread."""
+    me = threading.current_thread()
+    if not getattr(_apart, "allowed", False) and (other := _of_others(me)):
+        gc.collect()  # one that nobody holds any longer does not count
+        if other := _of_others(me):
+            raise RuntimeError(
+                f"world {world.name!r}: the thread {other[0].owner.name!r} has the world {other[0].name!r}, and worlds of several "
+                f"threads would mix: esper has one state per process. Run worlds in processes, as ecs_eco.search and `ecs-eco compare` "
+                "do (multiprocessing with the context \"spawn\"), or one after the other in one thread"
+            )
+    world.owner, world.apart = me, getattr(_apart, "allowed", False)
+    _worlds.add(world)
+
+
+def _of_others(me: threading.Thread) -> list[Any]:
+    return [w for w in list(_worlds) if w.owner is not me and w.owner.is_alive() and not w.apart]

@@ -1,0 +1,196 @@
+"""A world that is interrupted within a tick, in whatever way, is whole or refuses; a copy made before goes on to the same bytes."""
+
+import os
+import signal
+import tempfile
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from studies.common.runs import small
+from studies.common.study import Study, verdict
+
+KINDS = ("Ctrl-C", "two Ctrl-C", "exception in a signal handler", "exception in a system", "exception in a sensor")
+
+
+class Interrupted(Exception):
+    """What is raised within a tick, by whatever was put there."""
+
+
+def fail(*_: Any) -> None:
+    """Interrupt."""
+    raise Interrupted
+
+
+def press() -> None:
+    """Press Ctrl-C."""
+    os.kill(os.getpid(), signal.SIGINT)
+
+
+def trip(world: Any, rng: np.random.Generator, ticks: int) -> None:
+    """Put a system into a phase drawn at random that fails in a tick drawn at random."""
+    from ecs_eco.engine.system import PHASES
+
+    system, at = world.trips[PHASES[rng.integers(len(PHASES))]], int(rng.integers(world.tick, ticks))
+    system.process = lambda *_: fail() if world.tick == at else None
+
+
+def blind(world: Any, rng: np.random.Generator, ticks: int) -> None:
+    """Let a sensor fail, at whichever time it is asked from a tick drawn at random on."""
+    able = [t.species.nerves for t in world.tables.values() if t.species.nerves is not None and t.species.nerves.senses]
+    nerves, at = able[rng.integers(len(able))], int(rng.integers(world.tick, ticks))
+    i = int(rng.integers(len(nerves.senses)))
+    sense, column = nerves.senses[i]
+    nerves.senses[i] = (lambda world, *rest: fail() if world.tick >= at else sense(world, *rest)), column
+
+
+def interrupt(kind: str, world: Any, rng: np.random.Generator, ticks: int, lasting: float) -> Callable[[], None]:
+    """Have a world interrupted while it runs for about `lasting` seconds; return what calls it off."""
+    if kind == "exception in a system":
+        trip(world, rng, ticks)
+    elif kind == "exception in a sensor":
+        blind(world, rng, ticks)
+    elif kind == "exception in a signal handler":
+        before = signal.signal(signal.SIGALRM, fail)
+        signal.setitimer(signal.ITIMER_REAL, float(rng.uniform(1e-4, lasting)))
+        return lambda: (signal.setitimer(signal.ITIMER_REAL, 0), signal.signal(signal.SIGALRM, before))  # type: ignore[func-returns-value]
+    else:
+        timers = [threading.Timer(float(rng.uniform(0, lasting)), press)]
+        if kind == "two Ctrl-C":
+            timers.append(threading.Timer(timers[0].interval + float(rng.uniform(0, 0.002)), press))
+        for timer in timers:
+            timer.start()
+        return lambda: [(timer.cancel(), timer.join()) for timer in timers]  # type: ignore[func-returns-value]
+    return lambda: None
+
+
+def build(world: dict[str, Any], seed: int) -> Any:
+    """Return a world that learns, with a system in each phase that does nothing."""
+    from ecs_eco import World
+    from ecs_eco.engine.system import PHASES
+
+    made = World.from_config(world, seed=seed, policies="untrained", learn=True)
+    idle(made, PHASES)
+    return made
+
+
+def idle(world: Any, phases: Any) -> None:
+    """Add the systems that do nothing yet."""
+    from ecs_eco import System
+
+    world.trips = {phase: world.add_system(type(f"In{phase.title()}", (System,), {"process": lambda *_: None})(), phase) for phase in phases}
+
+
+def refuses(world: Any, folder: Path) -> bool:
+    """Whether a world refuses to run, to be saved, recorded, copied and hashed, and leaves nothing behind."""
+    from ecs_eco.engine.errors import UnfinishedTick
+    from ecs_eco.record import Recorder
+
+    asked = (lambda: world.run(1), lambda: world.save(folder / "w.safetensors"), lambda: Recorder(world), world.copy, world.digest)
+    for ask in asked:
+        try:
+            ask()
+        except UnfinishedTick:
+            continue
+        return False
+    return not list(folder.iterdir()) and all(uid > 0 for uid, *_ in world.each())
+
+
+def end_of(world: Any, ticks: int) -> str:
+    """Let a world live up to a tick; return its digest."""
+    return world.run(ticks - world.tick).digest()
+
+
+def once(kind: str, config: dict[str, Any], case: dict[str, Any], rng: np.random.Generator, peace: list[str], lasting: float) -> str:
+    """Interrupt one world; return what became of it: "whole", "refusing", "early" where it had ended before, or what was wrong."""
+    from ecs_eco.engine.system import PHASES
+
+    ticks = config["ticks"]
+    world = build(small(case["world"], config["share"], case["brains"]), case["seed"])
+    world.run(int(rng.integers(ticks // 2)))
+    before = world.copy(prepare=lambda w: idle(w, PHASES))
+    off = interrupt(kind, world, rng, ticks, lasting * (ticks - world.tick) / ticks)
+    try:
+        world.run(ticks - world.tick)
+        return "early"
+    except (Interrupted, KeyboardInterrupt):
+        pass
+    finally:
+        off()
+    if end_of(before, ticks) != peace[ticks]:
+        return "the copy made before ends otherwise"
+    with tempfile.TemporaryDirectory() as place:
+        if world.underway is not None:
+            return "refusing" if refuses(world, Path(place)) else "half a tick, and goes on"
+        if world.digest() != peace[world.tick]:
+            return "half a tick, and does not say so"
+        again = type(world).restore(world.save(Path(place) / "w.safetensors"), prepare=lambda w: idle(w, PHASES))
+        return "whole" if end_of(again, ticks) == peace[ticks] else "saved otherwise"
+
+
+def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
+    """Interrupt worlds again and again in one way; compare what is left with a run that was left in peace."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell lets what runs in the background ignore Ctrl-C
+    try:
+        return {"became": became(config, case)}
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+def became(config: dict[str, Any], case: dict[str, Any]) -> dict[str, int]:
+    """Count what became of the worlds of one case."""
+    rng, ticks = np.random.default_rng(case["seed"] + 100 * KINDS.index(case["kind"])), config["ticks"]
+    calm = build(small(case["world"], config["share"], case["brains"]), case["seed"])
+    peace = [calm.digest(), *(calm.run(1).digest() for _ in range(ticks))]
+    calm = build(small(case["world"], config["share"], case["brains"]), case["seed"])
+    start = time.perf_counter()
+    calm.run(ticks)
+    lasting, found = time.perf_counter() - start, []
+    while sum(what != "early" for what in found) < config["interruptions"] and len(found) < 10 * config["interruptions"]:
+        try:
+            found.append(once(case["kind"], config, case, rng, peace, lasting))
+        except (Interrupted, KeyboardInterrupt):  # after the run had ended
+            found.append("early")
+    return {what: found.count(what) for what in sorted(set(found))}
+
+
+def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
+    """Count what became of the worlds, by the way of interruption."""
+    found = [(c["case"]["kind"], c["result"]["became"]) for c in cases]
+    every = sum(n for _, counts in found for what, n in counts.items() if what != "early")
+    good = {what: sum(counts.get(what, 0) for _, counts in found) for what in ("whole", "refusing")}
+    wrong = every - sum(good.values())
+    rows = []
+    for kind in KINDS:
+        counts = [counts for k, counts in found if k == kind]
+        if counts:
+            whole, refusing = (sum(c.get(what, 0) for c in counts) for what in ("whole", "refusing"))
+            n = sum(n for c in counts for what, n in c.items() if what != "early")
+            rows.append([kind, n, whole, refusing, n - whole - refusing])
+    return {
+        "verdicts": [
+            verdict("interruptions of a world while it ran", every, "100 or more", every >= 100),
+            verdict("worlds that were neither whole (the bytes of a run in peace, also when saved and gone on with) nor refused to run, to be saved, "
+                    "recorded, copied and hashed; or whose copy made before ended otherwise", wrong, "0", wrong == 0),
+        ],
+        "table": {"head": ["interrupted by", "times", "whole", "refusing", "neither"], "rows": rows},
+    }  # fmt: skip
+
+
+STUDY = Study(
+    name="interruptions",
+    claim="A world that is interrupted within a tick, in whatever way, is whole or refuses to go on.",
+    config={"ticks": 40, "share": 0.1, "interruptions": 10},
+    cases=[{"kind": kind, "world": "predator-prey", "brains": brains, "seed": 5} for kind in KINDS for brains in ("shared", "individual")],
+    run=run,
+    summarise=summarise,
+    short_config={"ticks": 12, "interruptions": 2},
+    short_cases=[{"kind": kind, "world": "predator-prey", "brains": "shared", "seed": 5} for kind in KINDS],
+)
+
+if __name__ == "__main__":
+    STUDY.main()

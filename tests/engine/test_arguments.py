@@ -1,0 +1,64 @@
+"""What Python hands in is checked like the values of a file."""
+
+import math
+
+import numpy as np
+import pytest
+
+from ecs_eco import World
+from ecs_eco.config import load
+from ecs_eco.engine.errors import ConfigError
+
+
+@pytest.mark.parametrize("seed", [-1, 1.9, True, 2**64 + 7, 2**63, "1", None, np.float64(2), np.bool_(True)])
+def test_a_wrong_seed_is_refused(seed):
+    with pytest.raises((TypeError, ValueError), match=r"seed is .*; allowed is a whole number from 0 to 9223372036854775807"):
+        World(seed=seed)
+
+
+@pytest.mark.parametrize("seed", [0, 7, np.int64(7), np.uint8(3), 2**63 - 1])
+def test_whole_numbers_of_numpy_are_seeds(seed):
+    assert World(seed=seed).seed == int(seed)
+
+
+@pytest.mark.parametrize("dt", [math.inf, math.nan, 0, -1.0, True, "1", None])
+def test_a_wrong_dt_is_refused(dt):
+    with pytest.raises((TypeError, ValueError), match=r"dt is .*; allowed is a finite number of seconds above 0"):
+        World(dt=dt)
+
+
+@pytest.mark.parametrize("threads", [0, -1, 1.5, True, "2"])
+def test_wrong_threads_are_refused(threads):
+    with pytest.raises((TypeError, ValueError), match=r"threads is .*; allowed is a whole number from 1 on"):
+        World(threads=threads)
+
+
+@pytest.mark.parametrize("ticks", [-1, 1.5, True, "3", math.nan])
+def test_wrong_ticks_are_refused(ticks):
+    with pytest.raises((TypeError, ValueError), match=r"ticks is .*; allowed is a whole number from 0 on"):
+        World().run(ticks)
+
+
+WRONG = {
+    "policies.dear": ({"policies": {"dear": "random"}}, 'no such species; allowed: grass, deer, wolf; did you mean "deer"?'),
+    "learn.dear": ({"policies": "untrained", "learn": {"dear": True}}, 'no such species; allowed: grass, deer, wolf; did you mean "deer"?'),
+    "learn.deer": ({"policies": "untrained", "learn": {"deer": "yes"}}, "wrong type; allowed: true or false"),
+    "learn": ({"policies": "untrained", "learn": "yes"}, "wrong type; allowed: true or false"),
+    "policies": ({"policies": 7}, "wrong type; allowed: trained, random, untrained, or a folder"),
+    "policies.deer": ({"policies": {"deer": 7}}, "wrong type; allowed: trained, random, untrained, or a folder"),
+}
+
+
+@pytest.mark.parametrize("case", WRONG)
+def test_unknown_species_and_wrong_kinds_are_refused(case):
+    how, message = WRONG[case]
+    with pytest.raises(ConfigError) as error:
+        World.from_config("predator-prey", **how)
+    assert message in str(error.value)
+
+
+@pytest.mark.parametrize("key", ["", ".", "species.", ".species", "species..count"])
+def test_an_empty_key_is_refused(key):
+    for changes in ({key: 5}, {"interventions": [{"kind": "set", "at": 3, "set": {key: 5}}]}):
+        with pytest.raises(ConfigError, match=r"an empty key|is empty"):
+            load("predator-prey", changes)

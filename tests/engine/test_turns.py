@@ -1,0 +1,86 @@
+"""One thread has the worlds of a process; the viewer's own second world takes turns with it."""
+
+import threading
+import weakref
+
+import esper
+import pytest
+
+from ecs_eco import World
+from ecs_eco.engine import turns
+
+
+def in_a_thread(work):
+    """Return what the work returned, or the exception that it raised."""
+    found = []
+
+    def run():
+        try:
+            found.append(work())
+        except BaseException as error:
+            found.append(error)
+
+    thread = threading.Thread(target=run, name="other")
+    thread.start()
+    thread.join()
+    return found[0]
+
+
+@pytest.fixture(autouse=True)
+def alone(monkeypatch):
+    """No world of another test counts."""
+    monkeypatch.setattr(turns, "_worlds", weakref.WeakSet())
+
+
+def test_a_world_of_another_thread_is_refused():
+    here = World(name="mine")
+    error = in_a_thread(lambda: World(name="theirs"))
+    assert isinstance(error, RuntimeError)
+    assert "world 'theirs': the thread 'MainThread' has the world 'mine'" in str(error)
+    assert "processes" in str(error)
+    assert here.run(1).tick == 1
+
+
+def test_a_world_that_nobody_holds_or_whose_thread_is_over_refuses_nobody():
+    World(name="forgotten")
+    theirs = in_a_thread(lambda: World(name="theirs"))
+    assert isinstance(theirs, World), theirs
+    assert World(name="mine").run(1).tick == 1
+
+
+def test_a_world_is_touched_by_its_own_thread_alone():
+    world = World()
+    for work in (lambda: world.run(1), world.__enter__):
+        assert "one thread alone touches a world" in str(in_a_thread(work))
+
+
+@pytest.mark.parametrize("learn", [False, True])
+def test_a_second_world_apart_takes_turns(learn):
+    def make(seed):
+        return World.from_config("predator-prey", seed=seed, policies="untrained", learn=learn)
+
+    expected = [make(seed).run(30).digest() for seed in (1, 2)]
+    apart = []
+
+    def work():
+        with turns.apart():
+            for _ in range(3):
+                with turns.turn:
+                    world = make(2)
+                for _ in range(30):
+                    world.run(1)
+                apart.append(world.digest())
+
+    thread = threading.Thread(target=work)
+    thread.start()
+    mine = []
+    while thread.is_alive() or not mine:
+        world = make(1).run(15)
+        with world:
+            assert esper.current_world == world._context
+            world.run(15)
+            assert esper.current_world == world._context
+        mine.append(world.digest())
+    thread.join()
+    assert set(mine) == {expected[0]}
+    assert apart == [expected[1]] * 3
