@@ -186,7 +186,8 @@ class Weights(Code):
         if self.bases is not None:
             parts, begin = [], 0
             for basis in self.bases:
-                parts.append(values[:, begin : begin + basis.shape[1]] @ basis.T)
+                part = values[:, begin : begin + basis.shape[1]]
+                parts.append(np.einsum("nw,kw->nk", part, basis))  # not @: the last bits of BLAS follow its threads
                 begin += basis.shape[1]
             values, slack = np.concatenate(parts, axis=1), max(slack, self.resolution / 2)
         outside = ~((values >= self.low - slack) & (values <= self.high + slack))

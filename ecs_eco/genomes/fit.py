@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from ecs_eco.engine.threads import one_torch_thread
+
 if TYPE_CHECKING:
     import torch
 
@@ -89,8 +91,9 @@ def fit_network(
     scale = (0.0, 1.0) if kind == "reflex" else (float(y.mean()), float(y.std()) or 1.0)
     sizes = (n_inputs, *hidden, 1 if kind == "happiness" else 3 * y.shape[1])
     target = (y - scale[0]) / scale[1] if kind == "happiness" else y + 1
-    layers = _train((x - middle) / half, target.astype(np.float32), sizes, rng, steps, kind)
-    layers[0][1] -= (middle / half) @ layers[0][0]  # the network reads raw readings, and answers in raw units
+    with one_torch_thread():
+        layers = _train((x - middle) / half, target.astype(np.float32), sizes, rng, steps, kind)
+    layers[0][1] -= ((middle / half)[:, None] * layers[0][0]).sum(axis=0)  # the network reads raw readings, and answers in raw units
     layers[0][0] /= half[:, None]
     layers[-1][0] *= scale[1]
     layers[-1][1] *= scale[1]

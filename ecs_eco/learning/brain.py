@@ -6,13 +6,11 @@ kernel. Autograd spends most of its time on launching, on new tensors and on tan
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
-from functools import lru_cache
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from ecs_eco.engine.threads import in_parallel, one_blas_thread
 from ecs_eco.learning.arithmetic import fused_njit, tanh
 
 if TYPE_CHECKING:
@@ -230,31 +228,6 @@ def _through_tanh(d, h, d_bias):
             d_bias[j] += d[i, j]
 
 
-def in_parallel(work: Callable[[int], None], workers: int) -> None:
-    """Call work(0) … work(workers - 1), each in its own thread, with one torch thread each."""
-    import torch
-
-    if workers > 1:
-        list(_pool(workers).map(work, range(workers)))
-        return
-    threads = torch.get_num_threads()
-    if threads == 1:
-        work(0)
-        return
-    torch.set_num_threads(1)
-    try:
-        work(0)
-    finally:
-        torch.set_num_threads(threads)
-
-
-@lru_cache(maxsize=1)
-def _pool(workers: int) -> ThreadPoolExecutor:
-    import torch
-
-    return ThreadPoolExecutor(workers, "ecs-eco-brain", initializer=torch.set_num_threads, initargs=(1,))
-
-
 def _padded(n: int) -> int:
     """Return n up to a multiple of 16 floats, 64 bytes, where vector loads are fastest."""
     return -(-n // 16) * 16
@@ -262,7 +235,8 @@ def _padded(n: int) -> int:
 
 def _orthogonal(generator: np.random.Generator, n_out: int, n_in: int) -> np.ndarray:
     """Return a random f64[n_out, n_in] with orthonormal rows or columns, whichever are fewer (Saxe et al. 2014)."""
-    q, r = np.linalg.qr(generator.standard_normal((max(n_out, n_in), min(n_out, n_in))))
+    with one_blas_thread():
+        q, r = np.linalg.qr(generator.standard_normal((max(n_out, n_in), min(n_out, n_in))))
     q *= np.sign(np.diag(r))
     return q if n_out >= n_in else q.T
 

@@ -153,7 +153,7 @@ def _summary(report: np.ndarray, lengths: np.ndarray, rates: np.ndarray) -> dict
     means = dict(zip(kernels.TERMS, report.mean(axis=0).tolist() if n else [np.nan] * len(kernels.TERMS), strict=True))
     known = report[:, 6][np.isfinite(report[:, 6])]
     means["explained_variance"] = float(known.mean()) if known.size else float("nan")
-    means["reward"] = float(report[:, 7] @ lengths / lengths.sum()) if n else float("nan")
+    means["reward"] = float((report[:, 7] * lengths).sum() / lengths.sum()) if n else float("nan")
     means["learning_rate"] = float(rates.mean(dtype=float)) if n else float("nan")
     return means | {"n_transitions": int(lengths.sum()), "n_animals": n}
 

@@ -14,8 +14,9 @@ from typing import Any
 import numpy as np
 
 from ecs_eco.engine.jit import njit
+from ecs_eco.engine.threads import in_parallel
 from ecs_eco.learning.arithmetic import exp, fused_njit, softmax
-from ecs_eco.learning.brain import CHUNK, Brain, in_parallel
+from ecs_eco.learning.brain import CHUNK, Brain
 from ecs_eco.learning.rollout import Rollout
 from ecs_eco.learning.settings import PPO
 

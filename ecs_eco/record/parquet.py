@@ -1,6 +1,7 @@
 """Columns to Arrow and Parquet: floats byte by byte, ids and ticks as differences, all of it zstd."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -59,11 +60,16 @@ def _repeats(texts: pa.ChunkedArray) -> bool:
 
 
 def open_part(path: Path, needed: bool = False) -> pq.ParquetFile:
-    """Open a part once its seal is found right (`needed`: it must have one); raises RecordingError that says what is wrong."""
+    """Open a part once its seal is found right (`needed`: it must have one); raises RecordingError that says what is wrong.
+
+    Arrow owns the bytes, and they are read in the calling thread (`read_part`, `read_group`, `each_batch`): a thread of
+    Arrow's that lets go of an object of Python's while the interpreter ends would abort the process.
+    """
     try:
-        part = path.read_bytes()
+        with pa.OSFile(str(path)) as file:
+            part = file.read_buffer()
         seal.check(path, memoryview(part), needed)
-        return pq.ParquetFile(pa.BufferReader(part), page_checksum_verification=True)
+        return pq.ParquetFile(pa.BufferReader(part), page_checksum_verification=True, pre_buffer=False)
     except (pa.ArrowException, OSError) as error:
         raise RecordingError(f"{path}: cannot be read: {error}") from None
 
@@ -71,8 +77,35 @@ def open_part(path: Path, needed: bool = False) -> pq.ParquetFile:
 def read_part(path: Path, columns: Sequence[str] | None = None, needed: bool = False) -> pa.Table:
     """Return a part as a table; raises RecordingError that says what is wrong with it."""
     file = open_part(path, needed)
+    with _named(path):
+        return file.read(columns=columns, use_threads=False)
+
+
+def read_group(path: Path, file: pq.ParquetFile, number: int, columns: Sequence[str]) -> pa.Table:
+    """Return columns of one row group of an open part; raises RecordingError where it cannot be read."""
+    with _named(path):
+        return file.read_row_group(number, columns=columns, use_threads=False)
+
+
+def each_batch(path: Path, columns: Sequence[str], needed: bool = False, rows: int = 1 << 17) -> Iterator[pa.Table]:
+    """Yield columns of a part, so many rows at a time, as tables; raises RecordingError that says what is wrong with it."""
+    file = open_part(path, needed)
+    with _named(path):
+        for batch in file.iter_batches(rows, columns=columns, use_threads=False):
+            yield pa.Table.from_batches([batch])
+
+
+def read_metadata(path: Path) -> pq.FileMetaData:
+    """Return a part's footer; raises RecordingError where it cannot be read."""
+    with _named(path):
+        return pq.read_metadata(path)
+
+
+@contextmanager
+def _named(path: Path) -> Iterator[None]:
+    """Within, what cannot be read is a RecordingError that names the file."""
     try:
-        return file.read(columns=columns)
+        yield
     except (pa.ArrowException, OSError, ValueError) as error:
         raise RecordingError(f"{path}: cannot be read: {error}") from None
 

@@ -9,11 +9,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pyarrow as pa
-import pyarrow.parquet as pq
 
 from ecs_eco.analysis.runs import parts
 from ecs_eco.engine.errors import RecordingError
-from ecs_eco.record.parquet import open_part
+from ecs_eco.record.parquet import open_part, read_group, read_metadata
 
 BUDGET = 192 * 2**20  # bytes of columns that are kept
 Columns = dict[str, np.ndarray]
@@ -106,10 +105,7 @@ class Parts:
         missing = [name for name in dict.fromkeys(names) if (group.path, group.number, name) not in cache.columns and name in group.names]
         fresh: Columns = {}
         if missing:
-            try:
-                table = cache.file(group.path, self.sealed).read_row_group(group.number, columns=missing)
-            except (pa.ArrowException, OSError, ValueError) as error:
-                raise RecordingError(f"{group.path}: cannot be read: {error}") from None
+            table = read_group(group.path, cache.file(group.path, self.sealed), group.number, missing)
             for name in missing:
                 fresh[name] = self._plain(name, table[name].combine_chunks())
                 cache.put((group.path, group.number, name), fresh[name])
@@ -138,10 +134,7 @@ FLOATS = ("x", "y", "z", "heading", "energy", "happiness", "reward", "age")
 
 def _groups(path: Path) -> Iterator[Group]:
     """Yield the row groups of a part; RecordingError where its footer cannot be read."""
-    try:
-        meta = pq.read_metadata(path)
-    except (pa.ArrowException, OSError) as error:
-        raise RecordingError(f"{path}: cannot be read: {error}") from None
+    meta = read_metadata(path)
     names = tuple(meta.schema.to_arrow_schema().names)
     for number in range(meta.num_row_groups):
         group = meta.row_group(number)

@@ -1,4 +1,5 @@
 import json
+from pathlib import Path
 
 import numpy as np
 import pyarrow as pa
@@ -233,3 +234,25 @@ def test_the_manifest_names_the_genes_of_a_layout():
     assert codon_number("ACGU"[row[7]] + "ACGU"[row[8]], "ACGU") == 11  # codons mean the same to those who read a folder
     assert genes_of(SimpleNamespace(species=Species())) is None
     assert genes_of(SimpleNamespace(species=Species(heredity=SimpleNamespace(layout=None)))) is None
+
+
+def test_parts_are_read_from_memory_of_arrows_own(tmp_path):
+    """A thread of Arrow's that lets go of an object of Python's at the interpreter's end would abort the process."""
+    from ecs_eco.record import parquet
+
+    parquet.write_part(pa.table({"tick": np.arange(10), "x": np.arange(10.0)}), tmp_path / "part-00000.parquet")
+    opened = []
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(parquet.pa, "BufferReader", lambda part, real=pa.BufferReader: opened.append(part) or real(part))
+        assert parquet.read_part(tmp_path / "part-00000.parquet").num_rows == 10
+    assert all(type(part) is pa.Buffer for part in opened)
+    assert len(opened) == 1
+
+
+def test_only_the_one_reader_reads_parquet():
+    import ecs_eco
+
+    root = Path(ecs_eco.__file__).parent
+    words = ("pyarrow.parquet", "pyarrow.dataset", "read_row_group(", "iter_batches(")
+    readers = {str(p.relative_to(root)) for p in root.rglob("*.py") if any(word in p.read_text() for word in words)}
+    assert readers == {"record/parquet.py"}

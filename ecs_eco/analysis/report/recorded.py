@@ -10,7 +10,7 @@ import pyarrow.compute as pc
 
 from ecs_eco.analysis.runs import Series, parts
 from ecs_eco.record import seal
-from ecs_eco.record.parquet import open_part, read_part
+from ecs_eco.record.parquet import each_batch, read_part
 
 
 def ages_at_death(run: Path | str) -> dict[str, tuple[int, float]]:
@@ -18,8 +18,8 @@ def ages_at_death(run: Path | str) -> dict[str, tuple[int, float]]:
     totals: dict[str, np.ndarray] = {}
     sealed = seal.has_seals(Path(run))
     for file in parts(run, "deaths"):
-        for batch in open_part(file, sealed).iter_batches(1 << 17, columns=["species", "age"]):
-            summed = pa.Table.from_batches([batch]).group_by("species").aggregate([("age", "count"), ("age", "sum")])
+        for batch in each_batch(file, ["species", "age"], sealed):
+            summed = batch.group_by("species", use_threads=False).aggregate([("age", "count"), ("age", "sum")])
             for row in summed.to_pylist():
                 got = totals.setdefault(row["species"], np.zeros(2))
                 got += row["age_count"], row["age_sum"] or 0.0

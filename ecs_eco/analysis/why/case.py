@@ -15,7 +15,7 @@ import pyarrow.compute as pc
 
 from ecs_eco.analysis.runs import DIED, Series, load_series, parts
 from ecs_eco.record import seal
-from ecs_eco.record.parquet import open_part, read_part
+from ecs_eco.record.parquet import each_batch, read_part
 
 KINDS = ("eaten", "starved", "old", "poisoned", "removed", "surroundings")
 """Kinds of causes of death: eaten, energy used up, age, deadly food, an intervention, any other limit of its life."""
@@ -173,8 +173,7 @@ def _deaths(folder: Path, animals: list[str]) -> dict[str, dict[str, np.ndarray]
     """Tick, age and cause of each animal's death; streamed, for plants die by the million."""
     found: dict[str, list[pa.Table]] = {s: [] for s in animals}
     for file in parts(folder, "deaths"):
-        for batch in open_part(file, seal.has_seals(folder)).iter_batches(1 << 17, columns=["tick", "species", "cause", "age"]):
-            table = pa.Table.from_batches([batch])
+        for table in each_batch(file, ["tick", "species", "cause", "age"], seal.has_seals(folder)):
             name = table["species"].cast(pa.string())
             for s in animals:
                 some = table.filter(pc.equal(name, s))

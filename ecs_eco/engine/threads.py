@@ -1,0 +1,80 @@
+"""Threads at work on products of matrices: their number changes the speed and no bit of a result.
+
+torch and BLAS split a product over as many threads as they are set to, and sums taken in other pieces end in other
+last bits. Products that a result depends on are therefore taken by one thread each, and torch and BLAS are left as the
+user has set them.
+"""
+
+import threading
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor, wait
+from contextlib import contextmanager
+from functools import lru_cache
+
+_blas = threading.RLock()  # BLAS has one number of threads for the whole process: two who change it would restore wrong ones
+
+
+@contextmanager
+def one_torch_thread() -> Iterator[None]:
+    """Within, torch works in the calling thread alone; afterwards with as many as before."""
+    import torch
+
+    threads = torch.get_num_threads()
+    torch.set_num_threads(1)
+    try:
+        yield
+    finally:
+        if threads != 1:
+            torch.set_num_threads(threads)
+
+
+@contextmanager
+def one_blas_thread() -> Iterator[None]:
+    """Within, numpy's and scipy's linear algebra works in the calling thread alone; afterwards with as many as before."""
+    from threadpoolctl import threadpool_limits
+
+    with _blas, threadpool_limits(1, "blas"):
+        yield
+
+
+def in_parallel(work: Callable[[int], None], workers: int) -> None:
+    """Call work(0) … work(workers - 1), each in its own thread with one torch thread; return when all have ended."""
+    if workers == 1:
+        with one_torch_thread():
+            work(0)
+        return
+    pool = _pool(workers)
+    calls = [pool.submit(work, worker) for worker in range(workers)]
+    try:
+        wait(calls)
+    except BaseException:  # Ctrl-C: the buffers that they write to are not free before they have ended
+        wait(calls)
+        raise
+    for call in calls:
+        call.result()
+
+
+@lru_cache(maxsize=1)
+def _pool(workers: int) -> ThreadPoolExecutor:
+    """Return threads with one torch thread each, whatever torch is set to elsewhere, before or after."""
+    import torch
+
+    threads, all_there = torch.get_num_threads(), threading.Barrier(workers)
+
+    def settle(_: int) -> None:
+        # torch gives a thread the number that was last set anywhere, not when the thread begins but at the first question
+        # or the first large product, and only once: without the question, ours would be replaced then
+        torch.get_num_threads()
+        torch.set_num_threads(1)
+        all_there.wait()  # so that each thread of the pool gets one of these calls
+
+    pool = ThreadPoolExecutor(workers, "ecs-eco-brain")
+    try:
+        list(pool.map(settle, range(workers)))
+    except BaseException:
+        all_there.abort()
+        pool.shutdown(wait=False, cancel_futures=True)
+        raise
+    finally:
+        torch.set_num_threads(threads)  # also what threads will get that are yet to come
+    return pool
