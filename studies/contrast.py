@@ -7,7 +7,8 @@ Policies are trained anew under each law, from one training seed (the bundled on
 
 from typing import Any
 
-from studies.common.predator_prey import first_extinction, identity, live, numbers, trained
+from studies.common.policies import trained
+from studies.common.predator_prey import first_extinction, identity, live, numbers
 from studies.common.study import Study, verdict
 
 LAWS = {

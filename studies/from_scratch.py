@@ -12,7 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from studies.common.predator_prey import identity, trained
+from studies.common.policies import trained
+from studies.common.predator_prey import identity
 from studies.common.study import Study, verdict
 
 SEEDS = (1, 2, 3, 4, 5, 6, 7)  # the first seven

@@ -273,9 +273,9 @@ def compare(
 ) -> None:
     """Compare a world with its controls; the same command with --out DIR goes on with what was stopped."""
     allow(trust, world, set_)
-    from ecs_eco.experiments.comparison import compare_arms
+    from ecs_eco.cli.compare import compare_world
 
-    compare_arms(world, set_ or [], control or ["random-policy"], seeds, ticks, workers, out, quiet, training_seeds, retrain)
+    compare_world(world, set_ or [], control or ["random-policy"], seeds, ticks, workers, out, quiet, training_seeds, retrain)
 
 
 @app.command()

@@ -24,6 +24,8 @@ def results(out: Path | None, default: str) -> Claim:
             return claim_next(out := Path("runs") / default)
         if out.exists() and not out.is_dir():
             refuse("--out", "is a file", str(out), "a folder, new or empty")
+        if out.is_symlink() and not out.exists():
+            refuse("--out", "cannot be written: it is a link that leads nowhere", str(out), "a folder that can be made")
         return claim_new(out)
     except FileExistsError:
         near = str(_free(out)) if out is not None and out.name else ""  # "." and "/" have none

@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 import time
 from collections.abc import Callable, Iterator
+from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from ecs_eco.cli.folders import results
-from ecs_eco.cli.terminal import INTERRUPTED, complain, refuse, say
+from ecs_eco.cli.terminal import FAILED, INTERRUPTED, complain, refuse, say
 from ecs_eco.config import load
 from ecs_eco.config.loading import ALIASES, parse
 from ecs_eco.engine.errors import ConfigError, Problem
@@ -43,11 +44,17 @@ def search_world(world: str, changes: list[str], ranges: list[str], options: dic
     with results(out, f"{config.name}-search") if out is None or not (out / "journal.jsonl").is_file() else Claim(out) as claim:
         try:
             with _shown(config.name, quiet) as show:
-                found = search(world, claim, overrides, budget=budget, trials=trials, workers=workers, optimiser=optimiser, progress=show)
+                result = search(
+                    world, claim, overrides, budget=budget, trials=trials, workers=workers, optimiser=optimiser, progress=show
+                )
         except KeyboardInterrupt:
             complain(f"Stopped; all finished evaluations are kept. Go on with the same command and --out {claim.path}")
             raise typer.Exit(INTERRUPTED) from None
-    tell(found, claim.path)
+        except BrokenProcessPool:
+            complain("A worker process was killed from outside (out of memory?); all finished evaluations are kept. "
+                     f"Go on with the same command and --out {claim.path}")  # fmt: skip
+            raise typer.Exit(FAILED) from None
+    report(result, claim.path)
 
 
 def overrides_of(changes: list[str], ranges: list[str], options: dict[str, Any]) -> dict[str, Any]:
@@ -100,11 +107,11 @@ def _shown(name: str, quiet: bool) -> Iterator[Callable[[Search], None] | None]:
         from rich.console import Console
         from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
-        named, told = (TextColumn(text, markup=False) for text in ("{task.description}", "{task.fields[told]}"))
-        words = [named, BarColumn(), TaskProgressColumn(), told]
-        with Progress(*words, TimeElapsedColumn(), TimeRemainingColumn(), console=Console(stderr=True), transient=True) as bar:
-            task = bar.add_task(name, total=1.0, told="")
-            yield lambda s: bar.update(task, description=f"{name}: {s.phase}", completed=s.share, told=_told(s))
+        named, status = (TextColumn(text, markup=False) for text in ("{task.description}", "{task.fields[status]}"))
+        columns = [named, BarColumn(), TaskProgressColumn(), status, TimeElapsedColumn(), TimeRemainingColumn()]
+        with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+            task = bar.add_task(name, total=1.0, status="")
+            yield lambda s: bar.update(task, description=f"{name}: {s.phase}", completed=s.share, status=_status(s))
 
 
 def _lines(name: str, every: float = 30.0) -> Callable[[Search], None]:
@@ -114,26 +121,31 @@ def _lines(name: str, every: float = 30.0) -> Callable[[Search], None]:
         nonlocal last
         if time.monotonic() - last >= every:
             last = time.monotonic()
-            complain(f"{name}: {search.phase}, {search.share:.0%}, {_told(search)}")
+            complain(f"{name}: {search.phase}, {search.share:.0%}, {_status(search)}")
 
     return show
 
 
-def _told(search: Search) -> str:
+def _status(search: Search) -> str:
     """Candidates, their rate, and how far the best came."""
     if not search.done:
         return "no candidate yet"
     rate = 60 * search.done / max(e["at"] for e in search.journal.of("candidate"))
     best = search.best()
-    return f"{search.done} candidates, {rate:.1f}/min, best {best['score']:.3f} at stage {best['stage'] + 1} of {len(search.plan.stages)}"
+    stage = f"stage {best['stage'] + 1} of {len(search.plan.stages)}"
+    return f"{search.done} candidates, {rate:.1f}/min, best {best['score']:.3f} at {stage}"
 
 
-def tell(found: dict[str, Any], out: Path) -> None:
-    """Say what a search found."""
-    best, start = found["confirmation"]["best"], found["confirmation"]["start"]
-    said = [f"all persist for {found['confirmation']['ticks']} ticks on fresh seeds in {best['persisted']} of {best['runs']} runs "
-            f"({best['low']:.2f}–{best['high']:.2f}); as written in {start['persisted']} of {start['runs']}"]  # fmt: skip
-    said.append(f"  {found['candidates']} candidates in {found['seconds'] / 60:.1f} minutes, {found['by_stage'][-1]} of them met all runs")
-    said += [f"  {name}: {found['start'][name]:g} → {value:g}" for name, value in found["best"][0]["values"].items()]
-    said.append(f"written: {out / 'search.html'}; run the best: ecs-eco run {out / 'best-1.toml'}")
-    say("\n".join(said))
+def report(result: dict[str, Any], out: Path) -> None:
+    """Say what a search led to."""
+    confirmation = result["confirmation"]
+    best, start = confirmation["best"], confirmation["start"]
+    minutes, whole = result["seconds"] / 60, result["by_stage"][-1]
+    say(
+        f"all persist for {confirmation['ticks']} ticks on fresh seeds in {best['persisted']} of {best['runs']} runs "
+        f"({best['low']:.2f}–{best['high']:.2f}); as written in {start['persisted']} of {start['runs']}"
+    )
+    say(f"  {result['candidates']} candidates in {minutes:.1f} minutes, {whole} of them met all runs")
+    for name, value in result["best"][0]["values"].items():
+        say(f"  {name}: {result['start'][name]:g} → {value:g}")
+    say(f"written: {out / 'search.html'}; run the best: ecs-eco run {out / 'best-1.toml'}")

@@ -1,4 +1,4 @@
-"""Many worlds: comparisons of arms, grids of seeds, pre-training and the processes that do the work.
+"""Many worlds: treatments and arms of comparisons, trainings, and the processes that do the work. Nothing here prints.
 
-What one run is belongs to `ecs_eco.runs`, what results mean to `ecs_eco.analysis`.
+What one run is belongs to `ecs_eco.runs`, what results mean to `ecs_eco.analysis`, words for the terminal to `ecs_eco.cli`.
 """

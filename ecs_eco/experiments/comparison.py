@@ -1,298 +1,184 @@
-"""compare: a world and its controls, each run with the same seeds in processes of one thread; the same command goes on with it."""
+"""A comparison: arms, each run with the same seeds, and where policies are trained, with each policy on every world seed.
+
+It says what is to be done and what is there already; whoever runs it hands the work to a pool.
+"""
 
 from __future__ import annotations
 
-import hashlib
-import multiprocessing
-import os
-import re
-import signal
-from collections.abc import Callable, Mapping
-from concurrent.futures import Future, ProcessPoolExecutor, as_completed
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple, TypeVar
 
-import typer
+from ecs_eco.config import WorldConfig
+from ecs_eco.experiments.arm import Arm
+from ecs_eco.experiments.plan import plan_of
+from ecs_eco.experiments.pool import Pool
+from ecs_eco.experiments.runs import has_run
+from ecs_eco.experiments.trained import is_trained
+from ecs_eco.experiments.treatments import species_with_policy
 
-from ecs_eco.cli.terminal import INTERRUPTED, complain, printable, progress, refuse, say
-from ecs_eco.config import WorldConfig, load
-from ecs_eco.engine.errors import nearest
-from ecs_eco.experiments import seed_grid as crossing
-from ecs_eco.experiments import variants
-from ecs_eco.experiments.workers import end_with_parent, one_thread_each
+Result = TypeVar("Result")
 
-CONTROLS = {"random-policy": "random", "untrained-policy": "untrained"}  # by the policies that they run with
-LEARNING = {"learning": True, "frozen-learning": False}  # by whether policies go on learning in the run
-TAKEN = {  # by what is taken from the world, and what a world without it lacks
-    "no-reflexes": "a reflex", "neutral-drift": "a genome", "shuffled-genome": "a genome", "no-mutation": "a genome",
-}  # fmt: skip
-LONGEST_NAME = 100  # bytes; files in these folders have names of their own, and systems end at 255 for one
-EVERY = 2_000  # least ticks between the checkpoints of a run
+
+class Key(NamedTuple):
+    """What a job is called."""
+
+    arm: str
+    seed: int
+    training_seed: int | None = None
+
+    def __str__(self) -> str:
+        text = f"{self.arm}, seed {self.seed}"
+        return text if self.training_seed is None else f"{text}, training seed {self.training_seed}"
+
+
+class Run(NamedTuple):
+    """Arguments of `runs.run_arm`."""
+
+    arm: Arm
+    seed: int
+    ticks: int
+    folder: Path
+
+    @property
+    def done(self) -> bool:
+        """Whether it is there already. Raises ForeignFile where another run is in its folder."""
+        return has_run(self.folder, self.ticks, self.arm, self.seed)
+
+
+class Training(NamedTuple):
+    """Arguments of `trained.train_or_find`."""
+
+    folder: Path
+    config: WorldConfig
+    seed: int
+
+    @property
+    def done(self) -> bool:
+        """Whether it is there already. Raises ForeignFile where another training is in its folder."""
+        return is_trained(*self)
 
 
 @dataclass(frozen=True)
-class Arm:
-    """One side of a comparison."""
+class Comparison:
+    """Arms, the first of which is the world as it is, and the seeds that all are run with, in a folder."""
 
-    name: str
-    config: WorldConfig
-    policies: Any = "trained"  # or a dict: species → policies
-    learn: bool | None = None  # None: as the world says
-    controls: tuple[str, ...] = ()  # of ecs_eco.worlds.treatments
-    variant: bool = False  # one of ecs_eco.experiments.variants
+    folder: Path
+    arms: Sequence[Arm]
+    ticks: int
+    world_seeds: Sequence[int]
+    training_seeds: Sequence[int] | None = None  # None: nothing is trained
+    retrain: bool = False  # whether arms with another configuration have policies that were trained in it
+
+    @property
+    def plan(self) -> dict[str, Any]:
+        """What plan.json holds."""
+        return plan_of(self.arms, self.ticks, self.training_seeds is not None, self.retrain)
+
+    def trains(self, arm: Arm) -> bool:
+        """Return whether an arm runs with policies that are trained for the comparison."""
+        return self.training_seeds is not None and bool(arm.trained_species)
+
+    def has_own_policies(self, arm: Arm) -> bool:
+        """Return whether the policies of an arm are trained in its own configuration, not in that of the first arm."""
+        return self.retrain and arm.config.config_hash != self.arms[0].config.config_hash
+
+    def policies_folder(self, arm: Arm) -> Path:
+        """Return where the policies of an arm are, by training seed."""
+        owner = arm if self.has_own_policies(arm) else self.arms[0]
+        return self.folder / "policies" / owner.name
+
+    @cached_property
+    def trainings(self) -> dict[Key, Training]:
+        """All trainings."""
+        owners = {self.policies_folder(arm): arm for arm in reversed(self.arms) if self.trains(arm)}
+        return {
+            Key(place.name, seed): Training(place / f"seed-{seed}", arm.config, seed)
+            for place, arm in owners.items()
+            for seed in self.training_seeds or ()
+        }
+
+    @cached_property
+    def runs(self) -> dict[Key, Run]:
+        """All runs, in the order of arms, training seeds and world seeds."""
+        jobs = {}
+        for arm in self.arms:
+            for k in (self.training_seeds or ()) if self.trains(arm) else (None,):
+                treated, folder = arm, self.folder / arm.name
+                if k is not None:
+                    treated, folder = arm.with_policies(self.policies_folder(arm) / f"seed-{k}"), folder / f"training-{k}"
+                for seed in self.world_seeds:
+                    jobs[Key(arm.name, seed, k)] = Run(treated, seed, self.ticks, folder / f"seed-{seed}")
+        return jobs
+
+    def folders(self) -> dict[str, list[Path]]:
+        """Return the folders of all runs by arm."""
+        return {arm.name: [run.folder for key, run in self.runs.items() if key.arm == arm.name] for arm in self.arms}
+
+    def training_seeds_of_runs(self) -> dict[str, list[int]] | None:
+        """Return the training seed of each run by arm, for the arms that have some; None where nothing is trained."""
+        if self.training_seeds is None:
+            return None
+        seeds: dict[str, list[int]] = {}
+        for key in self.runs:
+            if key.training_seed is not None:
+                seeds.setdefault(key.arm, []).append(key.training_seed)
+        return seeds
+
+    def policies_in_words(self) -> dict[str, str]:
+        """Return what policies each arm runs with."""
+        if self.training_seeds is None:
+            return {arm.name: self._bundled(arm) for arm in self.arms if species_with_policy(arm.config)}
+        return {arm.name: self._trained(arm) for arm in self.arms}
+
+    def _bundled(self, arm: Arm) -> str:
+        if not arm.trained_species:
+            return "policies that are not trained"
+        same = "" if arm is self.arms[0] else ", the same as the first arm"
+        return f"the policies{_of_some(arm)} that the world comes with{same}"
+
+    def _trained(self, arm: Arm) -> str:
+        if not arm.trained_species:
+            return "policies that are not trained: it has no training seed"
+        own, n = self.has_own_policies(arm), len(self.training_seeds or ())
+        how = "trained anew under its own values" if own else "trained in the world as it is"
+        same = "" if own or arm is self.arms[0] else ", the same as the first arm"
+        return f"policies{_of_some(arm)} {how}{same}, from {n} training seed{'s' * (n != 1)}"
 
 
-def compare_arms(
-    world: str,
-    changes: list[str],
-    controls: list[str],
-    seeds: int,
-    ticks: int | None,
+def _of_some(arm: Arm) -> str:
+    """Return the species that run with trained policies, in words, where others of the arm do not."""
+    trained = arm.trained_species
+    return "" if trained == species_with_policy(arm.config) else f" of {', '.join(trained)}"
+
+
+def run_jobs(
+    work: Callable[..., Result],
+    jobs: Mapping[Key, Sequence[Any]],
     workers: int,
-    out: Path | None,
-    quiet: bool,
-    training_seeds: int | None = None,
-    retrain: bool = False,
-) -> None:
-    """Run all arms with all seeds, and write and say what differs."""
-    arms = arms_of(world, changes, controls)
-    crossing.check_training(arms, controls, training_seeds, retrain)
-    config = arms[0].config
-    ticks = ticks or config.ticks
-    plan = crossing.plan_of(arms, ticks, training_seeds is not None, retrain)
-    with crossing.folder_of(out, f"{config.name}-compare", plan) as claim:
-        out = claim.path
-        crossing.write_plan(out, plan)
-        worlds = range(1, seeds + 1)
-        if training_seeds is not None:
-            _cross(out, arms, range(1, training_seeds + 1), worlds, ticks, workers, quiet, retrain)
-            return
-        jobs = {(arm.name, seed): (arm, seed, ticks, out / arm.name / f"seed-{seed}") for arm in arms for seed in worlds}
-        finish(jobs, workers, quiet, out)
-        runs = {arm.name: [jobs[arm.name, seed][3] for seed in worlds] for arm in arms}
-        tell(out, runs, policies={arm.name: crossing.told_bundled(arm, arms) for arm in arms if crossing.thinkers(arm.config)})
+    progress: Callable[[int, int], None],
+    failed: Callable[[Key, BaseException], None],
+) -> dict[Key, Result]:
+    """Do all jobs; return the results of those that succeeded.
 
-
-def _cross(out: Path, arms: list[Arm], training: range, worlds: range, ticks: int, workers: int, quiet: bool, retrain: bool) -> None:
-    """Train once for each training seed, run each policy on every world seed, and tell."""
-    places = {arm.name: crossing.policies_folder(out, arm, arms, retrain) for arm in arms if crossing.learnt(arm)}
-    owners = {places[arm.name]: arm for arm in reversed(arms) if arm.name in places}
-    wanted = {(str(place.name), k): (arm.config, k, place / f"seed-{k}") for place, arm in owners.items() for k in training}
-    missing = {key: job for key, job in wanted.items() if not crossing.trained_already(job[2], job[0], job[1])}
-    if len(run_all(missing, workers, quiet, crossing.train_one, "training", "policies", out)) < len(missing):
-        complain(f"Not all policies could be trained; those that are there are in {out / 'policies'}.")
-        raise typer.Exit(1)
-    jobs: dict[tuple[str, Any], tuple[Any, ...]] = {}
-    seeds: dict[str, list[int]] = {}
-    for arm in arms:
-        for k in training if arm.name in places else range(1):
-            runs, where = (crossing.with_policies(arm, places[arm.name] / f"seed-{k}"), f"training-{k}") if k else (arm, ".")
-            for w in worlds:
-                jobs[arm.name, f"{w}, training seed {k}" if k else w] = (runs, w, ticks, out / arm.name / where / f"seed-{w}")
-                seeds.setdefault(arm.name, []).append(k)
-    finish(jobs, workers, quiet, out)
-    runs_of = {arm.name: [job[3] for (name, _), job in jobs.items() if name == arm.name] for arm in arms}
-    words = {arm.name: crossing.told(arm, arms, len(training), retrain) for arm in arms}
-    tell(out, runs_of, {name: seeds[name] for name in places}, words)
-
-
-def finish(jobs: Mapping[tuple[str, Any], tuple[Any, ...]], workers: int, quiet: bool, out: Path) -> None:
-    """Run what is not there yet; ends the command where a run failed."""
-    missing = {name: job for name, job in jobs.items() if not crossing.ran_already(job[3], job[2], job[0], job[1])}
-    if len(missing) < len(jobs) and not quiet:
-        complain(f"{len(jobs) - len(missing)} of {len(jobs)} runs are there already.")
-    done = run_all(missing, workers, quiet, out=out)
-    if len(done) < len(missing):
-        complain(f"{len(missing) - len(done)} of {len(jobs)} runs failed; what the others recorded is in {out}.")
-        raise typer.Exit(1)
-
-
-def arms_of(world: str, changes: list[str], controls: list[str]) -> list[Arm]:
-    """The world as it is and one arm for each control; raises ConfigError.
-
-    A control is a name (`random-policy`; `random-policy:deer` for one species alone; `learning`, `frozen-learning`;
-    `no-reflexes`, `neutral-drift`, `shuffled-genome`, `no-mutation`; those of `ecs_eco.experiments.variants`) or a value changed
-    (`species.deer.count=50`).
+    `progress` gets how many of how many succeeded. `failed` gets a job and what it raised; BrokenProcessPool, once, where a
+    worker was killed from outside: then no other job is begun.
     """
-    arms = [Arm("world", load(world, changes))]
-    for control in controls:
-        name = folder_name(control)
-        kind, _, species = control.partition(":")
-        thinkers = [n for n, s in arms[0].config.species.items() if s.policy.kind != "none"]
-        if kind in CONTROLS and species in thinkers:
-            arm = Arm(name, arms[0].config, {species: CONTROLS[kind]})
-        elif control in CONTROLS:
-            arm = Arm(name, arms[0].config, CONTROLS[control])
-        elif control in LEARNING:
-            arm = Arm(name, arms[0].config, learn=LEARNING[control])
-        elif control in TAKEN:
-            if not _has(arms[0].config, control):
-                refuse("--control", f"no species has {TAKEN[control]}", control, "a control that takes something away")
-            arm = Arm(name, arms[0].config, controls=(control,))
-        elif control in variants.names(arms[0].config):
-            arm = Arm(name, _variant(arms[0].config, control), variant=True)
-        elif "=" in control:
-            arm = Arm(name, load(world, [*changes, control]))
-        elif kind in CONTROLS:
-            refuse("--control", "no such species with a policy", species, ", ".join(thinkers) or "none", nearest(species, thinkers))
-        else:
-            names = [*CONTROLS, *LEARNING, *TAKEN, *variants.names(arms[0].config)]
-            allowed = f"{', '.join(names)}, one of the first two for a single species (random-policy:NAME), or a value: key=value"
-            refuse("--control", "no such control", control, allowed, nearest(control, names))
-        if any(a.name == name for a in arms):
-            refuse("--control", "named twice", control, "each control once")
-        arms.append(arm)
-    if any(a.policies == "random" for a in arms) and not any(
-        s.policy.kind != "none" for s in arms[0].config.species.values()
-    ):
-        refuse("--control", "no species has a policy", "random-policy", "a changed value: key=value")
-    return arms
-
-
-def folder_name(control: str) -> str:
-    """The folder of a control's runs: its letters, digits, dots and hyphens; of a long one the first, and a hash."""
-    name = re.sub(r"[^\w.-]+", "-", control.strip()).strip("-.")
-    if len(name.encode()) <= LONGEST_NAME:
-        return name
-    return f"{name.encode()[: LONGEST_NAME - 9].decode(errors='ignore')}-{hashlib.sha256(control.encode()).hexdigest()[:8]}"
-
-
-def _variant(config: WorldConfig, name: str) -> WorldConfig:
-    """The world as a variant changes it; ConfigError where it has nothing for it."""
-    try:
-        return load(config, variants.variant(config, name))
-    except variants.NotApplicable as error:
-        refuse("--control", error.what, name, error.allowed)
-
-
-def _has(config: WorldConfig, control: str) -> bool:
-    """Whether any species has what a control takes away."""
-    if control == "no-reflexes":
-        return any(s.reflex is not None for s in config.species.values())
-    return any(s.genome is not None or s.policy.inherit == "learned" for s in config.species.values())
-
-
-def run_all(
-    jobs: Mapping[tuple[str, Any], tuple[Any, ...]],
-    workers: int,
-    quiet: bool,
-    work: Callable[..., Any] | None = None,
-    word: str = "comparing",
-    unit: str = "runs",
-    out: Path | None = None,
-) -> dict[tuple[str, Any], Any]:
-    """What the jobs that succeeded returned, by arm and seed; says why the others did not. `work` is `run_one` where absent."""
-    done: dict[tuple[str, Any], Any] = {}
+    results: dict[Key, Result] = {}
     if not jobs:
-        return done
-    context, n = multiprocessing.get_context("spawn"), min(workers, len(jobs))
-    with one_thread_each(), ProcessPoolExecutor(n, context, initializer=_obey) as pool:
-        futures: dict[Future[Any], tuple[str, Any]] = {pool.submit(work or run_one, *job): name for name, job in jobs.items()}
-        try:
-            with progress(word, quiet, unit) as bar:
-                bar(0, len(jobs))
-                for future in as_completed(futures):
-                    arm, seed = futures[future]
-                    if isinstance(error := future.exception(), BrokenProcessPool):
-                        complain(f"A worker process was killed from outside (out of memory?): the {unit} that it and the others had not "
-                                 "finished are lost; those done are whole.")  # fmt: skip
-                        break
-                    if error:
-                        complain(f"{arm}, seed {seed}: {type(error).__name__}: {error}")
-                    else:
-                        done[arm, seed] = future.result()
-                    bar(len(done), len(jobs))
-        except KeyboardInterrupt:
-            for process in multiprocessing.active_children():
-                process.terminate()
-            pool.shutdown(cancel_futures=True)
-            folder = out or next(iter(jobs.values()))[3].parent.parent
-            again = f"; the same command with --out {folder} goes on with it" if out else ""
-            complain(f"Stopped after {len(done)} of {len(jobs)} {unit}; what was recorded until then is in {folder}{again}.")
-            raise typer.Exit(INTERRUPTED) from None
-    return done
-
-
-_running = False  # in a worker: whether a run is to be finished off before the process ends
-
-
-def _obey() -> None:
-    """A worker leaves Ctrl-C to its parent, and ends once when told, after writing what it recorded."""
-
-    def end(*_: object) -> None:
-        signal.signal(signal.SIGTERM, signal.SIG_IGN)
-        if not _running:
-            os._exit(INTERRUPTED)
-        raise KeyboardInterrupt
-
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    signal.signal(signal.SIGTERM, end)
-    end_with_parent()
-
-
-def run_one(arm: Arm, seed: int, ticks: int, out: Path) -> Any:
-    """One run, in a process of its own; one that was stopped goes on from its checkpoint, or begins anew where it has none."""
-    global _running
-    from ecs_eco.engine.errors import CheckpointError, FolderInUse, ForeignFile, RecordingError
-    from ecs_eco.record import resume, run_to_folder
-    from ecs_eco.record.folder import remove_run
-
-    every = max(EVERY, ticks // 20) if ticks > EVERY else None
-    _running = True
-    arm.config._code.pass_on()
-    try:
-        if (out / "manifest.json").is_file():
-            try:
-                return resume(out, ticks, report=False, complain=lambda _: None)
-            except (FolderInUse, ForeignFile):
-                raise
-            except (CheckpointError, RecordingError):
-                remove_run(out)
-        return run_to_folder(arm.config, seed=seed, ticks=ticks, out=out, policies=arm.policies, learn=arm.learn, controls=arm.controls,
-                             report=False, checkpoint_every=every, keep=1)
-    except KeyboardInterrupt:
-        os._exit(INTERRUPTED)
-    finally:
-        _running = False
-
-
-def tell(
-    out: Path, runs: dict[str, list[Path]], training: dict[str, list[int]] | None = None, policies: dict[str, str] | None = None
-) -> None:
-    """Compare the arms, write the comparison, and say it: first in how many runs all persisted, then a table."""
-    from rich.console import Console
-    from rich.markup import escape
-    from rich.table import Column, Table
-
-    from ecs_eco.analysis.compare import compare
-
-    found = compare(runs, out, training=training, policies=policies)
-    for name, text in found["opening"].items():
-        say(f"{name}: {text}")
-    for name, words in (policies or {}).items():
-        say(f"  {name} runs with {words}")
-    for name, arm in found["arms"].items():
-        if "crossed" in arm:
-            _, low, high = arm["persistence"]
-            say(f"  {name}: share that persists, over both kinds of seeds: 95 % interval {low:.0%} to {high:.0%}")
-            shares = arm["crossed"]["variance_shares"].get("persisted")
-            if shares and shares["share"]["rest"][0] is not None:
-                parts = ", ".join(f"{effect} {share[0]:.0%}" for effect, share in shares["share"].items())
-                say(f"  {name}: whence the variance of persisting comes: {parts}")
-    for name, arm in found["arms"].items():
-        for species, row in arm["per_species"].items():
-            if d := row.get("depth"):
-                r = "" if d["r"] is None else f", correlation with light {d['r'][0]:.2f}"
-                say(f"  {name}: depth of {species} over the day, means of {d['n']} runs: amplitude {d['amplitude'][0]:.0%} of the water, "
-                    f"{d['along_day'][0]:+.0%} along the sun{r}")  # fmt: skip
-    head = ("arm", "runs", "all persist", "species", "mean number", "died out in")
-    table = Table(*(Column(word, overflow="fold", no_wrap=word in ("arm", "species")) for word in head))
-    for name, arm in found["arms"].items():
-        first = [escape(printable(name)), str(arm["n"]), str(arm["persisted"])]
-        for species, row in arm["per_species"].items():
-            table.add_row(*first, escape(printable(species)), f"{row['mean_number']:.1f}", str(row["extinctions"]))
-            first = ["", "", ""]
-    Console().print(table)
-    say(f"written: {out / 'compare.html'}")
+        return results
+    with Pool(min(workers, len(jobs))) as pool:
+        progress(0, len(jobs))
+        for key, future in pool.completed(work, jobs):
+            error = future.exception()
+            if error is None:
+                results[key] = future.result()
+            else:
+                failed(key, error)
+                if isinstance(error, BrokenProcessPool):
+                    break
+            progress(len(results), len(jobs))
+    return results

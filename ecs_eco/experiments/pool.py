@@ -1,80 +1,87 @@
-"""Who evaluates candidates: processes of one thread each, or, for one worker, this one."""
+"""The processes that do the work of comparisons, searches and studies."""
 
 from __future__ import annotations
 
 import multiprocessing
-import signal
-from collections.abc import Callable, Iterator
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
-from typing import Any
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
+from concurrent.futures import Executor, Future, ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
+from types import TracebackType
+from typing import Any, TypeVar
 
-from ecs_eco.experiments.workers import end_with_parent, one_thread_each
+from ecs_eco.experiments.workers import begin_worker, one_thread_each
 
-
-class Alone:
-    """No process but this one: it does its work when its result is asked for. Ctrl-C ends it like anything here."""
-
-    workers = 1
-
-    def __init__(self) -> None:
-        self.running: list[tuple[Any, Callable[..., Any], tuple[Any, ...]]] = []
-
-    @property
-    def free(self) -> int:
-        """Whether there is nothing to do."""
-        return 1 - len(self.running)
-
-    def submit(self, tag: Any, work: Callable[..., Any], *arguments: Any) -> None:
-        """Remember what is to be done."""
-        self.running.append((tag, work, arguments))
-
-    def results(self, timeout: float | None = None) -> Iterator[tuple[Any, Any]]:
-        """Do it: (tag, result)."""
-        while self.running:
-            tag, work, arguments = self.running.pop()
-            yield tag, work(*arguments)
-
-    def stop(self) -> None:
-        """Forget what was not begun."""
-        self.running.clear()
+Key = TypeVar("Key", bound=Hashable)
+Result = TypeVar("Result")
 
 
-class Pool:
-    """So many workers, each with at most one piece of work; `results` hands out what is done."""
+class Pool(Executor):
+    """An executor: workers of one thread each that end with this process; one worker is this process itself.
+
+    Ctrl-C reaches this process alone: leaving the `with` block by an exception ends all workers. A worker that is killed
+    from outside gives BrokenProcessPool to all futures that are not done.
+    """
 
     def __init__(self, workers: int) -> None:
+        if workers < 1:
+            raise ValueError(f"workers must be 1 or more, got {workers}")
         self.workers = workers
-        self.running: dict[Future[Any], Any] = {}
-        self._pool: ProcessPoolExecutor | None = None
+        self._processes: ProcessPoolExecutor | None = None
 
-    @property
-    def free(self) -> int:
-        """Workers with nothing to do."""
-        return self.workers - len(self.running)
+    def submit(self, fn: Callable[..., Result], /, *args: Any, **kwargs: Any) -> Future[Result]:
+        """Have a worker do it; with one worker it is done when this returns."""
+        if self.workers == 1:
+            return _done_here(fn, args, kwargs)
+        if self._processes is None:
+            spawn = multiprocessing.get_context("spawn")
+            self._processes = ProcessPoolExecutor(self.workers, spawn, initializer=begin_worker)
+        try:
+            with one_thread_each():  # a process starts where none is idle
+                return self._processes.submit(fn, *args, **kwargs)
+        except BrokenProcessPool as error:
+            broken: Future[Result] = Future()
+            broken.set_exception(error)
+            return broken
 
-    def submit(self, tag: Any, work: Callable[..., Any], *arguments: Any) -> None:
-        """Let a worker do it."""
-        with one_thread_each():  # processes start with the first that is submitted
-            if self._pool is None:
-                self._pool = ProcessPoolExecutor(self.workers, multiprocessing.get_context("spawn"), initializer=_leave_ctrl_c)
-            self.running[self._pool.submit(work, *arguments)] = tag
+    def completed(
+        self, fn: Callable[..., Result], jobs: Mapping[Key, Sequence[Any]]
+    ) -> Iterator[tuple[Key, Future[Result]]]:
+        """Call `fn` with the arguments of each job; yield keys with their futures as these are done."""
+        if self.workers == 1:
+            for key, arguments in jobs.items():
+                yield key, self.submit(fn, *arguments)
+            return
+        keys = {self.submit(fn, *arguments): key for key, arguments in jobs.items()}
+        for future in as_completed(keys):
+            yield keys[future], future
 
-    def results(self, timeout: float | None = None) -> Iterator[tuple[Any, Any]]:
-        """What is done by now, or first: (tag, result); nothing after `timeout` seconds. Raises what a worker raised."""
-        done, _ = wait(self.running, timeout, FIRST_COMPLETED)
-        for future in done:
-            yield self.running.pop(future), future.result()
+    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
+        """End the workers once they are done with what was submitted, or with what they began."""
+        if self._processes is not None:
+            self._processes.shutdown(wait=wait, cancel_futures=cancel_futures)
+        self._processes = None
 
-    def stop(self) -> None:
-        """End all workers, whatever they do."""
-        if self._pool is not None:
-            for process in list((self._pool._processes or {}).values()):
+    def terminate(self) -> None:
+        """End all workers, whatever they do; those that write a recording write what they have. `submit` starts others."""
+        if self._processes is not None:
+            for process in list((self._processes._processes or {}).values()):
                 process.terminate()
-            self._pool.shutdown(wait=True, cancel_futures=True)
-        self._pool, self.running = None, {}
+        self.shutdown(cancel_futures=True)
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        if kind is None:
+            self.shutdown()
+        else:
+            self.terminate()
 
 
-def _leave_ctrl_c() -> None:
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent ends its workers
-    end_with_parent()
-
+def _done_here(fn: Callable[..., Result], args: Sequence[Any], kwargs: Mapping[str, Any]) -> Future[Result]:
+    """Do the work in this process; Ctrl-C ends it like anything here."""
+    future: Future[Result] = Future()
+    try:
+        future.set_result(fn(*args, **kwargs))
+    except Exception as error:
+        future.set_exception(error)
+    return future

@@ -1,5 +1,7 @@
 """Worker processes: of one thread each, and none outlives who started it."""
 
+from __future__ import annotations
+
 import multiprocessing
 import os
 import signal
@@ -8,6 +10,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 PINS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
+ENDED = 130  # exit code of a worker that was told to end
 
 
 @contextmanager
@@ -25,6 +28,12 @@ def one_thread_each() -> Iterator[None]:
                 os.environ[name] = value
 
 
+def begin_worker() -> None:
+    """LeaveRemains Ctrl-C to the parent process, and end with it; to be called as a worker starts."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    end_with_parent()
+
+
 def end_with_parent() -> None:
     """Send this process SIGTERM as soon as the one that started it is gone; to be called as a worker starts.
 
@@ -40,3 +49,26 @@ def end_with_parent() -> None:
         os.kill(os.getpid(), signal.SIGTERM)
 
     threading.Thread(target=wait, daemon=True).start()
+
+
+@contextmanager
+def finishing() -> Iterator[None]:
+    """In a worker that is told to end, let the work within write what it has; KeyboardInterrupt is raised there.
+
+    Elsewhere nothing changes: Ctrl-C raises KeyboardInterrupt anyway.
+    """
+    if multiprocessing.parent_process() is None:
+        yield
+        return
+
+    def interrupt(*_: object) -> None:
+        signal.signal(signal.SIGTERM, signal.SIG_IGN)
+        raise KeyboardInterrupt
+
+    before = signal.signal(signal.SIGTERM, interrupt)
+    try:
+        yield
+    except KeyboardInterrupt:
+        os._exit(ENDED)
+    finally:
+        signal.signal(signal.SIGTERM, before)

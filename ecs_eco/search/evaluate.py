@@ -5,8 +5,6 @@ What comes of it depends on the candidate's numbers and seeds alone; how far it 
 
 from __future__ import annotations
 
-import os
-import shutil
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,6 +13,7 @@ from typing import Any
 
 from ecs_eco.config import WorldConfig, load
 from ecs_eco.engine.errors import ConfigError
+from ecs_eco.experiments.trained import train_or_find
 
 STEP = 25  # ticks between two looks at who is left
 
@@ -40,36 +39,37 @@ def evaluate(job: Job) -> dict[str, Any]:
     """
     begin, worked = time.perf_counter(), time.process_time()
     try:
-        found = _evaluate(load(job.config, job.values), job)
+        result = _evaluate(load(job.config, job.values), job)
     except ConfigError as error:
-        found = {"stage": 0, "score": 0.0, "stages": [], "refused": str(error)}
+        result = {"stage": 0, "score": 0.0, "stages": [], "refused": str(error)}
     except Exception as error:
-        found = {"stage": 0, "score": 0.0, "stages": [], "failed": f"{type(error).__name__}: {error}"}
-    return found | {"seconds": round(time.perf_counter() - begin, 3), "cpu": round(time.process_time() - worked, 3)}
+        result = {"stage": 0, "score": 0.0, "stages": [], "failed": f"{type(error).__name__}: {error}"}
+    seconds, cpu = time.perf_counter() - begin, time.process_time() - worked
+    return result | {"seconds": round(seconds, 3), "cpu": round(cpu, 3)}
 
 
 def _evaluate(config: WorldConfig, job: Job) -> dict[str, Any]:
     lives: list[Life] = []
-    found: list[dict[str, Any]] = []
+    stages: list[dict[str, Any]] = []
     for stage, (ticks, n) in enumerate(job.stages):
         lives += [Life(config, job, cell) for cell in job.cells[len(lives) : n]]
-        told = _stage(lives, ticks, job.hopeless)
-        score = sum(o["score"] for o in told) / len(told)
-        lost = sum(o["extinct"] is not None for o in told)
-        found.append({"ticks": ticks, "score": score, "lost": lost, "runs": told})
+        runs = _stage(lives, ticks, job.hopeless)
+        score = sum(r["score"] for r in runs) / len(runs)
+        lost = sum(r["extinct"] is not None for r in runs)
+        stages.append({"ticks": ticks, "score": score, "lost": lost, "runs": runs})
         if lost > job.hopeless * n or (stage < len(job.least) and score < job.least[stage]):
             break
-    return {"stage": len(found) - 1, "score": found[-1]["score"], "stages": found}
+    return {"stage": len(stages) - 1, "score": stages[-1]["score"], "stages": stages}
 
 
 def _stage(lives: Sequence[Life], ticks: int, hopeless: float) -> list[dict[str, Any]]:
     """Outcomes of the runs, up to where so many are lost that the rest does not matter."""
-    told: list[dict[str, Any]] = []
+    runs: list[dict[str, Any]] = []
     for life in lives:
-        told.append(life.until(ticks))
-        if sum(o["extinct"] is not None for o in told) > hopeless * len(lives):
+        runs.append(life.until(ticks))
+        if sum(r["extinct"] is not None for r in runs) > hopeless * len(lives):
             break
-    return told
+    return runs
 
 
 class Life:
@@ -101,13 +101,16 @@ class Life:
             goal = objective(self.config.search, load_series(self.world.series()), self.persist, self.config.function)
             score += goal
         self.seconds += time.perf_counter() - begin
-        return {"training": self.cell[0], "world": self.cell[1], "lived": lived, "extinct": self.died and self.died[1],
-                "score": score, "goal": goal, "seconds": round(self.seconds, 3)}  # fmt: skip
+        return {
+            "training": self.cell[0], "world": self.cell[1], "lived": lived, "extinct": self.died and self.died[1],
+            "score": score, "goal": goal, "seconds": round(self.seconds, 3),
+        }  # fmt: skip
 
     def _begin(self) -> None:
         from ecs_eco.ecosystem import World
 
-        self.world = World.from_config(self.config, seed=self.cell[1], policies=policies(self.config, self.job, self.cell[0]))
+        training_seed, seed = self.cell
+        self.world = World.from_config(self.config, seed=seed, policies=policies(self.config, self.job, training_seed))
         self.most = self.config.search.crowd * max(1, sum(t.n for t in self.world.tables.values()))
 
     def _go(self, ticks: int) -> None:
@@ -136,14 +139,6 @@ def policies(config: WorldConfig, job: Job, seed: int) -> Any:
     kind = job.config.search.policies
     if kind not in ("train", "train-once"):
         return kind
-    folder = job.policies / (job.name if kind == "train" else "start") / f"training-{seed}"
-    if not (folder / "training.json").is_file():
-        from ecs_eco.experiments.pretraining import pretrain
-
-        own = folder.with_name(f"{folder.name}.{os.getpid()}")  # two workers may train the same seed at once
-        pretrain(config if kind == "train" else job.config, seed, job.config.search.training_ticks, own)
-        try:
-            own.rename(folder)
-        except OSError:
-            shutil.rmtree(own)  # the other was first, with the same bytes
-    return str(folder)
+    owner, trained_in = (job.name, config) if kind == "train" else ("start", job.config)
+    folder = job.policies / owner / f"training-{seed}"
+    return str(train_or_find(folder, trained_in, seed, job.config.search.training_ticks))

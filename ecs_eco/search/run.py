@@ -1,10 +1,11 @@
-"""A search from its first candidate to its report: ask, evaluate, tell; finals; confirmation. All it knows stands in its folder."""
+"""A search from its first candidate to its report: ask, evaluate, tell; finals; confirmation. All it knows is in its folder."""
 
 from __future__ import annotations
 
 import shutil
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from concurrent.futures import FIRST_COMPLETED, Future, wait
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +13,7 @@ import numpy as np
 
 from ecs_eco.config import load
 from ecs_eco.engine.errors import ConfigError, Problem, listed, nearest
-from ecs_eco.experiments.pool import Alone, Pool
+from ecs_eco.experiments.pool import Pool
 from ecs_eco.record.claim import Claim, ours
 from ecs_eco.search.evaluate import Job, evaluate
 from ecs_eco.search.journal import Journal
@@ -37,13 +38,13 @@ def search(world: Any, out: str | Path | Claim, overrides: Any = None, *, budget
     """
     config = load(world, overrides, trust=trust)
     with ours(out) as claim:
-        found = Search(plan_of(config), claim.path, workers, optimiser, budget, trials, cpu, progress)
+        running = Search(plan_of(config), claim.path, workers, optimiser, budget, trials, cpu, progress)
         try:
-            found.run()
+            with running.pool:
+                running.run()
         finally:
-            found.pool.stop()
-            found.sweep()
-        return write_results(found.outcome(), world, overrides, report)
+            running.sweep()
+        return write_results(running.outcome(), world, overrides, report)
 
 
 class Search:
@@ -62,7 +63,8 @@ class Search:
         self.journal = Journal(out, {**plan.header(), "optimiser": optimiser})
         self.optimiser = Optimiser(plan.parameters, optimiser, plan.config.search.seed)
         self._tell_known()
-        self.pool, self.begun = Pool(workers) if workers > 1 else Alone(), time.monotonic()
+        self.pool, self.begun = Pool(workers), time.monotonic()
+        self.running: dict[Future[dict[str, Any]], Any] = {}  # and what each is, for whoever gets its result
         self.phase, self._progress = "searching", progress
 
     def _tell_known(self) -> None:
@@ -89,18 +91,19 @@ class Search:
     def _candidates(self) -> None:
         numbers = self._numbers()
         waiting = True
-        while waiting or self.pool.running:
-            while waiting and self.pool.free:
+        while waiting or self.running:
+            while waiting and self._free:
                 number = next(numbers) if self._goes_on() else None
                 waiting = number is not None
                 if number is not None:
                     values = self.optimiser.ask(number) if number else self.plan.start
-                    self.pool.submit((number, values), evaluate, self._job(f"candidate-{number}", values if number else {}))
-            for (number, values), found in self.pool.results(1.0):
-                self._tell(number, values, found)
+                    self._submit((number, values), self._job(f"candidate-{number}", values if number else {}))
+            for (number, values), result in self._results():
+                self._tell(number, values, result)
             self._show()
             if self._late():
-                self.pool.stop()
+                self.pool.terminate()
+                self.running.clear()
                 return
 
     def _numbers(self) -> Iterator[int]:
@@ -112,11 +115,11 @@ class Search:
                 yield number
             number += 1
 
-    def _tell(self, number: int, values: dict[str, float], found: dict[str, Any]) -> None:
-        if number == 0 and ("failed" in found or "refused" in found):
-            what = f"cannot be evaluated: {found.get('failed') or found['refused']}"
+    def _tell(self, number: int, values: dict[str, float], result: dict[str, Any]) -> None:
+        if number == 0 and ("failed" in result or "refused" in result):
+            what = f"cannot be evaluated: {result.get('failed') or result['refused']}"
             raise ConfigError([Problem((), what, source="the world as written")])
-        entry = self.journal.add("candidate", candidate=number, values=values, **found, at=self._elapsed())
+        entry = self.journal.add("candidate", candidate=number, values=values, **result, at=self._elapsed())
         self.optimiser.tell(number, values, merit(entry))
         if number and entry not in self.ranked()[: max(BEST, self.plan.config.search.finalists)]:
             self._forget(number)
@@ -125,14 +128,14 @@ class Search:
         known = {e["candidate"] for e in self.journal.of("final")}
         wanted = [e for e in self._finalists() if e["candidate"] not in known]
         jobs = {e["candidate"]: self._whole(e, self.plan.finals, self.plan.ticks) for e in wanted}
-        for number, found in self._all(jobs):
-            self.journal.add("final", candidate=number, **found, at=self._elapsed())
+        for number, result in self._all(jobs):
+            self.journal.add("final", candidate=number, **result, at=self._elapsed())
 
     def _finalists(self) -> list[dict[str, Any]]:
         """The best of those that met all runs; none where there is no choice."""
         last = len(self.plan.stages) - 1
-        found = [e for e in self.ranked() if e["stage"] == last][: self.plan.config.search.finalists]
-        return found if len(found) > 1 else []
+        best = [e for e in self.ranked() if e["stage"] == last][: self.plan.config.search.finalists]
+        return best if len(best) > 1 else []
 
     def _confirmation(self) -> None:
         known = {(e["candidate"], *e["cell"]) for e in self.journal.of("confirmation")}
@@ -142,19 +145,32 @@ class Search:
             for cell in self.plan.confirmation:
                 if (entry["candidate"], *cell) not in known:
                     jobs[entry["candidate"], cell] = self._whole(entry, [cell], self.plan.confirmation_ticks)
-        for (number, cell), found in self._all(jobs):
-            self.journal.add("confirmation", candidate=number, cell=cell, **found, at=self._elapsed())
+        for (number, cell), result in self._all(jobs):
+            self.journal.add("confirmation", candidate=number, cell=cell, **result, at=self._elapsed())
 
     def _all(self, jobs: Mapping[Any, Job]) -> Iterator[tuple[Any, Any]]:
         waiting = list(jobs.items())
-        while waiting or self.pool.running:
-            while waiting and self.pool.free:
-                tag, job = waiting.pop(0)
-                self.pool.submit(tag, evaluate, job)
-            yield from self.pool.results(1.0)
+        while waiting or self.running:
+            while waiting and self._free:
+                self._submit(*waiting.pop(0))
+            yield from self._results()
             self._show()
 
     # --- jobs
+
+    @property
+    def _free(self) -> int:
+        """Workers with nothing to do."""
+        return self.pool.workers - len(self.running)
+
+    def _submit(self, tag: Any, job: Job) -> None:
+        self.running[self.pool.submit(evaluate, job)] = tag
+
+    def _results(self) -> Iterator[tuple[Any, dict[str, Any]]]:
+        """What is done within a second: (tag, result). Raises BrokenProcessPool where a worker was killed from outside."""
+        done, _ = wait(self.running, 1.0, FIRST_COMPLETED)
+        for future in done:
+            yield self.running.pop(future), future.result()
 
     def _job(self, name: str, values: dict[str, float]) -> Job:
         least = [self.least(stage) for stage in range(len(self.plan.stages) - 1)]
@@ -201,7 +217,7 @@ class Search:
         return round(self.before + time.monotonic() - self.begun, 3)
 
     def _goes_on(self) -> bool:
-        n = len(self.journal.of("candidate")) + len(self.pool.running)
+        n = len(self.journal.of("candidate")) + len(self.running)
         if self.trials is not None and n >= self.trials:
             return False
         if self.cpu is not None and self.worked >= self.cpu:
@@ -210,7 +226,8 @@ class Search:
 
     def _late(self) -> bool:
         done = bool(self.journal.of("candidate"))
-        return done and self.budget is not None and bool(self.pool.running) and self._elapsed() > self.budget - self._reserve()
+        late = self.budget is not None and self._elapsed() > self.budget - self._reserve()
+        return done and late and bool(self.running)
 
     def _usual(self) -> float:
         """Seconds that a candidate usually takes."""

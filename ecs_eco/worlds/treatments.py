@@ -1,54 +1,64 @@
-"""Controls: a world from which one thing is taken away, so that its part in what happens can be told."""
+"""Treatments that are applied as a world is built: something taken from all its species, to see what it contributes.
 
-from collections.abc import Callable, Sequence
+Their names are what `controls=` of a world and "controls" in manifests and checkpoints list; `ecs_eco.experiments.treatments`
+has these and all others.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 from ecs_eco.engine.errors import ConfigError, Problem, listed, nearest
+from ecs_eco.genomes.heredity import Heredity
+from ecs_eco.lifecycle.species import Species
 
 
-def no_reflexes(world: Any) -> None:
+def no_reflexes(species: Iterable[Species]) -> None:
     """No organism has a reflex, whether its species' or its genes'."""
-    for nerves in _all(world, "nerves"):
-        nerves.reflex = None
+    for kind in species:
+        if kind.nerves is not None:
+            kind.nerves.reflex = None
 
 
-def neutral_drift(world: Any) -> None:
-    """Genes are inherited, cross and mutate, and say nothing: all organisms are born with the values of their species."""
-    for heredity in _genomes(world):
-        heredity.expression = False
+def neutral_drift(species: Iterable[Species]) -> None:
+    """Genes are inherited, cross and mutate, but are not expressed: all organisms are born with the values of their species."""
+    for heredity in _heredities(species):
+        if heredity.layout is not None:
+            heredity.expression = False
 
 
-def shuffled_genome(world: Any) -> None:
-    """Genes speak, but a newborn's come, as inherited weights do, from any of the living instead of its parents.
+def shuffled_genome(species: Iterable[Species]) -> None:
+    """Genes are expressed, but a newborn's come, as inherited weights do, from any of the living instead of its parents.
 
     What keeps its owner alive is still more common among the living; what makes it breed more is not passed on.
     """
-    for heredity in _all(world, "heredity"):
+    for heredity in _heredities(species):
         heredity.shuffled = True
 
 
-def no_mutation(world: Any) -> None:
+def no_mutation(species: Iterable[Species]) -> None:
     """Genomes cross and never mutate, and inherited weights get no noise: what is lost does not come back."""
-    for heredity in _all(world, "heredity"):
+    for heredity in _heredities(species):
         heredity.mutation = False
 
 
-CONTROLS: dict[str, Callable[[Any], None]] = {
-    "no-reflexes": no_reflexes, "neutral-drift": neutral_drift, "shuffled-genome": shuffled_genome, "no-mutation": no_mutation,
-}  # fmt: skip
+TREATMENTS: dict[str, Callable[[Iterable[Species]], None]] = {
+    "no-reflexes": no_reflexes,
+    "neutral-drift": neutral_drift,
+    "shuffled-genome": shuffled_genome,
+    "no-mutation": no_mutation,
+}
 
 
 def apply(names: Sequence[str], world: Any) -> None:
-    """Apply controls to a world that is being built; raises ConfigError for a name that is none."""
+    """Apply treatments to a world that is being built. Raises ConfigError for an unknown name."""
     for name in names:
-        if name not in CONTROLS:
-            raise ConfigError([Problem((), "no such control", name, listed(CONTROLS), nearest(name, CONTROLS), "controls")])
-        CONTROLS[name](world)
+        if name not in TREATMENTS:
+            near = nearest(name, TREATMENTS)
+            raise ConfigError([Problem((), "no such control", name, listed(TREATMENTS), near, "controls")])
+        TREATMENTS[name]([table.species for table in world.tables.values()])
 
 
-def _all(world: Any, trait: str) -> list[Any]:
-    return [part for t in world.tables.values() if (part := getattr(t.species, trait)) is not None]
-
-
-def _genomes(world: Any) -> list[Any]:
-    return [h for h in _all(world, "heredity") if h.layout is not None]
+def _heredities(species: Iterable[Species]) -> list[Heredity]:
+    return [kind.heredity for kind in species if kind.heredity is not None]

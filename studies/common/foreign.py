@@ -101,10 +101,10 @@ def repeating(run: Path) -> Read:
 
 def comparing(run: Path, seed: int, **arm: Any) -> Read:
     """A comparison that looks for what is there already."""
-    from ecs_eco.experiments import seed_grid as crossing
-    from ecs_eco.experiments.comparison import Arm
+    from ecs_eco.experiments.arm import Arm
+    from ecs_eco.experiments.runs import has_run
 
-    return lambda: crossing.ran_already(run, TICKS, Arm("world", config(), **arm), seed)
+    return lambda: has_run(run, TICKS, Arm("world", config(), **arm), seed)
 
 
 def part(kind_: str, number: int = 0) -> str:
@@ -302,9 +302,9 @@ def _trained_policy(place: Path) -> tuple[str, Read]:
 
 def _trained_already(folder: Path, seed: int) -> bool:
     from ecs_eco.config import load
-    from ecs_eco.experiments import seed_grid as crossing
+    from ecs_eco.experiments.trained import is_trained
 
-    return crossing.trained_already(folder, load(config(), {"training.ticks": 3}), seed)
+    return is_trained(folder, load(config(), {"training.ticks": 3}), seed)
 
 
 # --- journals

@@ -1,14 +1,13 @@
-"""What the studies of predator and prey share: policies by training seed, worlds run to the first extinction."""
+"""What the studies of predator and prey share: their identity, worlds run to the first extinction, numbers."""
 
-import contextlib
 import hashlib
-import os
-import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+
+from studies.common.policies import without_policies
 
 SPECIES = ("grass", "deer", "wolf")
 SHIPPED = Path(__file__).parents[2] / "ecs_eco" / "worlds" / "predator_prey"
@@ -20,34 +19,7 @@ def identity(policies: bool = True) -> dict[str, str | None]:
 
     files = {s: SHIPPED / f"{s}.safetensors" for s in SPECIES[1:]} if policies else {}
     hashes = {s: hashlib.sha256(f.read_bytes()).hexdigest()[:16] if f.is_file() else None for s, f in files.items()}
-    return {"world": hashlib.sha256(str(_bare(load("predator-prey"))).encode()).hexdigest()[:16], **hashes}
-
-
-def trained(config: Any, seed: int, ticks: int | None = None) -> Path:
-    """Train the policies of a seed, or find those of an earlier case; a folder of <species>.safetensors.
-
-    They are found by the configuration, the seed and the sources of ecs_eco, so that they are never stale.
-    """
-    from ecs_eco.experiments.pretraining import pretrain
-
-    root = SHIPPED.parent.parent
-    sources = hashlib.sha256(b"".join(p.read_bytes() for p in sorted(root.rglob("*.py"))))
-    name = hashlib.sha256(f"{sources.hexdigest()} {_bare(config)} {seed} {ticks}".encode()).hexdigest()[:24]
-    folder = Path(tempfile.gettempdir()) / "ecs-eco-policies" / name
-    if not (folder / "training.json").is_file():
-        own = folder.with_name(f"{name}.{os.getpid()}")  # several workers may train the same seed at once
-        pretrain(config, seed=seed, ticks=ticks, out=own)
-        with contextlib.suppress(OSError):  # another was first, with the same bytes
-            own.rename(folder)
-    return folder
-
-
-def _bare(config: Any) -> dict[str, Any]:
-    """The configuration without what training does not depend on."""
-    data = config.resolved()
-    for species in data["species"].values():
-        species["policy"]["file"] = None
-    return data
+    return {"world": hashlib.sha256(str(without_policies(load("predator-prey"))).encode()).hexdigest()[:16], **hashes}
 
 
 def live(config: Any, seed: int, policies: Any, ticks: int, learn: bool | None = None, chunk: int = 250) -> Any:

@@ -14,28 +14,23 @@ they are. What an arm may say (all of it may be absent):
     train      changes in training only
     life       changes in life only
     learn      whether policies go on learning in life; absent: as the world says
-    trainer    "module:function" that trains in place of ecs_eco.experiments.pretraining:pretrain, with (config, seed=, ticks=, out=)
     training_ticks    length of the training; absent: the world's own
     policies   "random", "untrained" or a folder in place of trained ones: then the training seed is a replicate and no more
 """
 
-import contextlib
 import hashlib
-import os
-import tempfile
 from collections.abc import Iterable, Mapping, Sequence
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from studies.common.policies import trained, without_policies
 from studies.common.study import Study, canonical, verdict
 
 BLOCK = 40  # [ticks] of the means kept
 CHUNK = 250  # [ticks] between looks at who is left
-TRAINER = "ecs_eco.experiments.pretraining:pretrain"
-SAYS = ("set", "train", "life", "learn", "trainer", "training_ticks", "policies")
+SAYS = ("set", "train", "life", "learn", "training_ticks", "policies")
 LAGS = {"deer→wolf": (0.20, 0.35), "grass→deer": (0.28, 0.50)}
 Entry = dict[str, Any]
 
@@ -55,7 +50,7 @@ def crossed_study(name: str, claim: str, arms: Mapping[str, Mapping[str, Any]], 
         if odd := sorted(set(says) - set(SAYS)):
             raise ValueError(f"arm {arm!r}: no {odd[0]!r}; an arm may say {', '.join(SAYS)}")
     judged = list(judged) or [next(iter(arms))]
-    config = {"world": world, "identity": _hash(_bare(_load(world, {}))), "ticks": ticks, "block": BLOCK, "arms": {k: dict(v) for k, v in arms.items()},
+    config = {"world": world, "identity": _hash(without_policies(_load(world, {}))), "ticks": ticks, "block": BLOCK, "arms": {k: dict(v) for k, v in arms.items()},
               "judged": judged, "goal": goal, "training seeds": training, "world seeds": worlds}  # fmt: skip
     few = [{"arm": arm, "training": training[0], "seed": worlds[0]} for arm in list(arms)[:2]]
     return Study(name=name, claim=claim, config=config, cases=[*cells(arms, training, worlds), *also], run=cell, depends=depends,
@@ -87,22 +82,9 @@ def cell(config: Mapping[str, Any], case: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def policies_of(config: Mapping[str, Any], says: Mapping[str, Any], seed: int) -> Path:
-    """A folder with the policies of one training seed under the protocol of an arm: trained now, or found from before.
-
-    They are found by protocol, seed and the sources of ecs_eco, so that they are never stale.
-    """
-    learnt = _load(config["world"], says.get("set", {}) | says.get("train", {}))
-    ticks, trainer = config.get("short training") or says.get("training_ticks"), says.get("trainer", TRAINER)
-    module, _, function = trainer.partition(":")
-    train = getattr(import_module(module), function)
-    name = _hash([_sources(), _hash(Path(str(import_module(module).__file__)).read_text("utf-8")), _bare(learnt), trainer, seed, ticks])
-    folder = Path(tempfile.gettempdir()) / "ecs-eco-policies" / name
-    if not (folder / "training.json").is_file():
-        own = folder.with_name(f"{name}.{os.getpid()}")
-        train(learnt, seed=seed, ticks=ticks, out=own)
-        with contextlib.suppress(OSError):  # another worker was first, with the same bytes
-            own.rename(folder)
-    return folder
+    """A folder with the policies of one training seed under the protocol of an arm: trained now, or found from before."""
+    world = _load(config["world"], says.get("set", {}) | says.get("train", {}))
+    return trained(world, seed, config.get("short training") or says.get("training_ticks"))
 
 
 def live(config: Any, seed: int, policies: Any, ticks: int, learn: bool | None) -> Any:
@@ -251,20 +233,5 @@ def _load(world: str, changes: Mapping[str, Any]) -> Any:
     return load(world, dict(changes) or None)
 
 
-def _bare(config: Any) -> dict[str, Any]:
-    """A configuration without the bundled policies, which a grid does not use."""
-    data: dict[str, Any] = config.resolved()
-    for species in data["species"].values():
-        species["policy"]["file"] = None
-    return data
-
-
 def _hash(x: Any) -> str:
     return hashlib.sha256(canonical(x).encode()).hexdigest()[:24]
-
-
-def _sources() -> str:
-    import ecs_eco
-
-    files = sorted(Path(str(ecs_eco.__file__)).parent.rglob("*.py"))
-    return hashlib.sha256(b"".join(p.read_bytes() for p in files)).hexdigest()

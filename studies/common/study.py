@@ -25,18 +25,15 @@ import sys
 import tempfile
 import time
 import traceback
-from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from difflib import get_close_matches
 from importlib.metadata import PackageNotFoundError, version
-from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
 RESULTS = Path(__file__).parents[1] / "results"
 PACKAGES = ("ecs-eco", "esper", "numpy", "numba", "torch", "deap", "scipy")
-THREADS = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS")
 Case = Mapping[str, Any]
 
 
@@ -270,7 +267,9 @@ def _one(run: Callable[..., Any], config: dict[str, Any], case: Case) -> dict[st
     return {"result": result, "seconds": round(time.perf_counter() - start, 3)}
 
 
-def _run_all(run: Callable[..., Any], config: dict[str, Any], cases: Sequence[Case], workers: int) -> Any:
+def _run_all(
+    run: Callable[..., Any], config: dict[str, Any], cases: Sequence[Case], workers: int
+) -> Iterator[tuple[Case, dict[str, Any]]]:
     """Yield (case, entry) as cases finish, with a bar: done, rate and remaining time."""
     if not cases:
         return
@@ -302,17 +301,13 @@ def _run_all(run: Callable[..., Any], config: dict[str, Any], cases: Sequence[Ca
             yield case, entry
 
 
-def _each(run: Callable[..., Any], config: dict[str, Any], cases: Sequence[Case], workers: int) -> Any:
-    if workers == 1 or len(cases) == 1:
-        for case in cases:
-            yield case, _one(run, config, case)
-        return
-    from ecs_eco.experiments.workers import end_with_parent
+def _each(
+    run: Callable[..., Any], config: dict[str, Any], cases: Sequence[Case], workers: int
+) -> Iterator[tuple[Case, dict[str, Any]]]:
+    """Yield (case, entry) as cases finish."""
+    from ecs_eco.experiments.pool import Pool
 
-    for name in THREADS:  # processes share the cores; one thread each unless the caller chose
-        os.environ.setdefault(name, "1")
-    with ProcessPoolExecutor(min(workers, len(cases)), mp_context=get_context("spawn"), initializer=end_with_parent) as pool:
-        waiting = {pool.submit(_one, run, config, case): case for case in cases}
-        for future in as_completed(waiting):
+    with Pool(min(workers, len(cases))) as pool:
+        for i, future in pool.completed(_one, {i: (run, config, case) for i, case in enumerate(cases)}):
             error = future.exception()
-            yield waiting[future], ({"error": f"the worker died: {error}"} if error else future.result())
+            yield cases[i], ({"error": f"the worker died: {error}"} if error else future.result())

@@ -1,7 +1,14 @@
+"""Worker processes: threads, and how they end."""
+
+import os
 import subprocess
 import sys
 import time
 from pathlib import Path
+
+import pytest
+
+from ecs_eco.experiments.workers import PINS, one_thread_each
 
 SCRIPT = """
 import os, sys, time
@@ -52,3 +59,12 @@ def until(condition, seconds: float) -> bool:
             return True
         time.sleep(0.05)
     return False
+
+
+def test_processes_have_one_thread_each_and_the_own_one_keeps_its_own(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("OMP_NUM_THREADS", "3")
+    monkeypatch.delenv("MKL_NUM_THREADS", raising=False)
+    with one_thread_each():
+        assert [os.environ[name] for name in PINS] == ["1"] * len(PINS)
+    assert os.environ["OMP_NUM_THREADS"] == "3"
+    assert "MKL_NUM_THREADS" not in os.environ

@@ -207,6 +207,15 @@ def test_ctrl_c_ends_a_run_and_keeps_what_was_recorded(here: Path) -> None:
     assert manifest["done"] - last in (0, 1)  # the tick that was interrupted may have been recorded already
 
 
+@pytest.mark.slow
+def test_ctrl_c_ends_a_comparison_and_keeps_what_was_recorded(here: Path) -> None:
+    said = interrupt(here / "out", "compare", "predator-prey", "--seeds", "3")
+    assert "Stopped after 0 of 6 runs; what was recorded until then is in " in said
+    manifests = [json.loads(p.read_text()) for p in (here / "out").glob("*/*/manifest.json")]
+    assert len(manifests) == 2
+    assert max(m["done"] for m in manifests) > 0
+
+
 # train and report
 
 
@@ -229,97 +238,3 @@ def test_report_is_written_for_a_run_folder(here: Path, monkeypatch: pytest.Monk
     (here / "manifest.json").write_text("{}")
     catch(monkeypatch, "ecs_eco.analysis.report.write_report")
     assert caught("report", ".") == ((Path(),), {})
-
-
-# compare
-
-
-def test_controls_are_arms_of_their_own() -> None:
-    from ecs_eco.experiments.comparison import arms_of
-
-    arms = arms_of("predator-prey", ["seed=4"], ["random-policy", "species.deer.emits.deer_smell=0"])
-    assert [(a.name, a.policies) for a in arms] == [
-        ("world", "trained"), ("random-policy", "random"), ("species.deer.emits.deer_smell-0", "trained")
-    ]  # fmt: skip
-    assert {a.config.seed for a in arms} == {4}
-    assert [a.config.species["deer"].emits["deer_smell"] for a in arms] == [1.0, 1.0, 0.0]
-
-
-def test_processes_have_one_thread_each_and_the_own_one_keeps_its_own(monkeypatch: pytest.MonkeyPatch) -> None:
-    from ecs_eco.experiments.workers import PINS, one_thread_each
-
-    monkeypatch.setenv("OMP_NUM_THREADS", "3")
-    monkeypatch.delenv("MKL_NUM_THREADS", raising=False)
-    with one_thread_each():
-        assert [os.environ[name] for name in PINS] == ["1"] * len(PINS)
-    assert os.environ["OMP_NUM_THREADS"] == "3"
-    assert "MKL_NUM_THREADS" not in os.environ
-
-
-@pytest.mark.slow
-def test_arms_run_with_the_same_seeds_and_are_compared(here: Path) -> None:
-    said = invoke("compare", "predator-prey", *FEW, "--seeds", "2", "--ticks", "4", "--control", "dt=0.5", "--out", "out")
-    manifests = {p.parent: json.loads(p.read_text()) for p in (here / "out").glob("*/*/manifest.json")}
-    assert {(p.parent.name, m["seed"], m["dt"], m["done"]) for p, m in manifests.items()} == {
-        ("world", 1, 1.0, 4), ("world", 2, 1.0, 4), ("dt-0.5", 1, 0.5, 4), ("dt-0.5", 2, 0.5, 4)
-    }  # fmt: skip
-    found = json.loads((here / "out" / "compare.json").read_text())
-    assert {arm: row["seeds"] for arm, row in found["arms"].items()} == {"world": [1, 2], "dt-0.5": [1, 2]}
-    assert found["reference"] == "world"
-    assert "dt-0.5" in said
-    assert "wolf" in said
-
-
-def test_a_run_that_fails_is_named_and_the_others_go_on(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    from ecs_eco.experiments.comparison import Arm, run_all
-
-    (here / "full").mkdir()
-    (here / "full" / "old").write_text("")
-    arm = Arm("world", load("predator-prey", FEW[1::2]))
-    jobs = {("world", seed): (arm, seed, 2, here / name) for seed, name in ((1, "full"), (2, "new"))}
-    assert set(run_all(jobs, workers=1, quiet=True)) == {("world", 2)}
-    assert "world, seed 1: FileExistsError" in capsys.readouterr().err
-
-
-@pytest.mark.slow
-def test_a_killed_worker_is_one_message_and_no_traceback(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    import multiprocessing
-    import threading
-    import time
-
-    from ecs_eco.experiments.comparison import Arm, run_all
-
-    def kill() -> None:
-        while not multiprocessing.active_children():
-            time.sleep(0.05)
-        time.sleep(0.5)
-        for child in multiprocessing.active_children():
-            child.kill()
-
-    killer = threading.Thread(target=kill)
-    killer.start()
-    arm = Arm("world", load("predator-prey", FEW[1::2]))
-    jobs = {("world", seed): (arm, seed, 10**6, here / str(seed)) for seed in (1, 2, 3)}
-    assert run_all(jobs, workers=1, quiet=True) == {}
-    killer.join()
-    said = capsys.readouterr().err
-    assert said.count("was killed from outside") == 1
-    assert "Traceback" not in said
-
-
-@pytest.mark.slow
-def test_ctrl_c_ends_a_comparison_and_keeps_what_was_recorded(here: Path) -> None:
-    said = interrupt(here / "out", "compare", "predator-prey", "--seeds", "3")
-    assert "Stopped after 0 of 6 runs; what was recorded until then is in " in said
-    manifests = [json.loads(p.read_text()) for p in (here / "out").glob("*/*/manifest.json")]
-    assert len(manifests) == 2
-    assert max(m["done"] for m in manifests) > 0
-
-
-def test_a_control_may_concern_one_species_or_learning():
-    from ecs_eco.experiments.comparison import arms_of
-
-    arms = arms_of("predator-prey", [], ["random-policy:deer", "learning", "frozen-learning"])
-    assert [a.policies for a in arms] == ["trained", {"deer": "random"}, "trained", "trained"]
-    assert [a.learn for a in arms] == [None, None, True, False]
-    assert len({a.name for a in arms}) == 4

@@ -1,5 +1,6 @@
-"""Variants: what each changes, and what is said where a world has nothing for it."""
+"""Treatments: what each changes, and what is said where a world has nothing for it."""
 
+from multiprocessing.reduction import ForkingPickler
 from pathlib import Path
 
 import pytest
@@ -7,13 +8,20 @@ from typer.testing import CliRunner
 
 from ecs_eco import World
 from ecs_eco.cli import app
-from ecs_eco.config import load
-from ecs_eco.experiments import seed_grid as crossing
-from ecs_eco.experiments.comparison import arms_of
-from ecs_eco.experiments.variants import NotApplicable, variant
+from ecs_eco.config import WorldConfig, load
+from ecs_eco.engine.errors import ConfigError
+from ecs_eco.experiments.arm import arms_of, check_training
+from ecs_eco.experiments.changes import NotApplicable
+from ecs_eco.experiments.comparison import Comparison
+from ecs_eco.experiments.treatments import TREATMENTS, find
 from ecs_eco.view.inspect import state_of
+from ecs_eco.worlds import treatments as at_build
 
 SMALL = {"species.phytoplankton.count": 60, "species.copepod.count": 20, "species.krill.count": 6, "space.size": [16.0, 16.0, 16.0]}
+
+
+def treated(config: WorldConfig, name: str) -> WorldConfig:
+    return find(name, config).apply_to(config)
 
 
 @pytest.fixture(scope="module")
@@ -23,27 +31,27 @@ def sea():
 
 def test_light_is_constant_or_comes_half_a_day_late(sea):
     for name, kind in (("constant-light", "constant"), ("inverted-light", "inverted")):
-        assert load(sea, variant(sea, name)).sun.kind == kind
+        assert treated(sea, name).sun.kind == kind
     with pytest.raises(NotApplicable, match="constant already"):
-        variant(load(sea, {"sun.kind": "constant"}), "constant-light")
+        treated(load(sea, {"sun.kind": "constant"}), "constant-light")
     with pytest.raises(NotApplicable, match="there is no sun"):
-        variant(load("predator-prey"), "constant-light")
+        treated(load("predator-prey"), "constant-light")
 
 
 def test_without_a_species_there_is_none_in_life_or_in_training(sea):
-    none = load(sea, variant(sea, "no-krill"))
+    none = treated(sea, "no-krill")
     for training in (False, True):
         world = World.from_config(none, policies="untrained", training=training, learn=False).run(3)
         assert world.tables["krill"].n == 0
         assert world.tables["copepod"].n > 0
-    assert load(sea, variant(sea, "no-phytoplankton")).species["phytoplankton"].reproduction.immigration == 0
-    with pytest.raises(KeyError):
-        variant(sea, "no-whale")
+    assert treated(sea, "no-phytoplankton").species["phytoplankton"].reproduction.immigration == 0
+    with pytest.raises(ConfigError, match="no such control"):
+        find("no-whale", sea)
 
 
 def test_noses_that_are_off_read_nothing_while_the_smell_is_there(sea):
     read = {}
-    for name, config in (("on", sea), ("off", load(sea, variant(sea, "no-smell")))):
+    for name, config in (("on", sea), ("off", treated(sea, "no-smell"))):
         world = World.from_config(config, policies="untrained", seed=3, learn=False).run(12)
         table = world.tables["copepod"]
         nerves = table.species.nerves
@@ -57,13 +65,13 @@ def test_noses_that_are_off_read_nothing_while_the_smell_is_there(sea):
 
 
 def test_happiness_with_and_without_light_are_each_others_way_back(sea):
-    lit = load(sea, variant(sea, "energy-and-light"))
+    lit = treated(sea, "energy-and-light")
     assert lit.species["copepod"].happiness.formula == "energy - 0.3 * light"
-    assert load(lit, variant(lit, "energy-only")).species["copepod"].happiness.formula == "energy"
+    assert treated(lit, "energy-only").species["copepod"].happiness.formula == "energy"
     with pytest.raises(NotApplicable, match="depends on light; energy-and-light"):
-        variant(sea, "energy-only")
+        treated(sea, "energy-only")
     with pytest.raises(NotApplicable, match="senses light"):
-        variant(lit, "energy-and-light")
+        treated(lit, "energy-and-light")
 
 
 def compare(*words: str) -> str:
@@ -78,7 +86,7 @@ def compare(*words: str) -> str:
         (["diel-migration", "--control", "constant-ligth"], 'did you mean "constant-light"'),
         (["diel-migration", "--control", "no-krlil"], 'did you mean "no-krill"'),
         (["diel-migration", "--control", "energy-only"], "nobody's happiness depends on light"),
-        (["diel-migration", "--control", "energy-and-light"], "changes what is learnt alone"),
+        (["diel-migration", "--control", "energy-and-light"], "changes only what is learnt"),
         (["predator-prey", "--control", "inverted-light"], "there is no sun"),
     ],
 )
@@ -87,10 +95,25 @@ def test_what_a_world_has_nothing_for_is_refused(words: list[str], said: str, tm
     assert said in compare(*words)
 
 
-def test_which_policies_a_variant_runs_with():
+def test_which_policies_a_world_with_other_values_runs_with():
     arms = arms_of("diel-migration", [], ["no-krill", "random-policy"])
-    crossing.check_training(arms, ["no-krill", "random-policy"], 2, True)
-    assert crossing.told(arms[1], arms, 2, True) == "policies trained anew under its own values, from 2 training seeds"
-    assert crossing.told(arms[1], arms, 2, False).endswith("the same as the first arm, from 2 training seeds")
-    assert crossing.told_bundled(arms[1], arms) == "the policies that the world comes with, the same as the first arm"
-    assert crossing.told_bundled(arms[2], arms) == "policies that are not trained"
+    check_training(arms, 2, retrain=True)
+    anew, same = (Comparison(Path("out"), arms, 10, [1], [1, 2], retrain).policies_in_words() for retrain in (True, False))
+    assert anew["no-krill"] == "policies trained anew under its own values, from 2 training seeds"
+    assert same["no-krill"].endswith("the same as the first arm, from 2 training seeds")
+    bundled = Comparison(Path("out"), arms, 10, [1]).policies_in_words()
+    assert bundled["no-krill"] == "the policies that the world comes with, the same as the first arm"
+    assert bundled["random-policy"] == "policies that are not trained"
+
+
+def test_the_table_has_all_treatments_that_are_applied_as_a_world_is_built():
+    assert [name for name, treatment in TREATMENTS.items() if treatment.at_build] == list(at_build.TREATMENTS)
+
+
+@pytest.mark.parametrize("name", [*TREATMENTS, "random-policy:deer", "no-wolf", "dt=0.5"])
+def test_a_treatment_goes_to_other_processes_as_it_is(name: str):
+    treatment = find(name, load("predator-prey"))
+    again = ForkingPickler.loads(ForkingPickler.dumps(treatment))
+    assert (again.name, again.policies, again.learn, again.changes_config) == (
+        treatment.name, treatment.policies, treatment.learn, treatment.changes_config
+    )  # fmt: skip

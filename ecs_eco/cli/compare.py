@@ -1,0 +1,168 @@
+"""compare: a world and its treatments, each run with the same seeds; the same command goes on with what was stopped."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures.process import BrokenProcessPool
+from pathlib import Path
+from typing import Any
+
+import typer
+
+from ecs_eco.cli.folders import results
+from ecs_eco.cli.terminal import FAILED, INTERRUPTED, complain, printable, progress, say
+from ecs_eco.experiments.arm import arms_of, check_training
+from ecs_eco.experiments.comparison import Comparison, Key, run_jobs
+from ecs_eco.experiments.plan import check_plan, has_plan, plan_of, write_plan
+from ecs_eco.experiments.runs import run_arm
+from ecs_eco.experiments.trained import train_or_find
+from ecs_eco.record.claim import Claim
+
+
+def compare_world(
+    world: str,
+    changes: list[str],
+    treatments: list[str],
+    seeds: int,
+    ticks: int | None,
+    workers: int,
+    out: Path | None,
+    quiet: bool,
+    training_seeds: int | None = None,
+    retrain: bool = False,
+) -> None:
+    """Run all arms with all seeds, and write and say what differs."""
+    arms = arms_of(world, changes, treatments)
+    check_training(arms, training_seeds, retrain)
+    ticks = ticks or arms[0].config.ticks
+    plan = plan_of(arms, ticks, training_seeds is not None, retrain)
+    training = None if training_seeds is None else range(1, training_seeds + 1)
+    with claim_folder(out, f"{arms[0].config.name}-compare", plan) as claim:
+        comparison = Comparison(claim.path, arms, ticks, range(1, seeds + 1), training, retrain)
+        write_plan(claim.path, plan)
+        _train(comparison, workers, quiet)
+        _run(comparison, workers, quiet)
+        _report(comparison)
+
+
+def claim_folder(out: Path | None, default: str, plan: dict[str, Any]) -> Claim:
+    """Claim the folder of a comparison: new, or one where the same comparison was begun.
+
+    Raises ConfigError where another one is in it, FolderInUse where a process writes there.
+    """
+    if out is None or not has_plan(out):
+        return results(out, default)
+    check_plan(out, plan)
+    return Claim(out)
+
+
+def _train(comparison: Comparison, workers: int, quiet: bool) -> None:
+    """Train what is not there yet; end the command where a training failed."""
+    missing = {key: training for key, training in comparison.trainings.items() if not training.done}
+    trained = _do(train_or_find, missing, comparison, workers, quiet, "training", "policies")
+    if trained < len(missing):
+        folder = comparison.folder / "policies"
+        complain(f"Not all policies could be trained; those that are there are in {folder}.")
+        raise typer.Exit(FAILED)
+
+
+def _run(comparison: Comparison, workers: int, quiet: bool) -> None:
+    """Run what is not there yet; end the command where a run failed."""
+    n = len(comparison.runs)
+    missing = {key: run for key, run in comparison.runs.items() if not run.done}
+    if len(missing) < n and not quiet:
+        complain(f"{n - len(missing)} of {n} runs are there already.")
+    done = _do(run_arm, missing, comparison, workers, quiet, "comparing", "runs")
+    if done < len(missing):
+        complain(f"{len(missing) - done} of {n} runs failed; what the others recorded is in {comparison.folder}.")
+        raise typer.Exit(FAILED)
+
+
+def _do(
+    work: Callable[..., object],
+    jobs: Mapping[Key, Sequence[Any]],
+    comparison: Comparison,
+    workers: int,
+    quiet: bool,
+    word: str,
+    unit: str,
+) -> int:
+    """Do the jobs with a bar, and say why some failed; return how many succeeded. Ctrl-C ends the command."""
+
+    def failed(key: Key, error: BaseException) -> None:
+        if isinstance(error, BrokenProcessPool):
+            complain(
+                f"A worker process was killed from outside (out of memory?): the {unit} that it and the others had not "
+                "finished are lost; those done are whole."
+            )
+        else:
+            complain(f"{key}: {type(error).__name__}: {error}")
+
+    with progress(word, quiet, unit) as bar:
+        try:
+            return len(run_jobs(work, jobs, workers, bar, failed))
+        except KeyboardInterrupt:
+            complain(
+                f"Stopped after {bar.done} of {len(jobs)} {unit}; what was recorded until then is in "
+                f"{comparison.folder}; the same command with --out {comparison.folder} goes on with it."
+            )
+            raise typer.Exit(INTERRUPTED) from None
+
+
+def _report(comparison: Comparison) -> None:
+    """Compare the arms, write the comparison, and say it: first in how many runs all persisted, then a table."""
+    from ecs_eco.analysis.compare import compare
+
+    policies = comparison.policies_in_words()
+    result = compare(
+        comparison.folders(), comparison.folder, training=comparison.training_seeds_of_runs(), policies=policies
+    )
+    for name, text in result["opening"].items():
+        say(f"{name}: {text}")
+    for name, words in policies.items():
+        say(f"  {name} runs with {words}")
+    for name, arm in result["arms"].items():
+        if "crossed" in arm:
+            _say_persistence(name, arm)
+    for name, arm in result["arms"].items():
+        _say_depths(name, arm)
+    _print_table(result["arms"])
+    say(f"written: {comparison.folder / 'compare.html'}")
+
+
+def _say_persistence(name: str, arm: Mapping[str, Any]) -> None:
+    """Say in what share of runs all persist, and where its variance comes from."""
+    _, low, high = arm["persistence"]
+    say(f"  {name}: share that persists, over both kinds of seeds: 95 % interval {low:.0%} to {high:.0%}")
+    shares = arm["crossed"]["variance_shares"].get("persisted")
+    if shares and shares["share"]["rest"][0] is not None:
+        parts = ", ".join(f"{effect} {share[0]:.0%}" for effect, share in shares["share"].items())
+        say(f"  {name}: where the variance of persistence comes from: {parts}")
+
+
+def _say_depths(name: str, arm: Mapping[str, Any]) -> None:
+    """Say how the depth of each species changes over the day, where there is a day and depth."""
+    for species, row in arm["per_species"].items():
+        if depth := row.get("depth"):
+            r = "" if depth["r"] is None else f", correlation with light {depth['r'][0]:.2f}"
+            say(
+                f"  {name}: depth of {species} over the day, means of {depth['n']} runs: amplitude "
+                f"{depth['amplitude'][0]:.0%} of the water, {depth['along_day'][0]:+.0%} along the sun{r}"
+            )
+
+
+def _print_table(arms: Mapping[str, Any]) -> None:
+    """Print numbers and extinctions by arm and species."""
+    from rich.console import Console
+    from rich.markup import escape
+    from rich.table import Column, Table
+
+    head = ("arm", "runs", "all persist", "species", "mean number", "died out in")
+    table = Table(*(Column(word, overflow="fold", no_wrap=word in ("arm", "species")) for word in head))
+    for name, arm in arms.items():
+        first = [escape(printable(name)), str(arm["n"]), str(arm["persisted"])]
+        for species, row in arm["per_species"].items():
+            shown = escape(printable(species))
+            table.add_row(*first, shown, f"{row['mean_number']:.1f}", str(row["extinctions"]))
+            first = ["", "", ""]
+    Console().print(table)

@@ -1,0 +1,72 @@
+"""One run of an arm: found where it was done before, gone on with where it was stopped, else begun."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from ecs_eco.engine.errors import CheckpointError, FolderInUse, ForeignFile, RecordingError
+from ecs_eco.experiments.arm import Arm
+from ecs_eco.experiments.workers import finishing
+from ecs_eco.learning.weights import hash_of
+from ecs_eco.record.seal import read_manifest
+
+EVERY = 2_000  # least ticks between the checkpoints of a run
+
+
+def run_arm(arm: Arm, seed: int, ticks: int, folder: Path) -> dict[str, Any]:
+    """Run an arm with a seed into a folder; return its manifest.
+
+    A run that was stopped goes on from its checkpoint, or begins anew where it has none. Raises FolderInUse, and ForeignFile
+    where the folder holds what belongs to another run.
+    """
+    from ecs_eco.record.folder import remove_run
+    from ecs_eco.runs.run import resume, run_to_folder
+
+    every = max(EVERY, ticks // 20) if ticks > EVERY else None
+    with finishing():
+        arm.config._code.pass_on()
+        if (folder / "manifest.json").is_file():
+            try:
+                return resume(folder, ticks, report=False, complain=lambda _: None)
+            except (FolderInUse, ForeignFile):
+                raise
+            except (CheckpointError, RecordingError):
+                remove_run(folder)
+        return run_to_folder(
+            arm.config, seed=seed, ticks=ticks, out=folder, policies=arm.policies, learn=arm.learn,
+            controls=arm.controls, report=False, checkpoint_every=every, keep=1,
+        )  # fmt: skip
+
+
+def has_run(folder: Path, ticks: int, arm: Arm, seed: int) -> bool:
+    """Return whether a run of so many ticks is in a folder. Raises ForeignFile where it is one of another arm or seed."""
+    try:
+        manifest = read_manifest(folder)
+    except (FileNotFoundError, RecordingError):
+        return False
+    check_run(folder, manifest, arm, seed)
+    return bool(manifest.get("finished") and manifest.get("done", 0) >= ticks)
+
+
+def check_run(folder: Path, manifest: dict[str, Any], arm: Arm, seed: int) -> None:
+    """Raise ForeignFile where the run in a folder is not that of an arm with this seed, or is a fork."""
+    from ecs_eco.runs.begin import said_policies
+    from ecs_eco.worlds.build import weights_files
+
+    weights = {name: hash_of(file) for name, file in weights_files(arm.config, arm.policies).items()}
+    wanted = {
+        "config_hash": arm.config.config_hash, "seed": seed, "learn": arm.learn, "controls": list(arm.controls),
+        "weights": weights,
+    }  # fmt: skip
+    if not weights:  # else they may lie elsewhere now
+        wanted["policies"] = said_policies(arm.policies)
+    different = [key for key, value in wanted.items() if manifest.get(key) != value]
+    if "forked" in manifest:
+        different.append("forked")
+    if different:
+        shown = ", ".join(f"{key} {manifest.get(key)}" if key == "seed" else key for key in different)
+        raise ForeignFile(
+            f"{folder / 'manifest.json'}: is of another run ({shown}) than {arm.name}, seed {seed}; remove the folder, "
+            "or name another with --out"
+        )

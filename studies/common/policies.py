@@ -1,0 +1,39 @@
+"""Policies of a training seed: trained now, or kept by an earlier case of any study."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import tempfile
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+
+def trained(config: Any, seed: int, ticks: int | None = None) -> Path:
+    """Train the policies of a seed, or find those of an earlier case; return the folder of <species>.safetensors.
+
+    They are kept by configuration, seed, length and the sources of ecs_eco, so that they are never stale.
+    """
+    from ecs_eco.experiments.trained import train_or_find
+
+    text = json.dumps([_sources(), without_policies(config), seed, ticks], sort_keys=True)
+    name = hashlib.sha256(text.encode()).hexdigest()[:24]
+    folder = Path(tempfile.gettempdir()) / "ecs-eco-policies" / name
+    return train_or_find(folder, config, seed, ticks, verify=False)
+
+
+def without_policies(config: Any) -> dict[str, Any]:
+    """Return a configuration without the bundled policies, on which training does not depend."""
+    data: dict[str, Any] = config.resolved()
+    for species in data["species"].values():
+        species["policy"]["file"] = None
+    return data
+
+
+@cache
+def _sources() -> str:
+    import ecs_eco
+
+    files = sorted(Path(str(ecs_eco.__file__)).parent.rglob("*.py"))
+    return hashlib.sha256(b"".join(p.read_bytes() for p in files)).hexdigest()
