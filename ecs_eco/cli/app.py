@@ -241,7 +241,7 @@ def compare(
         list[str] | None,
         typer.Option(
             metavar="NAME|KEY=VALUE",
-            help="A control: random-policy (random-policy:deer for one species), untrained-policy, learning, "
+            help="A treatment: random-policy (random-policy:deer for one species), untrained-policy, learning, "
             "frozen-learning, no-reflexes, neutral-drift, shuffled-genome, no-mutation, constant-light, inverted-light, no-smell, "
             "no-SPECIES, energy-only, energy-and-light, or a changed value. Repeatable.",
         ),
@@ -267,11 +267,11 @@ def compare(
     ] = None,
     retrain: Annotated[
         bool,
-        typer.Option("--retrain", help="Train anew for a control that changes values, under them; else it runs with the same policies."),
+        typer.Option("--retrain", help="Train anew for a treatment that changes values, under them; else it runs with the same policies."),
     ] = False,
     trust: Trust = False,
 ) -> None:
-    """Compare a world with its controls; the same command with --out DIR goes on with what was stopped."""
+    """Compare a world with itself under treatments; the same command with --out DIR goes on with what was stopped."""
     allow(trust, world, set_)
     from ecs_eco.cli.compare import compare_world
 

@@ -162,7 +162,7 @@ def stopped(done: int, ticks: int, out: Path) -> None:
     manifest = out / "manifest.json"
     if manifest.is_file():
         done = json.loads(manifest.read_text(encoding="utf-8")).get("done", done)
-    kept = f"what was recorded until then is in {out}" if out.exists() else "nothing was recorded"
+    kept = f"what was recorded until then is in {out}" if manifest.is_file() else "nothing was recorded"
     if any((out / "checkpoints").glob("tick-*")):
         kept += f"; go on with: ecs-eco resume {out}"
     complain(f"Stopped at tick {done} of {ticks}; {kept}.")

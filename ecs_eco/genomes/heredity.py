@@ -17,7 +17,7 @@ class Heredity:
     """Makes the columns in which newborn of one species differ from its defaults, because of whom they come from.
 
     `targets` maps a gene's name to (component, field, index or None): where what it says is written. `mutation`,
-    `expression` and `shuffled` are switches of controls: without expression genes are inherited and change, but say
+    `expression` and `shuffled` are switches of treatments: without expression genes are inherited and change, but say
     nothing; shuffled, the genes of a newborn come from any of the living instead of its parents. Founders start from
     letters drawn at random, but where `alike` is given: (row u8[loci], which of its letters all have bool[loci]).
     """

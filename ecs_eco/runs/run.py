@@ -37,7 +37,7 @@ def run_to_folder(config: Any, seed: int | None = None, ticks: int | None = None
                   snapshot_every: int | None = None, report: bool = True, command: str | None = None, controls: Sequence[str] = (),
                   checkpoint_every: int | None = None, keep: int = KEEP, record: str | None = None,
                   prepare: Callable[[Any], None] | None = None, trust: bool = False) -> dict[str, Any]:
-    """Run a world, with these controls of `ecs_eco.worlds.treatments`, and leave a folder; return its manifest.
+    """Run a world, with these treatments of `ecs_eco.worlds.treatments`, and leave a folder; return its manifest.
 
     `trust` allows the code that the world lists in `code` to run in this process; the folder keeps a copy of its files.
 

@@ -48,7 +48,7 @@ def build(cls: Any, config: Any, *, seed: int | None = None, policies: Any = "tr
     `learn` overrides the species' own `policy.learn`: true, false, or a dict species → these. `populate`: whether there
     are organisms at the start. `training`: numbers held constant by respawn, no births.
     `systems` are added to those of the world file, each at the end of its phase. `controls` are names of
-    `ecs_eco.worlds.treatments`: what is taken away so that its part can be told.
+    `ecs_eco.worlds.treatments`: what is taken away, to see what it contributes.
     `trust` allows the code that the world lists in `code` to run in this process.
     Raises ConfigError for a configuration that is wrong, and for one with code that nobody allowed.
     """

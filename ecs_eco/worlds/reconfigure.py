@@ -84,7 +84,7 @@ def _species(world: Any, table: Any, old: Any, new: Any, changed: set[str]) -> N
     if table.species.gaits is not None and "locomotion" in parts:
         table.species.gaits = gaits(new.locomotion, nerves)
     if nerves is not None and parts & {"reflex", "happiness"}:
-        without = nerves.reflex is None and old.reflex is not None  # taken away by a control
+        without = nerves.reflex is None and old.reflex is not None  # taken away by a treatment
         networks(nerves, new, world.config.function)
         nerves.reflex = None if without else nerves.reflex
     if nerves is not None and "ppo" in parts:

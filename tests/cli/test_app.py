@@ -154,7 +154,7 @@ def test_run_hands_on_its_options(
     catch(monkeypatch, "ecs_eco.record.run_to_folder")
     args, kwargs = caught("run", "predator-prey", "--ticks", "7", "--seed", "3", *arguments)
     config, seed, ticks, out, *rest = args
-    assert (config.name, seed, ticks, out) == ("predator-prey", 3, 7, Path("runs/predator-prey-3"))
+    assert (config.name, seed, ticks, out.path) == ("predator-prey", 3, 7, Path("runs/predator-prey-3"))
     command = kwargs.pop("command")
     assert (rest[0], rest[1], kwargs) == (policies, learn, {"threads": threads, "report": report})
     assert command.startswith(f"ecs-eco run predator-prey --seed 3 --ticks 7 --policies {policies}")
@@ -237,4 +237,4 @@ def test_a_world_without_policies_is_not_trained(here: Path) -> None:
 def test_report_is_written_for_a_run_folder(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (here / "manifest.json").write_text("{}")
     catch(monkeypatch, "ecs_eco.analysis.report.write_report")
-    assert caught("report", ".") == ((Path(),), {})
+    assert caught("report", ".") == ((Path(), None), {})
