@@ -90,7 +90,7 @@ def thaw(cls: Any, meta: Mapping[str, Any], threads: int, config: Any, systems: 
                 raise CheckpointError(f"{where}: was saved with another configuration than the one handed in")
         options = dict(meta["options"])
         options["policies"] = {name: "random" if source == "random" else "untrained" for name, source in options["policies"].items()}
-        options["learn"] = {name: made["learning"] for name, made in meta["tables"].items()}
+        options["learn"] = {name: made["learning"] for name, made in meta["tables"].items() if name in found.species}
         world = build(cls, found, seed=meta["clock"]["seed"], threads=threads, populate=False, record=False, **options)
     except CodeError as error:
         raise _of(where, error) from None
