@@ -1,4 +1,4 @@
-"""compare: a world and its treatments, each run with the same seeds; the same command goes on with what was stopped."""
+"""compare: a world as it is and under treatments, with the same seeds; goes on with what was stopped."""
 
 from __future__ import annotations
 
@@ -74,7 +74,9 @@ def _run(comparison: Comparison, workers: int, quiet: bool) -> None:
         complain(f"{n - len(missing)} of {n} runs are there already.")
     done = _do(run_arm, missing, comparison, workers, quiet, "comparing", "runs")
     if done < len(missing):
-        complain(f"{len(missing) - done} of {n} runs failed; what the others recorded is in {comparison.folder}.")
+        complain(
+            f"{len(missing) - done} of {n} runs failed; what the others recorded is in {comparison.folder}."
+        )
         raise typer.Exit(FAILED)
 
 
@@ -92,8 +94,8 @@ def _do(
     def failed(key: Key, error: BaseException) -> None:
         if isinstance(error, BrokenProcessPool):
             complain(
-                f"A worker process was killed from outside (out of memory?): the {unit} that it and the others had not "
-                "finished are lost; those done are whole."
+                f"A worker process was killed from outside (out of memory?): the {unit} that it and the "
+                "others had not finished are lost; those done are whole."
             )
         else:
             complain(f"{key}: {type(error).__name__}: {error}")
@@ -110,12 +112,15 @@ def _do(
 
 
 def _report(comparison: Comparison) -> None:
-    """Compare the arms, write the comparison, and say it: first in how many runs all persisted, then a table."""
+    """Compare the arms, write the comparison, and say it: in how many runs all persisted, and a table."""
     from ecs_eco.analysis.compare import compare
 
     policies = comparison.policies_in_words()
     result = compare(
-        comparison.folders(), comparison.folder, training=comparison.training_seeds_of_runs(), policies=policies
+        comparison.folders(),
+        comparison.folder,
+        training=comparison.training_seeds_of_runs(),
+        policies=policies,
     )
     for name, text in result["opening"].items():
         say(f"{name}: {text}")

@@ -1,4 +1,5 @@
-"""Many worlds: treatments and arms of comparisons, trainings, and the processes that do the work. Nothing here prints.
+"""Many worlds: treatments, arms, comparisons, trainings, and the processes that do the work. Nothing prints.
 
-What one run is belongs to `ecs_eco.runs`, what results mean to `ecs_eco.analysis`, words for the terminal to `ecs_eco.cli`.
+What one run is belongs to `ecs_eco.runs`, what results mean to `ecs_eco.analysis`, words for the terminal to
+`ecs_eco.cli`.
 """

@@ -1,4 +1,4 @@
-"""Arms of a comparison: the world as it is, and the same world under each treatment; and which policies they run with."""
+"""Arms of a comparison: the world as it is, and under each treatment; which policies they run with."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class Arm:
 
 
 def arms_of(world: str, changes: list[str], treatments: Sequence[str]) -> list[Arm]:
-    """Return the world as it is and one arm for each treatment, by name or as KEY=VALUE. Raises ConfigError."""
+    """Return the world as it is and an arm for each treatment, a name or KEY=VALUE. Raises ConfigError."""
     arms = [Arm(UNTREATED, load(world, changes))]
     for name in treatments:
         arm = _treated(world, changes, arms[0].config, find(name, arms[0].config))
@@ -75,7 +75,7 @@ def _treated(world: str, changes: list[str], config: WorldConfig, treatment: Tre
 
 
 def folder_name(treatment: str) -> str:
-    """Return the folder of a treatment's runs: its letters, digits, dots and hyphens; of a long one the first, and a hash."""
+    """Return the folder of a treatment's runs: its letters, digits, dots and hyphens; a long name is cut."""
     name = re.sub(r"[^\w.-]+", "-", treatment.strip()).strip("-.")
     if len(name.encode()) <= LONGEST_NAME:
         return name
@@ -84,7 +84,7 @@ def folder_name(treatment: str) -> str:
 
 
 def check_training(arms: Sequence[Arm], training_seeds: int | None, retrain: bool) -> None:
-    """Raise ConfigError where options about training contradict each other or the arms, or would have no effect."""
+    """Raise ConfigError where options about training contradict each other or would have no effect."""
     treated = [(arm, arm.treatment) for arm in arms if arm.treatment is not None]
     for arm, treatment in treated:
         if treatment.needs_learning and not retrain and not arm.learns:

@@ -1,6 +1,7 @@
 """Changes of a world's values that treatments make, by dotted key, for any world that has what they change.
 
-A world with other values can be trained in, unlike one that is treated when it is built (`ecs_eco.worlds.treatments`).
+A world with other values can be trained in, unlike one that is treated when it is built
+(`ecs_eco.worlds.treatments`).
 """
 
 from __future__ import annotations
@@ -56,13 +57,15 @@ def energy_only(config: WorldConfig) -> dict[str, Any]:
 
 
 def energy_and_light(config: WorldConfig) -> dict[str, Any]:
-    """Species that sense light, and whose happiness does not depend on it yet, dislike it: their formula less 0.3 times light."""
+    """Species that sense light dislike it: their formula less 0.3 times light, where light is not in it."""
     values: dict[str, Any] = {}
     for name, species in config.species.items():
         light = _light(config, name)
         has_formula = species.happiness is not None and bool(species.happiness.formula)
         if light and has_formula and not _depends_on_light(config, name):
-            values[f"species.{name}.happiness.formula"] = f"{_formula(config, name)} - {LIGHT_WEIGHT} * {light}"
+            values[f"species.{name}.happiness.formula"] = (
+                f"{_formula(config, name)} - {LIGHT_WEIGHT} * {light}"
+            )
     if not values:
         raise NotApplicable("nobody senses light and has a happiness.formula without it", "energy-only")
     return values

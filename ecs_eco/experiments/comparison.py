@@ -1,4 +1,4 @@
-"""A comparison: arms, each run with the same seeds, and where policies are trained, with each policy on every world seed.
+"""A comparison: arms, each run with the same seeds; trained policies meet every world seed.
 
 It says what is to be done and what is there already; whoever runs it hands the work to a pool.
 """
@@ -83,7 +83,7 @@ class Comparison:
         return self.training_seeds is not None and bool(arm.trained_species)
 
     def has_own_policies(self, arm: Arm) -> bool:
-        """Return whether the policies of an arm are trained in its own configuration, not in that of the first arm."""
+        """Return whether the policies of an arm are trained in its own configuration."""
         return self.retrain and arm.config.config_hash != self.arms[0].config.config_hash
 
     def policies_folder(self, arm: Arm) -> Path:
@@ -109,17 +109,21 @@ class Comparison:
             for k in (self.training_seeds or ()) if self.trains(arm) else (None,):
                 treated, folder = arm, self.folder / arm.name
                 if k is not None:
-                    treated, folder = arm.with_policies(self.policies_folder(arm) / f"seed-{k}"), folder / f"training-{k}"
+                    treated = arm.with_policies(self.policies_folder(arm) / f"seed-{k}")
+                    folder = folder / f"training-{k}"
                 for seed in self.world_seeds:
                     jobs[Key(arm.name, seed, k)] = Run(treated, seed, self.ticks, folder / f"seed-{seed}")
         return jobs
 
     def folders(self) -> dict[str, list[Path]]:
         """Return the folders of all runs by arm."""
-        return {arm.name: [run.folder for key, run in self.runs.items() if key.arm == arm.name] for arm in self.arms}
+        return {
+            arm.name: [run.folder for key, run in self.runs.items() if key.arm == arm.name]
+            for arm in self.arms
+        }
 
     def training_seeds_of_runs(self) -> dict[str, list[int]] | None:
-        """Return the training seed of each run by arm, for the arms that have some; None where nothing is trained."""
+        """Return the training seeds of runs, by arm that has some; None where nothing is trained."""
         if self.training_seeds is None:
             return None
         seeds: dict[str, list[int]] = {}
@@ -164,8 +168,8 @@ def run_jobs(
 ) -> dict[Key, Result]:
     """Do all jobs; return the results of those that succeeded.
 
-    `progress` gets how many of how many succeeded. `failed` gets a job and what it raised; BrokenProcessPool, once, where a
-    worker was killed from outside: then no other job is begun.
+    `progress` gets how many of how many succeeded. `failed` gets a job and what it raised; BrokenProcessPool,
+    once, where a worker was killed from outside: then no other job is begun.
     """
     results: dict[Key, Result] = {}
     if not jobs:

@@ -1,4 +1,4 @@
-"""plan.json: what the comparison in a folder is, so that the same command goes on with it and another one is refused."""
+"""plan.json: which comparison a folder holds; the same command goes on with it, another one is refused."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ PLAN = "plan.json"
 
 
 def plan_of(arms: Sequence[Arm], ticks: int, trains: bool, retrain: bool) -> dict[str, Any]:
-    """Return what makes a comparison the same; the numbers of seeds are not in it, so that more can be added."""
+    """Return what makes a comparison the same; not the numbers of seeds, so that more can be added."""
     by_name = {
         arm.name: {
             "config_hash": arm.config.config_hash, "policies": arm.policies, "learn": arm.learn,
@@ -25,8 +25,8 @@ def plan_of(arms: Sequence[Arm], ticks: int, trains: bool, retrain: bool) -> dic
         for arm in arms
     }  # fmt: skip
     return {
-        "format": 1, "world": arms[0].config.name, "ticks": ticks, "training seeds": trains, "retrain": retrain,
-        "arms": by_name,
+        "format": 1, "world": arms[0].config.name, "ticks": ticks, "training seeds": trains,
+        "retrain": retrain, "arms": by_name,
     }  # fmt: skip
 
 
@@ -36,11 +36,13 @@ def has_plan(folder: Path) -> bool:
 
 
 def check_plan(folder: Path, plan: dict[str, Any]) -> None:
-    """Raise ConfigError where the comparison that was begun in a folder is another one; further arms may be added."""
+    """Raise ConfigError where a folder holds another comparison; further arms may be added to one."""
     try:
         before = json.loads((folder / PLAN).read_text(encoding="utf-8"))
         different = [key for key in plan if key != "arms" and plan[key] != before.get(key)]
-        different += [f"the arm {name}" for name, arm in plan["arms"].items() if before["arms"].get(name, arm) != arm]
+        different += [
+            f"the arm {name}" for name, arm in plan["arms"].items() if before["arms"].get(name, arm) != arm
+        ]
     except (ValueError, KeyError, AttributeError):
         different = [PLAN]
     if different:

@@ -18,8 +18,8 @@ Result = TypeVar("Result")
 class Pool(Executor):
     """An executor: workers of one thread each that end with this process; one worker is this process itself.
 
-    Ctrl-C reaches this process alone: leaving the `with` block by an exception ends all workers. A worker that is killed
-    from outside gives BrokenProcessPool to all futures that are not done.
+    Ctrl-C reaches this process alone: leaving the `with` block by an exception ends all workers. A worker
+    that is killed from outside gives BrokenProcessPool to all futures that are not done.
     """
 
     def __init__(self, workers: int) -> None:
@@ -62,7 +62,7 @@ class Pool(Executor):
         self._processes = None
 
     def terminate(self) -> None:
-        """End all workers, whatever they do; those that write a recording write what they have. `submit` starts others."""
+        """End all workers, whatever they do; recordings keep what they have. `submit` starts others."""
         if self._processes is not None:
             for process in list((self._processes._processes or {}).values()):
                 process.terminate()

@@ -17,8 +17,8 @@ EVERY = 2_000  # least ticks between the checkpoints of a run
 def run_arm(arm: Arm, seed: int, ticks: int, folder: Path) -> dict[str, Any]:
     """Run an arm with a seed into a folder; return its manifest.
 
-    A run that was stopped goes on from its checkpoint, or begins anew where it has none. Raises FolderInUse, and ForeignFile
-    where the folder holds what belongs to another run.
+    A run that was stopped goes on from its checkpoint, or begins anew where it has none. Raises FolderInUse,
+    and ForeignFile where the folder holds what belongs to another run.
     """
     from ecs_eco.record.folder import remove_run
     from ecs_eco.runs.run import resume, run_to_folder
@@ -40,7 +40,7 @@ def run_arm(arm: Arm, seed: int, ticks: int, folder: Path) -> dict[str, Any]:
 
 
 def has_run(folder: Path, ticks: int, arm: Arm, seed: int) -> bool:
-    """Return whether a run of so many ticks is in a folder. Raises ForeignFile where it is one of another arm or seed."""
+    """Return whether a run of so many ticks is in a folder. Raises ForeignFile for another arm or seed."""
     try:
         manifest = read_manifest(folder)
     except (FileNotFoundError, RecordingError):
@@ -56,8 +56,8 @@ def check_run(folder: Path, manifest: dict[str, Any], arm: Arm, seed: int) -> No
 
     weights = {name: hash_of(file) for name, file in weights_files(arm.config, arm.policies).items()}
     wanted = {
-        "config_hash": arm.config.config_hash, "seed": seed, "learn": arm.learn, "controls": list(arm.controls),
-        "weights": weights,
+        "config_hash": arm.config.config_hash, "seed": seed, "learn": arm.learn,
+        "controls": list(arm.controls), "weights": weights,
     }  # fmt: skip
     if not weights:  # else they may lie elsewhere now
         wanted["policies"] = said_policies(arm.policies)
@@ -67,6 +67,6 @@ def check_run(folder: Path, manifest: dict[str, Any], arm: Arm, seed: int) -> No
     if different:
         shown = ", ".join(f"{key} {manifest.get(key)}" if key == "seed" else key for key in different)
         raise ForeignFile(
-            f"{folder / 'manifest.json'}: is of another run ({shown}) than {arm.name}, seed {seed}; remove the folder, "
-            "or name another with --out"
+            f"{folder / 'manifest.json'}: is of another run ({shown}) than {arm.name}, seed {seed}; "
+            "remove the folder, or name another with --out"
         )

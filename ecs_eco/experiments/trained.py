@@ -18,11 +18,11 @@ from ecs_eco.learning.weights import hash_of
 def train_or_find(
     folder: Path, config: WorldConfig, seed: int, ticks: int | None = None, *, verify: bool = True
 ) -> Path:
-    """Return the folder, with <species>.safetensors of this training and its training.json: whole, or not there at all.
+    """Return the folder, with <species>.safetensors and training.json: whole, or not there at all.
 
-    Several processes may train the same at once: the first keeps its place, the others have the same bytes. Without `verify`
-    whatever training is in the folder counts: its name says already what decides. Raises ForeignFile where it holds
-    another training.
+    Several processes may train the same at once: the first keeps its place, the others have the same bytes.
+    Without `verify` whatever training is in the folder counts: its name says already what decides. Raises
+    ForeignFile where it holds another training.
     """
     from ecs_eco.experiments.pretraining import pretrain
 
@@ -44,7 +44,7 @@ def train_or_find(
 def is_trained(
     folder: Path, config: WorldConfig, seed: int, ticks: int | None = None, *, verify: bool = True
 ) -> bool:
-    """Return whether the policies of a training are in a folder. Raises ForeignFile for those of another training."""
+    """Return whether the policies of a training are in a folder. Raises ForeignFile for those of another."""
     path = folder / "training.json"
     if not verify:
         return path.is_file()

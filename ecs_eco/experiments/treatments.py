@@ -1,7 +1,8 @@
 """Treatments: what an arm of a comparison changes in a world. One table of all that have a name.
 
-A treatment may change values of the configuration (`changes.py`), what policies start from, whether they learn, or the
-species as a world is built (`ecs_eco.worlds.treatments`). On the command line they are `--control`.
+A treatment may change values of the configuration (`changes.py`), what policies start from, whether they
+learn, or the species as a world is built (`ecs_eco.worlds.treatments`). On the command line they are
+`--control`.
 """
 
 from __future__ import annotations
@@ -48,7 +49,7 @@ class Treatment:
 
     name: str  # as --control takes it
     summary: str
-    changes: Callable[[WorldConfig], dict[str, Any]] | None = None  # values of the configuration, by dotted key
+    changes: Callable[[WorldConfig], dict[str, Any]] | None = None  # values by dotted key
     assignment: str = ""  # KEY=VALUE, where that is all that it changes
     policies: Any = "trained"  # or a word for all species, or a dict: species → word
     learn: bool | None = None  # whether policies learn in the run; None: as the world says
@@ -62,7 +63,7 @@ class Treatment:
         return self.changes is not None or bool(self.assignment)
 
     def apply_to(self, config: WorldConfig) -> WorldConfig:
-        """Return the configuration under this treatment. Raises NotApplicable; ConfigError for a value that is refused."""
+        """Return the configuration under this treatment. Raises NotApplicable, ConfigError."""
         self.check(config)
         if self.assignment:
             return load(config, [self.assignment])
@@ -94,7 +95,7 @@ def names(config: WorldConfig) -> list[str]:
 
 
 def find(name: str, config: WorldConfig) -> Treatment:
-    """Return the treatment of this name, or of this change: KEY=VALUE. Raises ConfigError that names the nearest."""
+    """Return the treatment of this name, or KEY=VALUE. Raises ConfigError with the nearest name."""
     kind, _, species = name.partition(":")
     one = TREATMENTS[kind] if kind in FOR_ONE_SPECIES else None
     if one is not None and species in species_with_policy(config):

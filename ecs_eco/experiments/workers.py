@@ -37,8 +37,8 @@ def begin_worker() -> None:
 def end_with_parent() -> None:
     """Send this process SIGTERM as soon as the one that started it is gone; to be called as a worker starts.
 
-    A pool's workers wait on a pipe that they hold both ends of: killed from outside, their parent would leave them at
-    work on all that is queued.
+    A pool's workers wait on a pipe that they hold both ends of: killed from outside, their parent would leave
+    them at work on all that is queued.
     """
     parent = multiprocessing.parent_process()
     if parent is None:
@@ -53,7 +53,7 @@ def end_with_parent() -> None:
 
 @contextmanager
 def finishing() -> Iterator[None]:
-    """In a worker that is told to end, let the work within write what it has; KeyboardInterrupt is raised there.
+    """Let the work within write what it has when its worker is told to end: KeyboardInterrupt is raised.
 
     Elsewhere nothing changes: Ctrl-C raises KeyboardInterrupt anyway.
     """

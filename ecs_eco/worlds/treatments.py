@@ -1,7 +1,7 @@
-"""Treatments that are applied as a world is built: something taken from all its species, to see what it contributes.
+"""Treatments that are applied as a world is built: something is taken away, to see what it contributes.
 
-Their names are what `controls=` of a world and "controls" in manifests and checkpoints list; `ecs_eco.experiments.treatments`
-has these and all others.
+Their names are what `controls=` of a world and "controls" in manifests and checkpoints list;
+`ecs_eco.experiments.treatments` has these and all others.
 """
 
 from __future__ import annotations
@@ -22,16 +22,17 @@ def no_reflexes(species: Iterable[Species]) -> None:
 
 
 def neutral_drift(species: Iterable[Species]) -> None:
-    """Genes are inherited, cross and mutate, but are not expressed: all organisms are born with the values of their species."""
+    """Genes are inherited, cross and mutate, but not expressed: all have the values of their species."""
     for heredity in _heredities(species):
         if heredity.layout is not None:
             heredity.expression = False
 
 
 def shuffled_genome(species: Iterable[Species]) -> None:
-    """Genes are expressed, but a newborn's come, as inherited weights do, from any of the living instead of its parents.
+    """Genes and inherited weights of a newborn come from any of the living instead of its parents.
 
-    What keeps its owner alive is still more common among the living; what makes it breed more is not passed on.
+    What keeps its owner alive is still more common among the living; what makes it breed more is not passed
+    on.
     """
     for heredity in _heredities(species):
         heredity.shuffled = True

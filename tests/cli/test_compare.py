@@ -16,7 +16,13 @@ from ecs_eco.engine.errors import FolderInUse
 from ecs_eco.experiments.arm import Arm, arms_of
 from ecs_eco.experiments.plan import plan_of, write_plan
 
-FEW = ["species.grass.count=60", "species.deer.count=12", "species.wolf.count=2", "training.ticks=3", "training.set={}"]
+FEW = [
+    "species.grass.count=60",
+    "species.deer.count=12",
+    "species.wolf.count=2",
+    "training.ticks=3",
+    "training.set={}",
+]
 SET = [word for change in FEW for word in ("--set", change)]
 
 
@@ -34,7 +40,11 @@ def invoke(*arguments: str, code: int = 0) -> str:
 
 def written(folder: Path) -> dict[Path, int]:
     """When each training and each run in a folder ended."""
-    return {p: p.stat().st_mtime_ns for p in folder.rglob("*.json") if p.name in ("training.json", "manifest.json")}
+    return {
+        p: p.stat().st_mtime_ns
+        for p in folder.rglob("*.json")
+        if p.name in ("training.json", "manifest.json")
+    }
 
 
 @pytest.mark.slow
@@ -60,12 +70,18 @@ def test_each_policy_is_trained_once_and_lives_in_every_world_and_nothing_is_don
     after = written(here / "out")
     assert before.items() <= after.items()
     assert "5 of 10 runs are there already." in said
-    policies = {(p.parent.parent.name, json.loads(p.read_text())["seed"]) for p in (here / "out").rglob("training.json")}
+    policies = {
+        (p.parent.parent.name, json.loads(p.read_text())["seed"])
+        for p in (here / "out").rglob("training.json")
+    }
     assert policies == {("world", 1), ("world", 2), ("dt-0.5", 1), ("dt-0.5", 2)}
-    ran = {str(p.parent.relative_to(here / "out")): json.loads(p.read_text()) for p in after if p.name == "manifest.json"}
-    assert set(ran) == {f"{arm}/training-{k}/seed-{w}" for arm in ("world", "dt-0.5") for k in (1, 2) for w in (1, 2)} | {
-        "random-policy/seed-1", "random-policy/seed-2"
-    }  # fmt: skip
+    ran = {
+        str(p.parent.relative_to(here / "out")): json.loads(p.read_text())
+        for p in after
+        if p.name == "manifest.json"
+    }
+    trained = {f"{arm}/training-{k}/seed-{w}" for arm in ("world", "dt-0.5") for k in (1, 2) for w in (1, 2)}
+    assert set(ran) == trained | {"random-policy/seed-1", "random-policy/seed-2"}
     assert ran["dt-0.5/training-2/seed-1"]["policies"] == "out/policies/dt-0.5/seed-2"
     found = json.loads((here / "out" / "compare.json").read_text())["arms"]
     assert found["world"]["crossed"]["training_seeds"] == found["world"]["crossed"]["world_seeds"] == [1, 2]
@@ -89,7 +105,9 @@ def test_a_folder_is_gone_on_with_by_the_same_comparison_alone(here: Path) -> No
         assert claim.path == out  # another control may be added
     write_plan(out, more)
     assert set(json.loads((out / "plan.json").read_text())["arms"]) == {"world", "random-policy", "learning"}
-    said = invoke("--training-seeds", "2", "--ticks", "11", "--set", "species.deer.count=9", "--out", "out", code=2)
+    said = invoke(
+        "--training-seeds", "2", "--ticks", "11", "--set", "species.deer.count=9", "--out", "out", code=2
+    )
     assert "holds another comparison: ticks, the arm world" in said
     (out / "plan.json").write_text("[")
     assert "holds another comparison: plan.json differs" in invoke("--ticks", "11", "--out", "out", code=2)

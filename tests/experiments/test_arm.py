@@ -8,7 +8,9 @@ from ecs_eco.experiments.arm import arms_of
 
 
 def test_each_treatment_is_an_arm_of_its_own() -> None:
-    arms = arms_of("predator-prey", ["seed=4"], ["random-policy", "species.deer.emits.deer_smell=0", "no-wolf"])
+    arms = arms_of(
+        "predator-prey", ["seed=4"], ["random-policy", "species.deer.emits.deer_smell=0", "no-wolf"]
+    )
     assert [(a.name, a.policies) for a in arms] == [
         ("world", "trained"), ("random-policy", "random"), ("species.deer.emits.deer_smell-0", "trained"),
         ("no-wolf", "trained"),
@@ -30,4 +32,7 @@ def test_a_treatment_may_concern_one_species_or_learning_or_how_a_world_is_built
 def test_which_policies_an_arm_runs_with() -> None:
     arms = arms_of("predator-prey", [], ["random-policy", "random-policy:deer", "species.deer.count=50"])
     assert [arm.trained_species for arm in arms] == [["deer", "wolf"], [], ["wolf"], ["deer", "wolf"]]
-    assert [arm.with_policies(Path("p")).policies for arm in arms[2:]] == [{"deer": "random", "wolf": "p"}, "p"]
+    assert [arm.with_policies(Path("p")).policies for arm in arms[2:]] == [
+        {"deer": "random", "wolf": "p"},
+        "p",
+    ]

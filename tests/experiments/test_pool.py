@@ -34,7 +34,10 @@ def test_one_worker_begins_a_job_once_the_one_before_was_handed_out() -> None:
 
 def test_several_workers_are_processes_of_one_thread_each() -> None:
     with Pool(2) as pool:
-        jobs = {"pid": ("__import__('os').getpid()",), "threads": ("__import__('os').environ['OMP_NUM_THREADS']",)}
+        jobs = {
+            "pid": ("__import__('os').getpid()",),
+            "threads": ("__import__('os').environ['OMP_NUM_THREADS']",),
+        }
         results = {key: future.result() for key, future in pool.completed(eval, jobs)}
     assert results["pid"] != os.getpid()
     assert results["threads"] == "1"

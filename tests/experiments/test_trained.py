@@ -12,7 +12,13 @@ from ecs_eco.engine.errors import ForeignFile
 from ecs_eco.experiments import pretraining
 from ecs_eco.experiments.trained import is_trained, train_or_find
 
-FEW = {"species.grass.count": 60, "species.deer.count": 12, "species.wolf.count": 2, "training.ticks": 3, "training.set": {}}
+FEW = {
+    "species.grass.count": 60,
+    "species.deer.count": 12,
+    "species.wolf.count": 2,
+    "training.ticks": 3,
+    "training.set": {},
+}
 
 
 @pytest.fixture
@@ -64,7 +70,9 @@ def test_of_two_processes_that_train_the_same_the_first_keeps_its_place(
     assert [path.name for path in tmp_path.iterdir()] == ["seed-1"]
 
 
-def test_a_training_that_fails_leaves_nothing(config, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_training_that_fails_leaves_nothing(
+    config, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     def fail(*_: Any, out: Path, **__: Any) -> None:
         out.mkdir()
         raise OSError("no space")

@@ -17,7 +17,12 @@ from ecs_eco.experiments.treatments import TREATMENTS, find
 from ecs_eco.view.inspect import state_of
 from ecs_eco.worlds import treatments as at_build
 
-SMALL = {"species.phytoplankton.count": 60, "species.copepod.count": 20, "species.krill.count": 6, "space.size": [16.0, 16.0, 16.0]}
+SMALL = {
+    "species.phytoplankton.count": 60,
+    "species.copepod.count": 20,
+    "species.krill.count": 6,
+    "space.size": [16.0, 16.0, 16.0],
+}
 
 
 def treated(config: WorldConfig, name: str) -> WorldConfig:
@@ -90,7 +95,9 @@ def compare(*words: str) -> str:
         (["predator-prey", "--control", "inverted-light"], "there is no sun"),
     ],
 )
-def test_what_a_world_has_nothing_for_is_refused(words: list[str], said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_a_world_has_nothing_for_is_refused(
+    words: list[str], said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.chdir(tmp_path)
     assert said in compare(*words)
 
@@ -98,7 +105,10 @@ def test_what_a_world_has_nothing_for_is_refused(words: list[str], said: str, tm
 def test_which_policies_a_world_with_other_values_runs_with():
     arms = arms_of("diel-migration", [], ["no-krill", "random-policy"])
     check_training(arms, 2, retrain=True)
-    anew, same = (Comparison(Path("out"), arms, 10, [1], [1, 2], retrain).policies_in_words() for retrain in (True, False))
+    anew, same = (
+        Comparison(Path("out"), arms, 10, [1], [1, 2], retrain).policies_in_words()
+        for retrain in (True, False)
+    )
     assert anew["no-krill"] == "policies trained anew under its own values, from 2 training seeds"
     assert same["no-krill"].endswith("the same as the first arm, from 2 training seeds")
     bundled = Comparison(Path("out"), arms, 10, [1]).policies_in_words()

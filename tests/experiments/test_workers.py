@@ -61,7 +61,9 @@ def until(condition, seconds: float) -> bool:
     return False
 
 
-def test_processes_have_one_thread_each_and_the_own_one_keeps_its_own(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_processes_have_one_thread_each_and_the_own_one_keeps_its_own(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     monkeypatch.setenv("OMP_NUM_THREADS", "3")
     monkeypatch.delenv("MKL_NUM_THREADS", raising=False)
     with one_thread_each():
