@@ -73,13 +73,15 @@ class Columns:
     __slots__ = ("__dict__",)
 
     def __setattr__(self, name: str, value: Any) -> None:
-        """Replace a column; raises ValueError for one of another type or shape, or with fewer rows: kernels rely on them."""
+        """Replace a column; raises ValueError for one of another type, shape or layout, or with fewer rows: kernels rely on them."""
         old = self.__dict__.get(name)
         if old is not None and value is not old:
             found = getattr(value, "dtype", type(value).__name__), getattr(value, "shape", ())
             if found[0] != old.dtype or found[1][1:] != old.shape[1:] or not found[1] or found[1][0] < old.shape[0]:
                 raise ValueError(f"column {name} is {old.dtype}{list(old.shape)} and cannot become {found[0]}{list(found[1])}; "
                                  f"write into it: {name}[rows] = …")
+            if isinstance(value, np.ndarray) and not value.flags.c_contiguous:
+                raise ValueError(f"column {name} cannot become an array with gaps between its rows; write into it: {name}[rows] = …")
         self.__dict__[name] = value
 
 

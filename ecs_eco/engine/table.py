@@ -249,15 +249,15 @@ def _vacate(rows, alive, uid, cause, killer, high):
 
 
 @njit
-def any_outside(alive, column, low, high):
-    """Return whether a value of the living is not from low to high, or no number: column [rows], or [rows, k]."""
-    found = False
-    if column.ndim == 1:
-        for row in range(alive.size):  # without branches: this becomes vector code
-            found |= alive[row] & ~((column[row] >= low) & (column[row] <= high))
-    else:
-        for row in range(alive.size):
-            if alive[row]:
-                for i in range(column.shape[1]):
-                    found |= not ((column[row, i] >= low) & (column[row, i] <= high))
-    return found
+def first_outside(columns, start, n, each, low, high):
+    """Return the first of some flat columns, from number `start` on, of which not all are from low to high; -1 for none.
+
+    Of column k the first n * each[k] values count, whoever they belong to: dead rows too.
+    """
+    for k in range(start, len(columns)):
+        column, least, most, found = columns[k], low[k], high[k], False
+        for i in range(n * each[k]):  # without branches: this becomes vector code
+            found |= not ((column[i] >= least) & (column[i] <= most))
+        if found:
+            return k
+    return -1

@@ -52,7 +52,7 @@ class Fitted:
         forward(np.ascontiguousarray(x, np.float32), np.array(self.sizes), np.ascontiguousarray(weights, np.float32), out)
         if self.kind == "happiness":
             return out[:, 0]
-        return (out.reshape(len(x), -1, 3).argmax(axis=2) - 1).astype(np.int8)
+        return (out.reshape(len(x), self.sizes[-1] // 3, 3).argmax(axis=2) - 1).astype(np.int8)
 
     def with_weights(self, weights: np.ndarray) -> Fitted:
         """Return a network of the same form with other weights f32[size]; raises ValueError for another number of them."""

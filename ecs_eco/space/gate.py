@@ -1,8 +1,8 @@
 """The gate: what comes into a world from outside is a finite number within its limits, is brought there, or is refused by name.
 
-Outside is all that no system of a tick wrote: what is spawned, what was written to columns and handles between ticks, checkpoints,
-interventions. A place beyond the edge of a torus is brought back around it, one on a wall to just before it. Within a tick nothing
-is looked at: kernels keep to their arrays whatever the numbers are, and the debug mode says which system wrote them.
+Outside is all that no system of a tick wrote: what is spawned, what was written to columns, handles, fields and ground between
+ticks, checkpoints, interventions. A place beyond the edge of a torus is brought back around it, one on a wall to just before it.
+Within a tick nothing is looked at: kernels keep to their arrays whatever the numbers are, and the debug mode says which system wrote them.
 """
 
 import math
@@ -11,13 +11,15 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from ecs_eco.engine.table import any_outside
+from ecs_eco.engine.table import first_outside
+from ecs_eco.space.check_surroundings import check_surroundings
 from ecs_eco.space.geometry import back_into
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
 
 FURTHEST = 1000  # lengths of the world from which a place is brought back around a torus: float32 still tells places apart there
+WIDTH = 8  # columns of a group: more would save little, and be empty in small tables
 
 
 class Limits(NamedTuple):
@@ -69,13 +71,47 @@ class Limits(NamedTuple):
             raise ValueError(f"{whose.format(int(rows[0]))}: {self.name} is {value}{more}; allowed: {self.allowed}")
 
 
+class Group(NamedTuple):
+    """Limits of up to WIDTH columns of one type, looked at in one call; the rest of a group repeats the first, with no values."""
+
+    limits: list[Limits]
+    each: np.ndarray  # i64[k] values of one organism
+    low: np.ndarray  # [k]
+    high: np.ndarray  # [k]
+
+
+class _Known(NamedTuple):
+    key: tuple[Any, ...]  # what limits follow from
+    limits: list[Limits]
+    groups: list[Group]
+
+
 def limits_of(world: Any, table: "Table", heavy: bool = False) -> list[Limits]:
     """Return the limits of a table's fields; of heavy ones too where asked for."""
-    key = (heavy, *table.columns, *table.dims.values())
+    return _known(world, table, heavy).limits
+
+
+def _known(world: Any, table: "Table", heavy: bool) -> _Known:
+    key = (*table.columns, *table.dims.values())
     known = table.limits.get(heavy)
-    if known is None or known[0] != key:
-        known = table.limits[heavy] = (key, list(_limits(world, table, heavy)))
-    return known[1]
+    if known is None or known.key != key:
+        limits = list(_limits(world, table, heavy))
+        known = table.limits[heavy] = _Known(key, limits, list(_groups(table, limits)))
+    return known
+
+
+def _groups(table: "Table", limits: list[Limits]) -> Iterator[Group]:
+    """Yield limits by type; groups of all tables have one size, so that their kernel is compiled once."""
+    for dtype in dict.fromkeys(one.low.dtype for one in limits):
+        same = [one for one in limits if one.low.dtype == dtype]
+        for at in range(0, len(same), WIDTH):
+            group = same[at : at + WIDTH]
+            each = [math.prod(table.field(one.component, one.field).shape[1:]) for one in group]
+            if len(same) > 1:
+                each += [0] * (WIDTH - len(group))
+                group += group[:1] * (WIDTH - len(group))
+            low, high = (np.array([getattr(one, end) for one in group], dtype) for end in ("low", "high"))
+            yield Group(group, np.array(each, np.int64), low, high)
 
 
 def _limits(world: Any, table: "Table", heavy: bool) -> Iterator[Limits]:
@@ -97,10 +133,13 @@ def _limits(world: Any, table: "Table", heavy: bool) -> Iterator[Limits]:
 
 
 def admit(world: Any, refuse: bool = True) -> None:
-    """Bring back or refuse what was written to the columns of the living, and asked for as newborn, since the last tick.
+    """Bring back or refuse what was written to the columns of the living, to fields, ground and ambient values, and asked for as
+    newborn, since the last tick.
 
     Raises ValueError that names the organism, the field, the value and the limits; nothing where the debug mode is to say so.
     """
+    if refuse:
+        check_surroundings(world)
     for table in world.tables.values():
         if table.n:
             _admit_living(world, table, refuse)
@@ -109,23 +148,26 @@ def admit(world: Any, refuse: bool = True) -> None:
 
 
 def _admit_living(world: Any, table: "Table", refuse: bool) -> None:
-    alive = table.alive[: table.high]
-    for limits in limits_of(world, table):
-        column = getattr(table.columns[limits.component], limits.field)
-        flat = column if column.ndim == 1 else column.reshape(len(column), math.prod(column.shape[1:]))
-        if any_outside(alive, flat, limits.low, limits.high):
-            rows = table.rows()
-            values = column[rows]
-            if limits.length:
-                values = column[rows] = limits.brought_back(values)
-                table.version += 1
-            if refuse and (wrong := limits.outside(values)).any():
-                rows, values = rows[wrong], values[wrong]
-                limits.refuse(f"{table.name}, uid {int(table.uid[rows[0]])}", values)
+    for group in _known(world, table, heavy=False).groups:
+        arrays = [getattr(table.columns[limits.component], limits.field) for limits in group.limits]
+        flat, at = tuple([array if array.ndim == 1 else array.reshape(-1) for array in arrays]), -1
+        while (at := first_outside(flat, at + 1, table.high, group.each, group.low, group.high)) >= 0:
+            _admit_column(table, group.limits[at], arrays[at], refuse)
     if refuse and table.cause[: table.high].max(initial=0) > len(world.causes):
         row = int(np.flatnonzero(table.cause > len(world.causes))[0])
         raise ValueError(f"{table.name}, uid {int(table.uid[row])}: cause of death {int(table.cause[row])}; allowed: 0 to "
                          f"{len(world.causes)}, as world.cause(name) gives them")
+
+
+def _admit_column(table: "Table", limits: Limits, column: np.ndarray, refuse: bool) -> None:
+    rows = table.rows()
+    wrong = limits.outside(column[rows])
+    if wrong.any() and limits.length:
+        column[rows] = limits.brought_back(column[rows])
+        table.version += 1
+        wrong = limits.outside(column[rows])
+    if wrong.any() and refuse:
+        limits.refuse(f"{table.name}, uid {int(table.uid[rows[wrong][0]])}", column[rows[wrong]])
 
 
 def newborn(world: Any, table: "Table", values: Mapping[tuple[type, str], Any], whose: str) -> dict[tuple[type, str], np.ndarray]:

@@ -26,6 +26,7 @@ class Terrain:
                  lakes: Sequence[Mapping[str, Any]] = (), slope_cost: float = 1.0) -> None:
         nx, ny = max(1, round(space.size[0] / cell)), max(1, round(space.size[1] / cell))
         self.space, self.slope_cost = space, float(slope_cost)
+        self.shape = (ny, nx)
         self.height = np.zeros((ny, nx), np.float32)
         self.ground = np.zeros((ny, nx), np.uint8)
         self.inverse = np.array([nx / space.size[0], ny / space.size[1]], np.float32)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import random
+import re
 import tempfile
 import traceback
 import warnings
@@ -14,12 +15,16 @@ from typing import Any
 import numpy as np
 
 from studies.common.fuzz.mutations import guarded, parsed, sources
+from studies.common.kernels import kernels, reached
+from studies.common.wild_kernels import call_others
 
 TICKS = 2  # after the numbers were changed
 FEW, HORIZON, HIDDEN = 9, 3, 8  # organisms of a species, ticks of a rollout, units of a layer
+FLOCKS = {"flock": ("ripe",), "choosy-flock": ("ripe", "young", "span")}  # and the genes that they lack
 WAYS = ("columns", "spawn", "within a tick", "checkpoint")
 PHASES = ("environment", "sense", "feel", "learn", "decide", "move", "interact", "metabolise", "die", "reproduce", "record")
 FAILURES = ("out of bounds", "crash", "hang", "traceback", "refused without a place")
+PLACES = ("uid ", "spawn", "field '", "terrain: ", "ambient[")  # that a refusal names
 OWN = ("cause", "born", "killer", "uid")
 FLOATS = [np.nan, np.inf, -np.inf, 0.0, -0.0, 1e-45, -1e-45, 1e-38, 1e38, -1e38, 3.4028235e38, -3.4028235e38, 1e30, 1e9, -1e9, 1.0, -1.0, -500.0, 0.5,
           16_777_217.0, 2147483648.0, 9.3e18, 1.9e19, -2147483649.0]  # fmt: skip
@@ -29,14 +34,16 @@ def tried(case: dict[str, Any], states: int) -> dict[str, Any]:
     """What became of some states of one world, counted by way and kind; the failures in full."""
     warm(case["source"])
     items = [(case["source"], case["seed"] * 1_000_000 + i) for i in range(states)]
+    run = set(reached())
     counts: dict[str, dict[str, int]] = {way: {} for way in WAYS}
     failures = []
     for item, found in zip(items, guarded(judge, items, seconds=60.0), strict=True):
         way = way_of(item[1])
         counts[way][found["kind"]] = counts[way].get(found["kind"], 0) + 1
+        run |= set(found.pop("kernels", ()))
         if found["kind"] in FAILURES:
             failures.append({"item": list(item), "way": way, **found})
-    return {"states": states, "kinds": counts, "failures": failures}
+    return {"states": states, "kinds": counts, "failures": failures, "kernels": sorted(run)}
 
 
 @cache
@@ -44,7 +51,7 @@ def config_of(source: str) -> Any:
     """A world's configuration in little: few organisms, short rollouts, small networks, all policies learning."""
     from ecs_eco.config import load
 
-    data = parsed(sources()[source][0])
+    data = _flock(source) if source in FLOCKS else parsed(sources()[source][0])
     data.pop("interventions", None)
     for kind in [*data["species"].values(), *data.get("objects", {}).values()]:
         if kind.get("count", 0) > FEW:
@@ -59,16 +66,37 @@ def config_of(source: str) -> Any:
     return load(data)
 
 
+def _flock(source: str) -> dict[str, Any]:
+    """The herd in a small pen, where all meet and breed, with other operators; who choose by a rule of their own have no genes for it."""
+    data = parsed(sources()["herd"][0])
+    data["space"]["size"] = [12.0, 12.0]
+    goat = data["species"]["goat"]
+    goat["reproduction"] |= {"age_min": 0.0, "energy_min": 0.2, "energy_given": 0.05, "reach": 6.0, "consent": "none", "gestation": 1.0, "rest": 0.0}
+    goat["actions"]["mate"], goat["automatic"] = ["mate"], ["eat"]
+    goat["genome"]["mate"], goat["genome"]["mutate"] = {"operator": "cxUniform", "indpb": 0.3}, {"operator": "mutShuffleIndexes", "indpb": 0.02}
+    goat["genome"]["genes"] = [gene for gene in goat["genome"]["genes"] if gene["name"] not in FLOCKS[source]]
+    return data
+
+
 def warm(source: str) -> None:
     """Compile all that a world calls in this process, so that children find it."""
-    fresh(source).run(HORIZON + TICKS)
+    world, chance = fresh(source).run(HORIZON + TICKS), random.Random(0)
+    with np.errstate(all="ignore"):
+        call_others(world, chance, _odd(world, chance))
 
 
 def fresh(source: str) -> Any:
     """A new world in little that has lived for some ticks."""
     from ecs_eco import World
 
-    return World.from_config(config_of(source), policies="untrained").run(HORIZON - 1)
+    world = World.from_config(config_of(source), policies="untrained")
+    if source == "choosy-flock":
+        world.tables["goat"].species.heredity.operators.toolbox.register("select_mate", _last)
+    return world.run(HORIZON - 1)
+
+
+def _last(me: int, suitors: list[int], *_: Any) -> int:
+    return suitors[-1]
 
 
 @cache
@@ -77,7 +105,8 @@ def _kept(source: str) -> list[Any]:
 
     world = fresh(source)
     meta, arrays = frozen.freeze(world)
-    return [world, copy.deepcopy(meta), copy.deepcopy(arrays)]
+    ground = None if world.terrain is None else (world.terrain.height.copy(), world.terrain.ground.copy())  # no checkpoint has them
+    return [world, copy.deepcopy(meta), copy.deepcopy(arrays), ground]
 
 
 def _world(source: str) -> Any:
@@ -88,6 +117,8 @@ def _world(source: str) -> Any:
     if kept[0] is None:
         kept[0] = fresh(source)
     frozen.load(kept[0], copy.deepcopy(kept[1]), copy.deepcopy(kept[2]), "memory")
+    if kept[3] is not None:
+        kept[0].terrain.height[...], kept[0].terrain.ground[...] = kept[3]
     return kept[0]
 
 
@@ -97,7 +128,17 @@ def way_of(seed: int) -> str:
 
 
 def judge(item: tuple[str, int]) -> dict[str, Any]:
-    """What becomes of one state."""
+    """What becomes of one state, and with it the kernels that were not there before."""
+    before = _called()
+    found = _judge(item)
+    return found if _called() == before else found | {"kernels": sorted(reached())}
+
+
+def _called() -> int:
+    return sum(bool(kernel.signatures) for kernel in kernels().values())
+
+
+def _judge(item: tuple[str, int]) -> dict[str, Any]:
     source, seed = item
     chance, way = random.Random(seed), way_of(seed)
     with warnings.catch_warnings(), np.errstate(all="ignore"):
@@ -107,6 +148,7 @@ def judge(item: tuple[str, int]) -> dict[str, Any]:
             _empty(world, chance)
             {"columns": columns, "spawn": spawn, "within a tick": within, "checkpoint": checkpoint}[way](world, chance)
             world.run(TICKS)
+            call_others(world, chance, _odd(world, chance))
             return {"kind": "ran"}
         except Exception as error:
             found = _kind(error, way)
@@ -125,8 +167,8 @@ def _kind(error: Exception, way: str) -> dict[str, Any]:
         return {"kind": "out of bounds", "said": traceback.format_exc()[-1500:]}
     if isinstance(error, CheckpointError):
         return {"kind": "refused" if ".safetensors" in said else "refused without a place", "said": said}
-    if isinstance(error, ValueError) and "allowed" in said and ("uid " in said or "spawn" in said):
-        return {"kind": "refused" if "." in said else "refused without a place", "said": said}
+    if isinstance(error, ValueError) and "allowed" in said and any(place in said for place in PLACES):
+        return {"kind": "refused" if re.search(r"\w\.\w+ is|cause of death|(value|height|ground|source|\]) is", said) else "refused without a place", "said": said}
     if isinstance(error, FloatingPointError):
         return {"kind": "no finite number, and said so", "said": said}
     if way == "within a tick" and isinstance(error, ValueError | OverflowError | ZeroDivisionError | ArithmeticError):
@@ -160,6 +202,10 @@ def wild(dtype: np.dtype, shape: tuple[int, ...], chance: random.Random, size: f
     return np.array([one() for _ in range(int(np.prod(shape)))]).astype(dtype).reshape(shape)
 
 
+def _odd(world: Any, chance: random.Random) -> Any:
+    return lambda dtype, shape: wild(np.dtype(dtype), shape, chance, float(max(world.space.size)))
+
+
 def columns(world: Any, chance: random.Random) -> None:
     """Write to columns of the living between ticks."""
     poke(world, chance, own=False)
@@ -182,12 +228,15 @@ def poke(world: Any, chance: random.Random, own: bool) -> None:
             array = held[field]
         array[rows] = wild(np.dtype(array.dtype), (rows.size, *array.shape[1:]), chance, size)
         table.version += 1
-    if own and world.fields and chance.random() < 0.2:
-        value = chance.choice(list(world.fields.values())).value
+    if world.fields and chance.random() < 0.2:
+        field = chance.choice(list(world.fields.values()))
+        value = chance.choice((field.value, field.source))
         value[...] = wild(value.dtype, value.shape, chance, size)
-    if own and world.terrain is not None and chance.random() < 0.2:
+    if world.terrain is not None and chance.random() < 0.2:
         ground = chance.choice((world.terrain.height, world.terrain.ground))
         ground[...] = wild(ground.dtype, ground.shape, chance, size)
+    if chance.random() < 0.1:
+        world.ambient[chance.choice(list(world.ambient))] = chance.choice(FLOATS)
 
 
 def spawn(world: Any, chance: random.Random) -> None:
@@ -213,6 +262,7 @@ def within(world: Any, chance: random.Random) -> None:
     class Poke(esper.Processor):
         def process(self, *_: Any) -> None:
             poke(world, chance, own=True)
+            call_others(world, chance, _odd(world, chance))
 
     phase = PHASES.index(chance.choice(PHASES))
     with _Inside(world._context):

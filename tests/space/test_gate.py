@@ -5,7 +5,8 @@ import pytest
 
 from ecs_eco import System, World
 from ecs_eco.components import Biology, Body, Metabolism, Position
-from ecs_eco.engine.schema import component, f32
+from ecs_eco.engine.schema import component, f32, f64, i16
+from ecs_eco.space.gate import limits_of
 from ecs_eco.systems import Move
 
 F = np.float32
@@ -144,6 +145,55 @@ def test_a_column_is_not_replaced_by_one_of_another_type_or_shape():
     p.x += 1
     p.x = p.x * 2
     assert p.x[0] == 2.0
+
+
+def test_a_column_is_not_replaced_by_one_with_gaps():
+    world = _world()
+    with pytest.raises(ValueError, match=r"column x cannot become an array with gaps between its rows; write into it: x\[rows\] = …"):
+        world.tables["moss"][Position].x = np.zeros(128, F)[::2]
+
+
+def test_dead_rows_that_hold_anything_hide_nothing():
+    world = _world()
+    world.spawn("moss", n=5)
+    world.run(1)
+    table = world.tables["moss"]
+    world.kill(2)
+    world.flush()
+    table[Position].x[1] = table[Metabolism].energy[1] = np.nan
+    assert world.run(1).tick == 2
+    table[Position].x[3], table[Metabolism].energy[2] = 105.0, np.inf
+    with pytest.raises(ValueError, match=r"moss, uid 3: Metabolism\.energy is inf"):
+        world.run(1)
+    assert table[Position].x[3] == 5.0
+    assert np.isnan(table[Position].x[1])
+
+
+def test_all_limits_of_a_table_are_looked_at_whatever_the_types_and_sizes():
+    @component
+    class Rich:
+        a: f32[3] = 0.0
+        b: f64 = 0.0
+        c: i16.within(-3, 3) = 0
+        d: f32 = 0.0
+        e: f32[2, 2].within(0, 9) = 1.0
+
+    world = World((9.0, 9.0))
+    world.add_table("moss", Position, Body, Metabolism, Rich)
+    world.spawn("moss", n=7)
+    world.run(1)
+    table, refused = world.tables["moss"], 0
+    for limits in limits_of(world, table):
+        column = table.field(limits.component, limits.field)
+        for row in (0, 6):
+            at = (row, *(k - 1 for k in column.shape[1:]))
+            before, column[at] = column[at], np.nan if column.dtype.kind == "f" else 4
+            with pytest.raises(ValueError, match=rf"moss, uid {row + 1}: {limits.name} is"):
+                world.run(1)
+            column[at] = before
+            refused += 1
+    assert refused == 2 * (4 + 2 + 5 + 5)
+    assert world.run(1).tick == 2
 
 
 def test_a_parent_that_is_no_uid_is_refused():

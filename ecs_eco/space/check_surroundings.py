@@ -1,0 +1,45 @@
+"""Whether what lies around the organisms is sound: fields, ground and ambient values, which may be written between ticks."""
+
+from typing import Any
+
+import numpy as np
+
+from ecs_eco.engine.table import first_outside
+from ecs_eco.space.terrain import FENCE
+
+ONE = np.ones(1, np.int64)
+MOST = float(np.finfo(np.float32).max)
+FINITE = np.array([-MOST], np.float32), np.array([MOST], np.float32)
+GROUND = np.zeros(1, np.uint8), np.array([FENCE], np.uint8)
+AMBIENT = ("temperature", "pressure", "light")
+
+
+def check_surroundings(world: Any) -> None:
+    """Raise ValueError that names the field, the ground or the ambient value that no kernel could work with."""
+    for name, field in world.fields.items():
+        _check_form(f"field {name!r}: source", field.source, field.shape[::-1], np.float32)
+        _check_map(f"field {name!r}: value", field.value, field.shape[::-1], FINITE, "finite numbers")
+    if world.terrain is not None:
+        shape = world.terrain.shape
+        _check_map("terrain: height", world.terrain.height, shape, FINITE, "finite numbers [m]")
+        _check_map("terrain: ground", world.terrain.ground, shape, GROUND, "0 open, 1 water, 2 rock, 3 fence")
+    for quantity, value in world.ambient.items():
+        if not isinstance(value, int | float | np.floating | np.integer) or not -MOST <= float(value) <= MOST:
+            raise ValueError(f"ambient[{quantity!r}] is {value!r}; allowed: finite numbers")
+    for quantity in AMBIENT:
+        if quantity not in world.ambient:
+            raise ValueError(f"ambient has no {quantity!r}; it needs {', '.join(AMBIENT)}")
+
+
+def _check_map(name: str, values: np.ndarray, shape: tuple[int, ...], limits: tuple[np.ndarray, np.ndarray], allowed: str) -> None:
+    low, high = limits
+    _check_form(name, values, shape, low.dtype)
+    if first_outside((values.reshape(-1),), 0, values.size, ONE, low, high) >= 0:
+        cell = tuple(int(i) for i in np.argwhere(~((values >= low[0]) & (values <= high[0])))[0])
+        raise ValueError(f"{name} is {values[cell]} in the cell {cell}; allowed: {allowed}")
+
+
+def _check_form(name: str, values: Any, shape: tuple[int, ...], dtype: Any) -> None:
+    if getattr(values, "dtype", None) != dtype or values.shape != shape or not values.flags.c_contiguous:
+        found = f"{values.dtype}{list(values.shape)}" if isinstance(values, np.ndarray) else repr(values)
+        raise ValueError(f"{name} is {found}; allowed: {np.dtype(dtype)}{list(shape)} without gaps; write into it: [...] = …")

@@ -1,0 +1,39 @@
+"""Which kernels there are in the package, and which of them have run in this process."""
+
+from __future__ import annotations
+
+import importlib
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import ecs_eco
+
+OWN = ("jit.py", "kernel_cache.py", "__init__.py", "__main__.py")  # speak of njit, and have no kernels
+
+
+@cache
+def kernels() -> dict[str, Any]:
+    """All compiled functions of the package, by module and name."""
+    from numba.core.dispatcher import Dispatcher
+
+    root, found = Path(ecs_eco.__file__).parent, {}
+    for path in sorted(root.rglob("*.py")):
+        if "njit" in path.read_text(encoding="utf-8") and path.name not in OWN:
+            name = ".".join(path.relative_to(root).with_suffix("").parts)
+            held = vars(importlib.import_module(f"ecs_eco.{name}"))
+            found |= {f"{name}.{word}": one for word, one in held.items() if isinstance(one, Dispatcher) and one.__module__ == f"ecs_eco.{name}"}
+    return found
+
+
+def reached() -> set[str]:
+    """The kernels that were called, and those that these call: a kernel from the cache on disk brings them along."""
+    called = [one for one in kernels().values() if one.signatures]
+    names, seen = {id(one): name for name, one in kernels().items()}, set()
+    while called:
+        one = called.pop()
+        if id(one) in names and names[id(one)] not in seen:
+            seen.add(names[id(one)])
+            held = one.py_func.__globals__
+            called += [held[word] for word in one.py_func.__code__.co_names if hasattr(held.get(word), "py_func")]
+    return seen
