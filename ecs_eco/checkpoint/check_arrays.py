@@ -12,6 +12,7 @@ from ecs_eco.space import gate
 Arrays = Mapping[str, np.ndarray]
 OWN = {"row": np.int64, "uid": np.uint64, "born": np.int64, "cause": np.uint8, "killer": np.uint64}
 MOST_ROWS = 1 << 31
+COUNTERS = ("learner.steps", "learner.updates")
 
 
 class ArrayChecks:
@@ -24,6 +25,9 @@ class ArrayChecks:
         uids = np.sort(np.concatenate([np.zeros(0, np.uint64), *seen]))
         if (again := np.flatnonzero(uids[1:] == uids[:-1])).size:
             self.fail(f"uid {uids[again[0]]} lives twice; a uid is given once")
+        for name, array in arrays.items():
+            if name.endswith(COUNTERS):
+                self.counter(name, array)
         for name, field in world.fields.items():
             value = self.array(f"field/{name}", field.value.dtype, field.value.shape)
             if not np.isfinite(value).all():
@@ -45,7 +49,7 @@ class ArrayChecks:
     def clock(self) -> None:
         """Check the clock, the causes of death and the surroundings."""
         clock, causes, ambient = self.meta["clock"], self.meta["causes"], self.meta["ambient"]
-        for key, least, most in (("tick", 0, 2**62), ("next_uid", 1, 2**63), ("seed", -(2**64), 2**64)):
+        for key, least, most in (("tick", 0, 2**62), ("next_uid", 1, 2**62), ("seed", -(2**64), 2**64)):
             if type(clock[key]) is not int or not least <= clock[key] <= most:
                 self.fail(f"clock.{key} is {clock[key]!r}; allowed: a whole number, at least {least}")
         if not all(isinstance(c, str) for c in causes) or len(causes) > 255 or len(set(causes)) < len(causes):
@@ -81,6 +85,12 @@ class ArrayChecks:
         wrong = [v for v in (values.min(), values.max()) if not least <= int(v) <= most] if values.size else []
         if wrong:
             self.fail(f"the part {part!r} holds {wrong[0]}; allowed: {least} to {most}")
+
+    def counter(self, part: str, array: np.ndarray) -> None:
+        """Check one whole number that is counted up."""
+        if array.dtype.kind not in "iu" or array.size != 1:
+            self.fail(f"the part {part!r} is {array.dtype}{list(array.shape)}; allowed: one whole number")
+        self.range(part, array, 0, 2**53)
 
     def limits(self, table: Any, prefix: str, whose: str, uid: np.ndarray | None = None) -> None:
         """Check that the fields in the file are within the limits that the gate sets to what comes from outside."""

@@ -62,6 +62,7 @@ CASES = {
     "a uid of two tables": (_put("table/deer/uid", 3, 0), "uid 3 lives twice"),
     "no uid": (_put("table/moss/uid", 0, 0), "'table/moss/uid' holds 0; allowed: 1 to 5"),
     "a uid to come": (_clock("next_uid", 3), "'table/moss/uid' holds 3; allowed: 1 to 2|'table/deer/uid' holds 5"),
+    "a uid that the next ones would not fit behind": (_clock("next_uid", 2**63), r"clock\.next_uid is 9223372036854775808"),
     "a birth to come": (_put("table/moss/born", 5, 0), "'table/moss/born' holds 5"),
     "an unknown cause": (_put("table/moss/cause", 9, 0), "'table/moss/cause' holds 9; allowed: 0 to 1"),
     "a tick before the start": (_clock("tick", -1), r"clock\.tick is -1"),
@@ -109,4 +110,16 @@ def test_a_part_that_cannot_take_its_state_is_named(tmp_path):
     part = next(k for k in frozen.freeze(world)[1] if k.endswith("rollout.last"))
     path = _changed(world, tmp_path / "odd.safetensors", _put(part, 10**6))
     with pytest.raises(CheckpointError, match=r"odd\.safetensors: table/.*nerves cannot take what it holds: last of the rollout"):
+        world.load(path)
+
+
+@pytest.mark.parametrize(("value", "message"), [
+    (np.array(-1), "holds -1; allowed: 0 to"), (np.array(2**63 - 1), "holds 9223372036854775807; allowed: 0 to"),
+    (np.array(np.nan), r"is float64\[\]; allowed: one whole number"), (np.zeros(2, int), r"is int64\[2\]; allowed: one whole number"),
+])  # fmt: skip
+def test_the_steps_of_a_learner_are_a_number_that_can_be_counted_on(value, message, tmp_path):
+    world = World.from_config("predator-prey", policies="untrained", learn=True).run(2)
+    part = next(k for k in frozen.freeze(world)[1] if k.endswith("learner.steps"))
+    path = _changed(world, tmp_path / "odd.safetensors", _replace(part, value))
+    with pytest.raises(CheckpointError, match=rf"odd\.safetensors: the part 'table/.*learner\.steps' {message}"):
         world.load(path)

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from ecs_eco.genomes import Gene, Layout, fit_network
+from ecs_eco.genomes.fit import Fitted
 
 LOW, HIGH = [0.0, 0.0, 0.0], [1.0, 50.0, 1.0]  # energy, depth [m], oxygen
 
@@ -105,3 +106,9 @@ def test_wrong_numbers_of_readings_and_weights_are_refused(diver) -> None:
         diver(np.zeros((4, 2), np.float32))
     with pytest.raises(ValueError, match=r"allowed is \(217,\)"):
         diver.with_weights(np.zeros(3))
+
+
+def test_a_network_answers_no_readings_with_no_answers():
+    for kind, shape in (("reflex", (0, 2)), ("happiness", (0,))):
+        network = Fitted(kind, (3, 6), np.zeros(24, np.float32), 0.0)
+        assert network(np.zeros((0, 3), np.float32)).shape == shape
