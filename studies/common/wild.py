@@ -152,7 +152,7 @@ def _judge(item: tuple[str, int]) -> dict[str, Any]:
             return {"kind": "ran"}
         except Exception as error:
             found = _kind(error, way)
-            if found["kind"] != "refused":
+            if found["kind"] != "refused" or way == "within a tick":
                 _kept(source)[0] = None  # half a tick may be done
             return found
 
