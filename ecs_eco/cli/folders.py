@@ -25,19 +25,30 @@ def results(out: Path | None, default: str) -> Claim:
         if out.exists() and not out.is_dir():
             refuse("--out", "is a file", str(out), "a folder, new or empty")
         if out.is_symlink() and not out.exists():
-            refuse("--out", "cannot be written: it is a link that leads nowhere", str(out), "a folder that can be made")
+            refuse(
+                "--out",
+                "cannot be written: it is a link that leads nowhere",
+                str(out),
+                "a folder that can be made",
+            )
         return claim_new(out)
     except FileExistsError:
         near = str(_free(out)) if out is not None and out.name else ""  # "." and "/" have none
         refuse("--out", "is not empty", str(out), "a folder, new or empty", near)
     except OSError as error:
-        refuse("--out", f"cannot be written: {error.strerror or error}", str(out), "a folder that can be made")
+        refuse(
+            "--out", f"cannot be written: {error.strerror or error}", str(out), "a folder that can be made"
+        )
 
 
 def pages(out: Path | None, folder: Path) -> None:
     """Refuses `out`, or else the folder of a run, where pages and figures cannot be written; makes nothing."""
     source, path = ("DIR", folder) if out is None else ("--out", out)
-    allowed = "a folder that can be written: name one with --out" if out is None else "a folder, new or there already"
+    allowed = (
+        "a folder that can be written: name one with --out"
+        if out is None
+        else "a folder, new or there already"
+    )
     try:
         if path.exists() and not path.is_dir():
             refuse(source, "is no folder", str(path), allowed)

@@ -29,8 +29,18 @@ SECTION = {  # options, and the keys of [search] that they set
 }  # fmt: skip
 
 
-def search_world(world: str, changes: list[str], ranges: list[str], options: dict[str, Any], budget: float | None, trials: int | None,
-                 workers: int, optimiser: str, out: Path | None, quiet: bool) -> None:
+def search_world(
+    world: str,
+    changes: list[str],
+    ranges: list[str],
+    options: dict[str, Any],
+    budget: float | None,
+    trials: int | None,
+    workers: int,
+    optimiser: str,
+    out: Path | None,
+    quiet: bool,
+) -> None:
     """Search, or go on with a search, and say what came of it."""
     overrides = overrides_of(changes, ranges, options)
     try:
@@ -41,14 +51,27 @@ def search_world(world: str, changes: list[str], ranges: list[str], options: dic
         budget = 30.0
     from ecs_eco.search import search
 
-    with results(out, f"{config.name}-search") if out is None or not (out / "journal.jsonl").is_file() else Claim(out) as claim:
+    with (
+        results(out, f"{config.name}-search")
+        if out is None or not (out / "journal.jsonl").is_file()
+        else Claim(out) as claim
+    ):
         try:
             with _shown(config.name, quiet) as show:
                 result = search(
-                    world, claim, overrides, budget=budget, trials=trials, workers=workers, optimiser=optimiser, progress=show
+                    world,
+                    claim,
+                    overrides,
+                    budget=budget,
+                    trials=trials,
+                    workers=workers,
+                    optimiser=optimiser,
+                    progress=show,
                 )
         except KeyboardInterrupt:
-            complain(f"Stopped; all finished evaluations are kept. Go on with the same command and --out {claim.path}")
+            complain(
+                f"Stopped; all finished evaluations are kept. Go on with the same command and --out {claim.path}"
+            )
             raise typer.Exit(INTERRUPTED) from None
         except BrokenProcessPool:
             complain("A worker process was killed from outside (out of memory?); all finished evaluations are kept. "
@@ -68,7 +91,9 @@ def overrides_of(changes: list[str], ranges: list[str], options: dict[str, Any])
     for text in ranges:
         name, span = range_of(text)
         overrides[f'search.ranges."{name}"'] = span
-    overrides |= {f"search.{key}": options[name] for name, key in SECTION.items() if options.get(name) is not None}
+    overrides |= {
+        f"search.{key}": options[name] for name, key in SECTION.items() if options.get(name) is not None
+    }
     return overrides
 
 
@@ -80,7 +105,12 @@ def range_of(text: str) -> tuple[str, dict[str, Any]]:
     try:
         low, high = (int(x) if x.strip().lstrip("+-").isdigit() else float(x) for x in ends)
     except ValueError:
-        refuse("--range", "not of the form KEY=LOW:HIGH", text, "for example species.deer.reproduction.rate=0.004:0.02, or …:0.02:log")
+        refuse(
+            "--range",
+            "not of the form KEY=LOW:HIGH",
+            text,
+            "for example species.deer.reproduction.rate=0.004:0.02, or …:0.02:log",
+        )
     if scale not in ("linear", "log"):
         refuse("--range", "no such scale", scale, "log, or none", "log")
     parts = name.split(".")
@@ -105,13 +135,31 @@ def _shown(name: str, quiet: bool) -> Iterator[Callable[[Search], None] | None]:
         yield _lines(name)
     else:
         from rich.console import Console
-        from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+        from rich.progress import (
+            BarColumn,
+            Progress,
+            TaskProgressColumn,
+            TextColumn,
+            TimeElapsedColumn,
+            TimeRemainingColumn,
+        )
 
-        named, status = (TextColumn(text, markup=False) for text in ("{task.description}", "{task.fields[status]}"))
-        columns = [named, BarColumn(), TaskProgressColumn(), status, TimeElapsedColumn(), TimeRemainingColumn()]
+        named, status = (
+            TextColumn(text, markup=False) for text in ("{task.description}", "{task.fields[status]}")
+        )
+        columns = [
+            named,
+            BarColumn(),
+            TaskProgressColumn(),
+            status,
+            TimeElapsedColumn(),
+            TimeRemainingColumn(),
+        ]
         with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
             task = bar.add_task(name, total=1.0, status="")
-            yield lambda s: bar.update(task, description=f"{name}: {s.phase}", completed=s.share, status=_status(s))
+            yield lambda s: bar.update(
+                task, description=f"{name}: {s.phase}", completed=s.share, status=_status(s)
+            )
 
 
 def _lines(name: str, every: float = 30.0) -> Callable[[Search], None]:

@@ -1,4 +1,4 @@
-"""The evaluation of a candidate, in a process of its own: stage after stage, given up as soon as it is hopeless.
+"""The evaluation of a candidate, in its own process: stage after stage, given up once it is hopeless.
 
 What comes of it depends on the candidate's numbers and seeds alone; how far it goes, also on those before it.
 """
@@ -33,7 +33,7 @@ class Job:
 
 
 def evaluate(job: Job) -> dict[str, Any]:
-    """Outcomes by stage, the last stage reached, its score, and seconds; "refused" where the numbers make no world.
+    """Outcomes by stage, the last stage, its score, and seconds; "refused" where the numbers make no world.
 
     "failed" is what code of the user's own raised.
     """
@@ -83,7 +83,7 @@ class Life:
         self.seconds = 0.0
 
     def until(self, ticks: int) -> dict[str, Any]:
-        """Go on to a tick, or to the first extinction; say how long all lived, who died out, and the score."""
+        """Go on to a tick or the first extinction; return how long all lived, who died out, and the score."""
         from ecs_eco.analysis.runs import load_series
         from ecs_eco.search.objectives import objective
 
@@ -98,7 +98,9 @@ class Life:
         lived = ticks if self.died is None else min(self.died[0], ticks)
         score, goal = lived / ticks, None
         if self.died is None:
-            goal = objective(self.config.search, load_series(self.world.series()), self.persist, self.config.function)
+            goal = objective(
+                self.config.search, load_series(self.world.series()), self.persist, self.config.function
+            )
             score += goal
         self.seconds += time.perf_counter() - begin
         return {
@@ -110,7 +112,9 @@ class Life:
         from ecs_eco.ecosystem import World
 
         training_seed, seed = self.cell
-        self.world = World.from_config(self.config, seed=seed, policies=policies(self.config, self.job, training_seed))
+        self.world = World.from_config(
+            self.config, seed=seed, policies=policies(self.config, self.job, training_seed)
+        )
         self.most = self.config.search.crowd * max(1, sum(t.n for t in self.world.tables.values()))
 
     def _go(self, ticks: int) -> None:
@@ -128,10 +132,12 @@ class Life:
 
 
 def persisting(config: WorldConfig) -> list[str]:
-    """The species whose extinction ends a run: those that [search] names, or all that could not come back by themselves."""
+    """The species whose extinction ends a run: those that [search] names, or all that cannot come back."""
     if config.search.persist:
         return list(config.search.persist)
-    return [name for name, s in config.species.items() if s.count and not getattr(s.reproduction, "seed_rain", 0)]
+    return [
+        name for name, s in config.species.items() if s.count and not getattr(s.reproduction, "seed_rain", 0)
+    ]
 
 
 def policies(config: WorldConfig, job: Job, seed: int) -> Any:

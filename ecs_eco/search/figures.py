@@ -29,14 +29,28 @@ def history(entries: Sequence[dict[str, Any]], last: int) -> Figure:
     for stage in range(last + 1):
         here = [e["stage"] == stage for e in entries]
         word = "all runs" if stage == last else f"stopped at stage {stage + 1}"
-        ax.plot(minutes[here], merits[here], "o", ms=5, color=_tone(stage, last), label=f"{word} ({sum(here)})")
+        ax.plot(
+            minutes[here], merits[here], "o", ms=5, color=_tone(stage, last), label=f"{word} ({sum(here)})"
+        )
         ax.axhline(stage + 1, color="#e6eaee", lw=1, zorder=0)
     order = minutes.argsort()
-    ax.step(minutes[order], np.maximum.accumulate(merits[order]), where="post", color=BEST, lw=1.6, label="best so far")
+    ax.step(
+        minutes[order],
+        np.maximum.accumulate(merits[order]),
+        where="post",
+        color=BEST,
+        lw=1.6,
+        label="best so far",
+    )
     begin = next((i for i, e in enumerate(entries) if e["candidate"] == 0), None)
     if begin is not None:
         ax.plot(minutes[begin], merits[begin], "X", ms=9, color=START, label="as written")
-    ax.set(xlabel="minutes", ylabel="stage reached, and score in it", ylim=(0, last + 1.05), yticks=range(last + 2))
+    ax.set(
+        xlabel="minutes",
+        ylabel="stage reached, and score in it",
+        ylim=(0, last + 1.05),
+        yticks=range(last + 2),
+    )
     figure.legend(loc="outside upper center", ncols=4)
     return figure
 
@@ -54,7 +68,12 @@ def importance(found: Sequence[Importance]) -> Figure:
     ax.barh(places, [i.share for i in order], height=0.6, color="#0072B2")
     limits = np.minimum([i.by_chance for i in order], 1.0)
     ax.vlines(limits, places - 0.4, places + 0.4, color=BEST, lw=2, label="by luck, 19 of 20 cases")
-    ax.set(yticks=places, yticklabels=[short(i.name) for i in order], xlim=(0, 1.02), xlabel="share of all importance")
+    ax.set(
+        yticks=places,
+        yticklabels=[short(i.name) for i in order],
+        xlim=(0, 1.02),
+        xlabel="share of all importance",
+    )
     ax.legend(loc="lower right")
     return figure
 
@@ -65,8 +84,13 @@ def short(name: str) -> str:
 
 
 @styled
-def scatter(parameters: Sequence[Parameter], entries: Sequence[dict[str, Any]], worse: np.ndarray, start: dict[str, float],
-            best: dict[str, float]) -> Figure:
+def scatter(
+    parameters: Sequence[Parameter],
+    entries: Sequence[dict[str, Any]],
+    worse: np.ndarray,
+    start: dict[str, float],
+    best: dict[str, float],
+) -> Figure:
     """Candidates over each number; `worse` f64[candidates] is the share of the others that are worse."""
     columns = min(4, len(parameters))
     rows = -(-len(parameters) // columns)
@@ -87,17 +111,35 @@ def scatter(parameters: Sequence[Parameter], entries: Sequence[dict[str, Any]], 
 
 
 @styled
-def pairs(parameters: Sequence[Parameter], entries: Sequence[dict[str, Any]], worse: np.ndarray, order: Sequence[int],
-          best: dict[str, float], start: dict[str, float]) -> Figure:
-    """Candidates over pairs of the first three numbers of an order, coloured by the share of the others that are worse."""
+def pairs(
+    parameters: Sequence[Parameter],
+    entries: Sequence[dict[str, Any]],
+    worse: np.ndarray,
+    order: Sequence[int],
+    best: dict[str, float],
+    start: dict[str, float],
+) -> Figure:
+    """Candidates over pairs of the first three numbers, coloured by the share of the others that are worse."""
     chosen = list(combinations(order[:3], 2))
     figure, axes = panels(1, len(chosen), 3.9 * len(chosen) + 0.9, 3.6)
     for ax, pair in zip(axes[0], chosen, strict=True):
         x, y = (parameters[k] for k in pair)
         at = [[e["values"][p.name] for e in entries] for p in (x, y)]
-        dots = ax.scatter(*at, c=worse, cmap="viridis", vmin=0, vmax=1, s=26, edgecolors="white", linewidths=0.5)
+        dots = ax.scatter(
+            *at, c=worse, cmap="viridis", vmin=0, vmax=1, s=26, edgecolors="white", linewidths=0.5
+        )
         for values, mark, hue, label in ((start, "X", START, "as written"), (best, "*", BEST, "best")):
-            ax.plot(values[x.name], values[y.name], mark, ms=12, color=hue, mec="white", label=label, clip_on=False, ls="none")
+            ax.plot(
+                values[x.name],
+                values[y.name],
+                mark,
+                ms=12,
+                color=hue,
+                mec="white",
+                label=label,
+                clip_on=False,
+                ls="none",
+            )
         ax.set(xlabel=short(x.name), ylabel=short(y.name))
         _scaled(ax.xaxis, x)
         _scaled(ax.yaxis, y)
@@ -114,6 +156,11 @@ def _scaled(axis: Any, p: Parameter) -> None:
     getattr(axis.axes, f"set_{axis.axis_name}scale")("log")
     powers = np.arange(np.floor(np.log10(p.low)), np.ceil(np.log10(p.high)) + 1)
     steps = (1, 2, 5) if p.high / p.low <= 100 else (1,)
-    ticks = [s * 10.0**k for k in powers for s in steps if p.low <= s * 10.0**k * 1.0001 and s * 10.0**k <= p.high * 1.0001]
+    ticks = [
+        s * 10.0**k
+        for k in powers
+        for s in steps
+        if p.low <= s * 10.0**k * 1.0001 and s * 10.0**k <= p.high * 1.0001
+    ]
     axis.set_ticks(ticks, labels=[f"{t:g}" for t in ticks])
     axis.set_ticks([], minor=True)

@@ -1,7 +1,9 @@
-"""Which numbers decide whether a candidate is among the best: PED-ANOVA (Watanabe, Bansal and Hutter 2023), from Optuna.
+"""Which numbers decide whether a candidate is among the best: PED-ANOVA, from Optuna.
 
-A number is important where the best candidates are spread over its range otherwise than all candidates are. How large that
-looks by luck is seen where the merits are shuffled among the candidates.
+Watanabe, Bansal and Hutter (2023).
+
+A number is important where the best candidates are spread over its range otherwise than all candidates are.
+How large that looks by luck is seen where the merits are shuffled among the candidates.
 """
 
 from __future__ import annotations
@@ -30,18 +32,27 @@ class Importance:
     by_chance: float
 
 
-def importances(space: Mapping[str, BaseDistribution], values: Sequence[Mapping[str, float]], merits: Sequence[float],
-                seed: int = 0) -> list[Importance]:
+def importances(
+    space: Mapping[str, BaseDistribution],
+    values: Sequence[Mapping[str, float]],
+    merits: Sequence[float],
+    seed: int = 0,
+) -> list[Importance]:
     """The importance of each number of a space, from the candidates' values and merits (more is better)."""
     y, rng = np.asarray(merits, float), np.random.default_rng(seed)
     own = _divergences(space, values, y)
     shuffled = np.array([_divergences(space, values, rng.permutation(y)) for _ in range(SHUFFLES)])
     total = own.sum() or 1.0
     limit = np.quantile(shuffled, 0.95, axis=0) / total
-    return [Importance(name, *map(float, pair)) for name, pair in zip(space, zip(own / total, limit, strict=True), strict=True)]
+    return [
+        Importance(name, *map(float, pair))
+        for name, pair in zip(space, zip(own / total, limit, strict=True), strict=True)
+    ]
 
 
-def _divergences(space: Mapping[str, BaseDistribution], values: Sequence[Mapping[str, float]], merits: np.ndarray) -> np.ndarray:
+def _divergences(
+    space: Mapping[str, BaseDistribution], values: Sequence[Mapping[str, float]], merits: np.ndarray
+) -> np.ndarray:
     import optuna
 
     best = min(max(BEST_SHARE, LEAST_BEST / len(merits)), 0.5)

@@ -1,6 +1,9 @@
-"""What a search has found so far: a line of JSON for each evaluation, written when it is done. A half line at the end is no line.
+"""What a search knows so far: a line of JSON for each evaluation, written when it is done.
 
-Each line ends with its seal, a SHA-256 of itself and the seal before it: lines that were changed, removed or put in are noticed.
+A half line at the end is no line.
+
+Each line ends with its seal, a SHA-256 of itself and the seal before it: lines that were changed, removed or
+put in are noticed.
 """
 
 from __future__ import annotations
@@ -57,7 +60,9 @@ class Journal:
                 os.fsync(file.fileno())
         except OSError as error:
             kept = f"{len(self.entries)} evaluations are kept: make room, then the same command with --out {self.path.parent} goes on"
-            raise RecordingError(f"{self.path}: nothing more can be written: {error.strerror or error}; {kept}") from error
+            raise RecordingError(
+                f"{self.path}: nothing more can be written: {error.strerror or error}; {kept}"
+            ) from error
 
 
 def read(path: Path) -> list[Entry]:
@@ -79,7 +84,11 @@ def read(path: Path) -> list[Entry]:
             raise _damaged(path, number, f"{type(error).__name__}: {error}") from None
         body = json.dumps({key: value for key, value in entry.items() if key != WORD}, ensure_ascii=False)
         if own != _seal_of(body, found[-1][WORD] if found else ""):
-            raise _damaged(path, number, "its seal does not fit: it was changed, or lines before it were removed or put in")
+            raise _damaged(
+                path,
+                number,
+                "its seal does not fit: it was changed, or lines before it were removed or put in",
+            )
         found.append(entry)
     return found
 
@@ -100,4 +109,6 @@ def _same(old: Entry, new: Entry, path: Path) -> None:
     if differ:
         told = "; ".join(f"{k}: {a.get(k)} then, {b[k]} now" for k in differ)
         allowed = "the same world and settings, or another --out"
-        raise ConfigError([Problem((), f"is another search ({told})", str(path.parent), allowed, source="--out")])
+        raise ConfigError(
+            [Problem((), f"is another search ({told})", str(path.parent), allowed, source="--out")]
+        )

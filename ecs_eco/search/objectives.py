@@ -1,6 +1,7 @@
-"""How good a run is: the share of its time in which all species lived, and, if they did to the end, what the objective says.
+"""How good a run is: the share of its time in which all species lived; if to the end, also the objective.
 
-So dying later is better than dying sooner, and any world that lives is better than one that does not, for objectives of 0 or more.
+So dying later is better than dying sooner, and any world that lives is better than one that does not, for
+objectives of 0 or more.
 """
 
 from __future__ import annotations
@@ -15,13 +16,17 @@ from ecs_eco.config.models.search import OBJECTIVES, Search
 from ecs_eco.engine.code import handed_over
 
 
-def objective(search: Search, series: Series, persist: Sequence[str], find: Callable[[Any], Any] = handed_over) -> float:
-    """The weighted mean of a search's goals for a run in which all lived; `find` as `WorldConfig.function`, for "module:name"."""
+def objective(
+    search: Search, series: Series, persist: Sequence[str], find: Callable[[Any], Any] = handed_over
+) -> float:
+    """The weighted mean of a search's goals for a run in which all lived; `find` gives "module:name"."""
     goals = [(of if of in OBJECTIVES else find(of), weight) for of, weight in search.goals]
     return float(sum(weight * score(of, series, persist, search.wanted) for of, weight in goals))
 
 
-def score(of: str | Callable[[Series], float], series: Series, persist: Sequence[str], wanted: Mapping[str, float]) -> float:
+def score(
+    of: str | Callable[[Series], float], series: Series, persist: Sequence[str], wanted: Mapping[str, float]
+) -> float:
     """One goal's score of a run; a function's own is cut to ±1e6, and is 0 where it is no number."""
     if of == "persistence":
         return distance(series, persist)
@@ -34,13 +39,13 @@ def score(of: str | Callable[[Series], float], series: Series, persist: Sequence
 
 
 def distance(series: Series, persist: Sequence[str]) -> float:
-    """How far from extinction: ln(1 + lowest number) / ln(1 + mean number) of the species nearest to it, in [0, 1]."""
+    """How far from extinction: ln(1 + least n) / ln(1 + mean n) of the species nearest to it, in [0, 1]."""
     found = [np.log1p(n.min()) / np.log1p(n.mean()) for s in persist if (n := series.of(s)).any()]
     return float(min(found, default=0.0))
 
 
 def cycling(series: Series, persist: Sequence[str]) -> float:
-    """Mean over species of ln(p) / ln(.05), at most 1, of the spectral peak against AR(1) noise: 1 where all cycle at p ≤ .05."""
+    """Mean over species of ln(p) / ln(.05), at most 1, of the spectral peak against AR(1) noise."""
     from ecs_eco.analysis.cycles import cycle_statistics
 
     found = cycle_statistics(series, n_boot=199)
@@ -49,7 +54,7 @@ def cycling(series: Series, persist: Sequence[str]) -> float:
 
 
 def population(series: Series, wanted: Mapping[str, float]) -> float:
-    """Mean over the species wanted of n / wanted or wanted / n, whichever is less; n is the mean number of the later half."""
+    """Mean over species of n / wanted or wanted / n, whichever is less; n is the later half's mean number."""
     half = len(series.ticks) // 2
     n = np.array([series.of(s)[half:].mean() for s in wanted])
     w = np.array(list(wanted.values()))

@@ -13,7 +13,11 @@ if TYPE_CHECKING:
     from optuna.distributions import BaseDistribution
     from optuna.samplers import BaseSampler
 
-OPTIMISERS = ("gp", "tpe", "random")  # those whose proposals follow from the journal alone; CMA-ES keeps a state besides
+OPTIMISERS = (
+    "gp",
+    "tpe",
+    "random",
+)  # those whose proposals follow from the journal alone; CMA-ES keeps a state besides
 FIRST = 10  # candidates at random before a model of them is made
 
 
@@ -32,7 +36,7 @@ def space_of(parameters: Sequence[Parameter]) -> dict[str, BaseDistribution]:
 
 
 class Optimiser:
-    """Proposes numbers within the ranges; learns from each merit it is told. Its proposals follow from seed and history."""
+    """Proposes numbers within the ranges, and learns from merits: what it proposes follows from seed and history."""
 
     def __init__(self, parameters: Sequence[Parameter], kind: str, seed: int) -> None:
         import optuna
@@ -60,10 +64,14 @@ class Optimiser:
 
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            if candidate in self.waiting:  # its place is taken by one with tidy numbers, as it would be read from a journal
+            if (
+                candidate in self.waiting
+            ):  # its place is taken by one with tidy numbers, as it would be read from a journal
                 self.study.tell(self.waiting.pop(candidate), state=optuna.trial.TrialState.FAIL)
             inside = {p.name: p.tidy(values[p.name]) for p in self.parameters}
-            self.study.add_trial(optuna.trial.create_trial(params=inside, distributions=self.space, value=worth))
+            self.study.add_trial(
+                optuna.trial.create_trial(params=inside, distributions=self.space, value=worth)
+            )
 
     def _sampler(self, candidate: int) -> BaseSampler:
         import optuna
@@ -72,7 +80,9 @@ class Optimiser:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # some options are called experimental
             if self.kind == "tpe":
-                return samplers.TPESampler(multivariate=True, constant_liar=True, n_startup_trials=FIRST, seed=seed)
+                return samplers.TPESampler(
+                    multivariate=True, constant_liar=True, n_startup_trials=FIRST, seed=seed
+                )
             if self.kind == "gp":
                 return samplers.GPSampler(n_startup_trials=FIRST, deterministic_objective=False, seed=seed)
             if self.kind == "cmaes":

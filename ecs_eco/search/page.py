@@ -23,7 +23,9 @@ def write_page(search: Outcome, result: dict[str, Any]) -> None:
     """Write search.html and figures/ from what search.json holds."""
     folder = search.out / "figures"
     shutil.rmtree(folder, ignore_errors=True)
-    path = save(figures.history(search.journal.of("candidate"), len(search.plan.stages) - 1), folder / "history.png")
+    path = save(
+        figures.history(search.journal.of("candidate"), len(search.plan.stages) - 1), folder / "history.png"
+    )
     caption = "Each candidate: the stage that it reached, and its score there squeezed into one unit."
     blocks = [f"<p>{escape(_opening(result))}</p>", *_confirmed(result, folder), "<h2>The best worlds</h2>", _best_table(search, result),
               "<h2>How the search went</h2>", picture(path, caption), "<h2>Which numbers were important</h2>",
@@ -54,7 +56,9 @@ def _confirmed(result: dict[str, Any], folder: Path) -> list[str]:
         return []
     curves = {world: kaplan_meier([r["lived"] for r in c["lives"]], [r["extinct"] is not None for r in c["lives"]])
               for world, c in both.items()}  # fmt: skip
-    drawn = survival(curves, result["confirmation"]["ticks"], "all species, on seeds that the search never saw")
+    drawn = survival(
+        curves, result["confirmation"]["ticks"], "all species, on seeds that the search never saw"
+    )
     path = save(drawn, folder / "survival.png")
     rows = [[world, c["runs"], c["persisted"], number(c["share"]), f"{number(c['low'])} … {number(c['high'])}",
              ", ".join(f"{a}/{b}" for a, b in c["by_training_seed"].values()), _lost(c["lives"])] for world, c in both.items()]  # fmt: skip
@@ -74,7 +78,14 @@ def _best_table(search: Outcome, result: dict[str, Any]) -> str:
     rows = [[p.name, f"{number(p.low)} … {number(p.high)}", number(plan.start[p.name]), *(number(b["values"][p.name]) for b in best)]
             for p in plan.parameters]  # fmt: skip
     rows.append(["score", "", "", *(number(b["score"]) for b in best)])
-    rows.append(["score on further seeds", "", "", *("–" if b["finals"] is None else number(b["finals"]) for b in best)])
+    rows.append(
+        [
+            "score on further seeds",
+            "",
+            "",
+            *("–" if b["finals"] is None else number(b["finals"]) for b in best),
+        ]
+    )
     return table(["number", "range", "as written", *(f"best-{i}" for i in range(1, len(best) + 1))], rows)
 
 

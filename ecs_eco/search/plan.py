@@ -1,4 +1,4 @@
-"""What a search does, resolved: parameters, runs in their order, stages, and the seeds that finals and confirmation keep to themselves."""
+"""What a search does, resolved: parameters, runs in their order, stages, seeds of finals and confirmation."""
 
 from __future__ import annotations
 
@@ -55,21 +55,35 @@ class Plan:
     def header(self) -> dict[str, Any]:
         """What must stay the same when a search goes on."""
         settings = self.config.search.model_dump(mode="json", exclude={"confirm", "finalists"})
-        return {"format": 1, "world": self.config.name, "config_hash": self.config.config_hash, "search": json.loads(json.dumps(settings))}
+        return {
+            "format": 1,
+            "world": self.config.name,
+            "config_hash": self.config.config_hash,
+            "search": json.loads(json.dumps(settings)),
+        }
 
 
 def plan_of(config: WorldConfig) -> Plan:
-    """The plan of a world's [search]; raises ConfigError where there is nothing to vary, or a range leads to a world that is refused."""
+    """The plan of a world's [search]. Raises ConfigError where nothing varies or an end of a range is refused."""
     search = config.search
     if not search.ranges:
-        allowed = 'a number written { value = 0.014, search = [0.004, 0.02] }, an entry of [search.ranges], or --range KEY=LOW:HIGH'
-        raise ConfigError([Problem(("search", "ranges"), "nothing to vary", {}, allowed, source=config._source)])
+        allowed = "a number written { value = 0.014, search = [0.004, 0.02] }, an entry of [search.ranges], or --range KEY=LOW:HIGH"
+        raise ConfigError(
+            [Problem(("search", "ranges"), "nothing to vary", {}, allowed, source=config._source)]
+        )
     config._code.require(config._source)
     problems = []
     if search.policies in TRAINED and not any(s.policy.kind != "none" for s in config.species.values()):
-        problems.append(Problem(("search", "policies"), "no species has a policy to train", search.policies, '"random"'))
+        problems.append(
+            Problem(("search", "policies"), "no species has a policy to train", search.policies, '"random"')
+        )
     parameters = tuple(_parameter(config, name) for name in search.ranges)
-    problems += [problem for p in parameters for end in (p.low, p.high) if (problem := _refused(config, p, end)) is not None]
+    problems += [
+        problem
+        for p in parameters
+        for end in (p.low, p.high)
+        if (problem := _refused(config, p, end)) is not None
+    ]
     if problems:
         raise ConfigError([_placed(p, config) for p in problems], f"{config._source}: cannot search")
     trainings = search.training_seeds if search.policies in TRAINED else 1
@@ -96,7 +110,12 @@ def _refused(config: WorldConfig, parameter: Parameter, end: float) -> Problem |
     except ConfigError as error:
         first = error.problems[0]
         what = f"leads to a world that is refused: {first.path} {first.what}"
-        return Problem(("search", "ranges", parameter.name), what, list(config.search.ranges[parameter.name].search), first.allowed)
+        return Problem(
+            ("search", "ranges", parameter.name),
+            what,
+            list(config.search.ranges[parameter.name].search),
+            first.allowed,
+        )
     return None
 
 
@@ -111,16 +130,14 @@ def _placed(problem: Problem, config: WorldConfig) -> Problem:
 
 
 def crossed(trainings: int, worlds: int, offset: int) -> tuple[Cell, ...]:
-    """Each training seed with each world seed (from offset + 1), so ordered that the first few differ in both."""
+    """Each training seed with each world seed (from offset + 1); the first few differ in both."""
     pairs = ((k % trainings, (k // trainings + k % trainings) % worlds) for k in range(trainings * worlds))
     return tuple((offset + 1 + t, offset + 1 + w) for t, w in pairs)
 
 
 def stages(ticks: int, runs: int, n: int, first: float) -> tuple[Stage, ...]:
-    """Length and number of runs grow by equal factors, from one run of a share `first` of the ticks to all runs at full length."""
+    """Length and number of runs grow by equal factors, from one of `first` of the ticks to all at full length."""
     if n == 1:
         return ((ticks, runs),)
     steps = [i / (n - 1) for i in range(n)]
     return tuple((max(1, round(ticks * first ** (1 - s))), max(1, round(runs**s))) for s in steps)
-
-

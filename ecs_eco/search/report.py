@@ -21,7 +21,9 @@ def write_results(search: Outcome, world: Any, overrides: Any, report: bool) -> 
         number = entry["candidate"]
         kind = search.plan.config.search.policies
         trained = search.out / "policies" / ("start" if kind == "train-once" else f"candidate-{number}")
-        note = f"Candidate {number} of a search, number {rank} of {len(search.ranked)}: {_words(entry, result)}."
+        note = (
+            f"Candidate {number} of a search, number {rank} of {len(search.ranked)}: {_words(entry, result)}."
+        )
         values = entry["values"] if number else {}
         write_world(search.plan, world, overrides, values, trained, search.out / f"best-{rank}.toml", note)
     result["importance"] = _importance(search)
@@ -34,7 +36,9 @@ def write_results(search: Outcome, world: Any, overrides: Any, report: bool) -> 
 def summary(search: Outcome) -> dict[str, Any]:
     """What a search found, as JSON holds it."""
     plan, ranked, best = search.plan, search.ranked, search.ranked[0]
-    confirmed = {who: confirmation(search, number) for who, number in (("best", best["candidate"]), ("start", 0))}
+    confirmed = {
+        who: confirmation(search, number) for who, number in (("best", best["candidate"]), ("start", 0))
+    }
     finals = {e["candidate"]: e for e in search.journal.of("final")}
     return {
         **plan.header(), "optimiser": search.optimiser, "workers": search.workers,
@@ -76,7 +80,9 @@ def confirmation(search: Outcome, candidate: int) -> dict[str, Any]:
 def _words(entry: dict[str, Any], result: dict[str, Any]) -> str:
     """How well a candidate did, in words."""
     runs = entry["stages"][-1]["runs"] if entry["stages"] else []
-    words = f"all lived to the end in {sum(r['extinct'] is None for r in runs)} of {len(runs)} runs of the search"
+    words = (
+        f"all lived to the end in {sum(r['extinct'] is None for r in runs)} of {len(runs)} runs of the search"
+    )
     best = result["confirmation"]["best"]
     if entry["candidate"] == best["candidate"] and best["runs"]:
         words += f", and in {best['persisted']} of {best['runs']} on fresh seeds"

@@ -1,9 +1,8 @@
-"""A search from its first candidate to its report: ask, evaluate, tell; finals; confirmation. All it knows is in its folder."""
+"""A search: ask, evaluate, tell; finals; confirmation; report. All it knows is in its folder."""
 
 from __future__ import annotations
 
 import shutil
-import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from pathlib import Path
@@ -15,6 +14,7 @@ from ecs_eco.config import load
 from ecs_eco.engine.errors import ConfigError, Problem, listed, nearest
 from ecs_eco.experiments.pool import Pool
 from ecs_eco.record.claim import Claim, ours
+from ecs_eco.search.budget import Budget
 from ecs_eco.search.evaluate import Job, evaluate
 from ecs_eco.search.journal import Journal
 from ecs_eco.search.optimise import OPTIMISERS, Optimiser, merit
@@ -26,15 +26,26 @@ ENOUGH = 4  # candidates at a stage before it asks for a score
 Progress = Callable[["Search"], None]
 
 
-def search(world: Any, out: str | Path | Claim, overrides: Any = None, *, budget: float | None = None, trials: int | None = None,
-           cpu: float | None = None, workers: int = 2, optimiser: str = "gp", progress: Progress | None = None,
-           report: bool = True, trust: bool = False) -> dict[str, Any]:
-    """Look for the numbers that [search] of a world asks for, and leave a folder; return what its search.json holds.
+def search(
+    world: Any,
+    out: str | Path | Claim,
+    overrides: Any = None,
+    *,
+    budget: float | None = None,
+    trials: int | None = None,
+    cpu: float | None = None,
+    workers: int = 2,
+    optimiser: str = "gp",
+    progress: Progress | None = None,
+    report: bool = True,
+    trust: bool = False,
+) -> dict[str, Any]:
+    """Look for the numbers that [search] of a world asks for; leave a folder, return its search.json.
 
-    `overrides` as for `load`: "search.ticks" and the like are keys too. It ends after `budget` minutes, or after `trials` candidates or
-    candidates that took `cpu` seconds of processors, of this search in all: a folder with a journal is gone on with. `trust` allows
-    the code that the world lists to run in this process and its workers. Raises ConfigError; FolderInUse where another process
-    searches there.
+    `overrides` as for `load`: "search.ticks" and the like are keys too. It ends after `budget` minutes, or
+    after `trials` candidates or candidates that took `cpu` seconds of processors, of this search in all: a
+    folder with a journal is gone on with. `trust` allows the code that the world lists to run in this process
+    and its workers. Raises ConfigError; FolderInUse where another process searches there.
     """
     config = load(world, overrides, trust=trust)
     with ours(out) as claim:
@@ -50,29 +61,37 @@ def search(world: Any, out: str | Path | Claim, overrides: Any = None, *, budget
 class Search:
     """One search: its plan, its journal, what is running, and when it has to end."""
 
-    def __init__(self, plan: Plan, out: Path, workers: int, optimiser: str, budget: float | None, trials: int | None,
-                 cpu: float | None, progress: Progress | None) -> None:
+    def __init__(
+        self,
+        plan: Plan,
+        out: Path,
+        workers: int,
+        optimiser: str,
+        budget: float | None,
+        trials: int | None,
+        cpu: float | None,
+        progress: Progress | None,
+    ) -> None:
         if optimiser not in OPTIMISERS:
             near = nearest(optimiser, OPTIMISERS)
-            raise ConfigError([Problem((), "no such optimiser", optimiser, listed(OPTIMISERS), near, "--optimiser")])
-        if budget is None and trials is None and cpu is None:
-            allowed = "a budget in minutes, or a number of trials"
-            raise ConfigError([Problem((), "no end", allowed=allowed, source="--budget, --trials")])
+            raise ConfigError(
+                [Problem((), "no such optimiser", optimiser, listed(OPTIMISERS), near, "--optimiser")]
+            )
+        self.budget = Budget(budget, trials, cpu, workers)
         self.plan, self.out, self.kind = plan, out, optimiser
-        self.budget, self.trials, self.cpu = None if budget is None else budget * 60, trials, cpu
         self.journal = Journal(out, {**plan.header(), "optimiser": optimiser})
         self.optimiser = Optimiser(plan.parameters, optimiser, plan.config.search.seed)
         self._tell_known()
-        self.pool, self.begun = Pool(workers), time.monotonic()
+        self.pool = Pool(workers)
         self.running: dict[Future[dict[str, Any]], Any] = {}  # and what each is, for whoever gets its result
         self.phase, self._progress = "searching", progress
 
     def _tell_known(self) -> None:
-        """Tell the optimiser what stands in the journal; raises ConfigError where that is of another kind than a search writes."""
+        """Tell the optimiser what the journal holds. Raises ConfigError where no search wrote that."""
         try:
             for entry in self.journal.of("candidate"):
                 self.optimiser.tell(entry["candidate"], entry["values"], merit(entry))
-            self.before = max((float(e["at"]) for e in self.journal.entries), default=0.0)  # seconds spent by earlier calls
+            self.budget.begin(self.plan, self.journal, lambda: len(self._finalists()))
         except (KeyError, ValueError, TypeError, AttributeError) as error:
             what = f"holds what no search writes: {type(error).__name__}: {error}"
             allowed = "a journal as a search of this version wrote it, or another --out"
@@ -93,7 +112,7 @@ class Search:
         waiting = True
         while waiting or self.running:
             while waiting and self._free:
-                number = next(numbers) if self._goes_on() else None
+                number = next(numbers) if self.budget.allows_another(len(self.running)) else None
                 waiting = number is not None
                 if number is not None:
                     values = self.optimiser.ask(number) if number else self.plan.start
@@ -101,7 +120,7 @@ class Search:
             for (number, values), result in self._results():
                 self._tell(number, values, result)
             self._show()
-            if self._late():
+            if self.running and self.budget.is_over():
                 self.pool.terminate()
                 self.running.clear()
                 return
@@ -119,7 +138,9 @@ class Search:
         if number == 0 and ("failed" in result or "refused" in result):
             what = f"cannot be evaluated: {result.get('failed') or result['refused']}"
             raise ConfigError([Problem((), what, source="the world as written")])
-        entry = self.journal.add("candidate", candidate=number, values=values, **result, at=self._elapsed())
+        entry = self.journal.add(
+            "candidate", candidate=number, values=values, **result, at=self.budget.elapsed
+        )
         self.optimiser.tell(number, values, merit(entry))
         if number and entry not in self.ranked()[: max(BEST, self.plan.config.search.finalists)]:
             self._forget(number)
@@ -129,7 +150,7 @@ class Search:
         wanted = [e for e in self._finalists() if e["candidate"] not in known]
         jobs = {e["candidate"]: self._whole(e, self.plan.finals, self.plan.ticks) for e in wanted}
         for number, result in self._all(jobs):
-            self.journal.add("final", candidate=number, **result, at=self._elapsed())
+            self.journal.add("final", candidate=number, **result, at=self.budget.elapsed)
 
     def _finalists(self) -> list[dict[str, Any]]:
         """The best of those that met all runs; none where there is no choice."""
@@ -146,7 +167,7 @@ class Search:
                 if (entry["candidate"], *cell) not in known:
                     jobs[entry["candidate"], cell] = self._whole(entry, [cell], self.plan.confirmation_ticks)
         for (number, cell), result in self._all(jobs):
-            self.journal.add("confirmation", candidate=number, cell=cell, **result, at=self._elapsed())
+            self.journal.add("confirmation", candidate=number, cell=cell, **result, at=self.budget.elapsed)
 
     def _all(self, jobs: Mapping[Any, Job]) -> Iterator[tuple[Any, Any]]:
         waiting = list(jobs.items())
@@ -167,26 +188,31 @@ class Search:
         self.running[self.pool.submit(evaluate, job)] = tag
 
     def _results(self) -> Iterator[tuple[Any, dict[str, Any]]]:
-        """What is done within a second: (tag, result). Raises BrokenProcessPool where a worker was killed from outside."""
+        """What is done within a second: (tag, result). Raises BrokenProcessPool where a worker was killed."""
         done, _ = wait(self.running, 1.0, FIRST_COMPLETED)
         for future in done:
             yield self.running.pop(future), future.result()
 
     def _job(self, name: str, values: dict[str, float]) -> Job:
         least = [self.least(stage) for stage in range(len(self.plan.stages) - 1)]
-        return Job(name, self.plan.config, values, self.plan.cells, self.plan.stages, least, self.plan.config.search.hopeless,
-                   self.out / "policies")  # fmt: skip
+        plan = self.plan
+        hopeless, policies = plan.config.search.hopeless, self.out / "policies"
+        return Job(name, plan.config, values, plan.cells, plan.stages, least, hopeless, policies)
 
     def _whole(self, entry: Mapping[str, Any], cells: Iterable[tuple[int, int]], ticks: int) -> Job:
         """All these runs of a candidate at full length, whatever becomes of them."""
         number, cells = entry["candidate"], tuple(cells)
         values = entry["values"] if number else {}
-        return Job(f"candidate-{number}", self.plan.config, values, cells, [(ticks, len(cells))], [], 1.0, self.out / "policies")
+        stages, policies = [(ticks, len(cells))], self.out / "policies"
+        return Job(f"candidate-{number}", self.plan.config, values, cells, stages, [], 1.0, policies)
 
     def least(self, stage: int) -> float:
         """The score that lets a candidate go on: the quantile of those that were at that stage before."""
-        scores = [e["stages"][stage]["score"] for e in self.journal.of("candidate") if len(e["stages"]) > stage]
-        return float(np.quantile(scores, 1 - self.plan.config.search.promote)) if len(scores) >= ENOUGH else -np.inf
+        reached = [e["stages"] for e in self.journal.of("candidate") if len(e["stages"]) > stage]
+        if len(reached) < ENOUGH:
+            return -np.inf
+        scores = [stages[stage]["score"] for stages in reached]
+        return float(np.quantile(scores, 1 - self.plan.config.search.promote))
 
     # --- what was found
 
@@ -202,7 +228,9 @@ class Search:
 
     def outcome(self) -> Outcome:
         """All that a report needs."""
-        return Outcome(self.plan, self.journal, self.ranked(), self.out, self.kind, self.pool.workers, self.worked)
+        return Outcome(
+            self.plan, self.journal, self.ranked(), self.out, self.kind, self.pool.workers, self.budget.worked
+        )
 
     def best(self) -> dict[str, Any]:
         """The best candidate so far."""
@@ -211,43 +239,7 @@ class Search:
     def _candidate(self, number: int) -> dict[str, Any]:
         return next(e for e in self.journal.of("candidate") if e["candidate"] == number)
 
-    # --- time
-
-    def _elapsed(self) -> float:
-        return round(self.before + time.monotonic() - self.begun, 3)
-
-    def _goes_on(self) -> bool:
-        n = len(self.journal.of("candidate")) + len(self.running)
-        if self.trials is not None and n >= self.trials:
-            return False
-        if self.cpu is not None and self.worked >= self.cpu:
-            return False
-        return n == 0 or self.budget is None or self._elapsed() < self.budget - self._reserve() - self._usual()
-
-    def _late(self) -> bool:
-        done = bool(self.journal.of("candidate"))
-        late = self.budget is not None and self._elapsed() > self.budget - self._reserve()
-        return done and late and bool(self.running)
-
-    def _usual(self) -> float:
-        """Seconds that a candidate usually takes."""
-        seconds = [e["seconds"] for e in self.journal.of("candidate")]
-        return float(np.median(seconds)) if seconds else 0.0
-
-    def _reserve(self) -> float:
-        """Seconds to keep for finals and confirmation: from what runs at full length took, or a quarter of the budget before any did."""
-        run = self._seconds_a_run()
-        if run is None:
-            return 0.25 * (self.budget or 0.0)
-        plan = self.plan
-        runs = len(self._finalists()) * len(plan.finals) + len(plan.confirmation) * plan.confirmation_ticks / plan.ticks
-        return min(1.15 * runs * run / self.pool.workers, 0.6 * (self.budget or 0.0))
-
-    def _seconds_a_run(self) -> float | None:
-        """Seconds of a run at full length with its share of the training; None before there was one."""
-        last = len(self.plan.stages) - 1
-        whole = [e["seconds"] / len(e["stages"][last]["runs"]) for e in self.journal.of("candidate") if len(e["stages"]) > last]
-        return float(np.median(whole)) if whole else None
+    # --- how far it is
 
     @property
     def done(self) -> int:
@@ -255,17 +247,9 @@ class Search:
         return len(self.journal.of("candidate"))
 
     @property
-    def worked(self) -> float:
-        """Seconds of processors that candidates took."""
-        return float(sum(e["cpu"] for e in self.journal.of("candidate")))
-
-    @property
     def share(self) -> float:
         """How much of the search is over, in [0, 1]."""
-        shares = [self.done / self.trials] if self.trials else []
-        shares += [self._elapsed() / self.budget] if self.budget else []
-        shares += [self.worked / self.cpu] if self.cpu else []
-        return min(1.0, max(shares, default=0.0))
+        return self.budget.share
 
     def _show(self) -> None:
         if self._progress is not None:

@@ -1,4 +1,4 @@
-"""The best worlds as files that `ecs-eco run` takes: the world's own text with other values, and the policies beside it."""
+"""The best worlds as files that `ecs-eco run` takes: the world's text with other values, and policies."""
 
 from __future__ import annotations
 
@@ -19,7 +19,9 @@ from ecs_eco.search.plan import TRAINED, Plan
 Key = tuple[str | int, ...]
 
 
-def write_world(plan: Plan, world: Any, overrides: Any, values: Mapping[str, float], trained: Path, file: Path, note: str) -> None:
+def write_world(
+    plan: Plan, world: Any, overrides: Any, values: Mapping[str, float], trained: Path, file: Path, note: str
+) -> None:
     """Write one world; `trained` is the folder of the policies that were trained for it, if any were."""
     config = load(plan.config, dict(values))
     files = _policies(config, trained, file.with_suffix(""), plan.config.search.policies in TRAINED)
@@ -30,15 +32,21 @@ def write_world(plan: Plan, world: Any, overrides: Any, values: Mapping[str, flo
             write_text(file, "".join(f"# {line}\n" for line in note.splitlines()) + candidate)
             if _same(file, config):
                 return
-    raise RuntimeError(f"{file} could not be written so that it is the world that was found; its values are in the journal")
+    raise RuntimeError(
+        f"{file} could not be written so that it is the world that was found; its values are in the journal"
+    )
 
 
-def _text(config: WorldConfig, world: Any, overrides: Any, values: Mapping[str, float], files: Mapping[str, str]) -> str | None:
+def _text(
+    config: WorldConfig, world: Any, overrides: Any, values: Mapping[str, float], files: Mapping[str, str]
+) -> str | None:
     """The world's own text with these values; None where there is none, or it does not yield."""
     document = document_of(world, overrides)
     if not document.text:
         return None
-    changes: dict[Key, Any] = {key: value for key, value in document.changes.items() if key[:1] != ("search",)}
+    changes: dict[Key, Any] = {
+        key: value for key, value in document.changes.items() if key[:1] != ("search",)
+    }
     changes |= {real_key(config.model_dump(), key_of(name))[0]: value for name, value in values.items()}
     changes |= {("species", name, "policy", "file"): path for name, path in files.items()}
     return edited(document.text, changes)
