@@ -23,10 +23,22 @@ if TYPE_CHECKING:
     from ecs_eco.search.run import Search
 
 SECTION = {  # options, and the keys of [search] that they set
-    "objective": "objective", "ticks": "ticks", "world_seeds": "world_seeds", "training_seeds": "training_seeds", "policies": "policies",
-    "training_ticks": "training_ticks", "seed": "seed", "confirm_world_seeds": "confirm.world_seeds",
-    "confirm_training_seeds": "confirm.training_seeds", "confirm_ticks": "confirm.ticks",
-}  # fmt: skip
+    **{
+        key: key
+        for key in (
+            "objective",
+            "ticks",
+            "world_seeds",
+            "training_seeds",
+            "policies",
+            "training_ticks",
+            "seed",
+        )
+    },
+    "confirm_world_seeds": "confirm.world_seeds",
+    "confirm_training_seeds": "confirm.training_seeds",
+    "confirm_ticks": "confirm.ticks",
+}
 
 
 def search_world(
@@ -70,12 +82,15 @@ def search_world(
                 )
         except KeyboardInterrupt:
             complain(
-                f"Stopped; all finished evaluations are kept. Go on with the same command and --out {claim.path}"
+                "Stopped; all finished evaluations are kept. "
+                f"Go on with the same command and --out {claim.path}"
             )
             raise typer.Exit(INTERRUPTED) from None
         except BrokenProcessPool:
-            complain("A worker process was killed from outside (out of memory?); all finished evaluations are kept. "
-                     f"Go on with the same command and --out {claim.path}")  # fmt: skip
+            complain(
+                "A worker process was killed from outside (out of memory?); all finished evaluations are "
+                f"kept. Go on with the same command and --out {claim.path}"
+            )
             raise typer.Exit(FAILED) from None
     report(result, claim.path)
 

@@ -53,13 +53,13 @@ class TrainingWorlds:
 
     def reports(self) -> dict[str, dict[str, float | None]]:
         """Return what the last update of each species said; nothing where there was none, None for what it could not say."""
-        found = {}
+        last_reports = {}
         for name, table in self.worlds[0].tables.items():
             if table.species.nerves is not None and table.species.nerves.learning:
                 reports = [w.tables[name].species.nerves.reports for w in self.worlds]
                 last: dict[str, float] = max((r[-1] for r in reports if r), key=lambda r: r["tick"], default={})
-                found[name] = {k: v if np.isfinite(v) else None for k, v in last.items()}
-        return found
+                last_reports[name] = {k: v if np.isfinite(v) else None for k, v in last.items()}
+        return last_reports
 
     def curves(self, every: int) -> dict[str, dict[str, Any]]:
         """Return what the animals of each species did, averaged over worlds and over blocks of `every` ticks."""
@@ -142,8 +142,8 @@ def drawn(vary: Mapping[str, Sequence[float]], worlds: int, key: Any) -> list[di
     for j, (name, (low, high)) in enumerate(vary.items()):
         u = random.draw_many(key, np.arange(2 * worlds, dtype=np.uint64), random.PLACE + ((j + 1) << 16)).astype(float)
         share = (np.argsort(np.argsort(u[:worlds])) + u[worlds:]) / worlds
-        found = low * (high / low) ** share if low > 0 and high > 0 else low + (high - low) * share
+        numbers = low * (high / low) ** share if low > 0 and high > 0 else low + (high - low) * share
         whole = isinstance(low, int) and isinstance(high, int)
-        for i, value in enumerate(found):
+        for i, value in enumerate(numbers):
             out[i][name] = round(value) if whole else float(value)
     return out

@@ -60,9 +60,9 @@ def _tone(stage: int, last: int) -> str:
 
 
 @styled
-def importance(found: Sequence[Importance]) -> Figure:
+def importance(numbers: Sequence[Importance]) -> Figure:
     """Share of all importance of each number, with the share that it stays below by luck in 19 of 20 cases."""
-    order = sorted(found, key=lambda i: i.share)
+    order = sorted(numbers, key=lambda i: i.share)
     figure, ((ax,),) = panels(1, 1, 8, 0.34 * len(order) + 1.3)
     places = np.arange(len(order))
     ax.barh(places, [i.share for i in order], height=0.6, color="#0072B2")

@@ -61,8 +61,8 @@ def _divergences(
         study = optuna.create_study(direction="maximize")
         study.add_trials([optuna.trial.create_trial(params=dict(v), distributions=dict(space), value=m)
                           for v, m in zip(values, merits.tolist(), strict=True)])  # fmt: skip
-        found = optuna.importance.PedAnovaImportanceEvaluator(target_quantile=best).evaluate(study)
-    return np.array([found[name] for name in space])
+        shares = optuna.importance.PedAnovaImportanceEvaluator(target_quantile=best).evaluate(study)
+    return np.array([shares[name] for name in space])
 
 
 def ranks(merits: Sequence[float]) -> np.ndarray:

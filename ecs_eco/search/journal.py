@@ -75,7 +75,7 @@ def read(path: Path) -> list[Entry]:
     if whole < len(data):
         with open(path, "r+b") as file:
             file.truncate(whole)
-    found: list[Entry] = []
+    entries: list[Entry] = []
     for number, line in enumerate(data[:whole].split(b"\n")[:-1], 1):
         try:
             entry = json.loads(line.decode("utf-8"))
@@ -83,14 +83,14 @@ def read(path: Path) -> list[Entry]:
         except (ValueError, KeyError, TypeError, RecursionError) as error:
             raise _damaged(path, number, f"{type(error).__name__}: {error}") from None
         body = json.dumps({key: value for key, value in entry.items() if key != WORD}, ensure_ascii=False)
-        if own != _seal_of(body, found[-1][WORD] if found else ""):
+        if own != _seal_of(body, entries[-1][WORD] if entries else ""):
             raise _damaged(
                 path,
                 number,
                 "its seal does not fit: it was changed, or lines before it were removed or put in",
             )
-        found.append(entry)
-    return found
+        entries.append(entry)
+    return entries
 
 
 def _damaged(path: Path, number: int, what: str) -> ConfigError:
@@ -107,8 +107,8 @@ def _same(old: Entry, new: Entry, path: Path) -> None:
     a, b = ({**e, **{f"search.{k}": v for k, v in e.get("search", {}).items()}} for e in (old, new))
     differ = [k for k in b if k != "search" and a.get(k) != b[k]]
     if differ:
-        told = "; ".join(f"{k}: {a.get(k)} then, {b[k]} now" for k in differ)
+        differences = "; ".join(f"{k}: {a.get(k)} then, {b[k]} now" for k in differ)
         allowed = "the same world and settings, or another --out"
         raise ConfigError(
-            [Problem((), f"is another search ({told})", str(path.parent), allowed, source="--out")]
+            [Problem((), f"is another search ({differences})", str(path.parent), allowed, source="--out")]
         )

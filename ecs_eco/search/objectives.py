@@ -40,16 +40,16 @@ def score(
 
 def distance(series: Series, persist: Sequence[str]) -> float:
     """How far from extinction: ln(1 + least n) / ln(1 + mean n) of the species nearest to it, in [0, 1]."""
-    found = [np.log1p(n.min()) / np.log1p(n.mean()) for s in persist if (n := series.of(s)).any()]
-    return float(min(found, default=0.0))
+    distances = [np.log1p(n.min()) / np.log1p(n.mean()) for s in persist if (n := series.of(s)).any()]
+    return float(min(distances, default=0.0))
 
 
 def cycling(series: Series, persist: Sequence[str]) -> float:
     """Mean over species of ln(p) / ln(.05), at most 1, of the spectral peak against AR(1) noise."""
     from ecs_eco.analysis.cycles import cycle_statistics
 
-    found = cycle_statistics(series, n_boot=199)
-    p = [found.p_ar1.get(s) or 1.0 for s in persist]
+    statistics = cycle_statistics(series, n_boot=199)
+    p = [statistics.p_ar1.get(s) or 1.0 for s in persist]
     return float(np.mean(np.minimum(1.0, np.log(p) / np.log(0.05))))
 
 

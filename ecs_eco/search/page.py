@@ -93,19 +93,19 @@ def _important(search: Outcome, result: dict[str, Any], folder: Path) -> list[st
     if result["importance"] is None:
         return ["<p>There are too few candidates to say.</p>"]
     plan, entries = search.plan, search.evaluated()
-    found = [Importance(name, **numbers) for name, numbers in result["importance"]["numbers"].items()]
+    shares = [Importance(name, **numbers) for name, numbers in result["importance"]["numbers"].items()]
     worse, best, start = ranks([merit(e) for e in entries]), search.ranked[0]["values"], plan.start
     text = (f"Read from {len(entries)} candidates: a number is important where the best of them are spread over its range "
             "otherwise than all are. A bar that does not pass its line may be luck.")  # fmt: skip
     blocks = [
         f"<p>{text}</p>",
-        picture(save(figures.importance(found), folder / "importance.png"),
+        picture(save(figures.importance(shares), folder / "importance.png"),
                 "Share of all importance (PED-ANOVA); the line is what luck stays below in 19 of 20 cases."),
         picture(save(figures.scatter(plan.parameters, entries, worse, start, best), folder / "dependence.png"),
                 "Each candidate over each of its numbers: the higher, the more of the others are worse."),
     ]  # fmt: skip
     if len(plan.parameters) > 1:
-        order = np.argsort([-i.share for i in found]).tolist()
+        order = np.argsort([-i.share for i in shares]).tolist()
         path = save(figures.pairs(plan.parameters, entries, worse, order, best, start), folder / "pairs.png")
         blocks.append(picture(path, "Pairs of the most important numbers; each dot is a candidate."))
     return blocks

@@ -34,7 +34,7 @@ def write_results(search: Outcome, world: Any, overrides: Any, report: bool) -> 
 
 
 def summary(search: Outcome) -> dict[str, Any]:
-    """What a search found, as JSON holds it."""
+    """What a search led to, as JSON holds it."""
     plan, ranked, best = search.plan, search.ranked, search.ranked[0]
     confirmed = {
         who: confirmation(search, number) for who, number in (("best", best["candidate"]), ("start", 0))
@@ -96,6 +96,6 @@ def _importance(search: Outcome) -> dict[str, Any] | None:
         return None
     parameters = search.plan.parameters
     values = [{p.name: p.tidy(e["values"][p.name]) for p in parameters} for e in entries]
-    found = importances(space_of(parameters), values, [merit(e) for e in entries])
-    numbers = {i.name: {"share": i.share, "by_chance": i.by_chance} for i in found}
+    shares = importances(space_of(parameters), values, [merit(e) for e in entries])
+    numbers = {i.name: {"share": i.share, "by_chance": i.by_chance} for i in shares}
     return {"candidates": len(entries), "numbers": numbers}

@@ -214,7 +214,7 @@ class Search:
         scores = [stages[stage]["score"] for stages in reached]
         return float(np.quantile(scores, 1 - self.plan.config.search.promote))
 
-    # --- what was found
+    # --- what came of it
 
     def ranked(self) -> list[dict[str, Any]]:
         """Candidates, the best first: by merit, and where they met further seeds, by the mean over all."""

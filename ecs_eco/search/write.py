@@ -62,10 +62,10 @@ def _data(config: WorldConfig, files: Mapping[str, str]) -> dict[str, Any]:
 def _same(file: Path, config: WorldConfig) -> bool:
     """Whether the file is the world, but for where its policies are."""
     try:
-        found = load(file)
+        written = load(file)
     except ConfigError:
         return False
-    a, b = found.resolved(), config.resolved()
+    a, b = written.resolved(), config.resolved()
     for data in (a, b):
         for species in data["species"].values():
             species["policy"]["file"] = None
@@ -78,14 +78,14 @@ def _policies(config: WorldConfig, trained: Path, beside: Path, training: bool) 
     sets = sorted(trained.glob("training-*"), key=lambda p: int(p.name.partition("-")[2])) if training else []
     for folder in sets:
         shutil.copytree(folder, beside / folder.name)
-    found = {}
+    files = {}
     for name, species in config.species.items():
         if species.policy.kind == "none":
             continue
         if sets and (sets[0] / f"{name}.safetensors").is_file():
-            found[name] = f"{beside.name}/{sets[0].name}/{name}.safetensors"
+            files[name] = f"{beside.name}/{sets[0].name}/{name}.safetensors"
         elif not training and species.policy.file:
             beside.mkdir(parents=True, exist_ok=True)
             shutil.copyfile(config.file(species.policy.file), beside / f"{name}.safetensors")
-            found[name] = f"{beside.name}/{name}.safetensors"
-    return found
+            files[name] = f"{beside.name}/{name}.safetensors"
+    return files
