@@ -57,13 +57,11 @@ def compare(
         "reference": reference,
         "species": list(names),
         "opening": {arm: shared(runs) for arm, runs in loaded.items()},
-        "arms": {
-            arm: _arm(runs, {s: curves[s][arm] for s in names if arm in curves[s]}, cycles[arm], seed) for arm, runs in loaded.items()
-        },
-        "effects": {
-            arm: _effects(loaded[reference], runs, names, seed) for arm, runs in loaded.items() if arm != reference
-        },
-    }
+        "arms": {arm: _arm(runs, {s: curves[s][arm] for s in names if arm in curves[s]}, cycles[arm], seed)
+                 for arm, runs in loaded.items()},
+        "effects": {arm: _effects(loaded[reference], runs, names, seed)
+                    for arm, runs in loaded.items() if arm != reference},
+    }  # fmt: skip
     for arm, runs in loaded.items():
         rows = grids[arm].runs if arm in grids else [runs]
         for s in names:

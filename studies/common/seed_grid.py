@@ -198,12 +198,12 @@ def variance(entries: Sequence[Entry]) -> dict[str, Any]:
 
 
 def told(entries: Sequence[Entry]) -> str:
-    """Whence the variance of one arm comes, in a sentence."""
+    """Where the variance of one arm comes from, in a sentence."""
     arm, found = entries[0]["case"]["arm"], variance(entries)
     parts = [f"{name}: training seed {x['training seed'][0]:.0%}, world seed {x['world seed'][0]:.0%}, rest {x['rest'][0]:.0%}"
              for name, x in found.items() if np.isfinite(x["rest"][0])]  # fmt: skip
     words = "; ".join(parts) or "nothing varies, or there are too few seeds"
-    return f"{arm}, whence the variance comes (persisted on the linear scale of 0 and 1): {words}."
+    return f"{arm}, where the variance comes from (persisted on the linear scale of 0 and 1): {words}."
 
 
 def row(arm: str, entries: Sequence[Entry], lags: Mapping[str, Any]) -> list[Any]:
