@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from ecs_eco import System
 from ecs_eco.components import Metabolism, Nervous, Policy
 from ecs_eco.engine.random import DECIDE, draw_many
 from ecs_eco.learning import choose
@@ -92,6 +93,13 @@ def test_a_policy_that_is_no_number_stops_with_species_tick_and_organism(meadow)
 def test_a_sense_that_is_no_number_is_named(meadow):
     world = meadow(policy={"kind": "shared", "hidden": [4]}, ppo={})
     deer = world.tables["deer"]
-    deer[Metabolism].energy[int(deer.rows()[1])] = np.nan
+
+    class Spoil(System):  # within a tick: what is written between ticks is refused by the gate
+        phase = "environment"
+
+        def process(self, *_):
+            deer[Metabolism].energy[int(deer.rows()[1])] = np.nan
+
+    world.add_system(Spoil())
     with pytest.raises(FloatingPointError, match="it senses energy = nan"):
         world.run(1)
