@@ -247,7 +247,7 @@ def test_too_little_memory_ends_a_command_with_a_word(monkeypatch):
 
 TYPES = {"string": str, "integer": int, "number": (int, float), "boolean": bool, "object": dict, "array": list}
 OF_NUMBERS = {"minimum", "maximum", "exclusiveMinimum", "exclusiveMaximum"}  # keywords that other values pass
-OF_TABLES = {"required", "properties", "propertyNames", "patternProperties", "additionalProperties", "minProperties"}
+OF_TABLES = {"required", "properties", "propertyNames", "patternProperties", "additionalProperties", "minProperties", "maxProperties"}
 SAID = {"$schema", "$defs", "title", "description", "default", "unit", "discriminator"}  # limits nothing
 
 
@@ -271,6 +271,7 @@ def _wrong(value, schema, root, at=""):
         "maxLength": lambda s: [] if len(value) <= s else [f"{at}: longer than {s}"],
         "minItems": lambda s: [] if len(value) >= s else [f"{at}: fewer than {s}"],
         "maxItems": lambda s: [] if len(value) <= s else [f"{at}: more than {s}"],
+        "maxProperties": lambda s: [] if len(value) <= s else [f"{at}: more keys than {s}"],
         "minProperties": lambda s: [] if len(value) >= s else [f"{at}: fewer keys than {s}"],
         "pattern": lambda s: [] if re.search(s, value) else [f"{at}: not like {s}"],
         "required": lambda s: [f"{at}.{key}: missing" for key in s if key not in value],

@@ -202,7 +202,7 @@ def _check(world: Any, meta: Mapping[str, Any], arrays: Arrays, where: str) -> N
         if mine != theirs:
             raise CheckpointError(f"{where}: was saved with the {what} {_words(theirs)}, and this world has {_words(mine)}")
     if world.dt != meta["clock"]["dt"]:
-        raise CheckpointError(f"{where}: was saved with dt = {meta['clock']['dt']:g} s, and this world has {world.dt:g} s")
+        raise CheckpointError(f"{where}: was saved with dt = {meta['clock']['dt']!r:.40} s, and this world has {world.dt:g} s")
     systems = [s for s in meta["systems"] if s != "Recorder"]
     if (mine := [type(s).__name__ for s in world.systems if type(s).__name__ != "Recorder"]) != systems:
         raise CheckpointError(f"{where}: was saved with the systems {_words(systems)}, and this world has {_words(mine)}")

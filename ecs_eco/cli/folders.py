@@ -24,6 +24,8 @@ def results(out: Path | None, default: str) -> Claim:
             return claim_next(out := Path("runs") / default)
         if out.exists() and not out.is_dir():
             refuse("--out", "is a file", str(out), "a folder, new or empty")
+        if any(parent.is_file() for parent in out.parents):
+            refuse("--out", "cannot be written: it lies below a file", str(out), "a folder that can be made")
         if out.is_symlink() and not out.exists():
             refuse(
                 "--out",

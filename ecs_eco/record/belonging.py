@@ -54,7 +54,9 @@ def mark_of(path: Path) -> tuple[Mark | None, str]:
         found = pq.read_metadata(path).metadata or {}
         mark = found.get(KEY.encode())
         return None if mark is None else Mark(**json.loads(mark)), found.get(seal.KEY.encode(), b"").decode()
-    except (pa.ArrowException, OSError, ValueError, TypeError) as error:
+    except (pa.ArrowException, ValueError, TypeError) as error:
+        raise RecordingError(f"{path}: is damaged: {error}") from None
+    except OSError as error:
         raise RecordingError(f"{path}: cannot be read: {error}") from None
 
 

@@ -54,7 +54,7 @@ def run_to_folder(config: Any, seed: int | None = None, ticks: int | None = None
     start = time.perf_counter()
     config = config if isinstance(config, WorldConfig) and not trust else load(config, trust=trust)
     how_many(record, "record")
-    ticks = config.ticks if ticks is None else whole_number("ticks", ticks, 1)
+    ticks = config.ticks if ticks is None else whole_number("ticks", ticks)
     every = snapshots(config, ticks) if snapshot_every is None else snapshot_every
     with begun(out) as claim:
         world = _build(config, seed, policies, threads, learn, controls)

@@ -23,6 +23,7 @@ from ecs_eco.analysis.runs import load_series
 from ecs_eco.cli import app
 from ecs_eco.components.genome import Genome
 from ecs_eco.record import Recorder, run_to_folder
+from ecs_eco.record.belonging import mark_of
 from ecs_eco.record.parquet import write_part
 from ecs_eco.record.seal import write_manifest
 
@@ -503,8 +504,10 @@ def test_the_report_draws_genes_of_few_values_alone(run, tmp_path):
     births = pa.concat_tables([pq.read_table(p) for p in sorted((folder / "births").glob("*.parquet"))])
     letters = ["ACGT"[u % 4] + "A" for u in births["uid"].to_pylist()]
     births = births.set_column(births.column_names.index("genome"), "genome", pa.array(letters))
-    write_part(births, folder / "births" / "part-00000.parquet")
+    first = folder / "births" / "part-00000.parquet"
+    head = write_part(births, first, mark_of(first)[0])
     manifest = json.loads((folder / "manifest.json").read_text())
+    manifest["heads"]["births"] = head
     genomes = {"ram": GENES["finch"], "moss": {"alphabet": "ACGT", "ploidy": 1, "genes": GENES["finch"]["genes"][:1]}}
     write_manifest(folder, manifest | {"genomes": genomes})
     page = write_report(folder).read_text()

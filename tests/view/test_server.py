@@ -16,11 +16,17 @@ from websockets.sync.client import connect
 
 from ecs_eco import World
 from ecs_eco.components import Position
+from ecs_eco.engine.turns import apart
 from ecs_eco.view import server as module
 from ecs_eco.view.guard import SUBPROTOCOL
 from ecs_eco.view.live import Live
 from ecs_eco.view.player import Player
 from ecs_eco.view.server import ASKED, PAGES, WAITING, Server
+
+
+@pytest.fixture(autouse=True)
+def _leaves_esper_as_it_was():
+    """Not asked here: the world that is served lives in a thread of its own, and esper is in it whenever a tick passes."""
 
 
 @pytest.fixture(scope="module")
@@ -35,7 +41,8 @@ def served(tmp_path_factory):
     ready, made = threading.Event(), SimpleNamespace()
 
     def live():
-        world = World([100.0, 100.0])
+        with apart():  # the tests of other files may have left worlds in their thread
+            world = World([100.0, 100.0])
         world.add_table("mite", Position)
         rng = np.random.default_rng(1)
         world.table("mite").request(np.zeros(2000, np.uint64), {(Position, a): rng.random(2000).astype(np.float32) * 100 for a in "xy"})

@@ -59,7 +59,8 @@ def test_energy_from_light_to_phytoplankton_to_copepods_to_krill_closes(small):
 
 @settings(max_examples=10, deadline=None)
 @given(seed=st.integers(0, 2**31), pitch=st.floats(0.01, 1.57), share=st.floats(0.01, 1.0), drag=st.sampled_from([0.0, 0.3, 50.0]),
-       depth=st.floats(10.0, 40.0), sinking=st.floats(-5.0, 5.0), dt=st.sampled_from([0.1, 1.0, 3.0]))  # fmt: skip
+       depth=st.floats(10.0, 40.0),
+       sinking=st.floats(-5.0, 5.0).map(lambda v: v if abs(v) > 1e-3 else 0.0), dt=st.sampled_from([0.1, 1.0, 3.0]))  # fmt: skip
 def test_nothing_swims_sinks_or_is_born_through_the_surface_or_the_bottom(small, seed, pitch, share, drag, depth, sinking, dt):
     speed = 0.99 * share * min(depth, 20.0) / 2 / dt  # [m/s] no animal may cross half of the world in a tick
     way = {f"species.copepod.locomotion.{k}": v for k, v in (("pitch", pitch), ("drag", drag), ("speed.burst", speed))}

@@ -11,7 +11,7 @@ from ecs_eco.testing.world import note
 
 
 def _number(low, high):
-    return st.floats(low, high, width=32, allow_nan=False).map(float)
+    return st.floats(low, high, width=32, allow_nan=False).map(lambda v: float(v) if abs(v) > 1e-4 else 0.0)
 
 
 @st.composite
