@@ -8,7 +8,7 @@ from studies import malicious
 from studies.common.malicious import surroundings
 from studies.common.malicious.ground import TRACEBACK, UNNAMED, Attack, Ground, ground, judged
 
-MANIFEST = pytest.param("manifest", 2, marks=pytest.mark.xfail(strict=False, reason="one odd manifest still ends in a traceback, without a mark"))
+MANIFEST = pytest.param("manifest", 2, marks=pytest.mark.xfail(strict=False, reason="one manifest ends in a traceback"))
 
 
 @pytest.fixture
