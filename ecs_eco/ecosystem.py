@@ -71,6 +71,7 @@ class World:
         self._context = f"ecs-eco {next(_serial)}"
         self._pool = ThreadPoolExecutor(threads - 1) if threads > 1 else None
         self._shared = False  # whether all threads are at work on pieces of `together`
+        self.lock = threading.RLock()  # held while something is made that threads share
         self.debug = debug.start(self)  # None unless ECS_ECO_DEBUG is set
         self._enter(_Deaths(self), "die", 999_999)
         self._enter(_Births(self), "reproduce", 999_999)
@@ -358,28 +359,34 @@ class World:
     # --- for systems -----------------------------------------------------------------------------------------------
 
     def index(self, table: Table) -> Index:
-        """Return the neighbour index of a table that has Position, as things stand now."""
+        """Return the neighbour index of a table that has Position, as things stand now; any thread may ask."""
         from ecs_eco.components.position import Position
 
-        index = self._indexes.get(table.name)
-        if index is None or index.space is not self.space:
-            index = self._indexes[table.name] = Index(self.space)
-        if self._pool is not None and index.version != table.version:
+        if self._pool is not None and not self._shared and self._index_of(table).version != table.version:
             stale = [t for t in self.tables.values() if Position in t and t is not table]
             self.together(*(lambda t=t: self._build(t) for t in [table, *stale]))
         return self._build(table)
 
-    def _build(self, table: Table) -> Index:
-        from ecs_eco.components.position import Position
-
+    def _index_of(self, table: Table) -> Index:
         index = self._indexes.get(table.name)
         if index is None or index.space is not self.space:
-            index = self._indexes[table.name] = Index(self.space)
+            with self.lock:
+                index = self._indexes.get(table.name)
+                if index is None or index.space is not self.space:
+                    index = self._indexes[table.name] = Index(self.space)
+        return index
+
+    def _build(self, table: Table) -> Index:
+        """Bring an index up to date; of several threads that want it, one does, and the others wait."""
+        from ecs_eco.components.position import Position
+
+        index = self._index_of(table)
         if index.version != table.version:
-            p = table[Position]
-            high = table.high
-            index.build(table.alive[:high], p.x[:high], p.y[:high], p.z[:high], table.uid[:high])
-            index.version = table.version
+            with index.lock:
+                if index.version != table.version:
+                    p, high = table[Position], table.high
+                    index.build(table.alive[:high], p.x[:high], p.y[:high], p.z[:high], table.uid[:high])
+                    index.version = table.version
         return index
 
     def surroundings(self, quantity: str, x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:

@@ -26,11 +26,14 @@ def opaque(world: "World") -> sight.Bodies:
 def merged(world: "World", names: list[str]) -> sight.Bodies:
     """Return the bodies of several tables in one index, rebuilt when one of them has changed."""
     tables = [world.tables[n] for n in names]
-    key, version = tuple(names), tuple(t.version for t in tables)
-    if world._merged.get(key, (None, None))[0] != version:
-        parts = []
-        for table in tables:
-            rows, p = world.index(table).rows, table[Position]
-            parts.append((p.x[rows], p.y[rows], p.z[rows], table[Body].radius[rows], table.uid[rows]))
-        world._merged[key] = (version, sight.Bodies(world.space, parts))
-    return world._merged[key][1]
+    key = tuple(names)
+    with world.lock:  # several threads may want it at once
+        version = tuple(t.version for t in tables)
+        found = world._merged.get(key)
+        if found is None or found[0] != version:
+            parts = []
+            for table in tables:
+                rows, p = world.index(table).rows, table[Position]
+                parts.append((p.x[rows], p.y[rows], p.z[rows], table[Body].radius[rows], table.uid[rows]))
+            found = world._merged[key] = (version, sight.Bodies(world.space, parts))
+        return found[1]

@@ -1,5 +1,7 @@
 """The neighbour index: the living of one table sorted by cell, within a cell by uid; rebuilt in O(n)."""
 
+import threading
+
 import numpy as np
 
 from ecs_eco.engine.jit import njit
@@ -15,6 +17,7 @@ class Index:
     def __init__(self, space: Space) -> None:
         self.space = space
         self.version = -1
+        self.lock = threading.Lock()  # held by the thread that builds it
         self.start = np.zeros(space.n_cells + 1, np.int64)
         self._allocate(0)
 

@@ -1,6 +1,9 @@
+import time
+
 import numpy as np
 import pytest
 
+from ecs_eco.space import Index
 from ecs_eco.systems import Sense
 from ecs_eco.testing import act, arrange
 
@@ -35,3 +38,23 @@ def test_what_was_sensed_last_is_forgotten_when_numbers_change(meadow):
     assert nerves.x.shape == (99, 5)
     assert np.isfinite(nerves.x).all()
     assert (nerves.x[:, 4] == 0.25).all()
+
+
+def test_senses_of_two_threads_that_look_at_the_same_kind_share_one_neighbour_index(meadow, monkeypatch):
+    """Both threads want the index of the grass, which is stale while that of the deer is not: one builds it, the other waits."""
+    at_work, most, build = [], [], Index.build
+
+    def slow(index, *columns):
+        at_work.append(index)
+        time.sleep(0.05)
+        most.append(at_work.count(index))
+        build(index, *columns)
+        at_work.remove(index)
+
+    sensors = [SENSORS[0], {"kind": "touch", "target": "grass"}, {"kind": "touch", "target": "grass", "name": "again"}, SENSORS[1]]
+    world = meadow(sensors=sensors, count=500, grass={"count": 3000}, options={"threads": 2})
+    act(world, Sense)
+    world.tables["grass"].version += 1
+    monkeypatch.setattr(Index, "build", slow)
+    act(world, Sense)
+    assert most == [1]
