@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import wraps
@@ -57,10 +58,12 @@ def as_delivered(chosen: Mapping[Any, Any]) -> Iterator[None]:
     """matplotlib as it is delivered but for these settings, and afterwards as it was.
 
     A `matplotlibrc` of the folder that a command runs in, which came with somebody's world, could have all texts set by TeX.
+    A character that its font lacks, in a name or a title of theirs, is drawn as a box, without a warning.
     """
     import matplotlib
 
-    with matplotlib.rc_context():
+    with matplotlib.rc_context(), warnings.catch_warnings():
+        warnings.filterwarnings("ignore", r"Glyph \d+ .* missing from", UserWarning)
         matplotlib.rcdefaults()
         matplotlib.rcParams.update(chosen)
         yield

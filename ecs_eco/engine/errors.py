@@ -97,9 +97,11 @@ def shortened(text: str, width: int = 60) -> str:
 
 
 def _short(value: object, width: int = 90) -> str:
-    """A value as TOML writes it, cut to `width` characters."""
+    """A value as TOML writes it, cut to `width` characters: a path at its start, anything else at its end."""
     if isinstance(value, bool):
         return "true" if value else "false"
+    if isinstance(value, str) and len(value) > width and value.startswith(("/", "~", "./", "../")) and value.isprintable():
+        return f'"…{value[-width:]}"'
     if isinstance(value, str):
         text = '"' + value[:width].replace("\n", "\\n") + ('"' if len(value) <= width else "")
     else:

@@ -146,7 +146,7 @@ def _check_letters(word: str, arguments: Mapping[str, Any], layout: Layout) -> N
         if isinstance(arguments[key], list | tuple) and len(arguments[key]) < layout.length:
             n = len(arguments[key])
             raise ValueError(f"{word}: mutUniformInt with {n} numbers as {key}; allowed is one, or {layout.length}: one each locus")
-    low, up = (np.resize(np.array(arguments[key]), layout.length) for key in ("low", "up"))
+    low, up = (np.atleast_1d(arguments[key])[: layout.length] for key in ("low", "up"))
     if (low > up).any():
         raise ValueError(f"{word}: mutUniformInt with low = {arguments['low']} above up = {arguments['up']}; allowed is low at most up")
 

@@ -145,7 +145,7 @@ def test_after_a_power_cut_the_parts_are_the_same_bytes(menagerie, tmp_path, mon
             _run(menagerie(), tmp_path / "cut", checkpoint_every=6, record="focal=6")
     stray = tmp_path / "cut" / "details-lynx" / "part-00077.parquet"
     stray.write_bytes(b"of somebody else")
-    with pytest.raises(RecordingError, match=r"details-lynx/part-00077\.parquet: cannot be read"):
+    with pytest.raises(RecordingError, match=r"details-lynx/part-00077\.parquet: is damaged"):
         resume(tmp_path / "cut", report=False)
     stray.unlink()
     resume(tmp_path / "cut", report=False)

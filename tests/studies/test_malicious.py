@@ -8,8 +8,6 @@ from studies import malicious
 from studies.common.malicious import surroundings
 from studies.common.malicious.ground import TRACEBACK, UNNAMED, Attack, Ground, ground, judged
 
-MANIFEST = pytest.param("manifest", 2, marks=pytest.mark.xfail(strict=False, reason="one manifest ends in a traceback"))
-
 
 @pytest.fixture
 def place() -> Iterator[Ground]:
@@ -18,7 +16,7 @@ def place() -> Iterator[Ground]:
         yield found
 
 
-@pytest.mark.parametrize(("what", "number"), [("world", 3), ("checkpoint", 4), MANIFEST, ("message", 20)])
+@pytest.mark.parametrize(("what", "number"), [("world", 3), ("checkpoint", 4), ("manifest", 2), ("message", 20)])
 def test_malicious_files_and_messages_leave_no_mark(what: str, number: int, place: Ground) -> None:
     for attack in malicious.BY_MUTATION[what](place, 7, number):
         found = judged(place, attack)
