@@ -93,7 +93,7 @@ def cost(organisms: int, pairs: int) -> tuple[list[dict[str, Any]], dict[str, An
 
     wall, work, watched = [], [], 0.0
     with Server(player) as server, page(server):
-        seen.between = turn
+        seen.before_tick.append(turn)
         seconds = run(alone, 50)[0] / 50
         run(seen, 50)
         clock = time.pthread_getcpuclockid(server._thread.ident)  # type: ignore[arg-type]
@@ -104,7 +104,7 @@ def cost(organisms: int, pairs: int) -> tuple[list[dict[str, Any]], dict[str, An
             work.append(took[True][1] / took[False][1] - 1)
             watched += took[True][0]
         share = (spent[0] + time.clock_gettime(clock) - served) / watched
-        seen.between = None
+        seen.before_tick.remove(turn)
     n = sum(t.n for t in seen.tables.values())
     rows = [{"cost of a page, as a share of": what, "median": statistics.median(found), "from": min(found), "to": max(found), "goal": 0.05}
             for what, found in (("the run's wall time", wall), ("the processor's time, all threads", work),
@@ -174,14 +174,14 @@ def stalls(organisms: int, minutes: float) -> list[dict[str, Any]]:
     live.kin = Kin(world, most=100_000)  # what is remembered of lives has a bound, which is to be reached before
     player = Player(live, None)
     with Server(player) as server:
-        world.between = player.turn  # type: ignore[assignment]
+        world.before_tick.append(player.turn)
         while world.next_uid < 400_000:
             world.run(50)
         rows.append(standing(world, player, server, "no page", minutes / 4, []))
         threading.Thread(target=frozen, args=(server, end), daemon=True).start()
         rows.append(standing(world, player, server, "a page that does not read, one that does not acknowledge", minutes, [deaf(server)]))
         end.set()
-        world.between = None
+        world.before_tick.clear()
     return rows
 
 

@@ -11,12 +11,13 @@ from ecs_eco._lazy import find_former_names, lazy
 if TYPE_CHECKING:
     from ecs_eco.ecosystem import World
     from ecs_eco.engine.jit import njit
+    from ecs_eco.engine.phases import PHASES
     from ecs_eco.engine.random import draw
     from ecs_eco.engine.schema import boolean, component, f32, f64, i8, i16, i32, i64, u8, u16, u32, u64
-    from ecs_eco.engine.system import PHASES, System
+    from ecs_eco.engine.system import System
     from ecs_eco.engine.table import Table
 
-_HOME = {"World": "ecosystem", "System": "engine.system", "PHASES": "engine.system", "Table": "engine.table",
+_HOME = {"World": "ecosystem", "System": "engine.system", "PHASES": "engine.phases", "Table": "engine.table",
          "njit": "engine.jit", "draw": "engine.random"}  # fmt: skip
 _TYPES = ("component", "f32", "f64", "i8", "i16", "i32", "i64", "u8", "u16", "u32", "u64", "boolean")
 _HOME |= dict.fromkeys(_TYPES, "engine.schema")

@@ -60,11 +60,6 @@ class Guard(Columns):
         return {name: getattr(self, name) for name in self._component.fields}
 
 
-def guards(table: "Table", row: int) -> dict[type[Any], Any]:
-    """Return what stands for the columns in the handles of one row."""
-    return {component: Guard(table, component, row, int(table.uid[row])) for component in table.columns}
-
-
 class Debug:
     """The checks of one world. Its systems and its flushes pass through `watch`."""
 
@@ -76,7 +71,11 @@ class Debug:
         for name, what in (("flush_deaths", "the deaths of the phase die"), ("flush_births", "the births of the phase reproduce")):
             flush = getattr(kind, name)
             setattr(world, name, lambda flush=flush, what=what: self.watch(what, lambda: flush(proxy), flush=True))
-        world._enter(Opening(world), "environment", 0)
+        world.context.add(Opening(world), "environment", 0)
+
+    def guard(self, table: "Table", component: type[Any], row: int) -> Guard:
+        """Return what stands for the columns of a component in the handle of one row."""
+        return Guard(table, component, row, int(table.uid[row]))
 
     def follow(self, system: esper.Processor) -> None:
         """Check after each time that this system acts."""

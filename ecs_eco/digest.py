@@ -120,4 +120,6 @@ def _doomed(table: Any) -> np.ndarray:
 
 
 def _name(what: Any) -> str:
-    return function_name(what) if hasattr(what, "__qualname__") else function_name(type(what))
+    """Return module:name of a function or class; of what ships, the last part alone, so that it may move to another module."""
+    name = function_name(what) if hasattr(what, "__qualname__") else function_name(type(what))
+    return name.rpartition(".")[2].rpartition(":")[2] if name.startswith("ecs_eco.") else name

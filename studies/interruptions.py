@@ -33,7 +33,7 @@ def press() -> None:
 
 def trip(world: Any, rng: np.random.Generator, ticks: int) -> None:
     """Put a system into a phase drawn at random that fails in a tick drawn at random."""
-    from ecs_eco.engine.system import PHASES
+    from ecs_eco.engine.phases import PHASES
 
     system, at = world.trips[PHASES[rng.integers(len(PHASES))]], int(rng.integers(world.tick, ticks))
     system.process = lambda *_: fail() if world.tick == at else None
@@ -71,7 +71,7 @@ def interrupt(kind: str, world: Any, rng: np.random.Generator, ticks: int, lasti
 def build(world: dict[str, Any], seed: int) -> Any:
     """Return a world that learns, with a system in each phase that does nothing."""
     from ecs_eco import World
-    from ecs_eco.engine.system import PHASES
+    from ecs_eco.engine.phases import PHASES
 
     made = World.from_config(world, seed=seed, policies="untrained", learn=True)
     idle(made, PHASES)
@@ -107,7 +107,7 @@ def end_of(world: Any, ticks: int) -> str:
 
 def once(kind: str, config: dict[str, Any], case: dict[str, Any], rng: np.random.Generator, peace: list[str], lasting: float) -> str:
     """Interrupt one world; return what became of it: "whole", "refusing", "early" where it had ended before, or what was wrong."""
-    from ecs_eco.engine.system import PHASES
+    from ecs_eco.engine.phases import PHASES
 
     ticks = config["ticks"]
     world = build(small(case["world"], config["share"], case["brains"]), case["seed"])

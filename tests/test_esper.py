@@ -189,7 +189,7 @@ def test_a_world_that_nobody_holds_frees_its_context_and_columns(menagerie):
         world.run(2)
     column = weakref.ref(world.tables["ram"][Position].x)
     gone = weakref.ref(world)
-    context = world._context
+    context = world.context.name
     assert context in esper.list_worlds()
     del world
     gc.collect()

@@ -135,9 +135,7 @@ def _load(world: Any, meta: Mapping[str, Any], arrays: Arrays, where: str, code:
             _load_part(part, owner, arrays, where)
     if world.recorder is not None and "recorder" in meta:
         _load_part(world.recorder, "recorder", arrays, where)
-    world._indexes.clear()
-    world._merged.clear()
-    world.touch()
+    world.forget_neighbours()
     _load_plain(world, meta["plain"], arrays, where, code)
 
 
@@ -285,11 +283,10 @@ def plain_components(world: Any) -> list[tuple[int, Any]]:
     """Return (uid, component) of all components on esper's entities that are no columns, in the order of uids and of names."""
     import esper
 
-    from ecs_eco.ecosystem import _Inside
     from ecs_eco.engine.schema import Handle
 
     found: list[tuple[int, Any]] = []
-    with _Inside(world._context):
+    with world.context.inside():
         for table in world.tables.values():
             rows = table.rows()
             for row in rows[table.entity_uid[rows] == table.uid[rows]]:
@@ -301,12 +298,10 @@ def plain_components(world: Any) -> list[tuple[int, Any]]:
 def _load_plain(world: Any, listed: Sequence[Sequence[Any]], arrays: Arrays, where: str, code: Code) -> None:
     import esper
 
-    from ecs_eco.ecosystem import _Inside
-
     if not listed:
         return
     world.sync()
-    with _Inside(world._context):
+    with world.context.inside():
         for i, (uid, name) in enumerate(listed):
             try:
                 kind: Any = code.function(name)

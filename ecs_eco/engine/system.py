@@ -1,18 +1,13 @@
 """Systems are behaviour: an esper.Processor that gets, table by table, the columns it named."""
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-import esper
-
-if TYPE_CHECKING:
-    from ecs_eco.ecosystem import World
-    from ecs_eco.engine.table import Table
-
-PHASES = ("environment", "sense", "feel", "learn", "decide", "move", "interact", "metabolise", "die", "reproduce", "record")
-"""The phases of a tick, in order. Deaths take effect at the end of `die`, births at the end of `reproduce`."""
+from ecs_eco.engine.phases import Scheduled
+from ecs_eco.engine.table import Table
+from ecs_eco.engine.world import World
 
 
-class System(esper.Processor):
+class System(Scheduled):
     """What happens to all entities that have the components in `needs`, once a tick.
 
     A subclass declares `needs` (components) and `phase`, and defines `update(table, world)`, called for every table
@@ -21,12 +16,8 @@ class System(esper.Processor):
     """
 
     needs: tuple[type, ...] = ()
-    phase = "interact"
     acts: tuple[str, ...] = ()
-    world: "World"
-
-    def start(self, world: "World") -> None:
-        """Prepare for a world; called once, when the system is added."""
+    world: World
 
     def process(self, *args: Any, **kwargs: Any) -> None:
         """Update every table that has the needed components."""
@@ -34,6 +25,6 @@ class System(esper.Processor):
             if table.has(self.needs):
                 self.update(table, self.world)
 
-    def update(self, table: "Table", world: "World") -> None:
+    def update(self, table: Table, world: World) -> None:
         """Change one table's columns by one tick."""
         raise NotImplementedError(f"{type(self).__name__} defines neither update(table, world) nor process()")

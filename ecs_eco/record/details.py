@@ -11,8 +11,8 @@ from ecs_eco.engine.errors import ConfigError, Problem
 from ecs_eco.nervous.thoughts import thinkers, weighed
 
 if TYPE_CHECKING:
-    from ecs_eco.ecosystem import World
     from ecs_eco.engine.table import Table
+    from ecs_eco.space.world import SpatialWorld
 
 KIND = "details-"  # and the name of a species: its folder in the run's
 ROWS = 100_000  # of a species that are kept in memory before they are handed over
@@ -58,7 +58,7 @@ class Details:
     in their last tick is kept too. It is handed to `sink("details-SPECIES", columns)`.
     """
 
-    def __init__(self, world: World, most: int | None, sink: Any) -> None:
+    def __init__(self, world: SpatialWorld, most: int | None, sink: Any) -> None:
         self.most, self.sink = most, sink
         self.species = [name for name, t in world.tables.items() if t.species.nerves is not None and not t.species.is_object]
         self.focal = {name: world.tables[name].uid[world.tables[name].by_uid()[: self.most]] for name in self.species}
@@ -72,7 +72,7 @@ class Details:
         if table.name in self.focal and self.most is not None:
             self._born[table.name].append(table.uid[rows])
 
-    def died(self, table: Table, rows: np.ndarray, world: World) -> None:
+    def died(self, table: Table, rows: np.ndarray, world: SpatialWorld) -> None:
         """Note the dying before their rows are free."""
         if table.name not in self.focal:
             return
@@ -84,7 +84,7 @@ class Details:
         if world.ticking and who.size:
             self._dying[table.name].append(self._of(table, world, who))
 
-    def note(self, world: World) -> None:
+    def note(self, world: SpatialWorld) -> None:
         """Note a tick that is over."""
         for name in self.species:
             found = [*self._dying[name], self._of(world.tables[name], world, None if self.most is None else self.focal[name])]
@@ -95,7 +95,7 @@ class Details:
             if self._rows[name] >= ROWS:
                 self._hand_over(name, world)
 
-    def flush(self, world: World) -> None:
+    def flush(self, world: SpatialWorld) -> None:
         """Hand over what was noted."""
         for name in self.species:
             self._hand_over(name, world)
@@ -118,7 +118,7 @@ class Details:
         if self.most is not None and born and (room := self.most - len(self.focal[name])) > 0:
             self.focal[name] = np.union1d(self.focal[name], np.sort(np.concatenate(born))[:room])
 
-    def _of(self, table: Table, world: World, who: np.ndarray | None) -> tuple[np.ndarray, ...]:
+    def _of(self, table: Table, world: SpatialWorld, who: np.ndarray | None) -> tuple[np.ndarray, ...]:
         """Return what is noted of this tick: a row each of these uids, of all where None, in the order of uids."""
         nerves, felt, p = table.species.nerves, table[Nervous], table[Position]
         thoughts = nerves.thoughts
@@ -131,7 +131,7 @@ class Details:
         return (np.full(rows.size, world.tick), table.uid[rows], *(getattr(p, axis)[rows] for axis in PLACE), energy, felt.happiness[rows],
                 felt.reward[rows], nerves.x[at], y, logits, thoughts.choice[at], felt.decision[rows])  # fmt: skip
 
-    def _hand_over(self, name: str, world: World) -> None:
+    def _hand_over(self, name: str, world: SpatialWorld) -> None:
         """Hand over what was noted of a species, by tick, then uid."""
         blocks, self._blocks[name], self._rows[name] = [b for b in self._blocks[name] if b[0].size], [], 0
         if not blocks:

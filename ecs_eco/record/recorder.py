@@ -13,8 +13,8 @@ from ecs_eco.engine.system import System
 from ecs_eco.record.details import Details, how_many
 
 if TYPE_CHECKING:
-    from ecs_eco.ecosystem import World
     from ecs_eco.engine.table import Table
+    from ecs_eco.space.world import SpatialWorld
 
 LEDGER = ("stock_before", "endowed", "taken_in", "burnt", "given", "lost", "stock_after")
 MOST_SPECIES = 128  # their numbers are written as i8
@@ -32,8 +32,9 @@ class Recorder(System):
     """
 
     phase = "record"
+    world: "SpatialWorld"
 
-    def __init__(self, world: "World", sink: Callable[[str, dict[str, np.ndarray]], None] | None = None, *, block: int = 1000,
+    def __init__(self, world: "SpatialWorld", sink: Callable[[str, dict[str, np.ndarray]], None] | None = None, *, block: int = 1000,
                  snapshot_every: int = 0, keep_events: bool = False, record: str | None = None) -> None:
         require_whole(world, "record")
         most = how_many(record, "Recorder: record")
@@ -70,7 +71,7 @@ class Recorder(System):
         world.recorder = self
         world.add_system(self)
 
-    def start(self, world: "World") -> None:
+    def start(self, world: "SpatialWorld") -> None:
         """Note the founders."""
         for name, s in self.place.items() if self.keeps else ():
             table = world.tables[name]

@@ -28,16 +28,13 @@ def ask_again(world: Any, manifest: dict[str, Any]) -> None:
 
 
 class Asked:
-    """Looks before every tick, with what the world had there before, at what is asked for, and has `note()` write the manifest."""
+    """Looks before a tick, after all others who do, at what is asked for, and has `note()` write the manifest."""
 
     def __init__(self, world: Any, manifest: dict[str, Any], note: Callable[[], None]) -> None:
-        self.world, self.manifest, self.note, self.before = world, manifest, note, world.between
-        world.between = self.look
+        self.world, self.manifest, self.note = world, manifest, note
 
     def look(self) -> None:
         """Ask again for what is in the manifest and nobody asked for by now, and write what is new."""
-        if self.before is not None:
-            self.before()
         ask_again(self.world, self.manifest)
         known = self.manifest.get("asked", [])
         new = _without(waiting(self.world), [what for tick, what in known if tick == self.world.tick])

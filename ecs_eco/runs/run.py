@@ -13,6 +13,7 @@ from typing import Any
 from ecs_eco.checkpoint import file as checkpoint
 from ecs_eco.engine.arguments import whole_number
 from ecs_eco.engine.errors import CheckpointError, RecordingError
+from ecs_eco.engine.hooks import listening
 from ecs_eco.record import belonging, seal
 from ecs_eco.record.claim import Claim, stopped_early
 from ecs_eco.record.details import how_many
@@ -143,9 +144,8 @@ def _world_at(path: Path, manifest: dict[str, Any], tick: int | None, threads: i
         raise CheckpointError(f"{path}: has no checkpoint at or before tick {tick}; run it with --checkpoint-every N")
     world = World.restore(found, threads=threads, record=False, trust=trust)
     if tick is not None and tick > world.tick:
-        world.between = partial(ask_again, world, manifest)
-        world.run(tick - world.tick)
-        world.between = None
+        with listening(world.before_tick, partial(ask_again, world, manifest)):
+            world.run(tick - world.tick)
     return world
 
 
@@ -227,8 +227,8 @@ def _go(world: Any, folder: Folder, manifest: dict[str, Any], until: int, progre
     asked = Asked(world, manifest, lambda: keep_manifest(folder, manifest))
     start = time.perf_counter()
     try:
-        with _stopping(world):
-            while world.tick < until and not world.stopping:
+        with _stopping(world), listening(world.before_tick, asked.look):
+            while world.tick < until and not world.stopped:
                 goal = min(until, (world.tick // every + 1) * every if every else until, first + 1 if world.tick == first else until)
                 at = world.tick
                 world.run(goal - at, None if progress is None else lambda done, _, at=at: progress(at + done, until))
@@ -242,7 +242,6 @@ def _go(world: Any, folder: Folder, manifest: dict[str, Any], until: int, progre
     except OSError as error:
         raise RecordingError(_cannot_write(error, world, path)) from error
     finally:
-        world.between = asked.before
         manifest["wall_seconds"] = spent + time.perf_counter() - start
         _close(world, folder, manifest, finished=whole and world.tick >= until, last=whole)
     if not manifest["finished"]:
@@ -281,7 +280,7 @@ def _cannot_write(error: OSError, world: Any, path: Path) -> str:
 @contextmanager
 def _stopping(world: Any) -> Iterator[None]:
     """Let SIGINT and SIGTERM stop the world at the end of its tick; the second one stops at once."""
-    world.stopping = False
+    world.stopping = world.stopped = False
     if threading.current_thread() is not threading.main_thread():
         yield
         return
@@ -289,7 +288,7 @@ def _stopping(world: Any) -> Iterator[None]:
     def stop(number: int, frame: Any) -> None:
         if world.stopping:
             raise KeyboardInterrupt
-        world.stopping = True
+        world.stop()
 
     before = {}
     for number in (signal.SIGINT, signal.SIGTERM):

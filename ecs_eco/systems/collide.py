@@ -11,6 +11,7 @@ from ecs_eco.space.bodies import merged, rocks
 from ecs_eco.space.geometry import into
 from ecs_eco.space.sight import gather, offset
 from ecs_eco.space.terrain import OPEN, fence_between, ground_at
+from ecs_eco.space.world import SpatialWorld
 
 
 class Collide(System):
@@ -21,6 +22,7 @@ class Collide(System):
 
     needs = (Position, Velocity, Body)
     phase = "interact"
+    world: SpatialWorld
 
     def process(self, *_: Any) -> None:
         """Push all solid bodies apart, once."""

@@ -5,12 +5,14 @@ from typing import Any
 import numpy as np
 
 from ecs_eco.engine.system import System
+from ecs_eco.space.world import SpatialWorld
 
 
 class Diffuse(System):
     """Every body puts what its species emits into the fields; the fields diffuse and decay."""
 
     phase = "environment"
+    world: SpatialWorld
 
     def process(self, *_: Any) -> None:
         """Advance all fields by one tick."""

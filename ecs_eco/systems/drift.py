@@ -20,7 +20,7 @@ class Drift(System):
 
     def update(self, table: Any, world: Any) -> None:
         """Carry one kind of bodies."""
-        water, space, p, sinking = world.water, world.space, table[Position], table.species.sinking
+        water, space, p, sinking = world.environment.water, world.space, table[Position], table.species.sinking
         own = None if water is None or world.config is None else world.config.water.current_function
         current = STILL if water is None else water.current
         if own is not None:

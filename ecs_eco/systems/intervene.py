@@ -27,6 +27,7 @@ class Intervene(System):
     """
 
     phase = "environment"
+    world: Any  # with what `ecosystem.World` adds: it changes values of the configuration
 
     def __init__(self) -> None:
         self.asked: list[Any] = []  # for the next tick, by World.intervene
@@ -92,9 +93,8 @@ class Intervene(System):
     def set(self, world: Any, what: Any) -> None:
         """Change values of the world."""
         from ecs_eco.config.loading import changed
-        from ecs_eco.worlds.reconfigure import reconfigure
 
-        reconfigure(world, changed(world.config, what.set))
+        world.reconfigure(changed(world.config, what.set))
 
     def switch(self, world: Any, what: Any) -> None:
         """Let births or learning stop, or go on."""
@@ -105,12 +105,9 @@ class Intervene(System):
         if what.learning is not None:
             from ecs_eco.config.checks.interventions import learns
             from ecs_eco.config.loading import changed
-            from ecs_eco.worlds.reconfigure import learning, reconfigure
 
             can = [n for n in names if learns(world.config.species[n])]
-            reconfigure(world, changed(world.config, {f"species.{n}.policy.learn": what.learning for n in can}))
-            for name in can:  # also where the world was built to learn otherwise than its file says
-                learning(world, world.tables[name])
+            world.reconfigure(changed(world.config, {f"species.{n}.policy.learn": what.learning for n in can}), learners=can)
 
     def state(self) -> dict[str, np.ndarray]:
         """Return what is not elsewhere: who bears no young, what was asked for, and ground that was made for fences."""

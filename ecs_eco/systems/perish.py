@@ -8,6 +8,7 @@ from ecs_eco.components import Biology, LifeHistory, Nervous
 from ecs_eco.engine.jit import njit
 from ecs_eco.engine.system import System
 from ecs_eco.nervous.sensors.own import own_column
+from ecs_eco.space.world import SpatialWorld
 
 
 class Perish(System):
@@ -17,6 +18,7 @@ class Perish(System):
     """
 
     phase = "die"
+    world: SpatialWorld
 
     def start(self, world: Any) -> None:
         """Make the causes of death known in the order of species."""

@@ -4,18 +4,20 @@ from typing import Any
 
 from ecs_eco.components import Position
 from ecs_eco.engine.system import System
+from ecs_eco.space.world import SpatialWorld
 
 
 class Shade(System):
     """Who casts shade is counted, layer by layer from the surface down, before anything grows or sees by the light of this tick."""
 
     phase = "environment"
+    world: SpatialWorld
 
     def process(self, *_: Any) -> None:
         """Compute the light profile of this tick."""
         world = self.world
-        if world.water is None:
+        if world.environment.water is None:
             return
         shades = {} if world.config is None or world.config.water is None else world.config.water.shading
         tables = [(world.tables[name], area) for name, area in shades.items()]
-        world.water.shade((t.alive[: t.high], t[Position].z, area) for t, area in tables)
+        world.environment.water.shade((t.alive[: t.high], t[Position].z, area) for t, area in tables)

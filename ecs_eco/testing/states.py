@@ -77,10 +77,10 @@ def act(world: Any, kind: type[System]) -> None:
 @contextmanager
 def all_threads() -> Iterator[None]:
     """Within this block worlds use all their threads, however few organisms they have."""
-    from ecs_eco import ecosystem
+    from ecs_eco.engine import workers
 
-    before, ecosystem.PARALLEL_FROM = ecosystem.PARALLEL_FROM, 0
+    before, workers.PARALLEL_FROM = workers.PARALLEL_FROM, 0
     try:
         yield
     finally:
-        ecosystem.PARALLEL_FROM = before
+        workers.PARALLEL_FROM = before

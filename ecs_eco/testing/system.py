@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 
 from ecs_eco.components import Position
+from ecs_eco.engine.phases import PHASES
 from ecs_eco.engine.schema import Handle
-from ecs_eco.engine.system import PHASES, System
+from ecs_eco.engine.system import System
 from ecs_eco.testing.states import State, all_threads, difference, shuffle, state
 
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from ecs_eco.components import Biology, Genome, Metabolism, Nervous, Position
 from ecs_eco.engine.errors import ConfigError
+from ecs_eco.engine.hooks import listening
 from ecs_eco.view.frames import Encoder, extent, grade
 from ecs_eco.view.pedigree import Kin
 from ecs_eco.view.scene import coloured_genes, describe, fences, kinds_of, sky
@@ -55,20 +56,18 @@ class Live:
     def run(self, turn: Callable[[], bool]) -> None:
         """Let the world live, `turn()` before every tick and after the last, until that says False."""
         world = self.world
-        world.stopping, go = False, True
+        go = True
 
-        def between() -> None:
+        def look() -> None:
             nonlocal go
             go = turn()
-            world.stopping = not go
+            if not go:
+                world.stop()
 
-        world.between = between
-        try:
+        with listening(world.before_tick, look):
             world.run(10**12 if self.last is None else max(0, self.last - world.tick))
             while go and turn():
                 pass
-        finally:
-            world.between = None
 
     def hello(self) -> Message:
         """Return what a page has to know of the world."""

@@ -58,11 +58,12 @@ def compute(path: Path, manifest: dict[str, Any], tick: int, end: int, recorded:
     room = max(10, ROWS // max(1, living))
     first, last = max(at, tick - min(BEFORE, room // 4)), min(end, tick + min(AFTER, room // 2))
 
-    def between() -> None:
-        world.stopping = halt()
+    def look() -> None:
+        if halt():
+            world.stop()
         ask_again(world, manifest)
 
-    world.stopping, world.between = False, between
+    world.before_tick.append(look)
     world.run(first - at, None if progress is None else lambda done, _: progress(done, last + 1 - at))
     blocks: dict[str, list[Columns]] = {}
     recorder = Recorder(world, lambda kind, columns: blocks.setdefault(kind, []).append(columns), snapshot_every=1, record="full")

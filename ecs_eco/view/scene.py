@@ -71,7 +71,7 @@ def day(world: Any) -> dict[str, float] | None:
 
 
 def _moving(world: Any) -> Sun | None:
-    return None if world.sun is None or world.sun.kind == "constant" else world.sun
+    return None if (sun := world.environment.sun) is None or sun.kind == "constant" else sun
 
 
 def _shift(sun: Sun) -> float:

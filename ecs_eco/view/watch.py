@@ -60,7 +60,7 @@ class Window:
         self.world = world
         player = self.player = Player(Live(world, self.ticks), None, halted=lambda: world.stopping)
         self.server = Server(player, self.port).start()
-        world.between = player.turn
+        world.before_tick.append(player.turn)
         self._entrance = Entrance(self.server, self.announce)
         if self.browser:
             self._entrance.open_browser()
@@ -71,7 +71,7 @@ class Window:
             return
         if self._entrance is not None:
             self._entrance.close()
-        self.world.between = None
+        self.world.before_tick.remove(self.player.turn)
         self.player.show()
         time.sleep(0.2)  # for the last messages: they go out in the server's thread
         self.server.stop()

@@ -22,30 +22,13 @@ SEXES = {"none": 0, "female": 1, "male": 2, "random": 0}
 
 def climate(world: Any, config: WorldConfig) -> None:
     """Give a world its sun and its water: functions of the environment in place of constants."""
-    world.sun = sun = Sun(**config.sun.model_dump()) if config.sun is not None else None
-    world.water = water = None
-    for quantity in ("light", "temperature", "pressure"):
-        if getattr(world.environment.get(quantity), "of_climate", False):
-            del world.environment[quantity]
+    sun = None if config.sun is None else Sun(**config.sun.model_dump())
+    water = None
     if config.water is not None:
         given = config.water.model_dump(exclude={"shading", "current", "current_function"})
         current = [(c.depth, c.velocity[0], c.velocity[1]) for c in config.water.current]
-        world.water = water = Water(config.space.size, current=current, **given)
-
-    def light(world: Any, x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
-        surface = world.ambient["light"] * (1.0 if sun is None else sun.light(world.time))
-        return np.full(x.size, surface, np.float32) if water is None else water.light(surface, z)
-
-    def temperature(world: Any, x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
-        return water.temperature(world.ambient["temperature"], z)  # type: ignore[union-attr]
-
-    def pressure(world: Any, x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
-        return water.pressure(world.ambient["pressure"], z)  # type: ignore[union-attr]
-
-    for function in (light, temperature, pressure):
-        if water is not None or (sun is not None and function is light):
-            function.of_climate = True  # type: ignore[attr-defined]
-            world.environment[function.__name__] = function
+        water = Water(config.space.size, current=current, **given)
+    world.environment.set_climate(sun, water)
 
 
 def matter(table: Any, kind: Any, substances: list[str]) -> None:

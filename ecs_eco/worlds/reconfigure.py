@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -14,11 +15,12 @@ from ecs_eco.engine.interruption import require_whole, whole
 from ecs_eco.worlds.apply_species import apply_species, cell, climate, gaits, learner_seed, matter, networks, settings
 
 
-def reconfigure(world: Any, config: Any) -> None:
+def reconfigure(world: Any, config: Any, learners: Iterable[str] = ()) -> None:
     """Bring a living world to another configuration: from now on it is as if it had been built with it.
 
     What organisms are born with (energy, mass, sex, fertility, properties, substances) they keep; newborn have the new
     values. A species that stops learning forgets what it has not yet learnt from; one that begins begins afresh.
+    `learners` are species that are to learn, or not, as the configuration says, also where the world was built otherwise.
     Raises ConfigError that names each value that cannot change while a world lives, before anything changes.
     """
     require_whole(world, "change values", within=True)
@@ -31,6 +33,8 @@ def reconfigure(world: Any, config: Any) -> None:
         raise ConfigError(problems, f"the world {world.name!r} lives: {n} value{'s' if n > 1 else ''} cannot change")
     with whole(world, "a change of values"):
         _apply(world, old, new)
+        for name in learners:
+            learning(world, world.tables[name])
 
 
 def _apply(world: Any, old: WorldConfig, new: WorldConfig) -> None:
@@ -62,8 +66,7 @@ def _surroundings(world: Any, key: tuple, new: WorldConfig) -> None:
         reseed(world, new.seed)
     elif key[0] == "species" and new.space.cell is None and cell(new) != world.space.cell:
         world.space.set_cell(cell(new))
-        world._indexes.clear()
-        world._merged.clear()
+        world.forget_neighbours()
 
 
 def reseed(world: Any, seed: int) -> None:

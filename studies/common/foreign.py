@@ -57,15 +57,12 @@ def make(place: Path) -> None:
 
 def _ask(world: Any) -> None:
     """Ask for something by hand between two ticks."""
-    before = world.between
 
     def between() -> None:
-        if before is not None:
-            before()
         if world.tick == 5:
             world.intervene({"kind": "cull", "species": "deer", "count": 2})
 
-    world.between = between
+    world.before_tick.append(between)
 
 
 def config() -> Any:

@@ -257,7 +257,6 @@ def within(world: Any, chance: random.Random) -> None:
     """Let an odd system write within the next tick, in any phase."""
     import esper
 
-    from ecs_eco.ecosystem import _Inside
 
     class Poke(esper.Processor):
         def process(self, *_: Any) -> None:
@@ -265,12 +264,12 @@ def within(world: Any, chance: random.Random) -> None:
             call_others(world, chance, _odd(world, chance))
 
     phase = PHASES.index(chance.choice(PHASES))
-    with _Inside(world._context):
+    with world.context.inside():
         esper.add_processor(Poke(), priority=-(phase * 1_000_000 + chance.choice((0, 999_998))))
     try:
         world.run(TICKS)
     finally:
-        with _Inside(world._context):
+        with world.context.inside():
             esper.remove_processor(Poke)
 
 

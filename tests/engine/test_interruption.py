@@ -83,10 +83,10 @@ def test_an_error_in_births_names_them():
 
 def test_an_error_between_ticks_leaves_a_whole_world():
     world = ants()
-    world.run(2).between = fail
+    world.run(2).before_tick.append(fail)
     with pytest.raises(ValueError, match="a stone"):
         world.run(1)
-    world.between = None
+    world.before_tick.clear()
     assert world.run(3).digest() == ants().run(5).digest()
 
 
@@ -117,10 +117,10 @@ def test_a_second_ctrl_c_stops_at_once_and_the_world_says_so():
 
 def test_ctrl_c_between_ticks_stops_at_once():
     world = ants()
-    world.between = press
+    world.before_tick.append(press)
     with pytest.raises(KeyboardInterrupt):
         world.run(9)
-    world.between = None
+    world.before_tick.clear()
     assert world.run(9).digest() == ants().run(9).digest()
 
 
@@ -135,7 +135,7 @@ def test_a_handler_of_ones_own_is_asked_as_before():
 
 
 def test_after_an_error_nobody_is_at_work_on_the_world(monkeypatch):
-    monkeypatch.setattr("ecs_eco.ecosystem.PARALLEL_FROM", 0)
+    monkeypatch.setattr("ecs_eco.engine.workers.PARALLEL_FROM", 0)
     done = np.zeros(2)
 
     def kernel(first, last):

@@ -77,9 +77,9 @@ def test_a_second_world_apart_takes_turns(learn):
     while thread.is_alive() or not mine:
         world = make(1).run(15)
         with world:
-            assert esper.current_world == world._context
+            assert esper.current_world == world.context.name
             world.run(15)
-            assert esper.current_world == world._context
+            assert esper.current_world == world.context.name
         mine.append(world.digest())
     thread.join()
     assert set(mine) == {expected[0]}

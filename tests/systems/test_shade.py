@@ -14,7 +14,7 @@ def test_plants_below_others_grow_less(meadow):
     act(world, Shade)
     act(world, Grow)
     depth = np.array([0.0, 0.5 + 0.1 + 0.05, 1.0 + 0.3])  # of the water; then of those above, half of the own layer's included
-    assert world.water.optical[-1] == pytest.approx(1.3)
+    assert world.environment.water.optical[-1] == pytest.approx(1.3)
     expected = 0.5 * 0.4 * np.exp(-np.array([0.0, 0.5 + 0.1 + 0.05, depth[2]]))
     assert table[Metabolism].energy[table.by_uid()] == pytest.approx(expected, rel=1e-5)
 

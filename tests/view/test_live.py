@@ -78,7 +78,15 @@ def test_a_watched_world_is_the_same_to_the_byte(policies):
     page = watched(seen, 15)
     assert page.ticks == list(range(16))
     assert seen.digest() == alone.digest()
-    assert seen.between is None
+    assert seen.before_tick == []
+
+
+def test_what_the_user_calls_before_ticks_is_called_while_a_page_watches_and_stays():
+    seen, ticks = small(), []
+    seen.before_tick.append(lambda: ticks.append(seen.tick))
+    watched(seen, 5)
+    assert ticks[:5] == [0, 1, 2, 3, 4]
+    assert len(seen.before_tick) == 1
 
 
 def test_what_pages_do_is_the_same_in_a_world_file():
@@ -101,7 +109,7 @@ def acting(acts, dies=None):
             if world.tick in acts:
                 world.intervene(acts[world.tick])
 
-        world.between = between
+        world.before_tick.append(between)
 
     return prepare
 
@@ -128,9 +136,9 @@ def test_what_waits_when_a_run_stops_is_done_once_when_it_goes_on(tmp_path):
             if world.tick == 6:
                 world.intervene(ACTS[3])
                 world.intervene(ACTS[3])  # twice, as asked
-                world.stopping = True
+                world.stop()
 
-        world.between = between
+        world.before_tick.append(between)
 
     with pytest.raises(Stopped):
         run_to_folder(load("predator-prey", SMALL), 5, 12, tmp_path / "run", "random", prepare=prepare, report=False)
@@ -146,8 +154,7 @@ def test_a_fork_leaves_out_what_was_asked_for_in_its_first_tick_however_its_pare
 
     def stops(world):
         acting(act)(world)
-        ask = world.between
-        world.between = lambda: (ask(), setattr(world, "stopping", world.tick == 6))
+        world.before_tick.append(lambda: world.stop() if world.tick == 6 else None)
 
     with pytest.raises(Stopped):
         run_to_folder(config, 5, 9, tmp_path / "stopped", "random", prepare=stops, report=False)

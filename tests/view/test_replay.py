@@ -195,7 +195,7 @@ def test_what_was_done_by_hand_is_done_again(menagerie, tmp_path):
             if world.tick == 14:
                 world.intervene({"kind": "fence", "line": [[5, 5], [20, 5]]})
 
-        world.between = between
+        world.before_tick.append(between)
 
     planned = menagerie(interventions=[{"kind": "add", "at": 11, "species": "lynx", "count": 3}])
     _run(planned, tmp_path / "run", ticks=30, prepare=prepare)

@@ -24,11 +24,6 @@ from ecs_eco.view.player import Player
 from ecs_eco.view.server import ASKED, PAGES, WAITING, Server
 
 
-@pytest.fixture(autouse=True)
-def _leaves_esper_as_it_was():
-    """Not asked here: the world that is served lives in a thread of its own, and esper is in it whenever a tick passes."""
-
-
 @pytest.fixture(scope="module")
 def served(tmp_path_factory):
     """A server of a page of one line, and of a world of 2,000 mites that lives in a thread of its own."""

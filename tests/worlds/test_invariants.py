@@ -174,7 +174,7 @@ def test_threads_are_used_when_they_are_tested(menagerie, threads):
     used = set()
     with all_threads():
         world = World.from_config(menagerie(), policies="untrained", threads=threads)
-        submit = world._pool.submit
-        world._pool.submit = lambda kernel, *arguments: used.add(getattr(kernel, "__name__", "")) or submit(kernel, *arguments)
+        submit = world._workers.pool.submit
+        world._workers.pool.submit = lambda kernel, *arguments: used.add(getattr(kernel, "__name__", "")) or submit(kernel, *arguments)
         world.run(1)
     assert {"move", "burn", "seek", "grow", "push_apart", "<lambda>"} <= used  # the last: senses and fields, a share each

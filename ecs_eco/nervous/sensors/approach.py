@@ -11,8 +11,8 @@ from ecs_eco.space.nearest import nearest
 from ecs_eco.space.sight import offset
 
 if TYPE_CHECKING:
-    from ecs_eco.ecosystem import World
     from ecs_eco.engine.table import Table
+    from ecs_eco.space.world import SpatialWorld
 
 
 def feel_approach(target: str, radius: float, scale: float) -> Sense:
@@ -21,7 +21,7 @@ def feel_approach(target: str, radius: float, scale: float) -> Sense:
     Only the other's own motion relative to the water is felt: a still body pushes no flow before itself (Kiørboe & Visser 1999).
     """
 
-    def sense(world: "World", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
+    def sense(world: "SpatialWorld", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
         other, mine = world.tables[target], seekers.index
         targets, space = world.index(other), world.space
         found, distance2 = np.empty(seekers.n, np.int32), np.empty(seekers.n, np.float32)

@@ -10,14 +10,14 @@ from ecs_eco.space.field import at as field_at
 from ecs_eco.space.geometry import into
 
 if TYPE_CHECKING:
-    from ecs_eco.ecosystem import World
     from ecs_eco.engine.table import Table
+    from ecs_eco.space.world import SpatialWorld
 
 
 def smell_gradient(field: str, span: float, scale: float) -> Sense:
     """Compare a field at two places `span` [m] apart along each axis of the body: (a − b)/(a + b + scale)."""
 
-    def sense(world: "World", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
+    def sense(world: "SpatialWorld", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
         f, mine, space = world.fields[field], seekers.index, world.space
         world.split(compare, seekers.n, f.value, f.inverse, mine.x, mine.y, mine.z, seekers.cos, seekers.sin, np.float32(span / 2),
                     np.float32(scale), space.lengths, space.torus, space.volume, out, column)

@@ -12,8 +12,8 @@ from ecs_eco.space.bodies import opaque, rocks
 from ecs_eco.space.nearest import nearest
 
 if TYPE_CHECKING:
-    from ecs_eco.ecosystem import World
     from ecs_eco.engine.table import Table
+    from ecs_eco.space.world import SpatialWorld
 
 
 def see_nearest(target: str, reach: float, fov: float, occlusion: bool, number: int = 0, by_light: float | None = None,
@@ -24,7 +24,7 @@ def see_nearest(target: str, reach: float, fov: float, occlusion: bool, number: 
     """
     cos_half_fov = np.float32(-2.0 if fov >= 2 * math.pi - 1e-5 else math.cos(fov / 2))
 
-    def sense(world: "World", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
+    def sense(world: "SpatialWorld", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
         radius, own = own_range(table, seekers, number, reach)
         targets, mine = world.index(world.tables[target]), seekers.index
         if by_light is not None:

@@ -9,8 +9,8 @@ from ecs_eco.engine.jit import njit
 from ecs_eco.nervous.sensors.sense import Seekers, Sense
 
 if TYPE_CHECKING:
-    from ecs_eco.ecosystem import World
     from ecs_eco.engine.table import Table
+    from ecs_eco.space.world import SpatialWorld
 
 
 def own_column(table: "Table", name: str, substances: list[str]) -> np.ndarray:
@@ -28,7 +28,7 @@ def own(property: str, scale: float, substances: list[str]) -> Sense:
     """Feel a property of the own body, as a share of `scale`."""
     factor = np.float32(1.0 / scale)
 
-    def sense(world: "World", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
+    def sense(world: "SpatialWorld", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
         world.split(_own, seekers.n, own_column(table, property, substances), seekers.rows, factor, out, column)
 
     return sense

@@ -11,8 +11,8 @@ from ecs_eco.space import sight
 from ecs_eco.space.bodies import merged, rocks
 
 if TYPE_CHECKING:
-    from ecs_eco.ecosystem import World
     from ecs_eco.engine.table import Table
+    from ecs_eco.space.world import SpatialWorld
 
 
 def cast_rays(targets: list[str], count: int, fov: float, reach: float, report: str, number: int = 0) -> Sense:
@@ -21,7 +21,7 @@ def cast_rays(targets: list[str], count: int, fov: float, reach: float, report: 
     angles = (np.arange(count) - (count - 1) / 2) * (turn / count)
     ray_cos, ray_sin = np.cos(angles).astype(np.float32), np.sin(angles).astype(np.float32)
 
-    def sense(world: "World", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
+    def sense(world: "SpatialWorld", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
         space, mine, (ground, inverse) = world.space, seekers.index, rocks(world)
         radius, own = own_range(table, seekers, number, reach)
         names = [n for n, t in world.tables.items() if Body in t and (n in targets or t.species.opaque is not False)]

@@ -9,14 +9,14 @@ from ecs_eco.components import Body, Position, Senses
 from ecs_eco.space.geometry import back_into
 
 if TYPE_CHECKING:
-    from ecs_eco.ecosystem import World
     from ecs_eco.engine.table import Table
+    from ecs_eco.space.world import SpatialWorld
 
 
 class Seekers:
     """Those of a table that sense now, in canonical order: rows i64[n], the index, cosine and sine of the headings f32[n]."""
 
-    def __init__(self, world: "World", table: "Table") -> None:
+    def __init__(self, world: "SpatialWorld", table: "Table") -> None:
         self.index = world.index(table)
         self.rows = self.index.rows.copy()
         self.heading = table[Position].heading[self.rows]
@@ -25,7 +25,7 @@ class Seekers:
         self.n = self.rows.size
 
 
-Sense = Callable[["World", "Table", Seekers, np.ndarray, int], None]
+Sense = Callable[["SpatialWorld", "Table", Seekers, np.ndarray, int], None]
 """sense(world, table, seekers, observations f32[n, channels], first column): writes its channels for every seeker."""
 
 

@@ -11,15 +11,15 @@ from ecs_eco.space.field import at as field_at
 from ecs_eco.space.geometry import into
 
 if TYPE_CHECKING:
-    from ecs_eco.ecosystem import World
     from ecs_eco.engine.table import Table
+    from ecs_eco.space.world import SpatialWorld
 
 
 def smell(field: str, at: list[float], scale: float, number: int = 0) -> Sense:
     """Smell a field at a place of the body: c/(c + scale), the occupancy of receptors that are half bound at `scale`."""
     forward, left, up = (np.float32(v) for v in [*at, 0.0, 0.0, 0.0][:3])
 
-    def sense(world: "World", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
+    def sense(world: "SpatialWorld", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
         f, mine, space = world.fields[field], seekers.index, world.space
         x, y = mine.x, mine.y
         body = (seekers.radius, seekers.cos, seekers.sin, forward, left)

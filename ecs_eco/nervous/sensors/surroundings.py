@@ -10,8 +10,8 @@ from ecs_eco.nervous.sensors.sense import Seekers, Sense, nose
 from ecs_eco.space.geometry import back_into
 
 if TYPE_CHECKING:
-    from ecs_eco.ecosystem import World
     from ecs_eco.engine.table import Table
+    from ecs_eco.space.world import SpatialWorld
 
 
 def ambient(quantity: str, zero: float, scale: float, at: Sequence[float] = (), number: int = 0, dark: float | None = None) -> Sense:
@@ -21,7 +21,7 @@ def ambient(quantity: str, zero: float, scale: float, at: Sequence[float] = (), 
     """
     forward, left, up = (np.float32(v) for v in [*at, 0.0, 0.0, 0.0][:3])
 
-    def sense(world: "World", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
+    def sense(world: "SpatialWorld", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
         x, y, z = seekers.index.x, seekers.index.y, seekers.index.z
         own, space = number in table.species.own_places, world.space
         if own or forward or left or up:

@@ -11,14 +11,14 @@ from ecs_eco.space import sight
 from ecs_eco.space.bodies import merged
 
 if TYPE_CHECKING:
-    from ecs_eco.ecosystem import World
     from ecs_eco.engine.table import Table
+    from ecs_eco.space.world import SpatialWorld
 
 
 def touch(targets: list[str] | None, wall: bool, at: list[float], reach: float = 0.0) -> Sense:
     """Feel whether a body of a kind, or a wall, touches the own body within a sector of directions."""
 
-    def sense(world: "World", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
+    def sense(world: "SpatialWorld", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
         out[:, column] = 0
         mine, space = seekers.index, world.space
         names = [n for n, t in world.tables.items() if Body in t and Position in t] if targets is None else targets

@@ -8,8 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from ecs_eco import System, component, f32, njit
 from ecs_eco.components import Chemistry, Nervous, Velocity
+from ecs_eco.engine.jit import njit
+from ecs_eco.engine.schema import component, f32
+from ecs_eco.engine.system import System
 from ecs_eco.nervous.sensors.sense import Seekers
 from ecs_eco.nervous.sensors.touch import touch
 

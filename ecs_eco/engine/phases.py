@@ -1,0 +1,17 @@
+"""The phases of a tick, and what is put into them."""
+
+from typing import Any
+
+import esper
+
+PHASES = ("environment", "sense", "feel", "learn", "decide", "move", "interact", "metabolise", "die", "reproduce", "record")
+"""The phases of a tick, in order. Deaths take effect at the end of `die`, births at the end of `reproduce`."""
+
+
+class Scheduled(esper.Processor):
+    """What acts once a tick, in its phase, and prepares for a world when it is added to one."""
+
+    phase = "interact"
+
+    def start(self, world: Any) -> None:
+        """Prepare for a world; called once, when the system is added."""

@@ -1,0 +1,358 @@
+"""A World: tables of organisms, a clock, and systems that act in the order of phases. It knows neither space nor biology."""
+
+from __future__ import annotations
+
+import threading
+import time
+import weakref
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any, Self
+
+import esper
+import numpy as np
+
+from ecs_eco.engine import random, turns
+from ecs_eco.engine.arguments import positive, seed_number, whole_number
+from ecs_eco.engine.context import LAST, Context, switch_back
+from ecs_eco.engine.errors import UnknownName, unknown_name
+from ecs_eco.engine.interruption import Patience, Underway, require_whole, stopped, whole
+from ecs_eco.engine.phases import PHASES, Scheduled
+from ecs_eco.engine.schema import Handle
+from ecs_eco.engine.table import Table
+from ecs_eco.engine.workers import Workers
+
+MOST_CAUSES = 255
+
+
+class World:
+    """Entities in tables, and the systems that act on them.
+
+    `dt` [s] is the length of a tick, `seed` all chance. `threads` changes the speed and no result. Worlds do not mix: each
+    has its own esper context, which `with world:` enters.
+
+    Whoever wants to hear of something puts a function into a list: `before_tick` (no arguments, before each tick of `run`),
+    `on_death` (table, rows), before the rows are freed, and `on_birth` (table, rows, uids of first and of second parents,
+    0 for none), after they were taken. They are called in the order of the list; none of them is saved.
+    """
+
+    def __init__(self, *, dt: float = 1.0, seed: int = 0, threads: int = 1, name: str = "world") -> None:
+        self.name, self.dt, self.seed = name, positive("dt", dt, "seconds"), seed_number(seed)
+        self.threads = whole_number("threads", threads, 1)
+        self.tick = 0
+        self.tables: dict[str, Table] = {}
+        self.systems: list[Scheduled] = []
+        self.causes: list[str] = ["culled"]
+        self.next_uid = 1
+        self.before_tick: list[Callable[[], Any]] = []
+        self.on_death: list[Callable[[Table, np.ndarray], Any]] = []
+        self.on_birth: list[Callable[[Table, np.ndarray, np.ndarray, np.ndarray], Any]] = []
+        self.ticking = False  # whether a tick is under way
+        self.stopping = False  # whether `run` is to return, as soon as it can
+        self.stopped = False  # whether it did, the last time, before its ticks were over
+        self.underway: Underway | None = None  # what must be done as a whole and is not done yet, or never will be
+        self.debug: Any = None  # the checks of the debug mode
+        self.owner: threading.Thread
+        self.apart = False  # whether it lives in a thread beside another's world
+        turns.enter(self)
+        self.context, self._workers = Context(), Workers(self.threads)
+        self._outer: list[str] = []
+        self.context.add(_Deaths(self), "die", LAST)
+        self.context.add(_Births(self), "reproduce", LAST)
+        weakref.finalize(self, _forget, self.context, self._workers)
+
+    def __repr__(self) -> str:
+        return f"<World {self.name!r} at tick {self.tick}: {', '.join(f'{t.n} {n}' for n, t in self.tables.items())}>"
+
+    @property
+    def time(self) -> float:
+        """Seconds since the start."""
+        return self.tick * self.dt
+
+    @property
+    def key(self) -> np.uint64:
+        """The key of this tick's random numbers."""
+        return random.tick_key(self.seed, self.tick)
+
+    # --- what there is ---------------------------------------------------------------------------------------------
+
+    def add_table(self, name: str, *components: type[Any], capacity: int = 64, dims: Mapping[str, int] | None = None) -> Table:
+        """Declare a kind of entity with these components; `dims` gives the sizes that their shapes name."""
+        if name in self.tables:
+            raise ValueError(f"table {name!r} exists already; choose another name")
+        table = self.tables[name] = Table(name, components, capacity=capacity, dims=dims, place=len(self.tables))
+        return table
+
+    def add_system(self, system: esper.Processor, phase: str | None = None) -> Any:
+        """Add a system at the end of its phase; a plain esper.Processor goes to `interact` unless `phase` says otherwise."""
+        phase = phase or getattr(system, "phase", "interact")
+        if not isinstance(system, esper.Processor):
+            raise TypeError(f"system {system!r} is no ecs_eco.System or esper.Processor; hand in an instance, as in Move()")
+        if phase not in PHASES:
+            raise ValueError(unknown_name(f"system {type(system).__name__}", "phase", phase, PHASES))
+        if getattr(system, "world", None) is not None:
+            raise ValueError(f"system {type(system).__name__} is in a world already; make another instance for this one")
+        system.phase = phase  # type: ignore[attr-defined]
+        system.world = weakref.proxy(self)  # type: ignore[attr-defined]  # esper keeps the system: it must not keep the world
+        self.systems.append(system)  # type: ignore[arg-type]
+        place = 3 * len(self.systems)
+        self.context.add(system, phase, place)
+        if self.debug is not None:
+            self.debug.follow(system)
+        if isinstance(system, Scheduled):
+            system.start(self)
+        else:  # it looks at the world through esper, and may move what it sees
+            self.context.add(_Synced(self), phase, place - 1)
+            self.context.add(_Touched(self), phase, place + 1)
+        return system
+
+    def table(self, name: str) -> Table:
+        """Return the table of this name; KeyError names the nearest."""
+        try:
+            return self.tables[name]
+        except KeyError:
+            raise UnknownName(unknown_name("world", "table", name, self.tables)) from None
+
+    def cause(self, name: str) -> int:
+        """Return the code of a cause of death, making it known where it is new."""
+        if name not in self.causes:
+            if len(self.causes) == MOST_CAUSES:
+                raise ValueError(f"cause {name!r}: a world knows at most {MOST_CAUSES} causes of death")
+            self.causes.append(name)
+        return self.causes.index(name) + 1
+
+    def spawn(self, name: str, *components: Handle, n: int = 1, parent: int = 0) -> None:
+        """Ask for `n` newborn of a kind, with these components' values (the table's defaults for the others).
+
+        They come to life at the end of the phase `reproduce`, or at `flush`. A place beyond the edge of a torus is brought back
+        around it. Raises ValueError for one outside of a world with walls, and for any value beyond the limits of its field.
+        """
+        table = self.table(name)
+        n = whole_number(f"spawn {name!r}: n", n, 1)
+        values = {}
+        for handle in components:
+            if type(handle) not in table:
+                table[type(handle)]  # raises the error that names what there is
+            for field, array in vars(handle._columns).items():
+                values[type(handle), field] = np.repeat(array, n, axis=0)
+        if not 0 <= parent < 2**64:
+            raise ValueError(f"spawn {name!r}: parent is {parent}; it must be a uid, or 0 for none")
+        table.request(np.full(n, parent, np.uint64), self.admit_newborn(table, values, f"spawn {name!r}"))
+
+    def kill(self, who: int, cause: str = "culled", killer: int = 0) -> None:
+        """Let an organism die of a cause at the end of the phase `die`; `who` is a uid. Killing twice changes nothing."""
+        table, row = self.locate(who)
+        if not table.cause[row]:
+            table.cause[row] = self.cause(cause)
+            table.killer[row] = killer
+
+    def locate(self, uid: int) -> tuple[Table, int]:
+        """Return the table and the row of a living entity; KeyError where there is none."""
+        for table in self.tables.values():
+            row = np.flatnonzero(table.uid[: table.high] == uid)
+            if row.size and uid > 0:
+                return table, int(row[0])
+        raise KeyError(f"no living entity has the uid {uid}")
+
+    def get(self, uid: int, component: type[Any]) -> Any:
+        """Return the handle of one living entity's component."""
+        table, row = self.locate(uid)
+        return self._handle(table, row, component)
+
+    def each(self, *components: type[Any]) -> Iterator[tuple[Any, ...]]:
+        """Yield (uid, handle, …) for all living entities that have these components, in the order of uids."""
+        living = [(int(t.uid[r]), t, int(r)) for t in self.tables.values() if t.has(components) for r in t.rows()]
+        for uid, table, row in sorted(living, key=lambda one: one[0]):
+            yield uid, *(self._handle(table, row, component) for component in components)
+
+    def _handle(self, table: Table, row: int, component: type[Any]) -> Any:
+        return component.attach(table[component] if self.debug is None else self.debug.guard(table, component, row), row)
+
+    # --- time ------------------------------------------------------------------------------------------------------
+
+    def step(self) -> None:
+        """Let one tick pass."""
+        self.run(1)
+
+    def stop(self) -> None:
+        """Let `run` return: after this tick, or before the next one where no tick is under way. `stopped` says then that it did."""
+        self.stopping = True
+
+    def run(self, ticks: int, progress: Callable[[int, int], Any] | None = None) -> Self:
+        """Let `ticks` ticks pass; `progress(done, ticks)` is called about ten times a second. Returns the world.
+
+        Returns earlier, after a whole tick, where `stop()` was called meanwhile. What is in `before_tick` is called before every
+        tick. Ctrl-C stops after a whole tick, too. An error within a tick, or a second Ctrl-C, leaves a world that may only be
+        looked at: what else is asked of it raises UnfinishedTick.
+        """
+        ticks = whole_number("ticks", ticks)
+        self._mine()
+        require_whole(self, "run")
+        self.admit(refuse=self.debug is None)
+        self.touch()
+        with turns.lock:
+            outside, mark = esper.current_world, Underway("tick")
+        with Patience(self) as patience:
+            try:
+                if self.tick == 0:
+                    self.flush()
+                shown = time.monotonic()
+                for done in range(1, ticks + 1):
+                    for call in tuple(self.before_tick):
+                        call()
+                    if self.stopping:
+                        break
+                    self._pass(mark)
+                    patience.over()
+                    if progress is not None and (done == ticks or time.monotonic() - shown > 0.1):
+                        shown = time.monotonic()
+                        progress(done, ticks)
+                    if self.stopping:
+                        break
+            except BaseException as error:
+                stopped(self, error)
+                raise
+            finally:
+                mark.running = self.ticking = False
+                self.stopped, self.stopping = self.stopping, False
+                with turns.lock:
+                    switch_back(outside)
+        if outside == self.context.name:
+            self.sync()
+        return self
+
+    def _pass(self, mark: Underway) -> None:
+        """Let one tick pass; the mark stands until it has passed as a whole."""
+        self.underway, self.ticking = mark, True
+        with turns.lock:
+            outside = esper.current_world
+            if outside != self.context.name:
+                esper.switch_world(self.context.name)
+            esper.process()
+            self.tick += 1
+            if self.apart:
+                esper.switch_world(outside)
+        self.ticking, self.underway = False, None
+        if turns.turn.waiting:
+            turns.turn.leave()
+
+    def _mine(self) -> None:
+        if threading.get_ident() != self.owner.ident:
+            raise RuntimeError(f"one thread alone touches a world: the one that made it, {self.owner.name!r}")
+
+    # --- births and deaths -----------------------------------------------------------------------------------------
+
+    def flush(self) -> None:
+        """Carry out the deaths, then the births asked for so far."""
+        require_whole(self, "flush", within=True)
+        with whole(self, f"the flush before tick {self.tick}"):
+            self.flush_deaths()
+            self.flush_births()
+
+    def flush_deaths(self) -> None:
+        """Free the rows of all that have a cause of death; listeners see them, in the order of uids, before."""
+        for table in self.tables.values():
+            rows = table.doomed()
+            if rows.size:
+                if self.on_death:
+                    rows = rows[table.uid[rows].argsort()]
+                for listen in self.on_death:
+                    listen(table, rows)
+                table.vacate(rows)
+
+    def flush_births(self) -> None:
+        """Bring the newborn to life, table by table, in the order in which they were asked for."""
+        for table in self.tables.values():
+            if not table.births:
+                continue
+            requests, table.births = table.births, []
+            for parents, second, values in requests:
+                if parents.size:
+                    rows = table.occupy(parents.size, self.next_uid, self.tick, values)
+                    self.next_uid += parents.size
+                    for listen in self.on_birth:
+                        listen(table, rows, parents, np.zeros_like(parents) if second is None else second)
+
+    def admit(self, refuse: bool = True) -> None:
+        """Look at what was written between ticks, before kernels work with it; a world with a space does."""
+
+    def admit_newborn(self, table: Table, values: dict[tuple[type, str], Any], whose: str) -> dict[tuple[type, str], Any]:
+        """Return the values of newborn as they may come to life."""
+        return values
+
+    # --- esper -----------------------------------------------------------------------------------------------------
+
+    def sync(self) -> None:
+        """Bring esper's entities up to date: esper then has one for each living organism, with a handle per component.
+
+        Done on `with world:`, within it after `run` and `step`, and before each plain esper.Processor of the schedule: esper
+        is never looked at while it lags behind, and births and deaths that nobody looks at cost no handles.
+        """
+        self.context.sync(self.tables.values(), self._handles)
+
+    def _handles(self, table: Table, row: int) -> list[Any]:
+        return [self._handle(table, row, component) for component in table.columns]
+
+    def entity(self, uid: int) -> int:
+        """Return esper's number of a living entity: local to this process, never saved."""
+        table, row = self.locate(uid)
+        if table.entity_uid[row] != table.uid[row]:
+            self.sync()
+        return int(table.entity[row])
+
+    def __enter__(self) -> Self:
+        self._mine()
+        turns.turn.__enter__()
+        self._outer.append(esper.current_world)
+        esper.switch_world(self.context.name)
+        self.sync()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        esper.switch_world(self._outer.pop())
+        turns.turn.__exit__()
+
+    # --- for systems -----------------------------------------------------------------------------------------------
+
+    def touch(self) -> None:
+        """Let what is derived from places be made anew: something may have been moved through handles."""
+        for table in self.tables.values():
+            table.version += 1
+
+    def split(self, kernel: Callable[..., Any], n: int, *arguments: Any, work: int | None = None) -> None:
+        """Run `kernel(first, last, *arguments)` over 0…n, in parts on all threads where `work` items are worth it."""
+        self._workers.split(kernel, n, *arguments, work=work)
+
+    def together(self, *work: Callable[[], Any]) -> None:
+        """Do independent pieces of work, on all threads where the world is large enough; they must not share what they write."""
+        self._workers.together(sum(t.n for t in self.tables.values()), *work)
+
+
+class _OfWorld(esper.Processor):
+    def __init__(self, world: World) -> None:
+        self.world = weakref.proxy(world)
+
+
+class _Deaths(_OfWorld):
+    def process(self, *_: Any) -> None:
+        self.world.flush_deaths()
+
+
+class _Births(_OfWorld):
+    def process(self, *_: Any) -> None:
+        self.world.flush_births()
+
+
+class _Synced(_OfWorld):
+    def process(self, *_: Any) -> None:
+        self.world.sync()
+
+
+class _Touched(_OfWorld):
+    def process(self, *_: Any) -> None:
+        self.world.touch()
+        self.world.admit(refuse=self.world.debug is None)
+
+
+def _forget(context: Context, workers: Workers) -> None:
+    workers.end()
+    context.end()

@@ -1,0 +1,49 @@
+"""What surrounds the organisms: light, temperature and pressure, the sun, the water, and the functions that say what is where."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from ecs_eco.space.sun import Sun
+from ecs_eco.space.water import Water
+
+Quantity = Callable[..., np.ndarray]
+"""f(world, x, y, z), of places f32[n] [m] → one number for each, or one for all."""
+
+
+class Environment(dict[str, Quantity]):
+    """Functions of places by what they give ("light", "temperature" [K], "pressure" [Pa]); each replaces a constant in `ambient`.
+
+    A sun and a water bring functions of their own; one that the user has put here stands instead.
+    """
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.ambient: dict[str, float] = {"temperature": 285.0, "pressure": 101_325.0, "light": 1.0}
+        self.sun: Sun | None = None  # rises and sets
+        self.water: Water | None = None  # fills a volume
+
+    def set_climate(self, sun: Sun | None, water: Water | None) -> None:
+        """Take a sun and a water in the place of those that were."""
+        for quantity in ("light", "temperature", "pressure"):
+            if getattr(self.get(quantity), "of_climate", False):
+                del self[quantity]
+        self.sun, self.water = sun, water
+
+        def light(world: Any, x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
+            surface = self.ambient["light"] * (1.0 if sun is None else sun.light(world.time))
+            return np.full(x.size, surface, np.float32) if water is None else water.light(surface, z)
+
+        def temperature(world: Any, x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
+            return water.temperature(self.ambient["temperature"], z)  # type: ignore[union-attr]
+
+        def pressure(world: Any, x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
+            return water.pressure(self.ambient["pressure"], z)  # type: ignore[union-attr]
+
+        for function in (light, temperature, pressure):
+            if water is not None or (sun is not None and function is light):
+                function.of_climate = True  # type: ignore[attr-defined]
+                self[function.__name__] = function

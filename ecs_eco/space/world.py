@@ -1,0 +1,116 @@
+"""A world whose entities are somewhere: its space, its surroundings, and who is near whom. What sensors and systems work with."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from ecs_eco.components.position import Position
+from ecs_eco.engine.table import Table
+from ecs_eco.engine.world import World
+from ecs_eco.space import gate
+from ecs_eco.space.environment import Environment
+from ecs_eco.space.field import Field
+from ecs_eco.space.geometry import Space
+from ecs_eco.space.index import Index
+from ecs_eco.space.sight import Bodies
+from ecs_eco.space.terrain import Terrain
+
+
+class SpatialWorld(World):
+    """Entities in one space, and the systems that act on them.
+
+    `size` [m] and `edges` describe the space, `cell` [m] the side of the cells of the neighbour index. The rest is that of
+    `ecs_eco.engine.world.World`. What is attached to a world from above, its configuration and its recorder, has its place here,
+    since systems ask for it.
+    """
+
+    def __init__(self, size: Sequence[float] = (100.0, 100.0), *, edges: str = "torus", dt: float = 1.0, seed: int = 0,
+                 cell: float | None = None, threads: int = 1, name: str = "world") -> None:
+        self.space = Space(size, edges, cell)
+        self.environment = Environment()
+        self.fields: dict[str, Field] = {}
+        self.terrain: Terrain | None = None
+        self.substances: list[str] = []
+        self.reproduction = True  # switched off while policies are pre-trained
+        self.config: Any = None  # the WorldConfig that it was built from
+        self.recorder: Any = None
+        self.intervened: list[tuple[int, Any]] = []  # (tick, what) of interventions carried out
+        self.lock = threading.RLock()  # held while something is made that threads share
+        self._indexes: dict[str, Index] = {}
+        self._merged: dict[tuple[str, ...], tuple[tuple[int, ...], Bodies]] = {}
+        super().__init__(dt=dt, seed=seed, threads=threads, name=name)
+
+    @property
+    def ambient(self) -> dict[str, float]:
+        """Light, temperature [K] and pressure [Pa] where no function of the environment says otherwise."""
+        return self.environment.ambient
+
+    @ambient.setter
+    def ambient(self, values: dict[str, float]) -> None:
+        self.environment.ambient = values
+
+    def admit(self, refuse: bool = True) -> None:
+        """Bring back or refuse what was written between ticks; see `ecs_eco.space.gate`."""
+        gate.admit(self, refuse)
+
+    def admit_newborn(self, table: Table, values: dict[tuple[type, str], Any], whose: str) -> dict[tuple[type, str], Any]:
+        """Return the values of newborn with their places brought into the space; ValueError for what is beyond its limits."""
+        return gate.newborn(self, table, values, whose)
+
+    # --- who is near whom ------------------------------------------------------------------------------------------
+
+    def index(self, table: Table) -> Index:
+        """Return the neighbour index of a table that has Position, as things stand now; any thread may ask."""
+        if self.threads > 1 and not self._workers.all_busy and self._index_of(table).version != table.version:
+            stale = [t for t in self.tables.values() if Position in t and t is not table]
+            self.together(*(lambda t=t: self._build(t) for t in [table, *stale]))
+        return self._build(table)
+
+    def _index_of(self, table: Table) -> Index:
+        index = self._indexes.get(table.name)
+        if index is None or index.space is not self.space:
+            with self.lock:
+                index = self._indexes.get(table.name)
+                if index is None or index.space is not self.space:
+                    index = self._indexes[table.name] = Index(self.space)
+        return index
+
+    def _build(self, table: Table) -> Index:
+        """Bring an index up to date; of several threads that want it, one does, and the others wait."""
+        index = self._index_of(table)
+        if index.version != table.version:
+            with index.lock:
+                if index.version != table.version:
+                    p, high = table[Position], table.high
+                    index.build(table.alive[:high], p.x[:high], p.y[:high], p.z[:high], table.uid[:high])
+                    index.version = table.version
+        return index
+
+    def merged(self, names: tuple[str, ...], build: Any) -> Bodies:
+        """Return the bodies of several tables in one index, as things stand now: those that `build()` returned, or does now."""
+        with self.lock:  # several threads may want it at once
+            version = tuple(self.tables[name].version for name in names)
+            kept = self._merged.get(names)
+            if kept is None or kept[0] != version:
+                kept = self._merged[names] = (version, build())
+            return kept[1]
+
+    def forget_neighbours(self) -> None:
+        """Let all indexes be made anew: the cells, or all places, are others."""
+        self._indexes.clear()
+        self._merged.clear()
+        self.touch()
+
+    def surroundings(self, quantity: str, x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
+        """Return light, temperature [K] or pressure [Pa] at places f32[n] [m]: f32[n].
+
+        `environment[quantity]`, a function (world, x, y, z), replaces the constant in `ambient`.
+        """
+        function = self.environment.get(quantity)
+        if function is None:
+            return np.full(x.size, self.environment.ambient[quantity], np.float32)
+        return gate.one_each(function(self, x, y, z), x.size, f"environment[{quantity!r}]")

@@ -1,0 +1,68 @@
+"""Count circles of imports in the package, those within functions and under TYPE_CHECKING included.
+
+    python tools/import_circles.py
+
+Prints the circles of files and of rooms (the folders of ecs_eco, and its files that lie in none); exits with 1 where there is one.
+"""
+
+import ast
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import networkx
+
+ROOT = Path(__file__).parents[1]
+PACKAGE = "ecs_eco"
+
+
+def modules() -> dict[str, Path]:
+    """Return the files of the package by module name."""
+    found = {}
+    for path in sorted((ROOT / PACKAGE).rglob("*.py")):
+        parts = path.relative_to(ROOT).with_suffix("").parts
+        found[".".join(parts[:-1] if parts[-1] == "__init__" else parts)] = path
+    return found
+
+
+def imported(module: str, path: Path, known: dict[str, Path]) -> Iterator[str]:
+    """Yield the modules of the package that a file imports, anywhere in it."""
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        names: list[str] = []
+        if isinstance(node, ast.Import):
+            names = [alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom) and node.module is not None and not node.level:
+            names = [f"{node.module}.{alias.name}" for alias in node.names]
+        for name in names:
+            while name and name not in known:
+                name = name.rpartition(".")[0]
+            if name and name != module:
+                yield name
+
+
+def room(module: str, path: Path) -> str:
+    """Return the folder that a module lies in, or the module itself where it lies in none."""
+    return module if path.parent == ROOT / PACKAGE else ".".join(module.split(".")[:2])
+
+
+def circles(edges: set[tuple[str, str]]) -> list[list[str]]:
+    """Return the sets of nodes that lead to each other, sorted."""
+    parts = networkx.strongly_connected_components(networkx.DiGraph(edges))
+    return sorted(sorted(part) for part in parts if len(part) > 1)
+
+
+def main() -> int:
+    """Print the circles; return 1 where there is one."""
+    known = modules()
+    files = {(module, other) for module, path in known.items() for other in imported(module, path, known)}
+    rooms = {(room(a, known[a]), room(b, known[b])) for a, b in files}
+    found = {"files": circles(files), "rooms": circles({(a, b) for a, b in rooms if a != b})}
+    for kind, parts in found.items():
+        print(f"{len(parts)} circles of {kind} ({len(known) if kind == 'files' else len({r for edge in rooms for r in edge})} in all)")
+        for part in parts:
+            print("   ", ", ".join(part))
+    return int(any(found.values()))
+
+
+if __name__ == "__main__":
+    sys.exit(main())
