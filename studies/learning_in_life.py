@@ -6,9 +6,8 @@ that keep ahead of deer, the best protocol found (docs/learning.md).
 
 from typing import Any
 
-from persistence import TRAINING
-
 from studies.common.seed_grid import crossed_study
+from studies.persistence import TRAINING
 
 WORLDS = range(7201, 7206)
 

@@ -8,10 +8,10 @@ where it comes from and not how often.
 from typing import Any
 
 import numpy as np
-from protocols import HALF, OLD
 
 from studies.common.seed_grid import live, policies_of, record
 from studies.common.study import Study, verdict
+from studies.protocols import HALF, OLD
 
 DIE, LIVE, WORLD = (3, 32), (21, 22), 6101
 
