@@ -1,5 +1,7 @@
 """Debug mode, ECS_ECO_DEBUG=1: dear checks after each system, which name it and change no result. See docs/debugging.md."""
 
+from __future__ import annotations
+
 import os
 import weakref
 from collections.abc import Callable, Iterator
@@ -14,6 +16,7 @@ from ecs_eco.engine.system import System
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
+    from ecs_eco.space.world import SpatialWorld
 
 FLOWS = ("taken", "burnt", "given")
 WHO = ("alive", "uid", "born")  # what flushes alone change
@@ -30,7 +33,7 @@ class StaleHandle(DebugError):
     """A handle that was kept past its owner's death."""
 
 
-def start(world: Any) -> "Debug | None":
+def start(world: SpatialWorld) -> Debug | None:
     """Return the checks of a new world where the environment asks for them: ECS_ECO_DEBUG is set, and not to 0; else None."""
     return None if os.environ.get("ECS_ECO_DEBUG", "0") in ("", "0") else Debug(world)
 
@@ -41,7 +44,7 @@ class Guard(Columns):
     __slots__ = ("_component", "_row", "_table", "_uid")
     __setattr__ = object.__setattr__  # type: ignore[assignment]  # it holds no columns of its own
 
-    def __init__(self, table: "Table", component: type[Any], row: int, uid: int) -> None:
+    def __init__(self, table: Table, component: type[Any], row: int, uid: int) -> None:
         table[component]  # raises the error that names what there is
         self._table, self._component, self._row, self._uid = table, component, row, int(uid)
 
@@ -63,7 +66,7 @@ class Guard(Columns):
 class Debug:
     """The checks of one world. Its systems and its flushes pass through `watch`."""
 
-    def __init__(self, world: Any) -> None:
+    def __init__(self, world: SpatialWorld) -> None:
         self.world = weakref.proxy(world)
         self.before: Before | None = None  # the system under way began
         self.drift: dict[str, float] = {}  # energy of a species that changed between ticks: no ledger has it
@@ -73,7 +76,7 @@ class Debug:
             setattr(world, name, lambda flush=flush, what=what: self.watch(what, lambda: flush(proxy), flush=True))
         world.context.add(Opening(world), "environment", 0)
 
-    def guard(self, table: "Table", component: type[Any], row: int) -> Guard:
+    def guard(self, table: Table, component: type[Any], row: int) -> Guard:
         """Return what stands for the columns of a component in the handle of one row."""
         return Guard(table, component, row, int(table.uid[row]))
 
@@ -105,7 +108,7 @@ class Debug:
 class Opening(esper.Processor):
     """The first of a tick: what was done between ticks is checked under that name, not the first system's."""
 
-    def __init__(self, world: Any) -> None:
+    def __init__(self, world: SpatialWorld) -> None:
         self.world = weakref.proxy(world)
 
     def process(self, *_: Any) -> None:
@@ -121,7 +124,7 @@ class Opening(esper.Processor):
 class Before:
     """The world as one system found it, and the comparison with what the system leaves."""
 
-    def __init__(self, world: Any, name: str, system: Any, flush: bool) -> None:
+    def __init__(self, world: SpatialWorld, name: str, system: Any, flush: bool) -> None:
         self.world, self.name, self.system, self.flush = world, name, system, flush
         self.who = {t.name: {c: getattr(t, c).copy() for c in WHO} for t in world.tables.values()}
         self.counts = {t.name: (t.n, t.high, t.version) for t in world.tables.values()}
@@ -132,7 +135,7 @@ class Before:
         self.budget = {t.name: {n: a.copy() for n, a in _budget(t).items()} for t in world.tables.values()}
         self.page = _page(system)
 
-    def fail(self, table: Any, what: str, kind: type[DebugError] = DebugError) -> NoReturn:
+    def fail(self, table: Table | None, what: str, kind: type[DebugError] = DebugError) -> NoReturn:
         """Raise with the place: the system, the tick, the species."""
         where = "" if table is None else f", {'objects' if table.species.is_object else 'species'} {table.name!r}"
         raise kind(f"after {self.name}, tick {self.world.tick}{where}: {what}")
@@ -171,7 +174,7 @@ class Before:
 
     # --- who lives ---------------------------------------------------------------------------------------------------
 
-    def _identities(self, table: Any) -> None:
+    def _identities(self, table: Table) -> None:
         for column in WHO:
             was, now = self.who[table.name][column], getattr(table, column)
             if was.shape != now.shape:
@@ -183,7 +186,7 @@ class Before:
         if self.counts[table.name][:2] != (table.n, table.high):
             self.fail(table, f"(n, high) was {self.counts[table.name][:2]} is {(table.n, table.high)}; births and deaths alone change it")
 
-    def _living(self, table: Any) -> None:
+    def _living(self, table: Table) -> None:
         if table.n != np.count_nonzero(table.alive) or table.alive[table.high :].any():
             self.fail(table, f"n is {table.n} and high {table.high}, but {np.count_nonzero(table.alive)} rows are alive")
         for name, wrong, what in (("uid", table.alive & (table.uid == 0), "lives and has none"),
@@ -223,7 +226,7 @@ class Before:
 
     # --- what they have ----------------------------------------------------------------------------------------------
 
-    def _shapes(self, table: Any) -> None:
+    def _shapes(self, table: Table) -> None:
         now = {(c, n): (a.dtype, a.shape) for c, n, a in _columns(table)}
         for (component, name), was in self.shapes[table.name].items():
             if (found := now.get((component, name))) != was and component in table:
@@ -231,7 +234,7 @@ class Before:
                 self.fail(table, f"column {component.__name__}.{name} was {was[0]}{list(was[1])} and is {is_now}; "
                                  f"write into it: table[{component.__name__}].{name}[rows] = …")
 
-    def _free_rows(self, table: Any) -> None:
+    def _free_rows(self, table: Table) -> None:
         free = self.free[table.name]
         free = free[~table.alive[free]]
         if not free.size:
@@ -251,7 +254,7 @@ class Before:
                 self.fail(table, f"{component.__name__}.{name} of row {free[i]}, which is free, was {kept[i]} and is "
                                  f"{found[i]}{_more(int(wrong.sum()))}; write to the living only: table.rows() or table.alive")
 
-    def _finite(self, table: Any) -> None:
+    def _finite(self, table: Table) -> None:
         for component, name, array in _columns(table):
             if array.dtype.kind != "f" or _all_finite(array):
                 continue
@@ -263,7 +266,7 @@ class Before:
                 self.fail(table, f"{component.__name__}.{name}{at} of {_whose(table.uid, rows[i])} is {values[i, j]}"
                                  f"{_more(len(np.unique(bad[:, 0])))}; allowed are finite numbers")
 
-    def _bounds(self, table: Any) -> None:
+    def _bounds(self, table: Table) -> None:
         places = {n: a for c, n, a in _columns(table) if c.__name__ == "Position"}
         space = self.world.space
         for axis, length in zip("xyz"[: len(space.size)], space.lengths, strict=False):
@@ -274,11 +277,11 @@ class Before:
             h = places["heading"]
             self._within(table, "Position.heading", h, table.alive & ~((h > -1e-5) & (h < FULL_TURN + 1e-5)), "[0, 2π)")
 
-    def _within(self, table: Any, name: str, column: np.ndarray, wrong: np.ndarray, allowed: str) -> None:
+    def _within(self, table: Table, name: str, column: np.ndarray, wrong: np.ndarray, allowed: str) -> None:
         if (rows := np.flatnonzero(wrong)).size:
             self.fail(table, f"{name} of {_whose(table.uid, rows[0])} is {column[rows[0]]}{_more(rows.size)}; allowed is {allowed}")
 
-    def _resolution(self, table: Any) -> None:
+    def _resolution(self, table: Table) -> None:
         """See that the steps of energy and place are not rounded away where the organisms have come to."""
         from ecs_eco.components import Metabolism, Position
 
@@ -292,13 +295,13 @@ class Before:
             place = getattr(table[Position], axis)[rows]
             self._lost(table, rows, f"Position.{axis}", place, place + min(speeds) == place, min(speeds))
 
-    def _lost(self, table: Any, rows: np.ndarray, name: str, values: np.ndarray, lost: np.ndarray, step: Any) -> None:
+    def _lost(self, table: Table, rows: np.ndarray, name: str, values: np.ndarray, lost: np.ndarray, step: Any) -> None:
         if (at := np.flatnonzero(lost)).size:
             least = np.spacing(np.abs(values[at[0]]))
             self.fail(table, f"{name} of {_whose(table.uid, rows[at[0]])} is {values[at[0]]}{_more(at.size)}, and a step of {step:g} is "
                              f"rounded away there; float32 holds steps of {least:g} and more")
 
-    def _moved(self, table: Any) -> None:
+    def _moved(self, table: Table) -> None:
         """See that the index is made anew where places changed; plain processors need not say so."""
         if table.version != self.counts[table.name][2] or (self.system is not None and not isinstance(self.system, System)):
             return
@@ -309,7 +312,7 @@ class Before:
                 self.fail(table, f"Position.{name} of {_whose(table.uid, r)} was {was[r]} and is {now[r]}{_more(rows.size)}, "
                                  "but table.version is the same; say `table.version += 1`, or neighbours are looked for where they were")
 
-    def _nerves(self, table: Any) -> None:
+    def _nerves(self, table: Table) -> None:
         nerves = table.species.nerves
         x, rows, brain = getattr(nerves, "x", None), getattr(nerves, "rows", None), getattr(nerves, "brain", None)
         if x is not None and rows is not None and not np.isfinite(x).all():
@@ -324,7 +327,7 @@ class Before:
                     self.fail(table, f"weight {name}{bad[0].tolist()} of the policy is {w[tuple(bad[0])]}{_more(len(bad))}; "
                                      "allowed are finite numbers")
 
-    def _index(self, table: Any) -> None:
+    def _index(self, table: Table) -> None:
         index = self.world._indexes.get(table.name)
         if index is None or index.version != table.version or index.space is not self.world.space:
             return
@@ -339,7 +342,7 @@ class Before:
 
     # --- energy ------------------------------------------------------------------------------------------------------
 
-    def _energy(self, table: Any) -> None:
+    def _energy(self, table: Table) -> None:
         from ecs_eco.systems import ResetFlows
 
         was, now = self.budget[table.name], _budget(table)
@@ -382,13 +385,13 @@ class Before:
                           f"{abs(apart):.6g} apart; no system did it: a death or a birth did")
 
 
-def _columns(table: Any) -> Iterator[tuple[Any, str, Any]]:
+def _columns(table: Table) -> Iterator[tuple[Any, str, Any]]:
     for component, columns in table.columns.items():
         for name, array in vars(columns).items():
             yield component, name, array
 
 
-def _budget(table: Any) -> dict[str, np.ndarray]:
+def _budget(table: Table) -> dict[str, np.ndarray]:
     """Return energy and flows of a table with Metabolism; nothing of another."""
     from ecs_eco.components import Metabolism
 

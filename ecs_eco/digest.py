@@ -1,9 +1,11 @@
 """The digest of a world: one hash of all that decides its future, whatever rows, threads or files it lives in."""
 
+from __future__ import annotations
+
 import hashlib
 import json
 from collections.abc import Iterator
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -12,11 +14,15 @@ from ecs_eco.config.models.interventions import coming
 from ecs_eco.engine.interruption import require_whole
 from ecs_eco.engine.section import function_name
 
+if TYPE_CHECKING:
+    from ecs_eco.engine.table import Table
+    from ecs_eco.space.world import SpatialWorld
+
 BEGINNING = ("name", "title", "description", "seed", "ticks", "training", "systems", "interventions")
 """What of a configuration says how a world begins or is called: not what becomes of it from here on."""
 
 
-def digest(world: Any) -> str:
+def digest(world: SpatialWorld) -> str:
     """Return SHA-256 of a world between two ticks, 64 hexadecimal digits; what it covers is in docs/checkpoints.md.
 
     Equal runs have equal digests on one target, the same versions and processor: docs/promises.md. Interpreted kernels
@@ -30,7 +36,7 @@ def digest(world: Any) -> str:
     return found.hexdigest()
 
 
-def _facts(world: Any) -> dict[str, Any]:
+def _facts(world: SpatialWorld) -> dict[str, Any]:
     """Return what is no array."""
     return {
         "clock": [world.seed, world.tick, world.next_uid, world.dt], "space": [world.space.size, world.space.edges],
@@ -43,7 +49,7 @@ def _facts(world: Any) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _values(world: Any) -> Any:
+def _values(world: SpatialWorld) -> Any:
     """Return the values of the configuration as they are now, and the interventions that are still to come."""
     if world.config is None:
         return None
@@ -55,7 +61,7 @@ def _values(world: Any) -> Any:
     return values
 
 
-def _species(table: Any) -> dict[str, Any]:
+def _species(table: Table) -> dict[str, Any]:
     nerves = table.species.nerves
     return {
         "components": [c.__name__ for c in table.columns], "barren": bool(table.species.barren),
@@ -64,7 +70,7 @@ def _species(table: Any) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _arrays(world: Any) -> Iterator[tuple[str, np.ndarray]]:
+def _arrays(world: SpatialWorld) -> Iterator[tuple[str, np.ndarray]]:
     """Yield all arrays by name: columns in the order of uids."""
     for table in world.tables.values():
         rows = table.by_uid()
@@ -81,13 +87,13 @@ def _arrays(world: Any) -> Iterator[tuple[str, np.ndarray]]:
             for (component, field), array in values.items():
                 kind = table.defaults[component][field].dtype
                 yield f"{table.name} birth {i} {component.__name__}.{field}", np.asarray(array, kind)
-    for name, field in sorted(world.fields.items()):
-        yield f"field {name}", field.value
-        yield f"emitted {name}", field.source
+    for name, smell in sorted(world.fields.items()):
+        yield f"field {name}", smell.value
+        yield f"emitted {name}", smell.source
     yield from _states(world)
 
 
-def _states(world: Any) -> Iterator[tuple[str, np.ndarray]]:
+def _states(world: SpatialWorld) -> Iterator[tuple[str, np.ndarray]]:
     """Yield the states of traits, systems, terrain and of the user's plain components."""
     for table in world.tables.values():
         for key, part in sorted(table.parts().items()):
@@ -113,7 +119,7 @@ def _named(owner: str, state: dict[str, Any]) -> Iterator[tuple[str, np.ndarray]
         yield f"{owner} {key}", np.asarray(value)
 
 
-def _doomed(table: Any) -> np.ndarray:
+def _doomed(table: Table) -> np.ndarray:
     """Return the rows that have a cause of death, in the order of uids: i64[k]."""
     rows = table.by_uid()
     return rows[table.cause[rows] != 0]

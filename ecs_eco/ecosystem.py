@@ -23,7 +23,6 @@ class World(SpatialWorld):
     def __init__(self, size: Sequence[float] = (100.0, 100.0), *, edges: str = "torus", dt: float = 1.0, seed: int = 0,
                  cell: float | None = None, threads: int = 1, name: str = "world") -> None:
         super().__init__(size, edges=edges, dt=dt, seed=seed, cell=cell, threads=threads, name=name)
-        self.origin: dict[str, Any] = {}  # how `build` was asked to make it
         self.debug = debug.start(self)  # None unless ECS_ECO_DEBUG is set
 
     @classmethod

@@ -1,13 +1,19 @@
 """Whether the numbers in a checkpoint are those of a world: a seal says that a file is as it was written, not that it is sound."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ecs_eco.engine.errors import CheckpointError
 from ecs_eco.space import gate
+
+if TYPE_CHECKING:
+    from ecs_eco.engine.table import Table
+    from ecs_eco.space.world import SpatialWorld
 
 Arrays = Mapping[str, np.ndarray]
 OWN = {"row": np.int64, "uid": np.uint64, "born": np.int64, "cause": np.uint8, "killer": np.uint64}
@@ -18,7 +24,7 @@ COUNTERS = ("learner.steps", "learner.updates")
 class ArrayChecks:
     """The checks of one file against the world that is to take it; each raises CheckpointError that names the file and the part."""
 
-    def __init__(self, world: Any, meta: Mapping[str, Any], arrays: Arrays, where: str) -> None:
+    def __init__(self, world: SpatialWorld, meta: Mapping[str, Any], arrays: Arrays, where: str) -> None:
         self.world, self.meta, self.arrays, self.where = world, meta, arrays, where
         self.clock()
         seen = [self.table(name, table) for name, table in world.tables.items()]
@@ -58,7 +64,7 @@ class ArrayChecks:
             if not isinstance(value, int | float) or not math.isfinite(value):
                 self.fail(f"ambient.{key} is {value!r}; allowed are finite numbers")
 
-    def table(self, name: str, table: Any) -> np.ndarray:
+    def table(self, name: str, table: Table) -> np.ndarray:
         """Check the living and the newborn of one table; return the uids of the living."""
         prefix, made = f"table/{name}", self.meta["tables"][name]
         rows = self.arrays.get(f"{prefix}/row")
@@ -92,7 +98,7 @@ class ArrayChecks:
             self.fail(f"the part {part!r} is {array.dtype}{list(array.shape)}; allowed: one whole number")
         self.range(part, array, 0, 2**53)
 
-    def limits(self, table: Any, prefix: str, whose: str, uid: np.ndarray | None = None) -> None:
+    def limits(self, table: Table, prefix: str, whose: str, uid: np.ndarray | None = None) -> None:
         """Check that the fields in the file are within the limits that the gate sets to what comes from outside."""
         for limits in gate.limits_of(self.world, table, heavy=True):
             values = self.arrays.get(f"{prefix}/{limits.name}")
@@ -103,7 +109,7 @@ class ArrayChecks:
                 except ValueError as error:
                     self.fail(str(error))
 
-    def births(self, table: Any, prefix: str, birth: Mapping[str, Any]) -> None:
+    def births(self, table: Table, prefix: str, birth: Mapping[str, Any]) -> None:
         """Check newborn that were asked for."""
         k = len(np.atleast_1d(self.arrays.get(f"{prefix}/parent", np.zeros(0))))
         for word in ("parent", *(["second"] if birth["second"] else [])):
@@ -116,7 +122,7 @@ class ArrayChecks:
         self.limits(table, prefix, f"newborn {{}} of {table.name!r}")
 
 
-def check_arrays(world: Any, meta: Mapping[str, Any], arrays: Arrays, where: str) -> None:
+def check_arrays(world: SpatialWorld, meta: Mapping[str, Any], arrays: Arrays, where: str) -> None:
     """Raise CheckpointError that names the file and the part where a world could not live with these numbers."""
     try:
         ArrayChecks(world, meta, arrays, where)

@@ -1,15 +1,21 @@
 """A second world from a living one: frozen and restored in memory, as a checkpoint would be."""
 
+from __future__ import annotations
+
 import json
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ecs_eco.engine.arguments import seed_number
 from ecs_eco.engine.errors import CheckpointError
 from ecs_eco.engine.section import function_name
 
+if TYPE_CHECKING:
+    from ecs_eco.space.world import SpatialWorld
 
-def copy(world: Any, *, threads: int | None = None, systems: Sequence[Any] = (), prepare: Callable[[Any], None] | None = None) -> Any:
+
+def copy(world: SpatialWorld, *, threads: int | None = None, systems: Sequence[Any] = (),
+         prepare: Callable[[Any], None] | None = None) -> Any:
     """Return a world that has its own organisms, brains and clock, the same digest, and the same future.
 
     `threads`: as many as the world has, unless said. `systems` are new instances of those that were handed in as instances;
@@ -41,7 +47,7 @@ def copy(world: Any, *, threads: int | None = None, systems: Sequence[Any] = (),
     return made
 
 
-def fork(world: Any, seed: int, **how: Any) -> Any:
+def fork(world: SpatialWorld, seed: int, **how: Any) -> Any:
     """Return a copy with another seed: the same organisms, and from the next tick on other chance; takes what `copy` takes."""
     from ecs_eco.worlds.reconfigure import reseed
 

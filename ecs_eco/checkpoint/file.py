@@ -5,18 +5,23 @@ else has `state()`; its metadata holds `meta` (JSON: format, versions, configura
 tensor with its type and shape) and `seal` (SHA-256 of both). Nothing in it can run code.
 """
 
+from __future__ import annotations
+
 import hashlib
 import json
 import zlib
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ecs_eco.checkpoint import freeze as frozen
 from ecs_eco.engine import files
 from ecs_eco.engine.errors import CheckpointError
+
+if TYPE_CHECKING:
+    from ecs_eco.space.world import SpatialWorld
 
 FORMAT = 2
 SUFFIX = ".safetensors"
@@ -36,7 +41,7 @@ MIGRATIONS: dict[int, Callable[[dict[str, Any], Arrays], tuple[dict[str, Any], A
 """From each older format to the next; a format without one is refused."""
 
 
-def save(world: Any, path: str | Path) -> Path:
+def save(world: SpatialWorld, path: str | Path) -> Path:
     """Write a checkpoint of a world between two ticks, so that the file is whole or not there. Returns its path.
 
     Raises RuntimeError within a tick, CheckpointError for something that could not be restored, OSError where nothing can be
@@ -68,7 +73,7 @@ def restore(cls: Any, path: str | Path, *, threads: int = 1, config: Any = None,
     return world
 
 
-def load(world: Any, path: str | Path, *, trust: bool = False) -> None:
+def load(world: SpatialWorld, path: str | Path, *, trust: bool = False) -> None:
     """Bring a world built in the same way to the state that a checkpoint holds; `trust` as of `restore`. Raises CheckpointError."""
     meta, arrays = read(path)
     frozen.load(world, meta, arrays, str(path), trust)

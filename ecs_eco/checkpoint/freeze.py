@@ -1,8 +1,10 @@
 """A world as JSON and arrays, and back: what a checkpoint holds (see checkpoint.py for the file)."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,11 +16,15 @@ from ecs_eco.engine.interruption import require_whole, whole
 from ecs_eco.engine.section import function_name
 from ecs_eco.record.code import FOLDER, again, noted, sources
 
+if TYPE_CHECKING:
+    from ecs_eco.engine.table import Table
+    from ecs_eco.space.world import SpatialWorld
+
 Arrays = dict[str, np.ndarray]
 OWN = ("uid", "born", "cause", "killer")  # columns of a table that belong to no component
 
 
-def freeze(world: Any) -> tuple[dict[str, Any], Arrays]:
+def freeze(world: SpatialWorld) -> tuple[dict[str, Any], Arrays]:
     """Return all that decides a world's future: meta for JSON, and arrays by name. Raises RuntimeError within a tick."""
     from ecs_eco.record.folder import versions
 
@@ -106,7 +112,7 @@ def _of(where: str, error: CodeError) -> CodeError:
     return CodeError(error.problems, error.title if where in error.title else f"{where}: {error.title or 'names code that it may not'}")
 
 
-def load(world: Any, meta: Mapping[str, Any], arrays: Arrays, where: str, trust: bool = False) -> None:
+def load(world: SpatialWorld, meta: Mapping[str, Any], arrays: Arrays, where: str, trust: bool = False) -> None:
     """Bring a world to a frozen state; raises CheckpointError where it is built otherwise, before anything changes.
 
     Raises CodeError where organisms have components of the user's own whose code nobody allowed to run here.
@@ -120,7 +126,7 @@ def load(world: Any, meta: Mapping[str, Any], arrays: Arrays, where: str, trust:
         _load(world, meta, arrays, where, code)
 
 
-def _load(world: Any, meta: Mapping[str, Any], arrays: Arrays, where: str, code: Code) -> None:
+def _load(world: SpatialWorld, meta: Mapping[str, Any], arrays: Arrays, where: str, code: Code) -> None:
     clock = meta["clock"]
     world.seed, world.tick, world.next_uid = int(clock["seed"]), int(clock["tick"]), int(clock["next_uid"])
     world.reproduction, world.ambient, world.causes[:] = meta["reproduction"], dict(meta["ambient"]), meta["causes"]
@@ -142,7 +148,7 @@ def _load(world: Any, meta: Mapping[str, Any], arrays: Arrays, where: str, code:
 # --- tables ----------------------------------------------------------------------------------------------------------
 
 
-def _freeze_table(table: Any, arrays: Arrays) -> dict[str, Any]:
+def _freeze_table(table: Table, arrays: Arrays) -> dict[str, Any]:
     """Put the columns of the living into `arrays`; return what says how the table is made."""
     rows, prefix = table.rows(), f"table/{table.name}"
     arrays[f"{prefix}/row"] = rows
@@ -166,7 +172,7 @@ def _freeze_table(table: Any, arrays: Arrays) -> dict[str, Any]:
     return {"columns": columns, "capacity": table.capacity, "births": births, "learning": bool(nerves is not None and nerves.learning)}
 
 
-def _load_table(table: Any, made: Mapping[str, Any], arrays: Arrays) -> None:
+def _load_table(table: Table, made: Mapping[str, Any], arrays: Arrays) -> None:
     prefix = f"table/{table.name}"
     rows = arrays[f"{prefix}/row"]
     table.reserve(int(made["capacity"]))
@@ -192,7 +198,7 @@ def _load_table(table: Any, made: Mapping[str, Any], arrays: Arrays) -> None:
         table.births.append((arrays[f"{prefix}/births/{i}/parent"], second, values))
 
 
-def _check(world: Any, meta: Mapping[str, Any], arrays: Arrays, where: str) -> None:
+def _check(world: SpatialWorld, meta: Mapping[str, Any], arrays: Arrays, where: str) -> None:
     """Raise CheckpointError where a world's tables, fields, systems or parts are others than those frozen."""
     pairs: Any = (("tables", list(world.tables), list(meta["tables"])), ("fields", sorted(world.fields), meta["fields"]),
                                ("functions of the environment", sorted(world.environment), meta["environment"]))  # fmt: skip
@@ -225,7 +231,7 @@ def _words(names: Sequence[str]) -> str:
 # --- what has a state of its own --------------------------------------------------------------------------------------
 
 
-def stateful(world: Any) -> dict[str, Any]:
+def stateful(world: SpatialWorld) -> dict[str, Any]:
     """Return everything that has state() and load(), by a name that follows from how the world is built."""
     found = {f"table/{t.name}/trait/{key}": part for t in world.tables.values() for key, part in sorted(t.parts().items()) if _has(part)}
     found |= {f"system/{i}/{type(s).__name__}": s for i, s in enumerate(world.systems) if _has(s) and s is not world.recorder}
@@ -258,7 +264,7 @@ def _take(arrays: Arrays, owner: str) -> Arrays:
     return {key.removeprefix(f"{owner}/"): array for key, array in arrays.items() if key.startswith(f"{owner}/")}
 
 
-def _instances(world: Any) -> list[str]:
+def _instances(world: SpatialWorld) -> list[str]:
     """Return the names of systems in the configuration that were handed in as instances and have no state() to say what they were."""
     listed = () if world.config is None else world.config.systems
     return [function_name(s) for s in listed if not isinstance(s, str | type) and not _has(s)]
@@ -267,7 +273,7 @@ def _instances(world: Any) -> list[str]:
 # --- plain components, on esper's entities ------------------------------------------------------------------------------
 
 
-def _freeze_plain(world: Any, arrays: Arrays) -> list[list[Any]]:
+def _freeze_plain(world: SpatialWorld, arrays: Arrays) -> list[list[Any]]:
     """Put the user's own plain components, which have state() and a class method restore(state), into `arrays`; return who has which."""
     out: list[list[Any]] = []
     for uid, thing in plain_components(world):
@@ -279,7 +285,7 @@ def _freeze_plain(world: Any, arrays: Arrays) -> list[list[Any]]:
     return out
 
 
-def plain_components(world: Any) -> list[tuple[int, Any]]:
+def plain_components(world: SpatialWorld) -> list[tuple[int, Any]]:
     """Return (uid, component) of all components on esper's entities that are no columns, in the order of uids and of names."""
     import esper
 
@@ -295,7 +301,7 @@ def plain_components(world: Any) -> list[tuple[int, Any]]:
     return sorted(found, key=lambda f: (f[0], function_name(type(f[1]))))
 
 
-def _load_plain(world: Any, listed: Sequence[Sequence[Any]], arrays: Arrays, where: str, code: Code) -> None:
+def _load_plain(world: SpatialWorld, listed: Sequence[Sequence[Any]], arrays: Arrays, where: str, code: Code) -> None:
     import esper
 
     if not listed:

@@ -25,6 +25,6 @@ class System(Scheduled):
             if table.has(self.needs):
                 self.update(table, self.world)
 
-    def update(self, table: Table, world: World) -> None:
+    def update(self, table: Table, world: Any) -> None:
         """Change one table's columns by one tick."""
         raise NotImplementedError(f"{type(self).__name__} defines neither update(table, world) nor process()")

@@ -3,10 +3,12 @@
 The worlds that they learn in are training_worlds.py.
 """
 
+from __future__ import annotations
+
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,6 +17,9 @@ from ecs_eco.config.loading import changed
 from ecs_eco.engine.arguments import seed_number, whole_number
 from ecs_eco.experiments.training_worlds import TrainingWorlds
 from ecs_eco.worlds.reconfigure import reconfigure
+
+if TYPE_CHECKING:
+    from ecs_eco.ecosystem import World
 
 
 def pretrain(config: Any, seed: int | None = None, ticks: int | None = None, out: str | Path | None = None,
@@ -51,7 +56,7 @@ def pretrain(config: Any, seed: int | None = None, ticks: int | None = None, out
     return result
 
 
-def ramp(world: Any, config: WorldConfig, share: float) -> None:
+def ramp(world: World, config: WorldConfig, share: float) -> None:
     """Give a world in training the numbers that the ramps say after this share of it."""
     wanted = {r.key: r.at(share) for r in config.training.ramp}
     if wanted and any(value_at(world.config.model_dump(), key) != value for key, value in wanted.items()):

@@ -1,7 +1,9 @@
 """What systems of reproduction share: who is born where, with what; no system of its own."""
 
+from __future__ import annotations
+
 import math
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,11 +17,15 @@ from ecs_eco.space.geometry import cell_of, into
 from ecs_eco.space.sight import gather, offset
 from ecs_eco.space.terrain import ROCK, WATER, ground_at
 
+if TYPE_CHECKING:
+    from ecs_eco.engine.table import Table
+    from ecs_eco.space.world import SpatialWorld
+
 LITTER_MAX = 65_535  # most that a mother's column holds
 TRIES = 8  # places looked at before a birth is given up for want of room
 
 
-def life_history(table: Any, way: Any) -> tuple[Any, ...]:
+def life_history(table: Table, way: Any) -> tuple[Any, ...]:
     """Return (own, age_min, energy_min, energy_given, litter, choice): each a column, or the species' value as an array of one.
 
     `own` says which: the value of a row is at [row] where it is true, at [0] where it is not.
@@ -35,13 +41,13 @@ def life_history(table: Any, way: Any) -> tuple[Any, ...]:
     return known[1]
 
 
-def room(table: Any, wanted: int) -> int:
+def room(table: Table, wanted: int) -> int:
     """Return how many of `wanted` newborn there is room for: `max_count` less the living and those that wait to be born."""
     most = table.species.max_count
     return wanted if most is None else max(0, min(wanted, most - table.n - table.waiting))
 
 
-def bring_forth(table: Any, world: Any, way: Any, parents: np.ndarray, number: np.ndarray, given: np.ndarray,
+def bring_forth(table: Table, world: SpatialWorld, way: Any, parents: np.ndarray, number: np.ndarray, given: np.ndarray,
                 fathers: np.ndarray | None = None, sperm: np.ndarray | None = None) -> np.ndarray:
     """Ask for `number` i64[k] newborn of each parent (rows i64[k] in the order of uids); return how many there was room for.
 
@@ -69,7 +75,8 @@ def bring_forth(table: Any, world: Any, way: Any, parents: np.ndarray, number: n
     return np.bincount(which, minlength=parents.size)
 
 
-def newborn(table: Any, world: Any, places: np.ndarray, who: np.ndarray, energy: np.ndarray) -> dict[tuple[type, str], np.ndarray]:
+def newborn(table: Table, world: SpatialWorld, places: np.ndarray, who: np.ndarray,
+            energy: np.ndarray) -> dict[tuple[type, str], np.ndarray]:
     """Return the columns in which newborn differ from the table's defaults: place, heading, sex, energy.
 
     `who` u64[k] is the number that each one's chance is drawn with.
@@ -82,7 +89,7 @@ def newborn(table: Any, world: Any, places: np.ndarray, who: np.ndarray, energy:
     return values
 
 
-def rows_of(table: Any, uids: np.ndarray) -> np.ndarray:
+def rows_of(table: Table, uids: np.ndarray) -> np.ndarray:
     """Return the rows of the living with these uids: i64[k], −1 for the dead."""
     rows = table.by_uid()
     known = table.uid[rows]
@@ -90,7 +97,7 @@ def rows_of(table: Any, uids: np.ndarray) -> np.ndarray:
     return np.where(known[at] == uids, rows[at], -1)
 
 
-def find_places(table: Any, world: Any, parents: np.ndarray, who: np.ndarray, way: Any) -> np.ndarray:
+def find_places(table: Table, world: SpatialWorld, parents: np.ndarray, who: np.ndarray, way: Any) -> np.ndarray:
     """Return (x, y, z, whether there is room) for each newborn of `parents` i64[k], drawn with the numbers `who`: f32[k, 4]."""
     space, p, own = world.space, table[Position], world.index(table)
     out = np.zeros((parents.size, 4), np.float32)

@@ -1,13 +1,18 @@
 """What plants pay for their defence, for the systems in which they do."""
 
-from typing import Any
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ecs_eco.components import Defence
 
+if TYPE_CHECKING:
+    from ecs_eco.engine.table import Table
 
-def left_by_defence(table: Any, high: int) -> np.ndarray | np.float32:
+
+def left_by_defence(table: Table, high: int) -> np.ndarray | np.float32:
     """Return the share of growth and of sprouting seeds that defence leaves to each: f32[high], or one for all."""
     defence = table.species.config.defence
     if defence.cost == 0:

@@ -1,7 +1,9 @@
 """Those who come without parents, at the start and later: where, with what; no system of its own."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -9,10 +11,14 @@ from ecs_eco.components import Biology, Metabolism, Position
 from ecs_eco.engine import random
 from ecs_eco.space.geometry import cells_of
 
+if TYPE_CHECKING:
+    from ecs_eco.engine.table import Table
+    from ecs_eco.space.world import SpatialWorld
+
 Values = dict[tuple[type, str], np.ndarray]
 
 
-def newcomers(table: Any, world: Any, kind: Any, who: np.ndarray, within: Any = None,
+def newcomers(table: Table, world: SpatialWorld, kind: Any, who: np.ndarray, within: Any = None,
               place: Sequence[float] | None = None) -> Values:
     """Return the columns of newcomers of a species or object type, drawn with the numbers `who` u64[k]; of plants as many as have a site.
 
@@ -35,7 +41,7 @@ def newcomers(table: Any, world: Any, kind: Any, who: np.ndarray, within: Any = 
     return values
 
 
-def scatter(table: Any, world: Any, who: np.ndarray, within: Any = None) -> Values:
+def scatter(table: Table, world: SpatialWorld, who: np.ndarray, within: Any = None) -> Values:
     """Return random places on open ground, headings and sexes for newcomers drawn for with the numbers `who` u64[k]."""
     space, key = world.space, world.key
     salt = (table.place + 1) << 20
@@ -61,7 +67,7 @@ def scatter(table: Any, world: Any, who: np.ndarray, within: Any = None) -> Valu
     return values
 
 
-def one_a_site(table: Any, world: Any, spacing: float, values: Values, within: Any = None) -> None:
+def one_a_site(table: Table, world: SpatialWorld, spacing: float, values: Values, within: Any = None) -> None:
     """Move plants to free sites of their own, drawn without replacement; leave out those for whom there is none."""
     nx, ny = (max(1, round(s / spacing)) for s in world.space.size[:2])
     key, salt = world.key, (table.place + 1) << 20  # not the draws of Spread in the first tick, nor those of another species
@@ -85,7 +91,7 @@ def one_a_site(table: Any, world: Any, spacing: float, values: Values, within: A
         values[column] = values[column][: site.size]
 
 
-def _taken(table: Any, world: Any, nx: int, ny: int) -> np.ndarray:
+def _taken(table: Table, world: SpatialWorld, nx: int, ny: int) -> np.ndarray:
     """Return which sites somebody stands on, or will at the end of the tick: bool[ny · nx]."""
     p, rows, taken = table[Position], table.rows(), np.zeros(nx * ny, bool)
     asked = [values for _, _, values in table.births if (Position, "x") in values]

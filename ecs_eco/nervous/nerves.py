@@ -1,7 +1,9 @@
 """The nervous system of a species: what its members sense, and the three networks over it (the paper's Definition 3)."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,9 +13,11 @@ from ecs_eco.nervous.sensors.sense import Sense
 from ecs_eco.nervous.thoughts import Thoughts
 
 if TYPE_CHECKING:
+    from ecs_eco.engine.table import Table
     from ecs_eco.learning.brain import Brain
     from ecs_eco.learning.individual import Individuals
     from ecs_eco.learning.ppo import Learner
+    from ecs_eco.space.world import SpatialWorld
 
 
 class Nerves:
@@ -75,7 +79,7 @@ class Nerves:
             raise UnknownName(unknown_name("nerves", "or ambiguous action", action, [f"{g}.{a}" for g, a in self.actions]))
         return found[0]
 
-    def doing(self, table: Any, action: str) -> np.ndarray:
+    def doing(self, table: Table, action: str) -> np.ndarray:
         """Return who does an action, "graze" or "speed.run": bool[capacity], in the order of rows.
 
         Of a group one action is done: the first that is on, in declared order; the neutral one where none is.
@@ -95,7 +99,7 @@ class Nerves:
 
     # --- thinking and learning, together or alone -------------------------------------------------------------------
 
-    def think(self, table: Any, world: Any) -> tuple[np.ndarray, np.ndarray]:
+    def think(self, table: Table, world: SpatialWorld) -> tuple[np.ndarray, np.ndarray]:
         """Return the policy's logits f32[n, options] and values f32[n] of what is sensed now; zeros where there is no network.
 
         Raises FloatingPointError with species, tick and organism where a number is not finite.
@@ -110,7 +114,7 @@ class Nerves:
             self._complain(table, world, thought)
         return thought
 
-    def _complain(self, table: Any, world: Any, thought: tuple[np.ndarray, np.ndarray]) -> None:
+    def _complain(self, table: Table, world: SpatialWorld, thought: tuple[np.ndarray, np.ndarray]) -> None:
         logits, values = thought
         mad = np.flatnonzero(~(np.isfinite(logits).all(axis=1) & np.isfinite(values)))
         if mad.size:
@@ -121,22 +125,22 @@ class Nerves:
             raise FloatingPointError(f"{table.name}, tick {world.tick}: the policy of organism {table.uid[self.rows[i]]} gives "
                                      f"{[float(v) for v in logits[i]]} ({mad.size} such of {len(self.rows)}); {why}")  # fmt: skip
 
-    def react(self, table: Any) -> np.ndarray | None:
+    def react(self, table: Table) -> np.ndarray | None:
         """Return y of the reflex network for what is sensed now: i8[n, actions]; None where there is none."""
         return None if self.reflex is None else self._read(self.reflex, table, "reflex", (len(self.rows), len(self.actions)))
 
-    def feel(self, table: Any) -> np.ndarray | None:
+    def feel(self, table: Table) -> np.ndarray | None:
         """Return the happiness that what is sensed now gives: f32[n]; None where there is no such network."""
         return None if self.happiness is None else self._read(self.happiness, table, "happiness", (len(self.rows),))
 
-    def remember(self, table: Any, choice: np.ndarray, log_probability: np.ndarray, values: np.ndarray) -> None:
+    def remember(self, table: Table, choice: np.ndarray, log_probability: np.ndarray, values: np.ndarray) -> None:
         """Keep what was sensed and chosen, for learning: i16[n, groups], f32[n], f32[n]."""
         if self.individuals is not None:
             self.individuals.store(table[Experience], self.rows, self.x, choice, log_probability, values)
         elif self.learner is not None:
             self.learner.rollout.store(self.rows, self.x, choice, log_probability, values)
 
-    def credit(self, table: Any, reward: np.ndarray) -> None:
+    def credit(self, table: Table, reward: np.ndarray) -> None:
         """Reward f32[n] the last decisions of those that sense now."""
         if self.individuals is not None:
             self.individuals.credit(table[Experience], self.rows, reward)
@@ -148,14 +152,14 @@ class Nerves:
         if self.individuals is None and self.learner is not None:
             self.learner.rollout.end(rows, reward)
 
-    def learn(self, table: Any, world: Any) -> None:
+    def learn(self, table: Table, world: SpatialWorld) -> None:
         """Update the shared brain when its rollout is full, or those of the individuals whose own is."""
         try:
             self._learn(table, world)
         except FloatingPointError as error:
             raise FloatingPointError(f"{table.name}, tick {world.tick}: {error}") from error
 
-    def _learn(self, table: Any, world: Any) -> None:
+    def _learn(self, table: Table, world: SpatialWorld) -> None:
         if self.individuals is not None:
             due = self.individuals.due(table[Experience], self.rows, table.uid[self.rows], table.born[self.rows], world.tick)
             if due.any():
@@ -165,7 +169,7 @@ class Nerves:
             if (report := self.learner.update(self.rows, values)) is not None:
                 self.reports.append({"tick": world.tick, **report})
 
-    def _learn_alone(self, table: Any, world: Any, due: np.ndarray) -> None:
+    def _learn_alone(self, table: Table, world: SpatialWorld, due: np.ndarray) -> None:
         """Let some of those that sense now learn, each from its own experience; due i64[k] are their places among them."""
         minds = self.individuals
         assert minds is not None
@@ -177,7 +181,7 @@ class Nerves:
             settings = own.learning_rate[rows], own.discount[rows], own.entropy[rows]
         minds.learn(table[Policy], table[Experience], rows, table.uid[rows], values, settings, world.split)
 
-    def _read(self, network: Network, table: Any, name: str, shape: tuple[int, ...]) -> np.ndarray:
+    def _read(self, network: Network, table: Table, name: str, shape: tuple[int, ...]) -> np.ndarray:
         out = network(self.x, table, self.rows) if getattr(network, "individual", False) else network(self.x)
         if np.shape(out) != shape or not isinstance(out, np.ndarray):
             raise ValueError(f"{table.name}: the {name} network gives {type(out).__name__} {np.shape(out)}; allowed: an array {shape}")

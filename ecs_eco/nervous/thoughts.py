@@ -1,10 +1,15 @@
 """What nervous systems made of what they sensed in the last tick, for whoever looks on: recordings, viewers, drawings."""
 
-from typing import Any, NamedTuple
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from ecs_eco.components import Nervous
+
+if TYPE_CHECKING:
+    from ecs_eco.engine.table import Table
 
 
 class Thoughts(NamedTuple):
@@ -27,7 +32,7 @@ class Minds(NamedTuple):
     decision: np.ndarray  # u8[k, actions] H(y + z)
 
 
-def thinkers(table: Any, who: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
+def thinkers(table: Table, who: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
     """Return who lives and sensed in the last tick, as rows i64[k] in the order of uids and places i64[k] in `nerves.rows`.
 
     `who` u64[…] are the uids of those asked for; None: all.
@@ -42,7 +47,7 @@ def thinkers(table: Any, who: np.ndarray | None = None) -> tuple[np.ndarray, np.
     return nerves.rows[at], at
 
 
-def minds(table: Any, rows: np.ndarray, at: np.ndarray) -> Minds:
+def minds(table: Table, rows: np.ndarray, at: np.ndarray) -> Minds:
     """Return what organisms of a table sensed, weighed and decided: rows and places as `thinkers` gives them."""
     nerves = table.species.nerves
     thoughts = nerves.thoughts

@@ -10,10 +10,13 @@ import hashlib
 import json
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ecs_eco.engine.errors import ForeignFile, RecordingError
 from ecs_eco.record import seal
+
+if TYPE_CHECKING:
+    pass
 
 KEY = "ecs-eco.part"  # of the footer of a part
 DECIDES = ("config", "seed", "policies", "weights", "learn", "controls", "snapshot_every", "versions", "forked")

@@ -1,11 +1,13 @@
 """A run that leaves a folder: manifest, Parquet series, births, deaths and snapshots, figures and a report."""
 
+from __future__ import annotations
+
 import subprocess
 from collections.abc import Mapping
 from contextlib import suppress
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,6 +15,10 @@ from ecs_eco.engine import files
 from ecs_eco.engine.errors import RecordingError
 from ecs_eco.record.belonging import Mark, listed, name_of, parts
 from ecs_eco.record.claim import Claim
+
+if TYPE_CHECKING:
+    from ecs_eco.engine.table import Table
+    from ecs_eco.space.world import SpatialWorld
 
 VERSIONS = ("ecs-eco", "esper", "numpy", "numba", "torch", "pyarrow")
 
@@ -23,7 +29,7 @@ class Folder:
     `run` is what every part says of its run: its id, world and seed. `claim` is asked before each part whether the folder is still ours.
     """
 
-    def __init__(self, path: Path, world: Any, run: Mapping[str, Any] | None = None, claim: Claim | None = None) -> None:
+    def __init__(self, path: Path, world: SpatialWorld, run: Mapping[str, Any] | None = None, claim: Claim | None = None) -> None:
         from ecs_eco.record.parquet import to_arrow, write_part
 
         self.path, self.world, self.run, self.claim = path, world, run, claim
@@ -126,7 +132,7 @@ def git_commit() -> str | None:
     return done.stdout.strip() or None if done.returncode == 0 else None
 
 
-def genes_of(table: Any) -> dict[str, Any] | None:
+def genes_of(table: Table) -> dict[str, Any] | None:
     """Return what a species' genome says: alphabet, strings (ploidy), genes; None where nothing is said of it.
 
     A gene has its name, first locus `at`, number of `letters`, `trait` (null for a neutral marker), and `values` where it

@@ -6,7 +6,7 @@ import hashlib
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ecs_eco.checkpoint import file as checkpoint
 from ecs_eco.checkpoint import freeze as frozen
@@ -17,6 +17,9 @@ from ecs_eco.record.claim import Claim, claimed, remove_start
 from ecs_eco.record.code import keep_copies, noted, sources
 from ecs_eco.record.folder import Folder, genes_of
 from ecs_eco.record.seal import write_manifest
+
+if TYPE_CHECKING:
+    from ecs_eco.ecosystem import World
 
 POLICIES = "policies"  # the folder of what a run's policies start from
 
@@ -33,7 +36,8 @@ def begun(out: str | Path | Claim) -> Iterator[Claim]:
             raise
 
 
-def begin(world: Any, claim: Claim, manifest: dict[str, Any], weights: Mapping[str, Path], prepare: Callable[[Any], None] | None) -> Folder:
+def begin(world: World, claim: Claim, manifest: dict[str, Any], weights: Mapping[str, Path],
+          prepare: Callable[[Any], None] | None) -> Folder:
     """Begin a recording in a claimed folder: write policies, a checkpoint to go on from and, last, the manifest."""
     from ecs_eco.record.recorder import Recorder
 
@@ -56,12 +60,12 @@ def begin(world: Any, claim: Claim, manifest: dict[str, Any], weights: Mapping[s
     return folder
 
 
-def folder_of(claim: Claim, world: Any, manifest: Mapping[str, Any]) -> Folder:
+def folder_of(claim: Claim, world: World, manifest: Mapping[str, Any]) -> Folder:
     """Return the folder of a run, whose parts name it."""
     return Folder(claim.path, world, {"run": manifest["id"], "world": manifest["world"], "seed": manifest["seed"]}, claim)
 
 
-def keep_checkpoint(world: Any, folder: Folder, manifest: Mapping[str, Any]) -> None:
+def keep_checkpoint(world: World, folder: Folder, manifest: Mapping[str, Any]) -> None:
     """Write a checkpoint of a run; then forget those before the last `keep`."""
     meta, arrays = frozen.freeze(world)
     place = folder.path / "checkpoints"

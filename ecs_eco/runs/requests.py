@@ -3,25 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ecs_eco.systems.intervene import Intervene
 
+if TYPE_CHECKING:
+    from ecs_eco.ecosystem import World
 
-def waiting(world: Any) -> list[dict[str, Any]]:
+
+def waiting(world: World) -> list[dict[str, Any]]:
     """Return what was asked for and is to be carried out in the tick that comes, as a world file would say it."""
     found = next((s for s in world.systems if isinstance(s, Intervene)), None)
     return [] if found is None else [what.once(world.tick) for what in found.asked]
 
 
-def forget(world: Any) -> None:
+def forget(world: World) -> None:
     """Drop what was asked for and waits."""
     for system in world.systems:
         if isinstance(system, Intervene):
             system.asked = []
 
 
-def ask_again(world: Any, manifest: dict[str, Any]) -> None:
+def ask_again(world: World, manifest: dict[str, Any]) -> None:
     """Ask for what was asked for in the tick that comes and does not wait already: a checkpoint holds what waits."""
     for what in _without([what for tick, what in manifest.get("asked", []) if tick == world.tick], waiting(world)):
         world.intervene({key: value for key, value in what.items() if key != "at"})
@@ -30,7 +33,7 @@ def ask_again(world: Any, manifest: dict[str, Any]) -> None:
 class Asked:
     """Looks before a tick, after all others who do, at what is asked for, and has `note()` write the manifest."""
 
-    def __init__(self, world: Any, manifest: dict[str, Any], note: Callable[[], None]) -> None:
+    def __init__(self, world: World, manifest: dict[str, Any], note: Callable[[], None]) -> None:
         self.world, self.manifest, self.note = world, manifest, note
 
     def look(self) -> None:

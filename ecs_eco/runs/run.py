@@ -1,5 +1,7 @@
 """A run that leaves a folder, can be stopped at any moment, and goes on from its last checkpoint to the same bytes."""
 
+from __future__ import annotations
+
 import math
 import signal
 import threading
@@ -8,7 +10,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ecs_eco.checkpoint import file as checkpoint
 from ecs_eco.engine.arguments import whole_number
@@ -20,6 +22,9 @@ from ecs_eco.record.details import how_many
 from ecs_eco.record.folder import Folder, git_commit, versions
 from ecs_eco.runs.begin import begin, begun, folder_of, keep_checkpoint, keep_manifest, said_policies, start_of
 from ecs_eco.runs.requests import Asked, ask_again, forget
+
+if TYPE_CHECKING:
+    from ecs_eco.ecosystem import World
 
 Progress = Callable[[int, int], None]
 KEEP = 3  # checkpoints
@@ -198,7 +203,7 @@ def _from(found: Path, claim: Claim, manifest: dict[str, Any], threads: int, tru
     del written["id"]
     folders: list[Folder] = []
 
-    def record(world: Any) -> None:
+    def record(world: World) -> None:
         folders.append(folder_of(claim, world, manifest))
         Recorder(world, folders[0].sink, snapshot_every=manifest["snapshot_every"], record=manifest.get("record"))
 
@@ -219,7 +224,7 @@ def _begin_anew(claim: Claim, manifest: dict[str, Any], threads: int, trust: boo
     return world, folder
 
 
-def _go(world: Any, folder: Folder, manifest: dict[str, Any], until: int, progress: Progress | None, report: bool,
+def _go(world: World, folder: Folder, manifest: dict[str, Any], until: int, progress: Progress | None, report: bool,
         begin: float) -> dict[str, Any]:
     """Let a recorded world run to a tick, with checkpoints; leave everything whole whatever happens."""
     every, path = manifest.get("checkpoint_every") or 0, folder.path
@@ -231,7 +236,7 @@ def _go(world: Any, folder: Folder, manifest: dict[str, Any], until: int, progre
             while world.tick < until and not world.stopped:
                 goal = min(until, (world.tick // every + 1) * every if every else until, first + 1 if world.tick == first else until)
                 at = world.tick
-                world.run(goal - at, None if progress is None else lambda done, _, at=at: progress(at + done, until))
+                world.run(goal - at, None if progress is None else _of_all(progress, at, until))
                 if at == first:
                     manifest["startup_seconds"], start = time.perf_counter() - begin, time.perf_counter()
                 if every and world.tick % every == 0 and world.tick < until:
@@ -253,7 +258,12 @@ def _go(world: Any, folder: Folder, manifest: dict[str, Any], until: int, progre
     return manifest
 
 
-def _close(world: Any, folder: Folder, manifest: dict[str, Any], finished: bool, last: bool) -> None:
+def _of_all(progress: Progress, at: int, until: int) -> Progress:
+    """Return what hears of some ticks, and tells of all."""
+    return lambda done, _: progress(at + done, until)
+
+
+def _close(world: World, folder: Folder, manifest: dict[str, Any], finished: bool, last: bool) -> None:
     """Write what is left, a last checkpoint where the tick is whole, and the manifest; says so where that is not possible."""
     try:
         world.recorder.flush()
@@ -266,11 +276,11 @@ def _close(world: Any, folder: Folder, manifest: dict[str, Any], finished: bool,
         raise RecordingError(_cannot_write(error, world, folder.path)) from error
 
 
-def _state(world: Any) -> dict[str, Any]:
+def _state(world: World) -> dict[str, Any]:
     return {"done": world.tick, "causes": world.causes, "intervened": [list(done) for done in world.intervened]}
 
 
-def _cannot_write(error: OSError, world: Any, path: Path) -> str:
+def _cannot_write(error: OSError, world: World, path: Path) -> str:
     kept = sorted((path / "checkpoints").glob(f"tick-*{checkpoint.SUFFIX}"))
     last = f"; the last checkpoint is of tick {checkpoint.tick_of(kept[-1])}: make room, then ecs-eco resume {path}" if kept else ""
     why = error.strerror or error
@@ -278,7 +288,7 @@ def _cannot_write(error: OSError, world: Any, path: Path) -> str:
 
 
 @contextmanager
-def _stopping(world: Any) -> Iterator[None]:
+def _stopping(world: World) -> Iterator[None]:
     """Let SIGINT and SIGTERM stop the world at the end of its tick; the second one stops at once."""
     world.stopping = world.stopped = False
     if threading.current_thread() is not threading.main_thread():

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ecs_eco.analysis.survival import wilson
 from ecs_eco.engine.files import write_json
@@ -13,8 +13,11 @@ from ecs_eco.search.outcome import BEST, Outcome, Runs
 from ecs_eco.search.page import write_page
 from ecs_eco.search.write import write_world
 
+if TYPE_CHECKING:
+    from ecs_eco.ecosystem import World
 
-def write_results(search: Outcome, world: Any, overrides: Any, report: bool) -> dict[str, Any]:
+
+def write_results(search: Outcome, world: World, overrides: Any, report: bool) -> dict[str, Any]:
     """Write best-1.toml …, search.json, and with `report` the page; return what search.json holds."""
     result = summary(search)
     for rank, entry in enumerate(search.ranked[:BEST], 1):

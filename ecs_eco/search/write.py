@@ -5,7 +5,7 @@ from __future__ import annotations
 import shutil
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ecs_eco.analysis.page import write_text
 from ecs_eco.config import WorldConfig, load
@@ -16,11 +16,14 @@ from ecs_eco.engine.errors import ConfigError
 from ecs_eco.record.code import keep_beside
 from ecs_eco.search.plan import TRAINED, Plan
 
+if TYPE_CHECKING:
+    from ecs_eco.ecosystem import World
+
 Key = tuple[str | int, ...]
 
 
 def write_world(
-    plan: Plan, world: Any, overrides: Any, values: Mapping[str, float], trained: Path, file: Path, note: str
+    plan: Plan, world: World, overrides: Any, values: Mapping[str, float], trained: Path, file: Path, note: str
 ) -> None:
     """Write one world; `trained` is the folder of the policies that were trained for it, if any were."""
     config = load(plan.config, dict(values))
@@ -38,7 +41,7 @@ def write_world(
 
 
 def _text(
-    config: WorldConfig, world: Any, overrides: Any, values: Mapping[str, float], files: Mapping[str, str]
+    config: WorldConfig, world: World, overrides: Any, values: Mapping[str, float], files: Mapping[str, str]
 ) -> str | None:
     """The world's own text with these values; None where there is none, or it does not yield."""
     document = document_of(world, overrides)

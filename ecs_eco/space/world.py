@@ -38,6 +38,7 @@ class SpatialWorld(World):
         self.reproduction = True  # switched off while policies are pre-trained
         self.config: Any = None  # the WorldConfig that it was built from
         self.recorder: Any = None
+        self.origin: dict[str, Any] = {}  # how `build` was asked to make it
         self.intervened: list[tuple[int, Any]] = []  # (tick, what) of interventions carried out
         self.lock = threading.RLock()  # held while something is made that threads share
         self._indexes: dict[str, Index] = {}

@@ -1,12 +1,18 @@
 """Time passes for everyone."""
 
-from typing import Any
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ecs_eco.components import Biology
 from ecs_eco.engine.jit import njit
 from ecs_eco.engine.system import System
+
+if TYPE_CHECKING:
+    from ecs_eco.engine.table import Table
+    from ecs_eco.space.world import SpatialWorld
 
 
 class Age(System):
@@ -19,7 +25,7 @@ class Age(System):
     needs = (Biology,)
     phase = "metabolise"
 
-    def update(self, table: Any, world: Any) -> None:
+    def update(self, table: Table, world: SpatialWorld) -> None:
         """Let one species age."""
         biology, high = table[Biology], table.high
         grow_old(table.alive[:high], table.born, world.tick, world.dt, biology.age, biology.head_start)

@@ -1,6 +1,8 @@
 """Organisms decide: H(y + z)."""
 
-from typing import Any
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -9,6 +11,10 @@ from ecs_eco.engine.system import System
 from ecs_eco.learning import choose
 from ecs_eco.nervous.decision import decide, uniforms
 from ecs_eco.nervous.thoughts import Thoughts
+
+if TYPE_CHECKING:
+    from ecs_eco.engine.table import Table
+    from ecs_eco.space.world import SpatialWorld
 
 NO_REFLEX = np.zeros((1, 1), np.int8)
 NO_THOUGHT = np.zeros((0, 0), np.float32), np.zeros(0, np.float32)
@@ -20,7 +26,7 @@ class Decide(System):
     needs = (Nervous,)
     phase = "decide"
 
-    def update(self, table: Any, world: Any) -> None:
+    def update(self, table: Table, world: SpatialWorld) -> None:
         """Write the decisions of one species; keep what its learner needs."""
         nerves = table.species.nerves
         n, groups = len(nerves.rows), len(nerves.choices)

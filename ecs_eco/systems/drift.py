@@ -1,6 +1,8 @@
 """Water carries what is in it."""
 
-from typing import Any
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -8,6 +10,10 @@ from ecs_eco.components import Position
 from ecs_eco.engine.system import System
 from ecs_eco.space.gate import one_each
 from ecs_eco.space.water import carry, drift
+
+if TYPE_CHECKING:
+    from ecs_eco.engine.table import Table
+    from ecs_eco.space.world import SpatialWorld
 
 STILL = np.zeros((0, 3), np.float32)
 
@@ -18,7 +24,7 @@ class Drift(System):
     needs = (Position,)
     phase = "move"
 
-    def update(self, table: Any, world: Any) -> None:
+    def update(self, table: Table, world: SpatialWorld) -> None:
         """Carry one kind of bodies."""
         water, space, p, sinking = world.environment.water, world.space, table[Position], table.species.sinking
         own = None if water is None or world.config is None else world.config.water.current_function

@@ -1,6 +1,8 @@
 """Animals ingest what they touch."""
 
-from typing import Any
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -10,6 +12,10 @@ from ecs_eco.engine.jit import njit
 from ecs_eco.engine.random import draw
 from ecs_eco.engine.system import System
 from ecs_eco.space.nearest import nearest
+
+if TYPE_CHECKING:
+    from ecs_eco.engine.table import Table
+    from ecs_eco.space.world import SpatialWorld
 
 NO_DECISION = np.zeros((1, 1), np.uint8)
 UNDEFENDED = np.zeros(0, np.float32)
@@ -27,7 +33,7 @@ class Feed(System):
     needs = (Position, Body, Metabolism)
     phase = "interact"
 
-    def start(self, world: Any) -> None:
+    def start(self, world: SpatialWorld) -> None:
         """Make the causes of death known in the order of species."""
         for table in world.tables.values():
             if table.species.diet:
@@ -36,12 +42,12 @@ class Feed(System):
                     if food.deadly:
                         world.cause(f"poisoned by {food.eats}")
 
-    def update(self, table: Any, world: Any) -> None:
+    def update(self, table: Table, world: SpatialWorld) -> None:
         """Let one species eat, one kind of food after the other."""
         for number, food in enumerate(table.species.diet):
             self.eat(table, world.tables[food.eats], food, number, world)
 
-    def eat(self, table: Any, prey: Any, food: Any, number: int, world: Any) -> None:
+    def eat(self, table: Table, prey: Any, food: Any, number: int, world: SpatialWorld) -> None:
         """Let all of `table` that want to eat take from `prey`."""
         if not table.n or not prey.n:
             return

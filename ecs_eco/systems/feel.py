@@ -1,12 +1,18 @@
 """Organisms feel: happiness, and the reward, which is its change."""
 
-from typing import Any
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ecs_eco.components import Nervous
 from ecs_eco.engine.jit import njit
 from ecs_eco.engine.system import System
+
+if TYPE_CHECKING:
+    from ecs_eco.engine.table import Table
+    from ecs_eco.space.world import SpatialWorld
 
 
 class Feel(System):
@@ -19,7 +25,7 @@ class Feel(System):
     needs = (Nervous,)
     phase = "feel"
 
-    def update(self, table: Any, world: Any) -> None:
+    def update(self, table: Table, world: SpatialWorld) -> None:
         """Update happiness and reward of one species; hand the rewards to its learner."""
         nerves = table.species.nerves
         happiness = nerves.feel(table)

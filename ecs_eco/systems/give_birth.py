@@ -1,6 +1,8 @@
 """The pregnant give birth."""
 
-from typing import Any
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -8,6 +10,10 @@ from ecs_eco.components import Biology, Body, Gestation, Metabolism, Position
 from ecs_eco.engine.jit import njit
 from ecs_eco.engine.system import System
 from ecs_eco.lifecycle.births import affordable, bring_forth, life_history, ticks
+
+if TYPE_CHECKING:
+    from ecs_eco.engine.table import Table
+    from ecs_eco.space.world import SpatialWorld
 
 
 class GiveBirth(System):
@@ -21,7 +27,7 @@ class GiveBirth(System):
     needs = (Position, Body, Metabolism, Biology, Gestation)
     phase = "reproduce"
 
-    def update(self, table: Any, world: Any) -> None:
+    def update(self, table: Table, world: SpatialWorld) -> None:
         """Let one species give birth."""
         way = table.species.reproduction
         if way is None or way.kind != "sexual" or not world.reproduction:

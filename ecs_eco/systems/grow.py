@@ -1,6 +1,8 @@
 """Plants make energy from light."""
 
-from typing import Any
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -8,6 +10,10 @@ from ecs_eco.components import Growth, Metabolism, Position
 from ecs_eco.engine.jit import njit
 from ecs_eco.engine.system import System
 from ecs_eco.lifecycle.defence import left_by_defence
+
+if TYPE_CHECKING:
+    from ecs_eco.engine.table import Table
+    from ecs_eco.space.world import SpatialWorld
 
 
 class Grow(System):
@@ -19,7 +25,7 @@ class Grow(System):
     needs = (Position, Metabolism)
     phase = "environment"
 
-    def update(self, table: Any, world: Any) -> None:
+    def update(self, table: Table, world: SpatialWorld) -> None:
         """Let one species grow; those without `growth` stay as they are."""
         species = table.species.config
         if species is None or (species.metabolism.growth == 0 and Growth not in table):

@@ -1,9 +1,11 @@
 """Somebody intervenes: culls, brings new ones, fences off, changes values."""
 
+from __future__ import annotations
+
 import json
 import math
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,6 +16,10 @@ from ecs_eco.engine.system import System
 from ecs_eco.lifecycle.births import room
 from ecs_eco.lifecycle.founders import newcomers
 from ecs_eco.space.gate import newborn
+
+if TYPE_CHECKING:
+    from ecs_eco.engine.table import Table
+    from ecs_eco.space.world import SpatialWorld
 
 CELL = 1.0  # [m] side of the cells of a fence where the world has no ground of its own; less in a small world
 CORNERS = 64  # of a round fence
@@ -46,7 +52,7 @@ class Intervene(System):
         """Carry out an intervention in the next tick: a dict or a model; raises ConfigError as a world file does."""
         self.asked.append(checked(self.world, what, [x.once(x.at) for x in self.asked]))
 
-    def cull(self, world: Any, what: Any) -> None:
+    def cull(self, world: SpatialWorld, what: Any) -> None:
         """Doom some of a species."""
         table = world.table(what.species)
         rows = table.by_uid()
@@ -62,7 +68,7 @@ class Intervene(System):
         first = np.argsort(_rank(table, rows, what.which, world.key), kind="stable")
         table.cause[rows[first[:wanted]]] = world.cause(what.cause)
 
-    def add(self, world: Any, what: Any) -> None:
+    def add(self, world: SpatialWorld, what: Any) -> None:
         """Ask for newcomers."""
         table = world.table(what.species)
         count = room(table, what.count)
@@ -74,7 +80,7 @@ class Intervene(System):
         values = newborn(world, table, values, f"intervene: add {what.species!r}")
         table.request(np.zeros(values[Position, "x"].size, np.uint64), values)
 
-    def fence(self, world: Any, what: Any) -> None:
+    def fence(self, world: SpatialWorld, what: Any) -> None:
         """Put up a fence, or take one away."""
         corners = None
         if what.line is not None:
@@ -87,7 +93,7 @@ class Intervene(System):
             world.terrain, self.made = flat_ground(world.space), True
         if what.remove:
             world.terrain.unfence(corners)
-        else:
+        elif corners is not None:
             world.terrain.fence(corners)
 
     def set(self, world: Any, what: Any) -> None:
@@ -184,7 +190,7 @@ def flat_ground(space: Any) -> Any:
     return ground
 
 
-def checked(world: Any, what: Any, asked: Sequence[dict[str, Any]]) -> Any:
+def checked(world: SpatialWorld, what: Any, asked: Sequence[dict[str, Any]]) -> Any:
     """Return an intervention for the next tick, from a dict or a model, that is to follow those `asked` for already."""
     from pydantic import TypeAdapter, ValidationError
 
@@ -214,7 +220,7 @@ def checked(world: Any, what: Any, asked: Sequence[dict[str, Any]]) -> Any:
     return model
 
 
-def _rank(table: Any, rows: np.ndarray, which: str, key: np.uint64) -> np.ndarray:
+def _rank(table: Table, rows: np.ndarray, which: str, key: np.uint64) -> np.ndarray:
     """Return a number for each row, in the order of uids: who has the lowest is taken first."""
     if which == "random":
         return random.draw_many(key, table.uid[rows], random.CULL)

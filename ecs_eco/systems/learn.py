@@ -1,9 +1,15 @@
 """Policies learn from what happened."""
 
-from typing import Any
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
 
 from ecs_eco.components import Nervous
 from ecs_eco.engine.system import System
+
+if TYPE_CHECKING:
+    from ecs_eco.engine.table import Table
+    from ecs_eco.space.world import SpatialWorld
 
 
 class Learn(System):
@@ -15,7 +21,7 @@ class Learn(System):
     needs = (Nervous,)
     phase = "learn"
 
-    def update(self, table: Any, world: Any) -> None:
+    def update(self, table: Table, world: SpatialWorld) -> None:
         """Update the brains of one species when it is time."""
         nerves = table.species.nerves
         if nerves.learning:

@@ -1,11 +1,17 @@
 """The dead become inanimate objects."""
 
-from typing import Any
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ecs_eco.components import Body, Chemistry, Physical, Position
 from ecs_eco.engine.system import System
+
+if TYPE_CHECKING:
+    from ecs_eco.engine.table import Table
+    from ecs_eco.space.world import SpatialWorld
 
 
 class LeaveRemains(System):
@@ -16,14 +22,14 @@ class LeaveRemains(System):
 
     phase = "die"
 
-    def start(self, world: Any) -> None:
+    def start(self, world: SpatialWorld) -> None:
         """Listen for deaths, of whatever cause."""
         world.on_death.append(self.leave)
 
     def process(self, *_: Any) -> None:
         """Nothing: what happens here happens at a death."""
 
-    def leave(self, table: Any, rows: np.ndarray) -> None:
+    def leave(self, table: Table, rows: np.ndarray) -> None:
         """Ask for one object for each of the dying that were not eaten; rows i64[k] in the order of uids."""
         world, remains = self.world, table.species.remains
         if remains is not None:

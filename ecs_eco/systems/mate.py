@@ -1,7 +1,9 @@
 """Two meet and mate."""
 
+from __future__ import annotations
+
 import random as pyrandom
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,6 +15,10 @@ from ecs_eco.engine.random import draw, mix
 from ecs_eco.engine.system import System
 from ecs_eco.lifecycle.births import life_history, ticks, whole
 from ecs_eco.space.sight import gather, offset
+
+if TYPE_CHECKING:
+    from ecs_eco.engine.table import Table
+    from ecs_eco.space.world import SpatialWorld
 
 CHOOSES, SIRES = 1, 2  # bits: what one who is ready can do
 MEET, TASTE = random.MATE, random.MATE + (1 << 8)  # what numbers are drawn for
@@ -32,7 +38,7 @@ class Mate(System):
     needs = (Position, Body, Metabolism, Biology, Gestation)
     phase = "interact"
 
-    def update(self, table: Any, world: Any) -> None:
+    def update(self, table: Table, world: SpatialWorld) -> None:
         """Let one species mate."""
         way = table.species.reproduction
         if way is None or way.kind != "sexual" or not world.reproduction:
@@ -66,8 +72,8 @@ class Mate(System):
         n = pair(order, partner, i.rows, np.zeros(i.n, np.bool_), pairs)
         self.conceive(table, world, way, pairs[:n])
 
-    def ask(self, table: Any, rule: Any, i: Any, choosers: np.ndarray, can: np.ndarray, near: tuple, wants: tuple, pay: tuple,
-            partner: np.ndarray, distance2: np.ndarray, world: Any) -> None:
+    def ask(self, table: Table, rule: Any, i: Any, choosers: np.ndarray, can: np.ndarray, near: tuple, wants: tuple, pay: tuple,
+            partner: np.ndarray, distance2: np.ndarray, world: SpatialWorld) -> None:
         """Let a function of the user's own choose, one chooser after the other, in the order of uids."""
         found, far = np.empty(i.n, np.int64), np.empty(i.n, np.float32)
         energy, age, radius = table[Metabolism].energy, table[Biology].age, table[Body].radius
@@ -84,7 +90,7 @@ class Mate(System):
         finally:
             pyrandom.setstate(state)
 
-    def conceive(self, table: Any, world: Any, way: Any, pairs: np.ndarray) -> None:
+    def conceive(self, table: Table, world: SpatialWorld, way: Any, pairs: np.ndarray) -> None:
         """Let `pairs` (rows of mother and father, i64[n, 2]) conceive by chance."""
         b, m, g = table[Biology], table[Metabolism], table[Gestation]
         own, _, _, energy_given, litter, _ = life_history(table, way)
@@ -98,14 +104,14 @@ class Mate(System):
             g.sperm[mothers] = table[Genome].loci[fathers]
 
 
-def action(table: Any) -> tuple[int, np.ndarray]:
+def action(table: Table) -> tuple[int, np.ndarray]:
     """Return the column of the action mate in the decision, and the decision; −1 where a species has no such action."""
     nerves = table.species.nerves
     column = -1 if nerves is None else next((i for i, (group, _) in enumerate(nerves.actions) if group == "mate"), -1)
     return column, table[Nervous].decision if column >= 0 else NO_DECISION
 
 
-def select_mate(table: Any) -> tuple[int, Any] | None:
+def select_mate(table: Table) -> tuple[int, Any] | None:
     """Return the rule in the species' toolbox: its number (−1: a function of the user's own) and its function; None without a toolbox."""
     operators = getattr(table.species.heredity, "operators", None)
     return None if operators is None else (operators.choice, operators.toolbox.select_mate)

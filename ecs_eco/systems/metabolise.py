@@ -1,12 +1,18 @@
 """Organisms pay for living and moving."""
 
-from typing import Any
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ecs_eco.components import Body, Metabolism, Velocity
 from ecs_eco.engine.jit import njit
 from ecs_eco.engine.system import System
+
+if TYPE_CHECKING:
+    from ecs_eco.engine.table import Table
+    from ecs_eco.space.world import SpatialWorld
 
 STILL = np.zeros(1, np.float32)
 NO_SCALE = np.zeros(0, np.float32)
@@ -21,7 +27,7 @@ class Metabolise(System):
     needs = (Metabolism,)
     phase = "metabolise"
 
-    def update(self, table: Any, world: Any) -> None:
+    def update(self, table: Table, world: SpatialWorld) -> None:
         """Burn the energy of one species for a tick."""
         species, m = table.species.config, table[Metabolism]
         cost = table[Velocity].cost if Velocity in table else STILL

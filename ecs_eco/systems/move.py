@@ -1,6 +1,8 @@
 """Organisms move as they decided."""
 
-from typing import Any
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -10,6 +12,10 @@ from ecs_eco.engine.system import System
 from ecs_eco.nervous.decision import first_on
 from ecs_eco.space.geometry import half_cells, into
 from ecs_eco.space.terrain import FENCE, OPEN, ground_at, height_at
+
+if TYPE_CHECKING:
+    from ecs_eco.engine.table import Table
+    from ecs_eco.space.world import SpatialWorld
 
 NO_VIGOUR = np.ones(0, np.float32)
 FLAT, OPEN_GROUND = np.zeros((1, 1), np.float32), np.zeros((1, 1), np.uint8)
@@ -26,7 +32,7 @@ class Move(System):
     needs = (Position, Velocity, Nervous)
     phase = "move"
 
-    def update(self, table: Any, world: Any) -> None:
+    def update(self, table: Table, world: SpatialWorld) -> None:
         """Move one species."""
         gaits = table.species.gaits
         if gaits is None:

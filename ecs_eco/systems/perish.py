@@ -1,6 +1,8 @@
 """Organisms die when a property leaves the interval in which they can live."""
 
-from typing import Any
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -9,6 +11,9 @@ from ecs_eco.engine.jit import njit
 from ecs_eco.engine.system import System
 from ecs_eco.nervous.sensors.own import own_column
 from ecs_eco.space.world import SpatialWorld
+
+if TYPE_CHECKING:
+    from ecs_eco.engine.table import Table
 
 
 class Perish(System):
@@ -20,7 +25,7 @@ class Perish(System):
     phase = "die"
     world: SpatialWorld
 
-    def start(self, world: Any) -> None:
+    def start(self, world: SpatialWorld) -> None:
         """Make the causes of death known in the order of species."""
         for table in world.tables.values():
             for limit in table.species.lethal:
@@ -42,7 +47,7 @@ class Perish(System):
                        np.float32(-np.inf if low is None else low), np.float32(np.inf if high is None else high),
                        0 if low is None else self.world.cause(limit.low), 0 if high is None else self.world.cause(limit.high), table.cause)
 
-    def mourn(self, table: Any, rows: np.ndarray) -> None:
+    def mourn(self, table: Table, rows: np.ndarray) -> None:
         """Give the dying of one species their last reward, whatever they die of; rows i64[k] in the order of uids."""
         nerves = table.species.nerves
         if nerves is None or nerves.happiness is None:

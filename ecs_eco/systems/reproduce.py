@@ -1,6 +1,8 @@
 """Animals give birth alone (the paper's simplified reproduction, and division)."""
 
-from typing import Any
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -11,6 +13,10 @@ from ecs_eco.engine.random import draw
 from ecs_eco.engine.system import System
 from ecs_eco.lifecycle.births import affordable, bring_forth, life_history, room, whole
 from ecs_eco.lifecycle.founders import newcomers
+
+if TYPE_CHECKING:
+    from ecs_eco.engine.table import Table
+    from ecs_eco.space.world import SpatialWorld
 
 
 class Reproduce(System):
@@ -24,7 +30,7 @@ class Reproduce(System):
     needs = (Position, Body, Metabolism, Biology)
     phase = "reproduce"
 
-    def update(self, table: Any, world: Any) -> None:
+    def update(self, table: Table, world: SpatialWorld) -> None:
         """Let one species reproduce."""
         way = table.species.reproduction
         if way is None or way.kind not in ("simplified", "asexual") or not (world.reproduction or table.species.nerves is None):
@@ -32,7 +38,7 @@ class Reproduce(System):
         self.bear(table, world, way)
         self.immigrate(table, world, way)
 
-    def bear(self, table: Any, world: Any, way: Any) -> None:
+    def bear(self, table: Table, world: SpatialWorld, way: Any) -> None:
         """Let parents give birth."""
         m, b = table[Metabolism], table[Biology]
         own, age_min, energy_min, energy_given, litter, _ = life_history(table, way)
@@ -49,7 +55,7 @@ class Reproduce(System):
         m.energy[parents] = before - born.astype(np.float32) * given
         m.given[parents] += before - m.energy[parents]
 
-    def immigrate(self, table: Any, world: Any, way: Any) -> None:
+    def immigrate(self, table: Table, world: SpatialWorld, way: Any) -> None:
         """Let newcomers come without parents, as those at the start did: the whole ones of rate × dt, one more by chance."""
         wanted = way.immigration * world.dt
         if wanted == 0:

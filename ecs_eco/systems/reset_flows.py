@@ -1,9 +1,15 @@
 """A new tick opens a new page of the energy ledger."""
 
-from typing import Any
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
 
 from ecs_eco.components import Metabolism
 from ecs_eco.engine.system import System
+
+if TYPE_CHECKING:
+    from ecs_eco.engine.table import Table
+    from ecs_eco.space.world import SpatialWorld
 
 
 class ResetFlows(System):
@@ -12,7 +18,7 @@ class ResetFlows(System):
     needs = (Metabolism,)
     phase = "environment"
 
-    def update(self, table: Any, world: Any) -> None:
+    def update(self, table: Table, world: SpatialWorld) -> None:
         """Zero the flows of the last tick."""
         m, high = table[Metabolism], table.high
         m.taken[:high] = 0

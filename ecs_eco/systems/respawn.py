@@ -1,12 +1,18 @@
 """Numbers held constant, for pre-training."""
 
-from typing import Any
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ecs_eco.components import Biology, Metabolism, Nervous, Position
 from ecs_eco.engine.system import System
 from ecs_eco.lifecycle.founders import scatter
+
+if TYPE_CHECKING:
+    from ecs_eco.engine.table import Table
+    from ecs_eco.space.world import SpatialWorld
 
 
 class Respawn(System):
@@ -15,7 +21,7 @@ class Respawn(System):
     needs = (Position, Metabolism, Biology, Nervous)
     phase = "reproduce"
 
-    def update(self, table: Any, world: Any) -> None:
+    def update(self, table: Table, world: SpatialWorld) -> None:
         """Bring one species back to its initial number."""
         k = table.species.config.count - table.n
         if k <= 0:

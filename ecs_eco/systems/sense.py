@@ -1,10 +1,16 @@
 """Organisms sense."""
 
-from typing import Any
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
 
 from ecs_eco.components import Nervous, Position
 from ecs_eco.engine.system import System
 from ecs_eco.nervous.sensors.sense import Seekers
+
+if TYPE_CHECKING:
+    from ecs_eco.engine.table import Table
+    from ecs_eco.space.world import SpatialWorld
 
 SHIPPED = "ecs_eco.nervous.sensors."
 
@@ -15,7 +21,7 @@ class Sense(System):
     needs = (Position, Nervous)
     phase = "sense"
 
-    def update(self, table: Any, world: Any) -> None:
+    def update(self, table: Table, world: SpatialWorld) -> None:
         """Fill the observation matrix of one species."""
         nerves = table.species.nerves
         seekers = Seekers(world, table)

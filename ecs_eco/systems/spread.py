@@ -1,6 +1,8 @@
 """Plants spread over free sites."""
 
-from typing import Any
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,6 +16,10 @@ from ecs_eco.lifecycle.defence import left_by_defence
 from ecs_eco.space.bodies import rocks
 from ecs_eco.space.geometry import cell_of
 from ecs_eco.space.terrain import ROCK, WATER, ground_at
+
+if TYPE_CHECKING:
+    from ecs_eco.engine.table import Table
+    from ecs_eco.space.world import SpatialWorld
 
 EVEN = np.zeros(0, np.float32)
 
@@ -29,7 +35,7 @@ class Spread(System):
     needs = (Position, Metabolism)
     phase = "reproduce"
 
-    def update(self, table: Any, world: Any) -> None:
+    def update(self, table: Table, world: SpatialWorld) -> None:
         """Let one species of plants spread."""
         way = table.species.reproduction
         if way is None or way.kind != "spread":
@@ -58,7 +64,7 @@ class Spread(System):
         y = np.minimum(((site // nx) + v) / inverse[1], np.nextafter(space.lengths[1], np.float32(0))).astype(np.float32)
         z = np.zeros(n, np.float32)
         parents = np.where(parent >= 0, table.uid[np.maximum(parent, 0)], np.uint64(0))
-        values = {(Position, "x"): x, (Position, "y"): y, (Position, "z"): z}
+        values: dict[tuple[type, str], np.ndarray] = {(Position, "x"): x, (Position, "y"): y, (Position, "z"): z}
         if (heredity := table.species.heredity) is not None:
             own, grown = parent < 0, np.flatnonzero(parent >= 0)
             fresh, inherited = heredity.founders(world, table, who[own]), heredity.offspring(world, table, parent[grown], None, who[grown])
@@ -68,7 +74,7 @@ class Spread(System):
         table.request(parents, values)
 
 
-def seeds(table: Any, rate: float) -> tuple[float, np.ndarray]:
+def seeds(table: Table, rate: float) -> tuple[float, np.ndarray]:
     """Return the highest rate [1/s] at which a plant takes free sites, and each one's share of it f32[high]; empty where all are alike."""
     left = left_by_defence(table, table.high)
     if Growth not in table and np.ndim(left) == 0:

@@ -1,18 +1,23 @@
 """The state of a world by uid, and how a test brings one about."""
 
+from __future__ import annotations
+
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ecs_eco.engine.errors import UnknownName, unknown_name
 from ecs_eco.engine.system import System
 
+if TYPE_CHECKING:
+    from ecs_eco.ecosystem import World
+
 State = dict[str, dict[str, np.ndarray]]
 
 
-def state(world: Any) -> State:
+def state(world: World) -> State:
     """Return all columns of all tables in the order of uids: {table: {"uid": …, "Position.x": …}}, as copies."""
     out: State = {}
     for table in world.tables.values():
@@ -39,7 +44,7 @@ def difference(one: State, other: State) -> str:
     return ""
 
 
-def shuffle(world: Any, seed: int = 0) -> Any:
+def shuffle(world: World, seed: int = 0) -> Any:
     """Permute the rows of the living in every table at random, which must change nobody's fate; return the world."""
     generator = np.random.Generator(np.random.Philox(seed))
     for table in world.tables.values():
@@ -47,7 +52,7 @@ def shuffle(world: Any, seed: int = 0) -> Any:
     return world
 
 
-def arrange(world: Any, name: str, **fields: Any) -> Any:
+def arrange(world: World, name: str, **fields: Any) -> Any:
     """Set fields of all living of one kind, by name, to a value or to one each in the order of uids; return the table.
 
     Raises KeyError for a field that no component of the table has, ValueError for another number of values.
@@ -65,7 +70,7 @@ def arrange(world: Any, name: str, **fields: Any) -> Any:
     return table
 
 
-def act(world: Any, kind: type[System]) -> None:
+def act(world: World, kind: type[System]) -> None:
     """Let the world's system of one kind act once, outside of any tick; births and deaths wait for `world.flush()`."""
     systems = [s for s in world.systems if type(s) is kind]
     if not systems:

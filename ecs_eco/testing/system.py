@@ -1,8 +1,10 @@
 """Whether a system keeps the rules that make results independent of rows, threads and process."""
 
+from __future__ import annotations
+
 import random
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -11,6 +13,9 @@ from ecs_eco.engine.phases import PHASES
 from ecs_eco.engine.schema import Handle
 from ecs_eco.engine.system import System
 from ecs_eco.testing.states import State, all_threads, difference, shuffle, state
+
+if TYPE_CHECKING:
+    from ecs_eco.ecosystem import World
 
 
 def check_system(kind: Any, make_world: Callable[[int], Any], ticks: int = 5) -> None:
@@ -42,7 +47,7 @@ def _check_declaration(kind: Any) -> None:
         raise AssertionError(f"{name}: it defines neither update(table, world) nor process()")
 
 
-def _followed(kind: Any, world: Any, ticks: int) -> list[tuple[State, State]]:
+def _followed(kind: Any, world: World, ticks: int) -> list[tuple[State, State]]:
     """Run a world and return its states before and after each time that the system acts, which is checked meanwhile."""
     system = next((s for s in world.systems if type(s) is kind), None)
     if system is None:
@@ -63,12 +68,12 @@ def _followed(kind: Any, world: Any, ticks: int) -> list[tuple[State, State]]:
         _check_values(kind, world, before, after, versions)
         seen.append((before, after))
 
-    system.process = process
+    system.process = process  # type: ignore[method-assign]
     world.run(ticks)
     return seen
 
 
-def _shape(world: Any) -> dict[str, Any]:
+def _shape(world: World) -> dict[str, Any]:
     out: dict[str, Any] = {}
     for table in world.tables.values():
         out[f"who lives in {table.name!r}"] = (table.n, table.high, table.alive.tobytes(), table.uid.tobytes(), table.born.tobytes())
@@ -82,7 +87,7 @@ def _global_chance() -> Any:
     return str(np.random.get_state()), random.getstate()  # noqa: NPY002
 
 
-def _check_values(kind: Any, world: Any, before: State, after: State, versions: dict[str, int]) -> None:
+def _check_values(kind: Any, world: World, before: State, after: State, versions: dict[str, int]) -> None:
     lengths = dict(zip("xyz", (*world.space.size, np.inf), strict=False))
     for name, columns in after.items():
         for column, values in columns.items():

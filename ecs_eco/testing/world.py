@@ -1,17 +1,23 @@
 """Whether a world keeps its promises."""
 
-from typing import Any
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ecs_eco.components import Position
 from ecs_eco.testing.states import all_threads, difference, shuffle, state
 
+if TYPE_CHECKING:
+    from ecs_eco.ecosystem import World
+    from ecs_eco.engine.table import Table
+
 FLOWS = ("stock_before", "endowed", "taken_in", "burnt", "given", "lost", "stock_after")
 SIGNS = np.array([1, 1, 1, -1, -1, -1, -1])
 
 
-def check_world(world: Any, ticks: int = 30) -> None:
+def check_world(world: World, ticks: int = 30) -> None:
     """Check a world: a name, a file or a configuration, or a function of the number of threads that returns a new world.
 
     Every tick uids are unique, the dead stay dead, all is finite and in bounds; the energy ledger and the numbers add up;
@@ -46,19 +52,19 @@ def _built(config: Any, threads: int) -> Any:
     return World.from_config(config, threads=threads)
 
 
-def note(world: Any, lives: list[tuple]) -> None:
+def note(world: World, lives: list[tuple]) -> None:
     """Append every birth and death to `lives`: (tick, table, uid, parent) and (tick, table, uid, cause, killer)."""
-    def born(table: Any, rows: np.ndarray, parents: np.ndarray, second: np.ndarray) -> None:
+    def born(table: Table, rows: np.ndarray, parents: np.ndarray, second: np.ndarray) -> None:
         lives.extend((world.tick, table.name, *pair) for pair in zip(table.uid[rows].tolist(), parents.tolist(), strict=True))
 
-    def died(table: Any, rows: np.ndarray) -> None:
+    def died(table: Table, rows: np.ndarray) -> None:
         lives.extend((world.tick, table.name, int(table.uid[r]), world.causes[table.cause[r] - 1], int(table.killer[r])) for r in rows)
 
     world.on_birth.append(born)
     world.on_death.append(died)
 
 
-def watch(world: Any, ticks: int) -> None:
+def watch(world: World, ticks: int) -> None:
     """Run a world tick by tick, and check after each what must always hold."""
     dead: set[int] = set()
     world.on_death.append(lambda table, rows: dead.update(table.uid[rows].tolist()))
@@ -70,7 +76,7 @@ def watch(world: Any, ticks: int) -> None:
         _check_books(world)
 
 
-def _check_identities(world: Any, dead: set[int]) -> None:
+def _check_identities(world: World, dead: set[int]) -> None:
     uids = np.concatenate([t.uid[t.rows()] for t in world.tables.values()]) if world.tables else np.zeros(0, np.uint64)
     where = f"{world.name}, tick {world.tick}"
     if len(np.unique(uids)) != len(uids) or (uids == 0).any() or (uids >= world.next_uid).any():
@@ -82,7 +88,7 @@ def _check_identities(world: Any, dead: set[int]) -> None:
             raise AssertionError(f"{where}: table {table.name!r} miscounts its living: n = {table.n}, {table.alive.sum()} are alive")
 
 
-def _check_bounds(world: Any) -> None:
+def _check_bounds(world: World) -> None:
     lengths = (*world.space.size, np.inf)
     for table in world.tables.values():
         rows, where = table.rows(), f"{world.name}, tick {world.tick}, table {table.name!r}"
@@ -97,7 +103,7 @@ def _check_bounds(world: Any) -> None:
                     raise AssertionError(f"{where}: Position.{axis} leaves [0, {length})")
 
 
-def _check_books(world: Any) -> None:
+def _check_books(world: World) -> None:
     """Check the recorded series: energy in float tolerance of what flows and stays, numbers exactly."""
     series = world.series().to_pydict()
     flows = np.array([series[name] for name in FLOWS])

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import math
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
 from ecs_eco.components import Biology, Genome, Metabolism, Nervous, Position
 from ecs_eco.nervous.thoughts import Minds, minds, thinkers
+
+if TYPE_CHECKING:
+    from ecs_eco.ecosystem import World
+    from ecs_eco.engine.table import Table
 
 SEXES = ("none", "female", "male")
 WIDEST = 64  # values of a gene that are listed
@@ -36,7 +40,7 @@ class Known(Protocol):
         """Return tick, cause and killer of its death; None while it lives."""
 
 
-def state_of(world: Any, uid: int, kin: Known | None = None) -> dict[str, Any]:
+def state_of(world: World, uid: int, kin: Known | None = None) -> dict[str, Any]:
     """Return the state of one organism between two ticks: the message "organism" of the viewer.
 
     Parents, children and what is known of the dead come from `kin`. Raises KeyError for one that never was, or is forgotten.
@@ -68,7 +72,7 @@ def pedigree(uid: int, kin: Known | None) -> dict[str, Any]:
             "children": kin.children(uid), "generation": kin.generation(uid)}  # fmt: skip
 
 
-def body(world: Any, table: Any, row: int) -> dict[str, Any]:
+def body(world: World, table: Table, row: int) -> dict[str, Any]:
     """Return place, age, sex and energy of a living organism, None for what it has not, and these as a trace of one tick."""
     out: dict[str, Any] = dict.fromkeys(("place", "heading", "age", "sex", "energy", "energy_max"))
     if Position in table:
@@ -83,7 +87,7 @@ def body(world: Any, table: Any, row: int) -> dict[str, Any]:
     return out | {"trace": {"tick": [world.tick], "happiness": [happiness], "energy": [out["energy"]]}}
 
 
-def genome(table: Any, row: int) -> dict[str, Any] | None:
+def genome(table: Table, row: int) -> dict[str, Any] | None:
     """Return the genome of a living organism with its genes marked; None where it has none."""
     layout: Any = getattr(table.species.heredity, "layout", None)
     if layout is None or Genome not in table:
@@ -114,7 +118,7 @@ def _listed(value: Any) -> Any:
     return [number(v) for v in value] if len(value) <= WIDEST else None
 
 
-def nerves(table: Any, row: int) -> dict[str, Any] | None:
+def nerves(table: Table, row: int) -> dict[str, Any] | None:
     """Return what a living organism sensed, weighed, decided and felt in the last tick; None where it did not."""
     rows, at = thinkers(table, table.uid[row : row + 1])
     if not rows.size:

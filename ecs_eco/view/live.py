@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -18,6 +18,10 @@ from ecs_eco.view.scene import coloured_genes, describe, fences, kinds_of, sky
 from ecs_eco.view.series import Curves
 from ecs_eco.view.source import Message
 
+if TYPE_CHECKING:
+    from ecs_eco.ecosystem import World
+    from ecs_eco.engine.table import Table
+
 TRACED = 600  # points of the happiness trace of one organism
 FOLLOWED = 16  # organisms whose traces are kept
 
@@ -29,7 +33,7 @@ class Live:
     interventions, at the start of the next tick.
     """
 
-    def __init__(self, world: Any, last: int | None = None) -> None:
+    def __init__(self, world: World, last: int | None = None) -> None:
         self.world, self.last = world, last
         self.species, self.objects = kinds_of(world)
         self.names = [*self.species, *self.objects]
@@ -114,7 +118,7 @@ class Live:
         """Return low and high of a colour, by kind."""
         return {name: (float(f"{low:.5g}"), float(f"{high:.5g}")) for (c, name), (low, high) in self._ranges.items() if c == colour}
 
-    def _value(self, table: Any, colour: str) -> np.ndarray:
+    def _value(self, table: Table, colour: str) -> np.ndarray:
         """Return the value of each row: u8[capacity]."""
         value = self._values.get(table.name)
         if value is None or value.size < table.capacity:
@@ -130,7 +134,7 @@ class Live:
         grade(alive, column[: table.high], np.float32(low), np.float32(high), value)
         return value
 
-    def _column(self, table: Any, colour: str) -> tuple[Any, float | None, float | None]:
+    def _column(self, table: Table, colour: str) -> tuple[Any, float | None, float | None]:
         """Return what a colour shows of a table: a column or None, and its range as far as it is known beforehand."""
         if colour == "energy" and Metabolism in table:
             species = table.species.config
@@ -144,7 +148,7 @@ class Live:
             return None, None, None
         return self._expressed(table, code.name), float(code.low), float(code.high)
 
-    def _expressed(self, table: Any, gene: str) -> np.ndarray:
+    def _expressed(self, table: Table, gene: str) -> np.ndarray:
         rows, out = table.rows(), np.zeros(table.capacity, np.float32)
         out[rows] = table.species.heredity.layout.decode(table[Genome].loci[rows], [gene])[gene]
         return out

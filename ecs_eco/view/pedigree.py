@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+
+if TYPE_CHECKING:
+    from ecs_eco.ecosystem import World
+    from ecs_eco.engine.table import Table
 
 MOST = 500_000  # lives that are remembered; beyond that the oldest quarter is forgotten
 LATER = 20_000  # births and deaths that wait to be entered: one by one they would cost a large world some percent
@@ -19,7 +23,7 @@ class Kin:
     in the order of uids, which are given in the order of births and never again.
     """
 
-    def __init__(self, world: Any, most: int = MOST) -> None:
+    def __init__(self, world: World, most: int = MOST) -> None:
         self.world, self.most, self.n = world, most, 0
         self.names = list(world.tables)
         self._columns = {name: np.zeros(1024, kind) for name, kind in FIELDS.items()}
@@ -93,11 +97,11 @@ class Kin:
         rows = rows.clip(0, self.n - 1)
         return rows, uids[rows] == uid
 
-    def _was_born(self, table: Any, rows: np.ndarray, parents: np.ndarray, second: np.ndarray) -> None:
+    def _was_born(self, table: Table, rows: np.ndarray, parents: np.ndarray, second: np.ndarray) -> None:
         self._births.append((int(table.uid[rows[0]]), parents, second, self.world.tick, self.names.index(table.name)))
         self._wait(rows.size)
 
-    def _has_died(self, table: Any, rows: np.ndarray) -> None:
+    def _has_died(self, table: Table, rows: np.ndarray) -> None:
         self._deaths.append((table.uid[rows], table.cause[rows], table.killer[rows], self.world.tick))
         self._wait(rows.size)
 

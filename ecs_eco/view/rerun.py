@@ -6,7 +6,7 @@ import threading
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -19,6 +19,9 @@ from ecs_eco.record.details import KIND
 from ecs_eco.runs.begin import start_of
 from ecs_eco.runs.requests import ask_again
 from ecs_eco.view.parts import Columns
+
+if TYPE_CHECKING:
+    from ecs_eco.ecosystem import World
 
 ROWS = 2_000_000  # organisms times ticks that a stretch may have
 BEFORE, AFTER = 20, 60  # ticks around the one asked for
@@ -96,7 +99,7 @@ def _of_run(manifest: dict[str, Any], path: Path, meta: dict[str, Any]) -> None:
         check_checkpoint(path, meta, manifest)
 
 
-def _note_sexes(world: Any, sexes: dict[int, int]) -> None:
+def _note_sexes(world: World, sexes: dict[int, int]) -> None:
     for table in world.tables.values():
         if Biology in table and not table.species.is_object:
             rows = table.rows()

@@ -4,17 +4,21 @@ from __future__ import annotations
 
 import base64
 import math
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ecs_eco.components import Position, Velocity
 from ecs_eco.space.sun import Sun, sine_of_elevation
 
+if TYPE_CHECKING:
+    from ecs_eco.ecosystem import World
+    from ecs_eco.engine.table import Table
+
 CELLS = 65_536  # of the ground that is sent; larger grounds are sent coarser
 
 
-def kinds_of(world: Any) -> tuple[list[str], list[str]]:
+def kinds_of(world: World) -> tuple[list[str], list[str]]:
     """Return the names of the species and of the object types that have places; landmarks of the ground are not among them."""
     placed = [name for name, table in world.tables.items() if Position in table]
     species = [name for name in placed if not world.tables[name].species.is_object]
@@ -22,13 +26,13 @@ def kinds_of(world: Any) -> tuple[list[str], list[str]]:
     return species, [name for name in placed if name not in species and name in declared]
 
 
-def coloured_genes(table: Any) -> dict[str, Any]:
+def coloured_genes(table: Table) -> dict[str, Any]:
     """Return the genes of a species that say one number each, by name: an `ecs_eco.genomes` code each."""
     layout: Any = getattr(table.species.heredity, "layout", None)
     return {} if layout is None else {code.name: code for code in layout.genes if code.trait is not None and not code.width}
 
 
-def describe(world: Any, species: list[str], objects: list[str], genes: dict[str, dict[str, Any]]) -> dict[str, Any]:
+def describe(world: World, species: list[str], objects: list[str], genes: dict[str, dict[str, Any]]) -> dict[str, Any]:
     """Return the part of hello that follows from the world: names, sizes, kinds, ground, day."""
     return {
         "world": world.name, "title": getattr(world.config, "title", "") or world.name, "dt": world.dt, "seed": world.seed,
@@ -38,7 +42,7 @@ def describe(world: Any, species: list[str], objects: list[str], genes: dict[str
     }  # fmt: skip
 
 
-def _kind(world: Any, name: str, genes: list[str]) -> dict[str, Any]:
+def _kind(world: World, name: str, genes: list[str]) -> dict[str, Any]:
     table = world.tables[name]
     nerves, moves = table.species.nerves, Velocity in table
     return {"name": name, "color": table.species.color, "radius": float(table.species.radius or 0.5), "moves": moves,
@@ -46,7 +50,7 @@ def _kind(world: Any, name: str, genes: list[str]) -> dict[str, Any]:
             "learns": bool(nerves is not None and nerves.learning)}  # fmt: skip
 
 
-def ground(world: Any) -> dict[str, Any] | None:
+def ground(world: World) -> dict[str, Any] | None:
     """Return heights and landmarks; None where the world is flat and open."""
     terrain, config = world.terrain, getattr(world.config, "terrain", None)
     if terrain is None:
@@ -59,18 +63,18 @@ def ground(world: Any) -> dict[str, Any] | None:
             "heights": base64.b64encode(heights.tobytes()).decode(), **marks}  # fmt: skip
 
 
-def fences(world: Any) -> list[list[list[float]]]:
+def fences(world: World) -> list[list[list[float]]]:
     """Return the corners of every fence that stands."""
     return [] if world.terrain is None else [corners.round(3).tolist() for corners in world.terrain.fences]
 
 
-def day(world: Any) -> dict[str, float] | None:
+def day(world: World) -> dict[str, float] | None:
     """Return the length of a day [s] and the time of the day at tick 0, a share since midnight; None where there are no days."""
     sun = _moving(world)
     return None if sun is None else {"length": float(sun.day), "start": (float(sun.start) + _shift(sun)) % 1.0}
 
 
-def _moving(world: Any) -> Sun | None:
+def _moving(world: World) -> Sun | None:
     return None if (sun := world.environment.sun) is None or sun.kind == "constant" else sun
 
 
@@ -78,13 +82,13 @@ def _shift(sun: Sun) -> float:
     return 0.5 if sun.kind == "inverted" else 0.0
 
 
-def sky(world: Any) -> tuple[float, float]:
+def sky(world: World) -> tuple[float, float]:
     """Return the light at the surface, 0 to 1, and the sun's elevation [rad]; without days it stands where it would give this light."""
     sun, full = _moving(world), float(world.ambient["light"])
     if sun is None:
         top = np.array([world.space.size[2] if world.space.volume else 0.0], np.float32)
-        middle = [np.array([s / 2], np.float32) for s in world.space.size[:2]]
-        light = float(world.surroundings("light", *middle, top)[0]) if "light" in world.environment else full
+        x, y = (np.array([s / 2], np.float32) for s in world.space.size[:2])
+        light = float(world.surroundings("light", x, y, top)[0]) if "light" in world.environment else full
         return min(max(light, 0.0), 1.0), math.asin(min(max(light, 0.0), 1.0))
     height = sine_of_elevation(world.time / sun.day + sun.start + _shift(sun), sun.latitude, sun.season(world.time))
     return min(max(full * sun.light(world.time), 0.0), 1.0), math.asin(min(max(height, -1.0), 1.0))

@@ -5,12 +5,15 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from contextlib import closing
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ecs_eco.view.entrance import Entrance
 from ecs_eco.view.player import USUAL, Player
 from ecs_eco.view.server import Server
 from ecs_eco.view.source import Source
+
+if TYPE_CHECKING:
+    from ecs_eco.ecosystem import World
 
 Announce = Callable[[str], None]
 
@@ -53,7 +56,7 @@ class Window:
         self.server: Server | None = None
         self._entrance: Entrance | None = None
 
-    def open(self, world: Any) -> None:
+    def open(self, world: World) -> None:
         """Begin to serve this world; OSError where the port is taken."""
         from ecs_eco.view.live import Live
 

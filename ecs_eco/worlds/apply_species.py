@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -17,10 +17,14 @@ from ecs_eco.nervous.networks import HappinessNetwork, ReflexNetwork
 from ecs_eco.space.sun import Sun
 from ecs_eco.space.water import Water
 
+if TYPE_CHECKING:
+    from ecs_eco.engine.table import Table
+    from ecs_eco.space.world import SpatialWorld
+
 SEXES = {"none": 0, "female": 1, "male": 2, "random": 0}
 
 
-def climate(world: Any, config: WorldConfig) -> None:
+def climate(world: SpatialWorld, config: WorldConfig) -> None:
     """Give a world its sun and its water: functions of the environment in place of constants."""
     sun = None if config.sun is None else Sun(**config.sun.model_dump())
     water = None
@@ -31,7 +35,7 @@ def climate(world: Any, config: WorldConfig) -> None:
     world.environment.set_climate(sun, water)
 
 
-def matter(table: Any, kind: Any, substances: list[str]) -> None:
+def matter(table: Table, kind: Any, substances: list[str]) -> None:
     """Set mass, radius, physical and chemical properties that a newborn has."""
     table.set_defaults(Body, radius=kind.body.radius, mass=kind.body.mass)
     alike: Species = table.species
@@ -45,7 +49,7 @@ def matter(table: Any, kind: Any, substances: list[str]) -> None:
         table.add_component(Chemistry, molarity=[kind.substances.get(s, 0.0) for s in substances])
 
 
-def apply_species(table: Any, species: Any, substances: list[str]) -> None:
+def apply_species(table: Table, species: Any, substances: list[str]) -> None:
     """Set what a newborn of a species has, and what its systems read of the species."""
     matter(table, species, substances)
     table.set_defaults(Metabolism, energy=species.metabolism.energy)

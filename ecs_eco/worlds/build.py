@@ -1,8 +1,10 @@
 """From a world file to a World: tables with their species' values, nervous systems, and the list of systems in order."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -19,6 +21,10 @@ from ecs_eco.space import Field, Terrain
 from ecs_eco.worlds.apply_species import apply_species, cell, climate, gaits, learner_seed, matter, networks, settings
 from ecs_eco.worlds.heredity import add_heredity, flat
 from ecs_eco.worlds.treatments import apply
+
+if TYPE_CHECKING:
+    from ecs_eco.engine.table import Table
+    from ecs_eco.space.world import SpatialWorld
 
 MOST_BYTES_OF_WEIGHTS = 100_000_000  # of the largest network that a world may have, and some
 POLICIES = ("trained", "random", "untrained")
@@ -105,7 +111,7 @@ def _own_systems(config: WorldConfig) -> list[Any]:
     return [system() if callable(system) else system for system in found]
 
 
-def _landmarks(world: Any, terrain: Any) -> None:
+def _landmarks(world: SpatialWorld, terrain: Any) -> None:
     """Make an inanimate object of every mountain, rock and lake: a table of each kind, named so unless the world uses the name.
 
     The ground stops and hides; these only say what is where, for `each`, viewers and systems of one's own.
@@ -121,13 +127,13 @@ def _landmarks(world: Any, terrain: Any) -> None:
         table.request(np.zeros(len(places), np.uint64), {k: np.array(v, np.float32) for k, v in columns.items()})
 
 
-def _object_table(world: Any, name: str, kind: Any) -> None:
+def _object_table(world: SpatialWorld, name: str, kind: Any) -> None:
     table = world.add_table(name, Position, Body, dims={"substances": len(world.substances)}, capacity=max(16, kind.count + len(kind.at)))
     matter(table, kind, world.substances)
     table.species.is_object = True
 
 
-def _remains(world: Any, table: Any) -> None:
+def _remains(world: SpatialWorld, table: Table) -> None:
     """Give the objects that the dead of a species become what its bodies are made of."""
     if (name := table.species.remains) is not None:
         into = world.tables[name]
@@ -137,7 +143,7 @@ def _remains(world: Any, table: Any) -> None:
         into.species.radius = max(into.species.radius, table.species.radius)
 
 
-def _species_table(world: Any, name: str, species: Any) -> None:
+def _species_table(world: SpatialWorld, name: str, species: Any) -> None:
     actions = species.action_list()
     table = world.add_table(name, Position, Body, Metabolism, Biology, capacity=max(64, int(species.count * 1.5)),
                             dims={"substances": len(world.substances), "actions": len(actions)})
@@ -153,7 +159,7 @@ def _species_table(world: Any, name: str, species: Any) -> None:
         table.species.gaits = gaits(species.locomotion, table.species.nerves)
 
 
-def _networks(world: Any, table: Any, species: Any, policies: Any, learn: Any, number: int,
+def _networks(world: SpatialWorld, table: Table, species: Any, policies: Any, learn: Any, number: int,
               training: bool) -> np.ndarray | None:
     """Build the reflex, happiness and policy networks of one species; return the weights that founders have alike, if any."""
     nerves = table.species.nerves
@@ -231,7 +237,7 @@ def weights_file(config: WorldConfig, name: str, source: Any) -> Path | None:
     return path
 
 
-def _populate(world: Any, table: Any, kind: Any) -> None:
+def _populate(world: SpatialWorld, table: Table, kind: Any) -> None:
     """Ask for the first generation: at the places named, the rest at random."""
     if len(getattr(kind, "at", ())):
         place = np.array([[*at, 0.0][:3] for at in kind.at], np.float32)

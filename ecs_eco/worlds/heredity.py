@@ -1,6 +1,8 @@
 """From a species' genome section to its heredity: layout, operators, and the columns that its genes write."""
 
-from typing import Any
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -9,10 +11,14 @@ from ecs_eco.components import Experience, Genome, Gestation, Policy
 from ecs_eco.config.traits import policy_shapes, traits_of
 from ecs_eco.genomes.heredity import Heredity
 
+if TYPE_CHECKING:
+    from ecs_eco.engine.table import Table
+    from ecs_eco.space.world import SpatialWorld
+
 Targets = dict[str, tuple[type, str, int | None]]
 
 
-def add_heredity(world: Any, table: Any, species: Any, founder: np.ndarray | None = None) -> None:
+def add_heredity(world: SpatialWorld, table: Table, species: Any, founder: np.ndarray | None = None) -> None:
     """Give a table its genome, the columns that its genes write, and the columns of individual brains; nothing where it needs none."""
     for name in species.components:
         table.add_component(world.config.function(name))
@@ -45,7 +51,7 @@ def add_heredity(world: Any, table: Any, species: Any, founder: np.ndarray | Non
                                             noise=species.policy.mutation, founder=founder, alike=alike)
 
 
-def _targets(table: Any, species: Any, layout: Any, traits: dict[str, Any]) -> Targets:
+def _targets(table: Table, species: Any, layout: Any, traits: dict[str, Any]) -> Targets:
     """Add the components that genes write to, with the species' own values as defaults; return where each gene writes."""
     coded = [(code.gene, traits[code.gene.trait]) for code in layout.genes
              if code.gene.trait is not None and (code.gene.trait != "policy.weights" or Policy in table)]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,8 +14,12 @@ from ecs_eco.engine.errors import ConfigError
 from ecs_eco.engine.interruption import require_whole, whole
 from ecs_eco.worlds.apply_species import apply_species, cell, climate, gaits, learner_seed, matter, networks, settings
 
+if TYPE_CHECKING:
+    from ecs_eco.engine.table import Table
+    from ecs_eco.space.world import SpatialWorld
 
-def reconfigure(world: Any, config: Any, learners: Iterable[str] = ()) -> None:
+
+def reconfigure(world: SpatialWorld, config: Any, learners: Iterable[str] = ()) -> None:
     """Bring a living world to another configuration: from now on it is as if it had been built with it.
 
     What organisms are born with (energy, mass, sex, fertility, properties, substances) they keep; newborn have the new
@@ -37,7 +41,7 @@ def reconfigure(world: Any, config: Any, learners: Iterable[str] = ()) -> None:
             learning(world, world.tables[name])
 
 
-def _apply(world: Any, old: WorldConfig, new: WorldConfig) -> None:
+def _apply(world: SpatialWorld, old: WorldConfig, new: WorldConfig) -> None:
     changed = [key for key, _, _ in changes(old.model_dump(), new.model_dump())]
     world.config = new
     for key in changed:
@@ -52,7 +56,7 @@ def _apply(world: Any, old: WorldConfig, new: WorldConfig) -> None:
     world.touch()
 
 
-def _surroundings(world: Any, key: tuple, new: WorldConfig) -> None:
+def _surroundings(world: SpatialWorld, key: tuple, new: WorldConfig) -> None:
     """Apply one value of the world that is no species'."""
     if key[0] == "ambient":
         world.ambient[key[1]] = getattr(new.ambient, key[1])
@@ -60,7 +64,7 @@ def _surroundings(world: Any, key: tuple, new: WorldConfig) -> None:
         climate(world, new)
     elif key[0] == "fields":
         setattr(world.fields[key[1]], key[2], getattr(new.fields[key[1]], key[2]))
-    elif key[0] == "terrain" and new.terrain is not None:
+    elif key[0] == "terrain" and new.terrain is not None and world.terrain is not None:
         world.terrain.slope_cost = float(new.terrain.slope_cost)
     elif key == ("seed",):
         reseed(world, new.seed)
@@ -69,7 +73,7 @@ def _surroundings(world: Any, key: tuple, new: WorldConfig) -> None:
         world.forget_neighbours()
 
 
-def reseed(world: Any, seed: int) -> None:
+def reseed(world: SpatialWorld, seed: int) -> None:
     """Let all chance be another from the next tick on."""
     world.seed = seed
     for number, name in enumerate(() if world.config is None else world.config.species):
@@ -79,7 +83,7 @@ def reseed(world: Any, seed: int) -> None:
                 learning.seed = learner_seed(seed, number)
 
 
-def _species(world: Any, table: Any, old: Any, new: Any, changed: set[str]) -> None:
+def _species(world: SpatialWorld, table: Table, old: Any, new: Any, changed: set[str]) -> None:
     """Apply the values of one species; `changed` are the keys that differ."""
     apply_species(table, new, world.substances)
     nerves, heredity = table.species.nerves, table.species.heredity
@@ -113,7 +117,7 @@ def _settings(nerves: Any, species: Any, training: bool) -> None:
         minds.ppo, minds._settings = fresh.ppo, fresh._settings
 
 
-def learning(world: Any, table: Any) -> None:
+def learning(world: SpatialWorld, table: Table) -> None:
     """Let a species begin to learn, or stop, as its `policy.learn` says."""
     nerves, species = table.species.nerves, table.species.config
     if nerves.brain is None and nerves.individuals is None:
@@ -133,7 +137,7 @@ def learning(world: Any, table: Any) -> None:
         nerves.learner = None
 
 
-def _experience(table: Any, wanted: bool) -> None:
+def _experience(table: Table, wanted: bool) -> None:
     """Give the organisms of a species the columns of what they learn from, beside their policies; or take them away."""
     table.columns.pop(Experience, None)
     table.defaults.pop(Experience, None)
@@ -141,14 +145,15 @@ def _experience(table: Any, wanted: bool) -> None:
     if not wanted:
         return
     table.add_component(Experience)
-    for held in (table.columns, table.defaults):  # in the order in which a world is built
+    columns: Any = (table.columns, table.defaults)
+    for held in columns:  # in the order in which a world is built
         order = [c for c in held if c is not Experience]
         order.insert(order.index(Policy) + 1, Experience)
         for component in order:
             held[component] = held.pop(component)
 
 
-def _genes(world: Any, table: Any, old: Any, new: Any, changed: set[str]) -> None:
+def _genes(world: SpatialWorld, table: Table, old: Any, new: Any, changed: set[str]) -> None:
     """Give all what their genes do not say but have columns for; and operators of their own to a changed genome."""
     if new.genome is None:
         return
@@ -171,7 +176,7 @@ def _genes(world: Any, table: Any, old: Any, new: Any, changed: set[str]) -> Non
         heredity.operators = Operators.from_config(new.genome, heredity.layout, choice, world.config.function)
 
 
-def _causes(world: Any) -> None:
+def _causes(world: SpatialWorld) -> None:
     """Make causes of death known that are new, in the order of species."""
     for table in world.tables.values():
         for food in table.species.diet:
@@ -184,5 +189,5 @@ def _causes(world: Any) -> None:
                     world.cause(cause)
 
 
-def _trains(world: Any) -> bool:
+def _trains(world: SpatialWorld) -> bool:
     return bool(world.origin.get("training"))

@@ -7,11 +7,14 @@ Their names are what `controls=` of a world and "controls" in manifests and chec
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from typing import Any
+from typing import TYPE_CHECKING
 
 from ecs_eco.engine.errors import ConfigError, Problem, listed, nearest
 from ecs_eco.genomes.heredity import Heredity
 from ecs_eco.lifecycle.species import Species
+
+if TYPE_CHECKING:
+    from ecs_eco.space.world import SpatialWorld
 
 
 def no_reflexes(species: Iterable[Species]) -> None:
@@ -52,7 +55,7 @@ TREATMENTS: dict[str, Callable[[Iterable[Species]], None]] = {
 }
 
 
-def apply(names: Sequence[str], world: Any) -> None:
+def apply(names: Sequence[str], world: SpatialWorld) -> None:
     """Apply treatments to a world that is being built. Raises ConfigError for an unknown name."""
     for name in names:
         if name not in TREATMENTS:

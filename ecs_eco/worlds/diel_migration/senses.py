@@ -1,15 +1,21 @@
 """What krill that hunt by a written reflex wander by."""
 
-from typing import Any
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ecs_eco.engine import random
 
+if TYPE_CHECKING:
+    from ecs_eco.engine.table import Table
+    from ecs_eco.space.world import SpatialWorld
+
 PERIOD = 12  # ticks that a whim lasts
 
 
-def whim(world: Any, table: Any, seekers: Any, out: np.ndarray, first: int) -> None:
+def whim(world: SpatialWorld, table: Table, seekers: Any, out: np.ndarray, first: int) -> None:
     """Write two numbers between 0 and 1 that each animal keeps for some ticks: where to, while it has no aim."""
     uid = table.uid[seekers.rows]
     key = random.tick_key(world.seed, world.tick // PERIOD)

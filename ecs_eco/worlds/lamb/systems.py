@@ -4,7 +4,9 @@ Breathing and suckling come right after the decision, before anybody moves: they
 decided on. Amounts are concentrations in the body [mol/L]; every number is our choice (README.md).
 """
 
-from typing import Any
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,6 +16,10 @@ from ecs_eco.engine.schema import component, f32
 from ecs_eco.engine.system import System
 from ecs_eco.nervous.sensors.sense import Seekers
 from ecs_eco.nervous.sensors.touch import touch
+
+if TYPE_CHECKING:
+    from ecs_eco.engine.table import Table
+    from ecs_eco.space.world import SpatialWorld
 
 MOUTH = (-1.6, 1.6)  # [rad] where it touches an udder; nostrils: where water gets in. Those of the sensors in lamb.toml
 NOSTRILS = (-1.2, 1.2)
@@ -36,7 +42,7 @@ class Breathe(System):
     saturation = 0.007  # [mol/L]
     water = 1.0  # [mol/L/s] water while inhaling it
 
-    def update(self, table: Any, world: Any) -> None:
+    def update(self, table: Table, world: SpatialWorld) -> None:
         """Let one species breathe."""
         nerves = table.species.nerves
         if "breathe" in nerves.groups:
@@ -59,13 +65,13 @@ class Suckle(System):
     milk = 0.00006  # [mol/L/s] glucose while it flows
     full = 0.005  # [mol/L] glucose of a lamb that has had enough
 
-    def start(self, world: Any) -> None:
+    def start(self, world: SpatialWorld) -> None:
         """Give those that suck a clock."""
         for table in world.tables.values():
             if table.species.nerves is not None and "suck" in table.species.nerves.groups:
                 table.add_component(Sucking)
 
-    def update(self, table: Any, world: Any) -> None:
+    def update(self, table: Table, world: SpatialWorld) -> None:
         """Let one species suckle."""
         if Sucking in table:
             rows, at_udder = touching(table, world, "ewe", MOUTH)
@@ -82,14 +88,14 @@ class Burn(System):
     glucose = (0.0000035, 0.000006)  # [mol/L/s] at rest; more per m/s
     oxygen = (0.0002, 0.0001)  # [mol/L/s] at rest; more per m/s
 
-    def update(self, table: Any, world: Any) -> None:
+    def update(self, table: Table, world: SpatialWorld) -> None:
         """Burn what one species holds."""
         for substance, (rest, walk) in (("glucose", self.glucose), ("oxygen", self.oxygen)):
             burn(table.alive[: table.high], table[Velocity].speed, np.float32(rest * world.dt), np.float32(walk * world.dt),
                  world.substances.index(substance), table[Chemistry].molarity)
 
 
-def touching(table: Any, world: Any, kind: str, sector: tuple[float, float]) -> tuple[np.ndarray, np.ndarray]:
+def touching(table: Table, world: SpatialWorld, kind: str, sector: tuple[float, float]) -> tuple[np.ndarray, np.ndarray]:
     """Return the living rows i64[n] and whether something of a kind touches a sector of their bodies: f32[n], 1 or 0."""
     seekers = Seekers(world, table)
     felt = np.zeros((seekers.n, 1), np.float32)
