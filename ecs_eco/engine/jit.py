@@ -9,7 +9,7 @@ import numba
 from ecs_eco.engine.kernel_cache import Folder, KernelCache, cache_folder
 
 numba.core.config._config_fname = ""  # no .numba_config.yaml of the folder that a command happens to run in
-numba.config.reload_config()
+numba.config.reload_config()  # type: ignore[no-untyped-call]
 FOLDER = Folder(cache_folder())
 
 

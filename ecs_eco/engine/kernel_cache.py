@@ -144,7 +144,7 @@ class KernelCache(NullCache):
         source = _content(code.co_filename, where.st_mtime_ns, where.st_size)
         self._source = hashlib.sha256(source + code.co_code + repr((code.co_firstlineno, code.co_filename, options)).encode())
         if cells:
-            self._source.update(serialize.dumps(cells))
+            self._source.update(serialize.dumps(cells))  # type: ignore[no-untyped-call]
 
     @property
     def cache_path(self) -> str:
@@ -164,14 +164,14 @@ class KernelCache(NullCache):
         seal, content = content[:SEAL], content[SEAL:]
         if hashlib.sha256(path.name.encode() + content).digest() != seal:
             return None
-        return CompileResult._rebuild(target_context, *serialize.loads(content))
+        return CompileResult._rebuild(target_context, *serialize.loads(content))  # type: ignore[no-untyped-call]
 
     def save_overload(self, sig: Any, data: Any) -> None:
         """Keep a compiled form; what cannot be kept is compiled again next time."""
         if not self.folder.writable() or data.library.has_dynamic_globals or any(not lifted.can_cache for lifted in data.lifted):
             return
         path = self._path(sig, data.codegen)
-        content = serialize.dumps(data._reduce())
+        content = serialize.dumps(data._reduce())  # type: ignore[no-untyped-call]
         try:
             _write(path, hashlib.sha256(path.name.encode() + content).digest() + content)
         except OSError as error:

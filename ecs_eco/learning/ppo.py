@@ -41,7 +41,7 @@ class Learner:
         self.steps = 0  # of Adam
         self.moment_1, self.moment_2 = torch.zeros(brain.size), torch.zeros(brain.size)
         self._gradient = torch.zeros(0, brain.size)  # a row per chunk of a minibatch
-        self._layers: list = []  # its views
+        self._layers: list[Any] = []  # its views
 
     @property
     def full(self) -> bool:

@@ -40,7 +40,7 @@ class PPO:
             object.__setattr__(self, f.name, _checked(f, getattr(self, f.name)))
 
 
-def _checked(f: Field, value: Any) -> Any:
+def _checked(f: Field[Any], value: Any) -> Any:
     """Return the value as the field's type, or raise ValueError."""
     m, kind = f.metadata, {"int": int, "float": float, "bool": bool}[str(f.type)]
     right_type = {

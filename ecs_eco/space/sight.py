@@ -15,7 +15,7 @@ NO_GROUND = np.zeros((1, 1), np.uint8)
 class Bodies:
     """Spheres of several tables in one index: entry i of table `kind[i]` at (x, y, z)[i] [m], of radius[i] [m]."""
 
-    def __init__(self, space: Space, tables: Sequence[tuple]) -> None:
+    def __init__(self, space: Space, tables: Sequence[tuple[np.ndarray, ...]]) -> None:
         """Sort `tables`: a sequence of (x, y, z, radius, uid), each over the living of one table."""
         x, y, z, radius, uid = (np.concatenate([t[i] for t in tables]) if tables else np.zeros(0, np.float32) for i in range(5))
         kinds = np.repeat(np.arange(len(tables)), [t[0].size for t in tables]).astype(np.int32)

@@ -72,7 +72,8 @@ class Mate(System):
         n = pair(order, partner, i.rows, np.zeros(i.n, np.bool_), pairs)
         self.conceive(table, world, way, pairs[:n])
 
-    def ask(self, table: Table, rule: Any, i: Any, choosers: np.ndarray, can: np.ndarray, near: tuple, wants: tuple, pay: tuple,
+    def ask(self, table: Table, rule: Any, i: Any, choosers: np.ndarray, can: np.ndarray, near: tuple[Any, ...], wants: tuple[Any, ...],
+            pay: tuple[Any, ...],
             partner: np.ndarray, distance2: np.ndarray, world: SpatialWorld) -> None:
         """Let a function of the user's own choose, one chooser after the other, in the order of uids."""
         found, far = np.empty(i.n, np.int64), np.empty(i.n, np.float32)

@@ -1,0 +1,109 @@
+"""Run the README's test command several times, each in another random order, and keep what became of it.
+
+    python tools/repeat_tests.py --runs 5 [--busy] [--chromium both] [--out studies/results/repeated_tests.json]
+
+`--busy` keeps all processors busy meanwhile; what else runs on the machine shows in the load, which is kept too. With
+`--chromium both` every other run finds no Chromium. Runs are added to those of the same commit that the file has.
+"""
+
+import argparse
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+ROOT = Path(__file__).parents[1]
+OUT = ROOT / "studies" / "results" / "repeated_tests.json"
+COUNTS = ("passed", "failed", "error", "skipped", "xfailed")
+
+
+def command() -> str:
+    """Return the half of the README's second command that tests."""
+    line = next(line for line in (ROOT / "README.md").read_text(encoding="utf-8").splitlines() if "-m pytest" in line)
+    return line.rpartition(" && ")[2]
+
+
+@contextmanager
+def path_without_chromium() -> Iterator[str]:
+    """A PATH of one folder, with links to all that the user's PATH has but Chromium."""
+    with tempfile.TemporaryDirectory() as folder:
+        for place in os.environ["PATH"].split(os.pathsep):
+            for program in Path(place).glob("*"):
+                link = Path(folder, program.name)
+                if not re.match("chrom(e|ium)|google-chrome", program.name) and not link.exists() and not link.is_symlink():
+                    link.symlink_to(program)
+        yield folder
+
+
+@contextmanager
+def busy(wanted: bool) -> Iterator[None]:
+    """All processors are busy."""
+    spin = [sys.executable, "-c", "while True: pass"]
+    processes = [subprocess.Popen(spin) for _ in range(os.cpu_count() or 1)] if wanted else []
+    try:
+        yield
+    finally:
+        for process in processes:
+            process.kill()
+            process.wait()
+
+
+def once(path: str, spinning: bool, log: Path) -> dict[str, Any]:
+    """Run the command in an environment with HOME and PATH alone; its output goes to `log`."""
+    loads, done, start = [os.getloadavg()[0]], threading.Event(), time.monotonic()
+
+    def look() -> None:
+        while not done.wait(10):
+            loads.append(os.getloadavg()[0])
+
+    watcher = threading.Thread(target=look)
+    watcher.start()
+    with busy(spinning), log.open("w", encoding="utf-8") as file:
+        code = subprocess.run(["env", "-i", f"HOME={os.environ['HOME']}", f"PATH={path}", "bash", "-c", command()], cwd=ROOT,
+                              stdout=file, stderr=subprocess.STDOUT, check=False).returncode  # fmt: skip
+    done.set()
+    watcher.join()
+    text = log.read_text(encoding="utf-8", errors="replace")
+    seed, last = re.search(r"--randomly-seed=(\d+)", text), text.rstrip().rpartition("\n")[2]
+    counts = {name: int(match[1]) if (match := re.search(rf"\b(\d+) {name}", last)) else 0 for name in COUNTS}
+    return {"code": code, "seed": int(seed[1]) if seed else None, **counts, "spinning": spinning,
+            "mean load": round(sum(loads) / len(loads), 2), "seconds": round(time.monotonic() - start),
+            "not passed": re.findall(r"^(?:FAILED|ERROR) (\S+)", text, re.MULTILINE)}  # fmt: skip
+
+
+def main() -> int:
+    """Run and keep; return how many runs were not green."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--runs", type=int, default=5)
+    parser.add_argument("--busy", action="store_true")
+    parser.add_argument("--chromium", choices=["here", "without", "both"], default="here")
+    parser.add_argument("--out", type=Path, default=OUT)
+    given = parser.parse_args()
+    commit = subprocess.run(["git", "rev-parse", "--short", "HEAD"], cwd=ROOT, capture_output=True, text=True, check=True).stdout.strip()
+    kept = json.loads(given.out.read_text(encoding="utf-8")) if given.out.is_file() else {}
+    runs = kept.get("runs", [])
+    for number in range(given.runs):
+        without = given.chromium == "without" or (given.chromium == "both" and number % 2 == 1)
+        with path_without_chromium() as bare, tempfile.TemporaryDirectory() as folder:
+            log = Path(folder, "log")
+            run = once(bare if without else os.environ["PATH"], given.busy, log)
+            if run["code"]:
+                shutil.copy(log, Path(tempfile.gettempdir(), f"repeat-tests-{run['seed']}.log"))
+        runs.append({"commit": commit, "chromium": not without, **run})
+        record = {"command": command(), "processors": os.cpu_count(), "runs": runs}
+        given.out.write_text(json.dumps(record, indent=1) + "\n", encoding="utf-8")
+        print(json.dumps(runs[-1]), flush=True)
+    return sum(run["code"] != 0 for run in runs)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
