@@ -1,7 +1,8 @@
 """ecs-eco: organisms live, learn, breed and die, and nothing selects them but that.
 
-A world is made of entities in columns; systems act on them; brains learn while their owners live.
-Names load when first used, so importing the package is cheap: `from ecs_eco import World, System, component, f32`.
+A world is made of entities in columns; systems act on them; brains learn while their owners live. Here are
+the names that users import, and no code: `from ecs_eco import World, System, component, f32`. They load when
+first used, so importing the package is cheap. docs/architecture.md says which folder holds what.
 """
 
 from typing import TYPE_CHECKING

@@ -1,7 +1,8 @@
 """World files: the models of every section, loading with overrides, checks across sections, and formulas.
 
-What a world is belongs here; what happens in it does not. Nothing here imports numba or torch.
-Names load when first used: `import ecs_eco.config` loads no models.
+What a file may say belongs here; what is made of it belongs to `ecs_eco.worlds`, what happens in it to
+`ecs_eco.systems`. Nothing here imports numba or torch. Names load when first used: `import ecs_eco.config`
+loads no models.
 """
 
 from typing import TYPE_CHECKING

@@ -1,7 +1,8 @@
 """Heredity: genomes as strings over a finite alphabet, what they say, and what makes new ones of them.
 
-What a genome says of a body or a brain belongs to its layout; how an organism with it lives belongs to `systems`.
-Names load when first used: `import ecs_eco.genomes` loads neither DEAP nor numba nor torch.
+What a genome says of a body or a brain belongs to its layout; how an organism with it lives belongs to
+`ecs_eco.systems`. Names load when first used: `import ecs_eco.genomes` loads neither DEAP nor numba nor
+torch.
 """
 
 from typing import TYPE_CHECKING

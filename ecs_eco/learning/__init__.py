@@ -1,8 +1,8 @@
-"""Learning while alive: a small actor-critic network and PPO, for populations that are born and die in mid-rollout.
+"""Learning while alive: actor-critic networks and PPO, for populations that are born and die in mid-rollout.
 
-Here belong optimisers of policies and what they need; how an organism senses, decides and is rewarded belongs to
-`nervous` and `systems`. Nothing here knows biology, and the parts also train plain Gymnasium vector environments.
-Names load when first used: `from ecs_eco.learning import PPO` loads neither torch nor numba.
+How an organism senses, decides and is rewarded belongs to `ecs_eco.nervous` and `ecs_eco.systems`: nothing
+here knows biology, and the parts train plain Gymnasium vector environments. Names load when first used:
+`from ecs_eco.learning import PPO` loads neither torch nor numba.
 """
 
 from typing import TYPE_CHECKING

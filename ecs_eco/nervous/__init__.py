@@ -1,4 +1,4 @@
 """Nervous systems: senses, the reflex, policy and happiness networks over them, and the decision H(y + z).
 
-What the networks are lives here; when they run is the business of `ecs_eco.systems`.
+When they run belongs to `ecs_eco.systems`, how a policy learns to `ecs_eco.learning`.
 """

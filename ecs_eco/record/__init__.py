@@ -1,6 +1,7 @@
 """What a run leaves behind: series, births and deaths, snapshots, in files that carry seals.
 
-Reading and writing belong here; what the numbers mean belongs to `analysis`, how a run goes to `runs`.
+Writing and reading them belongs here; what the numbers mean belongs to `ecs_eco.analysis`, how a run goes to
+`ecs_eco.runs`.
 """
 
 from ecs_eco._lazy import lazy

@@ -1,6 +1,7 @@
-"""Where things are: extent and edges, the neighbour index, scalar fields, terrain.
+"""Where things are and what surrounds them: edges, neighbours, sight, fields, terrain, sun and water.
 
-Nothing here knows what lives in the space: kernels take arrays and numbers.
+What the living do with it belongs to `ecs_eco.nervous` and `ecs_eco.systems`: kernels here take arrays and
+numbers.
 """
 
 from ecs_eco.space.field import Field

@@ -1,6 +1,7 @@
-"""What happens to entities, a file per system: it picks columns and calls one kernel.
+"""What happens to entities, one system a file: it picks columns and calls one kernel.
 
-Systems never import each other; what two of them share lives in `space`, `nervous`, a component, or a file `_….py` without a system.
+Systems never import each other; what two of them share belongs to `ecs_eco.lifecycle`, `ecs_eco.nervous`,
+`ecs_eco.space` or a component. Their order belongs to `ecs_eco.worlds.build.schedule`.
 """
 
 from ecs_eco._lazy import lazy

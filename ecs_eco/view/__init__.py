@@ -1,4 +1,5 @@
-"""The viewer: a page in the browser that shows a living world, or a recorded run, and a server for it on this machine.
+"""The viewer: a page in the browser that shows a living world or a recorded run, and the server for it.
 
-Nothing here changes a world, except by its interventions.
+Nothing here changes a world, except by its interventions. The page is in `static`; the sources of its
+vendor.js are in view-page/ at the root.
 """

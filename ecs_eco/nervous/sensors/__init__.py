@@ -1,6 +1,7 @@
-"""Sensors, one kind a file: each fills its channels, columns of the observations f32[n, channels], for all seekers of a table.
+"""Sensors, one kind a file: each fills its channels, columns of the observations f32[n, channels].
 
 A new kind of sensor is a file here, a model in `ecs_eco.config.models.sensors`, and a line in `senses_of`.
+What a sensor reads belongs elsewhere: who is near whom, light and smells to `ecs_eco.space`.
 """
 
 from collections.abc import Callable

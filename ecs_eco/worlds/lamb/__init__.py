@@ -1,1 +1,4 @@
-"""A world of lambs and ewes, and the systems that only it needs: lamb.toml, README.md."""
+"""A world of lambs and ewes: the world file, and the systems that only it needs.
+
+A system that other worlds could use belongs to `ecs_eco.systems`.
+"""
