@@ -38,5 +38,5 @@ def test_the_pictures_of_the_page_are_small_and_shown(name):
     png = (ROOT / "docs" / "img" / f"{name}.png").read_bytes()
     assert struct.unpack(">II", png[16:24]) == (1280, 800)
     assert len(png) <= 300_000
-    assert f'"{name}"' in (ROOT / "docs" / "screenshots.py").read_text()
+    assert f'"{name}"' in (ROOT / "tools" / "screenshots.py").read_text()
     assert any(f"img/{name}.png" in page.read_text() for page in PAGES)

@@ -135,7 +135,7 @@ def test_misuse_is_refused(study: Study) -> None:
 def make_page(study: Study, *words: str) -> subprocess.CompletedProcess:
     paths = ("--results", str(study.result.parent), "--page", str(study.folder / "results.md"))
     return subprocess.run(
-        [sys.executable, "-m", "studies.make_results", *paths, *words], cwd=ROOT, capture_output=True, text=True, check=False
+        [sys.executable, "tools/make_results.py", *paths, *words], cwd=ROOT, capture_output=True, text=True, check=False
     )
 
 
@@ -150,7 +150,7 @@ def test_the_page_tells_the_results_and_notices_when_it_is_stale(study: Study) -
     study.run(SCALE="1")
     stale = make_page(study, "--check")
     assert stale.returncode == 1
-    assert "run python -m studies.make_results" in stale.stderr
+    assert "run python tools/make_results.py" in stale.stderr
     make_page(study)
     assert "1 of 1 goals met" in (study.folder / "results.md").read_text()
 
@@ -175,4 +175,4 @@ def test_a_result_of_another_form_is_refused_by_name(study: Study) -> None:
 def test_the_committed_page_is_what_the_results_say() -> None:
     if not (ROOT / "docs" / "results.md").exists():
         pytest.skip("docs/results.md is not written yet")
-    assert subprocess.run([sys.executable, "-m", "studies.make_results", "--check"], cwd=ROOT, check=False).returncode == 0
+    assert subprocess.run([sys.executable, "tools/make_results.py", "--check"], cwd=ROOT, check=False).returncode == 0

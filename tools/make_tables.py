@@ -1,6 +1,6 @@
 """Write docs/benchmarks.md and the README's table from benchmarks/results; --check: only compare.
 
-    python benchmarks/make_tables.py [--check]
+    python tools/make_tables.py [--check]
 """
 
 import argparse
@@ -9,15 +9,16 @@ import sys
 from pathlib import Path
 from typing import Any
 
-HERE = Path(__file__).parent
-PAGE, README = HERE.parent / "docs" / "benchmarks.md", HERE.parent / "README.md"
+ROOT = Path(__file__).parents[1]
+BENCHMARKS = ROOT / "benchmarks"
+PAGE, README = ROOT / "docs" / "benchmarks.md", ROOT / "README.md"
 MARKS = ("<!-- table: benchmarks -->", "<!-- end of table -->")
 ORDER = ("animals", "animals_threads", "breakdown", "animals_learning", "plants", "memory", "startup", "checkpoints",
          "checkpoints_cost", "ppo", "individual_ppo", "births", "genomes", "viewer_cost", "viewer_frames", "page", "viewer_stall",
          "wolf_sheep", "wolf_sheep_same", "wolf_sheep_profile")
 HEAD = """# How fast it is
 
-Written by `benchmarks/make_tables.py` from `benchmarks/results/`. The machines are shared and noisy: a ratio from one run
+Written by `tools/make_tables.py` from `benchmarks/results/`. The machines are shared and noisy: a ratio from one run
 can be trusted, a figure alone drifts by half. `load` is that of the machine when a benchmark ended, on all its cores: with
 more processes than cores every figure suffers.
 """
@@ -25,7 +26,7 @@ more processes than cores every figure suffers.
 
 def read() -> dict[str, dict[str, Any]]:
     """Return all results by name, in the order of the page."""
-    found = {p.stem: json.loads(p.read_text()) for p in (HERE / "results").glob("*.json")}
+    found = {p.stem: json.loads(p.read_text()) for p in (BENCHMARKS / "results").glob("*.json")}
     return {name: found[name] for name in sorted(found, key=lambda n: (ORDER.index(n) if n in ORDER else 99, n))}
 
 
@@ -49,7 +50,7 @@ def table(rows: list[dict[str, Any]]) -> str:
 
 def script(name: str) -> str:
     """Return the script that wrote a result: the longest that its name begins with."""
-    return max((p.stem for p in HERE.glob("*.py") if name.startswith(p.stem)), key=len)
+    return max((p.stem for p in BENCHMARKS.glob("*.py") if name.startswith(p.stem)), key=len)
 
 
 def page(results: dict[str, dict[str, Any]]) -> str:
@@ -91,7 +92,7 @@ def main() -> int:
     if parser.parse_args().check:
         stale = [path.name for path, text in wanted.items() if not path.is_file() or path.read_text() != text]
         if stale:
-            print(f"{', '.join(stale)}: not what benchmarks/results says; run python benchmarks/make_tables.py", file=sys.stderr)
+            print(f"{', '.join(stale)}: not what benchmarks/results says; run python tools/make_tables.py", file=sys.stderr)
         return bool(stale)
     for path, text in wanted.items():
         path.write_text(text)

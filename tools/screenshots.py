@@ -1,6 +1,6 @@
 """Take the pictures of the viewer's page that README and docs show, from the page itself, into docs/img.
 
-    python docs/screenshots.py [NAME …]
+    python tools/screenshots.py [NAME …]
 
 Wants playwright and Chromium (Debian: apt-get install chromium). A world that lives stops at about the tick that is asked for:
 how many ticks pass before the page can stop it differs from time to time.
@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 from ecs_eco.config.shipped import shipped
 from ecs_eco.testing.browser import launched, served, until
 
-IMAGES = Path(__file__).parent / "img"
+IMAGES = Path(__file__).parents[1] / "docs" / "img"
 SIZE = {"width": 1280, "height": 800}
 LARGEST = 300_000  # [bytes]
 

@@ -1,7 +1,7 @@
 """Write docs/results.md from studies/results/*.json: each claim, what was measured, and how to measure it again.
 
-python -m studies.make_results            writes the file
-python -m studies.make_results --check    fails where the file is not what the results say
+python tools/make_results.py            writes the file
+python tools/make_results.py --check    fails where the file is not what the results say
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from studies.common.persistence import opening
+from persistence import opening  # the file beside this one
 
 ROOT = Path(__file__).parent.parent
 RESULTS = ROOT / "studies" / "results"
@@ -21,7 +21,7 @@ NEEDED: tuple[str, ...] = ("name", "claim", "complete", "short", "command", "ver
 NEEDED += ("commits", "dirty", "config_hash", "versions")
 HEAD = """# Results
 
-<!-- Written by studies/make_results.py from studies/results/*.json: change those, not this page. -->
+<!-- Written by tools/make_results.py from studies/results/*.json: change those, not this page. -->
 
 Each claim has one script that tests it. Seeds are the replicates; a goal that was not met stays here. What is told of worlds opens
 with the share of runs in which all persisted, an arm in which they were meant to die out included.
@@ -127,7 +127,7 @@ def main() -> int:
     if asked.check:
         if asked.page.is_file() and asked.page.read_text(encoding="utf-8") == page:
             return 0
-        print(f"{asked.page} is not what {asked.results} says: run python -m studies.make_results", file=sys.stderr)
+        print(f"{asked.page} is not what {asked.results} says: run python tools/make_results.py", file=sys.stderr)
         return 1
     asked.page.parent.mkdir(parents=True, exist_ok=True)
     asked.page.write_text(page, encoding="utf-8")

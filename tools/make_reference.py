@@ -23,8 +23,8 @@ from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.engine.section import Function, Section
 from ecs_eco.learning import PPO
 
-PAGE = Path(__file__).parent / "worlds.md"
-MARKS = ("<!-- reference: written by docs/make_reference.py -->", "<!-- end of reference -->")
+PAGE = Path(__file__).parents[1] / "docs" / "worlds.md"
+MARKS = ("<!-- reference: written by tools/make_reference.py -->", "<!-- end of reference -->")
 WORDS = {float: "number", int: "whole number", bool: "true or false", str: "text"}
 SIGNS = {"gt": ">", "ge": "≥", "lt": "<", "le": "≤"}
 HEAD = "| key | takes | unit | default | |\n|---|---|---|---|---|\n"
@@ -152,7 +152,7 @@ def main() -> None:
     begin, end = (old.index(mark) for mark in MARKS)
     new = f"{old[:begin]}{MARKS[0]}\n\n{reference()}\n\n{old[end:]}"
     if check and new != old:
-        sys.exit(f"{PAGE} is not up to date: run python docs/make_reference.py")
+        sys.exit(f"{PAGE} is not up to date: run python tools/make_reference.py")
     if not check:
         PAGE.write_text(new, encoding="utf-8")
 
