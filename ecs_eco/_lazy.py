@@ -1,4 +1,7 @@
-"""Names of a package that load when they are first used, and module names of version 0.1 that still lead to where things are now."""
+"""Names of a package that load when they are first used, and former module names that still lead somewhere.
+
+It imports nothing of the package, so that every `__init__` may use it.
+"""
 
 import sys
 import warnings

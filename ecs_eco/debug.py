@@ -1,4 +1,7 @@
-"""Debug mode, ECS_ECO_DEBUG=1: dear checks after each system, which name it and change no result. See docs/debugging.md."""
+"""Debug mode, ECS_ECO_DEBUG=1: checks after each system, too slow to be always on; they change no result.
+
+What outsiders may write into a world is looked at always, in `ecs_eco.space.gate`. See docs/debugging.md.
+"""
 
 from __future__ import annotations
 

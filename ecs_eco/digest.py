@@ -1,4 +1,7 @@
-"""The digest of a world: one hash of all that decides its future, whatever rows, threads or files it lives in."""
+"""The digest of a world: one hash of all that decides its future, whatever rows, threads or files it lives in.
+
+What a file holds, and in which form, belongs to `ecs_eco.checkpoint`.
+"""
 
 from __future__ import annotations
 

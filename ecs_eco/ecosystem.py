@@ -1,4 +1,7 @@
-"""The World that users know: built from a configuration, saved, restored, copied, intervened in, recorded."""
+"""The World that users know: built from a configuration, saved, restored, copied, intervened in, recorded.
+
+A thin face: what a tick is belongs to `ecs_eco.engine.world`, what is near and around to `ecs_eco.space.world`.
+"""
 
 from __future__ import annotations
 

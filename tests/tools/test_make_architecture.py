@@ -1,0 +1,60 @@
+"""docs/architecture.md is what the import contract and the docstrings say, and names only what is there."""
+
+import ast
+import subprocess
+import sys
+from importlib import import_module
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+PACKAGES = sorted((ROOT / "ecs_eco").rglob("__init__.py"))
+
+
+@pytest.fixture
+def tool(monkeypatch):
+    monkeypatch.syspath_prepend(str(ROOT / "tools"))
+    return import_module("make_architecture")
+
+
+def test_the_page_and_its_picture_are_up_to_date_and_name_what_is_there():
+    done = subprocess.run([sys.executable, "tools/make_architecture.py", "--check"], cwd=ROOT, capture_output=True, text=True,
+                          check=False)  # fmt: skip
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+@pytest.mark.parametrize("path", PACKAGES, ids=lambda path: str(path.parent.relative_to(ROOT)))
+def test_a_folder_says_what_belongs_there_and_what_does_not(path):
+    words = ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))) or ""
+    first, _, rest = words.partition("\n\n")
+    assert first, "no docstring"
+    assert rest, "it says what belongs there, and not what does not"
+    assert len(words.splitlines()) <= 7
+
+
+def test_every_room_of_the_contract_is_in_the_table_and_in_the_picture(tool):
+    stack = tool.layers()
+    table, picture = tool.table(stack), tool.picture(stack)
+    for room in (room for rooms in stack for room in rooms):
+        assert f"[{room}](" in table
+        assert f">{room}</text>" in picture
+
+
+@pytest.mark.parametrize(("was", "becomes", "message"), [
+    ("| 1 | [_lazy]", "| 2 | [_lazy]", "page.md is not up to date: run python tools/make_architecture.py"),
+    ("`ingest`", "`swallow`", "feed.py defines no swallow"),
+    ("systems/feed.py)", "systems/fed.py)", "no file ../ecs_eco/systems/fed.py"),
+])  # fmt: skip
+def test_what_is_stale_or_gone_is_named(was, becomes, message, tool, tmp_path, monkeypatch, capsys):
+    text = tool.PAGE.read_text(encoding="utf-8")
+    assert was in text
+    (tmp_path / "docs").mkdir()
+    for path in [ROOT / "ecs_eco", ROOT / "tools", ROOT / "pyproject.toml", *(ROOT / "docs").iterdir()]:
+        (tmp_path / path.relative_to(ROOT)).symlink_to(path)
+    page = tmp_path / "docs" / "page.md"
+    page.write_text(text.replace(was, becomes), encoding="utf-8")
+    monkeypatch.setattr(tool, "PAGE", page)
+    monkeypatch.setattr(sys, "argv", ["make_architecture.py", "--check"])
+    assert tool.main() == 1
+    assert message in capsys.readouterr().err
