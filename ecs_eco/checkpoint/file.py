@@ -28,8 +28,18 @@ SUFFIX = ".safetensors"
 Arrays = dict[str, np.ndarray]
 
 
-def _with_head_starts(meta: dict[str, Any], arrays: Arrays) -> tuple[dict[str, Any], Arrays]:
-    """From format 1: ages had nothing beside them; `Age` finds the head start of each by itself."""
+RENAMED = {"Bear": "GiveBirth", "Leave": "LeaveRemains", "Reckon": "ResetFlows"}  # systems, since format 1
+
+
+def _from_1(meta: dict[str, Any], arrays: Arrays) -> tuple[dict[str, Any], Arrays]:
+    """From format 1: some systems had other names; ages had nothing beside them, and `Age` finds the head start of each by itself."""
+    meta["systems"] = [RENAMED.get(name, name) for name in meta["systems"]]
+    for owner in [owner for owner in meta["stateful"] if owner.startswith("system/")]:
+        place, _, name = owner.rpartition("/")
+        if name in RENAMED:
+            meta["stateful"][f"{place}/{RENAMED[name]}"] = meta["stateful"].pop(owner)
+            for key in [key for key in arrays if key.startswith(f"{owner}/")]:
+                arrays[f"{place}/{RENAMED[name]}{key.removeprefix(owner)}"] = arrays.pop(key)
     for name, made in meta["tables"].items():
         if "Biology" in made["columns"]:
             made["columns"]["Biology"]["head_start"] = ["<f8", []]
@@ -37,7 +47,7 @@ def _with_head_starts(meta: dict[str, Any], arrays: Arrays) -> tuple[dict[str, A
     return meta | {"format": 2}, arrays
 
 
-MIGRATIONS: dict[int, Callable[[dict[str, Any], Arrays], tuple[dict[str, Any], Arrays]]] = {1: _with_head_starts}
+MIGRATIONS: dict[int, Callable[[dict[str, Any], Arrays], tuple[dict[str, Any], Arrays]]] = {1: _from_1}
 """From each older format to the next; a format without one is refused."""
 
 

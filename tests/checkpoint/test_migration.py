@@ -1,0 +1,36 @@
+"""A checkpoint of the former format, of goats with a brain each that learn and breed, made by version 0.1 at tick 30."""
+
+import hashlib
+from pathlib import Path
+
+import numpy as np
+
+from ecs_eco import World
+from ecs_eco.components import Metabolism, Policy, Position
+from ecs_eco.testing.target import target
+
+FORMER = Path(__file__).parent / "format_1.safetensors"
+MADE_ON = "znver3"  # elsewhere kernels may round otherwise
+AT_30 = "bdfd655476c9037d5c310e44a1f8bc15740b1186ea3c9af337455e59afd1ef94"
+AT_50 = "a39f28005690d6a750095419bb11153be2222f12a9c367828f20933cb71d2fce"  # where version 0.1 came to itself
+
+
+def facts(world):
+    digest = hashlib.sha256()
+    for table in world.tables.values():
+        rows = table.by_uid()
+        p = table[Position]
+        for column in (table.uid, p.x, p.y, p.heading, table[Metabolism].energy):
+            digest.update(np.ascontiguousarray(column[rows]).tobytes())
+    goat = world.tables["goat"]
+    digest.update(goat[Policy].weights[goat.by_uid()].tobytes())
+    return {name: table.n for name, table in world.tables.items()}, world.next_uid, digest.hexdigest()
+
+
+def test_a_checkpoint_of_the_former_format_holds_what_it_held_and_goes_on_as_it_would_have():
+    world = World.restore(FORMER)
+    assert facts(world) == ({"red": 3, "yellow": 11, "green": 31, "goat": 16}, 71, AT_30)
+    found = facts(world.run(20))
+    assert found[0]["goat"] > 0
+    if target().cpu == MADE_ON:
+        assert found == ({"red": 3, "yellow": 11, "green": 27, "goat": 17}, 75, AT_50)
