@@ -121,6 +121,7 @@ def describe(path: str | Path) -> dict[str, Any]:
     from safetensors import SafetensorError, safe_open
 
     try:
+        files.require_regular(path)
         with safe_open(str(path), framework="numpy") as file:
             return _meta(Path(path), file.metadata())[0]
     except (SafetensorError, OSError) as error:
@@ -163,6 +164,7 @@ def _open(path: Path) -> tuple[dict[str, Any], dict[str, list[Any]], Arrays]:
     from safetensors import SafetensorError, safe_open
 
     try:
+        files.require_regular(path)
         with safe_open(str(path), framework="numpy") as file:
             meta, parts = _meta(path, file.metadata())
             return meta, parts, {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118

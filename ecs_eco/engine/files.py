@@ -7,6 +7,7 @@ import json
 import os
 import re
 import secrets
+import stat
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -77,6 +78,13 @@ def _order_texts(path: Path) -> None:
         if len(text) == length:  # else another version of the library writes JSON otherwise: as it stands, the file is right
             file.seek(8)
             file.write(text)
+
+
+def require_regular(path: str | Path) -> None:
+    """OSError that names what is no regular file: a folder, or a device or a pipe, which would be waited for; or is not there."""
+    mode = os.stat(path).st_mode
+    if not stat.S_ISREG(mode):
+        raise OSError(errno.EINVAL, "is a folder" if stat.S_ISDIR(mode) else "is no regular file", str(path))
 
 
 def written_beside(path: Path) -> str | None:

@@ -12,6 +12,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from ecs_eco.engine import files
 from ecs_eco.engine.errors import ForeignFile, RecordingError
 from ecs_eco.record import seal
 
@@ -54,6 +55,7 @@ def mark_of(path: Path) -> tuple[Mark | None, str]:
     import pyarrow.parquet as pq
 
     try:
+        files.require_regular(path)
         found = pq.read_metadata(path).metadata or {}
         mark = found.get(KEY.encode())
         return None if mark is None else Mark(**json.loads(mark)), found.get(seal.KEY.encode(), b"").decode()

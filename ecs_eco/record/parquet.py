@@ -66,6 +66,7 @@ def open_part(path: Path, needed: bool = False) -> pq.ParquetFile:
     Arrow's that lets go of an object of Python's while the interpreter ends would abort the process.
     """
     try:
+        files.require_regular(path)
         with pa.OSFile(str(path)) as file:
             part = file.read_buffer()
         seal.check(path, memoryview(part), needed)
@@ -98,6 +99,7 @@ def each_batch(path: Path, columns: Sequence[str], needed: bool = False, rows: i
 def read_metadata(path: Path) -> pq.FileMetaData:
     """Return a part's footer; raises RecordingError where it cannot be read."""
     with _named(path):
+        files.require_regular(path)
         return pq.read_metadata(path)
 
 

@@ -14,6 +14,7 @@ import os
 from pathlib import Path
 from typing import Any
 
+from ecs_eco.engine import files
 from ecs_eco.engine.errors import ConfigError, Problem, RecordingError
 
 NAME = "journal.jsonl"
@@ -70,6 +71,7 @@ def read(path: Path) -> list[Entry]:
 
     Raises ConfigError that names the first line that is not as it was written.
     """
+    files.require_regular(path)
     data = path.read_bytes()
     whole = data.rfind(b"\n") + 1
     if whole < len(data):

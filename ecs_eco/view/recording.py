@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from ecs_eco.checkpoint import file as checkpoint
+from ecs_eco.engine import files
 from ecs_eco.engine.errors import CheckpointError, ConfigError, RecordingError
 from ecs_eco.record import seal
 from ecs_eco.record.details import KIND
@@ -100,6 +101,7 @@ class Recording:
         from safetensors import SafetensorError, safe_open
 
         try:
+            files.require_regular(kept[0])
             with safe_open(str(kept[0]), framework="numpy") as file:
                 return {n: np.stack([file.get_tensor(f"table/{n}/Position.{axis}") for axis in "xyz"], axis=1) for n in names}
         except (SafetensorError, OSError) as error:

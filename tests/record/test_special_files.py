@@ -1,0 +1,78 @@
+"""A pipe, a device or a folder in the place of a file of a run or a search: refused by its name, and never waited for."""
+
+import os
+import shutil
+
+import pytest
+
+from ecs_eco.checkpoint.file import describe, latest, read
+from ecs_eco.engine.errors import CheckpointError, RecordingError
+from ecs_eco.record import run_to_folder
+from ecs_eco.record.belonging import mark_of
+from ecs_eco.record.parquet import read_metadata, read_part
+from ecs_eco.record.seal import read_manifest
+from ecs_eco.search.journal import read as read_journal
+
+pytestmark = pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes with names here")
+KINDS = {
+    "a pipe": os.mkfifo,
+    "a device": lambda path: path.symlink_to("/dev/zero"),
+    "a folder": lambda path: path.mkdir(),
+}
+
+
+@pytest.fixture(params=KINDS)
+def put(request):
+    """A function that puts something else in the place of a file."""
+
+    def replace(path):
+        path.unlink(missing_ok=True)
+        KINDS[request.param](path)
+        return path
+
+    return replace
+
+
+@pytest.fixture(scope="module")
+def recorded(meadow, tmp_path_factory):
+    run = tmp_path_factory.mktemp("special") / "run"
+    run_to_folder(meadow().config, 3, 4, run, report=False, checkpoint_every=2)
+    return run
+
+
+@pytest.fixture
+def run(recorded, tmp_path):
+    shutil.copytree(recorded, tmp_path / "run")
+    return tmp_path / "run"
+
+
+@pytest.mark.timeout(60)
+def test_in_the_place_of_a_checkpoint(run, put):
+    path = put(sorted((run / "checkpoints").iterdir())[-1])
+    for reader in (read, describe):
+        with pytest.raises(CheckpointError, match=path.name):
+            reader(path)
+    complaints = []
+    assert latest(run / "checkpoints", complain=complaints.append) == sorted((run / "checkpoints").iterdir())[-2]
+    assert path.name in complaints[0]
+
+
+@pytest.mark.timeout(60)
+def test_in_the_place_of_a_part(run, put):
+    path = put(run / "series" / "part-00000.parquet")
+    for reader in (read_part, read_metadata, mark_of):
+        with pytest.raises(RecordingError, match=r"part-00000\.parquet: cannot be read.*(is a folder|is no regular file)"):
+            reader(path)
+
+
+@pytest.mark.timeout(60)
+def test_in_the_place_of_a_manifest(run, put):
+    put(run / "manifest.json")
+    with pytest.raises(FileNotFoundError, match=r"is no run folder: has no manifest\.json"):
+        read_manifest(run)
+
+
+@pytest.mark.timeout(60)
+def test_in_the_place_of_a_journal(tmp_path, put):
+    with pytest.raises(OSError, match=r"is a folder|is no regular file"):
+        read_journal(put(tmp_path / "journal.jsonl"))
