@@ -16,12 +16,12 @@ import numpy as np
 from ecs_eco.engine.blocks import Blocked
 from ecs_eco.engine.schema import Columns
 from ecs_eco.engine.system import System
+from ecs_eco.record.ledger import FLOWS, LEDGER, imbalance
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
     from ecs_eco.space.world import SpatialWorld
 
-FLOWS = ("taken", "burnt", "given")
 WHO = ("alive", "uid", "born")  # what flushes alone change
 ROUNDING = np.float32(1e-6)  # [1] of the largest number of a sum in float32: 8 units in the last place
 FULL_TURN = 6.2831855  # [rad]
@@ -121,7 +121,7 @@ class Opening(esper.Processor):
         for s, name in enumerate(recorder.names if recorder is not None else ()):
             page, energy = recorder._ledger[recorder._at, s], _budget(table := self.world.tables[name]).get("energy")
             stock = 0.0 if energy is None else energy[table.rows()].sum(dtype=np.float64)
-            self.world.debug.drift[name] = stock - (recorder._stock[s] + page[1] - page[5])
+            self.world.debug.drift[name] = stock - (recorder._stock[s] + page["endowed"] - page["lost"])
 
 
 class Before:
@@ -359,9 +359,9 @@ class Before:
             return
         was, now = ({n: a[rows].astype(float) for n, a in book.items()} for book in (was, now))
         if opens:
-            was |= dict.fromkeys(FLOWS, np.zeros(rows.size))
+            was |= dict.fromkeys(FLOWS.values(), np.zeros(rows.size))
         gained = now["energy"] - was["energy"]
-        booked = sum(sign * (now[flow] - was[flow]) for flow, sign in zip(FLOWS, (1, -1, -1), strict=True))
+        booked = sum(sign * (now[flow] - was[flow]) for flow, sign in zip(FLOWS.values(), (1, -1, -1), strict=True))
         scale = np.max([np.abs(a) for book in (was, now) for a in book.values()], axis=0)
         gap = gained - booked
         gap[~(np.abs(gap) > ROUNDING * scale)] = 0.0  # what moves between two organisms is in both, and not in the sum
@@ -379,13 +379,14 @@ class Before:
             return
         at = self.page
         for s, name in enumerate(self.system.names):
-            stock, endowed, taken, burnt, given, lost, left = self.system._ledger[at, s]
-            apart = stock + endowed + taken - burnt - given - lost - left + self.world.debug.drift.get(name, 0.0)
-            size = np.abs(self.system._ledger[at, s]).sum() + np.abs(_budget(self.world.tables[name]).get("energy", np.zeros(1))).sum()
+            page, table = self.system._ledger[at, s], self.world.tables[name]
+            apart = imbalance(page) + self.world.debug.drift.get(name, 0.0)
+            size = sum(abs(page[column]) for column in LEDGER) + np.abs(_budget(table).get("energy", np.zeros(1))).sum()
             if abs(apart) > 1e-5 * size + 1e-9:
-                self.fail(self.world.tables[name], f"the energy ledger does not close: stock_before {stock:.6g} + endowed {endowed:.6g} + "
-                          f"taken_in {taken:.6g} − burnt {burnt:.6g} − given {given:.6g} − lost {lost:.6g} is not stock_after {left:.6g}, "
-                          f"{abs(apart):.6g} apart; no system did it: a death or a birth did")
+                self.fail(table, "the energy ledger does not close: stock_before {stock_before:.6g} + endowed {endowed:.6g} + "
+                          "taken_in {taken_in:.6g} − burnt {burnt:.6g} − given {given:.6g} − lost {lost:.6g} is not "
+                          "stock_after {stock_after:.6g}".format(**{column: page[column] for column in LEDGER})
+                          + f", {abs(apart):.6g} apart; no system did it: a death or a birth did")
 
 
 def _columns(table: Table) -> Iterator[tuple[Any, str, Any]]:
@@ -398,7 +399,7 @@ def _budget(table: Table) -> dict[str, np.ndarray]:
     """Return energy and flows of a table with Metabolism; nothing of another."""
     from ecs_eco.components import Metabolism
 
-    return {n: getattr(table[Metabolism], n) for n in ("energy", *FLOWS)} if Metabolism in table else {}
+    return {n: getattr(table[Metabolism], n) for n in ("energy", *FLOWS.values())} if Metabolism in table else {}
 
 
 def _page(system: Any) -> int | None:

@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 
+from ecs_eco.record.ledger import imbalance
 from studies.common.study import Study, verdict
 
 TICKS = 200
@@ -24,7 +25,7 @@ def large(times: int) -> dict[str, Any]:
 def gap(world: Any) -> float:
     """Return the largest gap of the energy ledger in any tick, as a share of the stock."""
     s = {name: np.asarray(column, float) for name, column in world.series().to_pydict().items() if name not in ("species",)}
-    left = s["stock_before"] + s["endowed"] + s["taken_in"] - s["burnt"] - s["given"] - s["lost"] - s["stock_after"]
+    left = imbalance(s)
     return float((np.abs(left) / np.maximum(1.0, np.abs(s["stock_before"]))).max())
 
 

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from ecs_eco.record.ledger import imbalance
 from studies.common.study import Study, verdict
 
 GRASS = {"count": 60, "body": {"radius": 0.4, "opaque": False}, "metabolism": {"energy": 0.3},
@@ -57,7 +58,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
         same = World.restore(Path(place) / "last.safetensors").tick <= world.tick
         part = sum(p.stat().st_size for p in folder.path.rglob("*.parquet"))
     s = {n: np.asarray(c, float) for n, c in series.items()}
-    left = s["stock_before"] + s["endowed"] + s["taken_in"] - s["burnt"] - s["given"] - s["lost"] - s["stock_after"]
+    left = imbalance(s)
     half = len(memory) // 10 or 1
     slope = float(np.polyfit(np.arange(len(memory)) * block, memory, 1)[0]) if len(memory) > 2 else 0.0
     return {

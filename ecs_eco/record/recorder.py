@@ -1,9 +1,10 @@
 """The recorder: a row per tick and species, with the energy ledger and the causes of death; every birth and death on demand."""
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+from numpy.lib.recfunctions import structured_to_unstructured, unstructured_to_structured
 
 from ecs_eco.components import Metabolism, Nervous, Position
 from ecs_eco.components.genome import Genome
@@ -11,12 +12,13 @@ from ecs_eco.engine.interruption import require_whole
 from ecs_eco.engine.jit import njit
 from ecs_eco.engine.system import System
 from ecs_eco.record.details import Details, how_many
+from ecs_eco.record.ledger import FLOWS, LEDGER_ROW
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
     from ecs_eco.space.world import SpatialWorld
 
-LEDGER = ("stock_before", "endowed", "taken_in", "burnt", "given", "lost", "stock_after")
+COUNTS_ROW = np.dtype([("n", np.int32), ("births", np.int32), ("deaths", np.int32)])
 MOST_SPECIES = 128  # their numbers are written as i8
 NOTHING = np.zeros(0, np.float32)
 
@@ -50,12 +52,11 @@ class Recorder(System):
         self.place = {name: i for i, name in enumerate(self.names)}
         self.n_causes = 0
         self._tick = np.zeros((block, s), np.int64)
-        self._counts = np.zeros((block, s, 3), np.int32)  # n, births, deaths
+        self._counts = np.zeros((block, s), COUNTS_ROW)
         self.means = ("energy_mean", "happiness_mean", *(("depth_mean",) if world.space.volume else ()))
-        self._means = np.zeros((block, s, len(self.means)), np.float32)
-        self._ledger = np.zeros((block, s, 7))
+        self._means = np.zeros((block, s), np.dtype([(name, np.float32) for name in self.means]))
+        self._ledger = np.zeros((block, s), LEDGER_ROW)
         self._died = np.zeros((block, s, 256), np.int32)
-        self._sums = np.zeros(5)
         self._stock = np.zeros(s)
         for name, i in self.place.items():
             table = world.tables[name]
@@ -89,10 +90,10 @@ class Recorder(System):
         s = self.place.get(table.name)
         if s is None:
             return
-        self._counts[self._at, s, 1] += rows.size
+        self._counts["births"][self._at, s] += rows.size
         energy = table[Metabolism].energy[rows] if Metabolism in table else None
         if energy is not None:
-            self._ledger[self._at, s, 1] += energy.sum(dtype=np.float64)
+            self._ledger["endowed"][self._at, s] += energy.sum(dtype=np.float64)
         if self.keeps:
             self._events["births"].append((*self._where(table, s, rows, energy), parents, second, self._genomes(table, rows)))
 
@@ -104,16 +105,16 @@ class Recorder(System):
         if s is None:
             return
         causes = table.cause[rows]
-        self._counts[self._at, s, 2] += rows.size
+        self._counts["deaths"][self._at, s] += rows.size
         np.add.at(self._died[self._at, s], causes, 1)
         energy = None
         if Metabolism in table:
             m = table[Metabolism]
             energy = m.energy[rows]
             page = self._ledger[self._at, s]
-            flows = ((2, m.taken), (3, m.burnt), (4, m.given)) if self.world.ticking else ()  # between ticks they are booked already
-            for i, column in (*flows, (5, m.energy)):
-                page[i] += column[rows].sum(dtype=np.float64)
+            for name, field in FLOWS.items() if self.world.ticking else ():  # between ticks they are booked already
+                page[name] += getattr(m, field)[rows].sum(dtype=np.float64)
+            page["lost"] += energy.sum(dtype=np.float64)
         if self.keeps:
             age = ((self.world.tick - table.born[rows]) * self.world.dt).astype(np.float32)
             self._events["deaths"].append(self._where(table, s, rows, energy) + (causes, table.killer[rows], age))
@@ -142,19 +143,20 @@ class Recorder(System):
         self._tick[at] = world.tick
         for s, name in enumerate(self.names):
             table = world.tables[name]
-            self._counts[at, s, 0] = table.n
+            self._counts["n"][at, s] = table.n
             if world.space.volume and Position in table and table.n:
-                self._means[at, s, 2] = mean_depth(table.alive[: table.high], table[Position].z, float(world.space.size[2]))
+                self._means["depth_mean"][at, s] = mean_depth(table.alive[: table.high], table[Position].z, float(world.space.size[2]))
             if Metabolism not in table:
                 continue
             m = table[Metabolism]
             happiness = table[Nervous].happiness if Nervous in table else NOTHING
-            add_up(table.alive[: table.high], m.energy, m.taken, m.burnt, m.given, happiness, self._sums)
-            page = self._ledger[at, s]
-            page[0] = self._stock[s]
-            page[2:5] += self._sums[1:4]
-            page[6] = self._stock[s] = self._sums[0]
-            self._means[at, s, :2] = self._sums[0] / max(table.n, 1), self._sums[4] / max(table.n, 1)
+            total = add_up(table.alive[: table.high], m.energy, m.taken, m.burnt, m.given, happiness)
+            page, means = self._ledger[at, s], self._means[at, s]
+            page["stock_before"] = self._stock[s]
+            for flow in FLOWS:
+                page[flow] += getattr(total, flow)
+            page["stock_after"] = self._stock[s] = total.energy
+            means["energy_mean"], means["happiness_mean"] = total.energy / max(table.n, 1), total.happiness / max(table.n, 1)
         if self.snapshot_every and world.tick % self.snapshot_every == 0:
             self._snapshot()
         if self.details is not None:
@@ -199,7 +201,7 @@ class Recorder(System):
     def state(self) -> dict[str, np.ndarray]:
         """Return what the recording goes on from, after `flush`: stocks, the page begun, events not handed over, series in memory."""
         out = {"stock": self._stock.copy(), "last": np.array(self._last)}
-        out |= {f"page/{name}": getattr(self, f"_{name}")[0].copy() for name in PAGES}
+        out |= {f"page/{name}": _as_plain(getattr(self, f"_{name}")[0]) for name in PAGES}
         for kind, names in EVENTS.items():
             if self._events[kind]:
                 columns = [np.concatenate(c) for c in zip(*self._events[kind], strict=True)]
@@ -216,7 +218,7 @@ class Recorder(System):
         for name in PAGES:
             array = getattr(self, f"_{name}")
             array[...] = 0
-            array[0] = state[f"page/{name}"]
+            array[0] = _as_rows(state[f"page/{name}"], array.dtype)
         self._events = {kind: [] for kind in EVENTS}
         for kind, names in EVENTS.items():
             if f"{kind}/tick" in state:
@@ -241,9 +243,8 @@ class Recorder(System):
         """Return copies of the first n ticks as flat columns, by tick, then species."""
         s = len(self.names)
         out: dict[str, np.ndarray] = {"tick": self._tick[:n].ravel().copy(), "species": np.tile(np.arange(s, dtype=np.int8), n)}
-        out |= {name: self._counts[:n, :, i].ravel() for i, name in enumerate(("n", "births", "deaths"))}
-        out |= {name: self._means[:n, :, i].ravel() for i, name in enumerate(self.means)}
-        out |= {name: self._ledger[:n, :, i].ravel() for i, name in enumerate(LEDGER)}
+        for array in (self._counts, self._means, self._ledger):
+            out |= {name: array[name][:n].ravel() for name in array.dtype.names or ()}
         return out | {f"died: {cause}": self._died[:n, :, i + 1].ravel() for i, cause in enumerate(self.world.causes)}
 
     def series(self) -> Any:
@@ -262,6 +263,15 @@ EVENTS = {
     "deaths": ("tick", "species", "uid", "x", "y", "z", "energy", "cause", "killer", "age"),
     "snapshots": ("tick", "species", "uid", "x", "y", "z", "energy", "heading", "happiness"),
 }
+
+
+def _as_plain(rows: np.ndarray) -> np.ndarray:
+    """Return a copy of rows with named columns as an array with a last axis of columns; other arrays as a plain copy."""
+    return structured_to_unstructured(rows, copy=True) if rows.dtype.names else rows.copy()
+
+
+def _as_rows(array: np.ndarray, dtype: np.dtype[Any]) -> np.ndarray:
+    return unstructured_to_structured(array, dtype) if dtype.names else array
 
 
 def _as_numbers(column: np.ndarray) -> np.ndarray:
@@ -286,9 +296,19 @@ def letters_of(table: "Table") -> np.ndarray:
     return np.array(list(letters), "S1" if letters.isascii() else "U1")
 
 
+class Totals(NamedTuple):
+    """Sums over the living of one species, in float64; the flows are named as in the ledger."""
+
+    energy: float
+    taken_in: float
+    burnt: float
+    given: float
+    happiness: float
+
+
 @njit
-def add_up(alive, energy, taken, burnt, given, happiness, sums):
-    """Add up the living: energy, taken, burnt, given, happiness, in float64."""
+def add_up(alive, energy, taken, burnt, given, happiness):
+    """Return the Totals of the living."""
     e, t, b, g, h = 0.0, 0.0, 0.0, 0.0, 0.0
     feels = happiness.size > 0
     for row in range(alive.size):
@@ -299,7 +319,7 @@ def add_up(alive, energy, taken, burnt, given, happiness, sums):
             g += given[row]
             if feels:
                 h += happiness[row]
-    sums[0], sums[1], sums[2], sums[3], sums[4] = e, t, b, g, h
+    return Totals(e, t, b, g, h)
 
 
 @njit

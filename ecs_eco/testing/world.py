@@ -7,14 +7,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ecs_eco.components import Position
+from ecs_eco.record.ledger import LEDGER, imbalance
 from ecs_eco.testing.states import all_threads, difference, shuffle, state
 
 if TYPE_CHECKING:
     from ecs_eco.ecosystem import World
     from ecs_eco.engine.table import Table
-
-FLOWS = ("stock_before", "endowed", "taken_in", "burnt", "given", "lost", "stock_after")
-SIGNS = np.array([1, 1, 1, -1, -1, -1, -1])
 
 
 def check_world(world: World, ticks: int = 30) -> None:
@@ -106,11 +104,12 @@ def _check_bounds(world: World) -> None:
 def _check_books(world: World) -> None:
     """Check the recorded series: energy in float tolerance of what flows and stays, numbers exactly."""
     series = world.series().to_pydict()
-    flows = np.array([series[name] for name in FLOWS])
-    off = np.abs(SIGNS @ flows)
-    if (wrong := np.flatnonzero(off > 1e-6 * np.abs(flows).sum(axis=0) + 1e-12)).size:
+    ledger = {name: np.array(series[name]) for name in LEDGER}
+    off = np.abs(imbalance(ledger))
+    size = np.sum([np.abs(column) for column in ledger.values()], axis=0)
+    if (wrong := np.flatnonzero(off > 1e-6 * size + 1e-12)).size:
         i = wrong[0]
-        page = ", ".join(f"{name} {value:g}" for name, value in zip(FLOWS, flows[:, i], strict=True))
+        page = ", ".join(f"{name} {value:g}" for name, value in ((n, column[i]) for n, column in ledger.items()))
         where = f"{world.name}, tick {series['tick'][i]}, {series['species'][i]}"
         raise AssertionError(f"{where}: the energy ledger is off by {off[i]:g}: {page}")
     s = len(world.recorder.names)

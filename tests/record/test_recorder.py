@@ -8,7 +8,7 @@ from ecs_eco.components import Metabolism, Nervous, Position
 from ecs_eco.components.genome import Genome
 from ecs_eco.genomes import Alphabet
 from ecs_eco.record import Recorder
-from ecs_eco.record.recorder import LEDGER
+from ecs_eco.record.ledger import LEDGER
 from ecs_eco.testing import arrange
 
 SIGNS = np.array([1, 1, 1, -1, -1, -1, -1])

@@ -10,6 +10,7 @@ import pyarrow.compute as pc
 
 from ecs_eco.analysis.runs import Series, parts
 from ecs_eco.record import seal
+from ecs_eco.record.ledger import imbalance
 from ecs_eco.record.parquet import each_batch, read_part
 
 
@@ -44,13 +45,10 @@ def last_snapshot(run: Path | str, species: tuple[str, ...]) -> tuple[int, dict[
 def ledger_gap(series: Series) -> dict[str, tuple[float, float, int]]:
     """Largest gap of each species' energy ledger: absolute, as a share of the stock, and its tick.
 
-    The ledger of a tick is stock_after = stock_before + endowed + taken_in − burnt − given − lost; the stock that a
-    tick starts with must be the one that the tick before ended with.
+    The stock that a tick starts with must be the one that the tick before ended with.
     """
     c = series.columns
-    gap = np.abs(
-        c["stock_before"] + c["endowed"] + c["taken_in"] - c["burnt"] - c["given"] - c["lost"] - c["stock_after"]
-    )
+    gap: np.ndarray = np.abs(imbalance(c))
     gap[1:] = np.maximum(gap[1:], np.abs(c["stock_before"][1:] - c["stock_after"][:-1]))
     worst = gap.argmax(0)
     scale = np.maximum(np.abs(c["stock_after"]).max(0), 1.0)

@@ -14,6 +14,7 @@ from ecs_eco.analysis.page import Markup, number, table
 from ecs_eco.analysis.report.recorded import ledger_gap
 from ecs_eco.analysis.runs import DIED, Series
 from ecs_eco.analysis.spectrum import Peak
+from ecs_eco.record.ledger import LEDGER
 
 FEW_PERIODS = 5
 """Below so many periods in a run the report asks for a longer one."""
@@ -111,8 +112,8 @@ def deaths(series: Series) -> str:
 
 def energy(series: Series) -> str:
     """Whether the energy ledger closes, and the sums of its flows by species."""
-    flows = ["endowed", "taken_in", "burnt", "given", "lost"]
-    if not len(series.ticks) or any(c not in series.columns for c in ("stock_before", "stock_after", *flows)):
+    flows = [c for c in LEDGER if c not in ("stock_before", "stock_after")]
+    if not len(series.ticks) or any(c not in series.columns for c in LEDGER):
         return "<p>The run has no energy ledger.</p>"
     gaps = ledger_gap(series)
     worst = max(gaps, key=lambda s: gaps[s][1])

@@ -1,0 +1,20 @@
+"""The energy ledger: its columns, read by name everywhere, and where its flows come from."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+FLOWS = {"taken_in": "taken", "burnt": "burnt", "given": "given"}
+"""The columns that add up what the living did in a tick → the fields of `Metabolism` that hold it for one organism."""
+
+LEDGER = ("stock_before", "endowed", *FLOWS, "lost", "stock_after")
+"""The columns of the ledger, in the order in which recordings and checkpoints hold them."""
+
+LEDGER_ROW = np.dtype([(name, np.float64) for name in LEDGER])
+
+
+def imbalance(ledger: Mapping[str, Any] | np.ndarray | np.void) -> Any:
+    """Return what is missing or too much for the ledger to close [energy], 0 where it closes; takes anything with its columns."""
+    inflow = ledger["stock_before"] + ledger["endowed"] + ledger["taken_in"]
+    return inflow - ledger["burnt"] - ledger["given"] - ledger["lost"] - ledger["stock_after"]
