@@ -1,0 +1,41 @@
+"""Sizes are counted as they are shown: hand-counted on two small files."""
+
+from tools.sizes import measure, rows_of, table
+
+SOURCES = {
+    "ecs_eco/room/one.py": '''from typing import Any
+
+
+class House:
+    def door(self, key: Any, *more: "Any") -> None:
+        """Open."""
+
+    async def window(self) -> list[Any]:
+        def pane(x: int) -> int:
+            return x
+        return [pane]
+''',
+    "ecs_eco/two.py": "x = 1\ny = 2\n",
+    "tests/test_one.py": "def test_it(a: int):\n    pass\n",
+}
+
+
+def test_lines_functions_and_annotations_are_counted():
+    size = measure(SOURCES)
+    assert size.files == {"ecs_eco/room/one.py": 11, "ecs_eco/two.py": 2, "tests/test_one.py": 2}
+    assert list(size.package) == ["ecs_eco/room/one.py", "ecs_eco/two.py"]
+    assert size.functions == {"ecs_eco/room/one.py::House.door": 2, "ecs_eco/room/one.py::House.window": 4,
+                              "ecs_eco/room/one.py::House.window.pane": 2}  # fmt: skip
+    assert (size.annotations, size.any_alone, size.any_within) == (6, 2, 1)
+
+
+def test_the_table_has_a_column_for_each_commit_and_a_line_for_each_folder():
+    rows = rows_of(measure(SOURCES))
+    assert rows["functions: median, 90 %, most lines"] == "2, 2, 4"
+    assert rows["lines: ecs_eco/room"] == "11"
+    assert rows["lines: ecs_eco, all"] == "13"
+    former = measure({"ecs_eco/two.py": "def f():\n    pass\n", "studies/a.py": "\n"})
+    lines = table({"old": former, "new": measure(SOURCES)}).splitlines()
+    assert lines[:2] == ["|  | old | new |", "| --- | --- | --- |"]
+    assert "| lines: ecs_eco/room | – | 11 |" in lines
+    assert "| lines: studies | 1 | – |" in lines

@@ -1,0 +1,139 @@
+"""Print how large the code is at one commit or more: functions, files, folders, and `Any` in signatures.
+
+    python tools/sizes.py [COMMIT …]
+
+A Markdown table with a column for each commit (HEAD without any), then what is above the limits at the last
+one: files of more than 350 lines and functions of more than 50.
+"""
+
+import argparse
+import ast
+import io
+import statistics
+import subprocess
+import sys
+import tarfile
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+ROOT = Path(__file__).parents[1]
+PACKAGE = "ecs_eco"
+FILE_LIMIT, FUNCTION_LIMIT = 350, 50  # [lines]
+Function = ast.FunctionDef | ast.AsyncFunctionDef
+
+
+class Size(NamedTuple):
+    """Lines of each file of a commit and of each function of the package; annotations that are `Any`."""
+
+    files: dict[str, int]
+    functions: dict[str, int]  # by path::name, from `def` to the last line
+    annotations: int  # of parameters and results, in the package
+    any_alone: int  # of these `Any`
+    any_within: int  # of these with `Any` within, as in list[Any]
+
+    @property
+    def package(self) -> dict[str, int]:
+        """The files of the package alone."""
+        return {path: n for path, n in self.files.items() if path.startswith(f"{PACKAGE}/")}
+
+
+def measure(sources: dict[str, str]) -> Size:
+    """Return the sizes of files, by path."""
+    functions: dict[str, int] = {}
+    notes: list[ast.expr] = []
+    for path, text in sources.items():
+        if path.startswith(f"{PACKAGE}/"):
+            for name, node in functions_of(ast.parse(text)):
+                functions[f"{path}::{name}"] = (node.end_lineno or 0) - node.lineno + 1
+                notes += annotations_of(node)
+    with_any = [note for note in notes if "Any" in (n.id for n in ast.walk(note) if isinstance(n, ast.Name))]
+    alone = sum(isinstance(note, ast.Name) for note in with_any)
+    lines = {path: len(text.splitlines()) for path, text in sources.items()}
+    return Size(lines, functions, len(notes), alone, len(with_any) - alone)
+
+
+def functions_of(node: ast.AST, within: str = "") -> Iterator[tuple[str, Function]]:
+    """Yield all functions and methods below a node, by dotted name."""
+    for child in ast.iter_child_nodes(node):
+        named = isinstance(child, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef)
+        name = f"{within}{child.name}" if named else within
+        if isinstance(child, ast.FunctionDef | ast.AsyncFunctionDef):
+            yield name, child
+        yield from functions_of(child, f"{name}." if named else within)
+
+
+def annotations_of(node: Function) -> list[ast.expr]:
+    """Return the annotations of a function's parameters and of its result; a string is what it says."""
+    a = node.args
+    arguments = (*a.posonlyargs, *a.args, a.vararg, *a.kwonlyargs, a.kwarg)
+    notes = [note for note in (*(one.annotation for one in arguments if one), node.returns) if note]
+    texts = [note.value if isinstance(note, ast.Constant) else None for note in notes]
+    return [ast.parse(text, mode="eval").body if isinstance(text, str) else note
+            for note, text in zip(notes, texts, strict=True)]  # fmt: skip
+
+
+def sources_of(commit: str) -> dict[str, str]:
+    """Return the Python files of a commit, by path; links to folders are passed over."""
+    packed = subprocess.run(["git", "archive", commit], cwd=ROOT, stdout=subprocess.PIPE, check=True).stdout
+    found = {}
+    with tarfile.open(fileobj=io.BytesIO(packed)) as archive:
+        for member in archive:
+            if member.isfile() and member.name.endswith(".py") and (file := archive.extractfile(member)):
+                found[member.name] = file.read().decode()
+    return found
+
+
+def rows_of(size: Size) -> dict[str, str]:
+    """Return what the table says of one commit: label → value."""
+    functions, files = sorted(size.functions.values()), list(size.package.values())
+    p90 = functions[int(0.9 * (len(functions) - 1))]
+    rows = {
+        "functions: number": f"{len(functions):,}",
+        "functions: median, 90 %, most lines": f"{statistics.median(functions):g}, {p90}, {functions[-1]}",
+        f"functions of more than {FUNCTION_LIMIT} lines": str(sum(n > FUNCTION_LIMIT for n in functions)),
+        "files: number": str(len(files)),
+        "files: median, most lines": f"{statistics.median(files):g}, {max(files)}",
+        f"files of more than {FILE_LIMIT} lines": str(sum(n > FILE_LIMIT for n in files)),
+        "annotations of parameters and results": f"{size.annotations:,}",
+        "… that are `Any`": str(size.any_alone),
+        "… with `Any` within": str(size.any_within),
+    }
+    folders: dict[str, int] = {}
+    for path, lines in size.files.items():
+        top, *rest = path.split("/")
+        folder = f"{top}/{rest[0]}" if top == PACKAGE and len(rest) > 1 else top if rest else "."
+        folders[folder] = folders.get(folder, 0) + lines
+        if top == PACKAGE:
+            folders[f"{top}, all"] = folders.get(f"{top}, all", 0) + lines
+    return rows | {f"lines: {folder}": f"{lines:,}" for folder, lines in sorted(folders.items())}
+
+
+def table(sizes: dict[str, Size]) -> str:
+    """Return a Markdown table with a column for each commit."""
+    columns = [rows_of(size) for size in sizes.values()]
+    labels = list(dict.fromkeys(label for column in columns for label in column))
+    labels.sort(key=lambda label: label if label.startswith("lines: ") else "")  # of all commits, in one order
+    cells = [["", *sizes], ["---"] * (len(sizes) + 1)]
+    cells += [[label, *(column.get(label, "–") for column in columns)] for label in labels]
+    return "\n".join(f"| {' | '.join(row)} |" for row in cells)
+
+
+def main() -> int:
+    """Print the table, and what is above the limits."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("commits", nargs="*", default=["HEAD"], metavar="COMMIT")
+    sizes = {commit: measure(sources_of(commit)) for commit in parser.parse_args().commits}
+    print(table(sizes))
+    last = list(sizes.values())[-1]
+    over = {"files": (last.package, FILE_LIMIT), "functions": (last.functions, FUNCTION_LIMIT)}
+    for what, (found, limit) in over.items():
+        print(f"\n{what} of more than {limit} lines:")
+        for name, lines in sorted(found.items(), key=lambda one: -one[1]):
+            if lines > limit:
+                print(f"- {name}: {lines}")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
