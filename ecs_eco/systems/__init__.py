@@ -1,7 +1,7 @@
 """What happens to entities, one system a file: it picks columns and calls one kernel.
 
 Systems never import each other; what two of them share belongs to `ecs_eco.lifecycle`, `ecs_eco.nervous`,
-`ecs_eco.space` or a component. Their order belongs to `ecs_eco.worlds.build.schedule`.
+`ecs_eco.space` or a component. Their order belongs to `schedule.py`.
 """
 
 from ecs_eco._lazy import lazy

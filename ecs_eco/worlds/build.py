@@ -18,6 +18,7 @@ from ecs_eco.lifecycle.founders import newcomers
 from ecs_eco.nervous.nerves import Nerves
 from ecs_eco.nervous.sensors import senses_of
 from ecs_eco.space import Field, Terrain
+from ecs_eco.systems.schedule import schedule
 from ecs_eco.worlds.apply_species import apply_species, cell, climate, gaits, learner_seed, matter, networks, settings
 from ecs_eco.worlds.heredity import add_heredity, flat
 from ecs_eco.worlds.treatments import apply
@@ -28,20 +29,6 @@ if TYPE_CHECKING:
 
 MOST_BYTES_OF_WEIGHTS = 100_000_000  # of the largest network that a world may have, and some
 POLICIES = ("trained", "random", "untrained")
-
-
-def schedule(respawn: bool = False) -> list[Any]:
-    """Return the systems of a world in the order of a tick."""
-    from ecs_eco import systems as s
-
-    return [
-        s.Intervene(), s.ResetFlows(), s.Shade(), s.Grow(), s.Diffuse(),  # environment
-        s.Sense(), s.Feel(), s.Learn(), s.Decide(), s.Move(), s.Drift(),  # nerves
-        s.Collide(), s.Feed(), s.Mate(),  # interact
-        s.Metabolise(), s.Age(),
-        s.Perish(), s.LeaveRemains(),  # die
-        *([s.Respawn(), s.Reproduce()] if respawn else [s.Reproduce(), s.GiveBirth()]), s.Spread(),
-    ]  # fmt: skip
 
 
 def build(cls: Any, config: Any, *, seed: int | None = None, policies: Any = "trained", threads: int = 1, learn: Any = None,

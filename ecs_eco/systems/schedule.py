@@ -1,0 +1,49 @@
+"""What happens in a tick, phase by phase and in order."""
+
+from ecs_eco.engine.system import System
+from ecs_eco.systems.age import Age
+from ecs_eco.systems.collide import Collide
+from ecs_eco.systems.decide import Decide
+from ecs_eco.systems.diffuse import Diffuse
+from ecs_eco.systems.drift import Drift
+from ecs_eco.systems.feed import Feed
+from ecs_eco.systems.feel import Feel
+from ecs_eco.systems.give_birth import GiveBirth
+from ecs_eco.systems.grow import Grow
+from ecs_eco.systems.intervene import Intervene
+from ecs_eco.systems.learn import Learn
+from ecs_eco.systems.leave_remains import LeaveRemains
+from ecs_eco.systems.mate import Mate
+from ecs_eco.systems.metabolise import Metabolise
+from ecs_eco.systems.move import Move
+from ecs_eco.systems.perish import Perish
+from ecs_eco.systems.reproduce import Reproduce
+from ecs_eco.systems.reset_flows import ResetFlows
+from ecs_eco.systems.respawn import Respawn
+from ecs_eco.systems.sense import Sense
+from ecs_eco.systems.shade import Shade
+from ecs_eco.systems.spread import Spread
+
+SCHEDULE: dict[str, tuple[type[System], ...]] = {
+    "environment": (Intervene, ResetFlows, Shade, Grow, Diffuse),
+    "sense": (Sense,),
+    "feel": (Feel,),
+    "learn": (Learn,),
+    "decide": (Decide,),
+    "move": (Move, Drift),
+    "interact": (Collide, Feed, Mate),
+    "metabolise": (Metabolise, Age),
+    "die": (Perish, LeaveRemains),  # at its end the dying leave their rows
+    "reproduce": (Reproduce, GiveBirth, Spread),  # at its end the newborn get theirs
+    "record": (),  # a world that is recorded has its recorder here
+}
+"""The shipped systems by phase. A world's own systems come after those of their phase."""
+
+RESPAWNING = SCHEDULE | {"reproduce": (Respawn, Reproduce, Spread)}
+"""The schedule of training worlds that hold numbers constant: the dead are replaced, and nobody gives birth."""
+
+
+def schedule(respawn: bool = False) -> list[System]:
+    """Return new systems for a world, in the order of a tick."""
+    phases = RESPAWNING if respawn else SCHEDULE
+    return [system() for systems in phases.values() for system in systems]
