@@ -25,4 +25,4 @@ _HOME |= dict.fromkeys(_TYPES, "engine.schema")
 __all__ = [*_HOME]
 __getattr__ = lazy(__name__, {name: f"ecs_eco.{module}" for name, module in _HOME.items()})
 find_former_names()
-__version__ = "0.1.0"
+__version__ = "0.2.0"
