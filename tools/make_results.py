@@ -94,15 +94,15 @@ def ranges(numbers: list[int]) -> str:
 def _read(path: Path) -> dict[str, Any]:
     record = json.loads(path.read_text(encoding="utf-8"))
     lacking = [key for key in NEEDED if key not in record]
-    if lacking and record.get("complete", True):
+    if lacking and "claim" in record and record.get("complete", True):
         raise SystemExit(f"{path} lacks {', '.join(lacking)}: write it with studies/common/study.py")
     return record
 
 
 def render(results: Path) -> str:
-    """The whole page from a folder of results; incomplete and short ones are left out."""
+    """The whole page from a folder of results; incomplete and short ones, and what has no claim, are left out."""
     found = [_read(path) for path in sorted(results.glob("*.json")) if not path.name.endswith(".partial.json")]
-    shown = [record for record in found if record["complete"] and not record["short"]]
+    shown = [record for record in found if "claim" in record and record["complete"] and not record["short"]]
     if not shown:
         return HEAD + "\nNo study has been run yet.\n"
     rows = [

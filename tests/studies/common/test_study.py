@@ -172,6 +172,13 @@ def test_a_result_of_another_form_is_refused_by_name(study: Study) -> None:
     assert "sums.json lacks name, complete" in done.stderr
 
 
+def test_what_was_measured_without_a_claim_is_left_out(study: Study) -> None:
+    study.run()
+    make_page(study)
+    (study.result.parent / "repeated.json").write_text('{"runs": []}')
+    assert make_page(study, "--check").returncode == 0
+
+
 def test_the_committed_page_is_what_the_results_say() -> None:
     if not (ROOT / "docs" / "results.md").exists():
         pytest.skip("docs/results.md is not written yet")
