@@ -158,8 +158,8 @@ def meadow():
 def _leaves_esper_as_it_was():
     from ecs_eco.engine import turns
 
-    with turns.lock:  # a viewer's second world lives in a thread of its own, and esper is in it whenever a tick passes
+    with turns.turn:  # a viewer's second world lives in a thread of its own, and esper is in it whenever a tick passes
         before = esper.current_world
     yield
-    with turns.lock:
+    with turns.turn:
         assert esper.current_world == before, "the test left esper in another world"

@@ -15,30 +15,39 @@ _worlds: weakref.WeakSet[Any] = weakref.WeakSet()
 _apart = threading.local()
 
 
-lock = threading.RLock()
-"""Held whenever esper is used: while a world is made, in each tick, within `with world:`."""
-
-
 class _Turn:
-    """The lock, for those who may have to wait long: whoever takes it again and again sees that somebody waits."""
+    """Held whenever esper is used: while a world is made, in each tick, within `with world:`. Who holds it may take it again.
+
+    A lock that is released and taken at once would never be another's: whoever has had a turn calls `leave`, which lets
+    somebody who waits have the next one.
+    """
+
+    PATIENCE = 1.0  # [s] that others have to take their turn: longer than a loaded machine lets a thread wait
 
     def __init__(self) -> None:
-        self.waiting = 0
+        self._lock = threading.RLock()
+        self.waiting = 0  # threads
+        self._taken = 0  # turns that somebody had to wait for
 
     def __enter__(self) -> None:
-        if not lock.acquire(blocking=False):
+        if not self._lock.acquire(blocking=False):
             self.waiting += 1
             try:
-                lock.acquire()
+                self._lock.acquire()
+                self._taken += 1
             finally:
                 self.waiting -= 1
 
     def __exit__(self, *_: object) -> None:
-        lock.release()
+        self._lock.release()
 
     def leave(self) -> None:
-        """Let others who wait go first: a lock that is released and taken at once would never be theirs."""
-        time.sleep(1e-4)
+        """Let others who wait go first, unless this thread still holds the turn: within `with world:`."""
+        if self._lock._is_owned():  # type: ignore[attr-defined]
+            return
+        taken, end = self._taken, time.monotonic() + self.PATIENCE
+        while self.waiting and self._taken == taken and time.monotonic() < end:
+            time.sleep(1e-4)
 
 
 turn = _Turn()

@@ -189,7 +189,7 @@ class World:
         require_whole(self, "run")
         self.admit(refuse=self.debug is None)
         self.touch()
-        with turns.lock:
+        with turns.turn:
             outside, mark = esper.current_world, Underway("tick")
         with Patience(self) as patience:
             try:
@@ -214,7 +214,7 @@ class World:
             finally:
                 mark.running = self.ticking = False
                 self.stopped, self.stopping = self.stopping, False
-                with turns.lock:
+                with turns.turn:
                     switch_back(outside)
         if outside == self.context.name:
             self.sync()
@@ -223,7 +223,7 @@ class World:
     def _pass(self, mark: Underway) -> None:
         """Let one tick pass; the mark stands until it has passed as a whole."""
         self.underway, self.ticking = mark, True
-        with turns.lock:
+        with turns.turn:
             outside = esper.current_world
             if outside != self.context.name:
                 esper.switch_world(self.context.name)

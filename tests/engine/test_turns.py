@@ -84,3 +84,27 @@ def test_a_second_world_apart_takes_turns(learn):
     thread.join()
     assert set(mine) == {expected[0]}
     assert apart == [expected[1]] * 3
+
+
+def test_whoever_waits_has_the_next_turn_however_soon_the_other_wants_it_again():
+    """A thread that takes turns without a pause, a thousand times, leaves one to a thread that began to wait before."""
+    waits, had = threading.Event(), []
+
+    def other():
+        waits.set()
+        with turns.turn:
+            had.append(count[0])
+
+    thread, count = threading.Thread(target=other), [0]
+    with turns.turn:
+        thread.start()
+        waits.wait()
+        while not turns.turn.waiting:
+            pass
+    for count[0] in range(1000):
+        if turns.turn.waiting:
+            turns.turn.leave()
+        with turns.turn:
+            pass
+    thread.join()
+    assert had == [0]
