@@ -1,0 +1,45 @@
+"""What the checks read of a table, and how they name its rows."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ecs_eco.record.ledger import FLOWS
+
+if TYPE_CHECKING:
+    from ecs_eco.engine.table import Table
+
+WHO = ("alive", "uid", "born")  # what flushes alone change
+
+
+def columns(table: Table) -> Iterator[tuple[Any, str, Any]]:
+    """Yield (component, name, array) for every column."""
+    for component, held in table.columns.items():
+        for name, array in vars(held).items():
+            yield component, name, array
+
+
+def budget(table: Table) -> dict[str, np.ndarray]:
+    """Return energy and flows of a table with Metabolism; nothing of another."""
+    from ecs_eco.components import Metabolism
+
+    return {n: getattr(table[Metabolism], n) for n in ("energy", *FLOWS.values())} if Metabolism in table else {}
+
+
+def bytes_of(array: np.ndarray) -> np.ndarray:
+    """Return the rows of an array as bytes u8[n, …]; NaN is then itself, and no number is 0 but 0."""
+    array = np.ascontiguousarray(array)
+    return array.reshape(len(array), -1).view(np.uint8).reshape(len(array), -1)
+
+
+def whose(uid: np.ndarray, row: Any) -> str:
+    """Return the words for a row: its owner's uid, or that it is free."""
+    return f"uid {int(uid[row])} (row {int(row)})" if uid[row] else f"row {int(row)}, which is free,"
+
+
+def more(n: int) -> str:
+    """Return the words for all but the first of n."""
+    return f" ({n - 1} more)" if n > 1 else ""

@@ -1,0 +1,151 @@
+"""What one system, or flush, may change: a copy of what it found, and the comparison with what it leaves."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ecs_eco.debug.columns import WHO, budget, bytes_of, columns, more, whose
+from ecs_eco.debug.invariants import Invariants
+from ecs_eco.engine.system import System
+from ecs_eco.record.ledger import FLOWS, LEDGER, imbalance
+
+if TYPE_CHECKING:
+    from ecs_eco.engine.table import Table
+    from ecs_eco.space.world import SpatialWorld
+
+ROUNDING = np.float32(1e-6)  # [1] of the largest number of a sum in float32: 8 units in the last place
+
+
+class Before:
+    """The world as one system found it, and the comparison with what the system leaves."""
+
+    def __init__(self, world: SpatialWorld, name: str, system: Any, flush: bool) -> None:
+        self.world, self.name, self.system, self.flush = world, name, system, flush
+        self.invariants = Invariants(world, name, system)
+        self.fail = self.invariants.fail
+        self.who = {t.name: {c: getattr(t, c).copy() for c in WHO} for t in world.tables.values()}
+        self.counts = {t.name: (t.n, t.high, t.version) for t in world.tables.values()}
+        self.shapes = {t.name: {(c, n): (a.dtype, a.shape) for c, n, a in columns(t)} for t in world.tables.values()}
+        self.free = {t.name: np.flatnonzero(~t.alive) for t in world.tables.values()}
+        self.empty = {t.name: {(c, n): a[self.free[t.name]] for c, n, a in columns(t)} for t in world.tables.values()}
+        self.places = {t.name: {n: a.copy() for c, n, a in columns(t) if c.__name__ == "Position"} for t in world.tables.values()}
+        self.budget = {t.name: {n: a.copy() for n, a in budget(t).items()} for t in world.tables.values()}
+        self.page = _page(system)
+
+    def compare(self) -> None:
+        """Check the world as the system leaves it."""
+        for table in self.world.tables.values():
+            if table.name in self.who:
+                if not self.flush:
+                    self._identities(table)
+                    self._shapes(table)
+        self.invariants.check()
+        for table in self.world.tables.values():
+            if table.name in self.who:
+                self._free_rows(table)
+                self._moved(table)
+                self._energy(table)
+        self._ledger()
+
+    def _identities(self, table: Table) -> None:
+        for column in WHO:
+            was, now = self.who[table.name][column], getattr(table, column)
+            if was.shape != now.shape:
+                self.fail(table, f"{column} has {len(now)} rows and had {len(was)}; births make room at the end of `reproduce`")
+            if (rows := np.flatnonzero(was != now)).size:
+                r = rows[0]
+                self.fail(table, f"{column} of {whose(self.who[table.name]['uid'], r)} was {was[r]} and is {now[r]}{more(rows.size)}; "
+                                 "births and deaths are asked for: table.request, world.spawn, table.cause, world.kill")
+        if self.counts[table.name][:2] != (table.n, table.high):
+            self.fail(table, f"(n, high) was {self.counts[table.name][:2]} is {(table.n, table.high)}; births and deaths alone change it")
+
+    def _shapes(self, table: Table) -> None:
+        now = {(c, n): (a.dtype, a.shape) for c, n, a in columns(table)}
+        for (component, name), was in self.shapes[table.name].items():
+            if (shape := now.get((component, name))) != was and component in table:
+                is_now = "gone" if shape is None else f"{shape[0]}{list(shape[1])}"
+                self.fail(table, f"column {component.__name__}.{name} was {was[0]}{list(was[1])} and is {is_now}; "
+                                 f"write into it: table[{component.__name__}].{name}[rows] = …")
+
+    def _free_rows(self, table: Table) -> None:
+        free = self.free[table.name]
+        free = free[~table.alive[free]]
+        if not free.size:
+            return
+        still = ~table.alive[self.free[table.name]]
+        for component, name, array in columns(table):
+            was = self.empty[table.name].get((component, name))
+            if was is None or was.shape[1:] != array.shape[1:]:
+                continue
+            now_free, kept = array[free], was if still.all() else was[still]
+            if now_free.tobytes() == kept.tobytes():
+                continue
+            now, old = bytes_of(now_free), bytes_of(kept)
+            wrong = (now != old).any(axis=1) & now.any(axis=1)  # clearing a free row is nobody's loss
+            if wrong.any():
+                i = int(np.flatnonzero(wrong)[0])
+                self.fail(table, f"{component.__name__}.{name} of row {free[i]}, which is free, was {kept[i]} and is "
+                                 f"{now_free[i]}{more(int(wrong.sum()))}; write to the living only: table.rows() or table.alive")
+
+    def _moved(self, table: Table) -> None:
+        """See that the index is made anew where places changed; plain processors need not say so."""
+        if table.version != self.counts[table.name][2] or (self.system is not None and not isinstance(self.system, System)):
+            return
+        for name, was in self.places[table.name].items():
+            now = getattr(next(c for k, c in table.columns.items() if k.__name__ == "Position"), name)
+            if name != "heading" and was.shape == now.shape and (rows := np.flatnonzero((was != now) & table.alive)).size:
+                r = rows[0]
+                self.fail(table, f"Position.{name} of {whose(table.uid, r)} was {was[r]} and is {now[r]}{more(rows.size)}, "
+                                 "but table.version is the same; say `table.version += 1`, or neighbours are looked for where they were")
+
+    def _energy(self, table: Table) -> None:
+        from ecs_eco.systems import ResetFlows
+
+        was, now = self.budget[table.name], budget(table)
+        if not was or not now or not any(isinstance(s, ResetFlows) for s in self.world.systems):
+            return  # without ResetFlows nobody keeps books
+        n = min(len(was["energy"]), len(now["energy"]))
+        same = table.alive[:n] & self.who[table.name]["alive"][:n] & (table.uid[:n] == self.who[table.name]["uid"][:n])
+        rows = np.flatnonzero(same)
+        opens = isinstance(self.system, ResetFlows)  # a new page: all flows are zero
+        if all(was[n][rows].tobytes() == now[n][rows].tobytes() for n in was):
+            return
+        was, now = ({n: a[rows].astype(float) for n, a in book.items()} for book in (was, now))
+        if opens:
+            was |= dict.fromkeys(FLOWS.values(), np.zeros(rows.size))
+        gained = now["energy"] - was["energy"]
+        booked = sum(sign * (now[flow] - was[flow]) for flow, sign in zip(FLOWS.values(), (1, -1, -1), strict=True))
+        scale = np.max([np.abs(a) for book in (was, now) for a in book.values()], axis=0)
+        gap = gained - booked
+        gap[~(np.abs(gap) > ROUNDING * scale)] = 0.0  # what moves between two organisms is in both, and not in the sum
+        off, room = gap.sum(), float((ROUNDING * scale)[gap != 0].sum())
+        if abs(off) > room:
+            i = int(np.abs(gap).argmax())
+            owner, came = whose(table.uid, rows[i]), "came from nothing" if off > 0 else "went to nowhere"
+            self.fail(table, f"energy {came}: that of all living changed by {gained.sum():.6g}, but taken − burnt − given by "
+                             f"{booked.sum():.6g}, {abs(off):.6g} apart; the largest gap, {gap[i]:.6g}, is that of {owner}, "
+                             f"Metabolism.energy {was['energy'][i]:.6g} to {now['energy'][i]:.6g}; book it in taken, burnt or given")
+
+    def _ledger(self) -> None:
+        """See that the page that the recorder has just written closes."""
+        if self.page is None or self.system._at != self.page + 1:
+            return
+        at = self.page
+        for s, name in enumerate(self.system.names):
+            page, table = self.system._ledger[at, s], self.world.tables[name]
+            apart = imbalance(page) + self.world.debug.drift.get(name, 0.0)
+            size = sum(abs(page[column]) for column in LEDGER) + np.abs(budget(table).get("energy", np.zeros(1))).sum()
+            if abs(apart) > 1e-5 * size + 1e-9:
+                self.fail(table, "the energy ledger does not close: stock_before {stock_before:.6g} + endowed {endowed:.6g} + "
+                          "taken_in {taken_in:.6g} − burnt {burnt:.6g} − given {given:.6g} − lost {lost:.6g} is not "
+                          "stock_after {stock_after:.6g}".format(**{column: page[column] for column in LEDGER})
+                          + f", {abs(apart):.6g} apart; no system did it: a death or a birth did")
+
+
+def _page(system: Any) -> int | None:
+    """Return the page of the ledger that a recorder is about to write; None of another system."""
+    from ecs_eco.record.recorder import Recorder
+
+    return system._at if isinstance(system, Recorder) else None

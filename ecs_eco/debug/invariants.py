@@ -1,0 +1,165 @@
+"""What holds in a world at any time: who lives, finite values, places in bounds, an index in order."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, NoReturn
+
+import esper
+import numpy as np
+
+from ecs_eco.debug.columns import columns, more, whose
+from ecs_eco.debug.errors import DebugError
+from ecs_eco.engine.blocks import Blocked
+from ecs_eco.engine.system import System
+
+if TYPE_CHECKING:
+    from ecs_eco.engine.table import Table
+    from ecs_eco.space.world import SpatialWorld
+
+FULL_TURN = 6.2831855  # [rad]
+
+
+class Invariants:
+    """What must hold in a world after `name` acted; `system` is the system of that name, if it is one."""
+
+    def __init__(self, world: SpatialWorld, name: str, system: Any = None) -> None:
+        self.world, self.name, self.system = world, name, system
+
+    def fail(self, table: Table | None, what: str, kind: type[DebugError] = DebugError) -> NoReturn:
+        """Raise with the place: the system, the tick, the species."""
+        where = "" if table is None else f", {'objects' if table.species.is_object else 'species'} {table.name!r}"
+        raise kind(f"after {self.name}, tick {self.world.tick}{where}: {what}")
+
+    def check(self) -> None:
+        """Raise DebugError where one of them does not hold."""
+        for table in self.world.tables.values():
+            self._living(table)
+            self._finite(table)
+            self._bounds(table)
+            self._nerves(table)
+            self._index(table)
+            self._resolution(table)
+        self._uids()
+        for name, field in self.world.fields.items():
+            if (bad := np.argwhere(~np.isfinite(field.value))).size:
+                self.fail(None, f"field {name!r} is {field.value[tuple(bad[0])]} in the cell (z, y, x) = {tuple(bad[0].tolist())}"
+                                f"{more(len(bad))}; allowed are finite numbers")
+        if self.system is not None and not isinstance(self.system, System):
+            self._registry()
+
+    def _living(self, table: Table) -> None:
+        if table.n != np.count_nonzero(table.alive) or table.alive[table.high :].any():
+            self.fail(table, f"n is {table.n} and high {table.high}, but {np.count_nonzero(table.alive)} rows are alive")
+        for name, wrong, what in (("uid", table.alive & (table.uid == 0), "lives and has none"),
+                                  ("uid", ~table.alive & (table.uid != 0), "is free and has one"),
+                                  ("cause", ~table.alive & (table.cause != 0), "is free: who lives dies")):
+            if (rows := np.flatnonzero(wrong)).size:
+                self.fail(table, f"{name} of row {rows[0]} is {getattr(table, name)[rows[0]]}; the row {what}{more(rows.size)}")
+
+    def _uids(self) -> None:
+        seen: dict[int, str] = {}
+        tables = list(self.world.tables.values())
+        uid = np.concatenate([t.uid[t.alive] for t in tables]) if tables else np.zeros(0, np.uint64)
+        uid.sort()
+        if not uid.size or (uid[-1] < self.world.next_uid and (uid[1:] != uid[:-1]).all()):
+            return
+        for table in tables:
+            for row in table.rows():
+                u = int(table.uid[row])
+                if u in seen:
+                    self.fail(table, f"uid {u} lives in row {row} and in {seen[u]}; a uid is given once")
+                if u >= self.world.next_uid:
+                    self.fail(table, f"uid {u} lives in row {row}, but the next to be given is {self.world.next_uid}")
+                seen[u] = f"row {row} of {table.name!r}"
+
+    def _registry(self) -> None:
+        """Compare esper's entities with those living: only after plain processors, before which they are brought up to date."""
+        for table in self.world.tables.values():
+            for row in np.flatnonzero(table.alive & (table.entity_uid == table.uid)):
+                entity, owner = int(table.entity[row]), whose(table.uid, row)
+                if not esper.entity_exists(entity):
+                    self.fail(table, f"esper has no entity {entity}, but {owner} lives; to kill it, world.kill(uid, cause)")
+                for component in table.columns:
+                    handle = esper.try_component(entity, component)
+                    if handle is None or handle._row != row or getattr(handle._columns, "_table", None) is not table:
+                        self.fail(table, f"{component.__name__} of esper's entity {entity} is not that of {owner}; "
+                                         "write into its fields, and do not replace or remove it")
+
+    def _finite(self, table: Table) -> None:
+        for component, name, array in columns(table):
+            if array.dtype.kind != "f" or _all_finite(array):
+                continue
+            rows = table.rows()
+            values = array[rows].reshape(rows.size, -1)
+            if (bad := np.argwhere(~np.isfinite(values))).size:
+                i, j = bad[0]
+                at = f"[{', '.join(map(str, np.unravel_index(j, array.shape[1:])))}]" if len(array.shape) > 1 else ""
+                self.fail(table, f"{component.__name__}.{name}{at} of {whose(table.uid, rows[i])} is {values[i, j]}"
+                                 f"{more(len(np.unique(bad[:, 0])))}; allowed are finite numbers")
+
+    def _bounds(self, table: Table) -> None:
+        places = {n: a for c, n, a in columns(table) if c.__name__ == "Position"}
+        space = self.world.space
+        for axis, length in zip("xyz"[: len(space.size)], space.lengths, strict=False):
+            if axis in places:
+                self._within(table, f"Position.{axis}", places[axis], table.alive & ~((places[axis] >= 0) & (places[axis] < length)),
+                             f"[0, {length:g})")
+        if "heading" in places:
+            h = places["heading"]
+            self._within(table, "Position.heading", h, table.alive & ~((h > -1e-5) & (h < FULL_TURN + 1e-5)), "[0, 2π)")
+
+    def _within(self, table: Table, name: str, column: np.ndarray, wrong: np.ndarray, allowed: str) -> None:
+        if (rows := np.flatnonzero(wrong)).size:
+            self.fail(table, f"{name} of {whose(table.uid, rows[0])} is {column[rows[0]]}{more(rows.size)}; allowed is {allowed}")
+
+    def _resolution(self, table: Table) -> None:
+        """See that the steps of energy and place are not rounded away where the organisms have come to."""
+        from ecs_eco.components import Metabolism, Position
+
+        dt, species, rows = np.float32(self.world.dt), table.species.config, table.rows()
+        basal = np.float32(species.metabolism.basal if species is not None else 0) * dt
+        if basal > 0 and Metabolism in table:
+            energy = table[Metabolism].energy[rows]
+            self._lost(table, rows, "Metabolism.energy", energy, (energy - basal == energy) & np.isfinite(energy), basal)
+        speeds = [v for v in (table.species.gaits[1] * dt if table.species.gaits is not None else ()) if v > 0]
+        for axis in "xy" if speeds and Position in table else "":
+            place = getattr(table[Position], axis)[rows]
+            self._lost(table, rows, f"Position.{axis}", place, place + min(speeds) == place, min(speeds))
+
+    def _lost(self, table: Table, rows: np.ndarray, name: str, values: np.ndarray, lost: np.ndarray, step: Any) -> None:
+        if (at := np.flatnonzero(lost)).size:
+            least = np.spacing(np.abs(values[at[0]]))
+            self.fail(table, f"{name} of {whose(table.uid, rows[at[0]])} is {values[at[0]]}{more(at.size)}, and a step of {step:g} is "
+                             f"rounded away there; float32 holds steps of {least:g} and more")
+
+    def _nerves(self, table: Table) -> None:
+        nerves = table.species.nerves
+        x, rows, brain = getattr(nerves, "x", None), getattr(nerves, "rows", None), getattr(nerves, "brain", None)
+        if x is not None and rows is not None and not np.isfinite(x).all():
+            bad = np.argwhere(~np.isfinite(x))
+            i, j = bad[0].tolist()
+            self.fail(table, f"the reading {nerves.channels[j]!r} of {whose(table.uid, rows[i])} is {x[i, j]}"
+                             f"{more(len(np.unique(bad[:, 0])))}; allowed are finite numbers")
+        if brain is not None:
+            for name, tensor in brain.named().items():
+                if not np.isfinite(w := tensor.numpy()).all():
+                    bad = np.argwhere(~np.isfinite(w))
+                    self.fail(table, f"weight {name}{bad[0].tolist()} of the policy is {w[tuple(bad[0])]}{more(len(bad))}; "
+                                     "allowed are finite numbers")
+
+    def _index(self, table: Table) -> None:
+        index = self.world._indexes.get(table.name)
+        if index is None or index.version != table.version or index.space is not self.world.space:
+            return
+        cell = np.repeat(np.arange(index.space.n_cells), np.diff(index.start))
+        if index.n != table.n or cell.size != index.n or (table.uid[index.rows] != index.uid).any():
+            self.fail(table, f"the index of neighbours holds {index.n} entries that are not the {table.n} living; systems only read it")
+        back = np.flatnonzero((np.diff(cell) == 0) & (index.uid[1:] <= index.uid[:-1]))
+        if back.size:
+            i = back[0] + 1
+            self.fail(table, f"entry {i} of the index of neighbours, uid {index.uid[i]}, follows uid {index.uid[i - 1]} in one cell; "
+                             "systems only read it")
+
+
+def _all_finite(array: Any) -> bool:
+    return all(np.isfinite(part).all() for part in (array.blocks if isinstance(array, Blocked) else [array]))

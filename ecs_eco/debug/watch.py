@@ -1,0 +1,85 @@
+"""When the checks run: around every system and every flush, and once before a tick."""
+
+from __future__ import annotations
+
+import os
+import weakref
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import esper
+import numpy as np
+
+from ecs_eco.debug.columns import budget
+from ecs_eco.debug.comparison import Before
+from ecs_eco.debug.handles import Guard
+from ecs_eco.debug.invariants import Invariants
+
+if TYPE_CHECKING:
+    from ecs_eco.engine.table import Table
+    from ecs_eco.space.world import SpatialWorld
+
+BETWEEN = "what was done between ticks"
+
+
+def start(world: SpatialWorld) -> Debug | None:
+    """Return the checks of a new world where the environment asks for them: ECS_ECO_DEBUG is set, and not to 0; else None."""
+    return None if os.environ.get("ECS_ECO_DEBUG", "0") in ("", "0") else Debug(world)
+
+
+class Debug:
+    """The checks of one world. Its systems and its flushes pass through `watch`."""
+
+    def __init__(self, world: SpatialWorld) -> None:
+        self.world = weakref.proxy(world)
+        self.before: Before | None = None  # the system under way began
+        self.drift: dict[str, float] = {}  # energy of a species that changed between ticks: no ledger has it
+        kind, proxy = type(world), self.world
+        for name, what in (("flush_deaths", "the deaths of the phase die"), ("flush_births", "the births of the phase reproduce")):
+            flush = getattr(kind, name)
+            setattr(world, name, lambda flush=flush, what=what: self.watch(what, lambda: flush(proxy), flush=True))
+        world.context.add(Opening(world), "environment", 0)
+
+    def guard(self, table: Table, component: type[Any], row: int) -> Guard:
+        """Return what stands for the columns of a component in the handle of one row."""
+        return Guard(table, component, row, int(table.uid[row]))
+
+    def follow(self, system: esper.Processor) -> None:
+        """Check after each time that this system acts."""
+        act, name = system.process, type(system).__name__
+        system.process = lambda *args, **kwargs: self.watch(name, lambda: act(*args, **kwargs), system)  # type: ignore[method-assign]
+
+    def watch(self, name: str, act: Callable[[], None], system: Any = None, flush: bool = False) -> None:
+        """Let a system, or a flush, act, and check what it did; a flush within a system divides what that did in two."""
+        outer = self.before
+        if outer is not None:
+            outer.compare()
+        elif not self.world.ticking:
+            Invariants(self.world, BETWEEN).check()
+        self.before = Before(self.world, name, system, flush)
+        try:
+            act()
+            self.before.compare()
+            if outer is not None:
+                outer = Before(self.world, outer.name, outer.system, outer.flush)
+        except BaseException:
+            outer = None
+            raise
+        finally:
+            self.before = outer
+
+
+class Opening(esper.Processor):
+    """The first of a tick: what was done between ticks is checked under that name, not the first system's."""
+
+    def __init__(self, world: SpatialWorld) -> None:
+        self.world = weakref.proxy(world)
+
+    def process(self, *_: Any) -> None:
+        """Check the world as the tick finds it, and note what the ledger of this tick cannot know."""
+        Invariants(self.world, BETWEEN).check()
+        recorder = self.world.recorder
+        for s, name in enumerate(recorder.names if recorder is not None else ()):
+            page, energy = recorder._ledger[recorder._at, s], budget(table := self.world.tables[name]).get("energy")
+            stock = 0.0 if energy is None else energy[table.rows()].sum(dtype=np.float64)
+            self.world.debug.drift[name] = stock - (recorder._stock[s] + page["endowed"] - page["lost"])
