@@ -15,7 +15,7 @@ import typer
 from ecs_eco.cli.folders import results
 from ecs_eco.cli.terminal import FAILED, INTERRUPTED, complain, refuse, say
 from ecs_eco.config import load
-from ecs_eco.config.loading import ALIASES, parse
+from ecs_eco.config.overrides import ALIASES, parse
 from ecs_eco.engine.errors import ConfigError, Problem
 from ecs_eco.record.claim import Claim
 

@@ -1,0 +1,99 @@
+"""A world before it is checked: its data, and the file and line that each part of it comes from."""
+
+from __future__ import annotations
+
+import copy
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from ecs_eco.config.explain import value_at
+from ecs_eco.config.lines import key_lines
+from ecs_eco.config.models.world import WorldConfig
+from ecs_eco.config.reading import read_toml, too_deep
+from ecs_eco.config.shipped import shipped
+from ecs_eco.engine.code import Code
+from ecs_eco.engine.errors import MISSING, ConfigError, Problem, how_many, listed, nearest
+
+Key = tuple[str | int, ...]
+
+
+@dataclass
+class Document:
+    """A world before it is checked, and where each part of it comes from."""
+
+    data: dict[str, Any]
+    source: str
+    folder: Path
+    text: str = ""
+    set_by: str = "--set"
+    code: Code | None = None  # of the world that this one is a change of: it names no other
+    places: Sequence[Path] = field(default_factory=tuple)  # where its code is looked for; none: its folder
+
+    @cached_property
+    def lines(self) -> dict[Key, int]:
+        """The line of every key of the text; none where there is no text."""
+        return key_lines(self.text) if self.text else {}
+
+    def __post_init__(self) -> None:
+        self.set: dict[Key, Key] = {}  # key, and the key as it was written
+
+    def refused(self, problems: Sequence[Problem]) -> ConfigError:
+        """The error that says these problems, each with its place."""
+        return ConfigError([placed(p, self) for p in problems], f"{self.source}: {how_many(len(problems))}")
+
+    @property
+    def changes(self) -> dict[Key, Any]:
+        """What was set from outside, by key."""
+        return {key: value_at(self.data, key) for key in self.set}
+
+
+def read_document(world: Any) -> Document:
+    """The document of a shipped world, a file, a dict or a configuration; raises ConfigError for what is none of these."""
+    if isinstance(world, Document):
+        return world
+    if isinstance(world, WorldConfig):
+        known = world._code if world._code.sources or not world.code else None
+        return Document(world.model_dump() | {"search": world.search.model_dump()}, world._source, world._folder, code=known)
+    if isinstance(world, Mapping):
+        if deep := too_deep(world):
+            raise ConfigError([deep.moved(source="dict")], "dict: 1 problem")
+        home = shipped().get(str(world.get("name")))  # a shipped world's files lie beside it, wherever its dict has been
+        return Document(copy.deepcopy(dict(world)), "dict", home.parent if home else Path())
+    path = _path(world)
+    text, data = read_toml(path)
+    return Document(data, path.name, path.parent, text)
+
+
+def _path(world: str | Path) -> Path:
+    """The file of a world: the name of a shipped one, a file, or a folder with one world file."""
+    worlds = shipped()
+    if str(world).replace("_", "-") in worlds:
+        return worlds[str(world).replace("_", "-")]
+    path = Path(world)
+    if os.path.isdir(path) and len(files := sorted(path.glob("*.toml"))) == 1:
+        return files[0]
+    if os.path.isfile(path):
+        return path
+    what = "no world file in this folder" if os.path.isdir(path) else "no such world, and no such file"
+    allowed = f"a path, or one of {listed(worlds)}"
+    problem = Problem((), what, str(world), allowed, nearest(world, worlds), "WORLD")
+    raise ConfigError([problem], "cannot load the world")
+
+
+def placed(problem: Problem, document: Document) -> Problem:
+    """The problem with its source and line, and the value where it lacks one."""
+    if problem.source:
+        return problem
+    value = problem.value
+    if value is MISSING and problem.what != "is missing":
+        value = value_at(document.data, problem.key)
+    written = [k for k in document.set if problem.key[: len(k)] == k or k[: len(problem.key)] == problem.key]
+    if written:
+        return problem.moved(source=document.set_by, value=value, key=document.set.get(problem.key, problem.key))
+    lines = document.lines
+    line = next((lines[problem.key[:n]] for n in range(len(problem.key), 0, -1) if problem.key[:n] in lines), None)
+    return problem.moved(source=document.source, value=value, line=line)

@@ -1,0 +1,94 @@
+"""Values that are set from outside: `--set species.deer.count=50`, or a mapping of dotted keys."""
+
+from __future__ import annotations
+
+import copy
+import re
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from ecs_eco.config.document import Document, Key
+from ecs_eco.config.ranges import key_of, real_key
+from ecs_eco.config.reading import parse_toml
+from ecs_eco.engine.errors import Problem, listed, nearest, shortened
+
+Overrides = Mapping[str, Any] | Iterable[str] | None
+NAMED = ("species", "fields", "objects", "substances")  # tables whose keys are names that the world gives
+ALIASES: dict[str, Key] = {"birth_rate": ("reproduction", "rate")}  # short for keys of a species, in --set only
+
+
+def apply_overrides(document: Document, overrides: Overrides) -> list[Problem]:
+    """Set values in a document; returns what is wrong with them."""
+    problems: list[Problem] = []
+    pairs = overrides.items() if isinstance(overrides, Mapping) else [parse(text) for text in overrides or ()]
+    for name, value in pairs:
+        if isinstance(value, Problem):
+            problems.append(value)
+            continue
+        written = key = key_of(name)
+        if re.search(r"(^|\.)(\.|$)", re.sub(r'"[^"]+"', "x", str(name))):  # a part of it is empty
+            problems.append(Problem(("",), "an empty key", str(name), "for example species.deer.count", source=document.set_by))
+            continue
+        if len(key) == 3 and key[0] == "species" and key[2] in ALIASES:
+            key = (*key[:2], *ALIASES[str(key[2])])
+        problem = _put(document, key, written, value)
+        if problem:
+            problems.append(problem.moved(key=written, value=value, source=document.set_by))
+    return problems
+
+
+def parse(text: str) -> tuple[str, Any]:
+    """Key and value of "a.b=c"; the value is TOML, and a bare word is a text."""
+    name, equals, value = (part.strip() for part in text.partition("="))
+    if not equals or not name.strip(". "):
+        return name, Problem((), "not of the form key=value", text, "for example species.deer.count=50", source="--set")
+    try:
+        parsed = parse_toml(f"v = {value}")
+        if parsed.keys() == {"v"}:
+            return name, parsed["v"]
+    except ValueError:
+        if re.fullmatch(r"[A-Za-z_#][\w-]*", value):
+            return name, value
+    example = 'for example 0.5, true, "text", [1, 2]'
+    return name, Problem((name,), "the value is not TOML", value, example, source="--set")
+
+
+def is_index(part: str) -> bool:
+    """Whether a part of a key is a place in a list: a number of few digits."""
+    return part.isdecimal() and len(part) < 10
+
+
+def _put(document: Document, key: Key, written: Key, value: Any) -> Problem | None:
+    """Set one value in the data, or says why not."""
+    node: Any = document.data
+    real: list[str | int] = []
+    for depth, part in enumerate(key):
+        last = depth == len(key) - 1
+        if isinstance(node, list):
+            if not is_index(str(part)) or int(part) >= len(node):
+                allowed = f"0 to {len(node) - 1}" if node else "none, the list is empty"
+                return Problem(key, f"no entry {shortened(str(part))}", allowed=allowed)
+            part = int(part)
+        elif not isinstance(node, dict):
+            return Problem(key, f"{'.'.join(map(str, real))} has no parts", allowed="the key of a table or list")
+        elif not last and depth == 1 and key[0] in NAMED and part not in node:
+            return Problem(key, f'no {key[0]} named "{part}"', allowed=listed(node), nearest=nearest(part, node))
+        real.append(part)
+        if last:
+            node[part] = copy.deepcopy(value)
+        else:
+            if isinstance(node, dict) and node.get(part) is None:
+                node[part] = {}
+            node = node[part]
+    document.set[tuple(real)] = written
+    return None
+
+
+def fix_ranges(document: Document) -> None:
+    """Drop the search ranges of values that are set, unless the range is set too."""
+    search = document.data.get("search")
+    ranges = search.get("ranges") if isinstance(search, dict) else None
+    for name in list(ranges) if isinstance(ranges, dict) else ():
+        key, _, wrong = real_key(document.data, key_of(name))
+        if wrong is None and key in document.set and ("search", "ranges", name) not in document.set:
+            del document.data["search"]["ranges"][name]
