@@ -1,0 +1,43 @@
+"""Commands about worlds and this machine: list, check, doctor."""
+
+from typing import Annotated
+
+import typer
+
+from ecs_eco.cli.options import Quiet, Set, Trust
+from ecs_eco.cli.terminal import exits, say
+from ecs_eco.cli.trust import allow
+
+
+def list_() -> None:
+    """List worlds, sensors, components and systems."""
+    from ecs_eco.cli.listing import listing
+
+    say(listing())
+
+
+@exits
+def check(
+    world: Annotated[
+        str | None, typer.Argument(metavar="WORLD", show_default=False, help="Name of a shipped world (see `list`), or a TOML file.")
+    ] = None,
+    set_: Set = None,
+    schema: Annotated[bool, typer.Option("--schema", help="Say the JSON schema of world files instead, for editors.")] = False,
+    trust: Trust = False,
+) -> None:
+    """Check a world file and say what is in it."""
+    allow(trust, world, set_)
+    from ecs_eco.cli.summary import check_world, tell_schema
+
+    tell_schema() if schema else check_world(world, set_ or [])
+
+
+@exits
+def doctor(
+    test: Annotated[bool, typer.Option("--test/--no-test", help="Run the self-test, of up to a minute.")] = True,
+    quiet: Quiet = False,
+) -> None:
+    """Say what results depend on here, and whether they are those of the release: exit code 1 where they are not."""
+    from ecs_eco.cli.doctor import examine_machine
+
+    examine_machine(test, quiet)

@@ -1,0 +1,122 @@
+"""Commands that let a world live: run, watch, repeat, resume, train."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ecs_eco.cli.options import Learn, NoBrowser, Out, Policies, Port, Quiet, Report, Seed, Set, Threads, Ticks, Trust, Watch, World
+from ecs_eco.cli.terminal import exits, path_of, whole
+from ecs_eco.cli.trust import allow
+
+
+@exits
+def run(
+    world: World,
+    ticks: Ticks = None,
+    seed: Seed = None,
+    set_: Set = None,
+    out: Out = None,
+    quiet: Quiet = False,
+    threads: Threads = 1,
+    learn: Learn = None,
+    policies: Policies = "trained",
+    report: Report = True,
+    checkpoint_every: Annotated[
+        int | None, typer.Option(parser=whole(1), metavar="N", help="Write a checkpoint every so many ticks.")
+    ] = None,
+    keep: Annotated[int, typer.Option(parser=whole(1), metavar="K", help="How many checkpoints stay.")] = 3,
+    record: Annotated[
+        str | None, typer.Option(metavar="focal=N|full", help="Record every tick of N organisms of each species, or of all.")
+    ] = None,
+    watch: Watch = False,
+    port: Port = 0,
+    no_browser: NoBrowser = False,
+    trust: Trust = False,
+) -> None:
+    """Run a world and record it in a folder; `resume` goes on with it."""
+    allow(trust, world, set_)
+    from ecs_eco.cli.simulate import run_world
+
+    shown = (port, not no_browser) if watch else None
+    run_world(world, set_ or [], ticks, seed, out, quiet, threads, learn, policies, report, checkpoint_every, keep, shown, record)
+
+
+@exits
+def watch(
+    world: Annotated[str, typer.Argument(metavar="WORLD|DIR", help="A shipped world, a TOML file, or a folder that `run` left.")],
+    ticks: Annotated[
+        int | None, typer.Option(parser=whole(1), metavar="N", help="It ends at this tick; absent: it lives on.")
+    ] = None,
+    seed: Seed = None,
+    set_: Set = None,
+    threads: Threads = 1,
+    learn: Learn = None,
+    policies: Policies = "trained",
+    port: Port = 0,
+    no_browser: NoBrowser = False,
+    trust: Trust = False,
+) -> None:
+    """Watch a living world, or a recorded run, in the browser."""
+    allow(trust, world, set_)
+    from ecs_eco.cli.watch import watch_it
+
+    watch_it(world, set_ or [], ticks, seed, threads, learn, policies, port, not no_browser)
+
+
+@exits
+def repeat(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="A folder that `run` left.")],
+    out: Annotated[Path | None, typer.Option(
+        parser=path_of, metavar="PATH", help="Folder for the repetition: new or empty. Default: it is not recorded."
+    )] = None,
+    quiet: Quiet = False,
+    threads: Threads = 1,
+    trust: Trust = False,
+) -> None:
+    """Run a recorded run again, with all that was done to it, and say whether it comes to the same end."""
+    allow(trust, folder)
+    from ecs_eco.cli.simulate import repeat_run
+
+    repeat_run(folder, out, quiet, threads)
+
+
+@exits
+def resume(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="A folder that `run` left.")],
+    until: Annotated[
+        int | None, typer.Option(parser=whole(0), metavar="T", help="Go on to this tick; else to where the run was to end.")
+    ] = None,
+    from_tick: Annotated[
+        int | None, typer.Option(parser=whole(0), metavar="T", help="Fork: go on from this tick, in a folder of its own (--out).")
+    ] = None,
+    set_: Annotated[
+        list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Fork: a value that changes from there on. Repeatable.")
+    ] = None,
+    out: Annotated[Path | None, typer.Option(parser=path_of, metavar="PATH", help="Folder of the fork: new or empty.")] = None,
+    quiet: Quiet = False,
+    threads: Threads = 1,
+    report: Report = True,
+    watch: Watch = False,
+    port: Port = 0,
+    no_browser: NoBrowser = False,
+    trust: Trust = False,
+) -> None:
+    """Go on with a run from its last checkpoint, or fork it with changed values."""
+    allow(trust, folder)
+    from ecs_eco.cli.simulate import resume_run
+
+    shown = (port, not no_browser) if watch else None
+    resume_run(folder, until, from_tick, set_ or [], out, quiet, threads, report, shown)
+
+
+@exits
+def train(
+    world: World, ticks: Ticks = None, seed: Seed = None, set_: Set = None, out: Out = None, quiet: Quiet = False,
+    trust: Trust = False,
+) -> None:
+    """Train a world's policies and save them."""
+    allow(trust, world, set_)
+    from ecs_eco.cli.simulate import train_world
+
+    train_world(world, set_ or [], ticks, seed, out, quiet)
