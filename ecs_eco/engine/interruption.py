@@ -12,10 +12,11 @@ from typing import Any
 import esper
 
 from ecs_eco.engine.errors import UnfinishedTick
+from ecs_eco.engine.flushes import Births, Deaths
 
 _signal: Any = importlib.import_module("_signal")  # `signal` makes enums of all it returns, which takes longer than a small tick
 MAIN = threading.main_thread().ident
-FLUSHES = {"_Deaths": "the deaths of the phase die", "_Births": "the births of the phase reproduce"}
+FLUSHES: dict[type, str] = {Deaths: "the deaths of the phase die", Births: "the births of the phase reproduce"}
 
 
 class Underway:
@@ -57,8 +58,8 @@ def stopped(world: Any, error: BaseException) -> None:
     """Note what stopped what was under way, and where."""
     if world.underway is not None and not world.underway.cause:
         world.underway.running = False
-        said = " ".join(str(error).split())[:200]
-        world.underway.cause = type(error).__name__ + (f": {said}" if said else "")
+        message = " ".join(str(error).split())[:200]
+        world.underway.cause = type(error).__name__ + (f": {message}" if message else "")
         world.underway.where = _where(error)
 
 
@@ -82,8 +83,7 @@ def _where(error: BaseException) -> str:
     for frame, _ in traceback.walk_tb(error.__traceback__):
         owner = frame.f_locals.get("self")
         if isinstance(owner, esper.Processor):
-            name = type(owner).__name__
-            return FLUSHES.get(name, name)
+            return FLUSHES.get(type(owner), type(owner).__name__)
     return ""
 
 

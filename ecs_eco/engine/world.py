@@ -15,6 +15,7 @@ from ecs_eco.engine import random, turns
 from ecs_eco.engine.arguments import positive, seed_number, whole_number
 from ecs_eco.engine.context import LAST, Context, switch_back
 from ecs_eco.engine.errors import UnknownName, unknown_name
+from ecs_eco.engine.flushes import Births, Deaths, Synced, Touched
 from ecs_eco.engine.interruption import Patience, Underway, require_whole, stopped, whole
 from ecs_eco.engine.phases import PHASES, Scheduled
 from ecs_eco.engine.schema import Handle
@@ -56,8 +57,8 @@ class World:
         turns.enter(self)
         self.context, self._workers = Context(), Workers(self.threads)
         self._outer: list[str] = []
-        self.context.add(_Deaths(self), "die", LAST)
-        self.context.add(_Births(self), "reproduce", LAST)
+        self.context.add(Deaths(self), "die", LAST)
+        self.context.add(Births(self), "reproduce", LAST)
         weakref.finalize(self, _forget, self.context, self._workers)
 
     def __repr__(self) -> str:
@@ -101,8 +102,8 @@ class World:
         if isinstance(system, Scheduled):
             system.start(self)
         else:  # it looks at the world through esper, and may move what it sees
-            self.context.add(_Synced(self), phase, place - 1)
-            self.context.add(_Touched(self), phase, place + 1)
+            self.context.add(Synced(self), phase, place - 1)
+            self.context.add(Touched(self), phase, place + 1)
         return system
 
     def table(self, name: str) -> Table:
@@ -325,32 +326,6 @@ class World:
     def together(self, *work: Callable[[], Any]) -> None:
         """Do independent pieces of work, on all threads where the world is large enough; they must not share what they write."""
         self._workers.together(sum(t.n for t in self.tables.values()), *work)
-
-
-class _OfWorld(esper.Processor):
-    def __init__(self, world: World) -> None:
-        self.world = weakref.proxy(world)
-
-
-class _Deaths(_OfWorld):
-    def process(self, *_: Any) -> None:
-        self.world.flush_deaths()
-
-
-class _Births(_OfWorld):
-    def process(self, *_: Any) -> None:
-        self.world.flush_births()
-
-
-class _Synced(_OfWorld):
-    def process(self, *_: Any) -> None:
-        self.world.sync()
-
-
-class _Touched(_OfWorld):
-    def process(self, *_: Any) -> None:
-        self.world.touch()
-        self.world.admit(refuse=self.world.debug is None)
 
 
 def _forget(context: Context, workers: Workers) -> None:

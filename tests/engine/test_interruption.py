@@ -81,6 +81,19 @@ def test_an_error_in_births_names_them():
         world.run(1)
 
 
+@pytest.mark.parametrize(("hook", "named"), [("on_death", "deaths of the phase die"), ("on_birth", "births of the phase reproduce")])
+def test_an_error_in_a_hook_is_placed_at_the_end_of_its_phase(hook, named):
+    world = ants()
+    world.run(3)
+    getattr(world, hook).append(lambda *_: fail())
+    world.kill(1)
+    world.spawn("ant", Position(x=1.0, y=2.0))
+    with pytest.raises(ValueError, match="a stone"):
+        world.run(1)
+    with pytest.raises(UnfinishedTick, match=f"tick 3 began and did not end .* in the {named}"):
+        world.run(1)
+
+
 def test_an_error_between_ticks_leaves_a_whole_world():
     world = ants()
     world.run(2).before_tick.append(fail)
