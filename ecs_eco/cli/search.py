@@ -63,36 +63,23 @@ def search_world(
         budget = 30.0
     from ecs_eco.search import search
 
-    with (
-        results(out, f"{config.name}-search")
-        if out is None or not (out / "journal.jsonl").is_file()
-        else Claim(out) as claim
-    ):
+    folder = results(out, f"{config.name}-search") if out is None or not (out / "journal.jsonl").is_file() else Claim(out)
+    with folder as claim:
         try:
             with _shown(config.name, quiet) as show:
-                result = search(
-                    world,
-                    claim,
-                    overrides,
-                    budget=budget,
-                    trials=trials,
-                    workers=workers,
-                    optimiser=optimiser,
-                    progress=show,
-                )
+                result = search(world, claim, overrides, budget=budget, trials=trials, workers=workers,
+                                optimiser=optimiser, progress=show)  # fmt: skip
         except KeyboardInterrupt:
-            complain(
-                "Stopped; all finished evaluations are kept. "
-                f"Go on with the same command and --out {claim.path}"
-            )
-            raise typer.Exit(INTERRUPTED) from None
+            raise _ended("Stopped", claim.path, INTERRUPTED) from None
         except BrokenProcessPool:
-            complain(
-                "A worker process was killed from outside (out of memory?); all finished evaluations are "
-                f"kept. Go on with the same command and --out {claim.path}"
-            )
-            raise typer.Exit(FAILED) from None
+            raise _ended("A worker process was killed from outside (out of memory?)", claim.path, FAILED) from None
     report(result, claim.path)
+
+
+def _ended(why: str, out: Path, code: int) -> typer.Exit:
+    """Say why a search ended early and how to go on with it; return what ends the command."""
+    complain(f"{why}; all finished evaluations are kept. Go on with the same command and --out {out}")
+    return typer.Exit(code)
 
 
 def overrides_of(changes: list[str], ranges: list[str], options: dict[str, Any]) -> dict[str, Any]:

@@ -57,31 +57,19 @@ def build(cls: Any, config: Any, *, seed: int | None = None, policies: Any = "tr
     world.config = config
     sources = {name: policies.get(name, "trained") if isinstance(policies, dict) else policies for name in config.species}
     world.origin = {"policies": {name: str(source) for name, source in sources.items()}, "training": training, "controls": list(controls)}
-    world.substances = list(config.substances)
-    world.ambient = config.ambient.model_dump()
-    climate(world, config)
     world.reproduction = not (training and config.training.respawn)
-    world.fields = {name: Field(world.space, f.cell, f.diffusion, f.decay) for name, f in config.fields.items()}
-    if config.terrain is not None:
-        t = config.terrain.model_dump(exclude_none=True)
-        world.terrain = Terrain(world.space, t.pop("cell"), **t)
-    for name, kind in config.objects.items():
-        _object_table(world, name, kind)
-    for name, species in config.species.items():
-        _species_table(world, name, species)
-    for table in list(world.tables.values()):
-        _remains(world, table)
-    if config.terrain is not None:
-        _landmarks(world, config.terrain)
+    _surroundings(world, config)
+    _tables(world, config)
     for number, (name, species) in enumerate(config.species.items()):
         founder = _networks(world, world.tables[name], species, policies, learn, number, training)
         add_heredity(world, world.tables[name], species, founder)
     apply(controls, world)
     for system in [*schedule(training and config.training.respawn), *_own_systems(config)]:
         world.add_system(system)
-    for name, kind in [*config.objects.items(), *config.species.items()] if populate else ():
-        _populate(world, world.tables[name], kind)
-    if not populate:
+    if populate:
+        for name, kind in [*config.objects.items(), *config.species.items()]:
+            _populate(world, world.tables[name], kind)
+    else:
         for table in world.tables.values():
             table.births.clear()
     world.flush()
@@ -90,6 +78,29 @@ def build(cls: Any, config: Any, *, seed: int | None = None, policies: Any = "tr
 
         Recorder(world)
     return world
+
+
+def _surroundings(world: SpatialWorld, config: WorldConfig) -> None:
+    """Give a world its substances, light, warmth, water, smells and ground."""
+    world.substances = list(config.substances)
+    world.ambient = config.ambient.model_dump()
+    climate(world, config)
+    world.fields = {name: Field(world.space, f.cell, f.diffusion, f.decay) for name, f in config.fields.items()}
+    if config.terrain is not None:
+        t = config.terrain.model_dump(exclude_none=True)
+        world.terrain = Terrain(world.space, t.pop("cell"), **t)
+
+
+def _tables(world: SpatialWorld, config: WorldConfig) -> None:
+    """Make the tables of a world, objects first; nobody lives in them yet."""
+    for name, kind in config.objects.items():
+        _object_table(world, name, kind)
+    for name, species in config.species.items():
+        _species_table(world, name, species)
+    for table in list(world.tables.values()):
+        _remains(world, table)
+    if config.terrain is not None:
+        _landmarks(world, config.terrain)
 
 
 def _own_systems(config: WorldConfig) -> list[Any]:
