@@ -135,7 +135,7 @@ class Again:
     def begin(self, uid: int, tick: int, recorded: Callable[[int], dict[str, np.ndarray]]) -> None:
         """Begin to run the stretch around a tick again."""
         self.uid, self.share, self._found, self._halted = uid, 0.0, None, False
-        self._thread = threading.Thread(target=self._work, args=(tick, recorded), name="ecs-eco-again", daemon=True)
+        self._thread = threading.Thread(target=self._work, args=(tick, recorded), name="ecs-eco-again")
         self._thread.start()
 
     def answer(self) -> Stretch | str | None:
@@ -152,13 +152,17 @@ class Again:
         if self._thread is not None:
             self._thread.join(patience)
 
+    def _is_over(self) -> bool:
+        """Whether nobody waits for an answer: Python waits for this thread before it ends, and nobody else can say so then."""
+        return self._halted or not threading.main_thread().is_alive()
+
     def _work(self, tick: int, recorded: Callable[[int], dict[str, np.ndarray]]) -> None:
         def progress(done: int, total: int) -> None:
             self.share = done / max(1, total)
 
         try:
             with apart():  # nobody else touches its world, and it takes turns with that of the main thread
-                self._found = compute(self.path, self.manifest, tick, self.end, recorded, progress, lambda: self._halted)
+                self._found = compute(self.path, self.manifest, tick, self.end, recorded, progress, self._is_over)
         except InterruptedError:
             self._found = "given up"
         except (CheckpointError, RecordingError, ConfigError, ImportError, OSError, ValueError, FloatingPointError) as error:
