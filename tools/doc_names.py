@@ -23,7 +23,7 @@ PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").g
 FOLDERS = {path.name for path in ROOT.iterdir() if path.is_dir()} - {"components", "systems", "genomes"}
 ROOMS = {path.name for path in (ROOT / "ecs_eco").iterdir() if path.is_dir()}
 YOURS = {"flock.py", "helpers.py"}  # files of the reader's own, in examples
-ELSEWHERE = {"None", "Host", "Origin"}  # words of Python and of HTTP
+ELSEWHERE = {"Any", "None", "Host", "Origin"}  # words of Python and of HTTP
 LINK = re.compile(r"\]\(([^)#:\s]+)(?:#[^)]*)?\)")
 NAMED_IN = re.compile(r"\]\(([^)#:\s]+\.py)\), `(\w+)`")  # [a file](its path), `what is defined there`
 DOTTED = re.compile(r"\b(ecs_eco(?:\.\w+)+)")
@@ -33,8 +33,11 @@ def problems(page: Path) -> list[str]:
     """Return what a page names and is not there, in the order of the page."""
     text = re.sub(r"^```.*?^```$", "", page.read_text(encoding="utf-8"), flags=re.MULTILINE | re.DOTALL)
     missing = [f"no file {target}" for target in LINK.findall(text) if not (page.parent / target).exists()]
-    missing += [f"{target} defines no {name}" for target, name in NAMED_IN.findall(text)
-                if (file := page.parent / target).is_file() and name not in defined(file)]  # fmt: skip
+    missing += [
+        f"{target} defines no {name}"
+        for target, name in NAMED_IN.findall(text)
+        if (file := page.parent / target).is_file() and name not in defined(file)
+    ]
     for span in dict.fromkeys(re.findall(r"`([^`\n]+)`", text)):
         missing += (f"`{span}`: {what}" for what in _of_span(span))
     return missing

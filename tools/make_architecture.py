@@ -1,25 +1,30 @@
-"""Write the layers into docs/architecture.md, picture and table, from import contract and docstrings.
+"""Write layers and sizes into docs/architecture.md, picture and table, from import contract and docstrings.
 
     python tools/make_architecture.py [--check]
 
-The contract stands in pyproject.toml. --check writes nothing, and fails where the page is not up to date, or
-names a file, a class or a function that is not there.
+The contract stands in pyproject.toml, the sizes are those that tools/sizes.py left. --check writes nothing,
+and fails where the page is not up to date, or names a file, a class or a function that is not there.
 """
 
 import argparse
 import ast
+import json
 import sys
 import textwrap
 import tomllib
 from html import escape
 from pathlib import Path
 
-from doc_names import problems  # the file beside this one
+from doc_names import problems  # the files beside this one
+from sizes import exceptions
+from sizes import table as sizes_table
 
 ROOT = Path(__file__).parents[1]
 PACKAGE = ROOT / "ecs_eco"
 PAGE, PICTURE = ROOT / "docs" / "architecture.md", ROOT / "docs" / "img" / "architecture.svg"
+SIZES = ROOT / "studies" / "results" / "sizes.json"
 MARKS = ("<!-- rooms: written by tools/make_architecture.py -->", "<!-- end of rooms -->")
+SIZE_MARKS = ("<!-- sizes: written by tools/make_architecture.py -->", "<!-- end of sizes -->")
 WIDTH, HEIGHT, GAP, LEFT = 860, 38, 6, 44  # [px] of the picture, a layer, between them, beside the arrow
 
 
@@ -82,9 +87,27 @@ def _box(room: str, x: float, y: float, width: float) -> list[str]:
         f'<rect x="{x:g}" y="{y}" width="{width:g}" height="{HEIGHT}" rx="5" fill="#eef3f8" stroke="#9bb"/>',
         f'<text x="{x + 10:g}" y="{y + HEIGHT / 2 + 5:g}" font-size="14" font-weight="bold" fill="#123">'
         f"{escape(room)}</text>",
-        *(f'<text x="{x + 122:g}" y="{first + 14 * n:g}" font-size="12" fill="#333">{escape(line)}</text>'
-          for n, line in enumerate(lines)),
-    ]  # fmt: skip
+        *(
+            f'<text x="{x + 122:g}" y="{first + 14 * n:g}" font-size="12" fill="#333">{escape(line)}</text>'
+            for n, line in enumerate(lines)
+        ),
+    ]
+
+
+def sizes() -> str:
+    """Return what tools/sizes.py measured: a table, what is above the limits, and the lines of each folder."""
+    kept = json.loads(SIZES.read_text(encoding="utf-8"))
+    folders = {label: values for label, values in kept["rows"].items() if label.startswith("lines: ")}
+    rows = {label: values for label, values in kept["rows"].items() if label not in folders}
+    whole = {label: folders[label] for label in folders if label.endswith(", all")}
+    folded = f"<details><summary>lines by folder</summary>\n\n{sizes_table(kept, folders)}\n\n</details>"
+    return f"{sizes_table(kept, rows | whole)}\n\n{exceptions(kept)}\n\n{folded}"
+
+
+def between(page: str, marks: tuple[str, str], text: str) -> str:
+    """Return a page with another text between two marks."""
+    begin, end = (page.index(mark) for mark in marks)
+    return f"{page[:begin]}{marks[0]}\n\n{text}\n\n{page[end:]}"
 
 
 def main() -> int:
@@ -93,8 +116,8 @@ def main() -> int:
     parser.add_argument("--check", action="store_true", help="write nothing; fail where the page is stale")
     check = parser.parse_args().check
     stack, page = layers(), PAGE.read_text(encoding="utf-8")
-    begin, end = (page.index(mark) for mark in MARKS)
-    wanted = {PICTURE: picture(stack), PAGE: f"{page[:begin]}{MARKS[0]}\n\n{table(stack)}\n\n{page[end:]}"}
+    page = between(between(page, MARKS, table(stack)), SIZE_MARKS, sizes())
+    wanted = {PICTURE: picture(stack), PAGE: page}
     if not check:
         for path, text in wanted.items():
             path.write_text(text, encoding="utf-8")

@@ -1,25 +1,30 @@
 """Print how large the code is at one commit or more: functions, files, folders, and `Any` in signatures.
 
-    python tools/sizes.py [COMMIT …]
+    python tools/sizes.py [COMMIT …] [--out studies/results/sizes.json]
 
-A Markdown table with a column for each commit (HEAD without any), then what is above the limits at the last
-one: files of more than 350 lines and functions of more than 50.
+A Markdown table with a column for each commit (HEAD without any), then what is above the limits at the last:
+files of more than 350 lines and functions of more than 50. --out keeps it for docs/architecture.md, which
+`python tools/make_architecture.py` then writes.
 """
 
 import argparse
 import ast
 import io
+import json
 import statistics
 import subprocess
 import sys
 import tarfile
 from collections.abc import Iterator
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 ROOT = Path(__file__).parents[1]
 PACKAGE = "ecs_eco"
 FILE_LIMIT, FUNCTION_LIMIT = 350, 50  # [lines]
+REASONS = {  # why what is above the limits stays so
+    "ecs_eco/space/nearest.py::seek": "one kernel: its loops over cells and lanes share what they count",
+}
 Function = ast.FunctionDef | ast.AsyncFunctionDef
 
 
@@ -69,8 +74,17 @@ def annotations_of(node: Function) -> list[ast.expr]:
     arguments = (*a.posonlyargs, *a.args, a.vararg, *a.kwonlyargs, a.kwarg)
     notes = [note for note in (*(one.annotation for one in arguments if one), node.returns) if note]
     texts = [note.value if isinstance(note, ast.Constant) else None for note in notes]
-    return [ast.parse(text, mode="eval").body if isinstance(text, str) else note
-            for note, text in zip(notes, texts, strict=True)]  # fmt: skip
+    return [
+        ast.parse(text, mode="eval").body if isinstance(text, str) else note
+        for note, text in zip(notes, texts, strict=True)
+    ]
+
+
+def full(commit: str) -> str:
+    """Return the whole name of a commit."""
+    return subprocess.run(
+        ["git", "rev-parse", commit], cwd=ROOT, stdout=subprocess.PIPE, text=True, check=True
+    ).stdout.strip()
 
 
 def sources_of(commit: str) -> dict[str, str]:
@@ -109,29 +123,52 @@ def rows_of(size: Size) -> dict[str, str]:
     return rows | {f"lines: {folder}": f"{lines:,}" for folder, lines in sorted(folders.items())}
 
 
-def table(sizes: dict[str, Size]) -> str:
-    """Return a Markdown table with a column for each commit."""
+def summary(sizes: dict[str, Size]) -> dict[str, Any]:
+    """Return what is kept: the commits, what the table says of each, and what the last has above the limits."""
     columns = [rows_of(size) for size in sizes.values()]
     labels = list(dict.fromkeys(label for column in columns for label in column))
-    labels.sort(key=lambda label: label if label.startswith("lines: ") else "")  # of all commits, in one order
-    cells = [["", *sizes], ["---"] * (len(sizes) + 1)]
-    cells += [[label, *(column.get(label, "–") for column in columns)] for label in labels]
-    return "\n".join(f"| {' | '.join(row)} |" for row in cells)
+    labels.sort(
+        key=lambda label: label if label.startswith("lines: ") else ""
+    )  # of all commits, in one order
+    last = list(sizes.values())[-1]
+    over = [(name, lines) for name, lines in last.package.items() if lines > FILE_LIMIT]
+    over += [(name, lines) for name, lines in last.functions.items() if lines > FUNCTION_LIMIT]
+    return {
+        "commits": list(sizes),
+        "rows": {label: [column.get(label, "–") for column in columns] for label in labels},
+        "limits": {"file": FILE_LIMIT, "function": FUNCTION_LIMIT},
+        "over": [{"name": name, "lines": lines, "reason": REASONS.get(name, "open")} for name, lines in over],
+    }
+
+
+def table(kept: dict[str, Any], rows: dict[str, list[str]]) -> str:
+    """Return rows as a Markdown table with a column for each commit."""
+    cells = [["", *(commit[:7] for commit in kept["commits"])], ["---"] * (len(kept["commits"]) + 1)]
+    return "\n".join(
+        f"| {' | '.join(row)} |" for row in [*cells, *([label, *values] for label, values in rows.items())]
+    )
+
+
+def exceptions(kept: dict[str, Any]) -> str:
+    """Return in words what is above the limits."""
+    limits = f"Above {kept['limits']['file']} lines a file, or {kept['limits']['function']} a function: "
+    return (
+        limits
+        + ("; ".join(f"`{one['name']}`, {one['lines']} ({one['reason']})" for one in kept["over"]) or "none")
+        + "."
+    )
 
 
 def main() -> int:
     """Print the table, and what is above the limits."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("commits", nargs="*", default=["HEAD"], metavar="COMMIT")
-    sizes = {commit: measure(sources_of(commit)) for commit in parser.parse_args().commits}
-    print(table(sizes))
-    last = list(sizes.values())[-1]
-    over = {"files": (last.package, FILE_LIMIT), "functions": (last.functions, FUNCTION_LIMIT)}
-    for what, (found, limit) in over.items():
-        print(f"\n{what} of more than {limit} lines:")
-        for name, lines in sorted(found.items(), key=lambda one: -one[1]):
-            if lines > limit:
-                print(f"- {name}: {lines}")
+    parser.add_argument("--out", type=Path, metavar="FILE")
+    given = parser.parse_args()
+    kept = summary({full(commit): measure(sources_of(commit)) for commit in given.commits})
+    print(f"{table(kept, kept['rows'])}\n\n{exceptions(kept)}")
+    if given.out is not None:
+        given.out.write_text(json.dumps(kept, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
     return 0
 
 

@@ -19,8 +19,13 @@ def tool(monkeypatch):
 
 
 def test_the_page_and_its_picture_are_up_to_date_and_name_what_is_there():
-    done = subprocess.run([sys.executable, "tools/make_architecture.py", "--check"], cwd=ROOT, capture_output=True, text=True,
-                          check=False)  # fmt: skip
+    done = subprocess.run(
+        [sys.executable, "tools/make_architecture.py", "--check"],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
     assert (done.returncode, done.stderr) == (0, "")
 
 
@@ -41,11 +46,18 @@ def test_every_room_of_the_contract_is_in_the_table_and_in_the_picture(tool):
         assert f">{room}</text>" in picture
 
 
-@pytest.mark.parametrize(("was", "becomes", "message"), [
-    ("| 1 | [_lazy]", "| 2 | [_lazy]", "page.md is not up to date: run python tools/make_architecture.py"),
-    ("`ingest`", "`swallow`", "feed.py defines no swallow"),
-    ("systems/feed.py)", "systems/fed.py)", "no file ../ecs_eco/systems/fed.py"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("was", "becomes", "message"),
+    [
+        (
+            "| 1 | [_lazy]",
+            "| 2 | [_lazy]",
+            "page.md is not up to date: run python tools/make_architecture.py",
+        ),
+        ("`ingest`", "`swallow`", "feed.py defines no swallow"),
+        ("systems/feed.py)", "systems/fed.py)", "no file ../ecs_eco/systems/fed.py"),
+    ],
+)
 def test_what_is_stale_or_gone_is_named(was, becomes, message, tool, tmp_path, monkeypatch, capsys):
     text = tool.PAGE.read_text(encoding="utf-8")
     assert was in text
