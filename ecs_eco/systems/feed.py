@@ -25,7 +25,7 @@ NOTHING = np.zeros(0, np.float32)
 class Feed(System):
     """An animal that eats, and digests nothing, takes the nearest food within reach, with the diet's chance of success.
 
-    Each proposes one item; an item goes to the nearest of those that want it, equals to the lower uid; the eaten die.
+    Each proposes one item; an item goes to the nearest of those that want it, ties to the lower uid; the eaten die.
     Who has an action `eat` eats when it decides to; who has none eats whenever it can. Tough food resists some bites,
     poison costs the eater energy, and what is deadly kills it.
     """

@@ -174,7 +174,7 @@ def propose(first, last, rows, x, y, z, uid, start, can, radius, near, reach, nx
             consent, energy, age, own, energy_given, litter, choice, share, key, partner, distance2):
     """Write whom each of the entries first … last − 1 of the index wants as father (−1: nobody), and how far he is, squared.
 
-    Best is the nearest, one drawn at random, the richest or the oldest; equals go by distance, then by the lower uid.
+    Best is the nearest, one drawn at random, the richest or the oldest; ties go by distance, then by the lower uid.
     """
     close = np.empty(x.size, np.int64)
     for i in range(first, last):
