@@ -5,6 +5,10 @@ import signal
 
 import esper
 import pytest
+from hypothesis import settings
+
+settings.register_profile("ecs-eco", deadline=None)  # how long an example takes says how busy the machine is
+settings.load_profile("ecs-eco")
 
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # begun in the background: else commands that tests stop would never hear of it
     signal.signal(signal.SIGINT, signal.default_int_handler)

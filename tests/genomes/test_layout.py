@@ -138,14 +138,14 @@ def layouts(draw) -> Layout:
                   dominance=draw(st.sampled_from(["first", "mean", "greater"])))  # fmt: skip
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(layouts())
 def test_any_layout_can_be_lived_with(layout: Layout) -> None:
     check_genome(layout, 200)
     assert str(layout).count("\n") == len(layout.genes)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(layouts(), st.integers(0, 2**32))
 def test_a_value_comes_back_within_half_a_resolution(layout: Layout, seed: int) -> None:
     rng, values = np.random.default_rng(seed), {}

@@ -50,7 +50,7 @@ def test_a_current_may_be_a_function(meadow):
     assert p.z.max() < 10.0
 
 
-@settings(max_examples=15, deadline=None, derandomize=True, database=None)
+@settings(max_examples=15, derandomize=True, database=None)
 @given(
     speed=st.floats(0, 1.5, width=32), pitch=st.floats(0, 1.5, width=32),
     sinking=st.floats(-3, 3, width=32).map(lambda v: v if abs(v) > 1e-3 else 0.0),

@@ -57,7 +57,7 @@ def test_energy_from_light_to_phytoplankton_to_copepods_to_krill_closes(small):
     assert unused > 0.3
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 @given(seed=st.integers(0, 2**31), pitch=st.floats(0.01, 1.57), share=st.floats(0.01, 1.0), drag=st.sampled_from([0.0, 0.3, 50.0]),
        depth=st.floats(10.0, 40.0),
        sinking=st.floats(-5.0, 5.0).map(lambda v: v if abs(v) > 1e-3 else 0.0), dt=st.sampled_from([0.1, 1.0, 3.0]))  # fmt: skip

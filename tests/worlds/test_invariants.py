@@ -116,7 +116,7 @@ def _worlds(draw):
     }
 
 
-@settings(max_examples=30, deadline=None, derandomize=True, database=None, suppress_health_check=list(HealthCheck))
+@settings(max_examples=30, derandomize=True, database=None, suppress_health_check=list(HealthCheck))
 @given(config=_worlds(), policies=st.sampled_from(["untrained", "random"]))
 def test_every_world_keeps_its_promises(config, policies):
     """Ids, bounds, books, numbers; the same bytes again and with two threads; no fate depends on rows. See check_world."""
