@@ -43,7 +43,7 @@ from ecs_eco.config import load
 
 name, learn, changes, ticks = json.loads(sys.argv[1])
 policies = "untrained" if changes else "trained"
-world = World.from_config(load(name, changes), seed=1, learn=None if learn else False, policies=policies, record=False)
+world = World.from_config(load(name, changes), seed=1, learn=learn, policies=policies, record=False)
 world.run(ticks)
 digest = hashlib.sha256()
 for table in world.tables.values():
