@@ -102,19 +102,21 @@ def find_places(table: Table, world: SpatialWorld, parents: np.ndarray, who: np.
     space, p, own = world.space, table[Position], world.index(table)
     out = np.zeros((parents.size, 4), np.float32)
     radius = float(table.defaults[Body]["radius"])
-    ground = rocks(world)
+    ground, inverse = rocks(world)
     near = np.float32(-1.0 if way.place == "anywhere" else way.dispersal or 4 * radius)
     again = np.arange(parents.size)
     for attempt in range(TRIES):
         out[again, 3] = 0
-        _place(again, who, p.x[parents], p.y[parents], p.z[parents], near, np.float32(way.spacing), own.entries,
-               space.reach(max(way.spacing, 1e-3)), space.grid, space.volume, ground, world.key, attempt, out)
+        _place(again, who, p.x[parents], p.y[parents], p.z[parents], near, np.float32(way.spacing), own.x, own.y, own.z, own.start,
+               space.reach(max(way.spacing, 1e-3)), *space.shape, space.inverse, space.lengths, space.torus, space.volume, ground, inverse,
+               world.key, attempt, out)
         taken = np.zeros(parents.size, np.bool_)
         for other in world.tables.values():
             if other.n and other.species.opaque and Body in other:
                 index = world.index(other)
                 s = np.float32(radius + other.species.radius)
-                _occupied(out, index.entries, s, space.reach(float(s)), space.grid, taken)
+                _occupied(out, index.x, index.y, index.z, index.start, s, space.reach(float(s)), *space.shape, space.inverse,
+                          space.lengths, space.torus, taken)
         again = np.flatnonzero(taken)
         if not again.size:
             return out
@@ -149,9 +151,9 @@ def affordable(energy, given, n):
 
 
 @njit
-def _place(again, who, px, py, pz, dispersal, spacing, others, reach, grid, volume, ground, key, attempt, out):
+def _place(again, who, px, py, pz, dispersal, spacing, ox, oy, oz, start, reach, nx, ny, nz, inverse, lengths, torus, volume, ground,
+           ground_inverse, key, attempt, out):
     """Draw a place for each newborn i of `again`; out[i, 3] is 1 where neither rock nor one of its kind within `spacing` forbids it."""
-    ox, oy, oz, lengths, torus = others.x, others.y, others.z, grid.lengths, grid.torus
     near = np.empty(ox.size, np.int64)
     salt = attempt << 10
     for i in again:
@@ -164,11 +166,11 @@ def _place(again, who, px, py, pz, dispersal, spacing, others, reach, grid, volu
             x, y = into(px[i] + r * np.cos(a), lengths[0], torus), into(py[i] + r * np.sin(a), lengths[1], torus)
             z = into(pz[i] + dispersal * (np.float32(2) * w - np.float32(1)), lengths[2], False) if volume else pz[i]
         free = True
-        if ground.kind.size > 1:  # a fence is no place that is taken
-            kind = ground_at(ground.kind, ground.inverse, x, y)
+        if ground.size > 1:  # a fence is no place that is taken
+            kind = ground_at(ground, ground_inverse, x, y)
             free = kind not in (WATER, ROCK)
         if free and spacing > 0:
-            n = gather(x, y, z, reach, others.start, grid, near)
+            n = gather(x, y, z, reach, start, ox, oy, oz, nx, ny, nz, inverse, lengths, torus, near)
             for q in range(n):
                 dx, dy, dz = offset(x, y, z, ox[near[q]], oy[near[q]], oz[near[q]], lengths, torus)
                 if dx * dx + dy * dy + dz * dz < spacing * spacing:
@@ -182,14 +184,13 @@ def _place(again, who, px, py, pz, dispersal, spacing, others, reach, grid, volu
 
 
 @njit
-def _occupied(places, others, s, reach, grid, taken):
-    ox, oy, oz, lengths, torus = others.x, others.y, others.z, grid.lengths, grid.torus
+def _occupied(places, ox, oy, oz, start, s, reach, nx, ny, nz, inverse, lengths, torus, taken):
     near = np.empty(ox.size, np.int64)
     for i in range(taken.size):
         if places[i, 3] == 0 or taken[i]:
             continue
         x, y, z = places[i, 0], places[i, 1], places[i, 2]
-        n = gather(x, y, z, reach, others.start, grid, near)
+        n = gather(x, y, z, reach, start, ox, oy, oz, nx, ny, nz, inverse, lengths, torus, near)
         for q in range(n):
             dx, dy, dz = offset(x, y, z, ox[near[q]], oy[near[q]], oz[near[q]], lengths, torus)
             if dx * dx + dy * dy + dz * dz < s * s:

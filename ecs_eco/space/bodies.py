@@ -11,11 +11,11 @@ if TYPE_CHECKING:
     from ecs_eco.space.world import SpatialWorld
 
 
-def rocks(world: "SpatialWorld") -> sight.Ground:
-    """Return the ground map with its scale."""
+def rocks(world: "SpatialWorld") -> tuple[np.ndarray, np.ndarray]:
+    """Return the ground map and its scale; a map of one cell stands for open ground."""
     if world.terrain is None:
-        return sight.Ground(sight.NO_GROUND, np.zeros(2, np.float32))
-    return sight.Ground(world.terrain.ground, world.terrain.inverse)
+        return sight.NO_GROUND, np.zeros(2, np.float32)
+    return world.terrain.ground, world.terrain.inverse
 
 
 def opaque(world: "SpatialWorld") -> sight.Bodies:

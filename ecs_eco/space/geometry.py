@@ -2,22 +2,10 @@
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 
 from ecs_eco.engine.jit import njit
-
-
-class Grid(NamedTuple):
-    """The cells of a space, as kernels take them."""
-
-    nx: int  # cells along x
-    ny: int
-    nz: int  # 1 on a plane
-    inverse: np.ndarray  # f32[3] cells per metre; 0 along z on a plane
-    lengths: np.ndarray  # f32[3] [m]
-    torus: bool
 
 
 class Space:
@@ -55,7 +43,6 @@ class Space:
         self.shape = (n[0], n[1], n[2] if self.volume else 1)  # cells along x, y, z
         self.inverse = np.array([n[0] / self.size[0], n[1] / self.size[1], n[2] / self.size[2] if self.volume else 0.0], np.float32)
         self.n_cells = self.shape[0] * self.shape[1] * self.shape[2]
-        self.grid = Grid(*self.shape, self.inverse, self.lengths, self.torus)
 
     def reach(self, radius: float) -> int:
         """Return how many cells a look of `radius` [m] spans to each side."""

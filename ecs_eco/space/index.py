@@ -1,22 +1,11 @@
 """The neighbour index: the living of one table sorted by cell, within a cell by uid; rebuilt in O(n)."""
 
 import threading
-from typing import NamedTuple
 
 import numpy as np
 
 from ecs_eco.engine.jit import njit
 from ecs_eco.space.geometry import Space, cell_of
-
-
-class Entries(NamedTuple):
-    """The entries of an index, sorted by cell, as kernels take them: cell c holds entries start[c] to start[c+1]."""
-
-    x: np.ndarray  # f32[n] [m]
-    y: np.ndarray
-    z: np.ndarray
-    uid: np.ndarray  # u64[n]
-    start: np.ndarray  # i64[cells + 1]
 
 
 class Index:
@@ -31,11 +20,6 @@ class Index:
         self.lock = threading.Lock()  # held by the thread that builds it
         self.start = np.zeros(space.n_cells + 1, np.int64)
         self._allocate(0)
-
-    @property
-    def entries(self) -> Entries:
-        """The entries as one argument of a kernel."""
-        return Entries(self.x, self.y, self.z, self.uid, self.start)
 
     def _allocate(self, n: int) -> None:
         self._cell = np.empty(n, np.int32)

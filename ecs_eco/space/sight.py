@@ -1,7 +1,6 @@
 """What is seen: rays and lines of sight that stop at the first opaque body or rock."""
 
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 
@@ -11,35 +10,6 @@ from ecs_eco.space.index import sort_cells
 from ecs_eco.space.terrain import ROCK, ground_at
 
 NO_GROUND = np.zeros((1, 1), np.uint8)
-
-
-class Spheres(NamedTuple):
-    """The entries of an index of bodies, as kernels take them: `Entries`, with radius and kind."""
-
-    x: np.ndarray  # f32[n] [m]
-    y: np.ndarray
-    z: np.ndarray
-    uid: np.ndarray  # u64[n]
-    start: np.ndarray  # i64[cells + 1]
-    radius: np.ndarray  # f32[n] [m]
-    kind: np.ndarray  # i32[n] which of the tables
-
-
-class Ground(NamedTuple):
-    """The map of what stands on the ground, and its cells per metre; a map of one cell is open ground."""
-
-    kind: np.ndarray  # u8[ny, nx]
-    inverse: np.ndarray  # f32[2] [1/m]
-
-
-class Look(NamedTuple):
-    """How a seeker looks for the nearest: how far, how wide, and past whom."""
-
-    radius: np.float32  # [m]
-    reach: int  # the same in cells
-    cos_half_fov: np.float32  # −1 or less for all around
-    occlusion: bool  # whether bodies and rocks hide what is behind them
-    largest: np.float32  # radius [m] of the largest body that hides
 
 
 class Bodies:
@@ -59,13 +29,11 @@ class Bodies:
                    rows, self.x, self.y, self.z, self.uid)
         self.radius, self.kind = radius[rows].astype(np.float32), kinds[rows]
         self.largest = float(radius.max()) if n else 0.0
-        self.spheres = Spheres(self.x, self.y, self.z, self.uid, self.start, self.radius, self.kind)
 
 
 @njit
-def gather(x, y, z, reach, start, grid, out):
+def gather(x, y, z, reach, start, bx, by, bz, nx, ny, nz, inverse, lengths, torus, out):
     """Write the entries whose cells lie within `reach` cells of a place, each once, in a fixed order; return how many fit."""
-    nx, ny, nz, inverse, torus = grid.nx, grid.ny, grid.nz, grid.inverse, grid.torus
     cx, cy, cz = cell_of(x * inverse[0], nx), cell_of(y * inverse[1], ny), cell_of(z * inverse[2], nz)
     x0, x1, y0, y1 = cx - reach, cx + reach, cy - reach, cy + reach
     if torus:
@@ -98,12 +66,11 @@ def offset(ax, ay, az, bx, by, bz, lengths, torus):
 
 
 @njit
-def rock_between(x, y, dx, dy, ground, grid):
+def rock_between(x, y, dx, dy, ground, ground_inverse, lengths, torus):
     """Return the share of the way (dx, dy) at which rock begins, 2 where there is none."""
-    lengths, torus, inverse = grid.lengths, grid.torus, ground.inverse
-    if ground.kind.size == 1:
+    if ground.size == 1:
         return np.float32(2.0)
-    steps = half_cells(np.sqrt(dx * dx + dy * dy), inverse, lengths)
+    steps = half_cells(np.sqrt(dx * dx + dy * dy), ground_inverse, lengths)
     for s in range(1, steps + 1):
         t = np.float32(s) / np.float32(steps)
         px, py = x + t * dx, y + t * dy
@@ -112,19 +79,17 @@ def rock_between(x, y, dx, dy, ground, grid):
             py -= lengths[1] * np.float32(np.floor(py / lengths[1]))
         elif px < 0 or py < 0 or px >= lengths[0] or py >= lengths[1]:
             break
-        if ground_at(ground.kind, inverse, px, py) == ROCK:
+        if ground_at(ground, ground_inverse, px, py) == ROCK:
             return t
     return np.float32(2.0)
 
 
 @njit
-def hidden(x, y, z, dx, dy, dz, me, it, margin, bodies, grid):
+def hidden(x, y, z, dx, dy, dz, me, it, margin, bx, by, bz, br, bu, start, nx, ny, nz, lengths, torus):
     """Return whether a body cuts the line from (x, y, z) along (dx, dy, dz), other than its two ends, `me` and `it`.
 
     Looks at the cells of the box around the line, widened by `margin` [m], the largest radius of a body.
     """
-    bx, by, bz, br, bu, start = bodies.x, bodies.y, bodies.z, bodies.radius, bodies.uid, bodies.start
-    nx, ny, nz, lengths, torus = grid.nx, grid.ny, grid.nz, grid.lengths, grid.torus
     zero, half = np.float32(0.0), np.float32(0.5)
     ax, ay = nx / lengths[0], ny / lengths[1]
     i0, i1 = floor_between((x + min(dx, zero) - margin) * ax, -nx, nx), floor_between((x + max(dx, zero) + margin) * ax, -nx, 2 * nx - 1)
@@ -167,14 +132,12 @@ def hidden(x, y, z, dx, dy, dz, me, it, margin, bodies, grid):
 
 
 @njit
-def nearest_visible(first, last, seekers, cos, sin, targets, bodies, look, grid, ground, found, distance2):
+def nearest_visible(first, last, ox, oy, oz, ou, cos, sin, tx, ty, tz, tu, tstart, bx, by, bz, br, bu, bstart, occlusion, largest,
+                    nx, ny, nz, inverse, lengths, torus, reach, radius, cos_half_fov, ground, ground_inverse, found, distance2):
     """Replace found[i] by the nearest target that is in the field of view and not hidden by a body or rock, −1 if none.
 
     Seekers without any target in reach (found[i] < 0) are left as they are. Kernel over seekers first … last − 1.
     """
-    ox, oy, oz, ou = seekers.x, seekers.y, seekers.z, seekers.uid
-    tx, ty, tz, tu = targets.x, targets.y, targets.z, targets.uid
-    lengths, torus, radius, cos_half_fov, occlusion = grid.lengths, grid.torus, look.radius, look.cos_half_fov, look.occlusion
     close = np.empty(tx.size, np.int64)
     for i in range(first, last):
         if found[i] < 0:
@@ -185,11 +148,11 @@ def nearest_visible(first, last, seekers, cos, sin, targets, bodies, look, grid,
         dx, dy, dz = offset(x, y, z, tx[j], ty[j], tz[j], lengths, torus)
         seen = ahead(dx, dy, dz, cos[i], sin[i], cos_half_fov)
         if seen and occlusion:
-            seen = not hidden(x, y, z, dx, dy, dz, ou[i], tu[j], look.largest, bodies, grid)
-            seen = seen and rock_between(x, y, dx, dy, ground, grid) > 1
+            seen = not hidden(x, y, z, dx, dy, dz, ou[i], tu[j], largest, bx, by, bz, br, bu, bstart, nx, ny, nz, lengths, torus)
+            seen = seen and rock_between(x, y, dx, dy, ground, ground_inverse, lengths, torus) > 1
         if seen:
             continue
-        n_close = gather(x, y, z, look.reach, targets.start, grid, close)
+        n_close = gather(x, y, z, reach, tstart, tx, ty, tz, nx, ny, nz, inverse, lengths, torus, close)
         for c in range(n_close):
             e = close[c]
             if tu[e] == ou[i]:
@@ -199,9 +162,9 @@ def nearest_visible(first, last, seekers, cos, sin, targets, bodies, look, grid,
             if d2 >= best or not ahead(dx, dy, dz, cos[i], sin[i], cos_half_fov):
                 continue
             if occlusion:
-                if hidden(x, y, z, dx, dy, dz, ou[i], tu[e], look.largest, bodies, grid):
+                if hidden(x, y, z, dx, dy, dz, ou[i], tu[e], largest, bx, by, bz, br, bu, bstart, nx, ny, nz, lengths, torus):
                     continue
-                if rock_between(x, y, dx, dy, ground, grid) <= 1:
+                if rock_between(x, y, dx, dy, ground, ground_inverse, lengths, torus) <= 1:
                     continue
             best, best_j = d2, e
         found[i] = best_j
@@ -217,18 +180,16 @@ def ahead(dx, dy, dz, cos, sin, cos_half_fov):
 
 
 @njit
-def cast(first, last, seekers, cos, sin, bodies, grid, reach, radius, ray_cos, ray_sin, ground, hit, distance):
+def cast(first, last, ox, oy, oz, ou, cos, sin, orad, bx, by, bz, br, bu, bkind, bstart, nx, ny, nz, inverse, lengths, torus,
+         reach, radius, ray_cos, ray_sin, ground, ground_inverse, hit, distance):
     """Write for each seeker and ray the kind of the first body hit within `radius` (−1 none, −2 rock or wall) and how far.
 
     Rays start at the centre of the seeker and lie in the horizontal plane; `hit` i32[n, rays], `distance` f32[n, rays] [m].
     """
-    ox, oy, oz, ou = seekers.x, seekers.y, seekers.z, seekers.uid
-    bx, by, bz, br, bu, bkind = bodies.x, bodies.y, bodies.z, bodies.radius, bodies.uid, bodies.kind
-    lengths, torus = grid.lengths, grid.torus
     near = np.empty(bx.size, np.int64)
     for i in range(first, last):
         x, y, z = ox[i], oy[i], oz[i]
-        n = gather(x, y, z, reach, bodies.start, grid, near)
+        n = gather(x, y, z, reach, bstart, bx, by, bz, nx, ny, nz, inverse, lengths, torus, near)
         for r in range(ray_cos.size):
             ux, uy = cos[i] * ray_cos[r] - sin[i] * ray_sin[r], sin[i] * ray_cos[r] + cos[i] * ray_sin[r]
             best, kind = radius, -1
@@ -244,7 +205,7 @@ def cast(first, last, seekers, cos, sin, bodies, grid, reach, radius, ray_cos, r
                     t = max(along - np.sqrt(r2 - away2), np.float32(0.0))
                     if t < best:
                         best, kind = t, bkind[e]
-            rock = radius * rock_between(x, y, ux * radius, uy * radius, ground, grid)
+            rock = radius * rock_between(x, y, ux * radius, uy * radius, ground, ground_inverse, lengths, torus)
             if rock < best:
                 best, kind = rock, -2
             if not torus:

@@ -38,8 +38,9 @@ class Collide(System):
                 bodies = merged(world, [other.name])
                 share = np.float32(0.5 if Velocity in other else 1.0)
                 reach = world.space.reach(largest + bodies.largest)
-                world.split(push_apart, index.n, index.entries, index.rows, table[Body].radius, bodies.spheres, world.space.grid, reach,
-                            share, push)
+                world.split(push_apart, index.n, index.x, index.y, index.z, index.uid, index.rows, table[Body].radius, bodies.x, bodies.y,
+                            bodies.z, bodies.radius, bodies.uid, bodies.start, *world.space.shape, world.space.inverse,
+                            world.space.lengths, world.space.torus, reach, share, push)
             pushes.append((table, index.rows.copy(), push))
         ground, inverse = rocks(world)
         for table, rows, push in pushes:
@@ -49,19 +50,18 @@ class Collide(System):
 
 
 @njit
-def push_apart(first, last, mine, rows, radius, bodies, grid, reach, share, push):
+def push_apart(first, last, ox, oy, oz, ou, rows, radius, bx, by, bz, br, bu, bstart, nx, ny, nz, inverse, lengths, torus,
+               reach, share, push):
     """Add to push[i] the way out of every body that overlaps i; concentric ones part along a direction given by their uids."""
-    ox, oy, oz, ou = mine.x, mine.y, mine.z, mine.uid
-    bx, by, bz, br, bu = bodies.x, bodies.y, bodies.z, bodies.radius, bodies.uid
     near = np.empty(bx.size, np.int64)
     for i in range(first, last):
         r = radius[rows[i]]
-        n = gather(ox[i], oy[i], oz[i], reach, bodies.start, grid, near)
+        n = gather(ox[i], oy[i], oz[i], reach, bstart, bx, by, bz, nx, ny, nz, inverse, lengths, torus, near)
         for q in range(n):
             e = near[q]
             if bu[e] == ou[i]:
                 continue
-            dx, dy, dz = offset(bx[e], by[e], bz[e], ox[i], oy[i], oz[i], grid.lengths, grid.torus)
+            dx, dy, dz = offset(bx[e], by[e], bz[e], ox[i], oy[i], oz[i], lengths, torus)
             s = r + br[e]
             d2 = dx * dx + dy * dy + dz * dz
             if d2 >= s * s:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import random as pyrandom
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -26,36 +26,12 @@ NO_DECISION = np.zeros((1, 1), np.uint8)
 WILLING = {"none": 0, "one": 1, "both": 2}
 
 
-class Wishes(NamedTuple):
-    """Who wants to mate, and whose will counts."""
-
-    decision: np.ndarray  # u8[rows, actions]
-    column: int  # of the action mate in it; −1 where all want
-    consent: int  # how many of the two must want it
-
-
-class Contact(NamedTuple):
-    """How near two must be."""
-
-    near: np.float32  # [m] between their bodies
-    reach: int  # cells that are looked through to each side
-
-
-class Terms(NamedTuple):
-    """What the young cost: arrays by row where `own`, else of one."""
-
-    own: bool
-    energy_given: np.ndarray  # f32 [energy] to each of the young
-    litter: np.ndarray  # f32
-    share: np.float32  # of it that the father pays
-
-
 class Mate(System):
     """Each female that is ready and willing chooses one male that is so too among those within reach, and may conceive by him.
 
     Ready is who is old enough, fed enough, rested and not pregnant; a male must also be able to pay his share, and pays it
     at once. Where the species has no sexes any two mate, and the one that chose bears. Nobody mates twice in a tick: the
-    nearest pair goes first, ties by the uid of who chose. Conception has the `chance` per second of contact, times the
+    nearest pair goes first, equals by the uid of who chose. Conception has the `chance` per second of contact, times the
     fertility of both.
     """
 
@@ -70,9 +46,9 @@ class Mate(System):
         b, m, g = table[Biology], table[Metabolism], table[Gestation]
         own, age_min, energy_min, energy_given, litter, choice = life_history(table, way)
         can = np.empty(table.high, np.uint8)
-        wishes = Wishes(*action(table), WILLING[way.consent])
+        column, decision = action(table)
         n_chooses, n_sires = ready(table.alive[: table.high], table.cause, b.sex, b.age, m.energy, g.carrying, g.rest, world.tick, own,
-                                   age_min, energy_min, litter, wishes, can)
+                                   age_min, energy_min, litter, decision, column, WILLING[way.consent], can)
         if n_chooses == 0 or n_sires == 0:
             return
         i, space, radius = world.index(table), world.space, table[Body].radius
@@ -80,36 +56,38 @@ class Mate(System):
         if rule is not None and not own:
             choice = np.array([max(rule[0], 0)], np.uint8)
         widest = 2 * float(radius[: table.high].max()) + way.reach
-        contact = Contact(np.float32(way.reach), space.reach(widest))
-        terms = Terms(own, energy_given, litter, np.float32(way.father_share))
         partner, distance2 = np.empty(i.n, np.int64), np.empty(i.n, np.float32)
-        world.split(propose, i.n, i.rows, i.entries, space.grid, contact, can, radius, wishes, terms, choice, m.energy, b.age, world.key,
-                    partner, distance2)
+        world.split(propose, i.n, i.rows, i.x, i.y, i.z, i.uid, i.start, can, radius, np.float32(way.reach), space.reach(widest),
+                    *space.shape, space.inverse, space.lengths, space.torus, decision, column, WILLING[way.consent], m.energy, b.age, own,
+                    energy_given, litter, choice, np.float32(way.father_share), world.key, partner, distance2)
         choosers = np.flatnonzero(partner >= 0)
         if choosers.size == 0:
             return
         if rule is not None and rule[0] < 0 and not own:
-            self.ask(table, rule[1], i, choosers, can, contact, wishes, terms, partner, distance2, world)
+            near = np.float32(way.reach), space.reach(widest), *space.shape, space.inverse, space.lengths, space.torus
+            pay = np.float32(way.father_share), energy_given, litter
+            self.ask(table, rule[1], i, choosers, can, near, (decision, column, WILLING[way.consent]), pay, partner, distance2, world)
         order = choosers[np.lexsort((i.uid[choosers], distance2[choosers]))]
         pairs = np.empty((order.size, 2), np.int64)
         n = pair(order, partner, i.rows, np.zeros(i.n, np.bool_), pairs)
         self.conceive(table, world, way, pairs[:n])
 
-    def ask(self, table: Table, rule: Any, i: Any, choosers: np.ndarray, can: np.ndarray, contact: Contact, wishes: Wishes, terms: Terms,
+    def ask(self, table: Table, rule: Any, i: Any, choosers: np.ndarray, can: np.ndarray, near: tuple[Any, ...], wants: tuple[Any, ...],
+            pay: tuple[Any, ...],
             partner: np.ndarray, distance2: np.ndarray, world: SpatialWorld) -> None:
         """Let a function of the user's own choose, one chooser after the other, in the order of uids."""
-        suited, far = np.empty(i.n, np.int64), np.empty(i.n, np.float32)
+        found, far = np.empty(i.n, np.int64), np.empty(i.n, np.float32)
         energy, age, radius = table[Metabolism].energy, table[Biology].age, table[Body].radius
         state = pyrandom.getstate()
         try:
             for me in choosers[np.argsort(i.uid[choosers])]:
-                n = suitors(me, i.rows, i.entries, world.space.grid, contact, can, radius, wishes, terms, energy, suited, far)
-                rows, uids = i.rows[suited[:n]], i.uid[suited[:n]].tolist()
+                n = suitors(me, i.rows, i.x, i.y, i.z, i.start, can, radius, *near, *wants, energy, *pay, found, far)
+                rows, uids = i.rows[found[:n]], i.uid[found[:n]].tolist()
                 pyrandom.seed(int(world.key) ^ int(i.uid[me]))
                 it = rule(int(i.uid[me]), uids, np.sqrt(far[:n]).tolist(), energy[rows].tolist(), age[rows].tolist())
                 if it not in uids:
                     raise ValueError(f"select_mate of {table.name!r} returns {it!r} for {int(i.uid[me])}; allowed is one of {uids[:9]}")
-                partner[me], distance2[me] = suited[uids.index(it)], far[uids.index(it)]
+                partner[me], distance2[me] = found[uids.index(it)], far[uids.index(it)]
         finally:
             pyrandom.setstate(state)
 
@@ -119,20 +97,19 @@ class Mate(System):
         own, _, _, energy_given, litter, _ = life_history(table, way)
         chance = np.float32(1 - (1 - way.chance) ** world.dt)
         conceived = np.zeros(len(pairs), np.bool_)
-        terms = Terms(own, energy_given, litter, np.float32(way.father_share))
-        due, rested = world.tick + ticks(way.gestation, world.dt), world.tick + ticks(way.father_rest, world.dt)
-        join(pairs, table.uid, b.fertility, terms, chance, world.key, due, rested, conceived, m.energy, m.given, g.carrying, g.due,
-             g.father, g.energy, g.rest)
+        join(pairs, table.uid, b.fertility, own, energy_given, litter, np.float32(way.father_share), chance, world.key,
+             world.tick + ticks(way.gestation, world.dt), world.tick + ticks(way.father_rest, world.dt), conceived,
+             m.energy, m.given, g.carrying, g.due, g.father, g.energy, g.rest)
         if Genome in table:
             mothers, fathers = pairs[conceived].T
             g.sperm[mothers] = table[Genome].loci[fathers]
 
 
-def action(table: Table) -> tuple[np.ndarray, int]:
-    """Return the decision, and the column of the action mate in it; −1 where a species has no such action."""
+def action(table: Table) -> tuple[int, np.ndarray]:
+    """Return the column of the action mate in the decision, and the decision; −1 where a species has no such action."""
     nerves = table.species.nerves
     column = -1 if nerves is None else next((i for i, (group, _) in enumerate(nerves.actions) if group == "mate"), -1)
-    return table[Nervous].decision if column >= 0 else NO_DECISION, column
+    return column, table[Nervous].decision if column >= 0 else NO_DECISION
 
 
 def select_mate(table: Table) -> tuple[int, Any] | None:
@@ -142,13 +119,13 @@ def select_mate(table: Table) -> tuple[int, Any] | None:
 
 
 @njit
-def wills(wishes, row):
+def wills(decision, column, row):
     """Return 1 for who wants to mate, 0 for who does not."""
-    return 1 if wishes.column < 0 or wishes.decision[row, wishes.column] else 0
+    return 1 if column < 0 or decision[row, column] else 0
 
 
 @njit
-def ready(alive, cause, sex, age, energy, carrying, rest, tick, own, age_min, energy_min, litter, wishes, can):
+def ready(alive, cause, sex, age, energy, carrying, rest, tick, own, age_min, energy_min, litter, decision, column, consent, can):
     """Write who can choose and who can sire, can u8[rows]; return how many can the one and the other."""
     n_chooses, n_sires = 0, 0
     for row in range(can.size):
@@ -156,7 +133,7 @@ def ready(alive, cause, sex, age, energy, carrying, rest, tick, own, age_min, en
         can[row] = 0
         if not alive[row] or cause[row] or carrying[row] or rest[row] > tick or age[row] < age_min[i] or energy[row] < energy_min[i]:
             continue
-        if wishes.consent == 2 and not wills(wishes, row):
+        if consent == 2 and not wills(decision, column, row):
             continue
         if sex[row] != MALE and litter[i] >= np.float32(0.5):
             can[row] |= CHOOSES
@@ -168,50 +145,49 @@ def ready(alive, cause, sex, age, energy, carrying, rest, tick, own, age_min, en
 
 
 @njit
-def suits(i, j, rows, entries, grid, near, can, radius, wishes, want, energy, share, pay):
+def suits(i, j, rows, x, y, z, can, radius, near, lengths, torus, decision, column, want, energy, share, pay):
     """Return the squared distance from entry i to entry j where j can sire, pay, is willing and in reach; else −1."""
     it = rows[j]
-    if j == i or not can[it] & SIRES or (share > 0 and not energy[it] > pay) or wills(wishes, it) < want:
+    if j == i or not can[it] & SIRES or (share > 0 and not energy[it] > pay) or wills(decision, column, it) < want:
         return np.float32(-1)
-    x, y, z = entries.x, entries.y, entries.z
-    dx, dy, dz = offset(x[i], y[i], z[i], x[j], y[j], z[j], grid.lengths, grid.torus)
+    dx, dy, dz = offset(x[i], y[i], z[i], x[j], y[j], z[j], lengths, torus)
     d2, s = dx * dx + dy * dy + dz * dz, radius[rows[i]] + radius[it] + near
     return d2 if d2 <= s * s else np.float32(-1)
 
 
 @njit
-def suitors(i, rows, entries, grid, contact, can, radius, wishes, terms, energy, out, far):
+def suitors(i, rows, x, y, z, start, can, radius, near, reach, nx, ny, nz, inverse, lengths, torus, decision, column, consent, energy,
+            share, energy_given, litter, found, far):
     """List the entries that suit entry i, and their squared distances; return how many."""
-    x, y, z, share = entries.x, entries.y, entries.z, terms.share
     close, n = np.empty(x.size, np.int64), 0
-    pay, want = share * terms.energy_given[0] * np.float32(whole(terms.litter[0])), wishes.consent - wills(wishes, rows[i])
-    for c in range(gather(x[i], y[i], z[i], contact.reach, entries.start, grid, close)):
-        d2 = suits(i, close[c], rows, entries, grid, contact.near, can, radius, wishes, want, energy, share, pay)
+    pay, want = share * energy_given[0] * np.float32(whole(litter[0])), consent - wills(decision, column, rows[i])
+    for c in range(gather(x[i], y[i], z[i], reach, start, x, y, z, nx, ny, nz, inverse, lengths, torus, close)):
+        d2 = suits(i, close[c], rows, x, y, z, can, radius, near, lengths, torus, decision, column, want, energy, share, pay)
         if d2 >= 0:
-            out[n], far[n] = close[c], d2
+            found[n], far[n] = close[c], d2
             n += 1
     return n
 
 
 @njit
-def propose(first, last, rows, entries, grid, contact, can, radius, wishes, terms, choice, energy, age, key, partner, distance2):
+def propose(first, last, rows, x, y, z, uid, start, can, radius, near, reach, nx, ny, nz, inverse, lengths, torus, decision, column,
+            consent, energy, age, own, energy_given, litter, choice, share, key, partner, distance2):
     """Write whom each of the entries first … last − 1 of the index wants as father (−1: nobody), and how far he is, squared.
 
     Best is the nearest, one drawn at random, the richest or the oldest; ties go by distance, then by the lower uid.
     """
-    x, y, z, uid, share = entries.x, entries.y, entries.z, entries.uid, terms.share
     close = np.empty(x.size, np.int64)
     for i in range(first, last):
         me, partner[i], distance2[i] = rows[i], -1, np.inf
         if not can[me] & CHOOSES:
             continue
-        life, best = me if terms.own else 0, np.float32(np.inf)
-        pay, want = share * terms.energy_given[life] * np.float32(whole(terms.litter[life])), wishes.consent - wills(wishes, me)
-        n = gather(x[i], y[i], z[i], contact.reach, entries.start, grid, close)
+        life, best = me if own else 0, np.float32(np.inf)
+        pay, want = share * energy_given[life] * np.float32(whole(litter[life])), consent - wills(decision, column, me)
+        n = gather(x[i], y[i], z[i], reach, start, x, y, z, nx, ny, nz, inverse, lengths, torus, close)
         for c in range(n):
             j = close[c]
             it = rows[j]
-            d2 = suits(i, j, rows, entries, grid, contact.near, can, radius, wishes, want, energy, share, pay)
+            d2 = suits(i, j, rows, x, y, z, can, radius, near, lengths, torus, decision, column, want, energy, share, pay)
             if d2 < 0:
                 continue
             score = d2
@@ -240,16 +216,17 @@ def pair(order, partner, rows, taken, pairs):
 
 
 @njit
-def join(pairs, uid, fertility, terms, chance, key, due, rested, conceived, energy, given, carrying, due_at, father, stored, rest):
+def join(pairs, uid, fertility, own, energy_given, litter, share, chance, key, due, rested, conceived, energy, given, carrying, due_at,
+         father, stored, rest):
     """Let each pair conceive by chance: the mother carries, the father pays his share and rests."""
     for p in range(len(pairs)):
         she, he = pairs[p, 0], pairs[p, 1]
         if draw(key, uid[she], MEET) >= chance * fertility[she] * fertility[he]:
             continue
-        life = she if terms.own else 0
-        number = whole(terms.litter[life])
+        life = she if own else 0
+        number = whole(litter[life])
         before = energy[he]
-        energy[he] = before - terms.share * terms.energy_given[life] * np.float32(number)
+        energy[he] = before - share * energy_given[life] * np.float32(number)
         given[he] += before - energy[he]
         stored[she] = before - energy[he]
         carrying[she], due_at[she], father[she], conceived[p] = number, due, uid[he], True

@@ -1,7 +1,7 @@
 """The sensor that sees the nearest body of a kind."""
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,9 +14,6 @@ from ecs_eco.space.nearest import nearest
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
     from ecs_eco.space.world import SpatialWorld
-
-
-NO_KINDS = np.zeros(0, np.int32)
 
 
 def see_nearest(target: str, reach: float, fov: float, occlusion: bool, number: int = 0, by_light: float | None = None,
@@ -37,12 +34,15 @@ def see_nearest(target: str, reach: float, fov: float, occlusion: bool, number: 
         found, distance2 = np.empty(seekers.n, np.int32), np.empty(seekers.n, np.float32)
         nearest(mine, targets, radius, found, distance2, world.split)
         if occlusion or cos_half_fov > -1:
-            bodies = opaque(world) if occlusion else None
-            spheres = sight.Spheres(*targets.entries, targets.x, NO_KINDS) if bodies is None else bodies.spheres
-            largest = np.float32(0.0 if bodies is None else bodies.largest)
-            look = sight.Look(np.float32(radius), world.space.reach(radius), cos_half_fov, occlusion, largest)
-            world.split(sight.nearest_visible, seekers.n, mine.entries, seekers.cos, seekers.sin, targets.entries, spheres, look,
-                        world.space.grid, rocks(world), found, distance2)
+            space, ground, inverse = world.space, *rocks(world)
+            bodies: Any = opaque(world) if occlusion else targets
+            radii = bodies.radius if occlusion else targets.x
+            largest = np.float32(bodies.largest if occlusion else 0.0)
+            world.split(sight.nearest_visible, seekers.n, mine.x, mine.y, mine.z, mine.uid, seekers.cos, seekers.sin,
+                        targets.x, targets.y, targets.z, targets.uid, targets.start, bodies.x, bodies.y, bodies.z, radii, bodies.uid,
+                        bodies.start, occlusion, largest, *space.shape, space.inverse, space.lengths, space.torus, space.reach(radius),
+                        np.float32(radius),
+                        cos_half_fov, ground, inverse, found, distance2)
         world.split(_bearings, seekers.n, mine.x, mine.y, mine.z, seekers.cos, seekers.sin, targets.x, targets.y, targets.z, found,
                     distance2, world.space.lengths, world.space.torus, world.space.volume, own, out, column)
 

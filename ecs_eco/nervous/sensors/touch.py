@@ -25,8 +25,9 @@ def touch(targets: list[str] | None, wall: bool, at: list[float], reach: float =
         if names:
             bodies = merged(world, names)
             widest = float(seekers.radius.max(initial=0.0)) + bodies.largest + reach
-            world.split(_touch, seekers.n, mine.entries, seekers.radius, seekers.heading, bodies.spheres, space.grid, space.reach(widest),
-                        np.float32(reach), np.float32(at[0]), np.float32(at[1]), out, column)
+            world.split(_touch, seekers.n, mine.x, mine.y, mine.z, mine.uid, seekers.radius, seekers.heading,
+                        bodies.x, bodies.y, bodies.z, bodies.radius, bodies.uid, bodies.start, *space.shape, space.inverse, space.lengths,
+                        space.torus, space.reach(widest), np.float32(reach), np.float32(at[0]), np.float32(at[1]), out, column)
         if wall and (space.volume or not space.torus):
             _touch_walls(mine.x, mine.y, mine.z, seekers.radius, seekers.heading, space.lengths, space.torus,
                          space.volume, np.float32(at[0]), np.float32(at[1]), out, column)
@@ -49,18 +50,17 @@ def within(angle, begin, end):
 
 
 @njit
-def _touch(first, last, seekers, radius, heading, bodies, grid, reach_cells, reach, begin, end, out, column):
-    ox, oy, oz, ou = seekers.x, seekers.y, seekers.z, seekers.uid
-    bx, by, bz, br, bu = bodies.x, bodies.y, bodies.z, bodies.radius, bodies.uid
+def _touch(first, last, ox, oy, oz, ou, radius, heading, bx, by, bz, br, bu, bstart, nx, ny, nz, inverse, lengths, torus, reach_cells,
+           reach, begin, end, out, column):
     near = np.empty(bx.size, np.int64)
     for i in range(first, last):
         r = radius[i]
-        n = sight.gather(ox[i], oy[i], oz[i], reach_cells, bodies.start, grid, near)
+        n = sight.gather(ox[i], oy[i], oz[i], reach_cells, bstart, bx, by, bz, nx, ny, nz, inverse, lengths, torus, near)
         for q in range(n):
             e = near[q]
             if bu[e] == ou[i]:
                 continue
-            dx, dy, dz = sight.offset(ox[i], oy[i], oz[i], bx[e], by[e], bz[e], grid.lengths, grid.torus)
+            dx, dy, dz = sight.offset(ox[i], oy[i], oz[i], bx[e], by[e], bz[e], lengths, torus)
             s = r + br[e] + reach
             if dx * dx + dy * dy + dz * dz <= s * s and within(np.float32(np.arctan2(dy, dx)) - heading[i], begin, end):
                 out[i, column] = 1
