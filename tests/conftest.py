@@ -165,5 +165,6 @@ def _leaves_esper_as_it_was():
     with turns.turn:  # a viewer's second world lives in a thread of its own, and esper is in it whenever a tick passes
         before = esper.current_world
     yield
+    assert not turns.turn.held(), "the test left a world entered"
     with turns.turn:
         assert esper.current_world == before, "the test left esper in another world"

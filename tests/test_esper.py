@@ -1,6 +1,7 @@
 """The door for users: esper's own functions over the columns."""
 
 import gc
+import threading
 import weakref
 
 import esper
@@ -8,6 +9,7 @@ import pytest
 
 from ecs_eco import System, World, component, f32
 from ecs_eco.components import Body, Position
+from ecs_eco.engine import turns
 
 
 @component
@@ -206,3 +208,42 @@ def test_a_world_freed_within_its_own_context_leaves_esper_in_the_default():
     del world
     gc.collect()
     assert esper.current_world == "default"
+
+
+@pytest.mark.parametrize("elsewhere", [False, True])
+def test_a_world_freed_within_its_own_context_keeps_no_turn_from_others(elsewhere):
+    """Garbage is collected by whichever thread is at work."""
+
+    def do(work):
+        thread = threading.Thread(target=work, daemon=True)
+        thread.start()
+        thread.join(30)
+        assert not thread.is_alive()
+
+    def take():
+        with turns.turn:
+            pass
+
+    world = World((5, 5))
+    world.__enter__().itself = world
+    freed = weakref.ref(world)
+    gc.collect()
+    gc.disable()
+    try:
+        del world
+        assert freed() is not None
+        do(gc.collect) if elsewhere else gc.collect()
+        assert freed() is None
+    finally:
+        gc.enable()
+    take()
+    do(take)
+
+
+def test_a_world_that_cannot_be_entered_keeps_no_turn_and_leaves_esper_as_it_was(monkeypatch):
+    world = World((5, 5))
+    monkeypatch.setattr(world, "sync", lambda: 1 / 0)
+    with pytest.raises(ZeroDivisionError):
+        world.__enter__()
+    assert esper.current_world == "default"
+    assert not turns.turn.held()

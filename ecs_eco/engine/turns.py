@@ -7,6 +7,7 @@ import gc
 import threading
 import time
 import weakref
+from collections import deque
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -28,6 +29,7 @@ class _Turn:
         self._lock = threading.RLock()
         self.waiting = 0  # threads
         self._taken = 0  # turns that somebody had to wait for
+        self._returned: deque[int] = deque()  # threads whose turns others gave back for them
 
     def __enter__(self) -> None:
         if not self._lock.acquire(blocking=False):
@@ -40,10 +42,29 @@ class _Turn:
 
     def __exit__(self, *_: object) -> None:
         self._lock.release()
+        me = threading.get_ident()
+        while me in self._returned and self.held():
+            self._returned.remove(me)
+            self._lock.release()
+
+    def held(self) -> bool:
+        """Whether this thread has the turn."""
+        return self._lock._is_owned()  # type: ignore[attr-defined]
+
+    def give_back(self, times: int, thread: int) -> None:
+        """End turns that a thread took and can no longer end: of a world that was freed, by whichever thread collects garbage.
+
+        Another thread's end with the next one that it ends itself: a lock is released by its own thread alone.
+        """
+        for _ in range(times):
+            if thread == threading.get_ident():
+                self._lock.release()
+            else:
+                self._returned.append(thread)
 
     def leave(self) -> None:
         """Let others who wait go first, unless this thread still holds the turn: within `with world:`."""
-        if self._lock._is_owned():  # type: ignore[attr-defined]
+        if self.held():
             return
         taken, end = self._taken, time.monotonic() + self.PATIENCE
         while self.waiting and self._taken == taken and time.monotonic() < end:

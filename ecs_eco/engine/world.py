@@ -59,7 +59,7 @@ class World:
         self._outer: list[str] = []
         self.context.add(Deaths(self), "die", LAST)
         self.context.add(Births(self), "reproduce", LAST)
-        weakref.finalize(self, _forget, self.context, self._workers)
+        weakref.finalize(self, _forget, self.context, self._workers, self._outer, threading.get_ident())
 
     def __repr__(self) -> str:
         return f"<World {self.name!r} at tick {self.tick}: {', '.join(f'{t.n} {n}' for n, t in self.tables.items())}>"
@@ -304,13 +304,19 @@ class World:
         self._mine()
         turns.turn.__enter__()
         self._outer.append(esper.current_world)
-        esper.switch_world(self.context.name)
-        self.sync()
+        try:
+            esper.switch_world(self.context.name)
+            self.sync()
+        except BaseException:
+            self.__exit__()
+            raise
         return self
 
     def __exit__(self, *_: object) -> None:
-        esper.switch_world(self._outer.pop())
-        turns.turn.__exit__()
+        try:
+            switch_back(self._outer.pop())
+        finally:
+            turns.turn.__exit__()
 
     # --- for systems -----------------------------------------------------------------------------------------------
 
@@ -328,6 +334,7 @@ class World:
         self._workers.together(sum(t.n for t in self.tables.values()), *work)
 
 
-def _forget(context: Context, workers: Workers) -> None:
+def _forget(context: Context, workers: Workers, within: list[str], thread: int) -> None:
     workers.end()
     context.end()
+    turns.turn.give_back(len(within), thread)  # of a world that nobody holds any longer, though nobody left it
