@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Annotated, Any, Literal
 
-from pydantic import ConfigDict, Field, field_validator
+from pydantic import ConfigDict, Field, field_validator, model_validator
 
 from ecs_eco.engine.section import OF_CODE, Count, Name, Real, Section, Share, about, quantity, table
 
@@ -36,12 +37,44 @@ class Gene(Section):
     dominance: Dominance | None = about("with two strings, how two alleles make the value; absent: as the genome says", None)
 
 
+def _deaps_name(function: Any) -> str:
+    """Return the name of a function of `deap.tools`, which a file can say as well; "" for any other."""
+    if not getattr(function, "__module__", "").startswith("deap."):
+        return ""
+    from deap import tools
+
+    name = getattr(function, "__name__", "")
+    return name if vars(tools).get(name) is function else ""
+
+
 class Operator(Section):
-    """An operator of DEAP by name, "module:name" of a function alike, or the function itself, and its keyword arguments."""
+    """An operator of DEAP by name, "module:name" of a function alike, or the function itself, and its keyword arguments.
+
+    In Python what a DEAP toolbox has registered, `toolbox.mate`, may stand for the whole section, or for `operator`.
+    """
 
     model_config = ConfigDict(extra="allow")
 
     operator: OperatorName = about("name of the operator")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _registered(cls, given: Any) -> Any:
+        """Take apart what a toolbox has registered: a partial says an operator and its arguments."""
+        if callable(given):
+            given = {"operator": given}
+        if not isinstance(given, dict) or not callable(function := given.get("operator")):
+            return given
+        arguments = {key: value for key, value in given.items() if key != "operator"}
+        while isinstance(function, partial):
+            if function.args:
+                name = getattr(function.func, "__name__", repr(function.func))
+                raise ValueError(f"{name} is registered with {function.args!r}; give its arguments by name")
+            if twice := [k for k, v in function.keywords.items() if arguments.setdefault(k, v) != v]:
+                said = f"{twice[0]} = {function.keywords[twice[0]]!r} in the toolbox, and {arguments[twice[0]]!r} beside it"
+                raise ValueError(f"{said}; give it once: toolbox.{cls.__name__.lower()} may stand for the section")
+            function = function.func
+        return {"operator": _deaps_name(function) or function, **arguments}
 
     @property
     def arguments(self) -> dict[str, Any]:

@@ -1,11 +1,14 @@
 """Operators of DEAP in a toolbox: which work on genomes, and what is said of those that do not."""
 
 import random
+from functools import partial
 
 import numpy as np
 import pytest
 from deap import tools
+from deap.base import Toolbox
 
+from ecs_eco.config import load
 from ecs_eco.engine.errors import ConfigError, UnknownName
 from ecs_eco.genomes import CHOICES, Gene, Layout, Operators, toolbox_of
 from ecs_eco.genomes.choices import RULES
@@ -129,6 +132,54 @@ def test_a_function_of_ones_own_works_handed_over_by_name_and_from_the_toolbox()
         toolbox_of({"mutate": {"operator": "mine:reverse"}}, LAYOUT)
     named = toolbox_of({"mutate": {"operator": "mine:reverse"}}, LAYOUT, find={"mine:reverse": reverse}.__getitem__)
     assert Operators(named, LAYOUT).offspring(parent, None, np.zeros(1, np.uint64)).tolist() == [[3, 2, 1, 0]]
+
+
+def section(**operators) -> GenomeSection:
+    return GenomeSection(genes=[Gene(name="g", letters=4, low=0, high=1)], **operators)
+
+
+def turn(genome: list[int], places: int, back: bool = False) -> tuple[list[int]]:
+    places = -places if back else places
+    return (genome[places:] + genome[:places],)
+
+
+def test_what_a_toolbox_has_registered_stands_for_the_section_with_its_arguments() -> None:
+    toolbox = Toolbox()
+    toolbox.register("mate", tools.cxUniform, indpb=0.1)
+    toolbox.register("mutate", turn, places=1, back=True)
+    given = section(mate=toolbox.mate, mutate=toolbox.mutate)
+    assert (given.mate.operator, given.mate.arguments) == ("cxUniform", {"indpb": 0.1}), "as a file says it"
+    births = Operators.from_config(given, LAYOUT)
+    assert (births.toolbox.mate.func, births.toolbox.mate.keywords) == (tools.cxUniform, {"indpb": 0.1})
+    assert births.offspring(np.array([[0, 1, 2, 3]], np.uint8), None, np.zeros(1, np.uint64)).tolist() == [[3, 0, 1, 2]]
+
+
+def test_a_partial_and_a_function_may_stand_there_too_and_arguments_beside_it_add_to_its_own() -> None:
+    assert section(mutate=reverse).mutate.operator is reverse
+    given = section(mate={"operator": tools.cxOnePoint, "chance": 0.5}, mutate={"operator": partial(turn, places=1), "back": True})
+    assert (given.mate.operator, given.mate.chance) == ("cxOnePoint", 0.5)
+    assert (given.mutate.operator, given.mutate.arguments) == (turn, {"places": 1, "back": True})
+    nested = partial(partial(tools.mutUniformInt, low=0, up=3), indpb=0.2)
+    assert section(mutate=nested).mutate.arguments == {"low": 0, "up": 3, "indpb": 0.2}
+
+
+@pytest.mark.parametrize(("given", "reason"), [
+    (partial(tools.cxUniform, 0.1), r"cxUniform is registered with \(0.1,\); give its arguments by name"),
+    ({"operator": partial(tools.cxUniform, indpb=0.1), "indpb": 0.2}, "indpb = 0.1 in the toolbox, and 0.2 beside it; .* toolbox.mate may"),
+])  # fmt: skip
+def test_a_partial_that_leaves_open_what_it_says_is_refused(given, reason: str) -> None:
+    with pytest.raises(ValueError, match=reason):
+        section(mate=given)
+
+
+def test_a_world_takes_what_a_toolbox_has_registered_and_says_it_as_a_file_does() -> None:
+    toolbox = Toolbox()
+    toolbox.register("mate", tools.cxUniform, indpb=0.1)
+    toolbox.register("mutate", tools.mutGaussian, mu=0, sigma=1, indpb=0.1)
+    said = load("reflexes", {"species.goat.genome.mate": {"operator": "cxUniform", "indpb": 0.1}})
+    assert load("reflexes", {"species.goat.genome.mate": toolbox.mate}).config_hash == said.config_hash
+    with pytest.raises(ConfigError, match="mutGaussian does not work on genomes: it makes numbers between letters"):
+        load("reflexes", {"species.goat.genome.mutate": toolbox.mutate})
 
 
 def test_a_decorated_operator_is_called_as_decorated() -> None:
