@@ -148,6 +148,7 @@ def ground() -> Iterator[Ground]:
             os.chdir(home / "path")
             yield found
         finally:
+            _forgotten()
             os.chdir(before)
             sys.path[:] = path
             trust._here.clear()
@@ -191,10 +192,16 @@ def judged(ground: Ground, attack: Attack) -> dict[str, Any]:
         counts[kind] += 1
         if kind in (UNNAMED, TRACEBACK):
             said.append([name, kind, text[-700:]])
+    loaded = _forgotten()
+    return {"label": attack.label, "counts": counts, "marks": ground.marked(), "imported": loaded, "said": said}
+
+
+def _forgotten() -> list[str]:
+    """Forget the payload's modules that are loaded, so that a next import of them runs them again; return their names."""
     loaded = [m for m in sys.modules if m.partition(".")[0] in MODULES or m.startswith("_ecs_eco_code_")]
     for module in loaded:
         del sys.modules[module]
-    return {"label": attack.label, "counts": counts, "marks": ground.marked(), "imported": loaded, "said": said}
+    return loaded
 
 
 def _is_refusal(error: Exception) -> bool:
