@@ -1,4 +1,4 @@
-"""What Python hands in, checked like the values of a file: its name, the value, and what is allowed."""
+"""Arguments from Python, checked like the values of a file: errors give the name, the value and what is allowed."""
 
 import math
 import operator
@@ -11,7 +11,7 @@ SEEDS = 2**63  # as in a world file
 
 
 def whole_number(name: str, value: Any, least: int = 0, most: int | None = None, unit: str = "") -> int:
-    """Return an integer of Python or numpy as int. Raises TypeError for another thing, True too; ValueError out of range."""
+    """Return an integer of Python or numpy as int. Raises TypeError for any other type, bool too; ValueError out of range."""
     allowed = f"a whole number from {least}" + (f" to {most}" if most is not None else " on") + (f" {unit}" if unit else "")
     try:
         if isinstance(value, bool) or type(value).__name__ in ("bool", "bool_"):
@@ -43,12 +43,12 @@ def by_species(name: str, value: Any, species: Iterable[str], kinds: tuple[type,
     """Return a value for all species, or a dict species → value, as it is; raises ConfigError for another name or kind."""
     known, problems = list(species), []
     pairs = value.items() if isinstance(value, Mapping) else [(None, value)]
-    for who, what in pairs:
-        if who is not None and who not in known:
-            problems.append(Problem((name,), "no such species", str(who), listed(known), nearest(str(who), known), "argument"))
-        elif what is not None and not isinstance(what, kinds):
-            key = (name,) if who is None else (name, str(who))
-            problems.append(Problem(key, "wrong type", what, allowed, source="argument"))
+    for name_of, item in pairs:
+        if name_of is not None and name_of not in known:
+            problems.append(Problem((name,), "no such species", str(name_of), listed(known), nearest(str(name_of), known), "argument"))
+        elif item is not None and not isinstance(item, kinds):
+            key = (name,) if name_of is None else (name, str(name_of))
+            problems.append(Problem(key, "wrong type", item, allowed, source="argument"))
     if problems:
         raise ConfigError(problems)
     return value

@@ -34,7 +34,7 @@ _loaded: dict[tuple[Source, ...], dict[str, ModuleType]] = {}
 
 
 class CodeError(ConfigError):
-    """Code that data names and that may not run here: it is not listed, not allowed, or cannot be imported."""
+    """Code named in data that may not run here: it is not listed, not allowed, or cannot be imported."""
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,7 @@ class Code:
     """What one world lists as its code, and whether all of it may run."""
 
     sources: tuple[Source, ...] = ()
-    passed_on: bool = False  # allowed in the process that this one got it from
+    passed_on: bool = False  # allowed in the parent process
 
     def __reduce__(self) -> tuple[Any, ...]:
         return Code, (self.sources, self.allowed)
@@ -84,7 +84,7 @@ class Code:
         trust.allow(s.sha256 for s in self.sources)
 
     def pass_on(self) -> None:
-        """In a process that got this from another: what was allowed there is allowed here, in copies of these texts too."""
+        """In a child process: allow what the parent allowed, also in copies of these texts."""
         if self.allowed:
             self.allow()
 
@@ -104,7 +104,7 @@ class Code:
                 for i, s in enumerate(self.sources) if not (self.passed_on or trust.allowed(s.sha256))]  # fmt: skip
 
     def function(self, name: Any) -> Any:
-        """What "module:name" stands for; what is no text stays as it is. Raises CodeError, ImportError, AttributeError."""
+        """The object that "module:name" stands for; anything but a string is returned. Raises CodeError, ImportError, AttributeError."""
         if not isinstance(name, str):
             return name
         module, _, attribute = name.partition(":")
@@ -113,24 +113,24 @@ class Code:
         if not self.lists(name):
             raise CodeError([self.unlisted((), name)])
         self.require(name)
-        found = getattr(self._modules[module], attribute)
-        if (inspect.isroutine(found) or inspect.isclass(found)) and not self._is_home(module, getattr(found, "__module__", None)):
-            raise AttributeError(f"{module} only imports {attribute}, from {found.__module__}")
-        return found
+        thing = getattr(self._modules[module], attribute)
+        if (inspect.isroutine(thing) or inspect.isclass(thing)) and not self._is_home(module, getattr(thing, "__module__", None)):
+            raise AttributeError(f"{module} only imports {attribute}, from {thing.__module__}")
+        return thing
 
     def problem(self, key: tuple[str | int, ...], name: Any) -> Problem | None:
-        """What is wrong with a name; None where it is right or may not be looked at."""
+        """The problem with a name; None if it is right, or its code may not run."""
         try:
             if isinstance(name, str) and not self.lists(name):
                 return self.unlisted(key, name)
             if isinstance(name, str) and name not in SHIPPED and not self.allowed:
                 return None
-            found = self.function(name)
+            thing = self.function(name)
         except AttributeError as error:
             return self._missing(key, str(name), str(error))
         except Exception as error:
             return Problem(key, f"cannot be imported: {type(error).__name__}: {error}", name, "code that runs")
-        if not callable(found) and not callable(getattr(found, "process", None)):
+        if not callable(thing) and not callable(getattr(thing, "process", None)):
             return Problem(key, f"{name} is no function", name, "a function or a class")
         return None
 
@@ -138,11 +138,11 @@ class Code:
         module, _, attribute = name.partition(":")
         names = vars(self._modules[module])
         own = [n for n, f in names.items() if callable(f) and n[0] != "_" and self._is_home(module, getattr(f, "__module__", None))]
-        what = why if "only imports" in why else f"{module} has no function {attribute}"
-        return Problem(key, what, name, listed(own), nearest(attribute, own))
+        fault = why if "only imports" in why else f"{module} has no function {attribute}"
+        return Problem(key, fault, name, listed(own), nearest(attribute, own))
 
     def known(self, name: Any) -> Any:
-        """What a name stands for, or None where it is wrong or may not be looked at."""
+        """The object that a name stands for; None if the name is wrong, or its code may not run."""
         hidden = isinstance(name, str) and name not in SHIPPED and not self.allowed
         return None if hidden or self.problem((), name) is not None else self.function(name)
 
@@ -160,7 +160,7 @@ class Code:
         return _loaded[self.sources]
 
     def _is_home(self, module: str, home: str | None) -> bool:
-        """Whether a function or class of this home is the module's own: of its file, or of its package."""
+        """Whether a function or class with this `__module__` is the module's own: from its file, or its package."""
         own = self._modules[module].__name__
         return home is None or home == own or (not own.startswith(PRIVATE) and home.partition(".")[0] == own.partition(".")[0])
 
@@ -171,7 +171,7 @@ NONE = Code()
 
 
 def handed_over(function: Any) -> Any:
-    """A function as it is; raises CodeError for a name, which only a world can say the meaning of."""
+    """Return a function as it is; raises CodeError for a name, which only a world can resolve."""
     return NONE.function(function)
 
 
@@ -183,18 +183,18 @@ def public_module(module: str) -> str:
 def read(entries: Iterable[str], places: Sequence[Path], wanted: Mapping[str, str] = MappingProxyType({})) -> tuple[Code, list[Problem]]:
     """The code that a world lists, and what is wrong with it; nothing runs.
 
-    A file is that of the first of `places` that has it, or has it with the hash that is `wanted` of it.
+    A file is taken from the first of `places` that has it, with the hash in `wanted` if there is one.
     """
     sources: list[Source] = []
     problems = []
     for i, entry in enumerate(entries):
         if not ENTRY.fullmatch(entry):
             continue  # the type of the field says so already
-        source, what = _file(entry, places, wanted.get(entry)) if entry.endswith(".py") else _installed(entry)
+        source, fault = _file(entry, places, wanted.get(entry)) if entry.endswith(".py") else _installed(entry)
         if source is not None and source.module in [s.module for s in sources]:
-            source, what = None, "another entry has the same module"
+            source, fault = None, "another entry has the same module"
         if source is None:
-            problems.append(Problem(("code", i), what, entry, "a file beside the world file, or an installed module of your own"))
+            problems.append(Problem(("code", i), fault, entry, "a file beside the world file, or an installed module of your own"))
         else:
             sources.append(source)
     return Code(tuple(sources)), problems
@@ -264,13 +264,13 @@ def _load(sources: tuple[Source, ...]) -> Iterator[tuple[str, ModuleType]]:
 
 def _require_unchanged(source: Source) -> None:
     """Raise CodeError where the file of an installed module is no longer the one that was read, and allowed."""
-    if source.text is not None and (found := _installed(source.entry)[0]) != source:
-        what = f"has changed since it was read: its SHA-256 was {source.sha256}, and is {'none' if found is None else found.sha256}"
-        raise CodeError([Problem(("code",), what, source.entry, HOW)])
+    if source.text is not None and (now := _installed(source.entry)[0]) != source:
+        fault = f"has changed since it was read: its SHA-256 was {source.sha256}, and is {'none' if now is None else now.sha256}"
+        raise CodeError([Problem(("code",), fault, source.entry, HOW)])
 
 
 def _run(source: Source, name: str, earlier: dict[str, ModuleType]) -> ModuleType:
-    """Execute the text that was read as a module of a private name, which no other import finds."""
+    """Execute the text that was read, as a module with a private name that no other import finds."""
 
     def find(wanted: str, globals_: Any = None, locals_: Any = None, fromlist: Any = (), level: int = 0) -> Any:
         if level == 0 and wanted in earlier:
@@ -290,7 +290,7 @@ def _run(source: Source, name: str, earlier: dict[str, ModuleType]) -> ModuleTyp
 
 
 def takes(function: Callable[..., Any], n: int) -> str:
-    """What is wrong with the arguments of a function that is to be called with `n`, or ""; it is not called."""
+    """Say why a function cannot be called with `n` arguments, or ""; it is not called."""
     try:
         inspect.signature(function).bind(*[None] * n)
     except TypeError as error:

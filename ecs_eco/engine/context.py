@@ -20,14 +20,14 @@ LAST = 999_999  # the place in a phase after all systems
 
 
 class Context:
-    """What esper knows of one world. Worlds do not mix: esper shows one context at a time, which `inside` enters."""
+    """esper's view of one world. Worlds do not mix: esper has one current context, which `inside` enters."""
 
     def __init__(self) -> None:
         self.name = f"ecs-eco {next(_serial)}"
 
     @contextmanager
     def inside(self) -> Iterator[None]:
-        """Within it esper shows this world; afterwards the one that it showed before."""
+        """Make this world esper's current context; afterwards restore the one before."""
         with turns.turn:
             outer = esper.current_world
             if outer != self.name:
@@ -48,7 +48,7 @@ class Context:
         if not tables:
             return
         collecting = gc.isenabled()
-        gc.disable()  # a collection while 100,000 handles are made would look at all of them, again and again
+        gc.disable()  # garbage collection would scan 100,000 new handles again and again
         with self.inside():
             for table in tables:
                 for row in np.flatnonzero(table.entity_uid != table.uid):
@@ -69,6 +69,6 @@ class Context:
 
 
 def switch_back(outer: str) -> None:
-    """Let esper show a context again; the default one where that is gone."""
+    """Make a context esper's current one again; the default one if it is gone."""
     if esper.current_world != outer:
         esper.switch_world(outer if outer in esper.list_worlds() else "default")

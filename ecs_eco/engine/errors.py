@@ -10,18 +10,18 @@ from pathlib import Path
 
 MISSING = type("Missing", (), {"__repr__": lambda self: "missing", "__bool__": lambda self: False})()
 SHOWN = 15  # problems on one screen
-MOST = 200  # problems that are looked for: who mends these sees the next ones
-LONGEST = 200  # characters of a name that others are likened to
+MOST = 200  # problems looked for: once these are fixed, the next ones show
+LONGEST = 200  # characters of a name that are compared with others
 
 
 def nearest(name: object, known: Iterable[str]) -> str:
-    """The known name most like `name`, or "" where none is like it; of very many names or very long ones none is."""
+    """The known name most like `name`, or "" if none is; very many names or very long ones are not compared."""
     text = str(name) if isinstance(name, str | Path) else _written(name)
     if len(text) > LONGEST:
         return ""
     lower = {k.lower(): k for k in islice(known, 1000)}
-    found = get_close_matches(text.lower(), lower, n=1, cutoff=0.5)
-    return lower[found[0]] if found else ""
+    matches = get_close_matches(text.lower(), lower, n=1, cutoff=0.5)
+    return lower[matches[0]] if matches else ""
 
 
 def listed(names: Iterable[str], most: int = 12) -> str:

@@ -27,7 +27,7 @@ def write(path: str | Path, content: bytes | str) -> Path:
 def writing(path: str | Path) -> Iterator[Path]:
     """Give the name of an empty file beside `path` to write to, which takes its place at the end; nothing is left after an exception.
 
-    The file has the mode that the user's umask gives, whatever is written there or renamed to it. Raises OSError that names `path`.
+    The file gets the mode of the user's umask, whatever is written or renamed there. Raises OSError that names `path`.
     """
     path = Path(path)
     beside = path.with_name(f".{path.name}.ecs-eco-{os.getpid()}-{secrets.token_hex(4)}.tmp")
@@ -59,10 +59,10 @@ def write_tensors(path: str | Path, arrays: Mapping[str, Any], metadata: Mapping
         try:
             save_file(dict(arrays), beside, metadata=dict(metadata or {}) or None)
             _order_texts(beside)
-        except SafetensorError as error:  # no OSError, and the number of one is in its text alone
-            found = re.search(r"os error (\d+)", str(error))
-            number = int(found[1]) if found else errno.EIO
-            raise OSError(number, os.strerror(number) if found else str(error), str(path)) from error
+        except SafetensorError as error:  # not an OSError: its number is in the text only
+            match = re.search(r"os error (\d+)", str(error))
+            number = int(match[1]) if match else errno.EIO
+            raise OSError(number, os.strerror(number) if match else str(error), str(path)) from error
     return Path(path)
 
 
@@ -75,13 +75,13 @@ def _order_texts(path: Path) -> None:
             return
         head["__metadata__"] = dict(sorted(head["__metadata__"].items()))
         text = json.dumps(head, ensure_ascii=False, separators=(",", ":")).encode().ljust(length)
-        if len(text) == length:  # else another version of the library writes JSON otherwise: as it stands, the file is right
+        if len(text) == length:  # else another version of the library formats its JSON differently, and the file is right as it is
             file.seek(8)
             file.write(text)
 
 
 def require_regular(path: str | Path) -> None:
-    """OSError that names what is no regular file: a folder, or a device or a pipe, which would be waited for; or is not there."""
+    """Raise OSError for a path that is missing or not a regular file: a folder, a device or a pipe, which would block."""
     mode = os.stat(path).st_mode
     if not stat.S_ISREG(mode):
         raise OSError(errno.EINVAL, "is a folder" if stat.S_ISDIR(mode) else "is no regular file", str(path))
@@ -89,8 +89,8 @@ def require_regular(path: str | Path) -> None:
 
 def written_beside(path: Path) -> str | None:
     """Return the name of the file that a half-written one was to become; None for a file of other origin."""
-    found = _BESIDE.fullmatch(path.name)
-    return None if found is None else found["name"]
+    match = _BESIDE.fullmatch(path.name)
+    return None if match is None else match["name"]
 
 
 def sync_folder(folder: Path) -> None:
@@ -114,5 +114,5 @@ def _sync(beside: Path, mode: int) -> None:
 
 
 def write_json(path: Path, content: Any) -> None:
-    """Write a JSON file so that it is whole or as it was before."""
+    """Write a JSON file completely, or leave the one before."""
     write(path, json.dumps(content, indent=1, allow_nan=False))

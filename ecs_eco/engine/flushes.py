@@ -1,4 +1,4 @@
-"""What a world itself does between systems: deaths and births take effect, and esper is kept up to date."""
+"""Steps of the world itself between systems: deaths and births take effect, and esper is kept up to date."""
 
 import weakref
 from typing import Any

@@ -7,7 +7,7 @@ from typing import Any
 
 @contextmanager
 def listening(hooks: list[Callable[..., Any]], call: Callable[..., Any]) -> Iterator[None]:
-    """Within it a function is in a list of hooks, at its end; afterwards it is not, and the others are as they were."""
+    """Append a function to a list of hooks within this context; afterwards it is removed, and the others stay."""
     hooks.append(call)
     try:
         yield

@@ -1,4 +1,4 @@
-"""A change of the world is whole, or the world says that it is not: Ctrl-C waits for the end of the tick, an error leaves a mark."""
+"""A change of the world is completed, or the world says that it was not: Ctrl-C waits for the end of the tick, an error leaves a mark."""
 
 import importlib
 import signal
@@ -20,30 +20,30 @@ FLUSHES: dict[type, str] = {Deaths: "the deaths of the phase die", Births: "the 
 
 
 class Underway:
-    """What is being done to a world that must be done as a whole; `world.underway` holds it until it is done.
+    """An action on a world that must not be left half done; `world.underway` holds it until it is complete.
 
-    Nothing that stops it in the middle can take the mark away: it is set before the first change, and removed after the last.
+    Nothing that stops it midway can clear the mark: it is set before the first change and removed after the last.
     """
 
-    def __init__(self, what: str, running: bool = True) -> None:
-        self.what, self.running = what, running
+    def __init__(self, action: str, running: bool = True) -> None:
+        self.action, self.running = action, running
         self.where, self.cause = "", ""
 
-    def said(self, world: Any) -> str:
+    def text(self, world: Any) -> str:
         """What it is, for messages."""
-        return f"tick {world.tick}" if self.what == "tick" else self.what
+        return f"tick {world.tick}" if self.action == "tick" else self.action
 
 
 @contextmanager
-def whole(world: Any, what: str) -> Iterator[None]:
-    """Within it a world is changed; where that does not come to its end, the world is no longer whole, and says so.
+def whole(world: Any, action: str) -> Iterator[None]:
+    """Change a world in this context; if the change does not complete, the world is marked as unfinished.
 
-    Within another such change it adds nothing: that one's mark stands until all is done.
+    Nested in another such context it does nothing: the outer mark stands until all is done.
     """
     if world.underway is not None:
         yield
         return
-    mark = world.underway = Underway(what)
+    mark = world.underway = Underway(action)
     try:
         yield
     except BaseException as error:
@@ -55,7 +55,7 @@ def whole(world: Any, what: str) -> Iterator[None]:
 
 
 def stopped(world: Any, error: BaseException) -> None:
-    """Note what stopped what was under way, and where."""
+    """Note which error stopped the action under way, and where."""
     if world.underway is not None and not world.underway.cause:
         world.underway.running = False
         message = " ".join(str(error).split())[:200]
@@ -64,22 +64,22 @@ def stopped(world: Any, error: BaseException) -> None:
 
 
 def require_whole(world: Any, wanted: str, within: bool = False) -> None:
-    """Raise UnfinishedTick where a world cannot be used for what is `wanted`; `within`: whether it may be in a tick that goes on."""
+    """Raise UnfinishedTick if a world is unfinished and cannot do what is `wanted`; `within` allows it during a running tick."""
     mark = world.underway
     if mark is None or (within and mark.running):
         return
     if mark.running:
-        raise RuntimeError(f"cannot {wanted} within a tick: {mark.said(world)} is under way; do it between two ticks")
+        raise RuntimeError(f"cannot {wanted} within a tick: {mark.text(world)} is under way; do it between two ticks")
     by = f" ({mark.cause}{f' in {mark.where}' if mark.where else ''})" if mark.cause else ""
     raise UnfinishedTick(
-        f"world {world.name!r}: cannot {wanted}: {mark.said(world)} began and did not end{by}, so the world is neither what it was nor "
+        f"world {world.name!r}: cannot {wanted}: {mark.text(world)} began and did not end{by}, so the world is neither what it was nor "
         "what it was to be. It may still be looked at. Go on from a checkpoint, World.restore(path), or from a copy that was made "
         "before, world.copy()"
     )
 
 
 def _where(error: BaseException) -> str:
-    """Return the system in whose turn an error arose, "" where it was in none's."""
+    """Return the name of the system that was running when an error arose, "" if none was."""
     for frame, _ in traceback.walk_tb(error.__traceback__):
         owner = frame.f_locals.get("self")
         if isinstance(owner, esper.Processor):
@@ -90,29 +90,29 @@ def _where(error: BaseException) -> str:
 class Patience:
     """While a world runs in the main thread, the first Ctrl-C waits for the end of its tick; the second one does not.
 
-    Takes the place of Python's own handler only: whoever has set another one is asked as before.
+    It replaces Python's default handler only: a handler that the user has installed is left in place.
     """
 
     def __init__(self, world: Any) -> None:
-        self.world, self.asked, self.mine = world, False, False
+        self.world, self.interrupted, self.installed = world, False, False
 
     def __enter__(self) -> "Patience":
         if threading.get_ident() == MAIN and _signal.getsignal(signal.SIGINT) is signal.default_int_handler:
-            self.mine = True
+            self.installed = True
             _signal.signal(signal.SIGINT, self._hear)
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
-        if self.mine:
+        if self.installed:
             _signal.signal(signal.SIGINT, signal.default_int_handler)
 
     def _hear(self, number: int, frame: Any) -> None:
-        if self.world.underway is None or self.asked:
+        if self.world.underway is None or self.interrupted:
             raise KeyboardInterrupt
-        self.asked = True
+        self.interrupted = True
 
     def over(self) -> None:
         """Raise KeyboardInterrupt where Ctrl-C was pressed in the tick that is over now."""
-        if self.asked:
-            self.asked = False
+        if self.interrupted:
+            self.interrupted = False
             raise KeyboardInterrupt

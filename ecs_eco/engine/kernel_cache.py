@@ -48,35 +48,35 @@ def cache_folder() -> Path:
 
 
 def why_not_private(folder: Path) -> str:
-    """Return why somebody else could put files into a folder, or another folder into its place; "" where nobody can."""
+    """Return why another user could put files into a folder, or replace it; "" if nobody can."""
     for part in reversed(folder.parents):
         if why := _why_not_safe(part):
             return why
-    found, me = os.lstat(folder), os.geteuid()
-    if not stat.S_ISDIR(found.st_mode):
-        return f"{folder} is {'a link' if stat.S_ISLNK(found.st_mode) else 'no folder'}"
-    if found.st_uid != me:
-        return f"{folder} belongs to user {found.st_uid}, not to {me}"
-    return _open_to_others(folder, found) if _others_may_write(found) else ""
+    status, me = os.lstat(folder), os.geteuid()
+    if not stat.S_ISDIR(status.st_mode):
+        return f"{folder} is {'a link' if stat.S_ISLNK(status.st_mode) else 'no folder'}"
+    if status.st_uid != me:
+        return f"{folder} belongs to user {status.st_uid}, not to {me}"
+    return _open_to_others(folder, status) if _others_may_write(status) else ""
 
 
 def _why_not_safe(part: Path) -> str:
-    """Return why what lies in a folder could be exchanged by another user; a sticky one, as /tmp, keeps what is its owner's."""
-    found = os.lstat(part)
-    if found.st_uid not in (0, os.geteuid()):
-        return f"{part} belongs to user {found.st_uid}, not to {os.geteuid()}"
-    if stat.S_ISLNK(found.st_mode):
+    """Return why another user could replace entries of a folder; in a sticky one, as /tmp, only their owners can."""
+    status = os.lstat(part)
+    if status.st_uid not in (0, os.geteuid()):
+        return f"{part} belongs to user {status.st_uid}, not to {os.geteuid()}"
+    if stat.S_ISLNK(status.st_mode):
         real = Path(os.path.realpath(part))
         return next(filter(None, map(_why_not_safe, (*reversed(real.parents), real))), "")
-    return _open_to_others(part, found) if _others_may_write(found) and not found.st_mode & stat.S_ISVTX else ""
+    return _open_to_others(part, status) if _others_may_write(status) and not status.st_mode & stat.S_ISVTX else ""
 
 
-def _open_to_others(part: Path, found: os.stat_result) -> str:
-    return f"others may write to {part} (mode {stat.S_IMODE(found.st_mode):04o})"
+def _open_to_others(part: Path, status: os.stat_result) -> str:
+    return f"others may write to {part} (mode {stat.S_IMODE(status.st_mode):04o})"
 
 
-def _others_may_write(found: os.stat_result) -> bool:
-    return bool(found.st_mode & stat.S_IWOTH) or (bool(found.st_mode & stat.S_IWGRP) and not _is_own_group(found.st_gid))
+def _others_may_write(status: os.stat_result) -> bool:
+    return bool(status.st_mode & stat.S_IWOTH) or (bool(status.st_mode & stat.S_IWGRP) and not _is_own_group(status.st_gid))
 
 
 def _is_own_group(gid: int) -> bool:
@@ -92,7 +92,7 @@ def _is_own_group(gid: int) -> bool:
 
 
 class Folder:
-    """The folder of the cache: made and looked at when it is first used. Where it is refused or full, kernels are compiled."""
+    """The folder of the cache: made and checked on first use. If it is refused or full, kernels are compiled each time."""
 
     def __init__(self, path: Path) -> None:
         self.path, self._usable, self._full = path, None if os.name == "posix" else True, False
@@ -128,9 +128,9 @@ class Folder:
             if not os.path.lexists(part):
                 with suppress(FileExistsError):
                     os.mkdir(part, 0o700)
-        found = os.lstat(self.path)
-        if stat.S_ISDIR(found.st_mode) and found.st_uid == os.geteuid() and not _others_may_write(found):
-            os.chmod(self.path, 0o700)  # as earlier versions left it, others could look inside
+        status = os.lstat(self.path)
+        if stat.S_ISDIR(status.st_mode) and status.st_uid == os.geteuid() and not _others_may_write(status):
+            os.chmod(self.path, 0o700)  # earlier versions left it readable to others
 
 
 class KernelCache(NullCache):
@@ -152,7 +152,7 @@ class KernelCache(NullCache):
         return str(self.folder.path)
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """Return the compiled form for a signature, None where it is not there, or not as it was written."""
+        """Return the compiled form for a signature; None if it is missing or damaged."""
         target_context.refresh()
         if not self.folder.usable():
             return None
@@ -192,14 +192,14 @@ def _content(path: str, _mtime: int, _size: int) -> bytes:
 def _read(path: Path) -> bytes:
     """Return the content of a plain file of our own; OSError where it is something else."""
     with open(os.open(path, os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)), "rb") as file:
-        found = os.fstat(file.fileno())
-        if not stat.S_ISREG(found.st_mode) or (os.name == "posix" and found.st_uid != os.geteuid()):
+        status = os.fstat(file.fileno())
+        if not stat.S_ISREG(status.st_mode) or (os.name == "posix" and status.st_uid != os.geteuid()):
             raise PermissionError(f"{path} is not ours")
         return file.read()
 
 
 def _write(path: Path, content: bytes) -> None:
-    """Write a file that is there as a whole or not at all; after a loss of power its seal tells."""
+    """Write a file completely or not at all; after a power failure its seal shows damage."""
     handle, name = tempfile.mkstemp(prefix=f"{path.name}.", suffix=".tmp", dir=path.parent)
     try:
         with os.fdopen(handle, "wb") as file:

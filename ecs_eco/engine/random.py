@@ -1,4 +1,6 @@
-"""Counter-based random numbers: a draw is a hash of (seed, tick, who, purpose), so no draw depends on another.
+"""Counter-based random numbers: a draw is a hash of (seed, tick, identity, purpose), so no draw depends on another.
+
+An identity is a u64 that tells the draws of one tick apart: an organism's uid, a site, or a number made from them.
 
 The hash is the finaliser of splitmix64 (Steele, Lea & Flood 2014), applied once per key part: 2 ns a draw.
 """
@@ -25,9 +27,9 @@ def mix(z):
 
 
 @njit
-def draw(key, who, purpose):
-    """Return a float32 in [0, 1): uniform on multiples of 2**-24, the same for the same (key, who, purpose)."""
-    bits = mix(mix(np.uint64(key) ^ np.uint64(who)) + np.uint64(purpose) * np.uint64(0xD1342543DE82EF95))
+def draw(key, identity, purpose):
+    """Return a float32 in [0, 1): uniform on multiples of 2**-24, the same for the same (key, identity, purpose)."""
+    bits = mix(mix(np.uint64(key) ^ np.uint64(identity)) + np.uint64(purpose) * np.uint64(0xD1342543DE82EF95))
     return np.float32(bits >> np.uint64(40)) * np.float32(5.9604645e-08)
 
 
@@ -47,14 +49,14 @@ def tick_key(seed: int, tick: int) -> np.uint64:
 _mixed_seed = functools.lru_cache(maxsize=64)(mix_int)
 
 
-def draw_many(key: int | np.uint64, who: np.ndarray, purpose: int) -> np.ndarray:
-    """Return one `draw` per entry of `who` (u64[n]) as f32[n]."""
-    out = np.empty(len(who), np.float32)
-    _draw_many(np.uint64(key), who.astype(np.uint64, copy=False), purpose, out)
+def draw_many(key: int | np.uint64, identity: np.ndarray, purpose: int) -> np.ndarray:
+    """Return one `draw` per entry of `identity` (u64[n]) as f32[n]."""
+    out = np.empty(len(identity), np.float32)
+    _draw_many(np.uint64(key), identity.astype(np.uint64, copy=False), purpose, out)
     return out
 
 
 @njit
-def _draw_many(key, who, purpose, out):
-    for i in range(who.size):
-        out[i] = draw(key, who[i], purpose)
+def _draw_many(key, identity, purpose, out):
+    for i in range(identity.size):
+        out[i] = draw(key, identity[i], purpose)

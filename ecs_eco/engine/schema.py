@@ -8,7 +8,7 @@ import numpy as np
 
 
 class Type:
-    """A column's element: a dtype, the shape of one organism's value, its limits; a word in them is fixed per table."""
+    """A column's element: a dtype, the shape of one organism's value, its limits; names in these get a number per table."""
 
     __slots__ = ("blocked", "dtype", "limits", "shape")
 
@@ -21,11 +21,11 @@ class Type:
 
     @property
     def heavy(self) -> "Type":
-        """The same, kept in blocks of rows: for what is so large that growth must not copy it."""
+        """The same type, stored in blocks of rows: for values so large that growth must not copy them."""
         return Type(self.dtype, self.shape, True, self.limits)
 
     def within(self, low: float, high: float | str) -> "Type":
-        """The same with limits: what comes into a world from outside them is refused. `high` may be a word, as in a shape."""
+        """The same type with limits: values beyond them are refused when they enter a world. `high` may be a name, as in a shape."""
         return Type(self.dtype, self.shape, self.blocked, (low, high))
 
     def __getitem__(self, shape: Any) -> "Type":
@@ -76,9 +76,9 @@ class Columns:
         """Replace a column; raises ValueError for one of another type, shape or layout, or with fewer rows: kernels rely on them."""
         old = self.__dict__.get(name)
         if old is not None and value is not old:
-            found = getattr(value, "dtype", type(value).__name__), getattr(value, "shape", ())
-            if found[0] != old.dtype or found[1][1:] != old.shape[1:] or not found[1] or found[1][0] < old.shape[0]:
-                raise ValueError(f"column {name} is {old.dtype}{list(old.shape)} and cannot become {found[0]}{list(found[1])}; "
+            given = getattr(value, "dtype", type(value).__name__), getattr(value, "shape", ())
+            if given[0] != old.dtype or given[1][1:] != old.shape[1:] or not given[1] or given[1][0] < old.shape[0]:
+                raise ValueError(f"column {name} is {old.dtype}{list(old.shape)} and cannot become {given[0]}{list(given[1])}; "
                                  f"write into it: {name}[rows] = …")
             if isinstance(value, np.ndarray) and not value.flags.c_contiguous:
                 raise ValueError(f"column {name} cannot become an array with gaps between its rows; write into it: {name}[rows] = …")
@@ -160,7 +160,7 @@ def component(cls: type) -> Any:
 
 
 def _hints(cls: type) -> dict[str, Any]:
-    """Return the annotations of a class, those written as strings evaluated where the class was written."""
+    """Return the annotations of a class; strings are evaluated in the module that defines it."""
     scope = vars(sys.modules.get(cls.__module__, object())) if cls.__module__ in sys.modules else {}
     own = inspect.get_annotations(cls)
     return {n: eval(k, dict(scope)) if isinstance(k, str) else k for n, k in own.items()}  # noqa: S307

@@ -11,7 +11,7 @@ LARGEST, SMALLEST = 1e30, 1e-30  # numbers become float32, which ends at 3.4e38 
 
 def _in_float32(value: float) -> float:
     if value < SMALLEST:
-        raise ValueError(f"so near to 0 that it becomes 0; allowed is at least {SMALLEST:g}")
+        raise ValueError(f"too small for float32: it becomes 0; allowed is at least {SMALLEST:g}")
     return value
 
 
@@ -23,12 +23,12 @@ Count = Annotated[int, Field(ge=1, le=50_000_000)]
 Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$", max_length=40)]
 Point = Annotated[list[Real], Field(min_length=2, max_length=3)]
 
-# what a formula needs for itself cannot name anything
+# keywords of formulas cannot be names
 RESERVED = frozenset({"and", "or", "not", "if", "else", "in", "is", "lambda", "for", "None", "True", "False"})
 
 
 class Section(BaseModel):
-    """A section of the file: unknown keys are refused, true is no number, and nothing changes after loading."""
+    """A section of the file: unknown keys are refused, true is not a number, and nothing changes after loading."""
 
     model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False, frozen=True)
 
@@ -44,7 +44,7 @@ def about(text: str, default: Any = ..., **limits: Any) -> Any:
 
 
 def table(text: str, factory: Any) -> Any:
-    """A section or list that may be left out, and what is made then."""
+    """A section or list that may be left out, and its default factory."""
     return Field(default_factory=factory, description=text)
 
 

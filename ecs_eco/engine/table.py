@@ -30,7 +30,7 @@ class Table:
         self.dims = dict(dims or {})
         self.capacity = int(capacity)
         self.n = 0  # entities alive
-        self.high = 0  # rows at and beyond it are free
+        self.high = 0  # this row and all after it are free
         self.version = 0  # changes when a place or the set of the living does
         self.alive = np.zeros(capacity, np.bool_)
         self.uid = np.zeros(capacity, np.uint64)
@@ -38,13 +38,13 @@ class Table:
         self.cause = np.zeros(capacity, np.uint8)
         self.killer = np.zeros(capacity, np.uint64)
         self.entity = np.zeros(capacity, np.int64)  # esper's number, local to the process
-        self.entity_uid = np.zeros(capacity, np.uint64)  # who that number was made for
+        self.entity_uid = np.zeros(capacity, np.uint64)  # uid that this number belongs to
         self.columns: dict[type[Any], Columns] = {}
         self.defaults: dict[type[Any], dict[str, np.ndarray]] = {}
         self.births: list[tuple[np.ndarray, np.ndarray | None, dict[tuple[type, str], np.ndarray]]] = []
         self.limits: dict[bool, Any] = {}  # of its fields, as the gate knows them
-        self.species: Any = None  # what all entities of the table have alike: a lifecycle.Species in an ecosystem
-        self.own: dict[str, Any] = {}  # what systems of your own keep of all of them; saved if it has state() and load()
+        self.species: Any = None  # what all entities of the table share: a lifecycle.Species in an ecosystem
+        self.own: dict[str, Any] = {}  # for systems of your own: saved if it has state() and load()
         for component in components:
             self.add_component(component)
 
@@ -161,9 +161,9 @@ class Table:
         self.version += 1
 
     def reorder(self, rows: np.ndarray) -> None:
-        """Move the entity of row `rows[i]` to row i, for all living: no organism's fate changes by it.
+        """Move the entity of row `rows[i]` to row i, for all living; this changes no organism's fate.
 
-        What its systems keep by row and has a method `reorder(order)` moves along: row i is then what `order[i]` was before.
+        Data that systems keep by row moves too, if it has a method `reorder(order)`: row i then holds what row `order[i]` did.
         Raises ValueError where `rows` are not the living rows, each once.
         """
         rows = np.asarray(rows, np.int64)
@@ -188,11 +188,11 @@ class Table:
 
     @property
     def waiting(self) -> int:
-        """How many births have been asked for that have not taken effect yet."""
+        """Number of births that were requested and have not taken effect yet."""
         return sum(parents.size for parents, _, _ in self.births)
 
     def parts(self) -> dict[str, Any]:
-        """Return by name what is kept of all entities alike and may have a state of its own."""
+        """Return, by name, what all entities share and may have a state of its own."""
         return (self.species.parts() if self.species is not None else {}) | self.own
 
     @property
@@ -221,16 +221,16 @@ def _grown(array: np.ndarray, n: int) -> np.ndarray:
 @njit
 def _occupy(rows, alive, uid, born, first_uid, tick, high):
     """Fill `rows` with the lowest free rows and bring them to life; return the new end of the rows in use."""
-    found = 0
+    taken = 0
     for row in range(alive.size):
-        if found == rows.size:
+        if taken == rows.size:
             break
         if not alive[row]:
-            rows[found] = row
+            rows[taken] = row
             alive[row] = True
-            uid[row] = first_uid + found
+            uid[row] = first_uid + taken
             born[row] = tick
-            found += 1
+            taken += 1
             high = max(high, row + 1)
     return high
 
@@ -250,14 +250,14 @@ def _vacate(rows, alive, uid, cause, killer, high):
 
 @njit
 def first_outside(columns, start, n, each, low, high):
-    """Return the first of some flat columns, from number `start` on, of which not all are from low to high; -1 for none.
+    """Return the number of the first flat column, from `start` on, with a value outside low … high; -1 if there is none.
 
-    Of column k the first n * each[k] values count, whoever they belong to: dead rows too.
+    Of column k the first n * each[k] values are checked, those of dead rows too.
     """
     for k in range(start, len(columns)):
-        column, least, most, found = columns[k], low[k], high[k], False
+        column, least, most, outside = columns[k], low[k], high[k], False
         for i in range(n * each[k]):  # without branches: this becomes vector code
-            found |= not ((column[i] >= least) & (column[i] <= most))
-        if found:
+            outside |= not ((column[i] >= least) & (column[i] <= most))
+        if outside:
             return k
     return -1

@@ -1,8 +1,8 @@
-"""Threads at work on products of matrices: their number changes the speed and no bit of a result.
+"""Threads for matrix products: their number changes the speed, and not one bit of a result.
 
-torch and BLAS split a product over as many threads as they are set to, and sums taken in other pieces end in other
-last bits. Products that a result depends on are therefore taken by one thread each, and torch and BLAS are left as the
-user has set them.
+torch and BLAS split a product over as many threads as they are set to, and a sum that is split differently differs in its
+last bits. Products that a result depends on are therefore computed by one thread each; the user's settings of torch and
+BLAS are restored afterwards.
 """
 
 import threading
@@ -11,7 +11,7 @@ from concurrent.futures import ThreadPoolExecutor, wait
 from contextlib import contextmanager
 from functools import lru_cache
 
-_blas = threading.RLock()  # BLAS has one number of threads for the whole process: two who change it would restore wrong ones
+_blas = threading.RLock()  # BLAS has one thread count per process: two callers who change it at once would restore the wrong one
 
 
 @contextmanager
@@ -47,7 +47,7 @@ def in_parallel(work: Callable[[int], None], workers: int) -> None:
     calls = [pool.submit(work, worker) for worker in range(workers)]
     try:
         wait(calls)
-    except BaseException:  # Ctrl-C: the buffers that they write to are not free before they have ended
+    except BaseException:  # Ctrl-C: the buffers that they write to are in use until they have ended
         wait(calls)
         raise
     for call in calls:
@@ -76,5 +76,5 @@ def _pool(workers: int) -> ThreadPoolExecutor:
         pool.shutdown(wait=False, cancel_futures=True)
         raise
     finally:
-        torch.set_num_threads(threads)  # also what threads will get that are yet to come
+        torch.set_num_threads(threads)  # this is also the setting of threads that start later
     return pool

@@ -1,4 +1,4 @@
-"""What the person at the keyboard allowed to run: hashes of source texts, for this process, and remembered for this user."""
+"""Code that the user has allowed to run: hashes of source texts, for this process, and remembered for this user."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ _here: set[str] = set()  # allowed in this process
 
 
 def allowed(sha256: str) -> bool:
-    """Whether a text of this hash may run."""
+    """Whether a text with this hash may run."""
     return sha256 in _here or sha256 in remembered()
 
 
 def allowed_here(sha256: str) -> bool:
-    """Whether a text of this hash was allowed in this process itself."""
+    """Whether a text with this hash was allowed in this process, not before."""
     return sha256 in _here
 
 
@@ -36,12 +36,12 @@ def file() -> Path:
 
 
 def remembered() -> dict[str, str]:
-    """What was allowed by this user before: hash and path. Nothing where the file is another's, or others may write it."""
+    """What this user allowed before: hash and path. Empty if the file belongs to another user, or others may write to it."""
     path = file()
     try:
         for place in (path, path.parent):
-            found = place.stat()
-            if os.name == "posix" and (found.st_uid != os.geteuid() or found.st_mode & 0o022):
+            status = place.stat()
+            if os.name == "posix" and (status.st_uid != os.geteuid() or status.st_mode & 0o022):
                 return {}
         data = json.loads(path.read_bytes())
         return {str(sha256): str(entry["path"]) for sha256, entry in data["code"].items()}
@@ -69,5 +69,5 @@ def remember(texts: Mapping[str, str]) -> None:
             os.unlink(temporary)
             raise
     except OSError as error:
-        what = f"cannot be written: {error.strerror or error}"
-        raise ConfigError([Problem((), what, str(path), "a folder of your own as XDG_CONFIG_HOME", source="--trust")]) from None
+        fault = f"cannot be written: {error.strerror or error}"
+        raise ConfigError([Problem((), fault, str(path), "a folder of your own as XDG_CONFIG_HOME", source="--trust")]) from None

@@ -1,6 +1,6 @@
 """One world at a time: esper's state is that of the process, so worlds of several threads take turns, tick by tick.
 
-Users have one world per process, or several in one thread. The viewer alone runs a second one in a thread of its own, `apart`.
+Users have one world per process, or several in one thread. Only the viewer runs a second one, `apart`, in a thread of its own.
 """
 
 import gc
@@ -17,18 +17,18 @@ _apart = threading.local()
 
 
 class _Turn:
-    """Held whenever esper is used: while a world is made, in each tick, within `with world:`. Who holds it may take it again.
+    """A reentrant lock, held whenever esper is used: while a world is made, in each tick, within `with world:`.
 
-    A lock that is released and taken at once would never be another's: whoever has had a turn calls `leave`, which lets
-    somebody who waits have the next one.
+    A lock that is released and taken again at once never passes to another thread: after a turn a thread calls `leave`,
+    which gives the next turn to one that waits.
     """
 
-    PATIENCE = 1.0  # [s] that others have to take their turn: longer than a loaded machine lets a thread wait
+    PATIENCE = 1.0  # [s] others have to take their turn: longer than a thread waits on a loaded machine
 
     def __init__(self) -> None:
         self._lock = threading.RLock()
         self.waiting = 0  # threads
-        self._taken = 0  # turns that somebody had to wait for
+        self._taken = 0  # turns that a thread had to wait for
         self._returned: deque[int] = deque()  # threads whose turns others gave back for them
 
     def __enter__(self) -> None:
@@ -52,9 +52,9 @@ class _Turn:
         return self._lock._is_owned()  # type: ignore[attr-defined]
 
     def give_back(self, times: int, thread: int) -> None:
-        """End turns that a thread took and can no longer end: of a world that was freed, by whichever thread collects garbage.
+        """End the turns of a world that was freed, which its thread can no longer end; any thread may collect garbage.
 
-        Another thread's end with the next one that it ends itself: a lock is released by its own thread alone.
+        Turns of another thread end with the next one that it ends itself: a lock is released by its own thread only.
         """
         for _ in range(times):
             if thread == threading.get_ident():
@@ -76,7 +76,7 @@ turn = _Turn()
 
 @contextmanager
 def apart() -> Iterator[None]:
-    """Let this thread make worlds beside those of others; for threads that nobody but us starts."""
+    """Let this thread make worlds beside those of other threads; for threads that only this package starts."""
     _apart.allowed = True
     try:
         yield
@@ -88,7 +88,7 @@ def enter(world: Any) -> None:
     """Register a new world; raises RuntimeError where a living one belongs to another thread."""
     me = threading.current_thread()
     if not getattr(_apart, "allowed", False) and (other := _of_others(me)):
-        gc.collect()  # one that nobody holds any longer does not count
+        gc.collect()  # a world that nothing refers to does not count
         if other := _of_others(me):
             raise RuntimeError(
                 f"world {world.name!r}: the thread {other[0].owner.name!r} has the world {other[0].name!r}, and worlds of several "

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor, wait
 from typing import Any
 
-PARALLEL_FROM = 3000  # organisms below which a second thread does not pay
+PARALLEL_FROM = 3000  # fewer organisms than this do not repay a second thread
 
 
 class Workers:
@@ -15,7 +15,7 @@ class Workers:
     def __init__(self, threads: int) -> None:
         self.threads = threads
         self.pool = ThreadPoolExecutor(threads - 1) if threads > 1 else None
-        self.all_busy = False  # whether all threads are at work on pieces of `together`: within one nothing is split further
+        self.all_busy = False  # whether all threads are busy in `together`: its pieces are not split further
 
     def split(self, kernel: Callable[..., Any], n: int, *arguments: Any, work: int | None = None) -> None:
         """Run `kernel(first, last, *arguments)` over 0…n, in parts on all threads where `work` items are worth it."""
@@ -51,6 +51,6 @@ def _here_and(others: list[Future[Any]], work: Callable[[], Any]) -> None:
     try:
         work()
     finally:
-        wait(others)  # whoever looks at the world after an error finds nobody at work on it
+        wait(others)  # after an error no thread still works on the world
     for part in others:
         part.result()

@@ -31,9 +31,9 @@ class World:
     `dt` [s] is the length of a tick, `seed` all chance. `threads` changes the speed and no result. Worlds do not mix: each
     has its own esper context, which `with world:` enters.
 
-    Whoever wants to hear of something puts a function into a list: `before_tick` (no arguments, before each tick of `run`),
-    `on_death` (table, rows), before the rows are freed, and `on_birth` (table, rows, uids of first and of second parents,
-    0 for none), after they were taken. They are called in the order of the list; none of them is saved.
+    Hooks are lists of functions: `before_tick` (no arguments, before each tick of `run`), `on_death` (table, rows), before
+    the rows are freed, and `on_birth` (table, rows, uids of first and of second parents, 0 for none), once the rows are
+    filled. They are called in the order of the list; none of them is saved.
     """
 
     def __init__(self, *, dt: float = 1.0, seed: int = 0, threads: int = 1, name: str = "world") -> None:
@@ -49,11 +49,11 @@ class World:
         self.on_birth: list[Callable[[Table, np.ndarray, np.ndarray, np.ndarray], Any]] = []
         self.ticking = False  # whether a tick is under way
         self.stopping = False  # whether `run` is to return, as soon as it can
-        self.stopped = False  # whether it did, the last time, before its ticks were over
-        self.underway: Underway | None = None  # what must be done as a whole and is not done yet, or never will be
+        self.stopped = False  # whether the last `run` returned early
+        self.underway: Underway | None = None  # an action that has begun and is not complete, or never will be
         self.debug: Any = None  # the checks of the debug mode
         self.owner: threading.Thread
-        self.apart = False  # whether it lives in a thread beside another's world
+        self.apart = False  # whether it runs in a thread beside another world
         turns.enter(self)
         self.context, self._workers = Context(), Workers(self.threads)
         self._outer: list[str] = []
@@ -139,9 +139,9 @@ class World:
             raise ValueError(f"spawn {name!r}: parent is {parent}; it must be a uid, or 0 for none")
         table.request(np.full(n, parent, np.uint64), self.admit_newborn(table, values, f"spawn {name!r}"))
 
-    def kill(self, who: int, cause: str = "culled", killer: int = 0) -> None:
-        """Let an organism die of a cause at the end of the phase `die`; `who` is a uid. Killing twice changes nothing."""
-        table, row = self.locate(who)
+    def kill(self, uid: int, cause: str = "culled", killer: int = 0) -> None:
+        """Let the organism `uid` die of a cause at the end of the phase `die`. Killing twice changes nothing."""
+        table, row = self.locate(uid)
         if not table.cause[row]:
             table.cause[row] = self.cause(cause)
             table.killer[row] = killer
@@ -175,15 +175,15 @@ class World:
         self.run(1)
 
     def stop(self) -> None:
-        """Let `run` return: after this tick, or before the next one where no tick is under way. `stopped` says then that it did."""
+        """Make `run` return: after this tick, or before the next if no tick is under way. `stopped` is then true."""
         self.stopping = True
 
     def run(self, ticks: int, progress: Callable[[int, int], Any] | None = None) -> Self:
         """Let `ticks` ticks pass; `progress(done, ticks)` is called about ten times a second. Returns the world.
 
-        Returns earlier, after a whole tick, where `stop()` was called meanwhile. What is in `before_tick` is called before every
-        tick. Ctrl-C stops after a whole tick, too. An error within a tick, or a second Ctrl-C, leaves a world that may only be
-        looked at: what else is asked of it raises UnfinishedTick.
+        Returns early, after a whole tick, if `stop()` was called. The functions in `before_tick` are called before every
+        tick. Ctrl-C also stops after a whole tick. An error within a tick, or a second Ctrl-C, leaves a world that can only
+        be inspected: anything else raises UnfinishedTick.
         """
         ticks = whole_number("ticks", ticks)
         self._mine()
@@ -222,7 +222,7 @@ class World:
         return self
 
     def _pass(self, mark: Underway) -> None:
-        """Let one tick pass; the mark stands until it has passed as a whole."""
+        """Let one tick pass; the mark stands until it is complete."""
         self.underway, self.ticking = mark, True
         with turns.turn:
             outside = esper.current_world
@@ -250,7 +250,7 @@ class World:
             self.flush_births()
 
     def flush_deaths(self) -> None:
-        """Free the rows of all that have a cause of death; listeners see them, in the order of uids, before."""
+        """Free the rows of all that have a cause of death; hooks see them first, in the order of uids."""
         for table in self.tables.values():
             rows = table.doomed()
             if rows.size:
@@ -274,9 +274,9 @@ class World:
                         listen(table, rows, parents, np.zeros_like(parents) if second is None else second)
 
     def admit(self, refuse: bool = True) -> None:
-        """Look at what was written between ticks, before kernels work with it; a world with a space does."""
+        """Check what was written between ticks, before kernels read it; a world with a space does this."""
 
-    def admit_newborn(self, table: Table, values: dict[tuple[type, str], Any], whose: str) -> dict[tuple[type, str], Any]:
+    def admit_newborn(self, table: Table, values: dict[tuple[type, str], Any], label: str) -> dict[tuple[type, str], Any]:
         """Return the values of newborn as they may come to life."""
         return values
 
@@ -286,7 +286,7 @@ class World:
         """Bring esper's entities up to date: esper then has one for each living organism, with a handle per component.
 
         Done on `with world:`, within it after `run` and `step`, and before each plain esper.Processor of the schedule: esper
-        is never looked at while it lags behind, and births and deaths that nobody looks at cost no handles.
+        is always up to date when it is read, and births and deaths that nobody reads cost no handles.
         """
         self.context.sync(self.tables.values(), self._handles)
 
@@ -321,7 +321,7 @@ class World:
     # --- for systems -----------------------------------------------------------------------------------------------
 
     def touch(self) -> None:
-        """Let what is derived from places be made anew: something may have been moved through handles."""
+        """Invalidate all that is derived from positions: handles may have moved something."""
         for table in self.tables.values():
             table.version += 1
 
@@ -330,11 +330,11 @@ class World:
         self._workers.split(kernel, n, *arguments, work=work)
 
     def together(self, *work: Callable[[], Any]) -> None:
-        """Do independent pieces of work, on all threads where the world is large enough; they must not share what they write."""
+        """Do independent pieces of work, on all threads if the world is large enough; no two may write to the same array."""
         self._workers.together(sum(t.n for t in self.tables.values()), *work)
 
 
 def _forget(context: Context, workers: Workers, within: list[str], thread: int) -> None:
     workers.end()
     context.end()
-    turns.turn.give_back(len(within), thread)  # of a world that nobody holds any longer, though nobody left it
+    turns.turn.give_back(len(within), thread)  # the world was freed within its `with` block
