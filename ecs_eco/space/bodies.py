@@ -1,4 +1,4 @@
-"""What stands where: the ground that nothing walks into or sees through, and the bodies of several tables in one index."""
+"""Obstacles: ground that nothing can enter or see through, and the bodies of several tables in one index."""
 
 from typing import TYPE_CHECKING
 

@@ -1,4 +1,4 @@
-"""Whether what lies around the organisms is sound: fields, ground and ambient values, which may be written between ticks."""
+"""Checks of the surroundings: fields, ground and ambient values, which users may write between ticks."""
 
 from typing import Any
 
@@ -15,7 +15,7 @@ AMBIENT = ("temperature", "pressure", "light")
 
 
 def check_surroundings(world: Any) -> None:
-    """Raise ValueError that names the field, the ground or the ambient value that no kernel could work with."""
+    """Raise ValueError that names a field, ground or ambient value that kernels cannot use."""
     for name, field in world.fields.items():
         _check_form(f"field {name!r}: source", field.source, field.shape[::-1], np.float32)
         _check_map(f"field {name!r}: value", field.value, field.shape[::-1], FINITE, "finite numbers")
@@ -41,5 +41,5 @@ def _check_map(name: str, values: np.ndarray, shape: tuple[int, ...], limits: tu
 
 def _check_form(name: str, values: Any, shape: tuple[int, ...], dtype: Any) -> None:
     if getattr(values, "dtype", None) != dtype or values.shape != shape or not values.flags.c_contiguous:
-        found = f"{values.dtype}{list(values.shape)}" if isinstance(values, np.ndarray) else repr(values)
-        raise ValueError(f"{name} is {found}; allowed: {np.dtype(dtype)}{list(shape)} without gaps; write into it: [...] = …")
+        given = f"{values.dtype}{list(values.shape)}" if isinstance(values, np.ndarray) else repr(values)
+        raise ValueError(f"{name} is {given}; allowed: {np.dtype(dtype)}{list(shape)} without gaps; write into it: [...] = …")

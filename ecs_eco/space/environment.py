@@ -1,4 +1,4 @@
-"""What surrounds the organisms: light, temperature and pressure, the sun, the water, and the functions that say what is where."""
+"""The surroundings of the organisms: light, temperature and pressure, the sun, the water, and functions of place."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Quantity = Callable[..., np.ndarray]
 class Environment(dict[str, Quantity]):
     """Functions of places by what they give ("light", "temperature" [K], "pressure" [Pa]); each replaces a constant in `ambient`.
 
-    A sun and a water bring functions of their own; one that the user has put here stands instead.
+    A sun and a water bring functions of their own; a function set by the user takes precedence.
     """
 
     def __init__(self) -> None:
@@ -27,7 +27,7 @@ class Environment(dict[str, Quantity]):
         self.water: Water | None = None  # fills a volume
 
     def set_climate(self, sun: Sun | None, water: Water | None) -> None:
-        """Take a sun and a water in the place of those that were."""
+        """Replace the sun and the water."""
         for quantity in ("light", "temperature", "pressure"):
             if getattr(self.get(quantity), "of_climate", False):
                 del self[quantity]

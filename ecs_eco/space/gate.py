@@ -1,8 +1,9 @@
 """The gate: what comes into a world from outside is a finite number within its limits, is brought there, or is refused by name.
 
-Outside is all that no system of a tick wrote: what is spawned, what was written to columns, handles, fields and ground between
-ticks, checkpoints, interventions. A place beyond the edge of a torus is brought back around it, one on a wall to just before it.
-Within a tick nothing is looked at: kernels keep to their arrays whatever the numbers are, and the debug mode says which system wrote them.
+Outside is everything that no system of a tick wrote: spawned organisms, what was written to columns, handles, fields and
+ground between ticks, checkpoints, interventions. A place beyond the edge of a torus is wrapped around it, one on a wall moved
+to just before it. Within a tick nothing is checked: kernels stay within their arrays whatever the numbers are, and the debug
+mode says which system wrote a bad one.
 """
 
 import math
@@ -18,8 +19,8 @@ from ecs_eco.space.geometry import back_into
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
 
-FURTHEST = 1000  # lengths of the world from which a place is brought back around a torus: float32 still tells places apart there
-WIDTH = 8  # columns of a group: more would save little, and be empty in small tables
+FURTHEST = 1000  # lengths of the world from which a place is wrapped around a torus: float32 still resolves places there
+WIDTH = 8  # columns of a group: more would save little, and stay empty in small tables
 
 
 class Limits(NamedTuple):
@@ -48,27 +49,27 @@ class Limits(NamedTuple):
         return f"{self.low:g} to {self.high:g}"
 
     def outside(self, values: np.ndarray) -> np.ndarray:
-        """Return which of values [k, …] are beyond the limits, or no numbers: bool[k]."""
+        """Return which of values [k, …] are beyond the limits or not finite: bool[k]."""
         wrong = ~((values >= self.low) & (values <= self.high))
         return wrong.any(axis=tuple(range(1, wrong.ndim)))
 
     def brought_back(self, values: np.ndarray) -> np.ndarray:
-        """Return places f32[k] [m] with those brought into the space that can be; others as they are."""
+        """Return places f32[k] [m], brought into the space where that is possible; others unchanged."""
         if self.around:
             can = np.abs(values) <= FURTHEST * np.float32(self.length)
         else:
             can = values == np.float32(self.length)
         return np.where(can, back_into(np.where(can, values, 0), self.length, self.around), values).astype(np.float32)
 
-    def refuse(self, whose: str, values: np.ndarray) -> None:
-        """Raise ValueError where a value is outside; `whose` has a place for the number of the first such."""
+    def refuse(self, label: str, values: np.ndarray) -> None:
+        """Raise ValueError if a value is outside; `label` says whose it is, with {} for the row of the first one."""
         rows = np.flatnonzero(self.outside(values))
         if rows.size:
             bad = np.atleast_1d(values[rows[0]])
             inside = np.atleast_1d((bad >= self.low) & (bad <= self.high)).ravel()
             value = bad.ravel()[np.flatnonzero(~inside)[0]]
             more = f" ({rows.size - 1} more)" if rows.size > 1 else ""
-            raise ValueError(f"{whose.format(int(rows[0]))}: {self.name} is {value}{more}; allowed: {self.allowed}")
+            raise ValueError(f"{label.format(int(rows[0]))}: {self.name} is {value}{more}; allowed: {self.allowed}")
 
 
 class Group(NamedTuple):
@@ -81,13 +82,13 @@ class Group(NamedTuple):
 
 
 class _Known(NamedTuple):
-    key: tuple[Any, ...]  # what limits follow from
+    key: tuple[Any, ...]  # what the limits were computed from
     limits: list[Limits]
     groups: list[Group]
 
 
 def limits_of(world: Any, table: "Table", heavy: bool = False) -> list[Limits]:
-    """Return the limits of a table's fields; of heavy ones too where asked for."""
+    """Return the limits of a table's fields, with `heavy` of heavy ones too."""
     return _known(world, table, heavy).limits
 
 
@@ -118,7 +119,7 @@ def _limits(world: Any, table: "Table", heavy: bool) -> Iterator[Limits]:
     lengths = dict(zip("xyz", world.space.size, strict=False))
     for component in table.columns:
         for field, (kind, default) in component.fields.items():
-            if (kind.blocked and not heavy) or not np.isfinite(default).all():  # its own default says that it needs no finite number
+            if (kind.blocked and not heavy) or not np.isfinite(default).all():  # its default is not finite: any number is allowed
                 continue
             if component.__name__ == "Position" and (length := lengths.get(field)) is not None:
                 near = np.nextafter(np.float32(length), np.float32(0))
@@ -133,10 +134,9 @@ def _limits(world: Any, table: "Table", heavy: bool) -> Iterator[Limits]:
 
 
 def admit(world: Any, refuse: bool = True) -> None:
-    """Bring back or refuse what was written to the columns of the living, to fields, ground and ambient values, and asked for as
-    newborn, since the last tick.
+    """Wrap or refuse what was written since the last tick: columns of the living, fields, ground, ambient values, requested births.
 
-    Raises ValueError that names the organism, the field, the value and the limits; nothing where the debug mode is to say so.
+    Raises ValueError that names the organism, the field, the value and the limits; does not raise where the debug mode will.
     """
     if refuse:
         check_surroundings(world)
@@ -170,10 +170,10 @@ def _admit_column(table: "Table", limits: Limits, column: np.ndarray, refuse: bo
         limits.refuse(f"{table.name}, uid {int(table.uid[rows[wrong][0]])}", column[rows[wrong]])
 
 
-def newborn(world: Any, table: "Table", values: Mapping[tuple[type, str], Any], whose: str) -> dict[tuple[type, str], np.ndarray]:
+def newborn(world: Any, table: "Table", values: Mapping[tuple[type, str], Any], label: str) -> dict[tuple[type, str], np.ndarray]:
     """Return the columns of newborn with their places brought into the space; ValueError for what is beyond its limits.
 
-    `whose` says in the message who they are, with {} for the number of the first such.
+    `label` says in the message who they are, with {} for the number of the first one.
     """
     out = {}
     for limits in limits_of(world, table, heavy=True):
@@ -182,7 +182,7 @@ def newborn(world: Any, table: "Table", values: Mapping[tuple[type, str], Any], 
             given = np.asarray(values[key])
             if limits.length:
                 given = limits.brought_back(given.astype(np.float32, copy=False))
-            limits.refuse(whose, given)
+            limits.refuse(label, given)
             out[key] = given
     return {**values, **out}
 

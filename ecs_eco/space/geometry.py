@@ -35,7 +35,7 @@ class Space:
         """Choose the side of the index cells [m]; at most 4 million cells are made."""
         if not cell > 0:
             raise ValueError(f"space.cell is {cell}; it must be a positive length [m]")
-        cell = max(cell, 1e-300)  # less would not grow, and fit into no length
+        cell = max(cell, 1e-300)  # a smaller cell would not grow, and no length would hold a whole number of them
         while math.prod(max(1.0, min(s / cell, 1e18) // 1) for s in self.size) > 4_000_000:  # in floats: whole numbers of numpy wrap around
             cell *= 1.25
         self.cell = float(cell)
@@ -45,13 +45,13 @@ class Space:
         self.n_cells = self.shape[0] * self.shape[1] * self.shape[2]
 
     def reach(self, radius: float) -> int:
-        """Return how many cells a look of `radius` [m] spans to each side."""
+        """Return how many cells a search of `radius` [m] spans to each side."""
         cells, most = radius / min(s / n for s, n in zip(self.size, self.shape, strict=False)), max(self.shape)
         return max(math.ceil(cells - 1e-6), 0) if cells < most else most * (cells >= most)  # none for what is no number
 
     @property
     def largest_radius(self) -> float:
-        """The largest radius that a sense may have [m]: half the shorter side of a torus, the diagonal between walls."""
+        """The largest radius of a sensor [m]: half the shorter side of a torus, the diagonal between walls."""
         return min(self.size[:2]) / 2 if self.torus else math.dist([0.0] * len(self.size), self.size)
 
 
@@ -98,7 +98,7 @@ def floor_between(place, low, high):
 
 @njit
 def half_cells(way, inverse, lengths):
-    """Return how many half cells of a map a way [m] is long, at most as many as once along both sides of the space."""
+    """Return the length of a path [m] in half cells of a map, at most that of both sides of the space."""
     each = max(inverse[0], inverse[1]) * np.float32(2.0)
     n, most = np.ceil(way * each), np.ceil((lengths[0] + lengths[1]) * each)
     n = n if n > np.float32(0.0) else np.float32(0.0)

@@ -9,7 +9,7 @@ from ecs_eco.space.geometry import Space, cell_of
 
 
 class Index:
-    """Who is where. Entry i is row `rows[i]`, at (x[i], y[i], z[i]) [m]; cell c holds entries start[c] to start[c+1].
+    """The living sorted by place. Entry i is row `rows[i]`, at (x[i], y[i], z[i]) [m]; cell c holds entries start[c] to start[c+1].
 
     The order of the entries follows from places and uids alone: it is the canonical order of all sums and ties.
     """

@@ -33,7 +33,7 @@ class Bodies:
 
 @njit
 def gather(x, y, z, reach, start, bx, by, bz, nx, ny, nz, inverse, lengths, torus, out):
-    """Write the entries whose cells lie within `reach` cells of a place, each once, in a fixed order; return how many fit."""
+    """Write the entries in cells within `reach` cells of a place, each once, in a fixed order; return their number."""
     cx, cy, cz = cell_of(x * inverse[0], nx), cell_of(y * inverse[1], ny), cell_of(z * inverse[2], nz)
     x0, x1, y0, y1 = cx - reach, cx + reach, cy - reach, cy + reach
     if torus:
@@ -99,7 +99,7 @@ def hidden(x, y, z, dx, dy, dz, me, it, margin, bx, by, bz, br, bu, start, nx, n
         az = nz / lengths[2]
         k0 = floor_between((z + min(dz, zero) - margin) * az, 0, nz)
         k1 = floor_between((z + max(dz, zero) + margin) * az, -1, nz - 1)
-    around = torus and (i1 - i0 >= nx or j1 - j0 >= ny)  # the box meets itself: of each body the image nearest to the line's middle counts
+    around = torus and (i1 - i0 >= nx or j1 - j0 >= ny)  # the box wraps around: use the image nearest to the line's middle
     if torus:
         i1, j1 = min(i1, i0 + nx - 1), min(j1, j0 + ny - 1)
     else:
@@ -133,18 +133,18 @@ def hidden(x, y, z, dx, dy, dz, me, it, margin, bx, by, bz, br, bu, start, nx, n
 
 @njit
 def nearest_visible(first, last, ox, oy, oz, ou, cos, sin, tx, ty, tz, tu, tstart, bx, by, bz, br, bu, bstart, occlusion, largest,
-                    nx, ny, nz, inverse, lengths, torus, reach, radius, cos_half_fov, ground, ground_inverse, found, distance2):
-    """Replace found[i] by the nearest target that is in the field of view and not hidden by a body or rock, −1 if none.
+                    nx, ny, nz, inverse, lengths, torus, reach, radius, cos_half_fov, ground, ground_inverse, target, distance2):
+    """Replace target[i] by the nearest target that is in the field of view and not hidden by a body or rock, −1 if none.
 
-    Seekers without any target in reach (found[i] < 0) are left as they are. Kernel over seekers first … last − 1.
+    Seekers without any target in reach (target[i] < 0) are left as they are. Kernel over seekers first … last − 1.
     """
     close = np.empty(tx.size, np.int64)
     for i in range(first, last):
-        if found[i] < 0:
+        if target[i] < 0:
             continue
         x, y, z = ox[i], oy[i], oz[i]
         best, best_j = radius * radius, -1
-        j = found[i]
+        j = target[i]
         dx, dy, dz = offset(x, y, z, tx[j], ty[j], tz[j], lengths, torus)
         seen = ahead(dx, dy, dz, cos[i], sin[i], cos_half_fov)
         if seen and occlusion:
@@ -167,7 +167,7 @@ def nearest_visible(first, last, ox, oy, oz, ou, cos, sin, tx, ty, tz, tu, tstar
                 if rock_between(x, y, dx, dy, ground, ground_inverse, lengths, torus) <= 1:
                     continue
             best, best_j = d2, e
-        found[i] = best_j
+        target[i] = best_j
         distance2[i] = best
 
 

@@ -16,9 +16,9 @@ OPEN, WATER, ROCK, FENCE = 0, 1, 2, 3
 class Terrain:
     """Heights f32[ny, nx] [m] and ground u8[ny, nx] (0 open, 1 water, 2 rock, 3 fence) on cells of side `cell` [m].
 
-    Water stops walkers, rock stops walkers and sight; a fence stops walkers, and who stands where one is put up walks off it to
-    either side. `slope_cost` is the extra cost of locomotion per unit of upward
-    slope, as a share of the cost on the flat.
+    Water stops walkers, rock stops walkers and sight; a fence stops walkers, but those who stand where it is put up can walk
+    off it to either side. `slope_cost` is the extra cost of locomotion per unit of upward slope, as a share of the cost on
+    the flat.
     """
 
     def __init__(self, space: Space, cell: float = 1.0, *, hills: Mapping[str, float] | None = None,
@@ -30,7 +30,7 @@ class Terrain:
         self.height = np.zeros((ny, nx), np.float32)
         self.ground = np.zeros((ny, nx), np.uint8)
         self.inverse = np.array([nx / space.size[0], ny / space.size[1]], np.float32)
-        self.declared = True  # by the world file; ground that an intervention makes is kept by it
+        self.declared = True  # declared in the world file; an intervention keeps the ground that it makes
         self.fences: list[np.ndarray] = []  # the corners of each, f64[k, 2] [m]
         if hills:
             self.height += _hills(space, nx, ny, **hills)

@@ -1,4 +1,4 @@
-"""A world whose entities are somewhere: its space, its surroundings, and who is near whom. What sensors and systems work with."""
+"""A world with places: its space, its surroundings and its neighbour indexes, which sensors and systems read."""
 
 from __future__ import annotations
 
@@ -38,8 +38,8 @@ class SpatialWorld(World):
         self.reproduction = True  # switched off while policies are pre-trained
         self.config: Any = None  # the WorldConfig that it was built from
         self.recorder: Any = None
-        self.origin: dict[str, Any] = {}  # how `build` was asked to make it
-        self.intervened: list[tuple[int, Any]] = []  # (tick, what) of interventions carried out
+        self.origin: dict[str, Any] = {}  # the arguments of `build`
+        self.intervened: list[tuple[int, Any]] = []  # (tick, intervention) carried out
         self.lock = threading.RLock()  # held while something is made that threads share
         self._indexes: dict[str, Index] = {}
         self._merged: dict[tuple[str, ...], tuple[tuple[int, ...], Bodies]] = {}
@@ -58,9 +58,9 @@ class SpatialWorld(World):
         """Bring back or refuse what was written between ticks; see `ecs_eco.space.gate`."""
         gate.admit(self, refuse)
 
-    def admit_newborn(self, table: Table, values: dict[tuple[type, str], Any], whose: str) -> dict[tuple[type, str], Any]:
+    def admit_newborn(self, table: Table, values: dict[tuple[type, str], Any], label: str) -> dict[tuple[type, str], Any]:
         """Return the values of newborn with their places brought into the space; ValueError for what is beyond its limits."""
-        return gate.newborn(self, table, values, whose)
+        return gate.newborn(self, table, values, label)
 
     # --- who is near whom ------------------------------------------------------------------------------------------
 
