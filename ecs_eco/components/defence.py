@@ -1,4 +1,4 @@
-"""How a plant keeps from being eaten."""
+"""A plant's defence against being eaten."""
 
 from ecs_eco.engine.schema import component, f32
 

@@ -1,4 +1,4 @@
-"""A happiness that is an organism's own and not its species'."""
+"""Happiness of an individual, where it is not the species'."""
 
 from ecs_eco.engine.schema import component, f32
 

@@ -1,4 +1,4 @@
-"""What an organism that learns alone has lived through since it last learnt."""
+"""Experience of an organism that learns individually, since its last update."""
 
 from ecs_eco.engine.schema import component, f32, i16, i32
 
@@ -9,7 +9,7 @@ class Experience:
 
     observations: f32["horizon", "channels"].heavy = 0.0
     choices: i16["horizon", "groups"].heavy = 0
-    log_probability: f32["horizon"].heavy = 0.0  # of the choice when it was made
+    log_probability: f32["horizon"].heavy = 0.0  # of the choice, under the policy that made it
     value: f32["horizon"].heavy = 0.0  # expected then
     reward: f32["horizon"].heavy = 0.0  # that followed
     length: i32.within(0, "horizon") = 0

@@ -1,4 +1,4 @@
-"""How a plant grows and spreads, where that is its own and not its species'."""
+"""Growth and spread of a plant, where they are individual and not the species'."""
 
 from ecs_eco.engine.schema import component, f32
 

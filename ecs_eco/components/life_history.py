@@ -1,4 +1,4 @@
-"""When and how an organism reproduces, and how old it can get, where that is its own and not its species'."""
+"""When and how an organism reproduces, and how old it can get, where this is individual and not the species'."""
 
 from ecs_eco.engine.schema import component, f32, u8
 

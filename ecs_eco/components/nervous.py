@@ -1,4 +1,4 @@
-"""What a nervous system decided and felt."""
+"""Decision and happiness of a nervous system."""
 
 from ecs_eco.engine.schema import boolean, component, f32, u8
 

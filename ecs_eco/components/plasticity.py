@@ -1,4 +1,4 @@
-"""How an organism learns, where that is its own and not its species'."""
+"""How an organism learns, where this is individual and not the species'."""
 
 from ecs_eco.engine.schema import component, f32
 

@@ -1,4 +1,4 @@
-"""The policy network of an organism that has its own."""
+"""The policy network of an individual."""
 
 from ecs_eco.engine.schema import component, f32, i32
 
@@ -11,4 +11,4 @@ class Policy:
     moment_1: f32["weights"].heavy = 0.0  # Adam's running mean of gradients
     moment_2: f32["weights"].heavy = 0.0  # and of their squares
     steps: i32 = 0  # of the optimiser in this life
-    updates: i32 = 0  # rollouts learnt from in this life
+    updates: i32 = 0  # updates in this life, one a rollout

@@ -1,4 +1,4 @@
-"""Reflexes that are an organism's own and not its species'."""
+"""Reflexes of an individual, where they are not the species'."""
 
 from ecs_eco.engine.schema import component, f32, i8
 

@@ -1,4 +1,4 @@
-"""Sensors that are an organism's own and not its species'."""
+"""Sensors of an individual, where they are not the species'."""
 
 from ecs_eco.engine.schema import component, f32
 
