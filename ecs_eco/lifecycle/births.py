@@ -1,4 +1,4 @@
-"""What systems of reproduction share: who is born where, with what; no system of its own."""
+"""Births, as all systems of reproduction need them: number, place and initial state of the newborn."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
     from ecs_eco.space.world import SpatialWorld
 
-LITTER_MAX = 65_535  # most that a mother's column holds
-TRIES = 8  # places looked at before a birth is given up for want of room
+LITTER_MAX = 65_535  # the largest number that a mother's column holds
+TRIES = 8  # places tried before a birth fails for lack of room
 
 
 def life_history(table: Table, way: Any) -> tuple[Any, ...]:
@@ -42,16 +42,16 @@ def life_history(table: Table, way: Any) -> tuple[Any, ...]:
 
 
 def room(table: Table, wanted: int) -> int:
-    """Return how many of `wanted` newborn there is room for: `max_count` less the living and those that wait to be born."""
+    """Return how many of `wanted` newborn there is room for: `max_count` minus the living and the births pending."""
     most = table.species.max_count
     return wanted if most is None else max(0, min(wanted, most - table.n - table.waiting))
 
 
 def bring_forth(table: Table, world: SpatialWorld, way: Any, parents: np.ndarray, number: np.ndarray, given: np.ndarray,
                 fathers: np.ndarray | None = None, sperm: np.ndarray | None = None) -> np.ndarray:
-    """Ask for `number` i64[k] newborn of each parent (rows i64[k] in the order of uids); return how many there was room for.
+    """Request `number` i64[k] newborn of each parent (rows i64[k] in the order of uids); return how many there was room for.
 
-    Each newborn gets the energy `given` f32[k] of its parent; nobody pays here. `fathers` are uids u64[k], dead or
+    Each newborn gets the energy `given` f32[k]; the caller takes it from the parent. `fathers` are uids u64[k], dead or
     alive, `sperm` u8[k, loci] their genomes.
     """
     n = room(table, int(number.sum()))
@@ -60,32 +60,32 @@ def bring_forth(table: Table, world: SpatialWorld, way: Any, parents: np.ndarray
     if not which.size:
         return np.zeros(parents.size, np.int64)
     mothers = parents[which]
-    who = np.empty(which.size, np.uint64)
-    name(table.uid[mothers], nth, who)
-    places = find_places(table, world, mothers, who, way)
-    found = places[:, 3] > 0
-    which, mothers, who, places = which[found], mothers[found], who[found], places[found]
+    identity = np.empty(which.size, np.uint64)
+    name(table.uid[mothers], nth, identity)
+    places = find_places(table, world, mothers, identity, way)
+    placed = places[:, 3] > 0
+    which, mothers, identity, places = which[placed], mothers[placed], identity[placed], places[placed]
     if which.size:
-        values = newborn(table, world, places, who, given[which])
+        values = newborn(table, world, places, identity, given[which])
         second = None if fathers is None else fathers[which]
         if (heredity := table.species.heredity) is not None:
             living = None if second is None else rows_of(table, second)
-            values |= heredity.offspring(world, table, mothers, living, who, **({} if sperm is None else {"sperm": sperm[which]}))
+            values |= heredity.offspring(world, table, mothers, living, identity, **({} if sperm is None else {"sperm": sperm[which]}))
         table.request(table.uid[mothers], values, second)
     return np.bincount(which, minlength=parents.size)
 
 
-def newborn(table: Table, world: SpatialWorld, places: np.ndarray, who: np.ndarray,
+def newborn(table: Table, world: SpatialWorld, places: np.ndarray, identity: np.ndarray,
             energy: np.ndarray) -> dict[tuple[type, str], np.ndarray]:
     """Return the columns in which newborn differ from the table's defaults: place, heading, sex, energy.
 
-    `who` u64[k] is the number that each one's chance is drawn with.
+    `identity` u64[k] identifies each one's random draws.
     """
-    turn = random.draw_many(world.key, who, random.SEX + (1 << 8))
+    turn = random.draw_many(world.key, identity, random.SEX + (1 << 8))
     values: dict[tuple[type, str], np.ndarray] = {(Position, axis): places[:, i] for i, axis in enumerate("xyz")}
     values |= {(Position, "heading"): turn * np.float32(6.2831855), (Metabolism, "energy"): energy}
     if table.species.sex == "random":
-        values[Biology, "sex"] = np.where(random.draw_many(world.key, who, random.SEX) < 0.5, 1, 2).astype(np.uint8)
+        values[Biology, "sex"] = np.where(random.draw_many(world.key, identity, random.SEX) < 0.5, 1, 2).astype(np.uint8)
     return values
 
 
@@ -97,17 +97,17 @@ def rows_of(table: Table, uids: np.ndarray) -> np.ndarray:
     return np.where(known[at] == uids, rows[at], -1)
 
 
-def find_places(table: Table, world: SpatialWorld, parents: np.ndarray, who: np.ndarray, way: Any) -> np.ndarray:
-    """Return (x, y, z, whether there is room) for each newborn of `parents` i64[k], drawn with the numbers `who`: f32[k, 4]."""
+def find_places(table: Table, world: SpatialWorld, parents: np.ndarray, identity: np.ndarray, way: Any) -> np.ndarray:
+    """Return (x, y, z, whether there is room) for each newborn of `parents` i64[k], drawn for `identity` u64[k]: f32[k, 4]."""
     space, p, own = world.space, table[Position], world.index(table)
     out = np.zeros((parents.size, 4), np.float32)
     radius = float(table.defaults[Body]["radius"])
     ground, inverse = rocks(world)
     near = np.float32(-1.0 if way.place == "anywhere" else way.dispersal or 4 * radius)
-    again = np.arange(parents.size)
+    homeless = np.arange(parents.size)
     for attempt in range(TRIES):
-        out[again, 3] = 0
-        _place(again, who, p.x[parents], p.y[parents], p.z[parents], near, np.float32(way.spacing), own.x, own.y, own.z, own.start,
+        out[homeless, 3] = 0
+        _place(homeless, identity, p.x[parents], p.y[parents], p.z[parents], near, np.float32(way.spacing), own.x, own.y, own.z, own.start,
                space.reach(max(way.spacing, 1e-3)), *space.shape, space.inverse, space.lengths, space.torus, space.volume, ground, inverse,
                world.key, attempt, out)
         taken = np.zeros(parents.size, np.bool_)
@@ -117,28 +117,28 @@ def find_places(table: Table, world: SpatialWorld, parents: np.ndarray, who: np.
                 s = np.float32(radius + other.species.radius)
                 _occupied(out, index.x, index.y, index.z, index.start, s, space.reach(float(s)), *space.shape, space.inverse,
                           space.lengths, space.torus, taken)
-        again = np.flatnonzero(taken)
-        if not again.size:
+        homeless = np.flatnonzero(taken)
+        if not homeless.size:
             return out
-    out[again, 3] = 0
+    out[homeless, 3] = 0
     return out
 
 
 @njit
-def name(uid, nth, who):
-    """Write a number for each newborn of a tick: its parent's uid for the first of a litter, a hash of it for the others."""
+def name(uid, nth, identity):
+    """Write the identity of each newborn of a tick: its parent's uid for the first of a litter, a hash of it for the others."""
     for i in range(uid.size):
-        who[i] = uid[i] if nth[i] == 0 else mix(mix(uid[i]) + np.uint64(nth[i]))
+        identity[i] = uid[i] if nth[i] == 0 else mix(mix(uid[i]) + np.uint64(nth[i]))
 
 
 def ticks(seconds: float, dt: float) -> int:
-    """Return the least number of ticks that last so long."""
+    """Return the least number of ticks that last at least `seconds`."""
     return math.ceil(seconds / dt - 1e-6)
 
 
 @njit
 def whole(litter):
-    """Return the number of newborn that a litter's size stands for."""
+    """Return a litter's size rounded to a whole number, at most LITTER_MAX."""
     return cell_of(litter + np.float32(0.5), LITTER_MAX + 1)
 
 
@@ -151,14 +151,14 @@ def affordable(energy, given, n):
 
 
 @njit
-def _place(again, who, px, py, pz, dispersal, spacing, ox, oy, oz, start, reach, nx, ny, nz, inverse, lengths, torus, volume, ground,
-           ground_inverse, key, attempt, out):
-    """Draw a place for each newborn i of `again`; out[i, 3] is 1 where neither rock nor one of its kind within `spacing` forbids it."""
+def _place(homeless, identity, px, py, pz, dispersal, spacing, ox, oy, oz, start, reach, nx, ny, nz, inverse,
+           lengths, torus, volume, ground, ground_inverse, key, attempt, out):
+    """Draw a place for each newborn i of `homeless`; out[i, 3] is 1 where neither rock nor one of its kind within `spacing` forbids it."""
     near = np.empty(ox.size, np.int64)
     salt = attempt << 10
-    for i in again:
-        u, v, w = (draw(key, who[i], random.PLACE + salt), draw(key, who[i], random.PLACE + (1 << 8) + salt),
-                   draw(key, who[i], random.PLACE + (2 << 8) + salt))
+    for i in homeless:
+        u, v, w = (draw(key, identity[i], random.PLACE + salt), draw(key, identity[i], random.PLACE + (1 << 8) + salt),
+                   draw(key, identity[i], random.PLACE + (2 << 8) + salt))
         if dispersal < 0:
             x, y, z = u * lengths[0], v * lengths[1], w * lengths[2]
         else:
@@ -166,7 +166,7 @@ def _place(again, who, px, py, pz, dispersal, spacing, ox, oy, oz, start, reach,
             x, y = into(px[i] + r * np.cos(a), lengths[0], torus), into(py[i] + r * np.sin(a), lengths[1], torus)
             z = into(pz[i] + dispersal * (np.float32(2) * w - np.float32(1)), lengths[2], False) if volume else pz[i]
         free = True
-        if ground.size > 1:  # a fence is no place that is taken
+        if ground.size > 1:  # fences leave a place free
             kind = ground_at(ground, ground_inverse, x, y)
             free = kind not in (WATER, ROCK)
         if free and spacing > 0:
@@ -176,7 +176,7 @@ def _place(again, who, px, py, pz, dispersal, spacing, ox, oy, oz, start, reach,
                 if dx * dx + dy * dy + dz * dz < spacing * spacing:
                     free = False
                     break
-            for j in range(who.size):  # and the others of this tick that have a place
+            for j in range(identity.size):  # and others of this tick that already have a place
                 dx, dy, dz = offset(x, y, z, out[j, 0], out[j, 1], out[j, 2], lengths, torus)
                 if out[j, 3] > 0 and dx * dx + dy * dy + dz * dz < spacing * spacing:
                     free = False

@@ -1,4 +1,4 @@
-"""What plants pay for their defence, for the systems in which they do."""
+"""The cost of plants' defence, for the systems that charge it."""
 
 from __future__ import annotations
 

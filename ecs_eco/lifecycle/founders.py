@@ -1,4 +1,4 @@
-"""Those who come without parents, at the start and later: where, with what; no system of its own."""
+"""Organisms without parents, at the start and later: their places and initial state."""
 
 from __future__ import annotations
 
@@ -18,59 +18,59 @@ if TYPE_CHECKING:
 Values = dict[tuple[type, str], np.ndarray]
 
 
-def newcomers(table: Table, world: SpatialWorld, kind: Any, who: np.ndarray, within: Any = None,
+def newcomers(table: Table, world: SpatialWorld, kind: Any, identity: np.ndarray, within: Any = None,
               place: Sequence[float] | None = None) -> Values:
-    """Return the columns of newcomers of a species or object type, drawn with the numbers `who` u64[k]; of plants as many as have a site.
+    """Return the columns of newcomers of a species or object type, drawn for `identity` u64[k]; only as many plants as have a site.
 
     They come to `place` [m], all of them, or to random places: in the region `within`, or anywhere.
     """
-    values = scatter(table, world, who, within)
+    values = scatter(table, world, identity, within)
     way = getattr(kind, "reproduction", None)
     if place is not None:
         for axis, at in zip("xyz", place, strict=False):
-            values[Position, axis] = np.full(who.size, at, np.float32)
+            values[Position, axis] = np.full(identity.size, at, np.float32)
     elif way is not None and way.kind == "spread":
         one_a_site(table, world, way.spacing, values, within)
     count = values[Position, "x"].size
-    if Metabolism in table and table.species.nerves is not None:  # of all stages between hungry and newborn, so that they do not die as one
-        u = random.draw_many(world.key, who[:count], random.BIRTH + ((table.place + 1) << 20))
+    if Metabolism in table and table.species.nerves is not None:  # hungry to well fed, lest all die at once
+        u = random.draw_many(world.key, identity[:count], random.BIRTH + ((table.place + 1) << 20))
         values[Metabolism, "energy"] = (np.float32(kind.metabolism.energy) * (np.float32(0.75) + np.float32(0.5) * u)).clip(
             0, kind.metabolism.energy_max).astype(np.float32)
     if (heredity := table.species.heredity) is not None:
-        values |= heredity.founders(world, table, who[:count])
+        values |= heredity.founders(world, table, identity[:count])
     return values
 
 
-def scatter(table: Table, world: SpatialWorld, who: np.ndarray, within: Any = None) -> Values:
-    """Return random places on open ground, headings and sexes for newcomers drawn for with the numbers `who` u64[k]."""
+def scatter(table: Table, world: SpatialWorld, identity: np.ndarray, within: Any = None) -> Values:
+    """Return random places on open ground, headings and sexes of newcomers, drawn for `identity` u64[k]."""
     space, key = world.space, world.key
     salt = (table.place + 1) << 20
 
     def draw(axis: int, which: np.ndarray, attempt: int) -> np.ndarray:
         return random.draw_many(key, which, random.PLACE + (axis << 8) + salt + (attempt << 12))
 
-    place = np.stack([draw(axis, who, 0) * space.lengths[axis] for axis in range(3)], 1)
+    place = np.stack([draw(axis, identity, 0) * space.lengths[axis] for axis in range(3)], 1)
     if within is not None:
-        place[:, :2] = within.places(draw(0, who, 0), draw(1, who, 0))
+        place[:, :2] = within.places(draw(0, identity, 0), draw(1, identity, 0))
     for attempt in range(1, 64):
-        blocked = np.zeros(len(who), bool) if world.terrain is None else ~world.terrain.free(place[:, 0], place[:, 1])
+        blocked = np.zeros(len(identity), bool) if world.terrain is None else ~world.terrain.free(place[:, 0], place[:, 1])
         if not blocked.any():
             break
         for axis in range(2) if within is None else ():
-            place[blocked, axis] = draw(axis, who[blocked], attempt) * space.lengths[axis]
+            place[blocked, axis] = draw(axis, identity[blocked], attempt) * space.lengths[axis]
         if within is not None:
-            place[blocked, :2] = within.places(draw(0, who[blocked], attempt), draw(1, who[blocked], attempt))
+            place[blocked, :2] = within.places(draw(0, identity[blocked], attempt), draw(1, identity[blocked], attempt))
     values: Values = {(Position, "x"): place[:, 0], (Position, "y"): place[:, 1], (Position, "z"): place[:, 2],
-              (Position, "heading"): random.draw_many(key, who, random.SEX + (1 << 8) + salt) * np.float32(6.2831855)}
+              (Position, "heading"): random.draw_many(key, identity, random.SEX + (1 << 8) + salt) * np.float32(6.2831855)}
     if Biology in table and table.species.sex == "random":
-        values[Biology, "sex"] = np.where(random.draw_many(key, who, random.SEX + salt) < 0.5, 1, 2).astype(np.uint8)
+        values[Biology, "sex"] = np.where(random.draw_many(key, identity, random.SEX + salt) < 0.5, 1, 2).astype(np.uint8)
     return values
 
 
 def one_a_site(table: Table, world: SpatialWorld, spacing: float, values: Values, within: Any = None) -> None:
-    """Move plants to free sites of their own, drawn without replacement; leave out those for whom there is none."""
+    """Move plants to free sites, drawn without replacement; plants without a site are dropped."""
     nx, ny = (max(1, round(s / spacing)) for s in world.space.size[:2])
-    key, salt = world.key, (table.place + 1) << 20  # not the draws of Spread in the first tick, nor those of another species
+    key, salt = world.key, (table.place + 1) << 20  # differs from the draws of Spread in the first tick, and from those of other species
     order = np.argsort(random.draw_many(key, np.arange(nx * ny, dtype=np.uint64), random.SPREAD + salt), kind="stable")
     x, y = ((order % nx) + 0.5) * world.space.size[0] / nx, ((order // nx) + 0.5) * world.space.size[1] / ny
     open_ = ~_taken(table, world, nx, ny)[order]
@@ -80,8 +80,8 @@ def one_a_site(table: Table, world: SpatialWorld, spacing: float, values: Values
         open_ &= within.has(x, y)
     order = order[open_]
     site = np.sort(order[: values[Position, "x"].size])
-    who = site.astype(np.uint64)
-    u, v = random.draw_many(key, who, random.PLACE + salt), random.draw_many(key, who, random.PLACE + (1 << 8) + salt)
+    identity = site.astype(np.uint64)
+    u, v = random.draw_many(key, identity, random.PLACE + salt), random.draw_many(key, identity, random.PLACE + (1 << 8) + salt)
     near = np.nextafter(world.space.lengths, np.float32(0))
     for axis, cells, fraction, n, i in (("x", site % nx, u, nx, 0), ("y", site // nx, v, ny, 1)):
         values[Position, axis] = np.minimum((cells + fraction) * np.float32(world.space.size[i] / n), near[i]).astype(np.float32)
@@ -92,10 +92,10 @@ def one_a_site(table: Table, world: SpatialWorld, spacing: float, values: Values
 
 
 def _taken(table: Table, world: SpatialWorld, nx: int, ny: int) -> np.ndarray:
-    """Return which sites somebody stands on, or will at the end of the tick: bool[ny · nx]."""
+    """Return which sites are occupied, or will be at the end of the tick: bool[ny · nx]."""
     p, rows, taken = table[Position], table.rows(), np.zeros(nx * ny, bool)
-    asked = [values for _, _, values in table.births if (Position, "x") in values]
+    requested = [values for _, _, values in table.births if (Position, "x") in values]
     inverse = np.array([nx / world.space.size[0], ny / world.space.size[1]], np.float32)
-    for x, y in [(p.x[rows], p.y[rows]), *((v[Position, "x"], v[Position, "y"]) for v in asked)]:
+    for x, y in [(p.x[rows], p.y[rows]), *((v[Position, "x"], v[Position, "y"]) for v in requested)]:
         taken[cells_of(y, inverse[1], ny) * nx + cells_of(x, inverse[0], nx)] = True
     return taken

@@ -1,4 +1,4 @@
-"""What all organisms of a species, or all objects of a type, have alike."""
+"""What all organisms of a species, or all objects of a type, share."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 @dataclass(slots=True)
 class Species:
-    """What systems read of a kind: filled when a world is built, changed by `worlds.reconfigure` and by interventions.
+    """What systems read of a species or object type: set when a world is built, changed by `worlds.reconfigure` and interventions.
 
     What differs between organisms is a component. An object type has a body and nothing else; a table that was made by hand
     has the defaults.
@@ -26,13 +26,13 @@ class Species:
     config: SpeciesConfig | None = None
     """Its section of the world file; None for objects and for tables made by hand."""
     is_object: bool = False
-    """Whether it is inanimate: no row in the series, no ledger."""
+    """Whether it is inanimate: it has no row in the series and no ledger."""
 
     # the body
     radius: float | None = None
-    """Of the largest body [m]: genes, and the dead that become objects, may make it larger than the file's."""
+    """Radius of the largest body [m]: genes, and the dead that become objects, may make it larger than the file's."""
     opaque: bool | None = None
-    """Whether sight stops at its bodies; None, not said: it does, and newborn may be placed there all the same."""
+    """Whether sight stops at its bodies; None, if unset: it does, and newborn may still be placed there."""
     solid: bool = False
     """Whether nothing else can be where its bodies are."""
     sinking: float = 0.0
@@ -41,16 +41,16 @@ class Species:
     emits: dict[str, float] = field(default_factory=dict)
     """Field → what each body emits into it [amount/s]."""
     standard_mass: float | None = None
-    """Mass that its costs of living are said for [kg], where a gene makes masses differ."""
+    """Mass to which its costs of living refer [kg], where a gene makes masses differ."""
 
     # nerves and genes
     nerves: Nerves | None = None
     gaits: tuple[Any, ...] | None = None
-    """What its actions of moving do: layout, speeds, costs, turns, climbs, pitches, drag."""
+    """The effect of its actions of locomotion: layout, speeds, costs, turns, climbs, pitches, drag."""
     own_ranges: frozenset[int | None] = frozenset()
-    """Sensors whose radius is each organism's own."""
+    """Sensors whose radius is individual."""
     own_places: frozenset[int | None] = frozenset()
-    """Sensors whose place on the body is each organism's own."""
+    """Sensors whose place on the body is individual."""
     heredity: Heredity | None = None
 
     # living and dying
@@ -61,12 +61,12 @@ class Species:
     """The object type that its dead become."""
     sex: str = "none"
     max_count: int | None = None
-    """No more are born than make so many."""
+    """Births stop at this number of living."""
     reproduction: AnyReproduction | None = None
     barren: bool = False
     """Whether an intervention has switched its reproduction off."""
 
-    # what systems keep from tick to tick because it costs to make
+    # caches of systems, kept from tick to tick
     life_history: tuple[Any, tuple[Any, ...]] | None = None
     sites: np.ndarray | None = None
 
@@ -76,5 +76,5 @@ class Species:
         self.reproduction = getattr(self.config, "reproduction", None) if on else None
 
     def parts(self) -> dict[str, Any]:
-        """Return what has a state of its own, by name."""
+        """Return the parts that may have a state of their own, by name."""
         return {name: part for name in ("heredity", "nerves") if (part := getattr(self, name)) is not None}
