@@ -1,7 +1,7 @@
-"""Heredity: genomes as strings over a finite alphabet, what they say, and what makes new ones of them.
+"""Heredity: genomes as strings over a finite alphabet, what they code for, and the operators that make new ones.
 
-What a genome says of a body or a brain belongs to its layout; how an organism with it lives belongs to
-`ecs_eco.systems`. Names load when first used: `import ecs_eco.genomes` loads neither DEAP nor numba nor
+What a genome codes for belongs to its layout; how an organism with it lives belongs to `ecs_eco.systems`.
+Names load when first used: `import ecs_eco.genomes` loads neither DEAP nor numba nor
 torch.
 """
 

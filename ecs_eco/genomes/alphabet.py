@@ -4,14 +4,14 @@ import numpy as np
 
 
 class Alphabet:
-    """Some letters in an order of the user's choice; a genome's locus holds the number of one of them, from 0."""
+    """Letters in an order of the user's choice; a locus of a genome holds the number of one of them, from 0."""
 
     def __init__(self, letters: str = "ACGT") -> None:
         if not 2 <= len(letters) <= 256:
             raise ValueError(f"alphabet {letters!r} has {len(letters)} letters; allowed are 2 to 256")
         twice = [c for i, c in enumerate(letters) if c in letters[:i]]
         if twice:
-            raise ValueError(f"alphabet {letters!r}: the letter {twice[0]!r} stands in it twice")
+            raise ValueError(f"alphabet {letters!r}: the letter {twice[0]!r} occurs twice")
         self.letters = letters
         self._number = {letter: i for i, letter in enumerate(letters)}
 

@@ -23,17 +23,17 @@ MATE, MUTATE = 1, 2  # parts of a birth's key that seed Python's random numbers
 
 
 class Operators:
-    """The operators of a toolbox, at work on genomes of a layout; `chance` is that of a crossing.
+    """Applies the operators of a toolbox to genomes of a layout; `chance` is that of a crossing.
 
-    The toolbox may change: what is registered under `mate` and `mutate` when a child is made, makes it. Where `mutation`
-    is off, nothing mutates.
+    The toolbox may change: children are made by what is registered under `mate` and `mutate` at that time. With
+    `mutation` off, nothing mutates.
     """
 
     def __init__(self, toolbox: Toolbox, layout: Layout, chance: float = 1.0) -> None:
         if not 0 <= chance <= 1:
             raise ValueError(f"mate: chance = {chance}; allowed are 0 to 1")
         self.toolbox, self.layout, self.chance, self.mutation = toolbox, layout, chance, True
-        self._loci: tuple[Any, np.ndarray, np.ndarray, np.ndarray] | None = None  # mutate, and what it does to each locus
+        self._loci: tuple[Any, np.ndarray, np.ndarray, np.ndarray] | None = None  # mutate, with its chance, low and up for each locus
         self._seen: dict[str, tuple[Any, Callable[..., Any], dict[str, Any]]] = {}
         for word in ("mate", "mutate"):
             self._operator(word)
@@ -41,7 +41,7 @@ class Operators:
     @classmethod
     def from_config(cls, section: GenomeSection, layout: Layout, select_mate: str = "nearest",
                     find: Callable[[Any], Any] = handed_over) -> Operators:
-        """Return the operators that a world file says; `select_mate` is the rule of its species, `find` as of `toolbox_of`."""
+        """Return the operators of a world file; `select_mate` is the rule of its species, `find` is as in `toolbox_of`."""
         return cls(toolbox_of(section, layout, select_mate, find), layout, section.mate.chance)
 
     @property
@@ -52,9 +52,9 @@ class Operators:
     def offspring(self, first: np.ndarray, second: np.ndarray | None, keys: np.ndarray) -> np.ndarray:
         """Return children u8[k, loci] of parents u8[k, loci]; a child depends on its parents and its key u64 alone.
 
-        Both strings of two parents are crossed and the child is the first of the two results, the parents' order drawn;
-        a parent alone is copied. With two strings each parent gives one, crossed of its two, and which comes first is
-        drawn. Then the child mutates. Raises ValueError where an operator makes something that is no genome.
+        With one string, two parents are crossed and the child is the first of the two results, with the parents in random
+        order; the genome of a single parent is copied. With two strings each parent gives one, crossed from its two, in
+        random order. Then the child mutates. Raises ValueError if an operator returns something that is not a genome.
         """
         layout, n = self.layout, self.layout.length
         first, keys = layout.check(first), np.asarray(keys, np.uint64)
@@ -129,7 +129,7 @@ class Operators:
         return np.broadcast_to(low, n).copy(), np.broadcast_to(up, n).copy()
 
     def _mutate_each(self, strings: np.ndarray, keys: np.ndarray, salt: int, function: Any, arguments: dict[str, Any]) -> None:
-        """Mutate birth by birth; loci of genes with rates of their own are handed over apart from the others."""
+        """Mutate birth by birth; loci of genes with mutation rates of their own are passed to the operator separately."""
         size, mutate, name = len(self.layout.alphabet), self.toolbox.mutate, _name(function)
         rates = self.layout.rates(arguments.get("indpb", 0.0))
         lists = {k: v for k, v in arguments.items() if isinstance(v, list | tuple)}

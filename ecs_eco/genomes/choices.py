@@ -1,4 +1,4 @@
-"""Whom a parent mates with, of those in its reach."""
+"""Mate choice: which of the candidates in reach an organism mates with."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ Numbers = Sequence[float]
 
 
 def nearest(chooser: int, candidates: Sequence[int], distance: Numbers, energy: Numbers, age: Numbers) -> int:
-    """Return the candidate at the least distance [m]; of equals the one with the lowest uid."""
+    """Return the nearest candidate; ties go to the lowest uid."""
     return min(zip(distance, candidates, strict=True))[1]
 
 
@@ -22,14 +22,14 @@ def any_one(chooser: int, candidates: Sequence[int], distance: Numbers, energy: 
 
 
 def richest(chooser: int, candidates: Sequence[int], distance: Numbers, energy: Numbers, age: Numbers) -> int:
-    """Return the candidate with the most energy; of equals the one with the lowest uid."""
+    """Return the candidate with the most energy; ties go to the lowest uid."""
     return min(zip((-e for e in energy), candidates, strict=True))[1]
 
 
 def oldest(chooser: int, candidates: Sequence[int], distance: Numbers, energy: Numbers, age: Numbers) -> int:
-    """Return the oldest candidate; of equals the one with the lowest uid."""
+    """Return the oldest candidate; ties go to the lowest uid."""
     return min(zip((-a for a in age), candidates, strict=True))[1]
 
 
 RULES: dict[str, Callable[..., int]] = dict(zip(CHOICES, (nearest, any_one, richest, oldest), strict=True))
-"""select_mate(chooser, candidates, distance, energy, age) by name: uids, and a number for each candidate; returns a uid."""
+"""By name: select_mate(chooser, candidates, distance, energy, age) of uids and a number for each candidate; returns a uid."""

@@ -1,4 +1,4 @@
-"""What the codons of one gene mean: a table, a range of numbers, or the weights of a network.
+"""The code of one gene: its codons mean entries of a table, numbers in a range, or the weights of a network.
 
 A codon of k letters of an alphabet of A is a number from 0 to A^k − 1, its first letter the most significant digit. With
 Gray code a digit is the sum of the letters so far modulo A, so that neighbouring numbers differ in one letter, by one.
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from ecs_eco.genomes.models import Gene
     from ecs_eco.genomes.traits import Shapes, Trait
 
-SLACK = 1e-6  # of a range: what float32 may lie beyond its end
+SLACK = 1e-6  # of a range: how far float32 may round beyond its end
 
 
 class Codons:
@@ -42,7 +42,7 @@ class Codons:
 
 
 class Code:
-    """What codes of all kinds share; `trait` is what it codes for, None for a neutral marker or one that is not known."""
+    """Base of all codes; `trait` is what the gene codes for, None for a neutral marker or an unknown trait."""
 
     dtype: type = np.float32
     width: tuple[int, ...] = ()  # shape of one organism's value
@@ -101,7 +101,7 @@ class Listed(Code):
 
 
 class Range(Code):
-    """A number from low to high, in steps that are equal, or with a logarithmic scale equal factors."""
+    """A number from low to high, in equal steps, or by equal factors on a logarithmic scale."""
 
     def __init__(self, gene: Gene, trait: Trait | None, codons: Codons) -> None:
         super().__init__(gene, trait, codons)
@@ -136,7 +136,7 @@ class Range(Code):
         values = np.clip(values, self.low, self.high)
         share = np.log(values / self.low) / np.log(self.high / self.low) if self.log else (values - self.low) / (self.high - self.low)
         total = np.rint(share * self.steps).astype(np.int64)
-        if self.log:  # the nearest value is not always that of the nearest logarithm
+        if self.log:  # the nearest logarithm need not be that of the nearest value
             ratio = self.high / self.low
             low = np.clip(np.floor(share * self.steps), 0, self.steps - 1)
             below, above = self.low * ratio ** (low / self.steps), self.low * ratio ** ((low + 1) / self.steps)
@@ -164,8 +164,8 @@ class Weights(Code):
 
     @property
     def text(self) -> str:
-        what = "weights" if self.bases is None else f"coefficients of {self.width[0]} weights"
-        return f"{self.codons.n} {what}, {self.low:g} to {self.high:g} ({self.gene.code})"
+        noun = "weights" if self.bases is None else f"coefficients of {self.width[0]} weights"
+        return f"{self.codons.n} {noun}, {self.low:g} to {self.high:g} ({self.gene.code})"
 
     def values(self, numbers: np.ndarray) -> np.ndarray:
         if self.bases is None:
@@ -187,13 +187,13 @@ class Weights(Code):
             parts, begin = [], 0
             for basis in self.bases:
                 part = values[:, begin : begin + basis.shape[1]]
-                parts.append(np.einsum("nw,kw->nk", part, basis))  # not @: the last bits of BLAS follow its threads
+                parts.append(np.einsum("nw,kw->nk", part, basis))  # not @: the last bits of BLAS depend on its threads
                 begin += basis.shape[1]
             values, slack = np.concatenate(parts, axis=1), max(slack, self.resolution / 2)
         outside = ~((values >= self.low - slack) & (values <= self.high + slack))
         if not clip and outside.any():
-            what = "weights" if self.bases is None else "coefficients"
-            raise self.refuse(values[outside][0], f"{what} from {self.low:g} to {self.high:g}")
+            noun = "weights" if self.bases is None else "coefficients"
+            raise self.refuse(values[outside][0], f"{noun} from {self.low:g} to {self.high:g}")
         steps = self.codons.levels - 1
         share = (np.clip(values, self.low, self.high) - self.low) / (self.high - self.low)
         return np.rint(share * steps).astype(np.int64)

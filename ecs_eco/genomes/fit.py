@@ -15,15 +15,15 @@ if TYPE_CHECKING:
 
 BATCH = 512
 RATE = 1e-2  # of Adam at the start; it falls to 0
-HELD_OUT = 4096  # samples that the error is reported of
+HELD_OUT = 4096  # samples on which the error is measured
 
 
 @dataclass(frozen=True)
 class Fitted:
-    """A network of tanh layers that is called like the function it was fitted to: x f32[n, inputs].
+    """A network of tanh layers, called like the function that it was fitted to: x f32[n, inputs].
 
-    A happiness gives f32[n]; a reflex i8[n, actions], each the most likely of −1, 0 and 1. `weights` f32 are all of its
-    numbers: of each layer the matrix (inputs, units) by rows, then the bias. `shapes` says the same to a gene of weights.
+    A happiness returns f32[n]; a reflex i8[n, actions], each the most likely of −1, 0 and 1. `weights` f32 holds all its
+    parameters: for each layer the matrix (inputs, units) by rows, then the bias. `shapes` describes them to a gene of weights.
     """
 
     kind: Literal["reflex", "happiness"]
@@ -40,7 +40,7 @@ class Fitted:
         return self.each(x, self.weights[None])
 
     def each(self, x: np.ndarray, weights: np.ndarray) -> np.ndarray:
-        """Return what networks with weights f32[n, size], one for each row of x f32[n, inputs], give."""
+        """Return the outputs of networks with weights f32[n, size], one for each row of x f32[n, inputs]."""
         from ecs_eco.genomes.kernels import forward
 
         if np.ndim(x) != 2 or x.shape[1] != self.sizes[0]:
@@ -73,11 +73,11 @@ def fit_network(
     samples: int = 8192,
     steps: int = 2000,
 ) -> Fitted:
-    """Fit a network to a function of readings f32[n, n_inputs], on samples drawn alike between `low` and `high`.
+    """Fit a network to a function of readings f32[n, n_inputs], on samples drawn uniformly between `low` and `high`.
 
-    The sign of a reflex's answers [n, actions] is learnt as three classes for each action, happiness f32[n] by its
-    square error. The error of the result is that on other samples. Raises ValueError where the function's answers are
-    not finite or have another shape.
+    The signs of a reflex's outputs [n, actions] are learnt as three classes for each action, happiness f32[n] by its
+    squared error. The error of the result is that on held-out samples. Raises ValueError if the function returns values
+    that are not finite or have another shape.
     """
     if kind not in ("reflex", "happiness"):
         raise ValueError(f"fit_network: kind = {kind!r}; allowed are reflex and happiness")

@@ -1,4 +1,4 @@
-"""Heredity: what a newborn gets from its parents – genome, the traits that it codes for, and the weights of its brain."""
+"""Heredity: what a newborn inherits from its parents – genome, the traits that it codes for, and the weights of its brain."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -14,12 +14,12 @@ Values = dict[tuple[type, str], np.ndarray]
 
 
 class Heredity:
-    """Makes the columns in which newborn of one species differ from its defaults, because of whom they come from.
+    """Makes the inherited columns of the newborn of one species.
 
-    `targets` maps a gene's name to (component, field, index or None): where what it says is written. `mutation`,
-    `expression` and `shuffled` are switches of treatments: without expression genes are inherited and change, but say
-    nothing; shuffled, the genes of a newborn come from any of the living instead of its parents. Founders start from
-    letters drawn at random, but where `alike` is given: (row u8[loci], which of its letters all have bool[loci]).
+    `targets` maps a gene's name to (component, field, index or None): where its value is written. `mutation`, `expression`
+    and `shuffled` are switches of treatments: without expression genes are inherited and mutate, but have no effect;
+    shuffled, the genes of a newborn come from any of the living instead of its parents. Founders start from random
+    letters, unless `alike` is given: (row u8[loci], which of its letters all founders share bool[loci]).
     """
 
     def __init__(self, layout: Any = None, operators: Any = None, targets: Mapping[str, tuple[type, str, int | None]] | None = None, *,
@@ -31,16 +31,16 @@ class Heredity:
         self.shuffled = False
 
     def state(self) -> dict[str, np.ndarray]:
-        """Return what no column holds: the weights that those who come without parents start from; empty where they are random."""
+        """Return the state that no column holds: the weights of founders; empty if these are random."""
         return {} if self.minds is None else {"founder": np.zeros(0, np.float32) if self.founder is None else self.founder}
 
     def load(self, state: Mapping[str, np.ndarray]) -> None:
         """Take a `state()`."""
         self.founder = state["founder"] if state["founder"].size else None
 
-    def founders(self, world: Any, table: Any, who: np.ndarray) -> Values:
-        """Return what organisms without parents are born with; who u64[k] tells them apart."""
-        keys = _keys(world, table, who)
+    def founders(self, world: Any, table: Any, identity: np.ndarray) -> Values:
+        """Return the inherited columns of organisms without parents; `identity` u64[k] tells them apart."""
+        keys = _keys(world, table, identity)
         values: Values = {}
         if self.layout is not None:
             loci = self.layout.random(keys)
@@ -50,18 +50,18 @@ class Heredity:
             values = {(Genome, "loci"): loci} | self.express(table, loci)
         if self.minds is not None and (Policy, "weights") not in values:
             if self.founder is None:
-                values[Policy, "weights"] = self.minds.draw(who, keys_of(world, table))
+                values[Policy, "weights"] = self.minds.draw(identity, keys_of(world, table))
             else:
-                values[Policy, "weights"] = self._noisy(np.repeat(self.founder[None], who.size, axis=0), keys)
+                values[Policy, "weights"] = self._noisy(np.repeat(self.founder[None], identity.size, axis=0), keys)
         return values
 
-    def offspring(self, world: Any, table: Any, first: np.ndarray, second: np.ndarray | None, who: np.ndarray,
+    def offspring(self, world: Any, table: Any, first: np.ndarray, second: np.ndarray | None, identity: np.ndarray,
                   sperm: np.ndarray | None = None) -> Values:
-        """Return what the children of rows `first` i64[k] and `second` i64[k] (None: of one parent; −1: dead) are born with.
+        """Return the inherited columns of the children of rows `first` i64[k] and `second` i64[k] (None: of one parent; −1: dead).
 
-        `who` u64[k] tells the newborn of a tick apart; `sperm` u8[k, loci] are the genomes of fathers that may be dead.
+        `identity` u64[k] tells the newborn of a tick apart; `sperm` u8[k, loci] are the genomes of fathers that may be dead.
         """
-        keys = _keys(world, table, who)
+        keys = _keys(world, table, identity)
         values: Values = {}
         if self.shuffled:
             first, second, sperm = _anyone(table, keys, 0), None if second is None else _anyone(table, keys, 1), None
@@ -75,7 +75,7 @@ class Heredity:
             if self.inherit == "learned":
                 values[Policy, "weights"] = self._noisy(table[Policy].weights[_one_of(keys, first, second)], keys)
             else:
-                values[Policy, "weights"] = self.minds.draw(who, keys_of(world, table))
+                values[Policy, "weights"] = self.minds.draw(identity, keys_of(world, table))
         return values
 
     def express(self, table: Any, loci: np.ndarray) -> Values:
@@ -83,15 +83,15 @@ class Heredity:
         if not self.expression:
             return {}
         out: Values = {}
-        said = self.layout.decode(loci, self.targets)
+        decoded = self.layout.decode(loci, self.targets)
         for gene, (component, field, index) in self.targets.items():
             default = table.defaults[component][field]
             if index is None:
-                out[component, field] = np.asarray(said[gene], default.dtype)
+                out[component, field] = np.asarray(decoded[gene], default.dtype)
                 continue
             if (component, field) not in out:
                 out[component, field] = np.repeat(default[None], len(loci), axis=0)
-            out[component, field][:, index] = said[gene]
+            out[component, field][:, index] = decoded[gene]
         return out
 
     def _noisy(self, weights: np.ndarray, keys: np.ndarray) -> np.ndarray:
@@ -106,9 +106,9 @@ def keys_of(world: Any, table: Any) -> np.uint64:
     return np.uint64(random.mix_int(int(world.key) ^ ((table.place + 1) << 32)))
 
 
-def _keys(world: Any, table: Any, who: np.ndarray) -> np.ndarray:
+def _keys(world: Any, table: Any, identity: np.ndarray) -> np.ndarray:
     """Return a key for each newborn of this tick: u64[k]."""
-    return hashed(keys_of(world, table), who)
+    return hashed(keys_of(world, table), identity)
 
 
 def _anyone(table: Any, keys: np.ndarray, number: int) -> np.ndarray:
@@ -125,11 +125,11 @@ def _one_of(keys: np.ndarray, first: np.ndarray, second: np.ndarray | None) -> n
 
 
 @njit
-def hashed(key, who):
+def hashed(key, identity):
     """Return a well-mixed key for each number: u64[k]."""
-    out = np.empty(who.size, np.uint64)
-    for i in range(who.size):
-        out[i] = mix(key ^ mix(who[i]))
+    out = np.empty(identity.size, np.uint64)
+    for i in range(identity.size):
+        out[i] = mix(key ^ mix(identity[i]))
     return out
 
 

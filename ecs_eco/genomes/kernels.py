@@ -1,8 +1,8 @@
 """Kernels over many genomes at once: u8[n, loci], a letter's number per locus.
 
-Chance is drawn from the key of each birth alone, so that a child does not depend on who else is born. A `salt` keeps the
-draws of several crossings of one birth apart. Keys are mixed first: `draw` takes key ^ locus, which is alike for many pairs
-of small numbers. A draw is a multiple of 2**-24: a chance below 6e-8 is one of 6e-8.
+Draws follow from the key of each birth alone, so that a child does not depend on other births. A `salt` keeps the
+draws of several crossings of one birth apart. Keys are mixed first: `draw` takes key ^ locus, which is the same for many
+pairs of small numbers. A draw is a multiple of 2**-24: a chance below 6e-8 is one of 6e-8.
 """
 
 import numpy as np
@@ -10,7 +10,7 @@ import numpy as np
 from ecs_eco.engine.jit import njit
 from ecs_eco.engine.random import draw, mix
 
-# What a birth draws a number for.
+# The purposes of a birth's draws.
 ORDER, CROSS, POINT_1, POINT_2, SWAP, MUTATE, LETTER, FOUND = range(1, 9)
 SALT = 16  # purposes apart
 
@@ -67,7 +67,7 @@ def toss(keys, salt, purpose, out):
 
 @njit
 def letters_of(keys, size, out):
-    """Fill out u8[n, loci] with letters drawn alike."""
+    """Fill out u8[n, loci] with letters drawn uniformly."""
     for birth in range(keys.size):
         key = mix(keys[birth])
         for locus in range(out.shape[1]):
@@ -76,7 +76,7 @@ def letters_of(keys, size, out):
 
 @njit
 def cross_points(first, second, swapped, crossed, keys, salt, points, out):
-    """Copy `first` u8[n, loci], with what lies beyond one point, or between two, from `second`; `swapped` ones begin with it."""
+    """Copy `first` u8[n, loci], with the part beyond one point, or between two, from `second`; `swapped` rows start from `second`."""
     n = first.shape[1]
     for birth in range(keys.size):
         key = mix(keys[birth])
@@ -99,7 +99,7 @@ def cross_points(first, second, swapped, crossed, keys, salt, points, out):
 
 @njit
 def cross_uniform(first, second, swapped, crossed, keys, salt, chance, out):
-    """Copy `first` u8[n, loci], with each locus from `second` by the same chance; `swapped` ones begin with it."""
+    """Copy `first` u8[n, loci], with each locus from `second` by the same chance; `swapped` rows start from `second`."""
     for birth in range(keys.size):
         key = mix(keys[birth])
         here, there = (second[birth], first[birth]) if swapped[birth] else (first[birth], second[birth])
@@ -131,7 +131,7 @@ def mutate_flip(strings, keys, salt, rates):
 
 @njit
 def mutate_shuffle(strings, keys, salt, rates):
-    """Exchange each letter of u8[n, loci], by the chance of its locus, with that of another place, drawn alike."""
+    """Exchange each letter of u8[n, loci], by the chance of its locus, with that of another place, drawn uniformly."""
     n = strings.shape[1]
     for birth in range(keys.size):
         key = mix(keys[birth])
@@ -145,7 +145,7 @@ def mutate_shuffle(strings, keys, salt, rates):
 
 @njit
 def forward(x, sizes, weights, out):
-    """Fill out f32[n, last] with what layers of tanh give for x f32[n, first] and weights f32[n, size], or f32[1, size] for all rows.
+    """Fill out f32[n, last] with the output of tanh layers for x f32[n, first] and weights f32[n, size], or f32[1, size] for all rows.
 
     Each layer's weights are its matrix (in, out) by rows, then its bias. The sum of a unit has the same order in every row.
     """

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from ecs_eco.genomes.traits import Shapes, Trait
 
 class Piece(NamedTuple):
-    """A part of a genome's text: of which string, which gene ("" where it is neutral), its first locus, its letters."""
+    """A part of a genome's text: its string, its gene ("" where it is neutral), its first locus, its letters."""
 
     string: int
     gene: str
@@ -44,12 +44,12 @@ class Layout:
     ) -> None:
         self.alphabet = alphabet if isinstance(alphabet, Alphabet) else Alphabet(alphabet)
         shapes, size = shapes or {}, len(self.alphabet)
-        found = list(problems(genes, size, loci, traits, shapes))
+        wrong = list(problems(genes, size, loci, traits, shapes))
         for key, value, allowed in (("ploidy", ploidy, (1, 2)), ("dominance", dominance, get_args(Dominance))):
             if value not in allowed:
-                found.append(Problem((key,), "not possible", value, listed(allowed)))
-        if found:
-            raise ConfigError(found, "this genome cannot be")
+                wrong.append(Problem((key,), "not possible", value, listed(allowed)))
+        if wrong:
+            raise ConfigError(wrong,     "this genome is refused")
         self.ploidy, self.dominance = ploidy, dominance
         at = places(genes, traits or {}, shapes) or []
         self.genes = tuple(_code(gene, first, size, (traits or {}).get(gene.trait or ""), shapes)
@@ -62,7 +62,7 @@ class Layout:
     def from_config(
         cls, section: GenomeSection, traits: Mapping[str, Trait] | None = None, shapes: Mapping[str, Shapes] | Shapes | None = None
     ) -> Layout:
-        """Return the layout that a world file says; `shapes` given as a list are those of policy.weights."""
+        """Return the layout of a world file's genome; `shapes` given as a list are those of policy.weights."""
         if shapes is not None and not isinstance(shapes, Mapping):
             shapes = {"policy.weights": shapes}
         return cls(section.genes, section.alphabet, section.ploidy, section.dominance, section.loci, traits, shapes)
@@ -89,21 +89,21 @@ class Layout:
         return out
 
     def decode(self, loci: np.ndarray, names: Collection[str] | None = None) -> dict[str, np.ndarray]:
-        """Return the values that rows u8[n, loci] say, by gene: f32[n], i32[n] for whole numbers, f32[n, weights].
+        """Return the values that rows u8[n, loci] code for, by gene: f32[n], i32[n] for whole numbers, f32[n, weights].
 
         `names` are the genes asked for; None: all.
         """
         loci = self.check(loci)
-        asked = self.genes if names is None else [code for code in self.genes if code.name in names]
-        return {code.name: self._expressed(code, loci).astype(code.dtype) for code in asked}
+        wanted = self.genes if names is None else [code for code in self.genes if code.name in names]
+        return {code.name: self._expressed(code, loci).astype(code.dtype) for code in wanted}
 
     def alleles(self, loci: np.ndarray, name: str) -> np.ndarray:
-        """Return what each string says of one gene, before dominance: [n, ploidy, …]."""
+        """Return each string's value of one gene, before dominance: [n, ploidy, …]."""
         code, loci = self[name], self.check(loci)
         return np.stack([code.values(code.codons.read(loci, s * self.length)) for s in range(self.ploidy)], axis=1).astype(code.dtype)
 
     def encode(self, values: Mapping[str, Any], clip: bool = False) -> np.ndarray:
-        """Return rows u8[n, loci] that say these values, one or n for each gene, alike in both strings; neutral loci are 0.
+        """Return rows u8[n, loci] that code for these values, one or n for each gene, the same in both strings; neutral loci are 0.
 
         Neutral markers may be left out, and are 0 then.
         A value comes back from `decode` within half a resolution, one of a list exactly. Raises ValueError for a value
@@ -124,10 +124,10 @@ class Layout:
         return out
 
     def own(self, n: int = 1) -> np.ndarray:
-        """Return n equal rows u8[n, loci] that say the species' own values; letters that say none are drawn.
+        """Return n equal rows u8[n, loci] that code for the species' own values; letters that code for none are drawn.
 
-        The weights of a network have no own value, nor has a neutral marker. Raises ValueError where a gene's codons leave
-        the species' own value out.
+        Weights of a network and neutral markers have no such value. Raises ValueError if no codon of a gene means the
+        species' own value.
         """
         out = self.random(np.zeros(n, np.uint64))
         for code in self.genes:
@@ -138,7 +138,7 @@ class Layout:
         return out
 
     def coded(self) -> np.ndarray:
-        """Return which letters of an organism say a value of its species: bool[loci]; neutral ones and those of a network do not."""
+        """Return which letters of an organism code for a value of its species: bool[loci]; not neutral ones, nor those of a network."""
         out = np.zeros(self.row, np.bool_)
         for code in self.genes:
             for string in range(self.ploidy if code.trait is not None and not isinstance(code, Weights) else 0):
@@ -146,7 +146,7 @@ class Layout:
         return out
 
     def random(self, keys: np.ndarray) -> np.ndarray:
-        """Return rows u8[n, loci] of letters drawn alike, for keys u64[n]: equal keys, equal rows."""
+        """Return rows u8[n, loci] of letters drawn uniformly, for keys u64[n]: equal keys, equal rows."""
         from ecs_eco.genomes.kernels import letters_of
 
         out = np.empty((len(keys), self.row), np.uint8)
@@ -180,8 +180,8 @@ class Layout:
     def check(self, loci: np.ndarray) -> np.ndarray:
         """Return rows as they are; raises ValueError for another width or type, or a number that is no letter's."""
         if not isinstance(loci, np.ndarray) or loci.dtype != np.uint8 or loci.ndim != 2 or loci.shape[1] != self.row:
-            what = f"an array of {getattr(loci, 'dtype', type(loci).__name__)} with the shape {np.shape(loci)}"
-            raise ValueError(f"genome: {what}; allowed are rows of u8[n, {self.row}]")
+            given = f"an array of {getattr(loci, 'dtype', type(loci).__name__)} with the shape {np.shape(loci)}"
+            raise ValueError(f"genome: {given}; allowed are rows of u8[n, {self.row}]")
         size = len(self.alphabet)
         if size < 256 and loci.size and loci.max() >= size:
             row, place = np.argwhere(loci >= size)[0]

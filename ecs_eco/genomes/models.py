@@ -14,7 +14,7 @@ OperatorName = Annotated[str, Field(pattern=r"^[A-Za-z_][\w.]*(:[A-Za-z_]\w*)?$"
 
 
 class Gene(Section):
-    """Some loci that say one value of the organism: by a table of values, by a range, or as the weights of a network."""
+    """Loci that code for one value of the organism: by a table of values, by a range, or as the weights of a network."""
 
     name: Name = about("name of the gene")
     trait: str | None = about("key of the species' value that it replaces; absent: none, a neutral marker", None)
@@ -34,7 +34,7 @@ class Gene(Section):
     )
     coefficients: Count | None = quantity('most coefficients for each matrix, for form = "cosine"', "1", None)
     mutation: Share | None = quantity("its own chance of a letter to mutate (indpb); absent: that of mutate", "1", None)
-    dominance: Dominance | None = about("with two strings, how two alleles make the value; absent: as the genome says", None)
+    dominance: Dominance | None = about("with two strings, how two alleles make the value; absent: that of the genome", None)
 
 
 def _deaps_name(function: Any) -> str:
@@ -48,9 +48,9 @@ def _deaps_name(function: Any) -> str:
 
 
 class Operator(Section):
-    """An operator of DEAP by name, "module:name" of a function alike, or the function itself, and its keyword arguments.
+    """An operator of DEAP by name, "module:name" of a similar function, or the function itself, and its keyword arguments.
 
-    In Python what a DEAP toolbox has registered, `toolbox.mate`, may stand for the whole section, or for `operator`.
+    In Python what a DEAP toolbox has registered, `toolbox.mate`, may replace the whole section, or `operator`.
     """
 
     model_config = ConfigDict(extra="allow")
@@ -101,9 +101,9 @@ class GenomeSection(Section):
     alphabet: Annotated[str, Field(min_length=2, max_length=256)] = about("letters, in an order of your choice", "ACGT")
     ploidy: Literal[1, 2] = quantity("strings of an organism", "1", 1)
     dominance: Dominance = about("with two strings: the first one's value, the mean, or the greater one", "first")
-    loci: Count | None = quantity("length of a string; absent: as long as the genes; what no gene uses is neutral", "1", None)
+    loci: Count | None = quantity("length of a string; absent: that of the genes; loci that no gene uses are neutral", "1", None)
     founders: Literal["own", "random"] = about(
-        "letters at the start: those that say the species' own values, or all drawn", "random"
+        "letters at the start: those that code for the species' own values, or all random", "random"
     )
     mate: Mate = table("crossover", Mate)
     mutate: Mutate = table("mutation", lambda: Mutate.model_validate({"indpb": 0.005}))

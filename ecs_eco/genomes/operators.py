@@ -1,7 +1,7 @@
 """DEAP's operators on genomes: a toolbox with `mate`, `mutate` and `select_mate`, and many births at once.
 
-An operator of DEAP that has a twin among the kernels runs as such for all births; any other function in the toolbox is
-called birth by birth, with lists of whole numbers, as DEAP calls it.
+An operator of DEAP that has a kernel here runs as that kernel for all births at once; any other function in the toolbox
+is called birth by birth, with lists of whole numbers, as DEAP calls it.
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ if TYPE_CHECKING:
 
 TRIALS = 20
 PREFIX = {"mate": "cx", "mutate": "mut"}
-LONGEST_TRIED = 10_000  # loci of a string that an operator is tried on
-SAFE: dict[str, dict[str, tuple[str, ...]]] = {  # all of DEAP that data may name, and the arguments of each
+LONGEST_TRIED = 10_000  # loci of the strings on which an operator is tried
+SAFE: dict[str, dict[str, tuple[str, ...]]] = {  # the only operators of DEAP that data may name, and the arguments of each
     "mate": {"cxOnePoint": (), "cxTwoPoint": (), "cxUniform": ("indpb",)},
     "mutate": {"mutFlipBit": ("indpb",), "mutInversion": (), "mutShuffleIndexes": ("indpb",), "mutUniformInt": ("low", "up", "indpb")},
 }
@@ -43,11 +43,11 @@ REFUSED = {  # operators of DEAP that cannot work on letters
 
 def toolbox_of(section: GenomeSection | Mapping[str, Any], layout: Layout, select_mate: str = "nearest",
                find: Callable[[Any], Any] = handed_over) -> Toolbox:
-    """Return a DEAP toolbox with `mate` and `mutate` as a section, or a dict with these keys, says, and a rule as `select_mate`.
+    """Return a DEAP toolbox with `mate` and `mutate` from a section, or a dict with these keys, and a rule as `select_mate`.
 
-    mutUniformInt draws among all letters where it is not told otherwise. `find` returns the function of "module:name", as
-    `WorldConfig.function` does; without it a function of one's own is handed over itself. Raises ValueError for an operator
-    that cannot work on these genomes, UnknownName for one that DEAP does not have.
+    mutUniformInt draws among all letters by default. `find` returns the function of "module:name", as `WorldConfig.function`
+    does; without it a user's function must be passed itself. Raises ValueError for an operator that cannot work on these
+    genomes, UnknownName for one that DEAP does not have.
     """
     from deap.base import Toolbox
 
@@ -83,7 +83,7 @@ def operator_of(word: str, name: Any, find: Callable[[Any], Any] = handed_over) 
 
 
 def check_name(word: str, name: str) -> None:
-    """Raise ValueError or UnknownName for a name that is none of DEAP's operators on letters."""
+    """Raise ValueError or UnknownName for a name that is not one of DEAP's operators on letters."""
     known = SAFE[word]
     if name in REFUSED and name.startswith(PREFIX[word]):
         raise ValueError(f"{word}: {name} does not work on genomes: {REFUSED[name]}; allowed are {listed(known, 30)}")
@@ -108,7 +108,7 @@ def check_entry(word: str, name: str, given: Mapping[str, Any], layout: Layout) 
 
 
 def check_operator(word: str, operator: Callable[..., Any], layout: Layout) -> None:
-    """Raise ValueError with the reason where a registered operator cannot work on these genomes; one's own is tried on samples."""
+    """Raise ValueError with the reason if a registered operator cannot work on these genomes; a user's own is tried on samples."""
     from deap import tools
 
     function, arguments = taken_apart(word, operator)
@@ -194,7 +194,7 @@ def _string(word: str, name: str, genome: Any, length: int, size: int) -> np.nda
     if len(genome) != length:
         raise ValueError(f"{word}: {name} returns a genome of {len(genome)} loci; allowed are {length}: genomes keep their length")
     try:
-        letters = np.frombuffer(bytes(list(genome)), np.uint8)  # the fastest look at a list of whole numbers
+        letters = np.frombuffer(bytes(list(genome)), np.uint8)  # the fastest check of a list of whole numbers
         if letters.max() < size:
             return letters
     except (TypeError, ValueError):

@@ -1,4 +1,4 @@
-"""What is wrong with the genes of a layout, each thing with its key in the section of the genome."""
+"""Problems with the genes of a layout, each with its key in the section of the genome."""
 
 from __future__ import annotations
 
@@ -43,8 +43,8 @@ def problems(
         trait = (traits or {}).get(gene.trait or "")
         most = MOST_WEIGHT_LEVELS if is_weights(gene, trait) else MOST_LEVELS
         if size**gene.letters > most:
-            what = f"too long a codon: it would have {size}^{gene.letters} values"
-            yield Problem((*key, "letters"), what, gene.letters, f"at most {int(_log(most, size))}")
+            fault = f"too long a codon: it would have {size}^{gene.letters} values"
+            yield Problem((*key, "letters"), fault, gene.letters, f"at most {int(_log(most, size))}")
         elif is_weights(gene, trait):
             yield from _of_weights(key, gene, shapes)
         else:
@@ -75,27 +75,27 @@ def n_codons(gene: Gene, trait: Trait | None, shapes: Mapping[str, Shapes]) -> i
 
 def places(genes: Sequence[Gene], traits: Mapping[str, Trait], shapes: Mapping[str, Shapes]) -> list[tuple[int, int]] | None:
     """The first locus and the one after the last of each gene; None where a length is not known."""
-    found, at = [], 0
+    spans, at = [], 0
     for gene in genes:
         n = n_codons(gene, traits.get(gene.trait or ""), shapes)
         if n is None:
             return None
         first = at if gene.at is None else gene.at
         at = first + n * gene.letters
-        found.append((first, at))
-    return found
+        spans.append((first, at))
+    return spans
 
 
 def _of_places(genes: Sequence[Gene], loci: int | None, traits: Mapping[str, Trait], shapes: Mapping[str, Shapes]) -> Iterator[Problem]:
-    found = places(genes, traits, shapes)
-    if found is None:
+    spans = places(genes, traits, shapes)
+    if spans is None:
         return
-    order = sorted(range(len(genes)), key=lambda i: found[i])
+    order = sorted(range(len(genes)), key=lambda i: spans[i])
     for before, i in zip(order, order[1:], strict=False):
-        if found[i][0] < found[before][1]:
-            what = f"overlaps the gene {genes[before].name}, which has the loci {found[before][0]} to {found[before][1] - 1}"
-            yield Problem(("genes", i, "at"), what, found[i][0], f"at least {found[before][1]}")
-    needed = max((stop for _, stop in found), default=0)
+        if spans[i][0] < spans[before][1]:
+            fault = f"overlaps the gene {genes[before].name}, which has the loci {spans[before][0]} to {spans[before][1] - 1}"
+            yield Problem(("genes", i, "at"), fault, spans[i][0], f"at least {spans[before][1]}")
+    needed = max((stop for _, stop in spans), default=0)
     if loci is not None and loci < needed:
         yield Problem(("loci",), f"too short a string: the genes need {needed} loci", loci, f"at least {needed}")
     elif needed > LONGEST:
@@ -138,8 +138,8 @@ def _of_value(key: Key, gene: Gene, size: int, trait: Trait | None) -> Iterator[
         if value != allowed:
             yield Problem((*key, field), "given together with values", value, "one of them")
     if len(gene.values) != size**gene.letters:
-        what = f"{len(gene.values)} of them, and a codon of {gene.letters} of {size} letters has {size**gene.letters} values"
-        yield Problem((*key, "values"), what, gene.values, f"{size**gene.letters} numbers")
+        fault = f"{len(gene.values)} of them, and a codon of {gene.letters} of {size} letters has {size**gene.letters} values"
+        yield Problem((*key, "values"), fault, gene.values, f"{size**gene.letters} numbers")
     for j, value in enumerate(gene.values):
         yield from _of_bound((*key, "values", j), gene, trait, value)
 

@@ -1,4 +1,4 @@
-"""A trait: a value of a species that a gene may replace, and the column where an organism keeps its own."""
+"""A trait: a value of a species that a gene may replace, and the column that holds an organism's own."""
 
 from __future__ import annotations
 

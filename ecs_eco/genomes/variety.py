@@ -1,4 +1,4 @@
-"""How genomes of a population differ: frequencies of alleles, diversity, and DEAP's statistics over what they say."""
+"""Genetic variation of a population: allele frequencies, diversity, and DEAP's statistics of the coded values."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def frequencies(layout: Layout, loci: np.ndarray) -> dict[str, dict[float, float]]:
-    """Return for each gene the share of strings that say each value, by value; u8[n, loci]. Genes of whole networks are left out."""
+    """Return for each gene the share of strings with each value, by value; u8[n, loci]. Genes of whole networks are left out."""
     out = {}
     for code in layout.genes:
         if not isinstance(code, Weights):
@@ -33,7 +33,7 @@ def diversity(layout: Layout, loci: np.ndarray) -> np.ndarray:
 
 
 class GenomeStatistics(tools.MultiStatistics):
-    """DEAP's MultiStatistics over genomes: what is registered is computed of each gene's values, and of the loci's diversity."""
+    """DEAP's MultiStatistics over genomes: registered functions are applied to each gene's values, and to the diversity of the loci."""
 
     def __init__(self, layout: Layout) -> None:
         names = [code.name for code in layout.genes if not isinstance(code, Weights)]
@@ -49,7 +49,7 @@ class GenomeStatistics(tools.MultiStatistics):
 
 def statistics(layout: Layout) -> GenomeStatistics:
     """Return statistics of genomes with mean, std, min and max; register more as with any tools.Statistics."""
-    found = GenomeStatistics(layout)
+    per_gene = GenomeStatistics(layout)
     for name, function in {"mean": np.mean, "std": np.std, "min": np.min, "max": np.max}.items():
-        found.register(name, function)
-    return found
+        per_gene.register(name, function)
+    return per_gene

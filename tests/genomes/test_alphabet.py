@@ -46,7 +46,7 @@ def test_errors_name_the_place_and_the_letter():
 
 @pytest.mark.parametrize(
     ("letters", "message"),
-    [("A", "has 1 letters; allowed are 2 to 256"), ("", "has 0 letters"), ("ACGA", "the letter 'A' stands in it twice")],
+    [("A", "has 1 letters; allowed are 2 to 256"), ("", "has 0 letters"), ("ACGA", "the letter 'A' occurs twice")],
 )
 def test_an_alphabet_that_cannot_be_is_refused(letters, message):
     with pytest.raises(ValueError, match=message):

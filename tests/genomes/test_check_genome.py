@@ -93,7 +93,7 @@ WRONG = [
     (gene(1, trait="sensors.eye.radius", high=21.0), "genome.genes.1.high", "larger than half of the torus"),
     (gene(1, trait="reproduction.energy_min", high=2.0), "genome.genes.1.high", "at most 1"),
     (lambda goat: goat["genome"].update(loci=4), "genome.loci", "at least 5"),
-    (larger_than_own, "genome.genes.1.trait", "cannot say the species' own value, 0.4"),
+    (larger_than_own, "genome.genes.1.trait", "cannot code for the species' own value, 0.4"),
     (operator("mate", operator="cxBlend"), "genome.mate.operator", "numbers between letters"),
     (operator("mate", operator="cxTwoPont"), "genome.mate.operator", "cxTwoPoint"),
     (operator("mutate", operator="mutUniformInt"), "genome.mutate.operator", "indpb"),
