@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 class Age(System):
     """Every organism is `dt` seconds older after a tick.
 
-    Its age is that of its tick of birth, rounded once: a sum of steps in float32 would drift. Where somebody set an age,
-    it is counted from there.
+    Age follows from the tick of birth, rounded once: a sum of steps in float32 would drift. If an age was set, it is
+    counted from there.
     """
 
     needs = (Biology,)

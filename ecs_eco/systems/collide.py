@@ -15,9 +15,9 @@ from ecs_eco.space.world import SpatialWorld
 
 
 class Collide(System):
-    """Overlapping spheres push each other apart, each by half of the overlap; what cannot move pushes by the whole.
+    """Overlapping spheres push each other apart, each by half of the overlap; a body that cannot move pushes by all of it.
 
-    All pushes follow from the places before any: the outcome does not depend on who comes first.
+    All pushes are computed from the places before any push: the outcome does not depend on the order.
     """
 
     needs = (Position, Velocity, Body)
@@ -52,7 +52,7 @@ class Collide(System):
 @njit
 def push_apart(first, last, ox, oy, oz, ou, rows, radius, bx, by, bz, br, bu, bstart, nx, ny, nz, inverse, lengths, torus,
                reach, share, push):
-    """Add to push[i] the way out of every body that overlaps i; concentric ones part along a direction given by their uids."""
+    """Add to push[i] the displacement out of every body that overlaps i; concentric ones part in a direction set by their uids."""
     near = np.empty(bx.size, np.int64)
     for i in range(first, last):
         r = radius[rows[i]]

@@ -9,7 +9,7 @@ from ecs_eco.space.world import SpatialWorld
 
 
 class Diffuse(System):
-    """Every body puts what its species emits into the fields; the fields diffuse and decay."""
+    """Every body emits into the fields; the fields diffuse and decay."""
 
     phase = "environment"
     world: SpatialWorld

@@ -19,7 +19,7 @@ STILL = np.zeros((0, 3), np.float32)
 
 
 class Drift(System):
-    """Currents carry all bodies in the water alike; heavy ones sink and light ones rise, to the bottom or the surface and no further."""
+    """Currents carry all bodies in the water; heavy ones sink to the bottom, light ones rise to the surface."""
 
     needs = (Position,)
     phase = "move"

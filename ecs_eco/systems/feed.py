@@ -26,15 +26,15 @@ class Feed(System):
     """An animal that eats, and digests nothing, takes the nearest food within reach, with the diet's chance of success.
 
     Each proposes one item; an item goes to the nearest of those that want it, ties to the lower uid; the eaten die.
-    Who has an action `eat` eats when it decides to; who has none eats whenever it can. Tough food resists some bites,
-    poison costs the eater energy, and what is deadly kills it.
+    An animal with an action `eat` eats when it decides to; one without eats whenever it can. Tough food resists some
+    bites, poison costs the eater energy, and deadly food kills it.
     """
 
     needs = (Position, Body, Metabolism)
     phase = "interact"
 
     def start(self, world: SpatialWorld) -> None:
-        """Make the causes of death known in the order of species."""
+        """Register the causes of death in the order of species."""
         for table in world.tables.values():
             if table.species.diet:
                 world.cause(f"eaten by {table.name}")
@@ -54,8 +54,8 @@ class Feed(System):
         eaters, foods = world.index(table), world.index(prey)
         b, m, nerves, species = table[Body], table[Metabolism], table.species.nerves, table.species.config
         widest = float(b.radius[: table.high].max() + prey[Body].radius[: prey.high].max()) + food.reach
-        found, distance2 = np.empty(eaters.n, np.int32), np.empty(eaters.n, np.float32)
-        nearest(eaters, foods, widest, found, distance2, world.split)
+        target, distance2 = np.empty(eaters.n, np.int32), np.empty(eaters.n, np.float32)
+        nearest(eaters, foods, widest, target, distance2, world.split)
         column = -1 if nerves is None else next((i for i, (_, a) in enumerate(nerves.actions) if a == "eat"), -1)
         decision = NO_DECISION if nerves is None else table[Nervous].decision
         chance = np.float32(1 - (1 - min(food.chance, 1.0)) ** world.dt)
@@ -63,7 +63,7 @@ class Feed(System):
         best = np.full(foods.n, -1, np.int32)
         toughness, poison = defences(prey)
         held = prey[Metabolism].energy if Metabolism in prey else NOTHING
-        ingest(found, distance2, eaters.rows, eaters.uid, foods.rows, b.radius, prey[Body].radius, np.float32(food.reach),
+        ingest(target, distance2, eaters.rows, eaters.uid, foods.rows, b.radius, prey[Body].radius, np.float32(food.reach),
                decision, column, chance, np.float32(ceiling), np.float32(food.gain), np.float32(food.efficiency), held,
                np.float32(species.metabolism.energy_max), np.float32(species.metabolism.digestion), world.key,
                random.FEED + (number << 8), toughness, poison, world.cause(f"eaten by {table.name}"),
@@ -72,7 +72,7 @@ class Feed(System):
 
 
 def defences(prey: Any) -> tuple[np.ndarray, np.ndarray]:
-    """Return toughness and poison of each row, f32[capacity], or arrays of one for all; empty where nothing defends it."""
+    """Return toughness and poison of each row, f32[capacity], or arrays of one for all; empty if it has no defence."""
     defence = getattr(prey.species.config, "defence", None)
     if Defence in prey:
         return prey[Defence].toughness, prey[Defence].poison
@@ -82,12 +82,12 @@ def defences(prey: Any) -> tuple[np.ndarray, np.ndarray]:
 
 
 @njit
-def ingest(found, distance2, rows, uid, food_rows, radius, food_radius, reach, decision, column, chance, until, gain, efficiency, held,
+def ingest(target, distance2, rows, uid, food_rows, radius, food_radius, reach, decision, column, chance, until, gain, efficiency, held,
            ceiling, digestion, key, purpose, toughness, poison, cause, deadly, eater_cause, eater_killer, uids, best, energy, digesting,
            taken, food_cause, food_killer, food_uids):
-    """Resolve the wishes of all eaters, in canonical order, and apply them."""
-    for i in range(found.size):
-        j, row = found[i], rows[i]
+    """Resolve the proposals of all eaters, in canonical order, and apply them."""
+    for i in range(target.size):
+        j, row = target[i], rows[i]
         if j < 0 or eater_cause[row] or food_cause[food_rows[j]] or digesting[row] > 0 or energy[row] >= until:
             continue
         if column >= 0 and not decision[row, column]:

@@ -17,11 +17,11 @@ if TYPE_CHECKING:
 
 
 class GiveBirth(System):
-    """At term a mother gives birth to her litter and pays what the father has not paid.
+    """At term a mother gives birth to her litter and pays the share that the father has not paid.
 
-    She bears as many as she can pay for with energy left, as `max_count` leaves room for, and as find a place. What the
-    father gave for the others stays with her, up to what she can hold, and is taken off what parents gave. An unborn
-    litter dies with its mother.
+    The litter is limited by the energy that she can spend, by `max_count` and by the free places. She keeps what the
+    father gave for the others, up to her capacity, and it is deducted from what parents gave. An unborn litter dies with
+    its mother.
     """
 
     needs = (Position, Body, Metabolism, Biology, Gestation)
@@ -55,7 +55,7 @@ def her_part(given, stored, carrying):
 
 @njit
 def at_term(alive, carrying, due, tick, energy, stored, own, energy_given, mothers, number):
-    """List the mothers whose time has come, and how many newborn each can pay for; return how many mothers there are."""
+    """List the mothers at term, and how many newborn each can pay for; return the number of mothers."""
     n = 0
     for row in range(alive.size):
         if alive[row] and carrying[row] and due[row] <= tick:
@@ -67,7 +67,7 @@ def at_term(alive, carrying, due, tick, energy, stored, own, energy_given, mothe
 
 @njit
 def deliver(mothers, born, given_each, energy_max, rested, energy, given, carrying, stored, father, rest):
-    """Let the mothers pay for those born, take back what was given for the others, and rest."""
+    """Charge the mothers for those born, return to them what was given for the others, and let them rest."""
     for i in range(mothers.size):
         row = mothers[i]
         before = energy[row]

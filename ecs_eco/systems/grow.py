@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 class Grow(System):
     """A plant gains `growth` [energy/s] in full light, in proportion where there is less, until it is full.
 
-    What it puts into its defence it does not grow.
+    The share that it spends on its defence does not grow.
     """
 
     needs = (Position, Metabolism)

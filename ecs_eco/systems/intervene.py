@@ -1,4 +1,4 @@
-"""Somebody intervenes: culls, brings new ones, fences off, changes values."""
+"""Interventions: cull, add, fence, set values, switch reproduction and learning."""
 
 from __future__ import annotations
 
@@ -26,101 +26,102 @@ CORNERS = 64  # of a round fence
 
 
 class Intervene(System):
-    """The world file's interventions, and those asked for with `World.intervene`, at the start of the tick that they are for.
+    """Carries out the world file's interventions, and those requested with `World.intervene`, at the start of their tick.
 
     The culled die at the end of the phase die of this tick, newcomers live from the end of the phase reproduce on, all
-    else holds from now on. What was carried out is noted in `world.intervened`.
+    else takes effect at once. Those carried out are listed in `world.intervened`.
     """
 
     phase = "environment"
-    world: Any  # with what `ecosystem.World` adds: it changes values of the configuration
+    world: Any  # an `ecosystem.World`, which can be reconfigured
 
     def __init__(self) -> None:
-        self.asked: list[Any] = []  # for the next tick, by World.intervene
-        self.made = False  # whether the world's ground was made for a fence
+        self.requests: list[Any] = []  # for the next tick, by World.intervene
+        self.made_ground = False  # whether the world's ground was made for a fence
 
     def process(self, *_: Any) -> None:
-        """Carry out what is due in this tick, in the order of the file; then what was asked for."""
+        """Carry out what is due in this tick, in the order of the file; then pending requests."""
         world = self.world
         planned = [] if world.config is None else [x for x in world.config.interventions if x.due(world.tick)]
-        asked, self.asked = self.asked, []
-        for what in (*planned, *asked):
-            getattr(self, what.kind)(world, what)
-            world.intervened.append((world.tick, what.once(world.tick)))
+        pending, self.requests = self.requests, []
+        for intervention in (*planned, *pending):
+            getattr(self, intervention.kind)(world, intervention)
+            world.intervened.append((world.tick, intervention.once(world.tick)))
 
-    def ask(self, what: Any) -> None:
+    def ask(self, intervention: Any) -> None:
         """Carry out an intervention in the next tick: a dict or a model; raises ConfigError as a world file does."""
-        self.asked.append(checked(self.world, what, [x.once(x.at) for x in self.asked]))
+        self.requests.append(checked(self.world, intervention, [x.once(x.at) for x in self.requests]))
 
-    def cull(self, world: SpatialWorld, what: Any) -> None:
-        """Doom some of a species."""
-        table = world.table(what.species)
+    def cull(self, world: SpatialWorld, order: Any) -> None:
+        """Mark some of a species to die."""
+        table = world.table(order.species)
         rows = table.by_uid()
         rows = rows[table.cause[rows] == 0]
-        if what.region is not None:
+        if order.region is not None:
             p = table[Position]
-            rows = rows[Region(world.space, what.region).has(p.x[rows], p.y[rows])]
-        if what.uids is not None:
-            rows = rows[np.isin(table.uid[rows], np.array(what.uids, np.uint64))]
-            table.cause[rows] = world.cause(what.cause)
+            rows = rows[Region(world.space, order.region).has(p.x[rows], p.y[rows])]
+        if order.uids is not None:
+            rows = rows[np.isin(table.uid[rows], np.array(order.uids, np.uint64))]
+            table.cause[rows] = world.cause(order.cause)
             return
-        wanted = what.count if what.share is None else math.floor(what.share * rows.size + 0.5)
-        first = np.argsort(_rank(table, rows, what.which, world.key), kind="stable")
-        table.cause[rows[first[:wanted]]] = world.cause(what.cause)
+        wanted = order.count if order.share is None else math.floor(order.share * rows.size + 0.5)
+        first = np.argsort(_rank(table, rows, order.which, world.key), kind="stable")
+        table.cause[rows[first[:wanted]]] = world.cause(order.cause)
 
-    def add(self, world: SpatialWorld, what: Any) -> None:
+    def add(self, world: SpatialWorld, order: Any) -> None:
         """Ask for newcomers."""
-        table = world.table(what.species)
-        count = room(table, what.count)
+        table = world.table(order.species)
+        count = room(table, order.count)
         if count == 0:
             return
-        who = np.arange(count, dtype=np.uint64) + np.uint64(world.next_uid + table.waiting)  # uids to come: nobody draws with these numbers
-        within = None if what.region is None else Region(world.space, what.region)
-        values = newcomers(table, world, table.species.config, who, within, what.at_place)
-        values = newborn(world, table, values, f"intervene: add {what.species!r}")
+        # future uids: no draw has used them yet
+        identities = np.arange(count, dtype=np.uint64) + np.uint64(world.next_uid + table.waiting)
+        within = None if order.region is None else Region(world.space, order.region)
+        values = newcomers(table, world, table.species.config, identities, within, order.at_place)
+        values = newborn(world, table, values, f"intervene: add {order.species!r}")
         table.request(np.zeros(values[Position, "x"].size, np.uint64), values)
 
-    def fence(self, world: SpatialWorld, what: Any) -> None:
+    def fence(self, world: SpatialWorld, order: Any) -> None:
         """Put up a fence, or take one away."""
         corners = None
-        if what.line is not None:
-            corners = np.array(what.line, float)
-        elif what.region is not None:
-            corners = Region(world.space, what.region).border()
+        if order.line is not None:
+            corners = np.array(order.line, float)
+        elif order.region is not None:
+            corners = Region(world.space, order.region).border()
         if world.terrain is None:
-            if what.remove:
+            if order.remove:
                 return
-            world.terrain, self.made = flat_ground(world.space), True
-        if what.remove:
+            world.terrain, self.made_ground = flat_ground(world.space), True
+        if order.remove:
             world.terrain.unfence(corners)
         elif corners is not None:
             world.terrain.fence(corners)
 
-    def set(self, world: Any, what: Any) -> None:
+    def set(self, world: Any, order: Any) -> None:
         """Change values of the world."""
         from ecs_eco.config.loading import changed
 
-        world.reconfigure(changed(world.config, what.set))
+        world.reconfigure(changed(world.config, order.set))
 
-    def switch(self, world: Any, what: Any) -> None:
+    def switch(self, world: Any, order: Any) -> None:
         """Let births or learning stop, or go on."""
-        names = [what.species] if what.species else [n for n, t in world.tables.items() if not t.species.is_object]
-        if what.reproduction is not None:
+        names = [order.species] if order.species else [n for n, t in world.tables.items() if not t.species.is_object]
+        if order.reproduction is not None:
             for name in names:
-                world.table(name).species.switch_reproduction(what.reproduction)
-        if what.learning is not None:
+                world.table(name).species.switch_reproduction(order.reproduction)
+        if order.learning is not None:
             from ecs_eco.config.checks.interventions import learns
             from ecs_eco.config.loading import changed
 
             can = [n for n in names if learns(world.config.species[n])]
-            world.reconfigure(changed(world.config, {f"species.{n}.policy.learn": what.learning for n in can}), learners=can)
+            world.reconfigure(changed(world.config, {f"species.{n}.policy.learn": order.learning for n in can}), learners=can)
 
     def state(self) -> dict[str, np.ndarray]:
-        """Return what is not elsewhere: who bears no young, what was asked for, and ground that was made for fences."""
+        """Return the state that is nowhere else: species that do not reproduce, requests, and ground made for fences."""
         tables = self.world.tables.values()
-        text = json.dumps([x.once(self.world.tick) for x in self.asked]).encode()  # those asked for within a tick wait for the next
+        text = json.dumps([x.once(self.world.tick) for x in self.requests]).encode()  # requests made within a tick wait for the next
         out = {"barren": np.array([bool(t.species.barren) for t in tables], np.uint8), "asked": np.frombuffer(text, np.uint8)}
-        ground = self.world.terrain.fenced() if self.made else {}
+        ground = self.world.terrain.fenced() if self.made_ground else {}
         none = {"ground": np.zeros((0, 0), np.uint8), "corners": np.zeros((0, 2)), "lengths": np.zeros(0, np.int64)}
         return out | {f"ground.{key}": array for key, array in (none | ground).items()}
 
@@ -130,19 +131,19 @@ class Intervene(System):
         for table, barren in zip(world.tables.values(), state["barren"], strict=True):
             if barren or table.species.barren:
                 table.species.switch_reproduction(not barren)
-        self.asked = []
-        for what in json.loads(state["asked"].tobytes()):
-            self.ask(what)
+        self.requests = []
+        for intervention in json.loads(state["asked"].tobytes()):
+            self.ask(intervention)
         ground = {k.removeprefix("ground."): v for k, v in state.items() if k.startswith("ground.")}
         there = ground["ground"].size > 0
-        if self.made or there:
-            world.terrain, self.made = flat_ground(world.space) if there else None, there
+        if self.made_ground or there:
+            world.terrain, self.made_ground = flat_ground(world.space) if there else None, there
         if there:
             world.terrain.load(ground)
 
 
 class Region:
-    """A circle [x, y, radius] or a rectangle [x0, y0, x1, y1] on the ground [m]; a circle goes on beyond the edge of a torus."""
+    """A circle [x, y, radius] or a rectangle [x0, y0, x1, y1] on the ground [m]; a circle wraps around a torus."""
 
     def __init__(self, space: Any, numbers: Sequence[float]) -> None:
         self.space, self.numbers, self.round = space, [float(v) for v in numbers], len(numbers) == 3
@@ -190,20 +191,20 @@ def flat_ground(space: Any) -> Any:
     return ground
 
 
-def checked(world: SpatialWorld, what: Any, asked: Sequence[dict[str, Any]]) -> Any:
-    """Return an intervention for the next tick, from a dict or a model, that is to follow those `asked` for already."""
+def checked(world: SpatialWorld, order: Any, requests: Sequence[dict[str, Any]]) -> Any:
+    """Return an intervention for the next tick, from a dict or a model, that is to follow the `requests` made already."""
     from pydantic import TypeAdapter, ValidationError
 
     from ecs_eco.config.loading import intervention
     from ecs_eco.config.models.interventions import AnyIntervention
 
-    said = what if isinstance(what, dict) else {k: v for k, v in what.model_dump().items() if v is not None}
-    data = {"at": world.tick} | said
+    fields = order if isinstance(order, dict) else {k: v for k, v in order.model_dump().items() if v is not None}
+    data = {"at": world.tick} | fields
     if data["at"] != world.tick or "every" in data or "until" in data:
         raise ValueError(f"intervene: it is tick {world.tick} now; leave out at, every and until, or put it into the world file")
     if world.config is not None:
         fences = [done for _, done in world.intervened if done["kind"] == "fence"]
-        waiting = [done for done in asked if done["kind"] in ("fence", "set")]  # what it must fit: values set so far are in the config
+        waiting = [done for done in requests if done["kind"] in ("fence", "set")]  # that it depends on; values set so far are in the config
         return intervention(world.config, data, [*fences, *waiting])
     try:
         model = TypeAdapter(AnyIntervention).validate_python(data)
@@ -221,7 +222,7 @@ def checked(world: SpatialWorld, what: Any, asked: Sequence[dict[str, Any]]) -> 
 
 
 def _rank(table: Table, rows: np.ndarray, which: str, key: np.uint64) -> np.ndarray:
-    """Return a number for each row, in the order of uids: who has the lowest is taken first."""
+    """Return a number for each row, in the order of uids: the lowest is culled first."""
     if which == "random":
         return random.draw_many(key, table.uid[rows], random.CULL)
     if which in ("richest", "poorest"):

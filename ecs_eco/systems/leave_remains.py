@@ -15,9 +15,9 @@ if TYPE_CHECKING:
 
 
 class LeaveRemains(System):
-    """What dies leaves an object of the type that its species names, where it died, with its mass and substances.
+    """The dead leave an object of the type that their species names, where they died, with their mass and substances.
 
-    The eaten leave nothing: their body is in another.
+    The eaten leave nothing: their bodies are in their eaters.
     """
 
     phase = "die"
@@ -27,10 +27,10 @@ class LeaveRemains(System):
         world.on_death.append(self.leave)
 
     def process(self, *_: Any) -> None:
-        """Nothing: what happens here happens at a death."""
+        """Do nothing: remains are left when a death takes effect."""
 
     def leave(self, table: Table, rows: np.ndarray) -> None:
-        """Ask for one object for each of the dying that were not eaten; rows i64[k] in the order of uids."""
+        """Request one object for each of the dying that were not eaten; rows i64[k] in the order of uids."""
         world, remains = self.world, table.species.remains
         if remains is not None:
             eaten = np.zeros(256, np.bool_)  # of any code that a cause can have

@@ -20,19 +20,19 @@ if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
     from ecs_eco.space.world import SpatialWorld
 
-CHOOSES, SIRES = 1, 2  # bits: what one who is ready can do
-MEET, TASTE = random.MATE, random.MATE + (1 << 8)  # what numbers are drawn for
+CHOOSES, SIRES = 1, 2  # bits: the roles of an organism that is ready
+MEET, TASTE = random.MATE, random.MATE + (1 << 8)  # purposes of random draws
 NO_DECISION = np.zeros((1, 1), np.uint8)
 WILLING = {"none": 0, "one": 1, "both": 2}
 
 
 class Mate(System):
-    """Each female that is ready and willing chooses one male that is so too among those within reach, and may conceive by him.
+    """Each female that is ready and willing chooses one ready and willing male within reach, and may conceive by him.
 
-    Ready is who is old enough, fed enough, rested and not pregnant; a male must also be able to pay his share, and pays it
-    at once. Where the species has no sexes any two mate, and the one that chose bears. Nobody mates twice in a tick: the
-    nearest pair goes first, equals by the uid of who chose. Conception has the `chance` per second of contact, times the
-    fertility of both.
+    An organism is ready if it is old enough, fed enough, rested and not pregnant; a male must also be able to pay his
+    share, and pays it at once. In a species without sexes any two mate, and the chooser bears the young. No organism mates
+    twice in a tick: nearer pairs go first, ties by the uid of the chooser. Conception has the `chance` per second of
+    contact, times the fertility of both.
     """
 
     needs = (Position, Body, Metabolism, Biology, Gestation)
@@ -76,18 +76,18 @@ class Mate(System):
             pay: tuple[Any, ...],
             partner: np.ndarray, distance2: np.ndarray, world: SpatialWorld) -> None:
         """Let a function of the user's own choose, one chooser after the other, in the order of uids."""
-        found, far = np.empty(i.n, np.int64), np.empty(i.n, np.float32)
+        chosen, far = np.empty(i.n, np.int64), np.empty(i.n, np.float32)
         energy, age, radius = table[Metabolism].energy, table[Biology].age, table[Body].radius
         state = pyrandom.getstate()
         try:
             for me in choosers[np.argsort(i.uid[choosers])]:
-                n = suitors(me, i.rows, i.x, i.y, i.z, i.start, can, radius, *near, *wants, energy, *pay, found, far)
-                rows, uids = i.rows[found[:n]], i.uid[found[:n]].tolist()
+                n = suitors(me, i.rows, i.x, i.y, i.z, i.start, can, radius, *near, *wants, energy, *pay, chosen, far)
+                rows, uids = i.rows[chosen[:n]], i.uid[chosen[:n]].tolist()
                 pyrandom.seed(int(world.key) ^ int(i.uid[me]))
                 it = rule(int(i.uid[me]), uids, np.sqrt(far[:n]).tolist(), energy[rows].tolist(), age[rows].tolist())
                 if it not in uids:
                     raise ValueError(f"select_mate of {table.name!r} returns {it!r} for {int(i.uid[me])}; allowed is one of {uids[:9]}")
-                partner[me], distance2[me] = found[uids.index(it)], far[uids.index(it)]
+                partner[me], distance2[me] = chosen[uids.index(it)], far[uids.index(it)]
         finally:
             pyrandom.setstate(state)
 
@@ -113,20 +113,20 @@ def action(table: Table) -> tuple[int, np.ndarray]:
 
 
 def select_mate(table: Table) -> tuple[int, Any] | None:
-    """Return the rule in the species' toolbox: its number (−1: a function of the user's own) and its function; None without a toolbox."""
+    """Return the rule in the species' toolbox: its number (−1: the user's own function) and its function; None without a toolbox."""
     operators = getattr(table.species.heredity, "operators", None)
     return None if operators is None else (operators.choice, operators.toolbox.select_mate)
 
 
 @njit
 def wills(decision, column, row):
-    """Return 1 for who wants to mate, 0 for who does not."""
+    """Return 1 if an organism wants to mate, else 0."""
     return 1 if column < 0 or decision[row, column] else 0
 
 
 @njit
 def ready(alive, cause, sex, age, energy, carrying, rest, tick, own, age_min, energy_min, litter, decision, column, consent, can):
-    """Write who can choose and who can sire, can u8[rows]; return how many can the one and the other."""
+    """Write the roles of each row, can u8[rows]; return the numbers of those that can choose and that can sire."""
     n_chooses, n_sires = 0, 0
     for row in range(can.size):
         i = row if own else 0
@@ -157,14 +157,14 @@ def suits(i, j, rows, x, y, z, can, radius, near, lengths, torus, decision, colu
 
 @njit
 def suitors(i, rows, x, y, z, start, can, radius, near, reach, nx, ny, nz, inverse, lengths, torus, decision, column, consent, energy,
-            share, energy_given, litter, found, far):
+            share, energy_given, litter, chosen, far):
     """List the entries that suit entry i, and their squared distances; return how many."""
     close, n = np.empty(x.size, np.int64), 0
     pay, want = share * energy_given[0] * np.float32(whole(litter[0])), consent - wills(decision, column, rows[i])
     for c in range(gather(x[i], y[i], z[i], reach, start, x, y, z, nx, ny, nz, inverse, lengths, torus, close)):
         d2 = suits(i, close[c], rows, x, y, z, can, radius, near, lengths, torus, decision, column, want, energy, share, pay)
         if d2 >= 0:
-            found[n], far[n] = close[c], d2
+            chosen[n], far[n] = close[c], d2
             n += 1
     return n
 
@@ -172,9 +172,9 @@ def suitors(i, rows, x, y, z, start, can, radius, near, reach, nx, ny, nz, inver
 @njit
 def propose(first, last, rows, x, y, z, uid, start, can, radius, near, reach, nx, ny, nz, inverse, lengths, torus, decision, column,
             consent, energy, age, own, energy_given, litter, choice, share, key, partner, distance2):
-    """Write whom each of the entries first … last − 1 of the index wants as father (−1: nobody), and how far he is, squared.
+    """Write the father that each of the entries first … last − 1 of the index chooses (−1: none), and his squared distance.
 
-    Best is the nearest, one drawn at random, the richest or the oldest; ties go by distance, then by the lower uid.
+    The choice is the nearest, a random one, the richest or the oldest; ties go by distance, then by the lower uid.
     """
     close = np.empty(x.size, np.int64)
     for i in range(first, last):
@@ -204,7 +204,7 @@ def propose(first, last, rows, x, y, z, uid, start, can, radius, near, reach, nx
 
 @njit
 def pair(order, partner, rows, taken, pairs):
-    """List the pairs that mate, as rows of who chose and of whom; `order` are the entries that chose, the first come first."""
+    """List the pairs that mate, as rows of chooser and chosen; `order` lists the choosers, in order of precedence."""
     n = 0
     for i in order:
         j = partner[i]

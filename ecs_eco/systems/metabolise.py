@@ -19,9 +19,9 @@ NO_SCALE = np.zeros(0, np.float32)
 
 
 class Metabolise(System):
-    """An organism burns its basal rate and the cost of its locomotion; what it cannot pay stays owed until it starves.
+    """An organism burns its basal rate and the cost of its locomotion; energy may fall below 0, until it starves.
 
-    Where mass is heritable the basal rate goes with its power 3/4 (Kleiber 1932): large bodies burn more, but less per kg.
+    If mass is heritable, the basal rate scales with mass to the power 3/4 (Kleiber 1932): large bodies burn more, but less per kg.
     """
 
     needs = (Metabolism,)

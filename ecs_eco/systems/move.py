@@ -24,9 +24,10 @@ FLAT, OPEN_GROUND = np.zeros((1, 1), np.float32), np.zeros((1, 1), np.uint8)
 class Move(System):
     """An animal turns, then goes ahead at the speed of its gait, and pays for it; uphill costs more.
 
-    One with more vigour is faster in every gait and pays for it with the square. Water, rock, fences and walls stop it where they begin.
-    In a volume the group `climb` moves it up and down: at a speed of its own, or along a slope at that of its gait. Where there is
-    drag, speed nears that of the gait by dv/dt = drag (v_gait − v), the balance of thrust and Stokes' drag (Stokes 1851), solved exactly.
+    Vigour multiplies the speed of every gait, and the cost by its square. Water, rock, fences and walls stop it where they
+    begin. In a volume the group `climb` moves it up and down: at a speed of its own, or along a slope at that of its gait.
+    With drag, speed approaches that of the gait by dv/dt = drag (v_gait − v), the balance of thrust and Stokes' drag
+    (Stokes 1851), solved exactly.
     """
 
     needs = (Position, Velocity, Nervous)
@@ -98,7 +99,7 @@ def move(first, last, alive, decision, layout, speeds, costs, turns, climbs, pit
 def free_way(x, y, heading, v, dt, ground, inverse, lengths, torus):
     """Return the speed at which a step of dt [s] ends before water, rock or a fence begins; looks at every half cell of the way.
 
-    Who stands where a fence is put up walks off it.
+    An animal that stands where a fence is put up can walk off it.
     """
     on = ground_at(ground, inverse, x, y) == FENCE
     steps = half_cells(v * dt, inverse, lengths)

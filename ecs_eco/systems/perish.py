@@ -17,16 +17,16 @@ if TYPE_CHECKING:
 
 
 class Perish(System):
-    """Too cold, too acid, too old, starved: each end of each interval is a cause of death of its own.
+    """Too cold, too acid, too old, starved: each end of each interval is a separate cause of death.
 
-    Dying is felt: the last reward of the dead is the minimum of happiness minus what they last felt.
+    Death has a reward: the minimum of happiness minus the happiness last felt.
     """
 
     phase = "die"
     world: SpatialWorld
 
     def start(self, world: SpatialWorld) -> None:
-        """Make the causes of death known in the order of species."""
+        """Register the causes of death in the order of species."""
         for table in world.tables.values():
             for limit in table.species.lethal:
                 for cause, bound in ((limit.low, limit.min), (limit.high, limit.max)):
@@ -41,7 +41,7 @@ class Perish(System):
                 low, high = limit.min, limit.max
                 column = own_column(table, limit.property, self.world.substances)
                 if limit.property == "age" and high is not None and LifeHistory in table:
-                    column, high = table[Biology].age - table[LifeHistory].age_max, 0.0  # each has a span of its own
+                    column, high = table[Biology].age - table[LifeHistory].age_max, 0.0  # the limit is individual
                     low = None
                 perish(table.alive[: table.high], column,
                        np.float32(-np.inf if low is None else low), np.float32(np.inf if high is None else high),
@@ -60,7 +60,7 @@ class Perish(System):
 
 @njit
 def perish(alive, value, low, high, too_low, too_high, cause):
-    """Mark the living whose value is at or beyond a limit; who is dying already keeps the first cause."""
+    """Mark the living whose value is at or beyond a limit; those already dying keep the first cause."""
     for row in range(alive.size):
         if alive[row] and cause[row] == 0:
             if value[row] <= low:

@@ -23,8 +23,8 @@ class Reproduce(System):
     """A fed and grown parent gives birth with a probability per second, and pays the newborn's energy.
 
     The newborn appears at a random place that no body occupies (`anywhere`, or within `dispersal` of the parent);
-    where another of its kind lives within `spacing`, the birth fails and costs nothing. Of a litter as many are born
-    as the parent can pay for without falling to 0. Immigrants come besides.
+    where another of its kind lives within `spacing`, the birth fails and costs nothing. A litter is cut to the number
+    that the parent can pay for without falling to 0. Immigrants come in addition.
     """
 
     needs = (Position, Body, Metabolism, Biology)
@@ -34,7 +34,7 @@ class Reproduce(System):
         """Let one species reproduce."""
         way = table.species.reproduction
         if way is None or way.kind not in ("simplified", "asexual") or not (world.reproduction or table.species.nerves is None):
-            return  # while animals are pre-trained they bear no young; plants do
+            return  # animals do not reproduce while they are pre-trained; plants do
         self.bear(table, world, way)
         self.immigrate(table, world, way)
 
@@ -56,20 +56,21 @@ class Reproduce(System):
         m.given[parents] += before - m.energy[parents]
 
     def immigrate(self, table: Table, world: SpatialWorld, way: Any) -> None:
-        """Let newcomers come without parents, as those at the start did: the whole ones of rate × dt, one more by chance."""
+        """Add immigrants like the founders: the integer part of rate × dt, and one more by chance for the rest."""
         wanted = way.immigration * world.dt
         if wanted == 0:
             return
         chance = float(random.draw(world.key, np.uint64(table.place), random.BIRTH + (2 << 8)))
         if count := room(table, int(wanted + chance)):
-            who = np.arange(count, dtype=np.uint64) + np.uint64(world.next_uid + table.waiting)  # uids to come: nobody draws with them
-            values = newcomers(table, world, table.species.config, who)
+            # future uids: no draw has used them yet
+            identity = np.arange(count, dtype=np.uint64) + np.uint64(world.next_uid + table.waiting)
+            values = newcomers(table, world, table.species.config, identity)
             table.request(np.zeros(count, np.uint64), values)
 
 
 @njit
 def ready(alive, energy, age, fertility, uid, own, energy_min, age_min, energy_given, litter, chance, key, parents, number):
-    """List who gives birth, and to how many at most; return how many parents there are."""
+    """List the parents and the largest number of newborn of each; return the number of parents."""
     n = 0
     for row in range(alive.size):
         i = row if own else 0

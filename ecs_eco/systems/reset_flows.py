@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 class ResetFlows(System):
-    """What an organism took in, burnt and gave is counted from zero every tick."""
+    """Energy that an organism takes in, burns and gives is counted from zero every tick."""
 
     needs = (Metabolism,)
     phase = "environment"

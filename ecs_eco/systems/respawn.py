@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class Respawn(System):
-    """Every animal that dies is replaced at once by a newborn at a random place, with the energy of its species' newborn."""
+    """Every animal that dies is replaced at once by a newborn at a random place."""
 
     needs = (Position, Metabolism, Biology, Nervous)
     phase = "reproduce"
@@ -26,8 +26,8 @@ class Respawn(System):
         k = table.species.config.count - table.n
         if k <= 0:
             return
-        who = np.arange(world.next_uid, world.next_uid + k, dtype=np.uint64)
-        values = scatter(table, world, who)
+        identity = np.arange(world.next_uid, world.next_uid + k, dtype=np.uint64)
+        values = scatter(table, world, identity)
         if (heredity := table.species.heredity) is not None:
-            values |= heredity.founders(world, table, who)
+            values |= heredity.founders(world, table, identity)
         table.request(np.zeros(k, np.uint64), values)

@@ -33,8 +33,8 @@ SCHEDULE: dict[str, tuple[type[System], ...]] = {
     "move": (Move, Drift),
     "interact": (Collide, Feed, Mate),
     "metabolise": (Metabolise, Age),
-    "die": (Perish, LeaveRemains),  # at its end the dying leave their rows
-    "reproduce": (Reproduce, GiveBirth, Spread),  # at its end the newborn get theirs
+    "die": (Perish, LeaveRemains),  # at its end the rows of the dying are freed
+    "reproduce": (Reproduce, GiveBirth, Spread),  # at its end the newborn get rows
     "record": (),  # a world that is recorded has its recorder here
 }
 """The shipped systems by phase. A world's own systems come after those of their phase."""

@@ -33,7 +33,7 @@ class Sense(System):
             columns.append((sense, width, column))
             column += width
         for place, (sense, _, first) in enumerate(sorted(columns, key=lambda c: -c[1])):
-            # what calls functions of a user's own runs on the world's thread, whatever it touches
+            # functions of the user's own run on the world's thread
             own = not sense.__module__.startswith(SHIPPED) or sense.__qualname__.startswith("ambient") or getattr(sense, "by_light", False)
             shares[0 if own else place % world.threads].append((sense, first))
 

@@ -25,11 +25,11 @@ EVEN = np.zeros(0, np.float32)
 
 
 class Spread(System):
-    """The ground is cut into sites of side `spacing`, one plant each: logistic growth without any rule that says so.
+    """The ground is divided into sites of side `spacing`, one plant each: growth is logistic though no rule says so.
 
-    In a tick a free site receives a seed of a random other site, anywhere or within `dispersal`, with probability
-    rate·dt, which sprouts if a plant stands there; and one of the seed rain with probability seed_rain·dt. Of a
-    plant's seeds sprout as many as its genes say, and fewer the more it spends on its defence.
+    In a tick a free site receives a seed from a random other site, anywhere or within `dispersal`, with probability
+    rate·dt, which sprouts if a plant stands there; and one from the seed rain with probability seed_rain·dt. The share of
+    a plant's seeds that sprout is that of its genes, and smaller the more it spends on its defence.
     """
 
     needs = (Position, Metabolism)
@@ -57,9 +57,9 @@ class Spread(System):
         if n == 0:
             return
         site, parent = site[:n], parent[:n]
-        who = site.astype(np.uint64)
+        identity = site.astype(np.uint64)
         salt = random.SPREAD + (table.place << 20)
-        u, v = random.draw_many(world.key, who, salt + (3 << 8)), random.draw_many(world.key, who, salt + (4 << 8))
+        u, v = random.draw_many(world.key, identity, salt + (3 << 8)), random.draw_many(world.key, identity, salt + (4 << 8))
         x = np.minimum(((site % nx) + u) / inverse[0], np.nextafter(space.lengths[0], np.float32(0))).astype(np.float32)
         y = np.minimum(((site // nx) + v) / inverse[1], np.nextafter(space.lengths[1], np.float32(0))).astype(np.float32)
         z = np.zeros(n, np.float32)
@@ -67,7 +67,8 @@ class Spread(System):
         values: dict[tuple[type, str], np.ndarray] = {(Position, "x"): x, (Position, "y"): y, (Position, "z"): z}
         if (heredity := table.species.heredity) is not None:
             own, grown = parent < 0, np.flatnonzero(parent >= 0)
-            fresh, inherited = heredity.founders(world, table, who[own]), heredity.offspring(world, table, parent[grown], None, who[grown])
+            fresh = heredity.founders(world, table, identity[own])
+            inherited = heredity.offspring(world, table, parent[grown], None, identity[grown])
             for name, some in fresh.items():
                 values[name] = np.empty((n, *some.shape[1:]), some.dtype)
                 values[name][own], values[name][grown] = some, inherited[name]
@@ -75,7 +76,7 @@ class Spread(System):
 
 
 def seeds(table: Table, rate: float) -> tuple[float, np.ndarray]:
-    """Return the highest rate [1/s] at which a plant takes free sites, and each one's share of it f32[high]; empty where all are alike."""
+    """Return the highest rate [1/s] at which a plant takes free sites, and each one's share of it f32[high]; empty if all are equal."""
     left = left_by_defence(table, table.high)
     if Growth not in table and np.ndim(left) == 0:
         return rate * float(left), EVEN
@@ -86,7 +87,7 @@ def seeds(table: Table, rate: float) -> tuple[float, np.ndarray]:
 
 @njit
 def stands(alive, x, y, inverse, taken):
-    """Write which row stands on each site: i64[ny, nx], −1 where none does."""
+    """Write the row of the plant on each site: i64[ny, nx], −1 where none stands."""
     taken[:] = -1
     for row in range(alive.size):
         if alive[row]:
