@@ -1,5 +1,4 @@
 """A world's state as arrays and JSON, and the file that holds it.
 
-When checkpoints are written belongs to `ecs_eco.runs`; what a part keeps of itself, to its own `state`
-and `load`.
+`ecs_eco.runs` decides when checkpoints are written; each part saves and loads itself by `state` and `load`.
 """

@@ -1,4 +1,4 @@
-"""Whether the numbers in a checkpoint are those of a world: a seal says that a file is as it was written, not that it is sound."""
+"""Checks that the numbers in a checkpoint are valid: a seal proves that a file is unchanged, not that it makes sense."""
 
 from __future__ import annotations
 
@@ -45,12 +45,12 @@ class ArrayChecks:
 
     def array(self, name: str, dtype: Any, shape: tuple[int, ...]) -> np.ndarray:
         """Return a part of the file that must have this type and shape."""
-        found = self.arrays.get(name)
-        if found is None:
+        kept = self.arrays.get(name)
+        if kept is None:
             raise CheckpointError(f"{self.where}: the part {name!r} is missing")
-        if found.dtype != dtype or found.shape != shape:
-            self.fail(f"the part {name!r} is {found.dtype}{list(found.shape)}; this world needs {np.dtype(dtype)}{list(shape)}")
-        return found
+        if kept.dtype != dtype or kept.shape != shape:
+            self.fail(f"the part {name!r} is {kept.dtype}{list(kept.shape)}; this world needs {np.dtype(dtype)}{list(shape)}")
+        return kept
 
     def clock(self) -> None:
         """Check the clock, the causes of death and the surroundings."""
@@ -93,24 +93,24 @@ class ArrayChecks:
             self.fail(f"the part {part!r} holds {wrong[0]}; allowed: {least} to {most}")
 
     def counter(self, part: str, array: np.ndarray) -> None:
-        """Check one whole number that is counted up."""
+        """Check one whole number, a counter."""
         if array.dtype.kind not in "iu" or array.size != 1:
             self.fail(f"the part {part!r} is {array.dtype}{list(array.shape)}; allowed: one whole number")
         self.range(part, array, 0, 2**53)
 
-    def limits(self, table: Table, prefix: str, whose: str, uid: np.ndarray | None = None) -> None:
-        """Check that the fields in the file are within the limits that the gate sets to what comes from outside."""
+    def limits(self, table: Table, prefix: str, label: str, uid: np.ndarray | None = None) -> None:
+        """Check that the fields in the file are within the limits of the gate."""
         for limits in gate.limits_of(self.world, table, heavy=True):
             values = self.arrays.get(f"{prefix}/{limits.name}")
             if values is not None and (wrong := limits.outside(values)).any():
                 first = int(np.flatnonzero(wrong)[0])
                 try:
-                    limits.refuse(whose.format(first if uid is None else uid[first]), values[wrong])
+                    limits.refuse(label.format(first if uid is None else uid[first]), values[wrong])
                 except ValueError as error:
                     self.fail(str(error))
 
     def births(self, table: Table, prefix: str, birth: Mapping[str, Any]) -> None:
-        """Check newborn that were asked for."""
+        """Check requested births."""
         k = len(np.atleast_1d(self.arrays.get(f"{prefix}/parent", np.zeros(0))))
         for word in ("parent", *(["second"] if birth["second"] else [])):
             self.array(f"{prefix}/{word}", np.uint64, (k,))
@@ -123,8 +123,8 @@ class ArrayChecks:
 
 
 def check_arrays(world: SpatialWorld, meta: Mapping[str, Any], arrays: Arrays, where: str) -> None:
-    """Raise CheckpointError that names the file and the part where a world could not live with these numbers."""
+    """Raise CheckpointError that names the file and the part if these numbers are not valid for the world."""
     try:
         ArrayChecks(world, meta, arrays, where)
     except (KeyError, TypeError, AttributeError, IndexError, OverflowError) as error:
-        raise CheckpointError(f"{where}: what it says of its world is not of the right form: {type(error).__name__}: {error}") from None
+        raise CheckpointError(f"{where}: its description of the world is malformed: {type(error).__name__}: {error}") from None

@@ -18,10 +18,10 @@ def copy(world: SpatialWorld, *, threads: int | None = None, systems: Sequence[A
          prepare: Callable[[Any], None] | None = None) -> Any:
     """Return a world that has its own organisms, brains and clock, the same digest, and the same future.
 
-    `threads`: as many as the world has, unless said. `systems` are new instances of those that were handed in as instances;
-    `prepare(copy)` is called before the state is loaded: what was added by hand (systems, tables, functions of the environment)
-    is added there again. Not copied: who listens to births and deaths, `between`, and where a recorder writes to; a recorder of
-    the copy keeps what it records. Raises CheckpointError, before anything is made, where a world cannot be made again so.
+    `threads` defaults to that of the world. `systems` are new instances of those that were passed as instances;
+    `prepare(copy)` is called before the state is loaded, to add again what was added by hand (systems, tables, functions of
+    the environment). Not copied: hooks, and where a recorder writes to; a recorder of the copy keeps its records in memory.
+    Raises CheckpointError, before anything is made, if a world cannot be copied so.
     """
     from ecs_eco.checkpoint import freeze as frozen
 
@@ -48,7 +48,7 @@ def copy(world: SpatialWorld, *, threads: int | None = None, systems: Sequence[A
 
 
 def fork(world: SpatialWorld, seed: int, **how: Any) -> Any:
-    """Return a copy with another seed: the same organisms, and from the next tick on other chance; takes what `copy` takes."""
+    """Return a copy with another seed: the same organisms, with other random numbers from the next tick on; arguments as of `copy`."""
     from ecs_eco.worlds.reconfigure import reseed
 
     seed = seed_number(seed)

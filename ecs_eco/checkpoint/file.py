@@ -1,4 +1,4 @@
-"""Checkpoints: all that decides a world's future in one file, from which it goes on to the same bytes.
+"""Checkpoints: all that decides a world's future in one file, from which it continues bit for bit.
 
 A checkpoint is a safetensors file. Its tensors are the columns of the living, fields, weights, optimisers, rollouts and whatever
 else has `state()`; its metadata holds `meta` (JSON: format, versions, configuration, clock, tables), `parts` (JSON: a CRC-32 of every
@@ -32,7 +32,7 @@ RENAMED = {"Bear": "GiveBirth", "Leave": "LeaveRemains", "Reckon": "ResetFlows"}
 
 
 def _from_1(meta: dict[str, Any], arrays: Arrays) -> tuple[dict[str, Any], Arrays]:
-    """From format 1: some systems had other names; ages had nothing beside them, and `Age` finds the head start of each by itself."""
+    """From format 1: some systems had other names; ages had no head start beside them, which `Age` then computes itself."""
     meta["systems"] = [RENAMED.get(name, name) for name in meta["systems"]]
     for owner in [owner for owner in meta["stateful"] if owner.startswith("system/")]:
         place, _, name = owner.rpartition("/")
@@ -52,7 +52,7 @@ MIGRATIONS: dict[int, Callable[[dict[str, Any], Arrays], tuple[dict[str, Any], A
 
 
 def save(world: SpatialWorld, path: str | Path) -> Path:
-    """Write a checkpoint of a world between two ticks, so that the file is whole or not there. Returns its path.
+    """Write a checkpoint of a world between two ticks, completely or not at all. Returns its path.
 
     Raises RuntimeError within a tick, CheckpointError for something that could not be restored, OSError where nothing can be
     written.
@@ -66,9 +66,9 @@ def restore(cls: Any, path: str | Path, *, threads: int = 1, config: Any = None,
             prepare: Callable[[Any], None] | None = None, record: bool = True, trust: bool = False) -> Any:
     """Return the world that a checkpoint holds; `threads` may differ from before.
 
-    `config` is needed where the world was built from one that holds functions which no module names, `systems` where
-    systems were handed in as instances: both as they were. `prepare(world)` is called before the state is loaded: what
-    was added by hand is added there again. `trust` allows the code that it names to run in this process, as it is now.
+    `config` is needed if the world was built from one with functions that no module names, `systems` if systems were
+    passed as instances: both as they were. `prepare(world)` is called before the state is loaded, to add again what was
+    added by hand. `trust` allows the code that it names to run in this process, as it is now.
     Raises CheckpointError; ConfigError for code that nobody allowed.
     """
     meta, arrays = read(path)
@@ -90,9 +90,9 @@ def load(world: SpatialWorld, path: str | Path, *, trust: bool = False) -> None:
 
 
 def write(path: Path, meta: Mapping[str, Any], arrays: Arrays) -> None:
-    """Write meta and arrays, so that the file is whole or not there; raises OSError that names it."""
+    """Write meta and arrays, completely or not at all; raises OSError that names the file."""
     arrays = {name: np.ascontiguousarray(array).reshape(np.shape(array)) for name, array in arrays.items()}
-    text = json.dumps({"format": FORMAT, **meta}, allow_nan=False)  # in order: that of species and tables counts
+    text = json.dumps({"format": FORMAT, **meta}, allow_nan=False)  # in order: the order of species and tables matters
     parts = json.dumps({name: _sum(array) for name, array in arrays.items()})
     path.parent.mkdir(parents=True, exist_ok=True)
     files.write_tensors(path, arrays, {"meta": text, "parts": parts, "seal": _seal(text, parts)})
@@ -109,10 +109,10 @@ def read(path: str | Path) -> tuple[dict[str, Any], Arrays]:
     if more := sorted(set(arrays) - set(parts)):
         raise CheckpointError(f"{path}: holds {more[0]!r}, which it should not")
     arrays = {name: arrays[name] for name in parts}  # in the order in which they were given
-    while (found := meta.get("format")) != FORMAT:
-        if found not in MIGRATIONS:
-            raise CheckpointError(f"{path}: has the format {found}; this version of ecs-eco reads format {FORMAT}")
-        meta, arrays = MIGRATIONS[found](meta, arrays)
+    while (number := meta.get("format")) != FORMAT:
+        if number not in MIGRATIONS:
+            raise CheckpointError(f"{path}: has the format {number}; this version of ecs-eco reads format {FORMAT}")
+        meta, arrays = MIGRATIONS[number](meta, arrays)
     return meta, arrays
 
 
@@ -130,9 +130,9 @@ def describe(path: str | Path) -> dict[str, Any]:
 
 def latest(folder: Path, before: int | None = None, complain: Callable[[str], None] | None = None,
            check: Callable[[Path, dict[str, Any]], None] | None = None) -> Path | None:
-    """Return the newest whole checkpoint in a folder, at or before a tick; `complain` hears of damaged ones that are passed over.
+    """Return the newest intact checkpoint in a folder, at or before a tick; `complain` is told of damaged ones that are skipped.
 
-    `check(path, meta)` raises where a whole one is not to be taken.
+    `check(path, meta)` raises for an intact one that must not be used.
     """
     for path in sorted(folder.glob(f"tick-*{SUFFIX}"), reverse=True):
         try:
@@ -178,12 +178,12 @@ def _open(path: Path) -> tuple[dict[str, Any], dict[str, list[Any]], Arrays]:
 
 def _meta(path: Path, metadata: Mapping[str, str] | None) -> tuple[dict[str, Any], dict[str, list[Any]]]:
     """Return meta and the list of parts from a file's metadata, once the seal is right."""
-    found = dict(metadata or {})
-    if set(found) != {"meta", "parts", "seal"}:
+    content = dict(metadata or {})
+    if set(content) != {"meta", "parts", "seal"}:
         raise CheckpointError(f"{path}: is no checkpoint of ecs-eco, or its head is damaged")
-    if _seal(found["meta"], found["parts"]) != found["seal"]:
+    if _seal(content["meta"], content["parts"]) != content["seal"]:
         raise CheckpointError(f"{path}: its head is damaged: the seal does not fit")
-    return json.loads(found["meta"]), json.loads(found["parts"])
+    return json.loads(content["meta"]), json.loads(content["parts"])
 
 
 def _sum(array: np.ndarray) -> list[Any]:

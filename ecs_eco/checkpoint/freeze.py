@@ -1,4 +1,4 @@
-"""A world as JSON and arrays, and back: what a checkpoint holds (see checkpoint.py for the file)."""
+"""A world as JSON and arrays, and back: the content of a checkpoint (see file.py for the file)."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from ecs_eco.engine.code import NONE, Code, CodeError
 from ecs_eco.engine.errors import CheckpointError
 from ecs_eco.engine.interruption import require_whole, whole
 from ecs_eco.engine.section import function_name
-from ecs_eco.record.code import FOLDER, again, noted, sources
+from ecs_eco.record.code import FOLDER, check_code, noted, sources
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
@@ -62,11 +62,11 @@ def freeze(world: SpatialWorld) -> tuple[dict[str, Any], Arrays]:
 def code_of(meta: Mapping[str, Any], where: str, trust: bool) -> Code:
     """Return the code that a checkpoint needs: from the run that it lies in, or from where its world file was. Raises CheckpointError."""
     places = [Path(where).parent.parent / FOLDER, *([Path(meta["folder"])] if meta["folder"] is not None else [])]
-    return again(meta.get("code", []), places, where, trust)
+    return check_code(meta.get("code", []), places, where, trust)
 
 
 def thaw(cls: Any, meta: Mapping[str, Any], threads: int, config: Any, systems: Sequence[Any], where: str, trust: bool = False) -> Any:
-    """Return a world without organisms, built as the frozen one was; raises CheckpointError that says what is to be handed in.
+    """Return a world without organisms, built as the frozen one was; raises CheckpointError that says what must be passed.
 
     Raises CodeError where it needs code that nobody allowed to run here.
     """
@@ -84,20 +84,20 @@ def thaw(cls: Any, meta: Mapping[str, Any], threads: int, config: Any, systems: 
         if config is None:
             data = dict(meta["config"])
             data["systems"] = [handed.get(name, name) for name in data["systems"]]
-            found = WorldConfig.model_validate(data)
-            found._folder, found._source = Path(meta["folder"]), where
-            if any(isinstance(value, str) for _, value in names_in(found)):  # else all of it was handed in
-                found._code = code_of(meta, where, trust)
+            loaded = WorldConfig.model_validate(data)
+            loaded._folder, loaded._source = Path(meta["folder"]), where
+            if any(isinstance(value, str) for _, value in names_in(loaded)):  # else all of it was passed as objects
+                loaded._code = code_of(meta, where, trust)
             else:
-                found = found.model_copy(update={"code": []})
+                loaded = loaded.model_copy(update={"code": []})
         else:
-            found = config if isinstance(config, WorldConfig) and not systems else load(config, systems=systems)
-            if found.resolved() != meta["config"]:
+            loaded = config if isinstance(config, WorldConfig) and not systems else load(config, systems=systems)
+            if loaded.resolved() != meta["config"]:
                 raise CheckpointError(f"{where}: was saved with another configuration than the one handed in")
         options = dict(meta["options"])
         options["policies"] = {name: "random" if source == "random" else "untrained" for name, source in options["policies"].items()}
-        options["learn"] = {name: made["learning"] for name, made in meta["tables"].items() if name in found.species}
-        world = build(cls, found, seed=meta["clock"]["seed"], threads=threads, populate=False, record=False, **options)
+        options["learn"] = {name: made["learning"] for name, made in meta["tables"].items() if name in loaded.species}
+        world = build(cls, loaded, seed=meta["clock"]["seed"], threads=threads, populate=False, record=False, **options)
     except CodeError as error:
         raise _of(where, error) from None
     except (ConfigError, ImportError, AttributeError, ValueError, TypeError, LookupError, ArithmeticError) as error:
@@ -113,7 +113,7 @@ def _of(where: str, error: CodeError) -> CodeError:
 
 
 def load(world: SpatialWorld, meta: Mapping[str, Any], arrays: Arrays, where: str, trust: bool = False) -> None:
-    """Bring a world to a frozen state; raises CheckpointError where it is built otherwise, before anything changes.
+    """Bring a world to a frozen state; raises CheckpointError if it is built differently, before anything changes.
 
     Raises CodeError where organisms have components of the user's own whose code nobody allowed to run here.
     """
@@ -149,7 +149,7 @@ def _load(world: SpatialWorld, meta: Mapping[str, Any], arrays: Arrays, where: s
 
 
 def _freeze_table(table: Table, arrays: Arrays) -> dict[str, Any]:
-    """Put the columns of the living into `arrays`; return what says how the table is made."""
+    """Put the columns of the living into `arrays`; return the description of the table."""
     rows, prefix = table.rows(), f"table/{table.name}"
     arrays[f"{prefix}/row"] = rows
     for name in OWN:
@@ -199,12 +199,12 @@ def _load_table(table: Table, made: Mapping[str, Any], arrays: Arrays) -> None:
 
 
 def _check(world: SpatialWorld, meta: Mapping[str, Any], arrays: Arrays, where: str) -> None:
-    """Raise CheckpointError where a world's tables, fields, systems or parts are others than those frozen."""
+    """Raise CheckpointError if a world's tables, fields, systems or parts differ from those frozen."""
     pairs: Any = (("tables", list(world.tables), list(meta["tables"])), ("fields", sorted(world.fields), meta["fields"]),
                                ("functions of the environment", sorted(world.environment), meta["environment"]))  # fmt: skip
-    for what, mine, theirs in pairs:
+    for part_name, mine, theirs in pairs:
         if mine != theirs:
-            raise CheckpointError(f"{where}: was saved with the {what} {_words(theirs)}, and this world has {_words(mine)}")
+            raise CheckpointError(f"{where}: was saved with the {part_name} {_words(theirs)}, and this world has {_words(mine)}")
     if world.dt != meta["clock"]["dt"]:
         raise CheckpointError(f"{where}: was saved with dt = {meta['clock']['dt']!r:.40} s, and this world has {world.dt:g} s")
     systems = [s for s in meta["systems"] if s != "Recorder"]
@@ -233,11 +233,11 @@ def _words(names: Sequence[str]) -> str:
 
 def stateful(world: SpatialWorld) -> dict[str, Any]:
     """Return everything that has state() and load(), by a name that follows from how the world is built."""
-    found = {f"table/{t.name}/trait/{key}": part for t in world.tables.values() for key, part in sorted(t.parts().items()) if _has(part)}
-    found |= {f"system/{i}/{type(s).__name__}": s for i, s in enumerate(world.systems) if _has(s) and s is not world.recorder}
+    kept = {f"table/{t.name}/trait/{key}": part for t in world.tables.values() for key, part in sorted(t.parts().items()) if _has(part)}
+    kept |= {f"system/{i}/{type(s).__name__}": s for i, s in enumerate(world.systems) if _has(s) and s is not world.recorder}
     if _has(world.terrain):
-        found["terrain"] = world.terrain
-    return found
+        kept["terrain"] = world.terrain
+    return kept
 
 
 def _load_part(part: Any, owner: str, arrays: Arrays, where: str) -> None:
@@ -274,7 +274,7 @@ def _instances(world: SpatialWorld) -> list[str]:
 
 
 def _freeze_plain(world: SpatialWorld, arrays: Arrays) -> list[list[Any]]:
-    """Put the user's own plain components, which have state() and a class method restore(state), into `arrays`; return who has which."""
+    """Put the user's plain components, which have state() and a class method restore(state), into `arrays`; return their owners."""
     out: list[list[Any]] = []
     for uid, thing in plain_components(world):
         if not (callable(getattr(thing, "state", None)) and callable(getattr(type(thing), "restore", None))):
@@ -291,14 +291,14 @@ def plain_components(world: SpatialWorld) -> list[tuple[int, Any]]:
 
     from ecs_eco.engine.schema import Handle
 
-    found: list[tuple[int, Any]] = []
+    plain: list[tuple[int, Any]] = []
     with world.context.inside():
         for table in world.tables.values():
             rows = table.rows()
             for row in rows[table.entity_uid[rows] == table.uid[rows]]:
                 things: Any = esper.components_for_entity(int(table.entity[row]))
-                found += [(int(table.uid[row]), thing) for thing in things if not isinstance(thing, Handle)]
-    return sorted(found, key=lambda f: (f[0], function_name(type(f[1]))))
+                plain += [(int(table.uid[row]), thing) for thing in things if not isinstance(thing, Handle)]
+    return sorted(plain, key=lambda f: (f[0], function_name(type(f[1]))))
 
 
 def _load_plain(world: SpatialWorld, listed: Sequence[Sequence[Any]], arrays: Arrays, where: str, code: Code) -> None:
