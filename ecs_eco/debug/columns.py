@@ -1,4 +1,4 @@
-"""What the checks read of a table, and how they name its rows."""
+"""Views of a table for the checks, and how they name its rows."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ecs_eco.record.ledger import FLOWS
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
 
-WHO = ("alive", "uid", "born")  # what flushes alone change
+IDENTITY = ("alive", "uid", "born")  # columns that only flushes change
 
 
 def columns(table: Table) -> Iterator[tuple[Any, str, Any]]:
@@ -30,12 +30,12 @@ def budget(table: Table) -> dict[str, np.ndarray]:
 
 
 def bytes_of(array: np.ndarray) -> np.ndarray:
-    """Return the rows of an array as bytes u8[n, …]; NaN is then itself, and no number is 0 but 0."""
+    """Return the rows of an array as bytes u8[n, …]: NaN then equals itself, and −0 differs from 0."""
     array = np.ascontiguousarray(array)
     return array.reshape(len(array), -1).view(np.uint8).reshape(len(array), -1)
 
 
-def whose(uid: np.ndarray, row: Any) -> str:
+def owner_of(uid: np.ndarray, row: Any) -> str:
     """Return the words for a row: its owner's uid, or that it is free."""
     return f"uid {int(uid[row])} (row {int(row)})" if uid[row] else f"row {int(row)}, which is free,"
 

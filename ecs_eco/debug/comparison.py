@@ -1,4 +1,4 @@
-"""What one system, or flush, may change: a copy of what it found, and the comparison with what it leaves."""
+"""Checks of what one system, or flush, changed: a copy of the world before, and the comparison afterwards."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ecs_eco.debug.columns import WHO, budget, bytes_of, columns, more, whose
+from ecs_eco.debug.columns import IDENTITY, budget, bytes_of, columns, more, owner_of
 from ecs_eco.debug.invariants import Invariants
 from ecs_eco.engine.system import System
 from ecs_eco.record.ledger import FLOWS, LEDGER, imbalance
@@ -15,17 +15,17 @@ if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
     from ecs_eco.space.world import SpatialWorld
 
-ROUNDING = np.float32(1e-6)  # [1] of the largest number of a sum in float32: 8 units in the last place
+ROUNDING = np.float32(1e-6)  # [1] tolerance of a float32 sum, relative to its largest number: 8 units in the last place
 
 
 class Before:
-    """The world as one system found it, and the comparison with what the system leaves."""
+    """The world before one system acts, and the comparison with the world after."""
 
     def __init__(self, world: SpatialWorld, name: str, system: Any, flush: bool) -> None:
         self.world, self.name, self.system, self.flush = world, name, system, flush
         self.invariants = Invariants(world, name, system)
         self.fail = self.invariants.fail
-        self.who = {t.name: {c: getattr(t, c).copy() for c in WHO} for t in world.tables.values()}
+        self.identity = {t.name: {c: getattr(t, c).copy() for c in IDENTITY} for t in world.tables.values()}
         self.counts = {t.name: (t.n, t.high, t.version) for t in world.tables.values()}
         self.shapes = {t.name: {(c, n): (a.dtype, a.shape) for c, n, a in columns(t)} for t in world.tables.values()}
         self.free = {t.name: np.flatnonzero(~t.alive) for t in world.tables.values()}
@@ -37,26 +37,27 @@ class Before:
     def compare(self) -> None:
         """Check the world as the system leaves it."""
         for table in self.world.tables.values():
-            if table.name in self.who:
+            if table.name in self.identity:
                 if not self.flush:
                     self._identities(table)
                     self._shapes(table)
         self.invariants.check()
         for table in self.world.tables.values():
-            if table.name in self.who:
+            if table.name in self.identity:
                 self._free_rows(table)
                 self._moved(table)
                 self._energy(table)
         self._ledger()
 
     def _identities(self, table: Table) -> None:
-        for column in WHO:
-            was, now = self.who[table.name][column], getattr(table, column)
+        for column in IDENTITY:
+            was, now = self.identity[table.name][column], getattr(table, column)
             if was.shape != now.shape:
                 self.fail(table, f"{column} has {len(now)} rows and had {len(was)}; births make room at the end of `reproduce`")
             if (rows := np.flatnonzero(was != now)).size:
                 r = rows[0]
-                self.fail(table, f"{column} of {whose(self.who[table.name]['uid'], r)} was {was[r]} and is {now[r]}{more(rows.size)}; "
+                owner = owner_of(self.identity[table.name]["uid"], r)
+                self.fail(table, f"{column} of {owner} was {was[r]} and is {now[r]}{more(rows.size)}; "
                                  "births and deaths are asked for: table.request, world.spawn, table.cause, world.kill")
         if self.counts[table.name][:2] != (table.n, table.high):
             self.fail(table, f"(n, high) was {self.counts[table.name][:2]} is {(table.n, table.high)}; births and deaths alone change it")
@@ -90,14 +91,14 @@ class Before:
                                  f"{now_free[i]}{more(int(wrong.sum()))}; write to the living only: table.rows() or table.alive")
 
     def _moved(self, table: Table) -> None:
-        """See that the index is made anew where places changed; plain processors need not say so."""
+        """Check that the index was invalidated where places changed; plain processors need not do that."""
         if table.version != self.counts[table.name][2] or (self.system is not None and not isinstance(self.system, System)):
             return
         for name, was in self.places[table.name].items():
             now = getattr(next(c for k, c in table.columns.items() if k.__name__ == "Position"), name)
             if name != "heading" and was.shape == now.shape and (rows := np.flatnonzero((was != now) & table.alive)).size:
                 r = rows[0]
-                self.fail(table, f"Position.{name} of {whose(table.uid, r)} was {was[r]} and is {now[r]}{more(rows.size)}, "
+                self.fail(table, f"Position.{name} of {owner_of(table.uid, r)} was {was[r]} and is {now[r]}{more(rows.size)}, "
                                  "but table.version is the same; say `table.version += 1`, or neighbours are looked for where they were")
 
     def _energy(self, table: Table) -> None:
@@ -105,9 +106,9 @@ class Before:
 
         was, now = self.budget[table.name], budget(table)
         if not was or not now or not any(isinstance(s, ResetFlows) for s in self.world.systems):
-            return  # without ResetFlows nobody keeps books
+            return  # without ResetFlows there is no ledger
         n = min(len(was["energy"]), len(now["energy"]))
-        same = table.alive[:n] & self.who[table.name]["alive"][:n] & (table.uid[:n] == self.who[table.name]["uid"][:n])
+        same = table.alive[:n] & self.identity[table.name]["alive"][:n] & (table.uid[:n] == self.identity[table.name]["uid"][:n])
         rows = np.flatnonzero(same)
         opens = isinstance(self.system, ResetFlows)  # a new page: all flows are zero
         if all(was[n][rows].tobytes() == now[n][rows].tobytes() for n in was):
@@ -119,17 +120,17 @@ class Before:
         booked = sum(sign * (now[flow] - was[flow]) for flow, sign in zip(FLOWS.values(), (1, -1, -1), strict=True))
         scale = np.max([np.abs(a) for book in (was, now) for a in book.values()], axis=0)
         gap = gained - booked
-        gap[~(np.abs(gap) > ROUNDING * scale)] = 0.0  # what moves between two organisms is in both, and not in the sum
+        gap[~(np.abs(gap) > ROUNDING * scale)] = 0.0  # energy that moves between two organisms cancels in the sum
         off, room = gap.sum(), float((ROUNDING * scale)[gap != 0].sum())
         if abs(off) > room:
             i = int(np.abs(gap).argmax())
-            owner, came = whose(table.uid, rows[i]), "came from nothing" if off > 0 else "went to nowhere"
+            owner, came = owner_of(table.uid, rows[i]), "came from nothing" if off > 0 else "went to nowhere"
             self.fail(table, f"energy {came}: that of all living changed by {gained.sum():.6g}, but taken − burnt − given by "
                              f"{booked.sum():.6g}, {abs(off):.6g} apart; the largest gap, {gap[i]:.6g}, is that of {owner}, "
                              f"Metabolism.energy {was['energy'][i]:.6g} to {now['energy'][i]:.6g}; book it in taken, burnt or given")
 
     def _ledger(self) -> None:
-        """See that the page that the recorder has just written closes."""
+        """Check that the ledger page that the recorder has just written closes."""
         if self.page is None or self.system._at != self.page + 1:
             return
         at = self.page

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 class Guard(Columns):
-    """One organism's columns, as its handle sees them in debug mode: every access asks whether the row is still its own."""
+    """One organism's columns, as its handle sees them in debug mode: every access checks that the row is still its own."""
 
     __slots__ = ("_component", "_row", "_table", "_uid")
     __setattr__ = object.__setattr__  # type: ignore[assignment]  # it holds no columns of its own

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 import esper
 import numpy as np
 
-from ecs_eco.debug.columns import columns, more, whose
+from ecs_eco.debug.columns import columns, more, owner_of
 from ecs_eco.debug.errors import DebugError
 from ecs_eco.engine.blocks import Blocked
 from ecs_eco.engine.system import System
@@ -25,10 +25,10 @@ class Invariants:
     def __init__(self, world: SpatialWorld, name: str, system: Any = None) -> None:
         self.world, self.name, self.system = world, name, system
 
-    def fail(self, table: Table | None, what: str, kind: type[DebugError] = DebugError) -> NoReturn:
+    def fail(self, table: Table | None, fault: str, kind: type[DebugError] = DebugError) -> NoReturn:
         """Raise with the place: the system, the tick, the species."""
         where = "" if table is None else f", {'objects' if table.species.is_object else 'species'} {table.name!r}"
-        raise kind(f"after {self.name}, tick {self.world.tick}{where}: {what}")
+        raise kind(f"after {self.name}, tick {self.world.tick}{where}: {fault}")
 
     def check(self) -> None:
         """Raise DebugError where one of them does not hold."""
@@ -50,11 +50,11 @@ class Invariants:
     def _living(self, table: Table) -> None:
         if table.n != np.count_nonzero(table.alive) or table.alive[table.high :].any():
             self.fail(table, f"n is {table.n} and high {table.high}, but {np.count_nonzero(table.alive)} rows are alive")
-        for name, wrong, what in (("uid", table.alive & (table.uid == 0), "lives and has none"),
+        for name, wrong, fault in (("uid", table.alive & (table.uid == 0), "lives and has none"),
                                   ("uid", ~table.alive & (table.uid != 0), "is free and has one"),
                                   ("cause", ~table.alive & (table.cause != 0), "is free: who lives dies")):
             if (rows := np.flatnonzero(wrong)).size:
-                self.fail(table, f"{name} of row {rows[0]} is {getattr(table, name)[rows[0]]}; the row {what}{more(rows.size)}")
+                self.fail(table, f"{name} of row {rows[0]} is {getattr(table, name)[rows[0]]}; the row {fault}{more(rows.size)}")
 
     def _uids(self) -> None:
         seen: dict[int, str] = {}
@@ -76,7 +76,7 @@ class Invariants:
         """Compare esper's entities with those living: only after plain processors, before which they are brought up to date."""
         for table in self.world.tables.values():
             for row in np.flatnonzero(table.alive & (table.entity_uid == table.uid)):
-                entity, owner = int(table.entity[row]), whose(table.uid, row)
+                entity, owner = int(table.entity[row]), owner_of(table.uid, row)
                 if not esper.entity_exists(entity):
                     self.fail(table, f"esper has no entity {entity}, but {owner} lives; to kill it, world.kill(uid, cause)")
                 for component in table.columns:
@@ -94,7 +94,7 @@ class Invariants:
             if (bad := np.argwhere(~np.isfinite(values))).size:
                 i, j = bad[0]
                 at = f"[{', '.join(map(str, np.unravel_index(j, array.shape[1:])))}]" if len(array.shape) > 1 else ""
-                self.fail(table, f"{component.__name__}.{name}{at} of {whose(table.uid, rows[i])} is {values[i, j]}"
+                self.fail(table, f"{component.__name__}.{name}{at} of {owner_of(table.uid, rows[i])} is {values[i, j]}"
                                  f"{more(len(np.unique(bad[:, 0])))}; allowed are finite numbers")
 
     def _bounds(self, table: Table) -> None:
@@ -110,10 +110,10 @@ class Invariants:
 
     def _within(self, table: Table, name: str, column: np.ndarray, wrong: np.ndarray, allowed: str) -> None:
         if (rows := np.flatnonzero(wrong)).size:
-            self.fail(table, f"{name} of {whose(table.uid, rows[0])} is {column[rows[0]]}{more(rows.size)}; allowed is {allowed}")
+            self.fail(table, f"{name} of {owner_of(table.uid, rows[0])} is {column[rows[0]]}{more(rows.size)}; allowed is {allowed}")
 
     def _resolution(self, table: Table) -> None:
-        """See that the steps of energy and place are not rounded away where the organisms have come to."""
+        """Check that steps of energy and place are not rounded away at the present values."""
         from ecs_eco.components import Metabolism, Position
 
         dt, species, rows = np.float32(self.world.dt), table.species.config, table.rows()
@@ -129,7 +129,7 @@ class Invariants:
     def _lost(self, table: Table, rows: np.ndarray, name: str, values: np.ndarray, lost: np.ndarray, step: Any) -> None:
         if (at := np.flatnonzero(lost)).size:
             least = np.spacing(np.abs(values[at[0]]))
-            self.fail(table, f"{name} of {whose(table.uid, rows[at[0]])} is {values[at[0]]}{more(at.size)}, and a step of {step:g} is "
+            self.fail(table, f"{name} of {owner_of(table.uid, rows[at[0]])} is {values[at[0]]}{more(at.size)}, and a step of {step:g} is "
                              f"rounded away there; float32 holds steps of {least:g} and more")
 
     def _nerves(self, table: Table) -> None:
@@ -138,7 +138,7 @@ class Invariants:
         if x is not None and rows is not None and not np.isfinite(x).all():
             bad = np.argwhere(~np.isfinite(x))
             i, j = bad[0].tolist()
-            self.fail(table, f"the reading {nerves.channels[j]!r} of {whose(table.uid, rows[i])} is {x[i, j]}"
+            self.fail(table, f"the reading {nerves.channels[j]!r} of {owner_of(table.uid, rows[i])} is {x[i, j]}"
                              f"{more(len(np.unique(bad[:, 0])))}; allowed are finite numbers")
         if brain is not None:
             for name, tensor in brain.named().items():

@@ -32,16 +32,16 @@ class Debug:
 
     def __init__(self, world: SpatialWorld) -> None:
         self.world = weakref.proxy(world)
-        self.before: Before | None = None  # the system under way began
-        self.drift: dict[str, float] = {}  # energy of a species that changed between ticks: no ledger has it
+        self.before: Before | None = None  # the world before the running system
+        self.drift: dict[str, float] = {}  # change of a species' energy between ticks, which no ledger has
         kind, proxy = type(world), self.world
-        for name, what in (("flush_deaths", "the deaths of the phase die"), ("flush_births", "the births of the phase reproduce")):
+        for name, title in (("flush_deaths", "the deaths of the phase die"), ("flush_births", "the births of the phase reproduce")):
             flush = getattr(kind, name)
-            setattr(world, name, lambda flush=flush, what=what: self.watch(what, lambda: flush(proxy), flush=True))
+            setattr(world, name, lambda flush=flush, title=title: self.watch(title, lambda: flush(proxy), flush=True))
         world.context.add(Opening(world), "environment", 0)
 
     def guard(self, table: Table, component: type[Any], row: int) -> Guard:
-        """Return what stands for the columns of a component in the handle of one row."""
+        """Return the guarded columns of a component for the handle of one row."""
         return Guard(table, component, row, int(table.uid[row]))
 
     def follow(self, system: esper.Processor) -> None:
@@ -50,7 +50,7 @@ class Debug:
         system.process = lambda *args, **kwargs: self.watch(name, lambda: act(*args, **kwargs), system)  # type: ignore[method-assign]
 
     def watch(self, name: str, act: Callable[[], None], system: Any = None, flush: bool = False) -> None:
-        """Let a system, or a flush, act, and check what it did; a flush within a system divides what that did in two."""
+        """Run a system, or a flush, and check what it did; a flush within a system splits that system's check in two."""
         outer = self.before
         if outer is not None:
             outer.compare()
@@ -70,7 +70,7 @@ class Debug:
 
 
 class Opening(esper.Processor):
-    """The first of a tick: what was done between ticks is checked under that name, not the first system's."""
+    """First in a tick: changes made between ticks are checked under that name, not the first system's."""
 
     def __init__(self, world: SpatialWorld) -> None:
         self.world = weakref.proxy(world)
