@@ -1,6 +1,6 @@
 """World files: the models of every section, loading with overrides, checks across sections, and formulas.
 
-What a file may say belongs here; what is made of it belongs to `ecs_eco.worlds`, what happens in it to
+The contents of a file belong here; building a world from it belongs to `ecs_eco.worlds`, its behaviour to
 `ecs_eco.systems`. Nothing here imports numba or torch. Names load when first used: `import ecs_eco.config`
 loads no models.
 """

@@ -30,8 +30,8 @@ class Document:
     folder: Path
     text: str = ""
     set_by: str = "--set"
-    code: Code | None = None  # of the world that this one is a change of: it names no other
-    places: Sequence[Path] = field(default_factory=tuple)  # where its code is looked for; none: its folder
+    code: Code | None = None  # of the world that this one modifies: no other code may be named
+    places: Sequence[Path] = field(default_factory=tuple)  # where to find its code; none: in its folder
 
     @cached_property
     def lines(self) -> dict[Key, int]:
@@ -42,17 +42,17 @@ class Document:
         self.set: dict[Key, Key] = {}  # key, and the key as it was written
 
     def refused(self, problems: Sequence[Problem]) -> ConfigError:
-        """The error that says these problems, each with its place."""
+        """The error for these problems, each with its place."""
         return ConfigError([placed(p, self) for p in problems], f"{self.source}: {how_many(len(problems))}")
 
     @property
     def changes(self) -> dict[Key, Any]:
-        """What was set from outside, by key."""
+        """Values set from outside, by key."""
         return {key: value_at(self.data, key) for key in self.set}
 
 
 def read_document(world: Any) -> Document:
-    """The document of a shipped world, a file, a dict or a configuration; raises ConfigError for what is none of these."""
+    """The document of a shipped world, a file, a dict or a configuration; raises ConfigError for anything else."""
     if isinstance(world, Document):
         return world
     if isinstance(world, WorldConfig):
@@ -78,9 +78,9 @@ def _path(world: str | Path) -> Path:
         return files[0]
     if os.path.isfile(path):
         return path
-    what = "no world file in this folder" if os.path.isdir(path) else "no such world, and no such file"
+    fault = "no world file in this folder" if os.path.isdir(path) else "no such world, and no such file"
     allowed = f"a path, or one of {listed(worlds)}"
-    problem = Problem((), what, str(world), allowed, nearest(world, worlds), "WORLD")
+    problem = Problem((), fault, str(world), allowed, nearest(world, worlds), "WORLD")
     raise ConfigError([problem], "cannot load the world")
 
 

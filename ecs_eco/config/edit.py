@@ -1,4 +1,4 @@
-"""Changes values in the text of a world file and leaves all else, comments too; or writes a world as TOML anew."""
+"""Changes values in the text of a world file and keeps the rest, comments included; or writes a world as new TOML."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Key = tuple[str | int, ...]
 
 
 def edited(text: str, values: Mapping[Key, Any]) -> str | None:
-    """The text with these values, the ranges beside numbers kept; None where it cannot be brought to say so."""
+    """The text with these values, and the ranges beside numbers kept; None if it cannot be edited so."""
     for key, value in values.items():
         text = _put(text, key, value)
     try:
@@ -64,7 +64,7 @@ def _bare(name: str) -> str:
 
 
 def as_toml(data: Mapping[str, Any]) -> str:
-    """A world as TOML: what JSON holds, without what is absent."""
+    """A world as TOML: its JSON form without absent values."""
     plain = {k: v for k, v in data.items() if not isinstance(v, Mapping)}
     lines = [f"{k} = {literal(v)}" for k, v in plain.items() if v is not None]
     for name, part in data.items():
@@ -74,7 +74,7 @@ def as_toml(data: Mapping[str, Any]) -> str:
 
 
 def _section(key: Key, part: Mapping[str, Any]) -> list[str]:
-    """A table under its header; species, objects and fields with a header for each of theirs."""
+    """A table under its header; species, objects and fields with a header for each entry."""
     head = ".".join(_bare(str(k)) for k in key)
     if len(key) == 1 and key[0] in ("species", "objects", "fields"):
         return [line for name, inner in part.items() for line in _section((*key, name), inner)]

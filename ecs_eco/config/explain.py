@@ -1,4 +1,4 @@
-"""Puts what pydantic found into words: key, value, what is allowed, the nearest right name."""
+"""Describes pydantic's errors in words: key, value, what is allowed, the nearest right name."""
 
 from __future__ import annotations
 
@@ -35,12 +35,12 @@ LIMITS = {
 
 
 def problems_of(error: ValidationError, data: dict[str, Any]) -> list[Problem]:
-    """One problem for each error of pydantic, of the first MOST and one more."""
+    """One problem for each error of pydantic, for at most MOST + 1 of them."""
     return [_problem(e, data) for e in error.errors(include_url=False, include_input=False)[: MOST + 1]]
 
 
 def value_at(data: Any, key: Key) -> Any:
-    """What stands at a key, or MISSING."""
+    """The value at a key, or MISSING."""
     for part in key:
         try:
             data = data[part]
@@ -62,20 +62,20 @@ def _problem(error: Any, data: dict[str, Any]) -> Problem:
     if kind.startswith("union_tag"):
         tags = _tags(info)
         tag = value.get("kind", MISSING) if isinstance(value, dict) else MISSING
-        what = "is missing" if tag is MISSING else "unknown kind"
-        return Problem((*key, "kind"), what, tag, listed(tags), nearest(tag, tags))
+        fault = "is missing" if tag is MISSING else "unknown kind"
+        return Problem((*key, "kind"), fault, tag, listed(tags), nearest(tag, tags))
     if kind in ("literal_error", "enum"):
         choices = [str(c) for c in _choices(info)]
         return Problem(key, "no such choice", value, listed(choices) + about, nearest(value, choices))
     if error["loc"] and error["loc"][-1] == "[key]":
         return Problem(key, "not a name", allowed="a letter, then letters, digits or _ (at most 40)")
     if kind in LIMITS:
-        what = {"string_pattern_mismatch": "not of this form"}.get(kind, "out of range")
-        return Problem(key, what, value, LIMITS[kind].format(**context) + about)
+        fault = {"string_pattern_mismatch": "not of this form"}.get(kind, "out of range")
+        return Problem(key, fault, value, LIMITS[kind].format(**context) + about)
     if kind == "value_error":
         return Problem(key, str(context.get("error", error["msg"])), value, about.strip(" ()"))
-    what = "not a finite number" if kind == "finite_number" else "wrong type"
-    return Problem(key, what, value, _expected(kind, info) + about, _spelled(kind, value))
+    fault = "not a finite number" if kind == "finite_number" else "wrong type"
+    return Problem(key, fault, value, _expected(kind, info) + about, _spelled(kind, value))
 
 
 def _key(loc: tuple[Any, ...], data: Any) -> Key:
@@ -123,15 +123,15 @@ def _tags_of(section: Any) -> tuple[Any, ...]:
 
 def _tags(info: FieldInfo | None) -> list[str]:
     """All kinds of the union that a field holds, or holds a list of."""
-    found: list[str] = []
+    tags: list[str] = []
 
     def walk(kind: Any) -> None:
-        found.extend(_tags_of(kind))
+        tags.extend(_tags_of(kind))
         for part in typing.get_args(kind):
             walk(part)
 
     walk(info.annotation if info else None)
-    return found
+    return tags
 
 
 def _choices(info: FieldInfo | None) -> tuple[Any, ...]:
@@ -140,7 +140,7 @@ def _choices(info: FieldInfo | None) -> tuple[Any, ...]:
 
 
 def _words(info: FieldInfo | None) -> str:
-    """What a field takes, in words."""
+    """The values that a field allows, in words."""
     kind = _plain(info.annotation, None) if info else None
     if typing.get_origin(kind) is typing.Literal:
         return listed(map(str, typing.get_args(kind)))
@@ -157,10 +157,10 @@ def _expected(kind: str, info: FieldInfo | None) -> str:
         "dict": dict,
         "model": dict,
     }
-    found = next((t for word, t in start.items() if kind.startswith(word)), None)
-    return WORDS[found] if found else _words(info)
+    word_for = next((t for word, t in start.items() if kind.startswith(word)), None)
+    return WORDS[word_for] if word_for else _words(info)
 
 
 def _spelled(kind: str, value: Any) -> str:
-    """true or false where the value is one of them in other letters."""
+    """true or false if the value is one of them with other capitals."""
     return str(value).lower() if kind.startswith("bool") and str(value).lower() in ("true", "false") else ""

@@ -1,8 +1,8 @@
 """A small language of expressions over named arrays, for happiness and reflexes.
 
 Numbers, names, + − * / **, comparisons (also chained), and, or, not, `a if b else c`, and the functions below.
-Everything is float32; what is true is 1, what is false is 0, and any number but 0 counts as true (not-a-number too).
-Nothing is ever evaluated by Python itself: the text becomes a tree of the operations listed here.
+Everything is float32; true is 1, false is 0, and any number but 0 counts as true (not-a-number too).
+Python itself never evaluates the text: it becomes a tree of the operations listed here.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ Values = Mapping[str, np.ndarray]
 Node = Callable[[Values], np.ndarray]
 LONGEST = 1000  # characters
 
-FUNCTIONS: dict[str, tuple[Callable[..., np.ndarray], int, int]] = {  # name: (what, fewest, most arguments)
+FUNCTIONS: dict[str, tuple[Callable[..., np.ndarray], int, int]] = {  # name: (function, fewest, most arguments)
     "min": (lambda *x: _fold(np.minimum, x), 2, 20),
     "max": (lambda *x: _fold(np.maximum, x), 2, 20),
     "abs": (np.abs, 1, 1),
@@ -39,10 +39,10 @@ ALLOWED = f"numbers, names of sensors, + - * / **, comparisons, and, or, not, a 
 
 
 class FormulaError(ValueError):
-    """A formula that is refused: what, where (characters from 1), what is allowed, the nearest right name."""
+    """A formula that is refused: the problem, its position (characters from 1), what is allowed, the nearest right name."""
 
-    def __init__(self, what: str, position: int, allowed: str = ALLOWED, close: str = "") -> None:
-        self.what, self.position = f"{what} at character {position}", position
+    def __init__(self, fault: str, position: int, allowed: str = ALLOWED, close: str = "") -> None:
+        self.what, self.position = f"{fault} at character {position}", position
         self.allowed, self.nearest = allowed, close
         hint = f'; did you mean "{close}"?' if close else ""
         super().__init__(f"{self.what}; allowed: {allowed}{hint}")
@@ -67,7 +67,7 @@ class Formula:
 
 
 def compile_formula(text: str, names: Iterable[str]) -> Formula:
-    """The text as a function of arrays by name; raises FormulaError for unknown names and everything not allowed."""
+    """Compile the text to a function of arrays by name; raises FormulaError for unknown names and all that is not allowed."""
     line = " ".join(text.split("\n"))
     if len(line) > LONGEST:
         raise FormulaError("a formula that is too long ends", LONGEST, f"{LONGEST} characters")
@@ -97,9 +97,9 @@ class _Compiler:
             raise self._error(f"{type(tree).__name__.lower()} is not allowed", tree)
         return method(tree)
 
-    def _error(self, what: str, tree: ast.AST, allowed: str = ALLOWED, close: str = "") -> FormulaError:
+    def _error(self, fault: str, tree: ast.AST, allowed: str = ALLOWED, close: str = "") -> FormulaError:
         before = self.line.strip().encode()[: getattr(tree, "col_offset", 0)].decode(errors="ignore")
-        return FormulaError(what, len(before) + 1 + self.lead, allowed, close)
+        return FormulaError(fault, len(before) + 1 + self.lead, allowed, close)
 
     def _constant(self, tree: ast.Constant) -> Node:
         if isinstance(tree.value, bool) or not isinstance(tree.value, int | float) or abs(tree.value) > 3e38:

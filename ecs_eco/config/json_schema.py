@@ -1,4 +1,4 @@
-"""The JSON schema of world files, by which editors complete keys, say what they mean and mark what is wrong."""
+"""The JSON schema of world files, with which editors complete keys, explain them and mark errors."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ TYPES = {"int": "integer", "float": "number", "bool": "boolean"}
 def json_schema() -> dict[str, Any]:
     """The schema (JSON Schema 2020-12) of a world file: every key with its description, `unit`, default and limits.
 
-    It says what single values may be; what must fit together only `ecs-eco check` finds.
+    It limits single values; only `ecs-eco check` checks that values fit together.
     """
     schema = _without_null(WorldConfig.model_json_schema())
     sections = {name: part if name in PLAIN else _ranged(part) for name, part in schema["$defs"].items()}
@@ -36,17 +36,17 @@ def json_schema() -> dict[str, Any]:
 
 
 def _hyperparameters() -> dict[str, Any]:
-    """The fields of PPO, which check themselves."""
+    """The fields of PPO, which validates them itself."""
     from ecs_eco.learning import PPO
 
-    found = {}
+    properties = {}
     for f in fields(PPO):
         low, high, kind = f.metadata["low"], f.metadata["high"], TYPES[str(f.type)]
         limits: dict[str, Any] = {}
         if kind != "boolean":
             limits = {"exclusiveMinimum" if f.metadata["above"] else "minimum": low} | ({"maximum": high} if high < float("inf") else {})
-        found[f.name] = {"type": kind, "description": f.metadata["doc"], "default": f.default, **limits}
-    return found
+        properties[f.name] = {"type": kind, "description": f.metadata["doc"], "default": f.default, **limits}
+    return properties
 
 
 def _ranged(node: Any) -> Any:
@@ -61,7 +61,7 @@ def _ranged(node: Any) -> Any:
 
 
 def _without_null(node: Any) -> Any:
-    """The schema without null, which TOML does not have: a key may be left out instead; names alone are keys of named tables."""
+    """The schema without null, which TOML lacks: a key is left out instead; keys of named tables must be names."""
     if isinstance(node, list):
         return [_without_null(x) for x in node]
     if not isinstance(node, dict):

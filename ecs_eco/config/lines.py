@@ -1,4 +1,4 @@
-"""Finds on which line of a TOML text each key stands, and which characters are its value; tomllib does not tell."""
+"""Finds the line of each key in a TOML text, and the characters of its value, which tomllib does not report."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def value_spans(text: str) -> dict[Key, tuple[int, int]]:
 
 
 def _walked(tokens: _Tokens) -> dict[Key, int]:
-    found: dict[Key, int] = {}
+    line_of: dict[Key, int] = {}
     table: Key = ()
     counts: dict[Key, int] = {}
     while tokens.peek() is not None:
@@ -37,15 +37,15 @@ def _walked(tokens: _Tokens) -> dict[Key, int]:
             table = _within(tokens.key(), counts)
             if double:
                 counts[table] = counts.get(table, -1) + 1
-                found.setdefault(table, line)
+                line_of.setdefault(table, line)
                 table = (*table, counts[table])
             for end in range(1, len(table) + 1):
-                found.setdefault(table[:end], line)
+                line_of.setdefault(table[:end], line)
             tokens.take()
             tokens.spans.setdefault(table, (begin, tokens.end))
         else:
-            _pair(tokens, table, found)
-    return found
+            _pair(tokens, table, line_of)
+    return line_of
 
 
 def _within(key: Key, counts: dict[Key, int]) -> Key:
@@ -58,33 +58,33 @@ def _within(key: Key, counts: dict[Key, int]) -> Key:
     return full
 
 
-def _pair(tokens: _Tokens, table: Key, found: dict[Key, int]) -> None:
+def _pair(tokens: _Tokens, table: Key, line_of: dict[Key, int]) -> None:
     line = tokens.skip_lines()
     key = (*table, *tokens.key())
     for end in range(len(table) + 1, len(key) + 1):
-        found.setdefault(key[:end], line)
+        line_of.setdefault(key[:end], line)
     tokens.take()  # =
-    _value(tokens, key, found)
+    _value(tokens, key, line_of)
 
 
-def _value(tokens: _Tokens, key: Key, found: dict[Key, int]) -> None:
+def _value(tokens: _Tokens, key: Key, line_of: dict[Key, int]) -> None:
     opening = tokens.peek()
     begin = tokens.begin
-    if opening in ("[", "[["):  # the scanner may take two opening brackets for one mark
+    if opening in ("[", "[["):  # the scanner may take two opening brackets for one token
         if opening == "[[":
             tokens.split()
         tokens.take()
         index = 0
         while tokens.inside("]"):
-            found.setdefault((*key, index), tokens.skip_lines())
-            _value(tokens, (*key, index), found)
+            line_of.setdefault((*key, index), tokens.skip_lines())
+            _value(tokens, (*key, index), line_of)
             index += 1
             tokens.drop(",")
         tokens.take()
     elif opening == "{":
         tokens.take()
         while tokens.inside("}"):
-            _pair(tokens, key, found)
+            _pair(tokens, key, line_of)
             tokens.drop(",")
         tokens.take()
     else:  # a scalar: everything up to the end of the line or the entry

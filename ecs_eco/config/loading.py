@@ -1,4 +1,4 @@
-"""Reads a world: a shipped one by name, a file or a dict, with values set from outside; or says all that is wrong."""
+"""Loads a world: a shipped one by name, a file or a dict, with values set from outside; or reports all problems."""
 
 from __future__ import annotations
 
@@ -28,8 +28,8 @@ def load(
     """The checked world; `overrides` are dotted keys with values, or texts like "species.deer.count=50".
 
     `systems` (classes or instances) are added to those that the world names. `trust` allows the code that it lists in `code` to
-    run in this process; without it, or an earlier --trust, what stands in that code is not looked at. Its files are looked for in
-    `places`, else in the world's folder. Raises ConfigError with every problem found.
+    run in this process; without it, or an earlier --trust, that code is neither run nor checked. Its files are taken from
+    `places`, else from the world's folder. Raises ConfigError with every problem found.
     """
     document = read_document(world)
     document.places = document.places or tuple(places)
@@ -67,11 +67,11 @@ def for_training(config: WorldConfig, values: Mapping[str, Any] | None = None) -
 
 
 def changed(config: WorldConfig, values: Overrides, folder: Path | None = None) -> WorldConfig:
-    """The world with values that somebody sets while it lives; raises ConfigError."""
+    """The world with new values while it lives; raises ConfigError."""
     names = values if isinstance(values, Mapping) else [text.partition("=")[0].strip() for text in values or ()]
     kept: dict[str, Any] = {}
     data, touched = config.model_dump(), {name.partition(".")[0] for name in names}
-    if "interventions" not in touched:  # right already: no need to look at them again each time
+    if "interventions" not in touched:  # checked already: not again for each change
         data["interventions"], kept["interventions"] = [], config.interventions
     if "training" not in touched:
         data["training"]["set"], data["training"]["vary"], data["training"]["ramp"], kept["training"] = {}, {}, [], config.training
@@ -79,10 +79,10 @@ def changed(config: WorldConfig, values: Overrides, folder: Path | None = None) 
     return new.model_copy(update=kept)
 
 
-def intervention(config: WorldConfig, what: Mapping[str, Any], before: Iterable[Mapping[str, Any]] = ()) -> Any:
+def intervention(config: WorldConfig, request: Mapping[str, Any], before: Iterable[Mapping[str, Any]] = ()) -> Any:
     """An intervention for a living world, checked as one in its file; `before` are those that it may depend on. Raises ConfigError."""
-    listed_ = [*before, dict(what)]
-    data = config.model_dump() | {"interventions": listed_, "ticks": max(config.ticks, what["at"] + 1)}
+    listed_ = [*before, dict(request)]
+    data = config.model_dump() | {"interventions": listed_, "ticks": max(config.ticks, request["at"] + 1)}
     data["training"]["set"], data["training"]["vary"], data["training"]["ramp"] = {}, {}, []
     try:
         new = load(Document(data, "intervene", config._folder, code=config._code))  # type: ignore[arg-type]
@@ -93,14 +93,14 @@ def intervention(config: WorldConfig, what: Mapping[str, Any], before: Iterable[
         raise ConfigError(problems, "this intervention is refused") from None
 
 
-def _refuse_code(config: WorldConfig, what: Any) -> None:
-    """Raise ConfigError where an intervention from outside names code: only functions themselves are taken."""
-    if what.kind != "set":
+def _refuse_code(config: WorldConfig, request: Any) -> None:
+    """Raise ConfigError if an intervention from outside names code: only functions themselves are accepted."""
+    if request.kind != "set":
         return
     before = dict(names_in(config))
-    for key, value in names_in(changed(config, what.set)):
+    for key, value in names_in(changed(config, request.set)):
         if isinstance(value, str) and before.get(key) != value:
-            allowed = "a world file may name code, and Python may hand the function itself over"
+            allowed = "a world file may name code, and Python may pass the function itself"
             raise ConfigError([Problem(("set", ".".join(map(str, key))), "an intervention from outside names no code", value, allowed)])
 
 
@@ -122,7 +122,7 @@ def _check_training(config: WorldConfig) -> list[Problem]:
 
 
 def _check_ramp(config: WorldConfig, number: int, ramp: Any) -> list[Problem]:
-    """What is wrong with the two ends of a ramp, in the world that is trained in."""
+    """Problems of the two ends of a ramp, in the training world."""
     from ecs_eco.config.mutable_keys import refused
 
     at = ("training", "ramp", number)
@@ -143,8 +143,8 @@ def _moved_to_training(problem: Problem, plan: Any) -> Problem:
     path = ".".join(map(str, problem.key))
     part, written = next(((part, k) for part in ("vary", "set") for k in getattr(plan, part) if k == path), ("set", None))
     key = ("training", part) if written is None else ("training", part, written)
-    what = problem.what if written is not None else f"{problem.what}, at {problem.path} while training"
-    return problem.moved(key=key, what=what, source="", line=None)
+    fault = problem.what if written is not None else f"{problem.what}, at {problem.path} while training"
+    return problem.moved(key=key, what=fault, source="", line=None)
 
 
 def _beside(problem: Problem, inline: Mapping[str, Key]) -> Problem:
@@ -178,24 +178,24 @@ def _checked(data: dict[str, Any], document: Document) -> tuple[WorldConfig, lis
 
 
 def code_listed(document: Document) -> Code:
-    """The code that a document lists, as texts; what is wrong with it comes when the world is loaded."""
+    """The code that a document lists, as texts; its problems are reported when the world is loaded."""
     return _read_code(document)[0]
 
 
 def _read_code(document: Document, entries: Any = None) -> tuple[Code, list[Problem]]:
-    """The code that a document lists, as texts; that of the world that it is a change of is the only one."""
+    """The code that a document lists, as texts; a modified world has the code of its original."""
     entries = document.data.get("code") if entries is None else entries
     entries = [e for e in entries if isinstance(e, str)] if isinstance(entries, list) else []
     if document.code is None:
         return read(entries, document.places or [document.folder])
     if entries != (own := [s.entry for s in document.code.sources]):
-        what = "cannot be set from here"
-        return document.code, [Problem(("code",), what, entries, f"the world's own, {own}, or another world file")]
+        fault = "cannot be set from here"
+        return document.code, [Problem(("code",), fault, entries, f"the world's own, {own}, or another world file")]
     return document.code, []
 
 
 def _with_checks(problems: list[Problem], document: Document) -> list[Problem]:
-    """Also what the checks across sections find, once the tables with problems are mended as well as can be."""
+    """Add problems from the checks across sections, once tables with problems are repaired as far as possible."""
     if len(problems) > MOST:
         return problems
     data = copy.deepcopy(document.data)

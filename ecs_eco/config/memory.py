@@ -1,4 +1,4 @@
-"""What a world needs of the memory at its start, estimated from its numbers alone, and what the machine has."""
+"""The memory that a world needs at its start, estimated from its numbers alone, and what the machine has."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from ecs_eco.engine.errors import ConfigError, Problem
 from ecs_eco.genomes.models import Gene
 
 Key = tuple[str | int, ...]
-ROW = 160  # bytes of an organism or object, without what it senses, learns and inherits
+ROW = 160  # bytes of an organism or object, without senses, learning and genome
 MOST_SHOWN = 5
 CGROUPS = ("/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory/memory.limit_in_bytes")
 
@@ -45,7 +45,7 @@ def needs(config: WorldConfig) -> Iterator[tuple[Key, float]]:
 
 
 def n_weights(species: Species, dims: int) -> int:
-    """How many weights the policy network of a species has."""
+    """Number of weights in the policy network of a species."""
     widths = [len(species.channels(dims)), *species.policy.hidden, len(species.action_list()) + 1]
     return sum((a + 1) * b for a, b in zip(widths, widths[1:], strict=False))
 
@@ -74,7 +74,7 @@ def _loci(gene: Gene, species: Species, dims: int) -> int:
 
 
 def machine_memory() -> float:
-    """What this process may have of the machine's memory [bytes]; infinite where the system does not say."""
+    """The memory available to this process [bytes]; infinite if the system does not report it."""
     limits = [math.inf]
     try:
         limits.append(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))

@@ -1,4 +1,4 @@
-"""Which values of a world file may change while the world lives, and what is possible instead for the others."""
+"""Which values of a world file may change while the world lives, and the alternatives for the others."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ ANEW = "build a world with it and run it from the start"
 NUMBERS = 'an intervention of kind "add" or "cull"'
 SHAPE = "weights and columns have their shapes from it: build a world with it"
 
-RULES: tuple[tuple[str, str], ...] = (  # the first that fits counts; "" means that it may change; * is one part of a key, ** any
+RULES: tuple[tuple[str, str], ...] = (  # the first match counts; "" means that it may change; * is one part of a key, ** any
     ("species.*.count", NUMBERS), ("objects.*.count", NUMBERS), ("objects.*.at**", NUMBERS),
     ("terrain.slope_cost", ""), ("terrain**", 'an intervention of kind "fence"'),
     ("species.*.reproduction.kind", ANEW), ("species.*.reproduction", ANEW + '; or an intervention of kind "switch"'),
@@ -48,19 +48,19 @@ def changes(old: Any, new: Any, key: Key = ()) -> Iterator[tuple[Key, Any, Any]]
 
 def refused(old: WorldConfig, new: WorldConfig) -> list[Problem]:
     """A problem for each value that differs and cannot change in a living world."""
-    found = []
+    problems = []
     for key, before, now in changes(old.model_dump(), new.model_dump()):
         hint = _hint(".".join(map(str, key)))
         if not hint and len(key) > 2 and key[2] in ("properties", "substances") and MISSING in (before, now):
-            hint = SHAPE  # a column more, or one less
+            hint = SHAPE  # a column would be added or removed
         if not hint and key[0] == "substances" and MISSING in (before, now):
             hint = SHAPE
         if hint:
-            found.append(Problem(key, "cannot change in a living world", now, hint))
+            problems.append(Problem(key, "cannot change in a living world", now, hint))
     for name, species in new.species.items():
-        if name in old.species and not found:
-            found += _of_genes(("species", name), old.species[name], species, new)
-    return found
+        if name in old.species and not problems:
+            problems += _of_genes(("species", name), old.species[name], species, new)
+    return problems
 
 
 def may_change(key: str) -> bool:
@@ -73,7 +73,7 @@ def _hint(key: str) -> str:
 
 
 def _of_genes(key: Key, old: Any, new: Any, config: WorldConfig) -> Iterator[Problem]:
-    """What genes say, each organism has of its own; and what has a column for each cannot get more or fewer."""
+    """Problems of genes: their values are individual, and the number of individual columns is fixed."""
     if new.policy.kind == "individual" and old.ppo["horizon"] != new.ppo["horizon"]:
         yield Problem((*key, "ppo", "horizon"), "cannot change in a living world", new.ppo["horizon"], SHAPE)
     if new.genome is None:
@@ -90,8 +90,8 @@ def _of_genes(key: Key, old: Any, new: Any, config: WorldConfig) -> Iterator[Pro
             yield Problem((*key, section), "cannot change in a living world: its genes code for what is in it", allowed=SHAPE)
     for name, gene in genes.items():
         if name in before and name in now and before[name].default != now[name].default:
-            what = f"the gene {gene} says it, for each organism its own"
-            yield Problem((*key, *name.split(".")), what, now[name].default, "values that no gene codes for")
+            fault = f"the gene {gene} codes for it, so each organism has its own"
+            yield Problem((*key, *name.split(".")), fault, now[name].default, "values that no gene codes for")
 
 
 def _plain(value: Any) -> Any:

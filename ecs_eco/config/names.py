@@ -1,4 +1,4 @@
-"""Where a world names code: found from the types of its fields, so that a new key cannot be forgotten."""
+"""The keys of a world that name code: derived from the types of its fields, so that no new key is forgotten."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def names_in(section: Any, key: Key = ()) -> Iterator[tuple[Key, Any]]:
         for word in type(section).model_fields:
             value = getattr(section, word)
             yield from _leaves(value, (*key, word)) if word in marked else names_in(value, (*key, word))
-    elif callable(section):  # handed over as a value that an intervention sets
+    elif callable(section):  # passed as a value that an intervention sets
         yield key, section
 
 
@@ -60,7 +60,7 @@ def _marked(annotation: Any) -> bool:
 
 
 def code_of(config: Any) -> list[str]:
-    """What `code` lists, then the modules of functions that were handed over in Python."""
+    """The entries of `code`, then the modules of functions that were passed in Python."""
     modules = [function_name(value).partition(":")[0] for key, value in names_in(config)
                if key[0] != "search" and not isinstance(value, str) and function_name(value) not in SHIPPED]  # fmt: skip
     known = [entry.removesuffix(".py") for entry in config.code]

@@ -13,12 +13,12 @@ from ecs_eco.config.reading import parse_toml
 from ecs_eco.engine.errors import Problem, listed, nearest, shortened
 
 Overrides = Mapping[str, Any] | Iterable[str] | None
-NAMED = ("species", "fields", "objects", "substances")  # tables whose keys are names that the world gives
+NAMED = ("species", "fields", "objects", "substances")  # tables whose keys are chosen by the world file
 ALIASES: dict[str, Key] = {"birth_rate": ("reproduction", "rate")}  # short for keys of a species, in --set only
 
 
 def apply_overrides(document: Document, overrides: Overrides) -> list[Problem]:
-    """Set values in a document; returns what is wrong with them."""
+    """Set values in a document; returns problems."""
     problems: list[Problem] = []
     pairs = overrides.items() if isinstance(overrides, Mapping) else [parse(text) for text in overrides or ()]
     for name, value in pairs:
@@ -54,12 +54,12 @@ def parse(text: str) -> tuple[str, Any]:
 
 
 def is_index(part: str) -> bool:
-    """Whether a part of a key is a place in a list: a number of few digits."""
+    """Whether a part of a key is a list index: a number of few digits."""
     return part.isdecimal() and len(part) < 10
 
 
 def _put(document: Document, key: Key, written: Key, value: Any) -> Problem | None:
-    """Set one value in the data, or says why not."""
+    """Set one value in the data, or return why not."""
     node: Any = document.data
     real: list[str | int] = []
     for depth, part in enumerate(key):

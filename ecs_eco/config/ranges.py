@@ -26,8 +26,8 @@ def name_of(key: Key) -> str:
 
 
 def take_ranges(data: dict[str, Any]) -> tuple[dict[str, Key], list[Problem]]:
-    """Put the values of numbers with a range in place, in `data` itself; return the ranges found, by name, and problems."""
-    found: dict[str, Key] = {}
+    """Replace numbers with a range by their values, in `data` itself; return the keys of the ranges by name, and problems."""
+    ranges: dict[str, Key] = {}
     problems: list[Problem] = []
     for holder, key in list(_tables(data, ())):
         part: Any = holder[key[-1]]
@@ -40,13 +40,13 @@ def take_ranges(data: dict[str, Any]) -> tuple[dict[str, Key], list[Problem]]:
         if isinstance(search, dict) and isinstance(search.setdefault("ranges", {}), dict):
             if name_of(key) in search["ranges"]:
                 problems.append(Problem(key, "has a range here and in [search.ranges]", part["search"], "one of them"))
-            found[name_of(key)] = key
+            ranges[name_of(key)] = key
             search["ranges"][name_of(key)] = {k: v for k, v in part.items() if k in ("search", "scale")}
-    return found, problems
+    return ranges, problems
 
 
 def _tables(node: Any, key: Key) -> Iterator[tuple[Any, Key]]:
-    """What holds a number with a range, and the key of that number."""
+    """The tables that hold numbers with a range, with their keys."""
     entries = node.items() if isinstance(node, dict) else enumerate(node) if isinstance(node, list) else ()
     for name, part in entries:
         if not key and name == "search":
@@ -58,7 +58,7 @@ def _tables(node: Any, key: Key) -> Iterator[tuple[Any, Key]]:
 
 
 def check_search(config: WorldConfig, inline: Mapping[str, Key], set_: Mapping[Key, Any]) -> list[Problem]:
-    """Problems of [search]: ranges of what is no number, without width or without the value; species that are none."""
+    """Problems of [search]: ranges of anything but numbers, without width or without the value; unknown species."""
     problems = _check_objective(config)
     data = config.model_dump() if config.search.ranges else {}
     for name, span in config.search.ranges.items():
@@ -75,8 +75,8 @@ def _check_range(data: Any, name: str, span: Range, place: Key, set_: Mapping[Ke
     if key[0] == "search":
         return [Problem(place, "is no number of the world", name, "a dotted key, for example species.deer.count")]
     if isinstance(value, bool) or not isinstance(value, int | float):
-        what = "has no value yet" if value is None else "is the range of what is no number"
-        return [Problem(place, f"{what}: {name} = {'absent' if value is None else value!r}", list(span.search), "the key of a number")]
+        fault = "has no value yet" if value is None else "is a range, and its key holds no number"
+        return [Problem(place, f"{fault}: {name} = {'absent' if value is None else value!r}", list(span.search), "the key of a number")]
     if not (math.isfinite(low) and math.isfinite(high) and low < high):
         return [Problem(place, "is no range", list(span.search), "[low, high] with low < high")]
     if span.scale == "log" and low <= 0:
@@ -87,14 +87,14 @@ def _check_range(data: Any, name: str, span: Range, place: Key, set_: Mapping[Ke
 
 
 def real_key(data: Any, key: Key) -> tuple[Key, Any, Problem | None]:
-    """The key with whole numbers for places in lists, what stands there, or what is wrong with it."""
+    """The key with whole numbers as list indices, and the value there, or the problem with the key."""
     real: list[str | int] = []
     for part in key:
         known = list(map(str, range(len(data)))) if isinstance(data, list) else list(data) if isinstance(data, dict) else []
         if str(part) not in known:
             where = name_of(tuple(real)) or "the world"
-            what = f"no {part!r} in {where}" if known else f"{where} has no parts"
-            return tuple(real), None, Problem(key, what, allowed=listed(known), nearest=nearest(part, known))
+            fault = f"no {part!r} in {where}" if known else f"{where} has no parts"
+            return tuple(real), None, Problem(key, fault, allowed=listed(known), nearest=nearest(part, known))
         real.append(int(part) if isinstance(data, list) else part)
         data = data[real[-1]]
     return tuple(real), data, None

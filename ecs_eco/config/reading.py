@@ -1,4 +1,4 @@
-"""Reads what strangers wrote: regular files of bounded size, TOML of bounded depth. Whatever else there is, is said in words."""
+"""Reads untrusted files: regular files of bounded size, TOML of bounded depth. Anything else is an error in plain words."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import Any
 
 from ecs_eco.engine.errors import ConfigError, Problem
 
-MOST_BYTES = 500_000  # of a world file: tomllib takes seconds for more; the longest that is shipped has 20,000
+MOST_BYTES = 500_000  # of a world file: tomllib takes seconds for more; the longest shipped file has 20,000
 DEEPEST = 32  # tables and lists within each other; the shipped worlds have 7
 LONG_KEY = re.compile(r"""(?:^|[{,\[])[ \t]*(?:(?:[\w-]+|"[^"\n]*"|'[^'\n]*')[ \t]*\.[ \t]*){32}""", re.MULTILINE)
 NESTED = re.compile(r"(?:[\[{][^\[\]{}\n]{0,80}){32}")
@@ -19,8 +19,8 @@ DIGITS = re.compile(r"\d[\d_]{4000}")
 
 
 def read_bytes(path: Path, most: int) -> bytes:
-    """The content of a regular file; OSError where it is a folder, a device or a pipe, or longer than `most` bytes."""
-    flags = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)  # opening a pipe must not wait
+    """The content of a regular file; OSError for a folder, a device, a pipe, or more than `most` bytes."""
+    flags = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)  # opening a pipe must not block
     handle = os.open(path, flags)
     try:
         check_regular(os.fstat(handle), most)
@@ -29,25 +29,25 @@ def read_bytes(path: Path, most: int) -> bytes:
         raise
     with open(handle, "rb") as file:
         content = file.read(most + 1)
-    if len(content) > most:  # what says of itself that it has 0 bytes, as in /proc
+    if len(content) > most:  # files that claim to have 0 bytes, as in /proc
         raise OSError(f"is longer than {most:,} bytes")
     return content
 
 
-def check_regular(found: os.stat_result, most: int) -> None:
-    """OSError for what is no regular file, or is longer than `most` bytes."""
-    if not stat.S_ISREG(found.st_mode):
-        raise OSError("is a folder" if stat.S_ISDIR(found.st_mode) else "is no regular file")
-    if found.st_size > most:
+def check_regular(status: os.stat_result, most: int) -> None:
+    """Raise OSError for anything but a regular file of at most `most` bytes."""
+    if not stat.S_ISREG(status.st_mode):
+        raise OSError("is a folder" if stat.S_ISDIR(status.st_mode) else "is no regular file")
+    if status.st_size > most:
         raise OSError(f"is longer than {most:,} bytes")
 
 
 def read_toml(path: Path) -> tuple[str, dict[str, Any]]:
-    """Text and content of a TOML file; ConfigError that says where it is wrong."""
+    """Text and content of a TOML file; ConfigError that names the line of an error."""
     allowed = "a TOML file in UTF-8"
     try:
-        text = read_bytes(path, MOST_BYTES).decode("utf-8-sig")  # some editors begin a file with a mark
-    except (OSError, ValueError) as error:  # ValueError: no UTF-8, or a name that no file can have
+        text = read_bytes(path, MOST_BYTES).decode("utf-8-sig")  # some editors begin a file with a byte order mark
+    except (OSError, ValueError) as error:  # ValueError: not UTF-8, or an impossible file name
         why = getattr(error, "strerror", None) or error
         raise ConfigError([Problem((), f"cannot be read: {why}", str(path), allowed, source="WORLD")]) from None
     text = text.replace("\r\n", "\n")
@@ -58,9 +58,9 @@ def read_toml(path: Path) -> tuple[str, dict[str, Any]]:
 
 
 def parse_toml(text: str) -> dict[str, Any]:
-    """The content of a TOML text; ValueError where it is none, or has numbers or tables that Python cannot read."""
-    if found := LONG_KEY.search(text):  # tomllib takes a time that grows with the square of their parts
-        raise _at(text, found, f"a dotted key of more than {DEEPEST} parts")
+    """The content of a TOML text; ValueError if it is invalid, or has numbers or tables that Python cannot read."""
+    if match := LONG_KEY.search(text):  # tomllib needs time quadratic in their parts
+        raise _at(text, match, f"a dotted key of more than {DEEPEST} parts")
     try:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError:
@@ -72,7 +72,7 @@ def parse_toml(text: str) -> dict[str, Any]:
 
 
 def too_deep(data: Any) -> Problem | None:
-    """The problem of the first table or list that lies deeper than DEEPEST within others, if any."""
+    """The problem of the first table or list nested more than DEEPEST deep, if any."""
     level: list[tuple[tuple[str | int, ...], Any]] = [((), data)]
     for _ in range(DEEPEST):
         inner: list[tuple[tuple[str | int, ...], Any]] = []
@@ -85,17 +85,17 @@ def too_deep(data: Any) -> Problem | None:
     return Problem(level[0][0][:3], "is nested too deeply", allowed=f"at most {DEEPEST} tables or lists within each other")
 
 
-def _at(text: str, found: re.Match[str] | None, what: str) -> ValueError:
+def _at(text: str, match: re.Match[str] | None, fault: str) -> ValueError:
     """The error at a place of the text, in the words of tomllib."""
-    if found is None:
-        return ValueError(f"{what} (at end of document)")
-    before = text[: found.start()]
-    return ValueError(f"{what} (at line {before.count(chr(10)) + 1}, column {found.start() - before.rfind(chr(10))})")
+    if match is None:
+        return ValueError(f"{fault} (at end of document)")
+    before = text[: match.start()]
+    return ValueError(f"{fault} (at line {before.count(chr(10)) + 1}, column {match.start() - before.rfind(chr(10))})")
 
 
-def _syntax(path: Path, text: str, said: str) -> ConfigError:
-    found = re.search(r"^(.*) \(at line (\d+), column (\d+)\)$", said, re.DOTALL)
+def _syntax(path: Path, text: str, message: str) -> ConfigError:
+    match = re.search(r"^(.*) \(at line (\d+), column (\d+)\)$", message, re.DOTALL)
     lines = text.rstrip("\n").split("\n")  # where the error is at the end of the document
-    what, line, column = (found[1], int(found[2]), int(found[3])) if found else (said, len(lines), len(lines[-1]) + 1)
-    problem = Problem((), f"not TOML: {what:.200}", allowed="TOML 1.0", source=path.name, line=line, column=column)
+    fault, line, column = (match[1], int(match[2]), int(match[3])) if match else (message, len(lines), len(lines[-1]) + 1)
+    problem = Problem((), f"not TOML: {fault:.200}", allowed="TOML 1.0", source=path.name, line=line, column=column)
     return ConfigError([problem], f"{path.name}: 1 problem")

@@ -1,4 +1,4 @@
-"""Which values of a species can be heritable, and where an organism that differs in them keeps its own."""
+"""Which values of a species can be heritable, and the columns that hold an organism's own."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from ecs_eco.engine.section import LARGEST
 from ecs_eco.genomes.choices import CHOICES
 from ecs_eco.genomes.traits import Kind, Trait
 
-TINY = 1e-6  # the least value of what must be above 0
+TINY = 1e-6  # the least value of traits that must be above 0
 
 
 def traits_of(species: Species, dims: int, extra_components: Iterable[Any] = ()) -> dict[str, Trait]:
@@ -22,14 +22,14 @@ def traits_of(species: Species, dims: int, extra_components: Iterable[Any] = ())
 
     `extra_components` are components of the user's own: each number of theirs is the trait Component.field.
     """
-    found = [*_of_body(species), *_of_sensors(species), *_of_nerves(species), *_of_learning(species), *_of_life(species)]
+    traits = [*_of_body(species), *_of_sensors(species), *_of_nerves(species), *_of_learning(species), *_of_life(species)]
     for component in extra_components:
-        found += _of_component(component)
-    return {trait.name: trait for trait in found}
+        traits += _of_component(component)
+    return {trait.name: trait for trait in traits}
 
 
 def label_of(connection: Connection) -> str:
-    """What genes call a connection of a reflex: its name, or SENSOR_ACTION."""
+    """The name of a reflex connection for genes: its own, or SENSOR_ACTION."""
     return connection.name or f"{connection.sensor}_{connection.action}"
 
 
@@ -48,7 +48,7 @@ def _of_body(species: Species) -> Iterator[Trait]:
     yield Trait("body.radius", "Body", "radius", None, body.radius, TINY, LARGEST, "number", "m", "radius of the body")
     yield Trait("body.mass", "Body", "mass", None, body.mass, TINY, LARGEST, "number", "kg", "mass of the body")
     if moves is not None:
-        text = "factor of all its speeds; what moving costs goes with its square"
+        text = "factor of all its speeds; the cost of moving grows with its square"
         yield Trait("locomotion.pace", "Vigour", "pace", None, 1.0, 0.0, LARGEST, "number", "1", text)
     text = "energy made in full light"
     yield Trait("metabolism.growth", "Growth", "growth", None, metabolism.growth, 0.0, LARGEST, "number", "energy/s", text)
@@ -93,7 +93,7 @@ def _of_learning(species: Species) -> Iterator[Trait]:
     settings = ppo_defaults() | species.ppo
     for field, high in {"learning_rate": LARGEST, "discount": 1.0, "entropy": LARGEST}.items():
         text = f"{field.replace('_', ' ')} of its learning by PPO"
-        own = float(settings[field]) if isinstance(settings[field], int | float) else 0.0  # what is no number is told of elsewhere
+        own = float(settings[field]) if isinstance(settings[field], int | float) else 0.0  # anything else is reported elsewhere
         yield Trait(f"ppo.{field}", "Plasticity", field, None, own, 0.0, high, "number", "1", text)
 
 
@@ -105,8 +105,8 @@ def _of_life(species: Species) -> Iterator[Trait]:
     if way is not None and way.kind == "spread":
         yield Trait("reproduction.spread", "Growth", "spread", None, 1.0, 0.0, 1.0, "number", "1", "share of its seeds that sprout")
     fields: dict[str, tuple[float, float, Kind, str, str]] = {
-        "age_min": (0.0, LARGEST, "number", "s", "age that it needs to bear young"),
-        "energy_min": (0.0, LARGEST, "number", "energy", "energy that it needs to bear young"),
+        "age_min": (0.0, LARGEST, "number", "s", "least age to reproduce"),
+        "energy_min": (0.0, LARGEST, "number", "energy", "least energy to reproduce"),
         "energy_given": (0.0, LARGEST, "number", "energy", "energy of each of its newborn"),
         "litter": (1.0, 10_000.0, "whole", "1", "newborn at a time"),
         "choice": (0.0, 3.0, "whole", "1", "whom it mates with: 0 the nearest, 1 any, 2 the richest, 3 the oldest"),

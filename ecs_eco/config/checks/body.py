@@ -12,11 +12,11 @@ from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.engine.errors import Problem
 
 MOST_SITES = 10_000_000  # of plants
-JAMMED = {2: 0.547 / (math.pi / 4), 3: 0.384 / (math.pi / 6)}  # spheres put at random until none fits, per spacing^dims
+JAMMED = {2: 0.547 / (math.pi / 4), 3: 0.384 / (math.pi / 6)}  # spheres placed at random until none fits, per spacing^dims
 
 
 def check_body(config: WorldConfig, name: str) -> Iterator[Problem]:
-    """All problems of the species besides those of its nerves."""
+    """All problems of the species except those of its nerves."""
     species, key = config.species[name], ("species", name)
     yield from check_matter(config, key, species.properties, species.substances)
     yield from check_size(config, key, species.body.radius)
@@ -83,8 +83,8 @@ def _check_reproduction(config: WorldConfig, key: Key, species: Species) -> Iter
     if isinstance(way, Bearing):
         most = species.metabolism.energy_max
         if way.energy_min > most:
-            what = "more than energy_max: nobody would be born"
-            yield Problem((*at, "energy_min"), what, way.energy_min, f"at most {most:g}")
+            fault = "more than energy_max: nobody would be born"
+            yield Problem((*at, "energy_min"), fault, way.energy_min, f"at most {most:g}")
         if isinstance(way, Alone) and way.energy_given > way.energy_min:
             allowed = f"at most energy_min, {way.energy_min:g}"
             yield Problem((*at, "energy_given"), "more than the parent needs to have", way.energy_given, allowed)
@@ -94,11 +94,11 @@ def _check_reproduction(config: WorldConfig, key: Key, species: Species) -> Iter
         yield from _check_mating(config, key, species, way)
     room = _room(config, species)
     if isinstance(way, Spread) and room > MOST_SITES:
-        what = f"too small: the ground would have {room:.3g} sites"
-        yield Problem((*at, "spacing"), what, way.spacing, f"at most {MOST_SITES:.0e} sites")
+        fault = f"too small: the ground would have {room:.3g} sites"
+        yield Problem((*at, "spacing"), fault, way.spacing, f"at most {MOST_SITES:.0e} sites")
     if species.count > room:
-        what = f"cannot hold count = {species.count}: there is room for {room}"
-        yield Problem((*at, "spacing"), what, way.spacing, "a smaller spacing, or fewer organisms")
+        fault = f"cannot hold count = {species.count}: there is room for {room}"
+        yield Problem((*at, "spacing"), fault, way.spacing, "a smaller spacing, or fewer organisms")
 
 
 def _own_mating(config: WorldConfig) -> bool:
@@ -129,7 +129,7 @@ def _check_mating(config: WorldConfig, key: Key, species: Species, way: Sexual) 
 
 
 def _room(config: WorldConfig, species: Species) -> float:
-    """How many organisms the spacing of the newborn leaves room for: sites, or random places until none is free."""
+    """Number of organisms that the spacing of newborn leaves room for: sites, or random places until none is free."""
     way, size = species.reproduction, config.space.size
     if way is None or way.spacing == 0:
         return math.inf
@@ -153,24 +153,24 @@ def _check_lethal(key: Key, species: Species) -> Iterator[Problem]:
             yield Problem((*at, "min"), "not below max", low, f"less than {high:g}")
         elif not low < value < high and not (lethal.property == "age" and value == 0.0 < high):
             end = "min" if value <= low else "max"
-            what = f"deadly at birth, when {lethal.property} is {value:g}"
-            yield Problem((*at, end), what, getattr(lethal, end), "an interval around the value at birth")
+            fault = f"deadly at birth, when {lethal.property} is {value:g}"
+            yield Problem((*at, end), fault, getattr(lethal, end), "an interval around the value at birth")
 
 
 def farthest(config: WorldConfig, species: Species) -> float:
-    """How many radii off the largest body a sensor may be; any number where that body itself does not fit."""
+    """Greatest distance of a sensor from the largest body, in radii; no limit if that body itself does not fit."""
     genes = species.genome.genes if species.genome is not None else []
-    said = [max(gene.values or [gene.high or 0.0]) for gene in genes if gene.trait == "body.radius"]
-    radius = max([species.body.radius, *said])
+    inherited = [max(gene.values or [gene.high or 0.0]) for gene in genes if gene.trait == "body.radius"]
+    radius = max([species.body.radius, *inherited])
     return widest(config) / radius if radius <= min(config.space.size) / 2 else math.inf
 
 
 def widest(config: WorldConfig) -> float:
-    """The largest distance that is looked up: half of the shorter side of a torus, or the diagonal between walls."""
+    """The largest search distance: half of the shorter side of a torus, or the diagonal between walls."""
     size = config.space.size
     return min(size[:2]) / 2 if config.space.edges == "torus" else math.hypot(*size)
 
 
 def too_wide(config: WorldConfig) -> str:
-    """What a distance beyond `widest` is."""
+    """The words for a distance beyond `widest`."""
     return "larger than half of the torus" if config.space.edges == "torus" else "larger than the world"

@@ -1,4 +1,4 @@
-"""Checks of the code that a world names: it is listed, and, once it may run, there and of the right kind. Nothing of it is called."""
+"""Checks of the code that a world names: it is listed and, once it may run, exists and has the right kind. It is not called."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from ecs_eco.engine.code import takes
 from ecs_eco.engine.errors import Problem
 from ecs_eco.engine.section import function_name
 
-ARGUMENTS = {  # by key, how many a function is called with; None: it is looked at elsewhere, or not called
+ARGUMENTS = {  # by key, the number of arguments of a function; None: it is checked elsewhere, or not called
     "systems.*": 0, "species.*.components.*": None, "species.*.sensors.*.function": 5, "species.*.reflex.function": 1,
     "species.*.happiness.function": 1, "water.current_function": 4, "search.objective": 1, "search.objective.*.of": 1,
     "species.*.genome.mate.operator": None, "species.*.genome.mutate.operator": None,
@@ -26,11 +26,11 @@ def check_code(config: WorldConfig) -> Iterator[Problem]:
         made = not isinstance(value, str) and callable(getattr(value, "process", None)) and not isinstance(value, type)
         if not made and (problem := config._code.problem(key, value)) is not None:
             yield problem
-        elif (found := config._code.known(value)) is None:
+        elif (thing := config._code.known(value)) is None:
             continue
-        elif pattern == "systems.*" and not callable(getattr(found, "process", None)):
+        elif pattern == "systems.*" and not callable(getattr(thing, "process", None)):
             yield Problem(key, "no system: it has no method process", function_name(value), "a class derived from ecs_eco.System")
-        elif pattern == "species.*.components.*" and not getattr(found, "fields", None):
+        elif pattern == "species.*.components.*" and not getattr(thing, "fields", None):
             yield Problem(key, "no component", function_name(value), "a class declared with @ecs_eco.component")
-        elif not made and (n := ARGUMENTS.get(pattern)) is not None and (what := takes(found, n)):
-            yield Problem(key, what, function_name(value), "a function as docs/extending.md shows it")
+        elif not made and (n := ARGUMENTS.get(pattern)) is not None and (fault := takes(thing, n)):
+            yield Problem(key, fault, function_name(value), "a function as docs/extending.md shows it")

@@ -1,4 +1,4 @@
-"""Checks of one species' genome: what its genes name exists, and what they may say can be."""
+"""Checks of one species' genome: what its genes name exists, and their values are possible."""
 
 from __future__ import annotations
 
@@ -30,14 +30,14 @@ def check_genome(config: WorldConfig, name: str) -> Iterator[Problem]:
 
     yield from _check_connections(config, name)
     if (own := components_of(config, species)) is None:
-        return  # its genes may name what is in components that are not looked at
+        return  # its genes may name fields of components that are not loaded
     traits = traits_of(species, config.dims, own)
     shapes = {"policy.weights": policy_shapes(species, config.dims)}
-    found = list(problems(section.genes, len(section.alphabet), section.loci, traits, shapes))
-    yield from (problem.moved(key=(*key, *problem.key)) for problem in found)
+    own_problems = list(problems(section.genes, len(section.alphabet), section.loci, traits, shapes))
+    yield from (problem.moved(key=(*key, *problem.key)) for problem in own_problems)
     yield from _check_ranges(config, species, key, section)
     yield from _check_brain(name, species, section)
-    if not found:
+    if not own_problems:
         from ecs_eco.genomes.layout import Layout
 
         layout = Layout.from_config(section, traits, shapes)
@@ -46,13 +46,13 @@ def check_genome(config: WorldConfig, name: str) -> Iterator[Problem]:
 
 
 def components_of(config: WorldConfig, species: Species) -> list[Any] | None:
-    """The components of the user's own that the species has; None where they may not be looked at, or are none."""
-    found = [config._code.known(c) for c in species.components]
-    return None if any(c is None for c in found) else found
+    """The user's own components of the species; None if they may not be loaded, or are invalid."""
+    own = [config._code.known(c) for c in species.components]
+    return None if any(c is None for c in own) else own
 
 
 def _check_connections(config: WorldConfig, name: str) -> Iterator[Problem]:
-    """Connections of a reflex that genes cannot tell apart."""
+    """Problems of reflex connections that genes cannot distinguish."""
     from ecs_eco.config.traits import label_of
 
     reflex, seen = config.species[name].reflex, set()
@@ -64,7 +64,7 @@ def _check_connections(config: WorldConfig, name: str) -> Iterator[Problem]:
 
 
 def _check_ranges(config: WorldConfig, species: Species, key: Key, section: GenomeSection) -> Iterator[Problem]:
-    """Values that a gene may take and that this world has no room for."""
+    """Problems of values of genes for which this world has no room."""
     most = min(config.space.size) / 2
     store = species.metabolism.energy_max
     fastest = max(species.locomotion.speed.values()) * config.dt if species.locomotion else 0.0
@@ -92,12 +92,12 @@ def _check_nose(config: WorldConfig, species: Species, key: Key, gene: Gene) -> 
     most = farthest(config, species)
     for field, value in ends.items():
         if abs(value) > most:
-            what = "further off the body than the world is wide, in its radii"
-            yield Problem((*key, field), what, value, f"{-most:g} to {most:g}")
+            fault = "further off the body than the world is wide, in its radii"
+            yield Problem((*key, field), fault, value, f"{-most:g} to {most:g}")
 
 
 def _check_brain(name: str, species: Species, section: GenomeSection) -> Iterator[Problem]:
-    """Whether policy.inherit and the genes say the same of where a brain's weights come from."""
+    """Whether policy.inherit and the genes agree on the origin of a brain's weights."""
     coded, key = any(gene.trait == "policy.weights" for gene in section.genes), ("species", name, "policy", "inherit")
     inherit = species.policy.inherit
     if inherit == "birth" and not coded:
@@ -107,16 +107,16 @@ def _check_brain(name: str, species: Species, section: GenomeSection) -> Iterato
 
 
 def _check_founders(key: Key, section: GenomeSection, layout: Layout) -> Iterator[Problem]:
-    """Whether genes can say what founders are to be."""
+    """Whether genes can code for the values of founders."""
     for i, code in enumerate(layout.genes if section.founders == "own" else ()):
         if code.trait is None or code.width:
             continue
         try:
             code.numbers(np.array([code.trait.default]), clip=False)
         except ValueError as error:
-            what = f"it cannot say the species' own value, {code.trait.default:g}"
+            fault = f"it cannot code for the species' own value, {code.trait.default:g}"
             allowed = f'{str(error).partition("allowed are ")[2]}, or founders = "random"'
-            yield Problem((*key, "genes", i, "trait"), what, code.gene.trait, allowed)
+            yield Problem((*key, "genes", i, "trait"), fault, code.gene.trait, allowed)
 
 
 def _check_operators(config: WorldConfig, key: Key, section: GenomeSection, layout: Layout) -> Iterator[Problem]:

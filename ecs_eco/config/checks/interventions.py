@@ -1,4 +1,4 @@
-"""Checks of interventions: who and what they name exists, lies in the world, and may change in a living world."""
+"""Checks of interventions: all that they name exists, lies in the world, and may change in a living world."""
 
 from __future__ import annotations
 
@@ -21,39 +21,39 @@ Changed = Callable[[WorldConfig, Mapping[str, Any], Path], WorldConfig]
 
 def check_interventions(config: WorldConfig, folder: Path, changed: Changed) -> Iterator[Problem]:
     """All problems of the world's interventions; `changed(config, values, folder)` is a world with other values, checked."""
-    for i, what in enumerate(config.interventions):
+    for i, intervention in enumerate(config.interventions):
         key = ("interventions", i)
-        yield from _check_time(config, key, what)
-        if isinstance(what, Cull | Add):
-            yield from _check_who(config, key, what)
-        if isinstance(what, Cull | Add | Fence) and what.region is not None:
-            yield from _check_region((*key, "region"), what.region, config)
-        if isinstance(what, Add):
-            yield from _check_add(config, key, what)
-        elif isinstance(what, Switch):
-            yield from _check_switch(config, key, what)
+        yield from _check_time(config, key, intervention)
+        if isinstance(intervention, Cull | Add):
+            yield from _check_who(config, key, intervention)
+        if isinstance(intervention, Cull | Add | Fence) and intervention.region is not None:
+            yield from _check_region((*key, "region"), intervention.region, config)
+        if isinstance(intervention, Add):
+            yield from _check_add(config, key, intervention)
+        elif isinstance(intervention, Switch):
+            yield from _check_switch(config, key, intervention)
     yield from _check_fences(config)
     yield from _check_sets(config, folder, changed)
 
 
-def _check_time(config: WorldConfig, key: Key, what: Any) -> Iterator[Problem]:
-    if what.at >= config.ticks:
+def _check_time(config: WorldConfig, key: Key, intervention: Any) -> Iterator[Problem]:
+    if intervention.at >= config.ticks:
         allowed = f"0 to {config.ticks - 1}, or a larger `ticks` of the world"
-        yield Problem((*key, "at"), f"never happens: a run has {config.ticks} ticks", what.at, allowed)
-    if what.until is not None and what.every is None:
-        yield Problem((*key, "until"), "given without every", what.until, "both, or neither")
-    elif what.until is not None and what.until < what.at:
-        yield Problem((*key, "until"), "before at", what.until, f"at least {what.at}")
+        yield Problem((*key, "at"), f"never happens: a run has {config.ticks} ticks", intervention.at, allowed)
+    if intervention.until is not None and intervention.every is None:
+        yield Problem((*key, "until"), "given without every", intervention.until, "both, or neither")
+    elif intervention.until is not None and intervention.until < intervention.at:
+        yield Problem((*key, "until"), "before at", intervention.until, f"at least {intervention.at}")
 
 
-def _check_who(config: WorldConfig, key: Key, what: Cull | Add) -> Iterator[Problem]:
-    if what.species not in (*config.species, *config.objects):
-        yield unknown((*key, "species"), "species or object type", what.species, [*config.species, *config.objects])
-    if isinstance(what, Cull):
-        if (what.share, what.count, what.uids).count(None) != 2:
+def _check_who(config: WorldConfig, key: Key, intervention: Cull | Add) -> Iterator[Problem]:
+    if intervention.species not in (*config.species, *config.objects):
+        yield unknown((*key, "species"), "species or object type", intervention.species, [*config.species, *config.objects])
+    if isinstance(intervention, Cull):
+        if (intervention.share, intervention.count, intervention.uids).count(None) != 2:
             yield Problem((*key, "share"), "give exactly one of share, count and uids", allowed="share = 0.5, count = 20, or uids = [7]")
-        if what.which in ("richest", "poorest") and what.species in config.objects:
-            yield Problem((*key, "which"), "objects have no energy", what.which, "random, oldest, youngest")
+        if intervention.which in ("richest", "poorest") and intervention.species in config.objects:
+            yield Problem((*key, "which"), "objects have no energy", intervention.which, "random, oldest, youngest")
 
 
 def _check_region(key: Key, region: list[float], config: WorldConfig) -> Iterator[Problem]:
@@ -73,14 +73,14 @@ def _check_region(key: Key, region: list[float], config: WorldConfig) -> Iterato
         yield Problem(key, f"a radius of {region[2]:g} m", region, f"more than 0, at most {most:g} m")
 
 
-def _check_add(config: WorldConfig, key: Key, what: Add) -> Iterator[Problem]:
-    kind, place, size = config.species.get(what.species), what.at_place, config.space.size
-    if kind is not None and kind.max_count is not None and what.count > kind.max_count:
-        yield Problem((*key, "count"), f"more than max_count of {what.species}", what.count, f"at most {kind.max_count}")
+def _check_add(config: WorldConfig, key: Key, add: Add) -> Iterator[Problem]:
+    kind, place, size = config.species.get(add.species), add.at_place, config.space.size
+    if kind is not None and kind.max_count is not None and add.count > kind.max_count:
+        yield Problem((*key, "count"), f"more than max_count of {add.species}", add.count, f"at most {kind.max_count}")
     if place is None:
         return
     at = (*key, "at_place")
-    if what.region is not None:
+    if add.region is not None:
         yield Problem(at, "given together with region", place, "one of the two")
     if len(place) != len(size):
         yield Problem(at, "wrong number of coordinates", place, f"{len(size)} numbers [m]")
@@ -91,19 +91,19 @@ def _check_add(config: WorldConfig, key: Key, what: Add) -> Iterator[Problem]:
             for i, mark in enumerate(getattr(config.terrain, group)):
                 if math.dist(mark.at, place[:2]) < mark.radius:
                     yield Problem(at, f"within terrain.{group}.{i}", place, "a place on open ground")
-    if kind is not None and isinstance(kind.reproduction, Spread) and what.count > 1:
-        yield Problem((*key, "count"), f"one site holds one {what.species}", what.count, "count = 1, or a region instead of at_place")
+    if kind is not None and isinstance(kind.reproduction, Spread) and add.count > 1:
+        yield Problem((*key, "count"), f"one site holds one {add.species}", add.count, "count = 1, or a region instead of at_place")
 
 
-def _check_switch(config: WorldConfig, key: Key, what: Switch) -> Iterator[Problem]:
-    if what.reproduction is None and what.learning is None:
+def _check_switch(config: WorldConfig, key: Key, switch: Switch) -> Iterator[Problem]:
+    if switch.reproduction is None and switch.learning is None:
         yield Problem((*key, "reproduction"), "is missing, and learning too", allowed="true or false for one of them, or both")
-    if what.species is None:
+    if switch.species is None:
         return
-    if what.species not in config.species:
-        yield unknown((*key, "species"), "species", what.species, config.species)
-    elif what.learning and not learns(config.species[what.species]):
-        yield Problem((*key, "learning"), f"{what.species} cannot learn", True, "a species with a policy network and happiness")
+    if switch.species not in config.species:
+        yield unknown((*key, "species"), "species", switch.species, config.species)
+    elif switch.learning and not learns(config.species[switch.species]):
+        yield Problem((*key, "learning"), f"{switch.species} cannot learn", True, "a species with a policy network and happiness")
 
 
 def learns(species: Section) -> bool:
@@ -112,7 +112,7 @@ def learns(species: Section) -> bool:
 
 
 def _check_fences(config: WorldConfig) -> Iterator[Problem]:
-    """Fences in the order of time: what is taken away must stand."""
+    """Fences in the order of time: a fence must stand to be removed."""
     standing: list[tuple[Any, Any]] = []
     fences = [(i, f) for i, f in enumerate(config.interventions) if isinstance(f, Fence)]
     for i, fence in sorted(fences, key=lambda pair: pair[1].at):
@@ -138,22 +138,22 @@ def _check_fences(config: WorldConfig) -> Iterator[Problem]:
 
 
 def _check_sets(config: WorldConfig, folder: Path, changed: Changed) -> Iterator[Problem]:
-    """Values to be set, in the order of time: the world that each leaves is right and lives."""
+    """Values to be set, in the order of time: each must leave a valid world and be possible in a living one."""
     now = None
-    found = [(i, s) for i, s in enumerate(config.interventions) if isinstance(s, Set)]
-    for i, what in sorted(found, key=lambda pair: pair[1].at):
+    sets = [(i, s) for i, s in enumerate(config.interventions) if isinstance(s, Set)]
+    for i, change in sorted(sets, key=lambda pair: pair[1].at):
         key = ("interventions", i, "set")
-        if any(name.partition(".")[0] == "interventions" for name in what.set):
+        if any(name.partition(".")[0] == "interventions" for name in change.set):
             yield Problem(key, "interventions cannot change others", allowed="keys of the rest of the world")
             continue
         now = config if now is None else now
         try:
-            new = changed(now, what.set, folder)
+            new = changed(now, change.set, folder)
             problems = refused(now, new)
         except ConfigError as error:
             new, problems = now, error.problems
         for p in problems:
-            written = next((k for k in what.set if p.path == k or p.path.endswith(k)), None)
+            written = next((k for k in change.set if p.path == k or p.path.endswith(k)), None)
             where = "" if written is not None else f", at {p.path}"
             yield p.moved(key=key if written is None else (*key, written), what=p.what + where, source="", line=None)
         now = now if problems else new

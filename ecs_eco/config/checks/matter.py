@@ -11,16 +11,16 @@ from ecs_eco.engine.errors import Problem, listed, nearest
 Key = tuple[str | int, ...]
 
 
-def unknown(key: Key, what: str, value: str, known: Iterable[str]) -> Problem:
-    """The problem that a name is not among the known ones."""
+def unknown(key: Key, kind: str, value: str, known: Iterable[str]) -> Problem:
+    """The problem of an unknown name."""
     known = list(known)
-    return Problem(key, f"no {what} of this name", value, listed(known, 30), nearest(value, known))
+    return Problem(key, f"no {kind} of this name", value, listed(known, 30), nearest(value, known))
 
 
 def check_matter(
     config: WorldConfig, key: Key, properties: Iterable[str], substances: Iterable[str]
 ) -> Iterator[Problem]:
-    """Properties and substances that nobody declared."""
+    """Problems of undeclared properties and substances."""
     for name in properties:
         if name not in PROPERTIES:
             yield unknown((*key, "properties", name), "property", name, PROPERTIES)
@@ -30,7 +30,7 @@ def check_matter(
 
 
 def check_size(config: WorldConfig, key: Key, radius: float) -> Iterator[Problem]:
-    """A body that does not fit into the world."""
+    """Problems of a body that does not fit into the world."""
     most = min(config.space.size) / 2
     if radius > most:
         yield Problem((*key, "body", "radius"), "the body does not fit into the world", radius, f"at most {most:g} m")

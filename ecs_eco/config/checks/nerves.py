@@ -21,7 +21,7 @@ from ecs_eco.engine.errors import Problem, listed, nearest
 from ecs_eco.engine.section import LARGEST
 
 MOST_WHOLE = 10**9  # of a whole number among the hyperparameters
-MOST_WEIGHTS = 10_000_000  # of a policy network: drawing the first ones takes seconds, a decision a millisecond
+MOST_WEIGHTS = 10_000_000  # of a policy network: initialising so many takes seconds, a decision a millisecond
 
 
 def check_nerves(config: WorldConfig, name: str, folder: Path) -> Iterator[Problem]:
@@ -70,12 +70,12 @@ def _check_channels(config: WorldConfig, key: Key, species: Species) -> Iterator
         for channel in sensor.channels(config.dims):
             own = noses[channel] == 1 and isinstance(sensor, Smell) and sensor.field == channel
             if channel in seen:
-                what = f"gives the channel {channel}, which sensor {seen[channel]} gives too"
-                yield Problem((*key, "sensors", i, "name"), what, sensor.name, "a name of its own")
+                fault = f"gives the channel {channel}, which sensor {seen[channel]} gives too"
+                yield Problem((*key, "sensors", i, "name"), fault, sensor.name, "a name of its own")
                 break
             if noses[channel] and not own:
-                what = "the mean over the noses has this name"
-                yield Problem((*key, "sensors", i, "name"), what, sensor.name, "another name")
+                fault = "the mean over the noses has this name"
+                yield Problem((*key, "sensors", i, "name"), fault, sensor.name, "another name")
             seen[channel] = i
 
 
@@ -97,14 +97,14 @@ def _check_actions(config: WorldConfig, key: Key, species: Species) -> Iterator[
             yield Problem(at, "is empty", actions, listed(known))
         for i, action in enumerate(actions):
             if action not in known:
-                what = "gait in locomotion.speed" if group == "speed" else "action"
-                yield unknown((*at, i), what, action, known)
+                fault = "gait in locomotion.speed" if group == "speed" else "action"
+                yield unknown((*at, i), fault, action, known)
             elif action in actions[:i]:
                 yield Problem((*at, i), "named twice", action, listed(known))
         ways = {"turn": ("turn",), "climb": ("climb", "pitch")}.get(group, ())
         if ways and not any(getattr(species.locomotion, way, 0) for way in ways):
-            what = f"it cannot {group}: locomotion.{group} is missing or 0"
-            yield Problem(at, what, actions, f"locomotion.{group} > 0, or no such group")
+            fault = f"it cannot {group}: locomotion.{group} is missing or 0"
+            yield Problem(at, fault, actions, f"locomotion.{group} > 0, or no such group")
         if group == "climb" and config.dims == 2:
             yield Problem(at, "no up and down in a plane", actions, "a space of three sizes, or no such group")
         if group == "eat" and not species.diet:
@@ -119,14 +119,14 @@ def _check_actions(config: WorldConfig, key: Key, species: Species) -> Iterator[
 
 def _groups_of_systems(config: WorldConfig) -> list[str]:
     """The groups of actions that the world's own systems carry out."""
-    found: list[str] = []
+    groups: list[str] = []
     for system in config.systems:
-        found += getattr(config._code.known(system), "acts", ())
-    return found
+        groups += getattr(config._code.known(system), "acts", ())
+    return groups
 
 
 def _may_act(config: WorldConfig) -> bool:
-    """Whether the world names systems that are not looked at, which may carry out any group of actions."""
+    """Whether the world names systems that are not loaded, which may carry out any group of actions."""
     return not config._code.allowed and any(isinstance(s, str) and s not in SHIPPED for s in config.systems)
 
 
@@ -148,8 +148,8 @@ def _check_automatic(key: Key, species: Species) -> Iterator[Problem]:
             yield unknown(at, "action of the species", action, rows)
         elif len(species.actions[group := pairs[rows[action]][0]]) > 1:
             alone = [actions[0] for actions in species.actions.values() if len(actions) == 1]
-            what = f"the policy chooses among the group {group}"
-            yield Problem(at, what, action, f"an action alone in its group: {listed(alone)}")
+            fault = f"the policy chooses among the group {group}"
+            yield Problem(at, fault, action, f"an action alone in its group: {listed(alone)}")
 
 
 def _check_reflex(config: WorldConfig, key: Key, species: Species) -> Iterator[Problem]:
@@ -187,12 +187,12 @@ def _check_formula(key: Key, formula: str, names: Iterable[str]) -> Iterator[Pro
 
 
 def _no_weights(path: Path) -> str:
-    """Why a path cannot be that of weights, or ""; what is in the file is looked at when a world is built."""
+    """Why a path cannot be that of weights, or ""; the content of the file is checked when a world is built."""
     try:
         if not os.path.isfile(path):
             return "no such file"
         with open(path, "rb") as file:
-            file.read(8)  # parts of /proc cannot be, though they call themselves regular
+            file.read(8)  # parts of /proc cannot be read, though they claim to be regular files
         return ""
     except OSError as error:
         return f"cannot be read: {error.strerror or error}"
@@ -209,8 +209,8 @@ def _check_policy(key: Key, species: Species, folder: Path, dims: int) -> Iterat
                 allowed = 'policy.kind = "individual", or nothing here'
                 yield Problem((*key, "policy", word), "only individual networks are inherited", given, allowed)
     if policy.kind != "none" and (size := n_weights(species, dims)) > MOST_WEIGHTS:
-        what = f"too large: the network would have {size:,} weights"
-        yield Problem((*key, "policy", "hidden"), what, policy.hidden, f"at most {MOST_WEIGHTS:,} weights, as of [2048, 2048]")
+        fault = f"too large: the network would have {size:,} weights"
+        yield Problem((*key, "policy", "hidden"), fault, policy.hidden, f"at most {MOST_WEIGHTS:,} weights, as of [2048, 2048]")
     if policy.kind == "none":
         settings: dict[str, object] = {"ppo": species.ppo, "policy.file": policy.file, "policy.learn": policy.learn}
         for word, value in settings.items():
@@ -222,8 +222,8 @@ def _check_policy(key: Key, species: Species, folder: Path, dims: int) -> Iterat
     for word, needed in {"sensors": species.sensors, "actions": free, "happiness": species.happiness}.items():
         if not needed:
             chosen = word == "actions" and species.actions
-            what = "the policy has nothing to choose" if chosen else "is missing: the policy needs it"
-            yield Problem((*key, word), what, allowed='an entry, or policy.kind = "none"')
+            fault = "the policy has nothing to choose" if chosen else "is missing: the policy needs it"
+            yield Problem((*key, word), fault, allowed='an entry, or policy.kind = "none"')
     yield from _check_ppo((*key, "ppo"), species)
 
 
@@ -233,8 +233,8 @@ def _check_ppo(key: Key, species: Species) -> Iterator[Problem]:
     known = ppo_defaults()
     for name, value in species.ppo.items():
         if name not in known:
-            what = "no hyperparameter of this name"
-            yield Problem((*key, name), what, value, listed(known, 40), nearest(name, known))
+            fault = "no hyperparameter of this name"
+            yield Problem((*key, name), fault, value, listed(known, 40), nearest(name, known))
             continue
         if isinstance(value, int | float) and abs(value) > (most := MOST_WHOLE if isinstance(value, int) else LARGEST):
             yield Problem((*key, name), "not possible", value, f"at most {most:g}")

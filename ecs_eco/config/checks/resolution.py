@@ -1,4 +1,4 @@
-"""Checks that float32, in which positions and energies are kept, holds the steps that they change by."""
+"""Checks that float32, the type of positions and energies, resolves the steps by which they change."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from ecs_eco.config.models.species import Species
 from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.engine.errors import Problem
 
-STEPS = 8  # of float32 that a change must be worth: it is then rounded by 1/16 of itself at most
+STEPS = 8  # units of float32 that a step must have: it is then rounded by at most 1/16 of itself
 
 
 def resolution(value: float) -> float:
-    """Return the distance of two neighbouring numbers of float32 just below a value."""
+    """Return the spacing of float32 numbers just below a value."""
     return math.ldexp(1.0, max(math.frexp(value)[1] - 24 - (math.frexp(value)[0] == 0.5), -149))
 
 
@@ -35,18 +35,18 @@ def _speeds(config: WorldConfig, species: Species, key: Key) -> Iterator[Problem
         moves += [(("body", "sinking"), species.body.sinking, config.space.size[2])]
     for part, speed, extent in moves:
         if 0 < abs(speed) < (least := STEPS * resolution(extent) / config.dt):
-            what = f"too slow for a world of {extent:g} m: positions are float32, and such steps are rounded away"
+            fault = f"too slow for a world of {extent:g} m: positions are float32, and such steps are rounded away"
             allowed = f"0, or at least {least:.3g} m/s; or a smaller world, or a longer tick"
-            yield Problem((*key, *part), what, speed, allowed)
+            yield Problem((*key, *part), fault, speed, allowed)
 
 
 def _energies(config: WorldConfig, species: Species, key: Key) -> Iterator[Problem]:
     budget, step = species.metabolism, STEPS * resolution(species.metabolism.energy_max)
-    what = f"too little for energies up to energy_max, {budget.energy_max:g}: they are float32, and such steps are rounded away"
+    fault = f"too little for energies up to energy_max, {budget.energy_max:g}: they are float32, and such steps are rounded away"
     if 0 < budget.basal * config.dt < step:
         allowed = f"0, or at least {step / config.dt:.3g} per second; or a smaller energy_max"
-        yield Problem((*key, "metabolism", "basal"), what, budget.basal, allowed)
+        yield Problem((*key, "metabolism", "basal"), fault, budget.basal, allowed)
     for i, food in enumerate(species.diet):
         if 0 < food.gain < step:
             allowed = f"0, or at least {step:.3g}; or a smaller energy_max"
-            yield Problem((*key, "diet", i, "gain"), what, food.gain, allowed)
+            yield Problem((*key, "diet", i, "gain"), fault, food.gain, allowed)

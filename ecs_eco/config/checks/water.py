@@ -1,4 +1,4 @@
-"""Checks of the water, and of what only a volume of water makes possible."""
+"""Checks of the water, and of features that need a volume of water."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ def check_water(config: WorldConfig) -> Iterator[Problem]:
     for i, current in enumerate(water.current):
         for axis, speed in enumerate(current.velocity):
             if abs(speed) * config.dt > (most := size[axis] / 2):
-                what = "further than half of the world in one tick"
-                yield Problem(("water", "current", i, "velocity"), what, speed, f"at most {most / config.dt:g} m/s")
+                fault = "further than half of the world in one tick"
+                yield Problem(("water", "current", i, "velocity"), fault, speed, f"at most {most / config.dt:g} m/s")
     if water.current and water.current_function is not None:
-        what = "given together with a current by depth"
-        yield Problem(("water", "current_function"), what, allowed="one of current and current_function")
+        fault = "given together with a current by depth"
+        yield Problem(("water", "current_function"), fault, allowed="one of current and current_function")
 
 
 def _check_volume(config: WorldConfig) -> Iterator[Problem]:

@@ -1,4 +1,4 @@
-"""Checks across the sections of a world: what is named exists, what is said together fits together."""
+"""Checks across the sections of a world: all that is named exists, and values fit together."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ from ecs_eco.engine.section import RESERVED
 Key = tuple[str | int, ...]
 MOST_CELLS = 100_000_000  # of one field
 MOST_INDEX_CELLS = 4_000_000
-MOST_CAUSES = 255  # of death: a byte says which
-MOST_STEPS = 1000  # of diffusion in a tick
+MOST_CAUSES = 255  # causes of death, stored in a byte
+MOST_STEPS = 1000  # steps of diffusion in a tick
 
 
 def check(config: WorldConfig, folder: Path, changed: Changed) -> list[Problem]:
-    """The problems between the sections of a world whose files are named from `folder`, up to one more than MOST.
+    """The problems across the sections of a world whose file names are relative to `folder`, at most MOST + 1.
 
-    `changed` is what `check_interventions` takes.
+    `changed` is as in `check_interventions`.
     """
     return list(islice(_all(config, folder, changed), MOST + 1))
 
@@ -61,7 +61,7 @@ def _check_names(config: WorldConfig) -> Iterator[Problem]:
 
 
 def _check_causes(config: WorldConfig) -> Iterator[Problem]:
-    """More causes of death than a world knows, at the key of the first that is too much."""
+    """The problem of too many causes of death, at the key of the first in excess."""
     known = {"culled"}
     for key, cause in _causes(config):
         known.add(cause)
@@ -82,9 +82,9 @@ def _causes(config: WorldConfig) -> Iterator[tuple[Key, str]]:
             for end, cause in ends.items():
                 if getattr(limit, end) is not None:
                     yield ("species", name, "lethal", i, end), cause
-    for i, what in enumerate(config.interventions):
-        if isinstance(what, Cull):
-            yield ("interventions", i, "cause"), what.cause
+    for i, intervention in enumerate(config.interventions):
+        if isinstance(intervention, Cull):
+            yield ("interventions", i, "cause"), intervention.cause
 
 
 def _check_space(config: WorldConfig) -> Iterator[Problem]:
@@ -93,9 +93,9 @@ def _check_space(config: WorldConfig) -> Iterator[Problem]:
         yield Problem(("space", "cell"), "larger than the world", space.cell, f"at most {min(space.size):g} m")
     elif space.cell is not None and (cells := math.prod(max(1.0, s / space.cell) for s in space.size)) > MOST_INDEX_CELLS:
         least = (math.prod(space.size) / MOST_INDEX_CELLS) ** (1 / len(space.size))
-        what = f"too small: neighbours would be looked up in {cells:.3g} cells"
+        fault = f"too small: neighbours would be looked up in {cells:.3g} cells"
         allowed = f"at most {MOST_INDEX_CELLS:.0e} cells, about {least:.2g} m; or absent: it is chosen"
-        yield Problem(("space", "cell"), what, space.cell, allowed)
+        yield Problem(("space", "cell"), fault, space.cell, allowed)
 
 
 def _check_fields(config: WorldConfig) -> Iterator[Problem]:
@@ -106,15 +106,15 @@ def _check_fields(config: WorldConfig) -> Iterator[Problem]:
         sides = [min(field.cell, s) for s in space.size]
         steps = field.diffusion * config.dt * sum(2 / 0.9 / side / side for side in sides)  # a square may be 0
         if field.cell > most:
-            what = "larger than half of the torus" if space.edges == "torus" else "larger than the world"
-            yield Problem(("fields", name, "cell"), what, field.cell, f"at most {most:g} m")
+            fault = "larger than half of the torus" if space.edges == "torus" else "larger than the world"
+            yield Problem(("fields", name, "cell"), fault, field.cell, f"at most {most:g} m")
         elif cells > MOST_CELLS:
-            what = f"too small: the field would have {cells:.3g} cells"
-            yield Problem(("fields", name, "cell"), what, field.cell, f"at most {MOST_CELLS:.0e} cells")
+            fault = f"too small: the field would have {cells:.3g} cells"
+            yield Problem(("fields", name, "cell"), fault, field.cell, f"at most {MOST_CELLS:.0e} cells")
         elif steps > MOST_STEPS:
-            what = f"too fast for these cells: {steps:.3g} steps a tick"
+            fault = f"too fast for these cells: {steps:.3g} steps a tick"
             allowed = f"at most {field.diffusion * MOST_STEPS / steps:.3g} m^2/s"
-            yield Problem(("fields", name, "diffusion"), what, field.diffusion, allowed)
+            yield Problem(("fields", name, "diffusion"), fault, field.diffusion, allowed)
 
 
 def _check_terrain(config: WorldConfig) -> Iterator[Problem]:
@@ -125,8 +125,8 @@ def _check_terrain(config: WorldConfig) -> Iterator[Problem]:
     if terrain.cell > most:
         yield Problem(("terrain", "cell"), "larger than half of the world", terrain.cell, f"at most {most:g} m")
     if (cells := (size[0] / terrain.cell) * (size[1] / terrain.cell)) > MOST_CELLS:
-        what = f"too small: {cells:.3g} cells"
-        yield Problem(("terrain", "cell"), what, terrain.cell, f"at most {MOST_CELLS:.0e} cells")
+        fault = f"too small: {cells:.3g} cells"
+        yield Problem(("terrain", "cell"), fault, terrain.cell, f"at most {MOST_CELLS:.0e} cells")
     for group in ("mountains", "rocks", "lakes"):
         for i, mark in enumerate(getattr(terrain, group)):
             key = ("terrain", group, i)

@@ -1,4 +1,4 @@
-"""What a world file may say: a model for each section, with description, unit and limits of every key.
+"""The contents of a world file: a model for each section, with description, unit and limits of every key.
 
-What must fit together across sections belongs to `ecs_eco.config.checks`.
+Checks across sections belong to `ecs_eco.config.checks`.
 """

@@ -1,4 +1,4 @@
-"""Interventions: what somebody does to a world while it runs, as in fishing, forestry, or an experiment in the field."""
+"""Interventions in a running world, as in fishing, forestry, or a field experiment."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ Changes = Annotated[
 
 
 class Intervention(Section):
-    """What all interventions have: when. Each is carried out at the start of its tick, before anything else happens."""
+    """The time of an intervention. Each is carried out at the start of its tick, before anything else happens."""
 
     at: Tick = quantity("the tick", "ticks")
-    every: Annotated[int, Field(ge=1, le=10**12)] | None = quantity("again after each so many; absent: once", "ticks", None)
-    until: Tick | None = quantity("not after this tick; absent: to the end of the run", "ticks", None)
+    every: Annotated[int, Field(ge=1, le=10**12)] | None = quantity("interval of repetition; absent: once", "ticks", None)
+    until: Tick | None = quantity("last tick of repetition; absent: to the end of the run", "ticks", None)
 
     def due(self, tick: int) -> bool:
         """Whether it is carried out in this tick."""
@@ -48,59 +48,59 @@ class Intervention(Section):
         return at if self.until is None or at <= self.until else None
 
     def once(self, tick: int) -> dict[str, Any]:
-        """What is carried out in this tick, as a file would say it; JSON can hold it."""
-        said = {k: v for k, v in self.model_dump(mode="json").items() if v is not None and k not in ("every", "until")}
-        return said | {"at": tick}
+        """The single intervention of this tick as a dict of JSON types, as in a world file."""
+        fields = {k: v for k, v in self.model_dump(mode="json").items() if v is not None and k not in ("every", "until")}
+        return fields | {"at": tick}
 
 
 class Cull(Intervention):
-    """Some die; a cause of death of its own says so."""
+    """Some organisms die, with a cause of death of its own."""
 
     kind: Literal["cull"]
     species: Name = about("a species or an object type")
     share: Share | None = quantity("share of those alive that die, rounded to whole organisms", "1", None)
-    count: Count | None = quantity("how many die, or all where there are fewer; give one of share, count and uids", "1", None)
-    uids: Uids | None = about("those that die, where they live; give one of share, count and uids", None)
+    count: Count | None = quantity("how many die, or all if there are fewer; give one of share, count and uids", "1", None)
+    uids: Uids | None = about("uids of those that die, if alive; give one of share, count and uids", None)
     region: Region | None = quantity(f"of those in {REGION}; absent: of all", "m", None)
     which: Literal["random", "oldest", "youngest", "richest", "poorest"] = about(
-        "who dies first; rich is who has much energy; equals by the lower uid", "random"
+        "which die first; the richest have the most energy; ties go to the lower uid", "random"
     )
     cause: Annotated[str, Field(min_length=1, max_length=60)] = about("cause of death", "culled")
 
 
 class Add(Intervention):
-    """Newcomers, as those at the start are; they come to life at the end of the tick."""
+    """Newcomers in the state of the founders; they come to life at the end of the tick."""
 
     kind: Literal["add"]
     species: Name = about("a species or an object type")
-    count: Count = quantity("how many, as far as max_count leaves room", "1")
+    count: Count = quantity("how many, limited by max_count", "1")
     region: Region | None = quantity(f"at random places in {REGION}; absent: anywhere", "m", None)
     at_place: Point | None = quantity("all at this place", "m", None)
 
 
 class Fence(Intervention):
-    """A line that walkers do not cross from then on; smells, looks and births do."""
+    """A line that walkers cannot cross from then on; smells, sight and births can."""
 
     kind: Literal["fence"]
     line: Annotated[list[Corner], Field(min_length=2)] | None = quantity("the corners of the fence", "m", None)
     region: Region | None = quantity(f"the fence goes around {REGION}; give line or region", "m", None)
-    remove: bool = about("whether the fence that stands there is taken away; without line and region all are", False)
+    remove: bool = about("whether to remove the fence that stands there; without line and region, all fences", False)
 
 
 class Set(Intervention):
-    """Values of the world file are others from then on."""
+    """Values of the world file change from then on."""
 
     kind: Literal["set"]
     set: Changes = about('dotted key = value, as "species.deer.reproduction.rate" = 0.02')
 
 
 class Switch(Intervention):
-    """Something stops, or goes on."""
+    """Reproduction or learning stops, or resumes."""
 
     kind: Literal["switch"]
     species: Name | None = about("the species; absent: all", None)
     reproduction: bool | None = about("whether newborn come", None)
-    learning: bool | None = about("whether policies learn; who stops forgets what it has not yet learnt from", None)
+    learning: bool | None = about("whether policies learn; one that stops discards the experience it has not yet learnt from", None)
 
 
 AnyIntervention = Annotated[Cull | Add | Fence | Set | Switch, Field(discriminator="kind")]
@@ -108,34 +108,43 @@ AnyIntervention = Annotated[Cull | Add | Fence | Set | Switch, Field(discriminat
 
 def coming(planned: Sequence[Intervention], tick: int) -> list[Intervention]:
     """Return those of `planned` that are due in a tick or after it, each with the first such tick as its `at`."""
-    found = ((what, what.next(tick)) for what in planned)
-    return [what.model_copy(update={"at": at}) for what, at in found if at is not None]
+    dated = ((intervention, intervention.next(tick)) for intervention in planned)
+    return [intervention.model_copy(update={"at": at}) for intervention, at in dated if at is not None]
 
 
-def describe(what: Mapping[str, Any] | str) -> str:
+def describe(intervention: Mapping[str, Any] | str) -> str:
     """One line on an intervention that was carried out."""
-    if isinstance(what, str):
-        return what
-    where = f" in {_place(what['region'])}" if what.get("region") else ""
-    kind, species = what.get("kind"), what.get("species")
+    if isinstance(intervention, str):
+        return intervention
+    done = intervention
+    where = f" in {_place(done['region'])}" if done.get("region") else ""
+    kind, species = done.get("kind"), done.get("species")
     if kind == "cull":
-        if what.get("uids"):
-            much = " and ".join(f"#{uid}" for uid in what["uids"]) if len(what["uids"]) < 4 else f"{len(what['uids']):,} chosen"
-        else:
-            much = f"{100 * what['share']:g} % of" if "share" in what else f"{what['count']:,}"
-        first = "" if what.get("which", "random") == "random" else f", the {what['which']} first"
-        return f"cull {much} {species}{where}{first}" + (f" ({what['cause']})" if what.get("cause", "culled") != "culled" else "")
+        cause = f" ({done['cause']})" if done.get("cause", "culled") != "culled" else ""
+        first = "" if done.get("which", "random") == "random" else f", the {done['which']} first"
+        return f"cull {_amount(done)} {species}{where}{first}{cause}"
     if kind == "add":
-        where = f" at {_place(what['at_place'])}" if what.get("at_place") else where
-        return f"add {what['count']:,} {species}{where}"
+        where = f" at {_place(done['at_place'])}" if done.get("at_place") else where
+        return f"add {done['count']:,} {species}{where}"
     if kind == "fence":
-        around = f" around {_place(what['region'])}" if what.get("region") else ""
-        along = f" along {' '.join(_place(p) for p in what['line'])}" if what.get("line") else ""
-        return ("remove fence" if what.get("remove") else "fence") + (around or along or "s")
+        around = f" around {_place(done['region'])}" if done.get("region") else ""
+        along = f" along {' '.join(_place(p) for p in done['line'])}" if done.get("line") else ""
+        return ("remove fence" if done.get("remove") else "fence") + (around or along or "s")
     if kind == "set":
-        return ", ".join(f"{key} = {value}" for key, value in what["set"].items())
-    done = [f"{name} {'on' if what[name] else 'off'}" for name in ("reproduction", "learning") if what.get(name) is not None]
-    return f"{' and '.join(done)} for {species or 'all'}"
+        return ", ".join(f"{key} = {value}" for key, value in done["set"].items())
+    switches = [name for name in ("reproduction", "learning") if done.get(name) is not None]
+    return f"{' and '.join(f'{name} {_on_off(done[name])}' for name in switches)} for {species or 'all'}"
+
+
+def _amount(cull: Mapping[str, Any]) -> str:
+    """How many a cull took, in words."""
+    if uids := cull.get("uids"):
+        return " and ".join(f"#{uid}" for uid in uids) if len(uids) < 4 else f"{len(uids):,} chosen"
+    return f"{100 * cull['share']:g} % of" if "share" in cull else f"{cull['count']:,}"
+
+
+def _on_off(value: bool) -> str:
+    return "on" if value else "off"
 
 
 def _place(numbers: Any) -> str:

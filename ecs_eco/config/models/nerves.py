@@ -12,7 +12,7 @@ from ecs_eco.engine.section import Function, Name, NonNegative, Real, Section, a
 class Connection(Section):
     """One connection of a reflex network: while the sensor is beyond the threshold, the action gets the weight."""
 
-    name: Name | None = about("what genes and drawings call it; absent: SENSOR_ACTION", None)
+    name: Name | None = about("name for genes and drawings; absent: SENSOR_ACTION", None)
     sensor: str = about("name of a sensor's channel")
     action: str = about("name of an action, or group.action")
     weight: Literal[-1, 0, 1] = about("-1 blocks the action, 0 leaves it to the policy, 1 forces it")
@@ -21,7 +21,7 @@ class Connection(Section):
 
     @property
     def label(self) -> str:
-        """Its name, or what it connects."""
+        """Its name, else SENSOR_ACTION."""
         return self.name or f"{self.sensor}_{self.action.replace('.', '_')}"
 
     @model_validator(mode="after")
@@ -32,7 +32,7 @@ class Connection(Section):
 
 
 class Reflex(Section):
-    """The reflex network; where several ways are given their values add up, and the sign counts."""
+    """The reflex network; if several forms are given, their values are added, and the sign counts."""
 
     connections: list[Connection] = table("single connections", list)
     formulas: dict[str, str] = table("action = expression of sensors, of which the sign counts", dict)
@@ -55,17 +55,17 @@ class Happiness(Section):
 
 
 class Policy(Section):
-    """The policy network, which alone learns."""
+    """The policy network, the only one that learns."""
 
     kind: Literal["shared", "individual", "none"] = about(
         "shared: one network for all of the species; individual: one for each organism; none: no policy", "none"
     )
     inherit: Literal["none", "birth", "learned"] = about(
-        "what an individual network starts from: none: random weights; birth: those in its genome; learned: a parent's as they are", "none"
+        "initial weights of an individual network: none: random; birth: those of its genome; learned: a parent's present ones", "none"
     )
     mutation: NonNegative = quantity("standard deviation of the noise added to each inherited weight", "1", 0.0)
     hidden: Annotated[list[Annotated[int, Field(ge=1, le=4096)]], Field(max_length=8)] = quantity(
         "units of each hidden layer", "1", [64, 64]
     )
-    learn: bool = about("whether it goes on learning in a run", False)
+    learn: bool = about("whether it learns during a run", False)
     file: str | None = about("trained weights (.safetensors), relative to the world file", None)

@@ -12,26 +12,26 @@ Litter = Annotated[int, Field(ge=1, le=10_000)]
 
 
 class Reproduction(Section):
-    """What every way to reproduce has."""
+    """Keys of all kinds of reproduction."""
 
     dispersal: Positive | None = quantity('greatest distance from parent to newborn, for place = "near"', "m", None)
-    spacing: NonNegative = quantity("a newborn's least distance to others of its species", "m", 0.0)
+    spacing: NonNegative = quantity("least distance of a newborn to others of its species", "m", 0.0)
 
 
 class Bearing(Reproduction):
-    """What reproduction by parents who pay for it has."""
+    """Keys of reproduction paid for by parents."""
 
-    energy_min: NonNegative = quantity("energy that a parent needs", "energy")
+    energy_min: NonNegative = quantity("least energy of a parent", "energy")
     energy_given: NonNegative = quantity("energy of each newborn, paid by its parents", "energy")
-    age_min: NonNegative = quantity("age that a parent needs", "s", 0.0)
-    litter: Litter = quantity("newborn at a time, fewer where the parent cannot pay for all", "1", 1)
+    age_min: NonNegative = quantity("least age of a parent", "s", 0.0)
+    litter: Litter = quantity("newborn at a time, fewer if the parent cannot pay for all", "1", 1)
 
 
 class Alone(Bearing):
-    """What reproduction by single parents has."""
+    """Keys of reproduction by single parents."""
 
     rate: NonNegative = quantity("births per second and parent", "1/s")
-    immigration: NonNegative = quantity("newcomers without a parent in all of the world, at random places", "1/s", 0.0)
+    immigration: NonNegative = quantity("immigrants in the whole world, at random places", "1/s", 0.0)
 
 
 class Simplified(Alone):
@@ -42,11 +42,11 @@ class Simplified(Alone):
 
 
 class Spread(Reproduction):
-    """The ground is cut into sites of side `spacing`; a free one is taken with dt (seed_rain + rate × share taken)."""
+    """The ground is divided into sites of side `spacing`; a free one is taken with probability dt (seed_rain + rate × share taken)."""
 
     kind: Literal["spread"]
     rate: NonNegative = quantity("births per second and parent", "1/s")
-    seed_rain: NonNegative = quantity("chance of a free site to be taken without any parent", "1/s", 0.0)
+    seed_rain: NonNegative = quantity("rate at which a free site is taken without a parent", "1/s", 0.0)
     spacing: Positive = quantity("side of a site, which one organism fills", "m")
     place: Literal["anywhere", "near"] = about("which free sites: all, or those near one taken", "anywhere")
 
@@ -60,20 +60,20 @@ class Asexual(Alone):
 
 
 class Sexual(Bearing):
-    """Two that meet may mate: females choose among males and bear; where the species has no sexes, any two, and one bears."""
+    """Two that meet may mate: females choose among males and bear the young; in a species without sexes any two mate, and one bears."""
 
     kind: Literal["sexual"]
     father_share: Share = quantity("share of the newborn's energy that the father pays, when mating", "1", 0.0)
     reach: NonNegative = quantity("distance between the surfaces of both bodies", "m", 0.0)
     chance: Share = quantity("chance of success in one second of contact", "1", 1.0)
     consent: Literal["both", "one", "none"] = about(
-        "who must take the action mate: both, one of the two, or none; a species without this action is always willing", "both"
+        "which partners must take the action mate: both, one of the two, or none; a species without this action is always willing", "both"
     )
-    choice: Literal["nearest", "random", "richest", "oldest"] = about("whom one chooses among those ready within reach", "nearest")
+    choice: Literal["nearest", "random", "richest", "oldest"] = about("choice among the ready mates within reach", "nearest")
     gestation: NonNegative = quantity("from mating to birth; 0: birth in the same tick", "s", 0.0)
     rest: NonNegative = quantity("least time from a birth to the mother's next mating", "s", 0.0)
     father_rest: NonNegative = quantity("least time from a mating to the father's next", "s", 0.0)
-    place: Literal["near", "anywhere"] = about("where the newborn appears, as seen from the mother", "near")
+    place: Literal["near", "anywhere"] = about("where the newborn appears, relative to the mother", "near")
     dispersal: Positive | None = quantity(
         'greatest distance from mother to newborn, for place = "near"; absent: four radii of the body', "m", None
     )

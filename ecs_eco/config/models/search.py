@@ -1,4 +1,4 @@
-"""What `ecs-eco search` looks for, and how: ranges of numbers, the objective, seeds and stages. A run reads none of it."""
+"""Settings of `ecs-eco search`: ranges of numbers, the objective, seeds and stages. Runs ignore them."""
 
 from __future__ import annotations
 
@@ -36,21 +36,21 @@ What = Annotated[
 
 
 class Range(Section):
-    """Where a number may lie: also `[low, high]` alone. Whole numbers where value, low and high are."""
+    """The range of a number, also as `[low, high]`. It takes whole numbers if value, low and high are whole."""
 
     search: Ends = about("[low, high]")
     scale: Literal["linear", "log"] = about("whether equal steps are equal differences or equal factors", "linear")
 
 
 class Goal(Section):
-    """One of several things wanted at once."""
+    """One of several objectives."""
 
     of: What = about("persistence, cycling, population, or module:function of the recorded series")
     weight: Positive = quantity("its weight among the others", "1", 1.0)
 
 
 class Confirm(Section):
-    """The last test of the best world, on seeds that the search never saw."""
+    """The final test of the best world, on seeds that the search did not use."""
 
     world_seeds: Seeds = about("worlds for each training seed", 5)
     training_seeds: Seeds = about("training seeds, where policies are trained", 3)
@@ -58,24 +58,24 @@ class Confirm(Section):
 
 
 class Search(Section):
-    """What a search varies, wants and spends: `ecs-eco search`."""
+    """What a search varies, its objective and its budget: `ecs-eco search`."""
 
     objective: What | list[Goal] = about("persistence, cycling, population, module:function, or a list with weights", "persistence")
     wanted: dict[Name, Positive] = table("species = number of organisms, for the objective population", dict)
     persist: list[Name] = table("species whose extinction ends a run; none: all but plants that come back from a seed rain", list)
     ticks: Ticks | None = quantity("length of a whole run; absent: the world's", "ticks", None)
     world_seeds: Seeds = about("world seeds of a candidate", 3)
-    training_seeds: Seeds = about("training seeds of a candidate, each with each world seed; 1 where nothing is trained", 2)
+    training_seeds: Seeds = about("training seeds of a candidate, each with each world seed; 1 if nothing is trained", 2)
     policies: Literal["trained", "random", "untrained", "train", "train-once"] = about(
-        "as of a run; train: each candidate trains its own; train-once: all have those that the world as written trains", "trained"
+        "as in a run; train: each candidate trains its own; train-once: all use those trained in the world as written", "trained"
     )
     training_ticks: Ticks | None = quantity("length of a training; absent: the world's", "ticks", None)
     stages: Annotated[int, Field(ge=1, le=10)] = about("stages of a candidate, from one short run to all runs", 3)
     first: Annotated[float, Field(gt=0, le=1)] = quantity("length of the first stage's runs, as share of a whole one", "1", 0.25)
-    promote: Annotated[float, Field(gt=0, le=1)] = quantity("best share of the candidates at a stage that goes on to the next", "1", 0.4)
-    hopeless: Share = quantity("share of runs lost at a stage beyond which a candidate is given up", "1", 0.5)
-    crowd: Annotated[float, Field(ge=1)] = quantity("a run ends, as at an extinction, at so many times its first organisms", "1", 10.0)
-    finalists: Annotated[int, Field(ge=1, le=50)] = about("candidates that meet further seeds before the best is named", 4)
+    promote: Annotated[float, Field(gt=0, le=1)] = quantity("share of the candidates (the best) that advance to the next stage", "1", 0.4)
+    hopeless: Share = quantity("share of lost runs at a stage beyond which a candidate is dropped", "1", 0.5)
+    crowd: Annotated[float, Field(ge=1)] = quantity("multiple of its initial organisms at which a run ends, as at an extinction", "1", 10.0)
+    finalists: Annotated[int, Field(ge=1, le=50)] = about("candidates that are tested on further seeds before the best is chosen", 4)
     confirm: Confirm = table("the last test", Confirm)
     seed: Annotated[int, Field(ge=0, lt=2**63)] = about("seed of the optimiser", 1)
     ranges: dict[str, Annotated[Range, BeforeValidator(lambda v: {"search": v} if isinstance(v, list) else v)]] = table(
@@ -84,7 +84,7 @@ class Search(Section):
 
     @property
     def goals(self) -> list[tuple[Any, float]]:
-        """What is wanted, with weights that add up to 1."""
+        """The objectives, with weights that sum to 1."""
         goals = [(g.of, g.weight) for g in self.objective] if isinstance(self.objective, list) else [(self.objective, 1.0)]
         total = sum(weight for _, weight in goals)
         return [(of, weight / total) for of, weight in goals]

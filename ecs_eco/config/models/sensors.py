@@ -21,16 +21,16 @@ WIDEST = 2.0 * math.pi + 1e-6
 
 
 class Sensor(Section):
-    """What every sensor has."""
+    """Keys of all sensors."""
 
-    name: Name | None = about("name of the channel, or what the channels' names begin with", None)
+    name: Name | None = about("name of the channel, or prefix of the channels' names", None)
 
     def base(self) -> str:
-        """The name where none is given, before numbering."""
+        """The default name, before numbering."""
         return self.kind  # type: ignore[attr-defined]
 
     def channels(self, dims: int) -> tuple[str, ...]:
-        """Names of the numbers it gives, in a space of `dims` axes."""
+        """Names of its channels, in a space of `dims` axes."""
         return (self.name or self.base(),)
 
 
@@ -57,9 +57,9 @@ class Nearest(Sensor):
     fov: Annotated[float, Field(gt=0, le=WIDEST)] = quantity("field of view around the heading", "rad", 2 * math.pi)
     occlusion: bool = about("whether opaque bodies between hide the target", False)
     sight: NonNegative | None = quantity(
-        "where given it sees by light: as far as blind + sight × light at its eye, at most radius", "m", None
+        "if given, it sees by light: as far as blind + sight × light at its eye, at most radius", "m", None
     )
-    blind: NonNegative = quantity("how far it notices the target in the dark, where sight is given", "m", 0.0)
+    blind: NonNegative = quantity("how far it notices the target in the dark, if sight is given", "m", 0.0)
 
     def base(self) -> str:
         return self.target
@@ -104,7 +104,7 @@ class Gradient(Sensor):
     kind: Literal["gradient"]
     field: str = about("name of a field")
     span: Positive = quantity("distance between the two receptors of a pair", "m", 1.0)
-    scale: Positive = quantity("concentration below which it tells no direction", "unit of the field", 0.01)
+    scale: Positive = quantity("concentration below which it shows no direction", "unit of the field", 0.01)
 
     def base(self) -> str:
         return f"{self.field}_gradient"
@@ -114,10 +114,10 @@ class Gradient(Sensor):
 
 
 class Approach(Sensor):
-    """Feels the flow that a moving body pushes before itself: direction to the nearest, and how fast it comes nearer by its own motion.
+    """Feels the flow that a moving body pushes ahead of itself: direction to the nearest, and how fast it approaches by its own motion.
 
     Channels name_forward, name_left, in a volume name_up (a unit vector), and name_closing, the speed over `scale`; all are 0
-    while the nearest does not come nearer.
+    unless the nearest approaches.
     """
 
     kind: Literal["approach"]
@@ -146,11 +146,11 @@ class Touch(Sensor):
 
 
 class Place(Sensor):
-    """What sensors of the ambient conditions share."""
+    """Keys of sensors of the ambient conditions."""
 
     at: Point = quantity("place on the body: forward, left (, up), in radii of the body", "1", [0.0, 0.0])
     zero: Real = quantity("the value that reads 0", "unit of the quantity", 0.0)
-    scale: Positive = quantity("how much more reads 1", "unit of the quantity", 1.0)
+    scale: Positive = quantity("the difference from it that reads 1", "unit of the quantity", 1.0)
 
 
 class Light(Place):
@@ -158,7 +158,7 @@ class Light(Place):
 
     kind: Literal["light"]
     dark: Positive | None = quantity(
-        "light as good as none; where given, log10(1 + light/dark) is read in place of light", "1", None
+        "light that counts as dark; if given, the reading is log10(1 + light/dark)", "1", None
     )
 
 
@@ -195,7 +195,7 @@ AnySensor = Annotated[
 
 
 def name_sensors(sensors: list[Sensor]) -> list[Sensor]:
-    """The same sensors, every one with a name; those that would share one are numbered from 1."""
+    """The same sensors, all with names; those that would share one are numbered from 1."""
     shared = Counter(s.base() for s in sensors if s.name is None)
     used: Counter[str] = Counter()
     named = []

@@ -23,17 +23,17 @@ GROUPS: dict[str, tuple[str, ...] | None] = {  # groups of actions and their mem
     "mate": ("mate",),
 }
 THINKING = ("shared", "individual")  # kinds of policies that are networks
-OWN = ("energy", "age", "fertility")  # what every organism has besides its properties and substances
+OWN = ("energy", "age", "fertility")  # values of every organism besides its properties and substances
 
 
 class Metabolism(Section):
     """The energy budget of one organism; the unit of energy is the world's own."""
 
     energy: NonNegative = quantity("energy at the start and of a newborn without parent", "energy", 1.0)
-    energy_max: Positive = quantity("most that an organism can hold", "energy", 1.0)
+    energy_max: Positive = quantity("most energy that an organism can hold", "energy", 1.0)
     basal: NonNegative = quantity("energy burnt by living", "energy/s", 0.0)
     growth: NonNegative = quantity("energy made in full light", "energy/s", 0.0)
-    digestion: NonNegative = quantity("after a meal, no other for so long", "s", 0.0)
+    digestion: NonNegative = quantity("time after a meal without another", "s", 0.0)
 
 
 class Locomotion(Section):
@@ -46,7 +46,7 @@ class Locomotion(Section):
     pitch: Annotated[float, Field(ge=0, le=math.pi / 2)] = quantity(
         "angle by which it swims up or down in a volume, at the speed of its gait; instead of climb", "rad", 0.0
     )
-    drag: NonNegative = quantity("rate at which speed nears that of the gait, by drag; 0: at once", "1/s", 0.0)
+    drag: NonNegative = quantity("rate at which speed approaches that of the gait, by drag; 0: at once", "1/s", 0.0)
 
 
 class Diet(Section):
@@ -55,14 +55,14 @@ class Diet(Section):
     eats: str = about("a species or an object type")
     reach: NonNegative = quantity("distance between the surfaces of both bodies", "m", 0.0)
     chance: Share = quantity("chance of success in one second of contact", "1", 1.0)
-    gain: Real = quantity("energy gained from one, whatever it holds", "energy", 0.0)
-    efficiency: Share = quantity("share of the energy that the eaten holds which is gained besides", "1", 0.0)
-    deadly: bool = about("whether the eater dies of it: poisoned by it", False)
-    until: Real | None = quantity("eats only while it holds less; absent: while it is not full", "energy", None)
+    gain: Real = quantity("energy gained from each, whatever it holds", "energy", 0.0)
+    efficiency: Share = quantity("share of the energy held by the eaten that is gained in addition", "1", 0.0)
+    deadly: bool = about("whether its poison kills the eater", False)
+    until: Real | None = quantity("eats only below this energy; absent: while it is not full", "energy", None)
 
 
 class Defence(Section):
-    """What keeps it from being eaten, and what that costs."""
+    """Defence against being eaten, and its cost."""
 
     toughness: Share = quantity("share of the bites into it that fail", "1", 0.0)
     poison: NonNegative = quantity("energy that its eater loses", "energy", 0.0)
@@ -89,7 +89,7 @@ class Lethal(Section):
 
 
 class Species(Section):
-    """One species: its organisms are all born with these values."""
+    """One species: all its organisms are born with these values."""
 
     count: Annotated[int, Field(ge=0, le=50_000_000)] = quantity("organisms at the start", "1")
     max_count: Count | None = quantity("most that may live at once; absent: no limit but memory", "1", None)
@@ -101,19 +101,19 @@ class Species(Section):
     fertility: Share = quantity("fertility at birth", "1", 1.0)
     metabolism: Metabolism = table("energy budget", Metabolism)
     locomotion: Locomotion | None = about("how it moves; absent: it does not", None)
-    defence: Defence = table("what keeps it from being eaten", Defence)
+    defence: Defence = table("defence against being eaten", Defence)
     emits: dict[Name, NonNegative] = table("field = amount put into it [1/s]", dict)
     diet: list[Diet] = table("what it eats", list)
     sensors: list[AnySensor] = table("what it senses", list)
     actions: dict[str, list[str]] = table("group = actions, of which the policy takes one at a time", dict)
-    neutral: dict[str, str] = table("group = action taken where none is decided", dict)
+    neutral: dict[str, str] = table("group = action taken if none is decided", dict)
     automatic: list[str] = table("actions that need no decision: always on unless a reflex blocks them", list)
     reflex: Reflex | None = about("the reflex network", None)
     happiness: Happiness | None = about("the happiness network", None)
     policy: Policy = table("the policy network", Policy)
     ppo: dict[str, Any] = table("hyperparameters: fields of ecs_eco.learning.PPO", dict)
     genome: GenomeSection | None = about("heredity; absent: all are born with these values", None)
-    components: list[Function] = table("module:name of components of your own that its organisms have", list)
+    components: list[Function] = table("module:name of components of your own for its organisms", list)
     reproduction: AnyReproduction | None = about("how it multiplies; absent: it does not", None)
     lethal: list[Lethal] = table("what kills it besides being eaten", list)
     remains: str | None = about("object type that the dead leave", None)
@@ -136,7 +136,7 @@ class Species(Section):
         return tuple(c for sensor in self.sensors for c in sensor.channels(dims))
 
     def readings(self, dims: int) -> dict[str, tuple[int, ...]]:
-        """Every name that formulas, weights and reflexes may use, and the channels that it is the mean of."""
+        """Names that formulas, weights and reflexes may use, and the channels that each averages."""
         names: dict[str, tuple[int, ...]] = {}
         for row, sensor in enumerate(self._sensor_of_channel(dims)):
             if isinstance(sensor, Smell):
@@ -148,14 +148,14 @@ class Species(Section):
         return tuple((group, action) for group, actions in self.actions.items() for action in actions)
 
     def action_rows(self) -> dict[str, int]:
-        """Row in the decision vector by group.action, and by the plain name where only one group has it."""
+        """Row in the decision vector by group.action, and by the plain name if only one group has it."""
         rows = {pair: row for row, pair in enumerate(self.action_list())}
         plain = [action for _, action in rows]
         full = {f"{group}.{action}": row for (group, action), row in rows.items()}
         return full | {action: row for (_, action), row in rows.items() if plain.count(action) == 1}
 
     def own(self) -> tuple[str, ...]:
-        """Names of what the species can feel of itself or die of."""
+        """Names of properties that the species can sense in itself or die of."""
         return (*OWN, *self.properties, *self.substances)
 
     def _sensor_of_channel(self, dims: int) -> list[Any]:
@@ -164,6 +164,6 @@ class Species(Section):
 
 def ppo_defaults() -> dict[str, Any]:
     """Every hyperparameter of PPO with its default."""
-    from ecs_eco.learning import PPO  # not at the top: what lists species must not load what learns
+    from ecs_eco.learning import PPO  # not at the top: listing species must not load learning
 
     return {f.name: f.default for f in fields(PPO)}

@@ -24,9 +24,9 @@ class Space(Section):
         "extent along each axis; two numbers are a plane, three a volume", "m"
     )
     edges: Literal["torus", "walls"] = about(
-        "torus: who leaves enters on the other side; walls: nobody leaves", "torus"
+        "torus: leaving on one side enters on the other; walls: nothing leaves", "torus"
     )
-    cell: Positive | None = quantity("side of the cells that neighbours are looked up in; absent: chosen", "m", None)
+    cell: Positive | None = quantity("side of the cells of the neighbour index; absent: chosen", "m", None)
 
 
 class Hills(Section):
@@ -51,13 +51,13 @@ class Terrain(Section):
     cell: Positive = quantity("side of the cells of the height map", "m", 1.0)
     hills: Hills | None = about("smooth random hills", None)
     mountains: list[Landmark] = table("high ground, slow to climb", list)
-    rocks: list[Landmark] = table("nobody enters, nobody sees through", list)
+    rocks: list[Landmark] = table("cannot be entered or seen through", list)
     lakes: list[Landmark] = table("water", list)
     slope_cost: NonNegative = quantity("extra cost of moving, as a factor per unit of slope", "1", 1.0)
 
 
 class Ambient(Section):
-    """The state of the environment where nothing else changes it."""
+    """The state of the environment unless something changes it."""
 
     temperature: NonNegative = quantity("temperature", "K", 285.0)
     pressure: NonNegative = quantity("pressure at the surface", "Pa", 101_325.0)
@@ -65,7 +65,7 @@ class Ambient(Section):
 
 
 class ScalarField(Section):
-    """A quantity with one value a place: emitted by bodies, spreading, decaying."""
+    """A quantity with one value at each place: emitted by bodies, diffusing, decaying."""
 
     cell: Positive = quantity("side of the field's cells", "m")
     diffusion: NonNegative = quantity("diffusion coefficient", "m^2/s", 0.0)

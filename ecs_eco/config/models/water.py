@@ -1,4 +1,4 @@
-"""The sun, and what is dissolved in or done by water: light with depth, warmth, currents."""
+"""The sun and the water: light with depth, temperature, currents."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ class Sun(Section):
     """The sun, which rises and sets: light at the surface is ambient.light times the sine of its elevation."""
 
     kind: Literal["natural", "inverted", "constant"] = about(
-        "natural; inverted: half a day later, so that it is dark by day; constant: the mean of the day at all times", "natural"
+        "natural; inverted: half a day later, so that the day is dark; constant: the mean of the day at all times", "natural"
     )
     day: Positive = quantity("length of a day", "s", 86_400.0)
     start: Share = quantity("time of the day at the start: 0 is midnight, 0.5 noon, as a share of a day", "1", 0.0)
@@ -39,7 +39,7 @@ class Water(Section):
 
     attenuation: NonNegative = quantity("of light, by the water itself (Beer-Lambert)", "1/m", 0.0)
     shading: dict[Name, NonNegative] = quantity("species = area of shade that one of them casts", "m^2", {})
-    layer: Positive = quantity("thickness of the layers in which those who cast shade are counted", "m", 1.0)
+    layer: Positive = quantity("thickness of the layers in which bodies that cast shade are counted", "m", 1.0)
     density: Positive = quantity("of the water: pressure rises by density × 9.81 m/s² × depth", "kg/m^3", 1025.0)
     deep_temperature: NonNegative | None = quantity("far below the thermocline; absent: as ambient everywhere", "K", None)
     thermocline: NonNegative = quantity("depth where the temperature is halfway from ambient to deep", "m", 0.0)

@@ -24,7 +24,7 @@ class Ramp(Section):
 
     key: str = about("dotted key of a number, as species.krill.diet.0.chance")
     values: Annotated[list[Real], Field(min_length=2, max_length=2)] = about("at the start and at the end")
-    until: Share = quantity("share of the training after which it stays", "1", 1.0)
+    until: Share = quantity("share of the training after which it is constant", "1", 1.0)
 
     def at(self, share: float) -> float:
         """Its value after a share of the training."""
@@ -33,23 +33,23 @@ class Ramp(Section):
 
 
 class Training(Section):
-    """Pre-training: how policies are learnt before the ecosystem runs."""
+    """Pre-training: how policies learn before the ecosystem runs."""
 
     ticks: Annotated[int, Field(ge=1, le=10**12)] = quantity("length", "ticks", 1000)
     average: Annotated[float, Field(ge=0, le=1)] = quantity(
         "last share of the training over which weights are averaged", "1", 0.2
     )
-    respawn: bool = about("whether the dead are replaced at once, and nobody is born", True)
+    respawn: bool = about("whether the dead are replaced at once, and there are no births", True)
     set: dict[str, Any] = table("dotted key = value that holds while training", dict)
-    worlds: Annotated[int, Field(ge=1, le=64)] = about("worlds that train the same policies at a time", 1)
+    worlds: Annotated[int, Field(ge=1, le=64)] = about("number of worlds that train the same policies at once", 1)
     vary: dict[str, Annotated[list[int | float], Field(min_length=2, max_length=2)]] = table(
-        "dotted key = [low, high]: each of the worlds has a value of its own, the steps between them being equal factors", dict
+        "dotted key = [low, high]: each of the worlds has a value of its own, at equal factors from the next", dict
     )
     renew: Annotated[int, Field(ge=0, le=10**12)] = quantity(
-        "after so many the worlds begin anew, with other values of `vary`; 0: never", "ticks", 0
+        "ticks after which the worlds restart, with other values of `vary`; 0: never", "ticks", 0
     )
     pool: Annotated[float, Field(ge=0, le=1)] = quantity(
-        "chance of each species in each world but the first to be an earlier self that does not learn, until the next renewal", "1", 0.0
+        "chance of each species in each world but the first to have an earlier, fixed policy of its own until the next restart", "1", 0.0
     )
     ramp: list[Ramp] = table("numbers that change while training", list)
 
@@ -64,26 +64,26 @@ class WorldConfig(Section):
     code: Annotated[list[CodeEntry], Field(max_length=50)] = table(
         "code of your own that it names: files beside it (\"sir.py\"), installed modules (\"mypackage.ecology\"); runs once allowed", list
     )
-    ticks: Annotated[int, Field(ge=1, le=10**12)] = quantity("length of a run when none is asked for", "ticks", 1000)
+    ticks: Annotated[int, Field(ge=1, le=10**12)] = quantity("default length of a run", "ticks", 1000)
     dt: Positive = quantity("length of a tick", "s", 1.0)
-    seed: Annotated[int, Field(ge=0, lt=2**63)] = about("seed of a run when none is asked for", 1)
+    seed: Annotated[int, Field(ge=0, lt=2**63)] = about("default seed of a run", 1)
     space: Space = about("the space that everything is in")
     terrain: Terrain | None = about("the shape of the ground; absent: flat", None)
     ambient: Ambient = table("state of the environment", Ambient)
     sun: Sun | None = about("the sun over it; absent: light is that of ambient at all times", None)
-    water: Water | None = about("the water that a volume is full of; absent: none", None)
+    water: Water | None = about("the water that fills a volume; absent: none", None)
     substances: dict[Name, Annotated[str, Field(max_length=1000)]] = table("name = description of every chemical substance", dict)
     fields: dict[Name, ScalarField] = table("scalar fields by name", dict)
     objects: dict[Name, ObjectType] = table("types of inanimate objects by name", dict)
     species: Annotated[dict[Name, Species], Field(min_length=1, max_length=128)] = about("species by name")
     training: Training = table("pre-training", Training)
     systems: list[Function] = table("module:name of systems of your own, each at the end of its phase", list)
-    interventions: list[AnyIntervention] = table("what is done to the world while it runs", list)
-    search: Search = Field(default_factory=Search, exclude=True, description="what `ecs-eco search` looks for; no run depends on it")
+    interventions: list[AnyIntervention] = table("interventions while it runs", list)
+    search: Search = Field(default_factory=Search, exclude=True, description="settings of `ecs-eco search`; runs ignore them")
 
-    _folder: Path = PrivateAttr(default_factory=Path)  # where relative file names start
+    _folder: Path = PrivateAttr(default_factory=Path)  # base of relative file names
     _source: str = PrivateAttr(default="dict")  # for messages
-    _code: Code = PrivateAttr(default=NONE)  # what `code` lists, as it was read
+    _code: Code = PrivateAttr(default=NONE)  # the sources listed in `code`, as they were read
 
     @property
     def dims(self) -> int:
@@ -92,7 +92,7 @@ class WorldConfig(Section):
 
     @property
     def folder(self) -> Path:
-        """Folder of the world file, where relative file names start."""
+        """Folder of the world file, the base of relative file names."""
         return self._folder
 
     def file(self, name: str) -> Path:
@@ -100,13 +100,13 @@ class WorldConfig(Section):
         return self._folder / name
 
     def function(self, name: Any) -> Any:
-        """What "module:name" stands for in this world; a function stays as it is. Raises CodeError."""
+        """The object that "module:name" stands for in this world; a function is returned as it is. Raises CodeError."""
         return self._code.function(name)
 
     def resolved(self) -> dict[str, Any]:
-        """Every value, also those left out in the file, as JSON can hold it; loads as a world with the same hash.
+        """Every value with JSON types, defaults included; loads as a world with the same hash.
 
-        `code` also lists the modules of functions that were handed over; it is left out where there are none.
+        `code` also lists the modules of functions that were passed; it is left out if empty.
         """
         data = self.model_dump(mode="json")
         if not (code := code_of(self)):
