@@ -1,4 +1,4 @@
-"""What the values of a world file become in tables, nerves and learners: for a world that is built, and for one that is retuned."""
+"""Applies the values of a world file to tables, nerves and learners: when a world is built, and when it is reconfigured."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def climate(world: SpatialWorld, config: WorldConfig) -> None:
 
 
 def matter(table: Table, kind: Any, substances: list[str]) -> None:
-    """Set mass, radius, physical and chemical properties that a newborn has."""
+    """Set mass, radius, physical and chemical properties of newborn."""
     table.set_defaults(Body, radius=kind.body.radius, mass=kind.body.mass)
     alike: Species = table.species
     alike.sinking, alike.emits, alike.color = kind.body.sinking, dict(kind.emits), kind.color
@@ -50,7 +50,7 @@ def matter(table: Table, kind: Any, substances: list[str]) -> None:
 
 
 def apply_species(table: Table, species: Any, substances: list[str]) -> None:
-    """Set what a newborn of a species has, and what its systems read of the species."""
+    """Set the initial values of newborn of a species, and what systems read of the species."""
     matter(table, species, substances)
     table.set_defaults(Metabolism, energy=species.metabolism.energy)
     table.set_defaults(Biology, sex=SEXES[species.sex], fertility=species.fertility)
@@ -63,13 +63,13 @@ def apply_species(table: Table, species: Any, substances: list[str]) -> None:
 def gaits(way: Any, nerves: Any) -> tuple[Any, ...]:
     """Return layout i64[3, 3] and speeds, costs, turns, climbs and pitches of the actions that move a body, and its drag."""
     layout = np.zeros((3, 3), np.int64)
-    found = []
+    rows = []
     for i, group in enumerate(("speed", "turn", "climb")):
         names = nerves.groups.get(group, [])
         if names:
             layout[i] = (*nerves.columns[group], nerves.neutral[group])
-        found.append(names)
-    speeds, turns, climbs = found
+        rows.append(names)
+    speeds, turns, climbs = rows
     turning = {"left": way.turn, "right": -way.turn}
     climbing, pitching = {"up": way.climb, "down": -way.climb}, {"up": way.pitch, "down": -way.pitch}
     arrays = ([way.speed.get(a, 0.0) for a in speeds], [way.cost.get(a, 0.0) for a in speeds],
@@ -89,11 +89,11 @@ def networks(nerves: Any, species: Any, find: Callable[[Any], Any] = handed_over
 
 
 def settings(values: Mapping[str, Any], training: bool) -> Any:
-    """Return the PPO of a species; in life without a plan that ends."""
+    """Return the PPO settings of a species; outside of training nothing is annealed."""
     from ecs_eco.learning import PPO
 
     ppo = PPO(**values)
-    return ppo if training else replace(ppo, anneal=0)  # a plan for pre-training: life has no end to plan for
+    return ppo if training else replace(ppo, anneal=0)  # annealing is for pre-training: a life has no planned end
 
 
 def learner_seed(seed: int, number: int) -> int:
@@ -102,7 +102,7 @@ def learner_seed(seed: int, number: int) -> int:
 
 
 def cell(config: WorldConfig) -> float:
-    """Choose the side of the index cells: half the widest sense, so that a look takes about 5 × 5 of them."""
+    """Choose the side of the index cells: half the largest sensor radius, so that a search covers about 5 × 5 of them."""
     radii = [getattr(s, "radius", 0.0) for sp in config.species.values() for s in sp.sensors]
     if not radii:
         radii = [getattr(sp.reproduction, "reach", 0.0) for sp in config.species.values()]

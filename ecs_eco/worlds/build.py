@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
     from ecs_eco.space.world import SpatialWorld
 
-MOST_BYTES_OF_WEIGHTS = 100_000_000  # of the largest network that a world may have, and some
+MOST_BYTES_OF_WEIGHTS = 100_000_000  # more than the largest network allowed needs
 POLICIES = ("trained", "random", "untrained")
 
 
@@ -41,7 +41,7 @@ def build(cls: Any, config: Any, *, seed: int | None = None, policies: Any = "tr
     `learn` overrides the species' own `policy.learn`: true, false, or a dict species → these. `populate`: whether there
     are organisms at the start. `training`: numbers held constant by respawn, no births.
     `systems` are added to those of the world file, each at the end of its phase. `controls` are names of
-    `ecs_eco.worlds.treatments`: what is taken away, to see what it contributes.
+    `ecs_eco.worlds.treatments`: what is removed, to measure what it contributes.
     `trust` allows the code that the world lists in `code` to run in this process.
     Raises ConfigError for a configuration that is wrong, and for one with code that nobody allowed.
     """
@@ -92,7 +92,7 @@ def _surroundings(world: SpatialWorld, config: WorldConfig) -> None:
 
 
 def _tables(world: SpatialWorld, config: WorldConfig) -> None:
-    """Make the tables of a world, objects first; nobody lives in them yet."""
+    """Make the tables of a world, objects first; they are still empty."""
     for name, kind in config.objects.items():
         _object_table(world, name, kind)
     for name, species in config.species.items():
@@ -104,15 +104,15 @@ def _tables(world: SpatialWorld, config: WorldConfig) -> None:
 
 
 def _own_systems(config: WorldConfig) -> list[Any]:
-    """Return the systems that the world names: a class, or what else can be called, makes a new one."""
-    found = [config.function(system) for system in config.systems]
-    return [system() if callable(system) else system for system in found]
+    """Return the systems that the world names; a class or factory is called to make a new one."""
+    named = [config.function(system) for system in config.systems]
+    return [system() if callable(system) else system for system in named]
 
 
 def _landmarks(world: SpatialWorld, terrain: Any) -> None:
-    """Make an inanimate object of every mountain, rock and lake: a table of each kind, named so unless the world uses the name.
+    """Make an inanimate object of every mountain, rock and lake: a table for each kind, named after it if the name is free.
 
-    The ground stops and hides; these only say what is where, for `each`, viewers and systems of one's own.
+    The ground itself stops walkers and sight; these objects only give places, for `each`, viewers and user systems.
     """
     for kind in ("mountains", "rocks", "lakes"):
         places = getattr(terrain, kind)
@@ -132,7 +132,7 @@ def _object_table(world: SpatialWorld, name: str, kind: Any) -> None:
 
 
 def _remains(world: SpatialWorld, table: Table) -> None:
-    """Give the objects that the dead of a species become what its bodies are made of."""
+    """Give the objects that the dead of a species become the substances of its bodies."""
     if (name := table.species.remains) is not None:
         into = world.tables[name]
         for component in (Physical, Chemistry):
@@ -159,7 +159,7 @@ def _species_table(world: SpatialWorld, name: str, species: Any) -> None:
 
 def _networks(world: SpatialWorld, table: Table, species: Any, policies: Any, learn: Any, number: int,
               training: bool) -> np.ndarray | None:
-    """Build the reflex, happiness and policy networks of one species; return the weights that founders have alike, if any."""
+    """Build the reflex, happiness and policy networks of one species; return the weights that all founders share, if any."""
     nerves = table.species.nerves
     if nerves is None:
         return None
@@ -174,7 +174,7 @@ def _networks(world: SpatialWorld, table: Table, species: Any, policies: Any, le
     from ecs_eco.learning.individual import Individuals
 
     seed = learner_seed(world.seed, number)
-    alone = species.policy.kind == "individual" and not training  # a policy is pre-trained by all, for all
+    alone = species.policy.kind == "individual" and not training  # pre-training trains one policy for the whole species
     shape = len(nerves.channels), nerves.choices, tuple(species.policy.hidden)
     path = weights_file(world.config, table.name, source)
     brain = None if alone and path is None else Brain(*shape, seed=seed)
@@ -197,7 +197,7 @@ def _networks(world: SpatialWorld, table: Table, species: Any, policies: Any, le
 
 
 def _load(brain: Any, path: Path, name: str) -> None:
-    """Load trained weights, or say what is wrong with the file."""
+    """Load trained weights; raises ConfigError that says what is wrong with the file."""
     from ecs_eco.learning import weights
 
     try:
@@ -208,13 +208,13 @@ def _load(brain: Any, path: Path, name: str) -> None:
 
 def weights_files(config: WorldConfig, policies: Any) -> dict[str, Path]:
     """Return the files that a world's policies start from, by species; `policies` as in `build`. Raises ConfigError for a missing one."""
-    found = {}
+    files = {}
     for name, species in config.species.items():
         source = policies.get(name, "trained") if isinstance(policies, dict) else policies
         path = None if species.policy.kind == "none" else weights_file(config, name, source)
         if path is not None:
-            found[name] = path
-    return found
+            files[name] = path
+    return files
 
 
 def weights_file(config: WorldConfig, name: str, source: Any) -> Path | None:
@@ -236,12 +236,12 @@ def weights_file(config: WorldConfig, name: str, source: Any) -> Path | None:
 
 
 def _populate(world: SpatialWorld, table: Table, kind: Any) -> None:
-    """Ask for the first generation: at the places named, the rest at random."""
+    """Request the first generation: at the places given, the rest at random."""
     if len(getattr(kind, "at", ())):
         place = np.array([[*at, 0.0][:3] for at in kind.at], np.float32)
         none = np.zeros(len(place), np.uint64)
         table.request(none, {(Position, axis): place[:, i] for i, axis in enumerate("xyz")})
     if kind.count:
-        who = np.arange(1, kind.count + 1, dtype=np.uint64)
-        found = newcomers(table, world, kind, who)
-        table.request(np.zeros(found[Position, "x"].size, np.uint64), found)
+        identity = np.arange(1, kind.count + 1, dtype=np.uint64)
+        values = newcomers(table, world, kind, identity)
+        table.request(np.zeros(values[Position, "x"].size, np.uint64), values)

@@ -19,7 +19,7 @@ Targets = dict[str, tuple[type, str, int | None]]
 
 
 def add_heredity(world: SpatialWorld, table: Table, species: Any, founder: np.ndarray | None = None) -> None:
-    """Give a table its genome, the columns that its genes write, and the columns of individual brains; nothing where it needs none."""
+    """Give a table its genome, the columns that its genes write, and those of individual brains, as far as it needs them."""
     for name in species.components:
         table.add_component(world.config.function(name))
     nerves, section = table.species.nerves, species.genome

@@ -1,4 +1,4 @@
-"""A living world with other values: what a world file says may change while organisms live, learn and die."""
+"""New values for a living world: its configuration may change while organisms live, learn and die."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ if TYPE_CHECKING:
 
 
 def reconfigure(world: SpatialWorld, config: Any, learners: Iterable[str] = ()) -> None:
-    """Bring a living world to another configuration: from now on it is as if it had been built with it.
+    """Give a living world another configuration: from now on it behaves as if built with it.
 
-    What organisms are born with (energy, mass, sex, fertility, properties, substances) they keep; newborn have the new
-    values. A species that stops learning forgets what it has not yet learnt from; one that begins begins afresh.
-    `learners` are species that are to learn, or not, as the configuration says, also where the world was built otherwise.
-    Raises ConfigError that names each value that cannot change while a world lives, before anything changes.
+    Organisms keep the state that they were born with (energy, mass, sex, fertility, properties, substances); newborn get
+    the new values. A species that stops learning discards the experience not yet learnt from; one that begins starts with
+    none. `learners` are species whose `learn` follows the new configuration even if the world was built with another.
+    Raises ConfigError that names each value that cannot change in a living world, before anything changes.
     """
     require_whole(world, "change values", within=True)
     if world.config is None:
@@ -57,7 +57,7 @@ def _apply(world: SpatialWorld, old: WorldConfig, new: WorldConfig) -> None:
 
 
 def _surroundings(world: SpatialWorld, key: tuple, new: WorldConfig) -> None:
-    """Apply one value of the world that is no species'."""
+    """Apply one value of the world that does not belong to a species."""
     if key[0] == "ambient":
         world.ambient[key[1]] = getattr(new.ambient, key[1])
     elif key[0] in ("sun", "water"):
@@ -74,7 +74,7 @@ def _surroundings(world: SpatialWorld, key: tuple, new: WorldConfig) -> None:
 
 
 def reseed(world: SpatialWorld, seed: int) -> None:
-    """Let all chance be another from the next tick on."""
+    """Change the seed of all random numbers from the next tick on."""
     world.seed = seed
     for number, name in enumerate(() if world.config is None else world.config.species):
         nerves = world.tables[name].species.nerves
@@ -104,7 +104,7 @@ def _species(world: SpatialWorld, table: Table, old: Any, new: Any, changed: set
 
 
 def _settings(nerves: Any, species: Any, training: bool) -> None:
-    """Give what learns other hyperparameters."""
+    """Change the hyperparameters of learners."""
     ppo = settings(species.ppo, training)
     if nerves.learner is not None:
         nerves.learner.ppo = ppo
@@ -121,7 +121,7 @@ def learning(world: SpatialWorld, table: Table) -> None:
     """Let a species begin to learn, or stop, as its `policy.learn` says."""
     nerves, species = table.species.nerves, table.species.config
     if nerves.brain is None and nerves.individuals is None:
-        return  # every action with equal chance: nothing that could learn
+        return  # a random policy, which cannot learn
     if nerves.learning == species.policy.learn:
         return
     nerves.learning = species.policy.learn
@@ -138,7 +138,7 @@ def learning(world: SpatialWorld, table: Table) -> None:
 
 
 def _experience(table: Table, wanted: bool) -> None:
-    """Give the organisms of a species the columns of what they learn from, beside their policies; or take them away."""
+    """Add the columns that individual learning needs, beside the policies; or remove them."""
     table.columns.pop(Experience, None)
     table.defaults.pop(Experience, None)
     table.entity_uid[:] = np.where(table.entity_uid != 0, np.uint64(0xFFFFFFFFFFFFFFFF), table.entity_uid)  # handles are made anew
@@ -154,7 +154,7 @@ def _experience(table: Table, wanted: bool) -> None:
 
 
 def _genes(world: SpatialWorld, table: Table, old: Any, new: Any, changed: set[str]) -> None:
-    """Give all what their genes do not say but have columns for; and operators of their own to a changed genome."""
+    """Apply values that have columns but no gene; and new operators where the genome has changed."""
     if new.genome is None:
         return
     from ecs_eco.config.traits import traits_of
@@ -177,7 +177,7 @@ def _genes(world: SpatialWorld, table: Table, old: Any, new: Any, changed: set[s
 
 
 def _causes(world: SpatialWorld) -> None:
-    """Make causes of death known that are new, in the order of species."""
+    """Register new causes of death, in the order of species."""
     for table in world.tables.values():
         for food in table.species.diet:
             world.cause(f"eaten by {table.name}")

@@ -1,4 +1,4 @@
-"""Treatments that are applied as a world is built: something is taken away, to see what it contributes.
+"""Treatments that are applied as a world is built: something is removed, to measure what it contributes.
 
 Their names are what `controls=` of a world and "controls" in manifests and checkpoints list;
 `ecs_eco.experiments.treatments` has these and all others.
@@ -34,15 +34,15 @@ def neutral_drift(species: Iterable[Species]) -> None:
 def shuffled_genome(species: Iterable[Species]) -> None:
     """Genes and inherited weights of a newborn come from any of the living instead of its parents.
 
-    What keeps its owner alive is still more common among the living; what makes it breed more is not passed
-    on.
+    Genes that keep their owner alive are still more common among the living; those that make it breed more are not
+    passed on.
     """
     for heredity in _heredities(species):
         heredity.shuffled = True
 
 
 def no_mutation(species: Iterable[Species]) -> None:
-    """Genomes cross and never mutate, and inherited weights get no noise: what is lost does not come back."""
+    """Genomes cross and never mutate, and inherited weights get no noise: lost alleles do not come back."""
     for heredity in _heredities(species):
         heredity.mutation = False
 

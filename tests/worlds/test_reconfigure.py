@@ -184,7 +184,7 @@ def test_what_cannot_change_is_refused_with_what_is_possible_instead_and_nothing
 
 
 @pytest.mark.parametrize(("key", "value", "said"), [
-    ("species.deer.reproduction.energy_given", 0.25, "the gene giving says it"), ("species.deer.ppo.horizon", 9, "shapes"),
+    ("species.deer.reproduction.energy_given", 0.25, "the gene giving codes for it"), ("species.deer.ppo.horizon", 9, "shapes"),
     ("species.deer.genome.genes.0.high", 5.0, "shapes"),
 ])  # fmt: skip
 def test_what_genes_say_and_what_has_columns_does_not_change(key, value, said):

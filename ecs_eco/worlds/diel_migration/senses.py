@@ -1,4 +1,4 @@
-"""What krill that hunt by a written reflex wander by."""
+"""A direction to wander in, for krill that hunt by a written reflex."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ PERIOD = 12  # ticks that a whim lasts
 
 
 def whim(world: SpatialWorld, table: Table, seekers: Any, out: np.ndarray, first: int) -> None:
-    """Write two numbers between 0 and 1 that each animal keeps for some ticks: where to, while it has no aim."""
+    """Write two numbers between 0 and 1 that each animal keeps for some ticks: its direction while it has no target."""
     uid = table.uid[seekers.rows]
     key = random.tick_key(world.seed, world.tick // PERIOD)
     for i in range(2):

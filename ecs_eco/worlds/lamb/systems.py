@@ -33,7 +33,7 @@ class Sucking:
 
 
 class Breathe(System):
-    """Who inhales in air gets oxygen into the blood, up to saturation; who inhales in water gets water into the lungs."""
+    """Inhaling in air brings oxygen into the blood, up to saturation; inhaling in water brings water into the lungs."""
 
     needs = (Nervous, Chemistry)
     phase = "decide"
@@ -53,9 +53,9 @@ class Breathe(System):
 
 
 class Suckle(System):
-    """Who sucks at a ewe gets milk, which becomes blood sugar; a ewe lets it down only to one that keeps on sucking.
+    """Sucking at a ewe gives milk, which becomes blood sugar; a ewe lets it down only to a lamb that keeps sucking.
 
-    A pause, or losing touch with the udder, stops the flow. Ewes have milk enough for all.
+    A pause, or losing touch with the udder, stops the flow. Ewes have enough milk for all.
     """
 
     needs = (Nervous, Chemistry)
@@ -66,7 +66,7 @@ class Suckle(System):
     full = 0.005  # [mol/L] glucose of a lamb that has had enough
 
     def start(self, world: SpatialWorld) -> None:
-        """Give those that suck a clock."""
+        """Add the clock of sucking to species that can suck."""
         for table in world.tables.values():
             if table.species.nerves is not None and "suck" in table.species.nerves.groups:
                 table.add_component(Sucking)
@@ -81,7 +81,7 @@ class Suckle(System):
 
 
 class Burn(System):
-    """Living and walking burn glucose with oxygen: the one lasts for a quarter of an hour, the other for half a minute."""
+    """Living and walking burn glucose with oxygen: the glucose lasts for a quarter of an hour, the oxygen for half a minute."""
 
     needs = (Nervous, Chemistry, Velocity)
     phase = "metabolise"
@@ -89,7 +89,7 @@ class Burn(System):
     oxygen = (0.0002, 0.0001)  # [mol/L/s] at rest; more per m/s
 
     def update(self, table: Table, world: SpatialWorld) -> None:
-        """Burn what one species holds."""
+        """Burn glucose and oxygen of one species."""
         for substance, (rest, walk) in (("glucose", self.glucose), ("oxygen", self.oxygen)):
             burn(table.alive[: table.high], table[Velocity].speed, np.float32(rest * world.dt), np.float32(walk * world.dt),
                  world.substances.index(substance), table[Chemistry].molarity)
