@@ -44,7 +44,7 @@ def identity(manifest: Mapping[str, Any]) -> str:
     return hashlib.sha256(json.dumps([manifest.get(key) for key in DECIDES], separators=(",", ":"), sort_keys=True).encode()).hexdigest()
 
 
-def told(run: str, world: Any, seed: Any) -> str:
+def described(run: str, world: Any, seed: Any) -> str:
     """Return in words which run that is."""
     return f"{world}, seed {seed}, id {run[:12]}"
 
@@ -56,9 +56,9 @@ def mark_of(path: Path) -> tuple[Mark | None, str]:
 
     try:
         files.require_regular(path)
-        found = pq.read_metadata(path).metadata or {}
-        mark = found.get(KEY.encode())
-        return None if mark is None else Mark(**json.loads(mark)), found.get(seal.KEY.encode(), b"").decode()
+        written = pq.read_metadata(path).metadata or {}
+        mark = written.get(KEY.encode())
+        return None if mark is None else Mark(**json.loads(mark)), written.get(seal.KEY.encode(), b"").decode()
     except (pa.ArrowException, ValueError, TypeError) as error:
         raise RecordingError(f"{path}: is damaged: {error}") from None
     except OSError as error:
@@ -71,21 +71,21 @@ def parts(run: Path, kind: str, manifest: Mapping[str, Any]) -> list[Path]:
     A run that has not ended may have more of them than the manifest says. Raises ForeignFile for one that belongs to another run or
     place, RecordingError where some are missing.
     """
-    found = listed(run / kind)
+    paths = listed(run / kind)
     if not manifest:
-        return found
-    said = int(manifest.get("parts", {}).get(kind, 0))
-    if len(found) < said:
-        raise RecordingError(f"{run}: {said - len(found)} of {said} parts of {kind} are missing")
+        return paths
+    count = int(manifest.get("parts", {}).get(kind, 0))
+    if len(paths) < count:
+        raise RecordingError(f"{run}: {count - len(paths)} of {count} parts of {kind} are missing")
     heads = manifest.get("heads", {})
     after = ""
-    for number, path in enumerate(found):
+    for number, path in enumerate(paths):
         after = check_part(path, kind, number, after, manifest)
-        if number == said - 1 and "id" in manifest and heads.get(kind) != after:
+        if number == count - 1 and "id" in manifest and heads.get(kind) != after:
             raise ForeignFile(f"{path}: is not the last part of {kind} that was written: it is of another run of {_run(manifest)}")
-    if len(found) > said and manifest.get("finished") and "id" in manifest:
-        raise ForeignFile(f"{found[said]}: is one too many: the manifest of this run, which has ended, counts {said} parts of {kind}")
-    return found
+    if len(paths) > count and manifest.get("finished") and "id" in manifest:
+        raise ForeignFile(f"{paths[count]}: is one too many: the manifest of this run, which has ended, counts {count} parts of {kind}")
+    return paths
 
 
 def listed(folder: Path) -> list[Path]:
@@ -103,7 +103,7 @@ def check_part(path: Path, kind: str, number: int, after: str, manifest: Mapping
         raise ForeignFile(f"{path}: names no run, and lies in the folder of {_run(manifest)}")
     if mark.run != run:
         here = "one of an older format, or by hand" if run is None else _run(manifest)
-        raise ForeignFile(f"{path}: belongs to another run ({told(mark.run, mark.world, mark.seed)}), not to this one ({here})")
+        raise ForeignFile(f"{path}: belongs to another run ({described(mark.run, mark.world, mark.seed)}), not to this one ({here})")
     if (mark.kind, mark.number) != (kind, number) or path.name != name_of(number):
         raise ForeignFile(f"{path}: is {name_of(mark.number)} of {mark.kind}, and lies where {name_of(number)} of {kind} belongs")
     if mark.after != after:
@@ -117,7 +117,7 @@ def check_checkpoint(path: Path, meta: Mapping[str, Any], manifest: Mapping[str,
     if "id" not in about:
         raise ForeignFile(f"{path}: names no run, and lies in the folder of {_run(manifest)}")
     if about["id"] != manifest.get("id"):
-        other = told(about["id"], meta.get("name"), meta["clock"]["seed"])
+        other = described(about["id"], meta.get("name"), meta["clock"]["seed"])
         raise ForeignFile(f"{path}: belongs to another run ({other}), not to this one ({_run(manifest)})")
     return dict(about)
 
@@ -128,4 +128,4 @@ def name_of(number: int) -> str:
 
 
 def _run(manifest: Mapping[str, Any]) -> str:
-    return told(manifest.get("id") or "none", manifest.get("world"), manifest.get("seed"))
+    return described(manifest.get("id") or "none", manifest.get("world"), manifest.get("seed"))

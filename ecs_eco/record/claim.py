@@ -153,8 +153,8 @@ def _is_free(path: Path) -> bool:
     """Whether a folder is empty, or holds nothing but what a run left that was killed before it had a manifest."""
     if not path.is_dir():
         return False
-    found = [p for p in path.iterdir() if p.name != LOCK]
-    return not found or (stopped_early(path) and all(_of_a_start(p) for p in found))
+    entries = [p for p in path.iterdir() if p.name != LOCK]
+    return not entries or (stopped_early(path) and all(_of_a_start(p) for p in entries))
 
 
 def _of_a_start(path: Path) -> bool:
@@ -244,17 +244,17 @@ def _same(handle: int, path: Path) -> bool:
 def _read(handle: int) -> dict[str, Any]:
     try:
         os.lseek(handle, 0, os.SEEK_SET)
-        found = json.loads(os.read(handle, 4096))
+        owner = json.loads(os.read(handle, 4096))
     except (OSError, ValueError):
         return {}
-    return found if isinstance(found, dict) else {}
+    return owner if isinstance(owner, dict) else {}
 
 
 def _owner(handle: int) -> str:
-    found = _read(handle)
-    if not found:
+    owner = _read(handle)
+    if not owner:
         return "another process"
-    return f"process {found.get('pid')} on {found.get('host')} since {found.get('since')}"
+    return f"process {owner.get('pid')} on {owner.get('host')} since {owner.get('since')}"
 
 
 def _myself() -> dict[str, Any]:

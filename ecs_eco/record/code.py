@@ -25,27 +25,27 @@ def sources(config: WorldConfig | None, modules: Iterable[str] = ()) -> tuple[So
     return (*listed, *read([m for m in more if m.removesuffix(".py") not in known], [])[0].sources)
 
 
-def noted(found: Iterable[Source]) -> Noted:
+def noted(sources: Iterable[Source]) -> Noted:
     """What manifest and checkpoint hold of code: what it is called and the hash of its text."""
-    return [{"entry": s.entry, "sha256": s.sha256} for s in found]
+    return [{"entry": s.entry, "sha256": s.sha256} for s in sources]
 
 
-def keep_copies(found: Iterable[Source], folder: Path) -> None:
+def keep_copies(sources: Iterable[Source], folder: Path) -> None:
     """Write the files among them into a run's folder."""
-    found = [s for s in found if s.is_file]
-    if found:
+    sources = [s for s in sources if s.is_file]
+    if sources:
         (folder / FOLDER).mkdir(exist_ok=True)
-        keep_beside(found, folder / FOLDER)
+        keep_beside(sources, folder / FOLDER)
 
 
-def keep_beside(found: Iterable[Source], folder: Path) -> None:
+def keep_beside(sources: Iterable[Source], folder: Path) -> None:
     """Write the files among them into a folder."""
-    for source in found:
+    for source in sources:
         if source.is_file and source.text is not None:
             files.write(folder / source.entry, source.text)
 
 
-def again(listed: Any, places: Sequence[Path], where: str, trust: bool = False) -> Code:
+def check_code(listed: Any, places: Sequence[Path], where: str, trust: bool = False) -> Code:
     """The code that a checkpoint or manifest noted; raises CheckpointError where it is not there, or another and not allowed anew."""
     try:
         wanted = {str(n["entry"]): str(n["sha256"]) for n in listed}
@@ -65,7 +65,7 @@ def again(listed: Any, places: Sequence[Path], where: str, trust: bool = False) 
 def recorded(path: Path, manifest: Mapping[str, Any], config: Any = None, trust: bool = False) -> WorldConfig:
     """The world of a recorded run, or `config` in its place, with the code that the run kept; raises ConfigError, RecordingError."""
     try:
-        again(manifest.get("code", []), [path / FOLDER], str(path), trust)
+        check_code(manifest.get("code", []), [path / FOLDER], str(path), trust)
     except CheckpointError as error:
         raise RecordingError(str(error)) from None
     try:

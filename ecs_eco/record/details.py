@@ -76,22 +76,22 @@ class Details:
         """Note the dying before their rows are free."""
         if table.name not in self.focal:
             return
-        who = table.uid[rows]
+        uids = table.uid[rows]
         if self.most is not None:
             focal = self.focal[table.name]
-            who = who[np.isin(who, focal)]
-            self.focal[table.name] = np.setdiff1d(focal, who) if who.size else focal
-        if world.ticking and who.size:
-            self._dying[table.name].append(self._of(table, world, who))
+            uids = uids[np.isin(uids, focal)]
+            self.focal[table.name] = np.setdiff1d(focal, uids) if uids.size else focal
+        if world.ticking and uids.size:
+            self._dying[table.name].append(self._of(table, world, uids))
 
     def note(self, world: SpatialWorld) -> None:
         """Note a tick that is over."""
         for name in self.species:
-            found = [*self._dying[name], self._of(world.tables[name], world, None if self.most is None else self.focal[name])]
+            blocks = [*self._dying[name], self._of(world.tables[name], world, None if self.most is None else self.focal[name])]
             self._dying[name] = []
             self._admit(name)
-            self._blocks[name] += found
-            self._rows[name] += sum(len(block[0]) for block in found)
+            self._blocks[name] += blocks
+            self._rows[name] += sum(len(block[0]) for block in blocks)
             if self._rows[name] >= ROWS:
                 self._hand_over(name, world)
 
@@ -102,7 +102,7 @@ class Details:
 
     def state(self) -> dict[str, np.ndarray]:
         """Return what the recording goes on from, after `flush`: the sample, and who was born since the last tick."""
-        out = {f"focal/{name}": who for name, who in self.focal.items()} if self.most is not None else {}
+        out = {f"focal/{name}": uids for name, uids in self.focal.items()} if self.most is not None else {}
         return out | {f"waiting/{name}": np.concatenate(born) for name, born in self._born.items() if born}
 
     def load(self, state: dict[str, np.ndarray]) -> None:
@@ -118,11 +118,11 @@ class Details:
         if self.most is not None and born and (room := self.most - len(self.focal[name])) > 0:
             self.focal[name] = np.union1d(self.focal[name], np.sort(np.concatenate(born))[:room])
 
-    def _of(self, table: Table, world: SpatialWorld, who: np.ndarray | None) -> tuple[np.ndarray, ...]:
+    def _of(self, table: Table, world: SpatialWorld, uids: np.ndarray | None) -> tuple[np.ndarray, ...]:
         """Return what is noted of this tick: a row each of these uids, of all where None, in the order of uids."""
         nerves, felt, p = table.species.nerves, table[Nervous], table[Position]
         thoughts = nerves.thoughts
-        rows, at = thinkers(table, who) if thoughts is not None and thoughts.tick == world.tick else (NOBODY, NOBODY)
+        rows, at = thinkers(table, uids) if thoughts is not None and thoughts.tick == world.tick else (NOBODY, NOBODY)
         if not rows.size:
             return (NOBODY,)
         energy = table[Metabolism].energy[rows] if Metabolism in table else np.zeros(rows.size, np.float32)

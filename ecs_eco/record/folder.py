@@ -113,13 +113,13 @@ def versions() -> dict[str, str]:
     """Return the versions of what decides a result."""
     import platform
 
-    found = {"python": platform.python_version()}
+    versions_of = {"python": platform.python_version()}
     for name in VERSIONS:
         try:
-            found[name] = version(name)
+            versions_of[name] = version(name)
         except PackageNotFoundError:
-            found[name] = "not installed"
-    return found
+            versions_of[name] = "not installed"
+    return versions_of
 
 
 def git_commit() -> str | None:

@@ -45,8 +45,8 @@ def write_part(table: pa.Table, path: Path, mark: Mark | None = None) -> str:
         write_page_checksum=True,
     ) as writer:  # fmt: skip
         writer.write_table(table)
-        said = {} if mark is None else {belonging.KEY: mark.text()}
-        writer.add_key_value_metadata(said | {seal.KEY: seal.BLANK})  # the seal last: it is looked for from the end
+        metadata = {} if mark is None else {belonging.KEY: mark.text()}
+        writer.add_key_value_metadata(metadata | {seal.KEY: seal.BLANK})  # the seal last: it is looked for from the end
     part, own = seal.sealed(memory.getvalue().to_pybytes())
     files.write(path, part)
     return own

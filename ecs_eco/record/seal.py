@@ -45,10 +45,10 @@ def _place(part: memoryview) -> int | None:
 
 
 def _digest(part: memoryview, at: int) -> str:
-    found = hashlib.sha256(part[:at])
-    found.update(BLANK.encode())
-    found.update(part[at + 64 :])
-    return found.hexdigest()
+    digest = hashlib.sha256(part[:at])
+    digest.update(BLANK.encode())
+    digest.update(part[at + 64 :])
+    return digest.hexdigest()
 
 
 def write_manifest(folder: Path, manifest: Mapping[str, Any]) -> None:
@@ -63,8 +63,8 @@ def read_manifest(folder: Path) -> dict[str, Any]:
     """Return the manifest of a run; FileNotFoundError where there is none, RecordingError where it is damaged or was changed."""
     file = folder / "manifest.json"
     if not file.is_file():
-        what = "has no manifest.json" if folder.is_dir() else "no such folder"
-        raise FileNotFoundError(f"{folder} is no run folder: {what} (a folder that `ecs-eco run --out` left)")
+        fault = "has no manifest.json" if folder.is_dir() else "no such folder"
+        raise FileNotFoundError(f"{folder} is no run folder: {fault} (a folder that `ecs-eco run --out` left)")
     try:
         manifest = json.loads(file.read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError) as error:
