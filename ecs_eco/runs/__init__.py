@@ -1,5 +1,5 @@
 """Runs that leave a folder: begun, stopped, resumed, forked, repeated.
 
-One run is the business here; many of them are that of `ecs_eco.experiments`, the files in its folder that of
-`ecs_eco.record` and `ecs_eco.checkpoint`.
+One run belongs here, many runs to `ecs_eco.experiments`, the files in a run's folder to `ecs_eco.record` and
+`ecs_eco.checkpoint`.
 """

@@ -1,4 +1,4 @@
-"""How a recorded run begins: its policies and its first checkpoint in the folder, then its manifest; and how it begins again."""
+"""The start of a recorded run: its policies and first checkpoint are written, then its manifest; and how it starts again."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ from ecs_eco.record.seal import write_manifest
 if TYPE_CHECKING:
     from ecs_eco.ecosystem import World
 
-POLICIES = "policies"  # the folder of what a run's policies start from
+POLICIES = "policies"  # the folder of the policies that a run starts from
 
 
 @contextmanager
 def begun(out: str | Path | Claim) -> Iterator[Claim]:
-    """Claim a folder for a run; one that never came to have a manifest leaves nothing there."""
+    """Claim a folder for a run; a run that ends before it has a manifest leaves nothing there."""
     with claimed(out) as claim:
         try:
             yield claim
@@ -38,7 +38,7 @@ def begun(out: str | Path | Claim) -> Iterator[Claim]:
 
 def begin(world: World, claim: Claim, manifest: dict[str, Any], weights: Mapping[str, Path],
           prepare: Callable[[Any], None] | None) -> Folder:
-    """Begin a recording in a claimed folder: write policies, a checkpoint to go on from and, last, the manifest."""
+    """Begin a recording in a claimed folder: write policies, a first checkpoint and, last, the manifest."""
     from ecs_eco.record.recorder import Recorder
 
     manifest["weights"] = {name: _copy(file, claim.path / POLICIES / f"{name}.safetensors") for name, file in weights.items()}
@@ -51,7 +51,7 @@ def begin(world: World, claim: Claim, manifest: dict[str, Any], weights: Mapping
         "species": world.recorder.names, "causes": world.causes, "finished": False, "done": world.tick,
         "colors": {name: world.tables[name].species.color for name in world.recorder.names},
         "code": noted(sources(world.config)),
-        "genomes": {name: said for name in world.recorder.names if (said := genes_of(world.tables[name]))},
+        "genomes": {name: genes for name in world.recorder.names if (genes := genes_of(world.tables[name]))},
     }  # fmt: skip
     keep_copies(sources(world.config), claim.path)
     keep_checkpoint(world, folder, manifest)
@@ -66,7 +66,7 @@ def folder_of(claim: Claim, world: World, manifest: Mapping[str, Any]) -> Folder
 
 
 def keep_checkpoint(world: World, folder: Folder, manifest: Mapping[str, Any]) -> None:
-    """Write a checkpoint of a run; then forget those before the last `keep`."""
+    """Write a checkpoint of a run; then delete all but the last `keep`."""
     meta, arrays = frozen.freeze(world)
     place = folder.path / "checkpoints"
     if folder.claim is not None:
@@ -87,7 +87,7 @@ def start_of(path: Path, manifest: Mapping[str, Any], config: Mapping[str, Any] 
              trust: bool = False) -> dict[str, Any]:
     """Return what `World.from_config` takes to begin a recorded run again, with its own policies, wherever its folder is now.
 
-    `config` stands for that of the manifest. Raises RecordingError where a policy is not the one that the run began with, ConfigError.
+    `config` replaces that of the manifest. Raises RecordingError if a policy is not the one that the run began with, ConfigError.
     """
     policies, weights = manifest["policies"], manifest.get("weights", {})
     for name, wanted in weights.items():
@@ -127,8 +127,8 @@ def _check_policy(file: Path, wanted: str) -> None:
     from ecs_eco.learning.weights import hash_of
 
     try:
-        found = hash_of(file)
+        actual = hash_of(file)
     except OSError as error:
         raise RecordingError(f"{file}: the policy that this run began with cannot be read: {error.strerror}") from None
-    if found != wanted:
-        raise RecordingError(f"{file}: is not the policy that this run began with: its SHA-256 is {found[:12]}…, not {wanted[:12]}…")
+    if actual != wanted:
+        raise RecordingError(f"{file}: is not the policy that this run began with: its SHA-256 is {actual[:12]}…, not {wanted[:12]}…")

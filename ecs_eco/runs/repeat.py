@@ -1,4 +1,4 @@
-"""A recorded run once more: from the same start, with all that was done to it while it ran."""
+"""Repeats a recorded run: from the same start, with all interventions that were carried out."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from ecs_eco.runs.run import read_manifest, run_to_folder
 def repeatable(manifest: dict[str, Any]) -> dict[str, Any]:
     """Return the world file of a recorded run as a dict, with what was carried out as its interventions.
 
-    Those of the world file that were to come later stay: they are part of what the digest covers. Run with the manifest's
-    seed, policies, learn and controls it comes to the manifest's digest.
+    Interventions of the world file that were still to come are kept, since the digest covers them. Run with the manifest's
+    seed, policies, learn and controls it ends with the manifest's digest.
     """
-    done = [dict(what) | {"at": tick} for tick, what in manifest.get("intervened", [])]
+    done = [dict(intervention) | {"at": tick} for tick, intervention in manifest.get("intervened", [])]
     return manifest["config"] | {"interventions": done + _to_come(manifest), "ticks": max(1, manifest["done"])}
 
 
@@ -31,7 +31,7 @@ def _to_come(manifest: dict[str, Any]) -> list[dict[str, Any]]:
     from ecs_eco.config.models.interventions import AnyIntervention
 
     planned = TypeAdapter(list[AnyIntervention]).validate_python(manifest["config"].get("interventions", []))
-    return [what.model_dump(mode="json", exclude_none=True) for what in coming(planned, manifest["done"])]
+    return [intervention.model_dump(mode="json", exclude_none=True) for intervention in coming(planned, manifest["done"])]
 
 
 def repeat(path: str | Path, out: str | Path | Claim | None = None, progress: Callable[[int, int], None] | None = None, *,
@@ -57,6 +57,6 @@ def repeat(path: str | Path, out: str | Path | Claim | None = None, progress: Ca
     else:
         digest = run_to_folder(config, ticks=done, out=out, progress=progress, threads=threads, report=False, **how)["digest"]
     other = {k: v for k, v in versions().items() if manifest["versions"].get(k) != v}
-    why = f"; other versions than then: {', '.join(f'{k} {v}' for k, v in other.items())}" if other else ""
+    why = f"; it was recorded with other versions: {', '.join(f'{k} {v}' for k, v in other.items())}" if other else ""
     return {"world": config.name, "ticks": done, "interventions": len(config.interventions), "digest": digest,
             "recorded": manifest["digest"], "same": digest == manifest["digest"], "why": why}  # fmt: skip

@@ -1,4 +1,4 @@
-"""A run that leaves a folder, can be stopped at any moment, and goes on from its last checkpoint to the same bytes."""
+"""A run that writes a folder, can be stopped at any moment, and continues from its last checkpoint bit for bit."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from ecs_eco.record.claim import Claim, stopped_early
 from ecs_eco.record.details import how_many
 from ecs_eco.record.folder import Folder, git_commit, versions
 from ecs_eco.runs.begin import begin, begun, folder_of, keep_checkpoint, keep_manifest, said_policies, start_of
-from ecs_eco.runs.requests import Asked, ask_again, forget
+from ecs_eco.runs.requests import RequestLog, forget, repeat_requests
 
 if TYPE_CHECKING:
     from ecs_eco.ecosystem import World
@@ -49,10 +49,10 @@ def run_to_folder(config: Any, seed: int | None = None, ticks: int | None = None
 
     `record` asks for details of single organisms: "focal=N" of each species, or "full" (see `ecs_eco.record.details`).
 
-    A checkpoint is written at tick 0, every `checkpoint_every` ticks if asked for, and at the end; the last `keep` stay. Ctrl-C and
-    SIGTERM stop at the end of the tick with a checkpoint and raise Stopped; a second one stops at once. `prepare(world)` is called
-    before the first tick: a viewer begins there. Raises FileExistsError where `out` holds something, FolderInUse where another process
-    writes there; RecordingError where nothing can be written any more.
+    A checkpoint is written at tick 0, every `checkpoint_every` ticks if set, and at the end; the last `keep` are kept. Ctrl-C
+    and SIGTERM stop at the end of the tick with a checkpoint and raise Stopped; a second one stops at once. `prepare(world)`
+    is called before the first tick, for a viewer, say. Raises FileExistsError if `out` is not empty, FolderInUse if another
+    process writes there, RecordingError if nothing can be written any more.
     """
     from ecs_eco.config import WorldConfig, load
     from ecs_eco.worlds.build import weights_files
@@ -76,29 +76,29 @@ def run_to_folder(config: Any, seed: int | None = None, ticks: int | None = None
 
 def resume(path: str | Path, until: int | None = None, progress: Progress | None = None, *, threads: int = 1, report: bool = True,
            complain: Callable[[str], None] = print, prepare: Callable[[Any], None] | None = None, trust: bool = False) -> dict[str, Any]:
-    """Go on with the run in a folder, from its last whole checkpoint to tick `until`; return its manifest.
+    """Resume the run in a folder, from its last intact checkpoint to tick `until`; return its manifest.
 
-    `prepare(world)` is called before the first tick that follows: a viewer opens. `trust` allows the code in its folder `code` to run
-    in this process, as it is now.
+    `prepare(world)` is called before the first tick that follows. `trust` allows the code in its folder `code` to run in this
+    process, as it is now.
 
-    What was recorded after that checkpoint is recorded again, the same. Raises RecordingError for a folder without a run,
-    or one that is there already; FolderInUse where another process writes there; ForeignFile where a checkpoint or a part belongs
-    to another run; CheckpointError.
+    Everything after that checkpoint is recorded again, with the same result. Raises RecordingError for a folder without a
+    run, or whose run is past `until`; FolderInUse if another process writes there; ForeignFile if a checkpoint or a part
+    belongs to another run; CheckpointError.
     """
     start, path = time.perf_counter(), Path(path)
     read_manifest(path)
     with Claim(path) as claim:
         manifest = _with_id(path, read_manifest(path))
         until = manifest["ticks"] if until is None else until
-        found = checkpoint.latest(path / "checkpoints", complain=complain, check=partial(_of_run, manifest))
-        if found is None and "forked" in manifest:
+        newest = checkpoint.latest(path / "checkpoints", complain=complain, check=partial(_of_run, manifest))
+        if newest is None and "forked" in manifest:
             raise CheckpointError(f"{path}: is a fork of {manifest['forked']['from']} without a checkpoint; fork that one again")
-        world, folder = _begin_anew(claim, manifest, threads, trust) if found is None else _from(found, claim, manifest, threads, trust)
+        world, folder = _begin_anew(claim, manifest, threads, trust) if newest is None else _from(newest, claim, manifest, threads, trust)
         if until < world.tick:
             raise RecordingError(f"{path}: is at tick {world.tick} already; --until {until} lies before that. A fork goes on from an "
                                  f"earlier one: --from-tick {until} --out NEW")  # fmt: skip
         manifest |= {"ticks": until, "finished": False, **folder.written}
-        keep_manifest(folder, manifest)  # before parts go that it counts
+        keep_manifest(folder, manifest)  # before parts that it counts are deleted
         folder.forget_later()
         if prepare is not None:
             prepare(world)
@@ -108,13 +108,13 @@ def resume(path: str | Path, until: int | None = None, progress: Progress | None
 def fork(path: str | Path, out: str | Path | Claim, from_tick: int | None = None, changes: Any = (), until: int | None = None,
          progress: Progress | None = None, *, threads: int = 1, report: bool = True, command: str | None = None,
          complain: Callable[[str], None] = print, prepare: Callable[[Any], None] | None = None, trust: bool = False) -> dict[str, Any]:
-    """Go on from a tick of a recorded run in a folder of its own, with changed values; return its manifest.
+    """Continue from a tick of a recorded run in a new folder, with changed values; return the new manifest.
 
-    `prepare(world)` is called before the first tick of the fork: a viewer opens. `trust` as of `resume`.
+    `prepare(world)` is called before the first tick of the fork; `trust` is as in `resume`.
 
-    The world is restored from the last checkpoint at or before `from_tick` (the last of all where it is None) and runs exactly as
-    it did up to that tick; then `changes` ("key=value", or a dict) take effect. What was asked for by hand in that tick or later is not
-    carried out. The recording begins there.
+    The world is restored from the last checkpoint at or before `from_tick` (None: the last one) and runs exactly as it did up
+    to that tick; then `changes` ("key=value", or a dict) take effect. Interventions requested by hand in that tick or later are
+    not carried out. The recording begins there.
     """
     start, path = time.perf_counter(), Path(path)
     manifest = _with_id(path, read_manifest(path))
@@ -129,11 +129,11 @@ def fork(path: str | Path, out: str | Path | Claim, from_tick: int | None = None
         until = max(manifest["ticks"], world.tick) if until is None else until
         if until < world.tick:
             raise RecordingError(f"{path}: the fork begins at tick {world.tick}; --until {until} lies before that")
-        told = dict(changes) if isinstance(changes, dict) else list(changes)
+        listed = dict(changes) if isinstance(changes, dict) else list(changes)
         manifest |= {
             "config": world.config.resolved(), "config_hash": world.config.config_hash, "ticks": until, "command": command,
             "wall_seconds": 0.0, "versions": versions(), "git_commit": git_commit(), "asked": [], "parts": {}, "heads": {},
-            "forked": {"from": str(path), "id": manifest["id"], "tick": world.tick, "changes": told, "digest": world.digest()},
+            "forked": {"from": str(path), "id": manifest["id"], "tick": world.tick, "changes": listed, "digest": world.digest()},
         }  # fmt: skip
         folder = begin(world, claim, manifest, {}, prepare)
         return _go(world, folder, manifest, until, progress, report, start)
@@ -144,12 +144,12 @@ def _world_at(path: Path, manifest: dict[str, Any], tick: int | None, threads: i
     """Return the world of a recorded run at a tick, at its last checkpoint where that is None."""
     from ecs_eco.ecosystem import World
 
-    found = checkpoint.latest(path / "checkpoints", before=tick, complain=complain, check=partial(_of_run, manifest))
-    if found is None:
+    file = checkpoint.latest(path / "checkpoints", before=tick, complain=complain, check=partial(_of_run, manifest))
+    if file is None:
         raise CheckpointError(f"{path}: has no checkpoint at or before tick {tick}; run it with --checkpoint-every N")
-    world = World.restore(found, threads=threads, record=False, trust=trust)
+    world = World.restore(file, threads=threads, record=False, trust=trust)
     if tick is not None and tick > world.tick:
-        with listening(world.before_tick, partial(ask_again, world, manifest)):
+        with listening(world.before_tick, partial(repeat_requests, world, manifest)):
             world.run(tick - world.tick)
     return world
 
@@ -167,10 +167,10 @@ def read_manifest(path: Path) -> dict[str, Any]:
 
 
 def _with_id(path: Path, manifest: dict[str, Any]) -> dict[str, Any]:
-    """Return a manifest that says which files belong to its run; RecordingError for one of an older format."""
+    """Return a manifest that lists the files of its run; RecordingError for one of an older format."""
     if "id" not in manifest:
         raise RecordingError(f"{path / 'manifest.json'}: was written in format {manifest['format']}, by an older version of ecs-eco: "
-                             "such a run can be read and repeated, and not gone on with")  # fmt: skip
+                             "such a run can be read and repeated, but not resumed")  # fmt: skip
     return manifest
 
 
@@ -179,7 +179,7 @@ def _of_run(manifest: dict[str, Any], path: Path, meta: dict[str, Any]) -> None:
 
 
 def _build(config: Any, seed: Any, policies: Any, threads: int, learn: Any, controls: Sequence[str]) -> Any:
-    """Return the world of a run, which records itself by other means."""
+    """Return the world of a run, built without a recorder."""
     from ecs_eco.ecosystem import World
 
     return World.from_config(config, seed=seed, policies=policies, threads=threads, learn=learn, controls=controls, record=False)
@@ -194,12 +194,12 @@ def snapshots(config: Any, ticks: int) -> int:
     return every
 
 
-def _from(found: Path, claim: Claim, manifest: dict[str, Any], threads: int, trust: bool) -> tuple[Any, Folder]:
-    """Restore a checkpoint of a run, and its recorder as it was then, once all parts up to there are found to be the run's."""
+def _from(file: Path, claim: Claim, manifest: dict[str, Any], threads: int, trust: bool) -> tuple[Any, Folder]:
+    """Restore a checkpoint of a run, and its recorder as it was then, after checking that all parts up to there are the run's."""
     from ecs_eco.ecosystem import World
     from ecs_eco.record.recorder import Recorder
 
-    written = belonging.check_checkpoint(found, checkpoint.describe(found), manifest)
+    written = belonging.check_checkpoint(file, checkpoint.describe(file), manifest)
     del written["id"]
     folders: list[Folder] = []
 
@@ -207,13 +207,13 @@ def _from(found: Path, claim: Claim, manifest: dict[str, Any], threads: int, tru
         folders.append(folder_of(claim, world, manifest))
         Recorder(world, folders[0].sink, snapshot_every=manifest["snapshot_every"], record=manifest.get("record"))
 
-    world = World.restore(found, threads=threads, prepare=record, record=False, trust=trust)
+    world = World.restore(file, threads=threads, prepare=record, record=False, trust=trust)
     folders[0].go_on_from(written, manifest)
     return world, folders[0]
 
 
 def _begin_anew(claim: Claim, manifest: dict[str, Any], threads: int, trust: bool) -> tuple[Any, Folder]:
-    """Begin a run anew whose checkpoints are all gone."""
+    """Restart a run that has no checkpoints left."""
     from ecs_eco.record.recorder import Recorder
 
     start = start_of(claim.path, manifest, trust=trust)
@@ -226,13 +226,13 @@ def _begin_anew(claim: Claim, manifest: dict[str, Any], threads: int, trust: boo
 
 def _go(world: World, folder: Folder, manifest: dict[str, Any], until: int, progress: Progress | None, report: bool,
         begin: float) -> dict[str, Any]:
-    """Let a recorded world run to a tick, with checkpoints; leave everything whole whatever happens."""
+    """Let a recorded world run to a tick, with checkpoints; leave a consistent folder whatever happens."""
     every, path = manifest.get("checkpoint_every") or 0, folder.path
     first, spent, whole = world.tick, float(manifest.get("wall_seconds", 0.0)), False
-    asked = Asked(world, manifest, lambda: keep_manifest(folder, manifest))
+    requests = RequestLog(world, manifest, lambda: keep_manifest(folder, manifest))
     start = time.perf_counter()
     try:
-        with _stopping(world), listening(world.before_tick, asked.look):
+        with _stopping(world), listening(world.before_tick, requests.look):
             while world.tick < until and not world.stopped:
                 goal = min(until, (world.tick // every + 1) * every if every else until, first + 1 if world.tick == first else until)
                 at = world.tick
@@ -259,12 +259,12 @@ def _go(world: World, folder: Folder, manifest: dict[str, Any], until: int, prog
 
 
 def _of_all(progress: Progress, at: int, until: int) -> Progress:
-    """Return what hears of some ticks, and tells of all."""
+    """Return a progress function that is called with some ticks, and reports them among all."""
     return lambda done, _: progress(at + done, until)
 
 
 def _close(world: World, folder: Folder, manifest: dict[str, Any], finished: bool, last: bool) -> None:
-    """Write what is left, a last checkpoint where the tick is whole, and the manifest; says so where that is not possible."""
+    """Write the rest of the records, a last checkpoint if the tick is complete, and the manifest; say so if that is not possible."""
     try:
         world.recorder.flush()
         if last:
