@@ -13,7 +13,7 @@ from ecs_eco.config import WorldConfig, load
 from ecs_eco.experiments.changes import NotApplicable
 from ecs_eco.experiments.treatments import Treatment, find, refusal, species_with_policy
 
-LONGEST_NAME = 100  # bytes; files in these folders have names of their own, and systems end at 255 for one
+LONGEST_NAME = 100  # bytes; the names of files in these folders come on top, and file systems allow 255 for one name
 UNTREATED = "world"  # the name of the first arm
 
 
@@ -62,7 +62,7 @@ def arms_of(world: str, changes: list[str], treatments: Sequence[str]) -> list[A
 
 
 def _treated(world: str, changes: list[str], config: WorldConfig, treatment: Treatment) -> Arm:
-    """Return the arm of one treatment; ConfigError where the world has nothing for it."""
+    """Return the arm of one treatment; ConfigError if it does not apply to the world."""
     try:
         if treatment.assignment:  # beside the other changes, so that errors name the file and the line
             config = load(world, [*changes, treatment.assignment])
@@ -84,12 +84,12 @@ def folder_name(treatment: str) -> str:
 
 
 def check_training(arms: Sequence[Arm], training_seeds: int | None, retrain: bool) -> None:
-    """Raise ConfigError where options about training contradict each other or would have no effect."""
+    """Raise ConfigError if options for training contradict each other or have no effect."""
     treated = [(arm, arm.treatment) for arm in arms if arm.treatment is not None]
     for arm, treatment in treated:
         if treatment.needs_learning and not retrain and not arm.learns:
-            what = "changes only what is learnt, and nothing learns here"
-            raise refusal(what, treatment.name, "--retrain --training-seeds N with it")
+            fault = "changes only learning, and nothing learns here"
+            raise refusal(fault, treatment.name, "--retrain --training-seeds N with it")
     if retrain and training_seeds is None:
         raise refusal("nothing is trained", "", "--retrain with --training-seeds N", source="--retrain")
     if training_seeds is None:
@@ -103,5 +103,5 @@ def check_training(arms: Sequence[Arm], training_seeds: int | None, retrain: boo
         raise refusal("no control changes a value", "", allowed, source="--retrain")
     for treatment in changed:
         if not retrain and treatment.name.strip().startswith("training."):
-            what = "changes only the training, and all arms run with the same policies"
-            raise refusal(what, treatment.name, "--retrain with it")
+            fault = "changes only the training, and all arms run with the same policies"
+            raise refusal(fault, treatment.name, "--retrain with it")

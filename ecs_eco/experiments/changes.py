@@ -1,6 +1,6 @@
-"""Changes of a world's values that treatments make, by dotted key, for any world that has what they change.
+"""Treatments that change values of a world, by dotted key, in any world that has these keys.
 
-A world with other values can be trained in, unlike one that is treated when it is built
+Policies can be trained in a world with other values, unlike in one that is treated as it is built
 (`ecs_eco.worlds.treatments`).
 """
 
@@ -13,15 +13,15 @@ from ecs_eco.config import WorldConfig
 from ecs_eco.config.models.sensors import Gradient, Light, Smell
 
 LIGHT_WEIGHT = 0.3  # of light in the happiness of `energy-and-light`
-ANOSMIC = 1e30  # scale of a nose that smells nothing
+ANOSMIC = 1e30  # scale at which a nose reads 0
 
 
 class NotApplicable(ValueError):
-    """A treatment that this world has nothing for: `what` is wrong, and what is `allowed`."""
+    """A treatment that does not apply to this world: `what` is missing, and what is `allowed`."""
 
-    def __init__(self, what: str, allowed: str) -> None:
-        self.what, self.allowed = what, allowed
-        super().__init__(f"{what}; {allowed}")
+    def __init__(self, fault: str, allowed: str) -> None:
+        self.what, self.allowed = fault, allowed
+        super().__init__(f"{fault}; {allowed}")
 
 
 def constant_light(config: WorldConfig) -> dict[str, Any]:
@@ -30,12 +30,12 @@ def constant_light(config: WorldConfig) -> dict[str, Any]:
 
 
 def inverted_light(config: WorldConfig) -> dict[str, Any]:
-    """It is dark by day: the sun comes half a day later."""
+    """The day is dark: the sun rises half a day later."""
     return _sun(config, "inverted")
 
 
 def no_smell(config: WorldConfig) -> dict[str, Any]:
-    """Nobody's nose smells anything; smells are there all the same, and networks keep their inputs."""
+    """Noses do not respond to smells, which stay in the world; networks keep their inputs."""
     values = {
         f"species.{name}.sensors.{i}.scale": ANOSMIC
         for name, species in config.species.items()
@@ -48,7 +48,7 @@ def no_smell(config: WorldConfig) -> dict[str, Any]:
 
 
 def energy_only(config: WorldConfig) -> dict[str, Any]:
-    """Species whose happiness depends on light are happy by energy alone."""
+    """Happiness that depends on light becomes that of energy alone."""
     formulas = {name: _energy(config, name) for name in config.species if _depends_on_light(config, name)}
     if not any(formulas.values()):
         allowed = "energy-and-light, or a happiness.formula that names energy and light"
@@ -57,7 +57,7 @@ def energy_only(config: WorldConfig) -> dict[str, Any]:
 
 
 def energy_and_light(config: WorldConfig) -> dict[str, Any]:
-    """Species that sense light dislike it: their formula less 0.3 times light, where light is not in it."""
+    """Species that sense light dislike it: 0.3 times light is subtracted from a formula without light."""
     values: dict[str, Any] = {}
     for name, species in config.species.items():
         light = _light(config, name)
@@ -72,7 +72,7 @@ def energy_and_light(config: WorldConfig) -> dict[str, Any]:
 
 
 def without(config: WorldConfig, species: str) -> dict[str, Any]:
-    """There is none of a species, neither in life nor in training."""
+    """A species is absent, in life and in training."""
     if species not in config.species:
         raise NotApplicable(f"no species named {species}", ", ".join(config.species))
     key = f"species.{species}.count"

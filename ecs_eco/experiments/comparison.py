@@ -1,6 +1,6 @@
 """A comparison: arms, each run with the same seeds; trained policies meet every world seed.
 
-It says what is to be done and what is there already; whoever runs it hands the work to a pool.
+It lists the jobs and which of them are done; the caller passes them to a pool.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ Result = TypeVar("Result")
 
 
 class Key(NamedTuple):
-    """What a job is called."""
+    """The name of a job."""
 
     arm: str
     seed: int
@@ -45,7 +45,7 @@ class Run(NamedTuple):
 
     @property
     def done(self) -> bool:
-        """Whether it is there already. Raises ForeignFile where another run is in its folder."""
+        """Whether it is done already. Raises ForeignFile where another run is in its folder."""
         return has_run(self.folder, self.ticks, self.arm, self.seed)
 
 
@@ -58,7 +58,7 @@ class Training(NamedTuple):
 
     @property
     def done(self) -> bool:
-        """Whether it is there already. Raises ForeignFile where another training is in its folder."""
+        """Whether it is done already. Raises ForeignFile where another training is in its folder."""
         return is_trained(*self)
 
 
@@ -133,7 +133,7 @@ class Comparison:
         return seeds
 
     def policies_in_words(self) -> dict[str, str]:
-        """Return what policies each arm runs with."""
+        """Describe the policies that each arm runs with."""
         if self.training_seeds is None:
             return {arm.name: self._bundled(arm) for arm in self.arms if species_with_policy(arm.config)}
         return {arm.name: self._trained(arm) for arm in self.arms}
@@ -142,7 +142,7 @@ class Comparison:
         if not arm.trained_species:
             return "policies that are not trained"
         same = "" if arm is self.arms[0] else ", the same as the first arm"
-        return f"the policies{_of_some(arm)} that the world comes with{same}"
+        return f"the world's own policies{_of_some(arm)}{same}"
 
     def _trained(self, arm: Arm) -> str:
         if not arm.trained_species:
@@ -168,8 +168,8 @@ def run_jobs(
 ) -> dict[Key, Result]:
     """Do all jobs; return the results of those that succeeded.
 
-    `progress` gets how many of how many succeeded. `failed` gets a job and what it raised; BrokenProcessPool,
-    once, where a worker was killed from outside: then no other job is begun.
+    `progress` is called with the number of successes and of jobs, `failed` with a job and its exception; with
+    BrokenProcessPool, once, if a worker was killed from outside: then no other job is begun.
     """
     results: dict[Key, Result] = {}
     if not jobs:

@@ -1,4 +1,4 @@
-"""plan.json: which comparison a folder holds; the same command goes on with it, another one is refused."""
+"""plan.json: the comparison that a folder holds; the same command continues it, another one is refused."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ PLAN = "plan.json"
 
 
 def plan_of(arms: Sequence[Arm], ticks: int, trains: bool, retrain: bool) -> dict[str, Any]:
-    """Return what makes a comparison the same; not the numbers of seeds, so that more can be added."""
+    """Return the settings that identify a comparison; not the numbers of seeds, so that more can be added."""
     by_name = {
         arm.name: {
             "config_hash": arm.config.config_hash, "policies": arm.policies, "learn": arm.learn,
@@ -46,12 +46,12 @@ def check_plan(folder: Path, plan: dict[str, Any]) -> None:
     except (ValueError, KeyError, AttributeError):
         different = [PLAN]
     if different:
-        what = f"holds another comparison: {', '.join(different)} differ{'s' * (len(different) == 1)}"
-        raise refusal(what, str(folder), "a folder, new or empty", source="--out")
+        fault = f"holds another comparison: {', '.join(different)} differ{'s' * (len(different) == 1)}"
+        raise refusal(fault, str(folder), "a folder, new or empty", source="--out")
 
 
 def write_plan(folder: Path, plan: dict[str, Any]) -> None:
-    """Write what the comparison in a folder is, with the arms that were there before."""
+    """Write the settings of the comparison in a folder, with the arms that were there before."""
     folder.mkdir(parents=True, exist_ok=True)
     if has_plan(folder):
         before = json.loads((folder / PLAN).read_text(encoding="utf-8"))

@@ -1,4 +1,4 @@
-"""The processes that do the work of comparisons, searches and studies."""
+"""The worker processes of comparisons, searches and studies."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ Result = TypeVar("Result")
 
 
 class Pool(Executor):
-    """An executor: workers of one thread each that end with this process; one worker is this process itself.
+    """An executor: workers of one thread each that end with this process; a single worker is this process itself.
 
-    Ctrl-C reaches this process alone: leaving the `with` block by an exception ends all workers. A worker
-    that is killed from outside gives BrokenProcessPool to all futures that are not done.
+    Only this process receives Ctrl-C: leaving the `with` block by an exception ends all workers. If a worker is
+    killed from outside, all unfinished futures raise BrokenProcessPool.
     """
 
     def __init__(self, workers: int) -> None:
@@ -29,14 +29,14 @@ class Pool(Executor):
         self._processes: ProcessPoolExecutor | None = None
 
     def submit(self, fn: Callable[..., Result], /, *args: Any, **kwargs: Any) -> Future[Result]:
-        """Have a worker do it; with one worker it is done when this returns."""
+        """Submit a call; with one worker it is done when this returns."""
         if self.workers == 1:
             return _done_here(fn, args, kwargs)
         if self._processes is None:
             spawn = multiprocessing.get_context("spawn")
             self._processes = ProcessPoolExecutor(self.workers, spawn, initializer=begin_worker)
         try:
-            with one_thread_each():  # a process starts where none is idle
+            with one_thread_each():  # a process is started if none is idle
                 return self._processes.submit(fn, *args, **kwargs)
         except BrokenProcessPool as error:
             broken: Future[Result] = Future()
@@ -56,13 +56,13 @@ class Pool(Executor):
             yield keys[future], future
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """End the workers once they are done with what was submitted, or with what they began."""
+        """End the workers once they have finished what was submitted, or what they began."""
         if self._processes is not None:
             self._processes.shutdown(wait=wait, cancel_futures=cancel_futures)
         self._processes = None
 
     def terminate(self) -> None:
-        """End all workers, whatever they do; recordings keep what they have. `submit` starts others."""
+        """End all workers at once; recordings keep what they have. `submit` starts others."""
         if self._processes is not None:
             for process in list((self._processes._processes or {}).values()):
                 process.terminate()

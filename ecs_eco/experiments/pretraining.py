@@ -1,6 +1,6 @@
 """Pre-training: policies learn from random weights while respawn holds the numbers constant (the paper's protocol).
 
-The worlds that they learn in are training_worlds.py.
+The worlds that they learn in are in training_worlds.py.
 """
 
 from __future__ import annotations
@@ -57,14 +57,14 @@ def pretrain(config: Any, seed: int | None = None, ticks: int | None = None, out
 
 
 def ramp(world: World, config: WorldConfig, share: float) -> None:
-    """Give a world in training the numbers that the ramps say after this share of it."""
+    """Set the ramped values of a training world, after this share of the training."""
     wanted = {r.key: r.at(share) for r in config.training.ramp}
     if wanted and any(value_at(world.config.model_dump(), key) != value for key, value in wanted.items()):
         reconfigure(world, changed(world.config, wanted))
 
 
 def value_at(data: Any, key: str) -> Any:
-    """Return what stands at a dotted key."""
+    """Return the value at a dotted key."""
     for part in key.split("."):
         data = data[int(part)] if isinstance(data, list) else data[part]
     return data

@@ -1,4 +1,4 @@
-"""One run of an arm: found where it was done before, gone on with where it was stopped, else begun."""
+"""One run of an arm: reused if it is done, resumed if it was stopped, else begun."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ EVERY = 2_000  # least ticks between the checkpoints of a run
 def run_arm(arm: Arm, seed: int, ticks: int, folder: Path) -> dict[str, Any]:
     """Run an arm with a seed into a folder; return its manifest.
 
-    A run that was stopped goes on from its checkpoint, or begins anew where it has none. Raises FolderInUse,
-    and ForeignFile where the folder holds what belongs to another run.
+    A stopped run continues from its checkpoint, or restarts if it has none. Raises FolderInUse, and ForeignFile if the
+    folder holds files of another run.
     """
     from ecs_eco.record.folder import remove_run
     from ecs_eco.runs.run import resume, run_to_folder
@@ -59,7 +59,7 @@ def check_run(folder: Path, manifest: dict[str, Any], arm: Arm, seed: int) -> No
         "config_hash": arm.config.config_hash, "seed": seed, "learn": arm.learn,
         "controls": list(arm.controls), "weights": weights,
     }  # fmt: skip
-    if not weights:  # else they may lie elsewhere now
+    if not weights:  # the folder may have been moved
         wanted["policies"] = said_policies(arm.policies)
     different = [key for key, value in wanted.items() if manifest.get(key) != value]
     if "forked" in manifest:

@@ -1,4 +1,4 @@
-"""Policies of a configuration and a training seed: found where they were trained before, else trained."""
+"""Policies of a configuration and a training seed: reused if they were trained before, else trained."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ def train_or_find(
 ) -> Path:
     """Return the folder, with <species>.safetensors and training.json: whole, or not there at all.
 
-    Several processes may train the same at once: the first keeps its place, the others have the same bytes.
-    Without `verify` whatever training is in the folder counts: its name says already what decides. Raises
-    ForeignFile where it holds another training.
+    Several processes may train the same at once: the first result is kept, the others are identical. Without `verify`
+    any training in the folder is accepted, since the folder's name identifies it. Raises ForeignFile if it holds another
+    training.
     """
     from ecs_eco.experiments.pretraining import pretrain
 
@@ -34,7 +34,7 @@ def train_or_find(
         try:
             pretrain(config, seed=seed, ticks=ticks, out=part)
             if not is_trained(folder, config, seed, ticks, verify=verify):
-                shutil.rmtree(folder, ignore_errors=True)  # what is there is not whole
+                shutil.rmtree(folder, ignore_errors=True)  # the training there is incomplete
                 _keep(part, folder)
         finally:
             shutil.rmtree(part, ignore_errors=True)

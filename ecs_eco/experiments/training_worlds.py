@@ -1,4 +1,4 @@
-"""The worlds that policies are pre-trained in: one, or several at a time with numbers of their own, that train the same networks."""
+"""The worlds of pre-training: one, or several at once with values of their own, that train the same networks."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -12,23 +12,23 @@ COUNTS = ("n", "taken_in", "deaths", "happiness")
 
 
 class TrainingWorlds:
-    """`training.worlds` worlds, run side by side; what they have in common are the learners of the first.
+    """`training.worlds` worlds, run side by side; they share the learners of the first.
 
-    Each has its own value of every key of `training.vary`. After `training.renew` ticks they begin anew with other
-    values; then a species of a world may be played by an earlier self (`training.pool`), which does not learn.
+    Each has its own value of every key of `training.vary`. After `training.renew` ticks they restart with other values;
+    then a species of a world may act by an earlier policy (`training.pool`), which does not learn.
     """
 
     def __init__(self, config: WorldConfig, seed: int, threads: int = 1) -> None:
         self.config, self.plan, self.seed, self.threads = config, config.training, seed, threads
         self.tick, self.stage = 0, 0
         self.pool: dict[str, list[dict[str, np.ndarray]]] = {}
-        self.series: list[dict[str, np.ndarray]] = []  # of worlds that are gone, per species name and count
+        self.series: list[dict[str, np.ndarray]] = []  # of former worlds, per species name and count
         self.learners: dict[str, Any] = {}  # species → Learner, or SharedLearner
         self.worlds: list[Any] = []
         self._begin()
 
     def run(self, ticks: int) -> None:
-        """Let so many ticks pass in each world; none is longer than `renew`, and one tick to learn from the last rollout."""
+        """Let `ticks` ticks pass in each world, at most `renew` in each life of a world, and one tick to learn from the last rollout."""
         while ticks > 0:
             part = ticks
             if self.plan.renew:
@@ -43,7 +43,7 @@ class TrainingWorlds:
             ticks, self.tick = ticks - part, self.tick + part
 
     def _pace(self) -> int:
-        """How long one world runs before the next does: no longer than a rollout, so that none hands in a second one meanwhile."""
+        """Ticks that one world runs before the next: at most a rollout, so that none delivers a second one meanwhile."""
         return min([16, *(t.learner.ppo.horizon for t in self.learners.values())]) if len(self.worlds) > 1 else 10**9
 
     def brains(self) -> dict[str, Any]:
@@ -52,7 +52,7 @@ class TrainingWorlds:
         return {name: n.brain for name, n in nerves.items() if n.brain is not None}
 
     def reports(self) -> dict[str, dict[str, float | None]]:
-        """Return what the last update of each species said; nothing where there was none, None for what it could not say."""
+        """Return the statistics of each species' last update; empty if there was none, None for undefined ones."""
         last_reports = {}
         for name, table in self.worlds[0].tables.items():
             if table.species.nerves is not None and table.species.nerves.learning:
@@ -62,7 +62,7 @@ class TrainingWorlds:
         return last_reports
 
     def curves(self, every: int) -> dict[str, dict[str, Any]]:
-        """Return what the animals of each species did, averaged over worlds and over blocks of `every` ticks."""
+        """Return statistics of the animals of each species, averaged over worlds and over blocks of `every` ticks."""
         whole = [*self.series, self._past()]
         out: dict[str, dict[str, Any]] = {}
         for i, name in enumerate(self.worlds[0].recorder.names):
@@ -110,7 +110,7 @@ class TrainingWorlds:
                 self._hand(world.tables[name].species.nerves, name, learner, i)
 
     def _share(self) -> None:
-        """Make one learner of each species: that of the first world, shared where there are several."""
+        """Make one learner for each species: that of the first world, shared if there are several."""
         from ecs_eco.learning.shared import SharedLearner
 
         for name, table in self.worlds[0].tables.items():

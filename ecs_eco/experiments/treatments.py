@@ -1,8 +1,7 @@
-"""Treatments: what an arm of a comparison changes in a world. One table of all that have a name.
+"""Treatments: what an arm of a comparison changes in a world. One table holds all named ones.
 
-A treatment may change values of the configuration (`changes.py`), what policies start from, whether they
-learn, or the species as a world is built (`ecs_eco.worlds.treatments`). On the command line they are
-`--control`.
+A treatment may change values of the configuration (`changes.py`), the initial policies, whether they learn, or the
+species as a world is built (`ecs_eco.worlds.treatments`). On the command line they are `--control`.
 """
 
 from __future__ import annotations
@@ -18,7 +17,7 @@ from ecs_eco.experiments import changes
 from ecs_eco.experiments.changes import NotApplicable
 
 OPTION = "--control"  # where treatments are named, as errors say
-ABSENT = "no-"  # and the name of a species: none of it
+ABSENT = "no-"  # followed by the name of a species: without that species
 
 
 def anywhere(config: WorldConfig) -> None:
@@ -50,7 +49,7 @@ class Treatment:
     name: str  # as --control takes it
     summary: str
     changes: Callable[[WorldConfig], dict[str, Any]] | None = None  # values by dotted key
-    assignment: str = ""  # KEY=VALUE, where that is all that it changes
+    assignment: str = ""  # KEY=VALUE, if it changes nothing else
     policies: Any = "trained"  # or a word for all species, or a dict: species → word
     learn: bool | None = None  # whether policies learn in the run; None: as the world says
     at_build: bool = False  # whether it is one of `ecs_eco.worlds.treatments`
@@ -73,14 +72,14 @@ class Treatment:
 _TREATMENTS = (
     Treatment("random-policy", "actions are drawn at random", policies="random", check=needs_policy),
     Treatment("untrained-policy", "networks start from random weights", policies="untrained"),
-    Treatment("learning", "policies go on learning in the run", learn=True),
+    Treatment("learning", "policies keep learning in the run", learn=True),
     Treatment("frozen-learning", "policies stay as they were trained", learn=False),
-    Treatment("no-reflexes", "nobody has a reflex", at_build=True, check=needs_reflex),
+    Treatment("no-reflexes", "there are no reflexes", at_build=True, check=needs_reflex),
     Treatment("neutral-drift", "genes are inherited and not expressed", at_build=True, check=needs_genome),
     Treatment("shuffled-genome", "genes come from any of the living", at_build=True, check=needs_genome),
     Treatment("no-mutation", "nothing mutates", at_build=True, check=needs_genome),
     Treatment("constant-light", "light is the mean of the day", changes.constant_light),
-    Treatment("inverted-light", "it is dark by day", changes.inverted_light),
+    Treatment("inverted-light", "the day is dark", changes.inverted_light),
     Treatment("no-smell", "nobody smells anything", changes.no_smell),
     Treatment("energy-only", "happiness is energy alone", changes.energy_only, needs_learning=True),
     Treatment("energy-and-light", "light makes unhappy", changes.energy_and_light, needs_learning=True),
@@ -123,6 +122,6 @@ def species_with_policy(config: WorldConfig) -> list[str]:
     return [name for name, species in config.species.items() if species.policy.kind != "none"]
 
 
-def refusal(what: str, value: object, allowed: str, near: str = "", source: str = OPTION) -> ConfigError:
+def refusal(fault: str, value: object, allowed: str, near: str = "", source: str = OPTION) -> ConfigError:
     """Return the error for an option of a comparison that is refused."""
-    return ConfigError([Problem((), what, value, allowed, near, source)])
+    return ConfigError([Problem((), fault, value, allowed, near, source)])

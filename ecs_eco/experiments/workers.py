@@ -1,4 +1,4 @@
-"""Worker processes: of one thread each, and none outlives who started it."""
+"""Worker processes: each has one thread and ends with its parent process."""
 
 from __future__ import annotations
 
@@ -29,16 +29,16 @@ def one_thread_each() -> Iterator[None]:
 
 
 def begin_worker() -> None:
-    """LeaveRemains Ctrl-C to the parent process, and end with it; to be called as a worker starts."""
+    """Leave Ctrl-C to the parent process, and end with it; to be called as a worker starts."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     end_with_parent()
 
 
 def end_with_parent() -> None:
-    """Send this process SIGTERM as soon as the one that started it is gone; to be called as a worker starts.
+    """Have this process get SIGTERM when its parent ends; to be called as a worker starts.
 
-    A pool's workers wait on a pipe that they hold both ends of: killed from outside, their parent would leave
-    them at work on all that is queued.
+    A pool's workers wait on a pipe of which they hold both ends: if their parent is killed, they would go on with all
+    that is queued.
     """
     parent = multiprocessing.parent_process()
     if parent is None:
@@ -53,7 +53,7 @@ def end_with_parent() -> None:
 
 @contextmanager
 def finishing() -> Iterator[None]:
-    """Let the work within write what it has when its worker is told to end: KeyboardInterrupt is raised.
+    """Raise KeyboardInterrupt within when the worker is told to end, so that the work can save what it has.
 
     Elsewhere nothing changes: Ctrl-C raises KeyboardInterrupt anyway.
     """

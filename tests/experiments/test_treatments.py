@@ -91,7 +91,7 @@ def compare(*words: str) -> str:
         (["diel-migration", "--control", "constant-ligth"], 'did you mean "constant-light"'),
         (["diel-migration", "--control", "no-krlil"], 'did you mean "no-krill"'),
         (["diel-migration", "--control", "energy-only"], "nobody's happiness depends on light"),
-        (["diel-migration", "--control", "energy-and-light"], "changes only what is learnt"),
+        (["diel-migration", "--control", "energy-and-light"], "changes only learning"),
         (["predator-prey", "--control", "inverted-light"], "there is no sun"),
     ],
 )
@@ -112,7 +112,7 @@ def test_which_policies_a_world_with_other_values_runs_with():
     assert anew["no-krill"] == "policies trained anew under its own values, from 2 training seeds"
     assert same["no-krill"].endswith("the same as the first arm, from 2 training seeds")
     bundled = Comparison(Path("out"), arms, 10, [1]).policies_in_words()
-    assert bundled["no-krill"] == "the policies that the world comes with, the same as the first arm"
+    assert bundled["no-krill"] == "the world's own policies, the same as the first arm"
     assert bundled["random-policy"] == "policies that are not trained"
 
 
