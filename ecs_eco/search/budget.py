@@ -1,4 +1,4 @@
-"""When a search ends: by its time, its number of candidates, or the seconds of processors that they take."""
+"""When a search ends: by its time, its number of candidates, or their CPU seconds."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from ecs_eco.engine.errors import ConfigError, Problem
 from ecs_eco.search.journal import Journal
 from ecs_eco.search.plan import Plan
 
-FIRST_RESERVE = 0.25  # of the time, kept for what follows before any run at full length was seen
-MOST_RESERVE = 0.6  # of the time, whatever such runs take
+FIRST_RESERVE = 0.25  # share of the time kept for finals and confirmation, before any run at full length was timed
+MOST_RESERVE = 0.6  # share of the time kept at most, however long such runs take
 
 
 class Budget:
-    """What a search may take in all, earlier calls included, and what it has taken so far."""
+    """The budget of a search, earlier calls included, and what it has used so far."""
 
     def __init__(self, minutes: float | None, trials: int | None, cpu: float | None, workers: int) -> None:
         if minutes is None and trials is None and cpu is None:
@@ -27,7 +27,7 @@ class Budget:
         self._begun = time.monotonic()
 
     def begin(self, plan: Plan, journal: Journal, finalists: Callable[[], int]) -> None:
-        """Begin to count, from what a journal says of earlier calls; `finalists` gives their number."""
+        """Start the clock, with the time of earlier calls from the journal; `finalists` returns the number of finalists."""
         self._plan, self._journal, self._finalists = plan, journal, finalists
         self._before = max((float(e["at"]) for e in journal.entries), default=0.0)
         self._begun = time.monotonic()
@@ -39,7 +39,7 @@ class Budget:
 
     @property
     def worked(self) -> float:
-        """Seconds of processors that candidates took."""
+        """CPU seconds of candidates."""
         return float(sum(e["cpu"] for e in self._journal.of("candidate")))
 
     @property
@@ -71,7 +71,7 @@ class Budget:
         return float(np.median(seconds)) if seconds else 0.0
 
     def _reserve(self) -> float:
-        """Seconds to keep for finals and confirmation, from what runs at full length took."""
+        """Seconds to keep for finals and confirmation, from the times of runs at full length."""
         seconds, plan = self.seconds or 0.0, self._plan
         run = self._seconds_a_run()
         if run is None:

@@ -1,6 +1,6 @@
-"""The evaluation of a candidate, in its own process: stage after stage, given up once it is hopeless.
+"""The evaluation of a candidate, in its own process: stage after stage, dropped once it is hopeless.
 
-What comes of it depends on the candidate's numbers and seeds alone; how far it goes, also on those before it.
+Its outcomes depend on the candidate's values and seeds alone; the stage that it reaches, also on earlier candidates.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from ecs_eco.config import WorldConfig, load
 from ecs_eco.engine.errors import ConfigError
 from ecs_eco.experiments.trained import train_or_find
 
-STEP = 25  # ticks between two looks at who is left
+STEP = 25  # ticks between two checks for extinctions
 
 
 @dataclass(frozen=True)
@@ -27,15 +27,15 @@ class Job:
     values: dict[str, Any]
     cells: Sequence[tuple[int, int]]
     stages: Sequence[tuple[int, int]]
-    least: Sequence[float]  # the score that each stage but the last asks for
+    least: Sequence[float]  # the score required by each stage but the last
     hopeless: float  # share of runs lost beyond which it ends
     policies: Path  # where policies that are trained are kept
 
 
 def evaluate(job: Job) -> dict[str, Any]:
-    """Outcomes by stage, the last stage, its score, and seconds; "refused" where the numbers make no world.
+    """Outcomes by stage, the last stage, its score, and seconds; "refused" if the values make no valid world.
 
-    "failed" is what code of the user's own raised.
+    "failed" is the error raised by the user's own code.
     """
     begin, worked = time.perf_counter(), time.process_time()
     try:
@@ -63,7 +63,7 @@ def _evaluate(config: WorldConfig, job: Job) -> dict[str, Any]:
 
 
 def _stage(lives: Sequence[Life], ticks: int, hopeless: float) -> list[dict[str, Any]]:
-    """Outcomes of the runs, up to where so many are lost that the rest does not matter."""
+    """Outcomes of the runs, until so many are lost that the rest does not matter."""
     runs: list[dict[str, Any]] = []
     for life in lives:
         runs.append(life.until(ticks))
@@ -73,7 +73,7 @@ def _stage(lives: Sequence[Life], ticks: int, hopeless: float) -> list[dict[str,
 
 
 class Life:
-    """One run of a candidate, which later stages go on with."""
+    """One run of a candidate, which later stages continue."""
 
     def __init__(self, config: WorldConfig, job: Job, cell: tuple[int, int]) -> None:
         self.config, self.job, self.cell = config, job, cell
@@ -83,7 +83,7 @@ class Life:
         self.seconds = 0.0
 
     def until(self, ticks: int) -> dict[str, Any]:
-        """Go on to a tick or the first extinction; return how long all lived, who died out, and the score."""
+        """Run to a tick or the first extinction; return how long all lived, what died out, and the score."""
         from ecs_eco.analysis.runs import load_series
         from ecs_eco.search.objectives import objective
 
@@ -141,7 +141,7 @@ def persisting(config: WorldConfig) -> list[str]:
 
 
 def policies(config: WorldConfig, job: Job, seed: int) -> Any:
-    """What the policies of a run start from; trained here where that is asked for and not done yet."""
+    """The initial policies of a run; trained here if required and not done yet."""
     kind = job.config.search.policies
     if kind not in ("train", "train-once"):
         return kind

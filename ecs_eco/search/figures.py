@@ -1,4 +1,4 @@
-"""Figures of a search: how it went, which numbers were important, and where the good worlds lie."""
+"""Figures of a search: its progress, which numbers were important, and where the good worlds lie."""
 
 from __future__ import annotations
 

@@ -2,8 +2,8 @@
 
 Watanabe, Bansal and Hutter (2023).
 
-A number is important where the best candidates are spread over its range otherwise than all candidates are.
-How large that looks by luck is seen where the merits are shuffled among the candidates.
+A number is important if the best candidates are distributed over its range differently from all candidates.
+How large that difference is by chance is measured by shuffling the merits among the candidates.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ def _divergences(
 
     best = min(max(BEST_SHARE, LEAST_BEST / len(merits)), 0.5)
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # it is called experimental
+        warnings.simplefilter("ignore")  # Optuna warns that it is experimental
         study = optuna.create_study(direction="maximize")
         study.add_trials([optuna.trial.create_trial(params=dict(v), distributions=dict(space), value=m)
                           for v, m in zip(values, merits.tolist(), strict=True)])  # fmt: skip

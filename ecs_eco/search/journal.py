@@ -1,9 +1,9 @@
-"""What a search knows so far: a line of JSON for each evaluation, written when it is done.
+"""The journal of a search: a line of JSON for each evaluation, written when it is done.
 
-A half line at the end is no line.
+An incomplete line at the end is ignored.
 
-Each line ends with its seal, a SHA-256 of itself and the seal before it: lines that were changed, removed or
-put in are noticed.
+Each line ends with its seal, a SHA-256 of itself and the seal before it, which reveals lines that were changed, removed
+or inserted.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ Entry = dict[str, Any]
 
 
 class Journal:
-    """The journal in a folder: what stands in it, and more at its end."""
+    """The journal in a folder: its entries, and appending to it."""
 
     def __init__(self, folder: Path, header: Entry) -> None:
         self.path = folder / NAME
@@ -44,9 +44,9 @@ class Journal:
         """The entries of a kind: candidate, final or confirmation."""
         return [e for e in self.entries if e["kind"] == kind]
 
-    def add(self, kind: str, **what: Any) -> Entry:
-        """Keep an evaluation, on the disk too; RecordingError where nothing more can be written."""
-        entry = {"kind": kind, **what}
+    def add(self, kind: str, **fields: Any) -> Entry:
+        """Add an evaluation, on disk too; RecordingError if nothing more can be written."""
+        entry = {"kind": kind, **fields}
         self._append(entry)
         self.entries.append(entry)
         return entry
@@ -67,9 +67,9 @@ class Journal:
 
 
 def read(path: Path) -> list[Entry]:
-    """All whole lines; what follows the last of them, cut off when a search was killed, is removed.
+    """All complete lines; an incomplete one at the end, left when a search was killed, is removed.
 
-    Raises ConfigError that names the first line that is not as it was written.
+    Raises ConfigError that names the first line that was changed.
     """
     files.require_regular(path)
     data = path.read_bytes()
@@ -95,9 +95,9 @@ def read(path: Path) -> list[Entry]:
     return entries
 
 
-def _damaged(path: Path, number: int, what: str) -> ConfigError:
-    allowed = "a journal as a search of this version wrote it, or another --out"
-    return ConfigError([Problem((), f"is damaged: {what}", allowed=allowed, source=str(path), line=number)])
+def _damaged(path: Path, number: int, fault: str) -> ConfigError:
+    allowed = "a journal written by this version, or another --out"
+    return ConfigError([Problem((), f"is damaged: {fault}", allowed=allowed, source=str(path), line=number)])
 
 
 def _seal_of(text: str, before: str) -> str:
@@ -105,7 +105,7 @@ def _seal_of(text: str, before: str) -> str:
 
 
 def _same(old: Entry, new: Entry, path: Path) -> None:
-    """Refuse to go on with a search of something else."""
+    """Refuse to continue another search."""
     a, b = ({**e, **{f"search.{k}": v for k, v in e.get("search", {}).items()}} for e in (old, new))
     differ = [k for k in b if k != "search" and a.get(k) != b[k]]
     if differ:

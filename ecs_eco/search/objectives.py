@@ -1,6 +1,6 @@
-"""How good a run is: the share of its time in which all species lived; if to the end, also the objective.
+"""The score of a run: the share of its time in which all species lived; plus the objective if they lived to the end.
 
-So dying later is better than dying sooner, and any world that lives is better than one that does not, for
+Late extinction is thus better than early extinction, and any world without extinction better than one with, for
 objectives of 0 or more.
 """
 
@@ -27,7 +27,7 @@ def objective(
 def score(
     of: str | Callable[[Series], float], series: Series, persist: Sequence[str], wanted: Mapping[str, float]
 ) -> float:
-    """One goal's score of a run; a function's own is cut to ±1e6, and is 0 where it is no number."""
+    """One goal's score of a run; that of a user's function is clipped to ±1e6, and NaN counts as 0."""
     if of == "persistence":
         return distance(series, persist)
     if of == "cycling":
@@ -39,7 +39,7 @@ def score(
 
 
 def distance(series: Series, persist: Sequence[str]) -> float:
-    """How far from extinction: ln(1 + least n) / ln(1 + mean n) of the species nearest to it, in [0, 1]."""
+    """Distance from extinction: ln(1 + least n) / ln(1 + mean n) of the species closest to it, in [0, 1]."""
     distances = [np.log1p(n.min()) / np.log1p(n.mean()) for s in persist if (n := series.of(s)).any()]
     return float(min(distances, default=0.0))
 

@@ -1,4 +1,4 @@
-"""Which candidate next? Optuna's samplers behind two calls, ask and tell."""
+"""Proposals of candidates: Optuna's samplers behind two calls, ask and tell."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ OPTIMISERS = (
     "gp",
     "tpe",
     "random",
-)  # those whose proposals follow from the journal alone; CMA-ES keeps a state besides
-FIRST = 10  # candidates at random before a model of them is made
+)  # samplers whose proposals follow from the journal alone; CMA-ES has a state of its own
+FIRST = 10  # random candidates before the first model
 
 
 def merit(entry: dict[str, Any]) -> float:
-    """One number for how far a candidate came: the stage it reached, and within it its score, squeezed into ±1."""
+    """The merit of a candidate: the stage that it reached, plus its score there squeezed into ±1."""
     score = float(entry["score"])
     return float(entry["stage"]) + 0.5 * (1 + score / (1 + abs(score)))
 
 
 def space_of(parameters: Sequence[Parameter]) -> dict[str, BaseDistribution]:
-    """The ranges as Optuna takes them, by name."""
+    """The ranges as Optuna distributions, by name."""
     from optuna.distributions import FloatDistribution, IntDistribution
 
     return {p.name: IntDistribution(int(p.low), int(p.high), log=p.log) if p.whole else FloatDistribution(p.low, p.high, log=p.log)
@@ -59,14 +59,14 @@ class Optimiser:
         return {p.name: p.tidy(trial.params[p.name]) for p in self.parameters}
 
     def tell(self, candidate: int, values: dict[str, float], worth: float) -> None:
-        """What became of a candidate: one asked for, or any other."""
+        """Report the merit of a candidate, proposed or not."""
         import optuna
 
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             if (
                 candidate in self.waiting
-            ):  # its place is taken by one with tidy numbers, as it would be read from a journal
+            ):  # replaced by one with rounded numbers, as read from a journal
                 self.study.tell(self.waiting.pop(candidate), state=optuna.trial.TrialState.FAIL)
             inside = {p.name: p.tidy(values[p.name]) for p in self.parameters}
             self.study.add_trial(
@@ -78,7 +78,7 @@ class Optimiser:
 
         seed, samplers = (self.seed * 1_000_003 + candidate) % 2**32, optuna.samplers
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # some options are called experimental
+            warnings.simplefilter("ignore")  # Optuna warns that some options are experimental
             if self.kind == "tpe":
                 return samplers.TPESampler(
                     multivariate=True, constant_liar=True, n_startup_trials=FIRST, seed=seed

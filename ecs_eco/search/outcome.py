@@ -1,4 +1,4 @@
-"""A search that has ended, as its report takes it."""
+"""A finished search, for its report."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Runs = list[dict[str, Any]]  # entries of the journal, or runs in them
 
 @dataclass(frozen=True)
 class Outcome:
-    """What was searched, with what means, and all candidates, the best first."""
+    """The plan and means of a search, and all its candidates, the best first."""
 
     plan: Plan
     journal: Journal
@@ -23,7 +23,7 @@ class Outcome:
     out: Path
     optimiser: str
     workers: int
-    cpu: float  # [s] of processors that candidates took
+    cpu: float  # CPU seconds of candidates
 
     def evaluated(self) -> Runs:
         """The candidates whose numbers made a world."""

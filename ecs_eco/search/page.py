@@ -20,7 +20,7 @@ from ecs_eco.search.outcome import Outcome, Runs
 
 
 def write_page(search: Outcome, result: dict[str, Any]) -> None:
-    """Write search.html and figures/ from what search.json holds."""
+    """Write search.html and figures/ from the content of search.json."""
     folder = search.out / "figures"
     shutil.rmtree(folder, ignore_errors=True)
     path = save(
@@ -57,7 +57,7 @@ def _confirmed(result: dict[str, Any], folder: Path) -> list[str]:
     curves = {world: kaplan_meier([r["lived"] for r in c["lives"]], [r["extinct"] is not None for r in c["lives"]])
               for world, c in both.items()}  # fmt: skip
     drawn = survival(
-        curves, result["confirmation"]["ticks"], "all species, on seeds that the search never saw"
+        curves, result["confirmation"]["ticks"], "all species, on seeds that the search did not use"
     )
     path = save(drawn, folder / "survival.png")
     rows = [[world, c["runs"], c["persisted"], number(c["share"]), f"{number(c['low'])} … {number(c['high'])}",
@@ -69,8 +69,8 @@ def _confirmed(result: dict[str, Any], folder: Path) -> list[str]:
 
 def _lost(lives: Runs) -> str:
     """Which species died out first, and in how many runs."""
-    who = [r["extinct"] for r in lives if r["extinct"] is not None]
-    return ", ".join(f"{name} {who.count(name)}" for name in dict.fromkeys(who)) or "–"
+    extinct = [r["extinct"] for r in lives if r["extinct"] is not None]
+    return ", ".join(f"{name} {extinct.count(name)}" for name in dict.fromkeys(extinct)) or "–"
 
 
 def _best_table(search: Outcome, result: dict[str, Any]) -> str:
@@ -91,16 +91,16 @@ def _best_table(search: Outcome, result: dict[str, Any]) -> str:
 
 def _important(search: Outcome, result: dict[str, Any], folder: Path) -> list[str]:
     if result["importance"] is None:
-        return ["<p>There are too few candidates to say.</p>"]
+        return ["<p>There are too few candidates to tell.</p>"]
     plan, entries = search.plan, search.evaluated()
     shares = [Importance(name, **numbers) for name, numbers in result["importance"]["numbers"].items()]
     worse, best, start = ranks([merit(e) for e in entries]), search.ranked[0]["values"], plan.start
-    text = (f"Read from {len(entries)} candidates: a number is important where the best of them are spread over its range "
-            "otherwise than all are. A bar that does not pass its line may be luck.")  # fmt: skip
+    text = (f"Read from {len(entries)} candidates: a number is important if the best of them are distributed over its range "
+        "differently from all. A bar that does not pass its line may be chance.")  # fmt: skip
     blocks = [
         f"<p>{text}</p>",
         picture(save(figures.importance(shares), folder / "importance.png"),
-                "Share of all importance (PED-ANOVA); the line is what luck stays below in 19 of 20 cases."),
+                "Share of all importance (PED-ANOVA); chance stays below the line in 19 of 20 cases."),
         picture(save(figures.scatter(plan.parameters, entries, worse, start, best), folder / "dependence.png"),
                 "Each candidate over each of its numbers: the higher, the more of the others are worse."),
     ]  # fmt: skip

@@ -1,4 +1,4 @@
-"""What a search does, resolved: parameters, runs in their order, stages, seeds of finals and confirmation."""
+"""The plan of a search: parameters, runs in their order, stages, seeds of finals and confirmation."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ecs_eco.engine.errors import ConfigError, Problem
 
 Cell = tuple[int, int]  # training seed, world seed
 Stage = tuple[int, int]  # length of the runs [ticks], number of runs
-FINALS, CONFIRMATION = 50_000, 100_000  # where their seeds begin
+FINALS, CONFIRMATION = 50_000, 100_000  # their first seeds
 TRAINED = ("train", "train-once")
 
 
@@ -29,7 +29,7 @@ class Parameter:
     start: float  # as the world is written
 
     def tidy(self, value: float) -> float:
-        """The value within its range, with four digits, as a file shows it."""
+        """The value within its range, rounded to four digits, as written to files."""
         value = min(max(float(f"{value:.4g}"), self.low), self.high)
         return round(value) if self.whole else float(value)
 
@@ -53,7 +53,7 @@ class Plan:
         return {p.name: p.start for p in self.parameters}
 
     def header(self) -> dict[str, Any]:
-        """What must stay the same when a search goes on."""
+        """The settings that must not change when a search is continued."""
         settings = self.config.search.model_dump(mode="json", exclude={"confirm", "finalists"})
         return {
             "format": 1,
@@ -89,9 +89,9 @@ def plan_of(config: WorldConfig) -> Plan:
     trainings = search.training_seeds if search.policies in TRAINED else 1
     ticks = search.ticks or config.ticks
     cells = crossed(trainings, search.world_seeds, 0)
-    again = search.confirm.training_seeds if search.policies in TRAINED else 1
+    retrained = search.confirm.training_seeds if search.policies in TRAINED else 1
     return Plan(config, parameters, ticks, stages(ticks, len(cells), search.stages, search.first), cells,
-                crossed(trainings, search.world_seeds, FINALS), crossed(again, search.confirm.world_seeds, CONFIRMATION),
+                crossed(trainings, search.world_seeds, FINALS), crossed(retrained, search.confirm.world_seeds, CONFIRMATION),
                 search.confirm.ticks or ticks)  # fmt: skip
 
 
@@ -104,15 +104,15 @@ def _parameter(config: WorldConfig, name: str) -> Parameter:
 
 
 def _refused(config: WorldConfig, parameter: Parameter, end: float) -> Problem | None:
-    """What is wrong with the world at one end of a range, if anything."""
+    """The problem of the world at one end of a range, if any."""
     try:
         load(config, {parameter.name: parameter.tidy(end)})
     except ConfigError as error:
         first = error.problems[0]
-        what = f"leads to a world that is refused: {first.path} {first.what}"
+        fault = f"gives a world that is refused: {first.path} {first.what}"
         return Problem(
             ("search", "ranges", parameter.name),
-            what,
+            fault,
             list(config.search.ranges[parameter.name].search),
             first.allowed,
         )

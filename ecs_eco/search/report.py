@@ -1,4 +1,4 @@
-"""What a search leaves for people and programs: the best worlds, search.json, figures and search.html."""
+"""The results of a search: the best worlds, search.json, figures and search.html."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def write_results(search: Outcome, world: World, overrides: Any, report: bool) -> dict[str, Any]:
-    """Write best-1.toml …, search.json, and with `report` the page; return what search.json holds."""
+    """Write best-1.toml …, search.json, and with `report` the page; return the content of search.json."""
     result = summary(search)
     for rank, entry in enumerate(search.ranked[:BEST], 1):
         number = entry["candidate"]
@@ -37,10 +37,10 @@ def write_results(search: Outcome, world: World, overrides: Any, report: bool) -
 
 
 def summary(search: Outcome) -> dict[str, Any]:
-    """What a search led to, as JSON holds it."""
+    """The result of a search, with JSON types."""
     plan, ranked, best = search.plan, search.ranked, search.ranked[0]
     confirmed = {
-        who: confirmation(search, number) for who, number in (("best", best["candidate"]), ("start", 0))
+        role: confirmation(search, number) for role, number in (("best", best["candidate"]), ("start", 0))
     }
     finals = {e["candidate"]: e for e in search.journal.of("final")}
     return {
@@ -81,7 +81,7 @@ def confirmation(search: Outcome, candidate: int) -> dict[str, Any]:
 
 
 def _words(entry: dict[str, Any], result: dict[str, Any]) -> str:
-    """How well a candidate did, in words."""
+    """The performance of a candidate, in words."""
     runs = entry["stages"][-1]["runs"] if entry["stages"] else []
     words = (
         f"all lived to the end in {sum(r['extinct'] is None for r in runs)} of {len(runs)} runs of the search"
@@ -93,7 +93,7 @@ def _words(entry: dict[str, Any], result: dict[str, Any]) -> str:
 
 
 def _importance(search: Outcome) -> dict[str, Any] | None:
-    """How important each number was; None where there are too few candidates to say."""
+    """The importance of each number; None if there are too few candidates."""
     entries = search.evaluated()
     if len(entries) < max(12, 2 * len(search.plan.parameters)):
         return None

@@ -1,4 +1,4 @@
-"""A search: ask, evaluate, tell; finals; confirmation; report. All it knows is in its folder."""
+"""A search: ask, evaluate, tell; finals; confirmation; report. Its whole state is in its folder."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from ecs_eco.search.outcome import BEST, Outcome
 from ecs_eco.search.plan import Plan, plan_of
 from ecs_eco.search.report import write_results
 
-ENOUGH = 4  # candidates at a stage before it asks for a score
+ENOUGH = 4  # candidates at a stage before it requires a score
 Progress = Callable[["Search"], None]
 
 
@@ -40,12 +40,12 @@ def search(
     report: bool = True,
     trust: bool = False,
 ) -> dict[str, Any]:
-    """Look for the numbers that [search] of a world asks for; leave a folder, return its search.json.
+    """Search the ranges in a world's [search]; write a folder, return the content of its search.json.
 
-    `overrides` as for `load`: "search.ticks" and the like are keys too. It ends after `budget` minutes, or
-    after `trials` candidates or candidates that took `cpu` seconds of processors, of this search in all: a
-    folder with a journal is gone on with. `trust` allows the code that the world lists to run in this process
-    and its workers. Raises ConfigError; FolderInUse where another process searches there.
+    `overrides` are as for `load`, "search.ticks" and the like included. It ends after `budget` minutes, `trials`
+    candidates, or `cpu` CPU seconds of candidates, earlier calls included: a folder with a journal is continued.
+    `trust` allows the code that the world lists to run in this process and its workers. Raises ConfigError; FolderInUse
+    if another process searches there.
     """
     config = load(world, overrides, trust=trust)
     with ours(out) as claim:
@@ -59,7 +59,7 @@ def search(
 
 
 class Search:
-    """One search: its plan, its journal, what is running, and when it has to end."""
+    """One search: its plan, its journal, the running jobs, and its budget."""
 
     def __init__(
         self,
@@ -83,7 +83,7 @@ class Search:
         self.optimiser = Optimiser(plan.parameters, optimiser, plan.config.search.seed)
         self._tell_known()
         self.pool = Pool(workers)
-        self.running: dict[Future[dict[str, Any]], Any] = {}  # and what each is, for whoever gets its result
+        self.running: dict[Future[dict[str, Any]], Any] = {}  # and the meaning of each
         self.phase, self._progress = "searching", progress
 
     def _tell_known(self) -> None:
@@ -93,9 +93,9 @@ class Search:
                 self.optimiser.tell(entry["candidate"], entry["values"], merit(entry))
             self.budget.begin(self.plan, self.journal, lambda: len(self._finalists()))
         except (KeyError, ValueError, TypeError, AttributeError) as error:
-            what = f"holds what no search writes: {type(error).__name__}: {error}"
-            allowed = "a journal as a search of this version wrote it, or another --out"
-            raise ConfigError([Problem((), what, allowed=allowed, source=str(self.journal.path))]) from None
+            fault = f"holds entries that no search writes: {type(error).__name__}: {error}"
+            allowed = "a journal written by this version, or another --out"
+            raise ConfigError([Problem((), fault, allowed=allowed, source=str(self.journal.path))]) from None
 
     # --- the three phases
 
@@ -136,8 +136,8 @@ class Search:
 
     def _tell(self, number: int, values: dict[str, float], result: dict[str, Any]) -> None:
         if number == 0 and ("failed" in result or "refused" in result):
-            what = f"cannot be evaluated: {result.get('failed') or result['refused']}"
-            raise ConfigError([Problem((), what, source="the world as written")])
+            fault = f"cannot be evaluated: {result.get('failed') or result['refused']}"
+            raise ConfigError([Problem((), fault, source="the world as written")])
         entry = self.journal.add(
             "candidate", candidate=number, values=values, **result, at=self.budget.elapsed
         )
@@ -153,7 +153,7 @@ class Search:
             self.journal.add("final", candidate=number, **result, at=self.budget.elapsed)
 
     def _finalists(self) -> list[dict[str, Any]]:
-        """The best of those that met all runs; none where there is no choice."""
+        """The best of those that met all runs; none if there is no choice."""
         last = len(self.plan.stages) - 1
         best = [e for e in self.ranked() if e["stage"] == last][: self.plan.config.search.finalists]
         return best if len(best) > 1 else []
@@ -188,7 +188,7 @@ class Search:
         self.running[self.pool.submit(evaluate, job)] = tag
 
     def _results(self) -> Iterator[tuple[Any, dict[str, Any]]]:
-        """What is done within a second: (tag, result). Raises BrokenProcessPool where a worker was killed."""
+        """Results that arrive within a second: (tag, result). Raises BrokenProcessPool if a worker was killed."""
         done, _ = wait(self.running, 1.0, FIRST_COMPLETED)
         for future in done:
             yield self.running.pop(future), future.result()
@@ -200,21 +200,21 @@ class Search:
         return Job(name, plan.config, values, plan.cells, plan.stages, least, hopeless, policies)
 
     def _whole(self, entry: Mapping[str, Any], cells: Iterable[tuple[int, int]], ticks: int) -> Job:
-        """All these runs of a candidate at full length, whatever becomes of them."""
+        """Do all these runs of a candidate at full length."""
         number, cells = entry["candidate"], tuple(cells)
         values = entry["values"] if number else {}
         stages, policies = [(ticks, len(cells))], self.out / "policies"
         return Job(f"candidate-{number}", self.plan.config, values, cells, stages, [], 1.0, policies)
 
     def least(self, stage: int) -> float:
-        """The score that lets a candidate go on: the quantile of those that were at that stage before."""
+        """The score with which a candidate advances: a quantile of earlier candidates at that stage."""
         reached = [e["stages"] for e in self.journal.of("candidate") if len(e["stages"]) > stage]
         if len(reached) < ENOUGH:
             return -np.inf
         scores = [stages[stage]["score"] for stages in reached]
         return float(np.quantile(scores, 1 - self.plan.config.search.promote))
 
-    # --- what came of it
+    # --- results
 
     def ranked(self) -> list[dict[str, Any]]:
         """Candidates, the best first: by merit, and where they met further seeds, by the mean over all."""

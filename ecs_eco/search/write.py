@@ -25,7 +25,7 @@ Key = tuple[str | int, ...]
 def write_world(
     plan: Plan, world: World, overrides: Any, values: Mapping[str, float], trained: Path, file: Path, note: str
 ) -> None:
-    """Write one world; `trained` is the folder of the policies that were trained for it, if any were."""
+    """Write one world; `trained` is the folder of the policies trained for it, if any."""
     config = load(plan.config, dict(values))
     files = _policies(config, trained, file.with_suffix(""), plan.config.search.policies in TRAINED)
     text = _text(config, world, overrides, values, files)
@@ -36,14 +36,14 @@ def write_world(
             if _same(file, config):
                 return
     raise RuntimeError(
-        f"{file} could not be written so that it is the world that was found; its values are in the journal"
+        f"{file} could not be written as the world that was evaluated; its values are in the journal"
     )
 
 
 def _text(
     config: WorldConfig, world: World, overrides: Any, values: Mapping[str, float], files: Mapping[str, str]
 ) -> str | None:
-    """The world's own text with these values; None where there is none, or it does not yield."""
+    """The world's own text with these values; None if there is none, or it cannot be edited."""
     document = document_of(world, overrides)
     if not document.text:
         return None
@@ -63,7 +63,7 @@ def _data(config: WorldConfig, files: Mapping[str, str]) -> dict[str, Any]:
 
 
 def _same(file: Path, config: WorldConfig) -> bool:
-    """Whether the file is the world, but for where its policies are."""
+    """Whether the file is the world, apart from the place of its policies."""
     try:
         written = load(file)
     except ConfigError:

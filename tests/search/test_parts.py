@@ -64,7 +64,7 @@ def test_a_search_without_ranges_is_refused() -> None:
 
 
 def test_a_range_with_an_end_that_no_world_can_have_is_refused() -> None:
-    with pytest.raises(ConfigError, match=r"leads to a world that is refused: species\.deer\.reproduction\.energy_min"):
+    with pytest.raises(ConfigError, match=r"gives a world that is refused: species\.deer\.reproduction\.energy_min"):
         plan_of(load("predator-prey", {'search.ranges."species.deer.reproduction.energy_min"': [0.5, 40.0]}))
 
 
