@@ -1,4 +1,4 @@
-"""Who carries which value of a gene, over time: counts from births and deaths, and their figure."""
+"""Carriers of each value of a gene over time: counts from births and deaths, and their figure."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from ecs_eco.analysis.pedigree import Pedigree
 
 CLEAR = {"red": "#d7191c", "yellow": "#e6b800", "green": "#1a9641", "blue": "#0571b0", "white": "#b8bec4", "orange": "#f28c28"}
-"""Shades in which a gene named after a colour is seen on paper."""
-FEW = 8  # values of a gene that can be told apart in a figure
+"""Shades, legible on paper, for genes named after a colour."""
+FEW = 8  # the most values of a gene that a figure can show
 
 
 @dataclass(frozen=True)
@@ -49,26 +49,26 @@ class Frequencies:
 
 
 def frequencies(lineage: Pedigree, species: str, gene: str | Sequence[int], every: int) -> Frequencies:
-    """Count who of the living carries what of a gene, at the end of every so many ticks; exact, from births and deaths.
+    """Count the living that carry each value of a gene, at the end of every `every` ticks; exact, from births and deaths.
 
     `gene` is the name of a gene that the manifest lists, or (first locus, letters). Its values are those that it lists for
     its codons, in the order of codons, else the codons themselves, in alphabetical order. Raises KeyError for a species or
     gene that is not there, ValueError for loci beyond the end of the genome.
     """
-    said, what = gene_of(lineage, species, gene), lineage.genomes.get(species, {})
+    record, kept = gene_of(lineage, species, gene), lineage.genomes.get(species, {})
     mask, ticks = lineage.species == species, lineage.samples(every)
-    codons = _codons(lineage.genome[mask], said, species, what.get("ploidy", 1))
-    names, values = _values(codons, said, what.get("alphabet", "ACGT"))
+    codons = _codons(lineage.genome[mask], record, species, kept.get("ploidy", 1))
+    names, values = _values(codons, record, kept.get("alphabet", "ACGT"))
     count = np.zeros((len(ticks), len(names)), np.int64)
     carries = np.zeros(len(lineage), bool)
     for j in range(len(names)):
         carries[mask] = np.any([v == j for v in values], axis=0)
         count[:, j] = lineage.living_sums(ticks, mask=carries)
-    return Frequencies(said["name"], ticks, names, count, lineage.living_sums(ticks, mask=mask))
+    return Frequencies(record["name"], ticks, names, count, lineage.living_sums(ticks, mask=mask))
 
 
 def gene_of(lineage: Pedigree, species: str, gene: str | Sequence[int]) -> dict[str, Any]:
-    """What is known of a gene: name, at (first locus), letters, and values where it lists them."""
+    """The record of a gene: name, at (first locus), letters, and values if it lists them."""
     if species not in lineage.species:
         raise UnknownName(unknown_name("lineage", "species", species, dict.fromkeys(lineage.species.tolist())))
     if not isinstance(gene, str):
@@ -89,23 +89,23 @@ def _codons(genomes: np.ndarray, gene: dict[str, Any], species: str, strings: in
     if gene["at"] + gene["letters"] > length:
         place = f"loci {gene['at']} to {gene['at'] + gene['letters'] - 1}"
         raise ValueError(f"gene {gene['name']!r} is at {place}; a genome of {species!r} has {length} loci in the record")
-    found = []
+    cuts = []
     for at in range(gene["at"], strings * length, length):
         cut = pc.utf8_slice_codeunits(text, at, at + gene["letters"]).dictionary_encode()
-        found.append((cut.dictionary.to_pylist(), cut.indices.to_numpy(zero_copy_only=False)))
-    return found
+        cuts.append((cut.dictionary.to_pylist(), cut.indices.to_numpy(zero_copy_only=False)))
+    return cuts
 
 
 def _values(codons: list[tuple[list[str], np.ndarray]], gene: dict[str, Any], alphabet: str) -> tuple[tuple[str, ...], list[np.ndarray]]:
     """Names of a gene's values, and for each string of the genome which of them each organism has there."""
-    words = sorted({word for found, _ in codons for word in found})
+    words = sorted({word for words_of_cut, _ in codons for word in words_of_cut})
     if "values" in gene:
         distinct = list(dict.fromkeys(gene["values"]))
         names = [f"{v:g}" for v in distinct]
         meaning = {w: distinct.index(gene["values"][codon_number(w, alphabet)]) for w in words}
     else:
         names, meaning = words, {w: i for i, w in enumerate(words)}
-    return tuple(names), [np.array([meaning[w] for w in found])[which] for found, which in codons]
+    return tuple(names), [np.array([meaning[w] for w in words_of_cut])[which] for words_of_cut, which in codons]
 
 
 def codon_number(codon: str, alphabet: str) -> int:
@@ -118,8 +118,8 @@ def codon_number(codon: str, alphabet: str) -> int:
     return number
 
 
-def told_apart(gene: dict[str, Any]) -> bool:
-    """Whether a figure can show who carries a gene: it lists two to eight different values."""
+def has_few_values(gene: dict[str, Any]) -> bool:
+    """Whether a figure can show the carriers of a gene: it lists two to eight different values."""
     return 2 <= len(set(gene.get("values", ()))) <= FEW
 
 
@@ -127,8 +127,8 @@ def told_apart(gene: dict[str, Any]) -> bool:
 def carriers(genes: Sequence[Frequencies], title: str = "") -> Figure:
     """Number of the living that carry each gene, over time.
 
-    Who has the value of the first codon is without the gene. A gene with more than two values has a line for each of the
-    others. A gene named after a colour is drawn in it; dashes tell the lines apart where colours do not.
+    Organisms with the value of the first codon count as without the gene. A gene with more than two values has a line for
+    each of the others. A gene named after a colour is drawn in it; dashes distinguish lines of similar colour.
     """
     from matplotlib.colors import is_color_like
 

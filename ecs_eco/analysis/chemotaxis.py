@@ -1,4 +1,4 @@
-"""Chemotaxis in a recorded run: how often those with a nose move down the gradient of what they smell."""
+"""Chemotaxis in a recorded run: how often animals move down the gradient that they smell."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from ecs_eco.record.parquet import read_part
 
 @dataclass(frozen=True)
 class Leaving:
-    """How often moves lead down the gradient of a smell, as a nose feels it: (N down − N up)/N, of all moves and of those by night."""
+    """How often moves lead down the gradient of a smell: (N down − N up)/N, of all moves and of those at night."""
 
     n: int
     index: float
@@ -34,16 +34,16 @@ def noses(manifest: Mapping[str, Any]) -> list[tuple[str, str]]:
 
 
 def leaving(run: Path | str, species: str, nose: str, least: float = 0.1, most: int = 3000) -> Leaving | None:
-    """How often a species leaves what it smells, in the last `most` ticks of a run with details; None where nothing was smelt.
+    """How often a species moves away from a smell, in the last `most` ticks of a run with details; None if nothing was smelt.
 
-    Counted are moves of a tick at whose beginning the gradient that the nose feels is longer than `least`, of 1 at the most.
+    Moves count if the gradient that the nose measures at the beginning of the tick exceeds `least`; its maximum is 1.
     """
     series = load_series(run)
     names = ["tick", "uid", "x", "y", "z", "heading", *(f"sensor: {nose}_{way}" for way in ("forward", "left", "up"))]
     blocks = []
     for file in parts(run, f"details-{species}"):
-        found = read_part(file, names, seal.has_seals(Path(run)))
-        blocks.append([found[name].to_numpy() for name in names])
+        rows = read_part(file, names, seal.has_seals(Path(run)))
+        blocks.append([rows[name].to_numpy() for name in names])
     if not blocks:
         return None
     tick, uid, *columns = (np.concatenate(column) for column in zip(*blocks, strict=True))
@@ -61,5 +61,5 @@ def leaving(run: Path | str, species: str, nose: str, least: float = 0.1, most: 
     if not felt.any():
         return None
     down, dark = along < 0, felt & night
-    of = [(int(those.sum()), float(2 * down[those].mean() - 1) if those.any() else float("nan")) for those in (felt, dark)]
+    of = [(int(moves.sum()), float(2 * down[moves].mean() - 1) if moves.any() else float("nan")) for moves in (felt, dark)]
     return Leaving(*of[0], *of[1])

@@ -1,8 +1,8 @@
-"""Arms of an experiment side by side: who persists, for how long, how many, and do they cycle?
+"""Comparison of the arms of an experiment: persistence, survival times, numbers and cycles.
 
 An arm is a name and one run a seed. Seeds are the replicates; a run in which a species dies out is a result.
 Where policies of several training seeds were run on the same world seeds, both are replicates (`analysis/seed_grid.py`).
-Takes what runs left; it runs no world.
+Reads recorded runs; it runs no world.
 """
 
 from __future__ import annotations
@@ -42,9 +42,9 @@ def compare(
 ) -> dict[str, Any]:
     """Compare arms (name → run folders, series tables or `Series`, one a seed) with the first arm as the reference.
 
-    `training` gives the training seed of each run of an arm whose policies were trained from several: its runs, which carry
-    their world seeds in their manifests, are then a crossed design. `policies` says in words what an arm runs with.
-    Returns what compare.json holds; with `out`, writes compare.json, compare.html and figures/ there.
+    `training` gives the training seed of each run of an arm with several: its runs, whose manifests have the world seeds,
+    are then a crossed design. `policies` describes each arm's policies in words. Returns the content of compare.json; with
+    `out`, writes compare.json, compare.html and figures/ there.
     """
     loaded, names = _load(arms, species)
     curves = {s: {arm: extinction_curve(runs, s) for arm, runs in loaded.items() if _there(runs, s)} for s in names}
@@ -67,8 +67,8 @@ def compare(
         for s in names:
             result["arms"][arm]["per_species"][s] |= _depths(rows, s)
     for arm, grid in grids.items():
-        found = crossed(grid, by_run, n_boot=max(n_boot, 99), seed=seed)
-        result["arms"][arm] |= {"crossed": found, "persistence": found["persistence"]}
+        outcome = crossed(grid, by_run, n_boot=max(n_boot, 99), seed=seed)
+        result["arms"][arm] |= {"crossed": outcome, "persistence": outcome["persistence"]}
     for arm, effect in result["effects"].items():
         if arm in grids or reference in grids:
             effect |= _crossed_effects(loaded, grids, result, reference, arm)
@@ -83,7 +83,7 @@ def compare(
 
 
 def _load(arms: Mapping[str, Sequence[Any]], species: Sequence[str] | None) -> tuple[dict[str, list[Series]], tuple[str, ...]]:
-    """Return the runs of each arm, and the species that they share; ValueError where that is nothing or not the same."""
+    """Return the runs of each arm, and their species; ValueError if there are no runs, or species differ."""
     if not arms:
         raise ValueError("nothing to compare: give at least one arm, name → runs")
     loaded = {arm: [load_series(run, species) for run in runs] for arm, runs in arms.items()}
@@ -112,22 +112,22 @@ def _crossed_effects(
 
     Shares: by the square-and-add rule from the intervals of both (Newcombe 1998; Zou and Donner 2008). Times and numbers: mean
     over the cells of the difference between runs of the same seeds; an arm without training seeds (random policies) has one
-    row, which stands against every training seed. No log-rank p: it takes runs for independent.
+    row, which is compared with every training seed. No log-rank p: that test assumes independent runs.
     """
     one, two = result["arms"][arm]["persistence"], result["arms"][reference]["persistence"]
-    found: dict[str, Any] = {"persistence": difference_of_intervals(one, two)}
+    effects: dict[str, Any] = {"persistence": difference_of_intervals(one, two)}
     first, second = (grids.get(name) or _grid_of(loaded[name], [0] * len(loaded[name])) for name in (arm, reference))
     paired = first.worlds == second.worlds and (first.training == second.training or 1 in (len(first.training), len(second.training)))
     if not paired:
-        return found
+        return effects
     names = [s for s in result["species"] if _there(loaded[arm], s) and _there(loaded[reference], s)]
     values = {s: (partial(_lived, species=s), partial(_mean, species=s)) for s in names}
     gaps = {s: [mean_interval(first.table(f) - second.table(f)) for f in both] for s, both in values.items()}
-    return found | {"per_species": {s: {"lifetime": gaps[s][0], "log_rank_p": np.nan, "mean_number": gaps[s][1]} for s in names}}
+    return effects | {"per_species": {s: {"lifetime": gaps[s][0], "log_rank_p": np.nan, "mean_number": gaps[s][1]} for s in names}}
 
 
 def _there(runs: Sequence[Series], species: str) -> bool:
-    """Whether there ever was one of a species; an arm without it has nothing to say of how long it lives."""
+    """Whether a species was ever present; an arm without it has no lifetimes of it."""
     return any(run.present[run.index(species)] for run in runs)
 
 
@@ -156,7 +156,7 @@ def _arm(
     n, kept = len(runs), sum(run.persisted for run in runs)
     names = runs[0].species
     last = min(int(run.ticks[-1] - run.ticks[0]) for run in runs)
-    found = [c for c in cycles if c.enough]
+    usable = [c for c in cycles if c.enough]
     pairs = [f"{a}→{b}" for i, a in enumerate(names) for b in names[i + 1 :]]
     return {
         "n": n,
@@ -170,17 +170,17 @@ def _arm(
                 "median_extinction": curves[s].median if s in curves else np.nan,
                 "mean_time": curves[s].mean(last) if s in curves else np.nan,
                 "mean_number": float(np.mean([run.of(s).mean() for run in runs])),
-                "long_enough": len(found),
-                "cycling": sum(s in c.cycling() for c in found),
-                "share_cycling": wilson(sum(s in c.cycling() for c in found), len(found)),
-                "median_period": _median([peak.period for c in found if (peak := c.peaks.get(s)) and s in c.cycling()]),
-                "pooled_p": _pooled([peak.p for c in found if (peak := c.peaks.get(s))]),
-                "cycling_ar1": sum((c.p_ar1.get(s) or 1.0) <= 0.05 for c in found),
+                "long_enough": len(usable),
+                "cycling": sum(s in c.cycling() for c in usable),
+                "share_cycling": wilson(sum(s in c.cycling() for c in usable), len(usable)),
+                "median_period": _median([peak.period for c in usable if (peak := c.peaks.get(s)) and s in c.cycling()]),
+                "pooled_p": _pooled([peak.p for c in usable if (peak := c.peaks.get(s))]),
+                "cycling_ar1": sum((c.p_ar1.get(s) or 1.0) <= 0.05 for c in usable),
             }
             for i, s in enumerate(names)
         },
         "lags": {
-            pair: median_lag_interval([c.lags[pair].share for c in found if c.cycling() and pair in c.lags])
+            pair: median_lag_interval([c.lags[pair].share for c in usable if c.cycling() and pair in c.lags])
             for pair in pairs
         },
         "coupling": _coupling(runs, cycles, seed),
@@ -192,7 +192,7 @@ def _arm(
 
 
 def _depths(table: Sequence[Sequence[Series]], species: str) -> dict[str, Any]:
-    """Over runs, rows of training seeds, how mean depth follows the day; empty without a sun, a depth, or two days lived by somebody.
+    """How mean depth follows the day over runs, rows of training seeds; empty without a sun, a depth, or a species that lives two days.
 
     Where some runs have no cycle, the means of training seeds, or of world seeds where there is one, are the replicates.
     """
@@ -205,12 +205,12 @@ def _depths(table: Sequence[Sequence[Series]], species: str) -> dict[str, Any]:
     if not n:
         return {}
     of = {"amplitude": lambda c: c.share, "along_day": lambda c: c.share * float(np.cos(c.fit.acrophase)), "r": lambda c: c.r}
-    found = {word: np.array([[np.nan if c is None else value(c) for c in row] for row in cycles]) for word, value in of.items()}
-    return {"depth": {"n": n, **{word: _mean_of(values) for word, values in found.items()}}}
+    by_word = {word: np.array([[np.nan if c is None else value(c) for c in row] for row in cycles]) for word, value in of.items()}
+    return {"depth": {"n": n, **{word: _mean_of(values) for word, values in by_word.items()}}}
 
 
 def _mean_of(values: np.ndarray) -> Any:
-    """Mean and 95 % interval of a table of training seeds × world seeds with gaps; None where all of it is one."""
+    """Mean and 95 % interval of a table of training seeds × world seeds with gaps; None if it is all gaps."""
     if np.isfinite(values).all():
         return mean_interval(values)
     rows = values if len(values) > 1 else values.T
@@ -236,15 +236,15 @@ def _coupling(runs: Sequence[Series], cycles: Sequence[CycleStatistics], seed: i
     out = {}
     for a, b in zip(runs[0].species, runs[0].species[1:], strict=False):
         try:
-            found = cross_seed_surrogates([run for run, _ in kept], a, b, period, seed=seed)
+            surrogates = cross_seed_surrogates([run for run, _ in kept], a, b, period, seed=seed)
         except ValueError:
             continue
         out[f"{a}→{b}"] = {
-            "n": found.n,
+            "n": surrogates.n,
             "period": period,
-            "coherency": found.coherency,
-            "share": found.share,
-            "p": found.p,
+            "coherency": surrogates.coherency,
+            "share": surrogates.share,
+            "p": surrogates.p,
         }
     return out
 
@@ -270,7 +270,7 @@ def _effects(reference: Sequence[Series], runs: Sequence[Series], names: Sequenc
 
 
 def clean(x: Any) -> Any:
-    """The same in types of JSON: intervals as [value, low, high], NaN and infinity as null."""
+    """Return it with JSON types: intervals as [value, low, high], NaN and infinity as null."""
     if isinstance(x, Mapping):
         return {str(k): clean(v) for k, v in x.items()}
     if isinstance(x, list | tuple | np.ndarray):

@@ -48,7 +48,7 @@ def _share(x: Sequence[float]) -> str:
 
 _CURVE = "Share of runs in which {} lives (Kaplan–Meier, 95 % bands)."
 _BY_SEED = "Share of runs in which all species live: all runs thick, with a band over both kinds of seeds (95 %); each training seed thin."
-_CELLS = "The tick at which the first species died out, and which it was, by training seed and world seed."
+_CELLS = "The tick of the first extinction, and the species, by training seed and world seed."
 _MEANS = "Numbers over time: every run thin, the median over runs thick."
 _HOURS = "Mean depth over the hours of the day, the first day left out: every run thin, the mean over runs thick; grey is night."
 _SHARES = (
@@ -82,7 +82,7 @@ def _draw_grid(folder: Path, arm: str, grid: Grid) -> list[str]:
 
 
 def _head(result: dict[str, Any]) -> list[str]:
-    """What the page opens with: in how many runs of each arm all species persisted, and who died out of what."""
+    """The head of the page: in how many runs of each arm all species persisted, and which died out of what."""
     arms = result["arms"]
     lines = "".join(f"<p>{escape(arm)}: {escape(text)}</p>" for arm, text in result["opening"].items())
     lost = any(a["persisted"] < a["n"] for a in arms.values())
@@ -95,7 +95,7 @@ def _head(result: dict[str, Any]) -> list[str]:
 
 
 def _who(result: dict[str, Any], pictures: Sequence[str]) -> list[str]:
-    """In how many runs of each arm all persisted, and when who died out."""
+    """Persistence by arm: runs in which all persisted, and when each species died out."""
     names = result["species"]
     rows = [
         [arm, a["n"], f"{a['ticks']:,}", a["persisted"], _interval(a["persistence"])]
@@ -108,11 +108,11 @@ def _who(result: dict[str, Any], pictures: Sequence[str]) -> list[str]:
 
 def _crossed(result: dict[str, Any], drawn: Mapping[str, Sequence[str]]) -> list[str]:
     """The crossed design of the arms that have one: by training seed, and where the variance comes from."""
-    found = {arm: a["crossed"] for arm, a in result["arms"].items() if "crossed" in a}
-    if not found:
+    grids = {arm: a["crossed"] for arm, a in result["arms"].items() if "crossed" in a}
+    if not grids:
         return []
     blocks = ["<h2>Training seed and world seed</h2>"]
-    for arm, c in found.items():
+    for arm, c in grids.items():
         worlds = len(c["world_seeds"])
         each = ", ".join(f"{seed}: {kept}" for seed, kept in c["persisted_by_training_seed"].items())
         blocks.append(
@@ -123,7 +123,7 @@ def _crossed(result: dict[str, Any], drawn: Mapping[str, Sequence[str]]) -> list
         blocks += drawn[arm]
     rows = [
         [arm, outcome, x["n"], *(_share(x["share"][effect]) for effect in EFFECTS)]
-        for arm, c in found.items()
+        for arm, c in grids.items()
         for outcome, x in c["variance_shares"].items()
     ]
     return [*blocks, _SHARES, table(["arm", "outcome", "runs", *EFFECTS], rows)] if rows else blocks
@@ -147,19 +147,19 @@ def _against(result: dict[str, Any]) -> list[str]:
 
 
 def _depth(out: Path, result: dict[str, Any], loaded: Mapping[str, Sequence[Series]]) -> list[str]:
-    """How mean depth follows the day in each arm, of those who swim under a sun."""
-    found = [(arm, s, x["depth"]) for arm, a in result["arms"].items() for s, x in a["per_species"].items() if "depth" in x]
-    if not found:
+    """How mean depth follows the day in each arm, of species that swim under a sun."""
+    depths = [(arm, s, x["depth"]) for arm, a in result["arms"].items() for s, x in a["per_species"].items() if "depth" in x]
+    if not depths:
         return []
-    names = [s for s in result["species"] if any(s == name for _, name, _ in found)]
+    names = [s for s in result["species"] if any(s == name for _, name, _ in depths)]
     file = figures.save(depth_figures.arms(loaded, names), out / "figures" / "depth.png")
-    rows = [[arm, s, d["n"], *(_interval(d[k]) for k in ("amplitude", "along_day", "r"))] for arm, s, d in found]
+    rows = [[arm, s, d["n"], *(_interval(d[k]) for k in ("amplitude", "along_day", "r"))] for arm, s, d in depths]
     head = ["arm", "species", "runs with two days", "amplitude", "along the sun", "correlation with light"]
     return ["<h2>Depth over the day</h2>", _DEPTH, picture(file, _HOURS), table(head, rows)]
 
 
 def _cycles(result: dict[str, Any]) -> list[str]:
-    """Whose numbers cycle, and who follows whom."""
+    """Cycles by arm, and which species follows which."""
     rows = [
         [arm, s, f"{x['cycling']} of {x['long_enough']}", number(x["pooled_p"], 2), f"{x['cycling_ar1']} of {x['long_enough']}",
          number(x["median_period"]), number(x["mean_number"])]

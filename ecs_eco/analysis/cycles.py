@@ -1,4 +1,4 @@
-"""Cycles in a food chain: who cycles, with what period, who follows whom by how much, and is it real?
+"""Cycles in a food chain: which species cycle, with what period, which follows which by how much, and is it significant?
 
 Lags are shares of the period: .25 means that b peaks a quarter period after a. Two independent quasi-cycles of
 ten periods cross-correlate up to .5 by luck, so the coupling of two species is tested against pairs that cannot
@@ -57,15 +57,15 @@ class Lag:
 
 @dataclass(frozen=True)
 class CycleStatistics:
-    """Everything about the cycles of one run; `as_dict` is fit for JSON."""
+    """The cycles of one run; `as_dict` gives JSON types."""
 
     species: tuple[str, ...]
-    ticks: int  # of the stretch that was looked at: after the start, before the first extinction
-    enough: bool  # whether that stretch is long enough to look at all
+    ticks: int  # of the stretch analysed: after the start, before the first extinction
+    enough: bool  # whether that stretch is long enough to analyse
     peaks: dict[str, Peak | None] = field(default_factory=dict)  # against red noise that relaxes
     p_ar1: dict[str, float | None] = field(default_factory=dict)  # against AR(1), the lenient null
     period: float | None = None  # [ticks] of the clearest peak of `period_of`: the one at which lags are taken
-    period_of: tuple[str, ...] = ()  # species whose peaks were asked for it
+    period_of: tuple[str, ...] = ()  # species among whose peaks it was chosen
     lags: dict[str, Lag] = field(default_factory=dict)  # "grass→deer": …
 
     def cycling(self, level: float = 0.05) -> tuple[str, ...]:
@@ -84,7 +84,7 @@ class CycleStatistics:
             "p_ar1": self.p_ar1,
             "period": self.period,
             "period_of": list(self.period_of),
-            "lags": {pair: asdict(found) for pair, found in self.lags.items()},
+            "lags": {pair: asdict(lag) for pair, lag in self.lags.items()},
         }
 
 
@@ -120,17 +120,17 @@ def cycle_statistics(
     """
     series = load_series(run, species)
     names = tuple(s for s, here in zip(series.species, series.present, strict=True) if here)
-    asked = _asked(series, names, period_of)
+    searched = _asked(series, names, period_of)
     n = living_stretch(series, skip)
     if len(n) < SHORTEST:
-        return CycleStatistics(names, len(n), False, period_of=asked)
+        return CycleStatistics(names, len(n), False, period_of=searched)
     peaks = {s: spectral_peak(x, n_boot=n_boot, seed=seed) for s, x in zip(names, n.T, strict=True)}
     lenient = {s: spectral_peak(x, null="ar1", n_boot=n_boot, seed=seed) for s, x in zip(names, n.T, strict=True)}
     p_ar1 = {s: None if peak is None else peak.p for s, peak in lenient.items()}
-    found = [peak for s in asked if (peak := peaks[s]) is not None]
-    if not found:
-        return CycleStatistics(names, len(n), True, peaks, p_ar1, period_of=asked)
-    period = min(found, key=lambda peak: (peak.p, -peak.ratio)).period
+    candidates = [peak for s in searched if (peak := peaks[s]) is not None]
+    if not candidates:
+        return CycleStatistics(names, len(n), True, peaks, p_ar1, period_of=searched)
+    period = min(candidates, key=lambda peak: (peak.p, -peak.ratio)).period
     log = transform(n)
     pairs = [(i, j) for i in range(len(names)) for j in range(i + 1, len(names))]
     lags = {
@@ -138,11 +138,11 @@ def cycle_statistics(
         for i, j in pairs
         if np.ptp(n[:, [i, j]], 0).all()
     }
-    return CycleStatistics(names, len(n), True, peaks, p_ar1, period, asked, lags)
+    return CycleStatistics(names, len(n), True, peaks, p_ar1, period, searched, lags)
 
 
 def _asked(series: Series, names: Sequence[str], period_of: Sequence[str] | None) -> tuple[str, ...]:
-    """Species among whose peaks the period is looked for: those given, the consumers, or all."""
+    """Species among whose peaks the period is chosen: those given, the consumers, or all."""
     if period_of is not None:
         for name in period_of:
             series.index(name)
@@ -188,7 +188,7 @@ def median_lag_interval(lags: Sequence[float], level: float = 0.95) -> dict[str,
     """Circular median of lags over seeds with a distribution-free interval between order statistics.
 
     The interval is the narrowest with at least `level` of coverage, or the range where there are too few seeds for
-    that; `coverage` says what it has: six seeds give their range with .97.
+    that; `coverage` is the actual one: the range of six seeds has .97.
     """
     x = np.asarray(lags, float)
     if not len(x):
@@ -251,10 +251,10 @@ def cross_seed_surrogates(
         raise ValueError(f"cross-seed surrogates need at least 4 runs, got {len(runs)}: one run a seed")
     loaded = [load_series(run) for run in runs]
     if period is None:
-        found = [p for s in loaded if (p := cycle_statistics(s, (a, b), skip=skip, n_boot=99, seed=seed).period)]
-        if not found:
+        periods = [p for s in loaded if (p := cycle_statistics(s, (a, b), skip=skip, n_boot=99, seed=seed).period)]
+        if not periods:
             raise ValueError(f"none of the {len(runs)} runs is long enough for a cycle of {a} and {b}")
-        period = float(np.median(found))
+        period = float(np.median(periods))
     pairs = [living_stretch(load_series(s, (a, b)), skip) for s in loaded]
     n = min(map(len, pairs))
     if n < 2 * period:

@@ -1,4 +1,4 @@
-"""A recorded run with a sun and a depth of water: how mean depth follows the day, and who is how deep at which hour."""
+"""Depth in a recorded run with a sun and a depth of water: how mean depth follows the day, and its distribution by hour."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class DepthCycle:
     days: float
     fit: Cosinor  # [m] of times in days from noon: the acrophase is how long after noon they are deepest
     height: float  # [m] of the water
-    p: float  # that days begun at random hours have as large an amplitude; NaN for less than three whole days
+    p: float  # of as large an amplitude if days began at random hours; NaN for less than three whole days
     r: float  # correlation of mean depth with light at the surface
 
     @property
@@ -59,7 +59,7 @@ def _part_of_day(series: Series, ticks: np.ndarray) -> np.ndarray:
 
 
 def surface_light(series: Series, ticks: np.ndarray | None = None) -> np.ndarray:
-    """Light at the surface at ticks (all of the run), f64[ticks]; what interventions did to it is not in it."""
+    """Light at the surface at ticks (all of the run), f64[ticks]; without the effect of interventions."""
     config = series.manifest["config"]
     sun, full = Sun(**config["sun"]), config.get("ambient", {}).get("light", 1.0)
     return np.array([full * sun.light(float(t) * series.dt) for t in (series.ticks if ticks is None else ticks)])
@@ -90,13 +90,13 @@ def day_by_hour(series: Series, species: str) -> np.ndarray:
 
 
 def mean_of_there(values: np.ndarray) -> np.ndarray:
-    """Mean over rows f64[n, k] of what is there: f64[k], NaN where nothing is."""
+    """Mean over rows f64[n, k] of all that is not NaN: f64[k], NaN where all is."""
     there = np.isfinite(values)
     return np.where(there, values, 0.0).sum(0) / np.where(there.any(0), there.sum(0), np.nan)
 
 
 def swimmers(series: Series) -> list[str]:
-    """Species of a run that move by themselves and were there."""
+    """Species of a run that were present and move by themselves."""
     known = series.manifest.get("config", {}).get("species", {})
     return [s for s, here in zip(series.species, series.present, strict=True) if here and known.get(s, {}).get("locomotion")]
 
@@ -109,8 +109,8 @@ def depths_by_hour(run: Path | str, series: Series, layers: int = 15) -> dict[st
     top = float(series.manifest["config"]["space"]["size"][2])
     out = {s: np.zeros((layers, HOURS)) for s, here in zip(series.species, series.present, strict=True) if here}
     for file in parts(run, "snapshots"):
-        found = read_part(file, ["tick", "species", "z"], seal.has_seals(Path(run)))
-        tick, z, name = found["tick"].to_numpy(), found["z"].to_numpy(), found["species"].cast("string").to_numpy(zero_copy_only=False)
+        rows = read_part(file, ["tick", "species", "z"], seal.has_seals(Path(run)))
+        tick, z, name = rows["tick"].to_numpy(), rows["z"].to_numpy(), rows["species"].cast("string").to_numpy(zero_copy_only=False)
         hour = _part_of_day(series, tick)
         layer = np.clip(((top - z) / top * layers).astype(int), 0, layers - 1)
         for s, counts in out.items():

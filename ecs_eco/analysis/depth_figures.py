@@ -95,12 +95,12 @@ def _night(ax: Any, run: Series) -> None:
 
 
 @styled
-def escape(found: Escape, prey: str, predator: str, dt: float) -> Figure:
+def escape(result: Escape, prey: str, predator: str, dt: float) -> Figure:
     """Speed and direction around approaches, by seconds from them."""
     figure, axes = panels(1, 2, 8.4, 3.2)
     time = np.arange(-AROUND, AROUND + 1) * dt
     words = f"speed of {prey} [m/s]", f"cosine of its way\nand away from {predator}"
-    for ax, values, word in zip(axes[0], (found.speed, found.away), words, strict=True):
+    for ax, values, word in zip(axes[0], (result.speed, result.away), words, strict=True):
         ax.axvline(0, color="#7a838c", lw=1, ls="--")
         ax.plot(time, values, "o-", color="#0072B2", ms=4)
         ax.set(xlabel=f"time from the approach of {predator} [s]", ylabel=word)

@@ -15,11 +15,11 @@ from ecs_eco.analysis.tracks import Box, Record, Tracks, Volume, approaches, eve
 from ecs_eco.record import seal
 from ecs_eco.record.parquet import read_part
 
-WITHIN, REST, AROUND = 1.5, 5, 5  # [m], [ticks], [ticks]: an approach, how long none came before, and what is shown around it
+WITHIN, REST, AROUND = 1.5, 5, 5  # [m], [ticks], [ticks]: distance of an approach, time without one before it, time shown around it
 
 
 def hunts(manifest: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """(prey, predator) of animals of which every tick of every organism was recorded: of a sample nobody knows who was near."""
+    """(prey, predator) of animals with every tick of every organism recorded: a sample does not show which were near."""
     if manifest.get("record") != "full":
         return []
     kinds = {k.removeprefix("details-") for k, n in manifest.get("parts", {}).items() if k.startswith("details-") and n}
@@ -28,7 +28,7 @@ def hunts(manifest: Mapping[str, Any]) -> list[tuple[str, str]]:
 
 
 def recorded_tracks(run: Path | str, prey: str, predator: str, within: float = 10.0, most: int = 3000) -> Tracks | None:
-    """Return what prey did in the last `most` ticks of a run with details of prey and predators, None where nobody was together."""
+    """Return tracks of prey in the last `most` ticks of a run with details of prey and predators; None if they never met."""
     series = load_series(run)
     first = int(series.ticks[-1]) - most
     mine, other = (_places(run, name, first) for name in (prey, predator))
@@ -46,17 +46,17 @@ def _places(run: Path | str, name: str, first: int) -> dict[int, tuple[np.ndarra
     """Uids in order and places of a species by tick, from its details."""
     out: dict[int, tuple[np.ndarray, np.ndarray]] = {}
     for file in parts(run, f"details-{name}"):
-        found = read_part(file, ["tick", "uid", "x", "y", "z"], seal.has_seals(Path(run)))
-        tick, uid = found["tick"].to_numpy(), found["uid"].to_numpy()
-        place = np.stack([found[c].to_numpy() for c in "xyz"], 1).astype(float)
+        snapshot = read_part(file, ["tick", "uid", "x", "y", "z"], seal.has_seals(Path(run)))
+        tick, uid = snapshot["tick"].to_numpy(), snapshot["uid"].to_numpy()
+        place = np.stack([snapshot[c].to_numpy() for c in "xyz"], 1).astype(float)
         order = np.lexsort((uid, tick))
         order = order[tick[order] >= first]
         cuts = np.flatnonzero(np.diff(tick[order])) + 1
         for rows in np.split(order, cuts) if order.size else ():
             t, before = int(tick[rows[0]]), out.get(int(tick[rows[0]]))  # a tick may end in the next part
             both = (uid[rows], place[rows]) if before is None else (np.append(before[0], uid[rows]), np.append(before[1], place[rows], 0))
-            again = np.argsort(both[0])
-            out[t] = both[0][again], both[1][again]
+            by_uid = np.argsort(both[0])
+            out[t] = both[0][by_uid], both[1][by_uid]
     return out
 
 
@@ -86,7 +86,8 @@ class Escape:
 def escapes(tracks: Tracks, within: float = WITHIN, rest: int = REST) -> Escape | None:
     """What prey did around the approach of a predator to `within` [m]; None where none came near.
 
-    The V-test takes approaches as independent; where an animal is approached often it says too much, so runs are the replicates.
+    The V-test treats approaches as independent, which overstates the evidence if an animal is approached often: runs are the
+    replicates.
     """
     events = approaches(tracks.distance, within, rest)
     if not len(events):

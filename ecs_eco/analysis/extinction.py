@@ -1,4 +1,4 @@
-"""Who died out, when, and of what: said first wherever a run or a set of runs is told of."""
+"""Extinctions: which species died out, when, and of what; every report of runs opens with it."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class Decline:
     species: str
     tick: int  # gone for good from this tick on
     since: int
-    n: int  # how many there were then
+    n: int  # its number then
     births: int | None  # after `since`; None where the run does not count them
     causes: dict[str, int] = field(default_factory=dict)  # deaths after `since`, the most frequent cause first
 
@@ -32,13 +32,13 @@ class Decline:
 
 
 def decline(series: Series, species: str) -> Decline | None:
-    """How a species ended; None where it lives at the end or was never there."""
+    """The decline of a species; None if it lives at the end or was never there."""
     i, n = series.index(species), series.of(species)
     if np.isnan(series.extinct[i]) or not series.present[i]:
         return None
     end = int(np.searchsorted(series.ticks, series.extinct[i]))
     high = np.flatnonzero(n[: end + 1] >= max(0.5 * n[: end + 1].max(), 1))
-    since = int(high[-1]) if len(high) else -1  # gone within the first tick: all who were there died in it
+    since = int(high[-1]) if len(high) else -1  # gone within the first tick
     counts = {c: int(series.columns[DIED + c][since + 1 : end + 1, i].sum()) for c in series.causes}
     counts = {c: k for c, k in sorted(counts.items(), key=lambda x: -x[1]) if k}
     births = int(series.columns["births"][since + 1 : end + 1, i].sum()) if "births" in series.columns else None
@@ -48,9 +48,9 @@ def decline(series: Series, species: str) -> Decline | None:
 
 
 def declines(series: Series) -> list[Decline]:
-    """All extinctions of a run, the first first."""
-    found = [d for s in series.species if (d := decline(series, s)) is not None]
-    return sorted(found, key=lambda d: d.tick)
+    """All extinctions of a run, in order of time."""
+    all_declines = [d for s in series.species if (d := decline(series, s)) is not None]
+    return sorted(all_declines, key=lambda d: d.tick)
 
 
 def lifetime(series: Series) -> tuple[float, bool]:
@@ -63,7 +63,7 @@ def lifetime(series: Series) -> tuple[float, bool]:
 
 
 def opening(series: Series) -> list[str]:
-    """What the report of one run opens with, a sentence a line: whether all species persisted; else who died out, when and of what."""
+    """The opening of a run's report, a sentence a line: whether all species persisted; else which died out, when and of what."""
     lived = [s for s, here in zip(series.species, series.present, strict=True) if here]
     if not lived:
         return ["No species had a living member at the end of any tick."]
@@ -83,7 +83,7 @@ def opening(series: Series) -> list[str]:
 
 
 def multiplies(series: Series, species: str) -> bool:
-    """Whether a species can have offspring: it has some, or its configuration says how, or nothing is known of that."""
+    """Whether a species can have offspring: it has some, or its configuration says how, or there is no configuration."""
     known = series.manifest.get("config", {}).get("species", {}).get(species, {"reproduction": "not known"})
     return bool(known.get("reproduction")) or bool("births" in series.columns and series.of(species, "births").any())
 
@@ -96,13 +96,13 @@ def sentence(end: Decline) -> str:
 
 
 def shared(runs: Sequence[Series]) -> str:
-    """What the report of several runs opens with: in how many all species persisted; who died out in how many, and of what."""
+    """The opening of a report of several runs: in how many all species persisted; which died out in how many, and of what."""
     n, kept = len(runs), sum(run.persisted for run in runs)
     first = f"All species persisted in {kept} of {n} run{'s' * (n != 1)} ({kept / n:.0%})."
-    found = [d for run in runs for d in declines(run)]
-    told = []
-    for species in dict.fromkeys(d.species for d in found):
-        of = [d for d in found if d.species == species]
+    all_declines = [d for run in runs for d in declines(run)]
+    sentences = []
+    for species in dict.fromkeys(d.species for d in all_declines):
+        of = [d for d in all_declines if d.species == species]
         causes: dict[str, int] = {}
         for d in of:
             for cause, k in d.causes.items():
@@ -110,5 +110,5 @@ def shared(runs: Sequence[Series]) -> str:
         pooled = Decline(species, 0, 0, 0, None, dict(sorted(causes.items(), key=lambda x: -x[1])))
         ticks = sorted(d.tick for d in of)
         when = f"at tick {ticks[0]:,}" if len(of) == 1 else f"at ticks {ticks[0]:,} to {ticks[-1]:,}"
-        told.append(f"{species} died out in {len(of)} of {n}, {when}" + (f" ({pooled.shares()})" if causes else "") + ".")
-    return " ".join([first, *told])
+        sentences.append(f"{species} died out in {len(of)} of {n}, {when}" + (f" ({pooled.shares()})" if causes else "") + ".")
+    return " ".join([first, *sentences])

@@ -52,24 +52,24 @@ def populations(series: Series) -> Figure:
 
 
 def interventions(series: Series) -> list[tuple[int, str]]:
-    """What was done to the world: (tick, what), in the order of time."""
-    return [(int(tick), describe(what)) for tick, what in series.manifest.get("intervened") or ()]
+    """Interventions carried out: (tick, text), in the order of time."""
+    return [(int(tick), describe(intervention)) for tick, intervention in series.manifest.get("intervened") or ()]
 
 
 def mark(ax: Any, done: Sequence[tuple[int, str]]) -> None:
-    """Draw a vertical line at each intervention; each kind has its words at its first line, where there is room for them."""
+    """Draw a vertical line at each intervention; the first of each kind is labelled, if there is room."""
     room = float(np.ptp(ax.get_xlim())) / 45  # the width of a line of text
-    last, said = -np.inf, set[str]()
+    last, labelled = -np.inf, set[str]()
     for tick in sorted({t for t, _ in done}):
         ax.axvline(tick, color="#444c54", lw=0.9, ls=(0, (3, 2)), zorder=1)
-        fresh = dict.fromkeys(what for t, what in done if t == tick and what not in said)
+        fresh = dict.fromkeys(label for t, label in done if t == tick and label not in labelled)
         if fresh and tick - last >= room:
             text = "; ".join(fresh)
             ax.annotate(text if len(text) <= 44 else text[:43] + "…", (tick, 1), xycoords=("data", "axes fraction"), xytext=(2, -3),
                         textcoords="offset points", rotation=90, ha="left", va="top", fontsize=7.5, color="#222222",
                         bbox={"facecolor": "white", "alpha": 0.8, "edgecolor": "none", "pad": 0.6})  # fmt: skip
             last = tick
-            said.update(fresh)
+            labelled.update(fresh)
 
 
 @styled
@@ -126,13 +126,13 @@ def lags(
     """Cross-correlation of each pair over lags of ± one period, with the band of cross-seed pairs where given ("a→b")."""
     figure, axes = panels(1, len(pairs), 3.6 * len(pairs) + 0.6, 3.2, sharey=True)
     for ax, (a, b) in zip(axes[0], pairs, strict=True):
-        found = (surrogates or {}).get(f"{a}→{b}")
-        if found is not None:
+        band = (surrogates or {}).get(f"{a}→{b}")
+        if band is not None:
             ax.fill_between(
-                found.lags, found.low, found.high, color="#dfe3e8", lw=0, label=f"{a} and {b} of different runs, 95 %"
+                band.lags, band.low, band.high, color="#dfe3e8", lw=0, label=f"{a} and {b} of different runs, 95 %"
             )
-            ax.plot(found.lags, found.real.T, color="#0072B2", lw=0.8, alpha=0.5)
-            x, y = found.lags, found.real.mean(0)
+            ax.plot(band.lags, band.real.T, color="#0072B2", lw=0.8, alpha=0.5)
+            x, y = band.lags, band.real.mean(0)
         else:
             chosen = Series(series.ticks, (a, b), {"n": np.stack([series.of(a), series.of(b)], 1)})
             numbers, factor = thin(transform(living_stretch(chosen).T), 2048)
@@ -190,7 +190,7 @@ FLOWS = (
 
 @styled
 def energy(series: Series) -> Figure:
-    """Energy flows per tick of each species: what comes in above zero, what goes out below, and the net."""
+    """Energy flows per tick of each species: inflows above zero, outflows below, and the net."""
     figure, axes = panels(len(series.species), 1, 9, 2.1 * len(series.species) + 0.6, sharex=True)
     for ax, (i, s) in zip(axes[:, 0], enumerate(series.species), strict=True):
         for sign in (1, -1):
@@ -214,7 +214,7 @@ def energy(series: Series) -> Figure:
 
 @styled
 def positions(at: Mapping[str, np.ndarray], size: Sequence[float], hue: Mapping[str, str], title: str = "") -> Figure:
-    """Where everybody is: positions (n, 3) [m] by species, later species on top; a volume is seen from the side (x, z)."""
+    """Map of all organisms: positions (n, 3) [m] by species, later species on top; a volume is seen from the side (x, z)."""
     volume = len(size) > 2 and size[2] > 0
     high = size[2] if volume else size[1]
     figure, ((ax,),) = panels(1, 1, 6.6, 6.0 * float(np.clip(high / size[0], 0.3, 1.2)) + 0.7)

@@ -1,4 +1,4 @@
-"""Which way a reading pushes a formula, as far as the text alone tells: +1 up, −1 down, 0 not at all, None: it depends."""
+"""The sign of a reading's effect on a formula, as far as the text alone shows: +1, −1, 0 for none, None: it depends."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ def directions(text: str, positive: Collection[str]) -> dict[str, Sign]:
 
 
 def pushes(text: str, positive: Collection[str]) -> dict[str, Sign]:
-    """For each name of a reflex formula which way the terms of the sum that it is in push.
+    """For each name of a reflex formula, the sign of the terms of the sum that it is in.
 
-    A term that is never below 0 pushes up whenever it counts, as `energy < 0.3` does; of other terms the direction counts.
+    A term that is never below 0, such as `energy < 0.3`, has the sign +1; other terms have that of their direction.
     """
     tree = _parsed(text)
-    found: dict[str, Sign] = {}
+    directions: dict[str, Sign] = {}
     for name in _names(tree):
         terms = [(sign, term) for sign, term in _terms(tree, 1) if name in _names(term)]
-        found[name] = _sum(_times(_value(term, positive) or _direction(term, name, positive), sign) for sign, term in terms)
-    return found
+        directions[name] = _sum(_times(_value(term, positive) or _direction(term, name, positive), sign) for sign, term in terms)
+    return directions
 
 
 def _parsed(text: str) -> ast.AST:
@@ -35,8 +35,8 @@ def _parsed(text: str) -> ast.AST:
 def _names(tree: ast.AST) -> list[str]:
     """The readings that an expression names, once each, in the order of the text."""
     called = {id(n.func) for n in ast.walk(tree) if isinstance(n, ast.Call)}
-    found = [n for n in ast.walk(tree) if isinstance(n, ast.Name) and id(n) not in called]
-    return list(dict.fromkeys(n.id for n in sorted(found, key=lambda n: n.col_offset)))
+    nodes = [n for n in ast.walk(tree) if isinstance(n, ast.Name) and id(n) not in called]
+    return list(dict.fromkeys(n.id for n in sorted(nodes, key=lambda n: n.col_offset)))
 
 
 def _terms(tree: ast.AST, sign: int) -> list[tuple[int, ast.AST]]:
@@ -50,8 +50,8 @@ def _terms(tree: ast.AST, sign: int) -> list[tuple[int, ast.AST]]:
 
 def _sum(signs: Iterable[Sign]) -> Sign:
     """The sign of a sum: that of its terms where they agree."""
-    found = set(signs) - {0}
-    return 0 if not found else found.pop() if len(found) == 1 else None
+    distinct = set(signs) - {0}
+    return 0 if not distinct else distinct.pop() if len(distinct) == 1 else None
 
 
 def _times(a: Sign, b: Sign) -> Sign:

@@ -1,4 +1,4 @@
-"""Who descends from whom in a run: all births and deaths, from a living world or from a folder."""
+"""The lineage of a run: all births and deaths, from a living world or from a folder."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ DEATHS = {"tick": int, "species": str, "uid": int, "cause": str}
 
 @dataclass(frozen=True)
 class Lineage(Pedigree):
-    """The pedigree of a run: where it is read from, who carries which genes, and the formats that others read."""
+    """The pedigree of a run: reading it, gene frequencies, and export to other formats."""
 
     @classmethod
     def of(cls, world: Any) -> Lineage:
@@ -72,7 +72,7 @@ class Lineage(Pedigree):
         return cls(uid=uid, born=births["tick"][order].astype(np.int64), died=died, cause=cause, **more)
 
     def frequencies(self, species: str, gene: str | Sequence[int], every: int) -> Frequencies:
-        """Who carries what of a gene at every so many ticks, exact; see `ecs_eco.analysis.carriers.frequencies`."""
+        """The carriers of each value of a gene every `every` ticks, exact; see `ecs_eco.analysis.carriers.frequencies`."""
         return frequencies(self, species, gene, every)
 
     def to_csv(self, path: Path | str) -> Path:
@@ -96,27 +96,27 @@ class Lineage(Pedigree):
 def _events(folder: Path | str, kind: str, columns: dict[str, type], needed: bool = False) -> dict[str, np.ndarray]:
     """Columns of all parts: strings as str, "" where null; numbers as u64; a column that is not there as 0 or ""."""
     tables = [read_part(file, needed=needed) for file in parts(folder, kind)]
-    return {name: _column(tables, name, what) for name, what in columns.items()}
+    return {name: _column(tables, name, dtype) for name, dtype in columns.items()}
 
 
-def _column(tables: list[pa.Table], name: str, what: type) -> np.ndarray:
+def _column(tables: list[pa.Table], name: str, dtype: type) -> np.ndarray:
     if not tables or any(name not in t.column_names for t in tables):
         rows = sum(len(t) for t in tables)
         if name == "genome":
             return np.full(rows, "", object)
-        return np.zeros(rows, "U1" if what is str else np.uint64)
-    chunked = [t.column(name).cast(pa.string()) if what is str else t.column(name) for t in tables]
+        return np.zeros(rows, "U1" if dtype is str else np.uint64)
+    chunked = [t.column(name).cast(pa.string()) if dtype is str else t.column(name) for t in tables]
     column = pa.chunked_array([chunk for c in chunked for chunk in c.chunks], chunked[0].type)
     if name == "genome":
         return column.fill_null("").to_numpy()
-    if what is not str:
+    if dtype is not str:
         return column.to_numpy()
     words = column.fill_null("").combine_chunks().dictionary_encode()
     return np.array(words.dictionary.to_pylist() or [""])[words.indices.to_numpy(zero_copy_only=False)]
 
 
 def _with_founders(births: dict[str, np.ndarray], deaths: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Births with those of whom only a death or a child is recorded: born at tick 0 of nobody."""
+    """Births, with those of whom only a death or a child is recorded: born at tick 0 without parents."""
     known: dict[int, str] = {}
     for events, column in ((births, "parent"), (births, "parent2"), (deaths, "uid")):
         uids, species = events[column], events["species"]

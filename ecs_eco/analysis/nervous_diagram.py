@@ -1,4 +1,4 @@
-"""What a drawing of a nervous system holds: sensors, actions, reflexes, the happiness and the policy network."""
+"""The content of a drawing of a nervous system: sensors, actions, reflexes, the happiness and the policy network."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ ORDER = ("homeostatic regulation", "reproduction", "other actions", "locomotion"
 
 @dataclass(frozen=True)
 class SensorNode:
-    """A sensor: what kind, what it is sensitive to and where, and its channels (rows of the sensory input)."""
+    """A sensor: its kind, what it is sensitive to and where, and its channels (rows of the sensory input)."""
 
     kind: str  # heading: interoception, touch, smell, vision, surroundings, other senses
     text: str
@@ -86,7 +86,7 @@ class PolicyNode:
 
     @property
     def label(self) -> str:
-        """The layers and whose they are: "14 → 64 → 64 → 6, shared"."""
+        """The layers, and whether they are shared: "14 → 64 → 64 → 6, shared"."""
         return f"{' → '.join(map(str, self.layers))}, {self.kind}" if self.layers else "none"
 
 
@@ -117,12 +117,12 @@ def nervous_species(config: WorldConfig) -> list[str]:
 
 
 def diagram(config: WorldConfig, species: str) -> Diagram:
-    """What the drawing of a species holds; raises ConfigError where there is no such species or it has no nerves."""
+    """The diagram of a species; raises ConfigError if there is no such species or it has no nerves."""
     nervous = nervous_species(config)
     if species not in nervous:
-        what = "no such species" if species not in config.species else "it has neither sensors nor actions"
+        fault = "no such species" if species not in config.species else "it has neither sensors nor actions"
         allowed = f"a species with nerves: {', '.join(nervous)}" if nervous else "no species of this world has nerves"
-        raise ConfigError([Problem((), what, species, allowed, nearest(species, nervous), "species")])
+        raise ConfigError([Problem((), fault, species, allowed, nearest(species, nervous), "species")])
     own = config.species[species]
     return Diagram(
         config.title or config.name,
@@ -169,8 +169,8 @@ def _text(sensor: Any) -> str:
             return f"{'anything' if sensor.target == 'any' else sensor.target}, {where.replace('-', '−')}"
         case "custom":
             return function_name(sensor.function)
-    what = sensor.field if sensor.kind == "smell" else sensor.kind
-    return f"{what}, {_place(sensor.at)}"
+    property_ = sensor.field if sensor.kind == "smell" else sensor.kind
+    return f"{property_}, {_place(sensor.at)}"
 
 
 def _angle(fov: float) -> str:
@@ -202,12 +202,12 @@ def _reflexes(species: Species, dims: int) -> list[Reflex]:
     if species.reflex is None:
         return []
     readings, rows = species.readings(dims), species.action_rows()
-    found = [_connection(c, readings, rows, _genes(species)) for c in species.reflex.connections]
+    reflexes = [_connection(c, readings, rows, _genes(species)) for c in species.reflex.connections]
     for action, text in species.reflex.formulas.items():
         sources = _sources(pushes(text, _positive(species, dims)), readings)
         signs = {sign for _, sign in sources}
-        found.append(Reflex(sources, rows[action], signs.pop() if len(signs) == 1 else None, " ".join(text.split())))
-    return found
+        reflexes.append(Reflex(sources, rows[action], signs.pop() if len(signs) == 1 else None, " ".join(text.split())))
+    return reflexes
 
 
 def _connection(c: Any, readings: dict[str, tuple[int, ...]], rows: dict[str, int], genes: dict[str, Any]) -> Reflex:
@@ -260,27 +260,27 @@ def _happiness(species: Species, dims: int) -> HappinessNode | None:
 
 def _sources(signs: dict[str, Sign], readings: dict[str, tuple[int, ...]]) -> tuple[tuple[int, Sign], ...]:
     """(channel, sign) for the channels behind names; a channel behind two names that disagree has None."""
-    found: dict[int, Sign] = {}
+    by_row: dict[int, Sign] = {}
     for name, sign in signs.items():
         for row in readings[name]:
-            found[row] = sign if found.get(row, sign) == sign else None
-    return tuple(sorted(found.items()))
+            by_row[row] = sign if by_row.get(row, sign) == sign else None
+    return tuple(sorted(by_row.items()))
 
 
 def _positive(species: Species, dims: int) -> set[str]:
     """The names of readings that are never below 0."""
-    found: set[str] = set()
+    names: set[str] = set()
     for s in species.sensors:
         channels = s.channels(dims)
         if s.kind == "own" and s.property in (*OWN, *species.substances):
-            found |= set(channels)
+            names |= set(channels)
         elif s.kind in ("smell", "touch") or (s.kind == "rays" and s.report == "per_ray"):
-            found |= {*channels, getattr(s, "field", channels[0])}
+            names |= {*channels, getattr(s, "field", channels[0])}
         elif s.kind in ("nearest", "rays"):
-            found |= {c for c in channels if c.endswith("_near")}
+            names |= {c for c in channels if c.endswith("_near")}
         elif s.kind == "light" and s.zero <= 0:
-            found |= set(channels)
-    return found
+            names |= set(channels)
+    return names
 
 
 def _policy(species: Species, dims: int) -> PolicyNode:

@@ -1,6 +1,6 @@
 """Draws nervous systems: sensors at the left, actions at the right, the reflex, happiness and policy networks between.
 
-What is drawn is decided in nervous_diagram.py, where in nervous_layout.py, with which strokes in nervous_pen.py.
+The content is in nervous_diagram.py, the layout in nervous_layout.py, the strokes in nervous_pen.py.
 """
 
 from __future__ import annotations
@@ -39,16 +39,16 @@ def draw_nervous_system(config: WorldConfig, species: str, values: Mapping[str, 
 
 
 def draw_nervous_systems(config: WorldConfig, species: Sequence[str] = ()) -> Figure:
-    """The nervous systems of several species, one below the other; of all that have one where none is named."""
+    """The nervous systems of several species, one below the other; if none is named, of all that have one."""
     names = list(species) or nervous_species(config)
     if not names:
-        what = "no species has sensors or actions"
-        raise ConfigError([Problem((), what, config.name, "a world with a species that has a nervous system", source="WORLD")])
+        fault = "no species has sensors or actions"
+        raise ConfigError([Problem((), fault, config.name, "a world with a species that has a nervous system", source="WORLD")])
     return _figure([_Drawing(diagram(config, name), {}) for name in names])
 
 
 def save(figure: Figure, path: Path | str, dpi: int = 150) -> Path:
-    """Write a PNG, SVG or PDF, as the ending says, whole or not at all; the same figure gives the same file."""
+    """Write a PNG, SVG or PDF, by its suffix, completely or not at all; the same figure gives the same file."""
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
     undated: dict[str, dict[str, Any]] = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}, ".png": {"Software": None}}
@@ -62,16 +62,16 @@ def save(figure: Figure, path: Path | str, dpi: int = 150) -> Path:
 def _checked(values: Mapping[str, Any], d: Diagram) -> dict[str, np.ndarray]:
     """The values as arrays of the right length."""
     lengths = dict.fromkeys(VALUES, len(d.actions)) | {"readings": len(d.channels), "happiness": 1}
-    found: dict[str, np.ndarray] = {}
+    arrays: dict[str, np.ndarray] = {}
     for name, value in values.items():
         if name not in lengths:
             raise UnknownName(unknown_name("draw_nervous_system", "value", name, VALUES))
         if value is None:
             continue
-        found[name] = np.asarray(value, np.float64).reshape(-1)
-        if len(found[name]) != lengths[name]:
-            raise ValueError(f"values[{name!r}] of {d.species} has {len(found[name])} numbers; allowed: {lengths[name]}")
-    return found
+        arrays[name] = np.asarray(value, np.float64).reshape(-1)
+        if len(arrays[name]) != lengths[name]:
+            raise ValueError(f"values[{name!r}] of {d.species} has {len(arrays[name])} numbers; allowed: {lengths[name]}")
+    return arrays
 
 
 def _figure(drawings: list[_Drawing]) -> Figure:

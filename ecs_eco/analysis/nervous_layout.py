@@ -1,4 +1,4 @@
-"""Where everything of a drawing of a nervous system goes: three columns, of sensors, of boxes and of actions.
+"""The layout of a drawing of a nervous system: three columns, of sensors, of boxes and of actions.
 
 Lengths are inches; y goes down. Widths of texts are measured, so that nothing overlaps.
 """
@@ -44,9 +44,9 @@ def cut(text: str, most: int = 36) -> str:
 
 
 def wrapped(text: str, most: int, lines: int) -> list[str]:
-    """A text in lines of at most so many characters, and what is over left out."""
-    found = textwrap.wrap(text, most) or [""]
-    return found if len(found) <= lines else [*found[: lines - 1], found[lines - 1][: most - 2] + " …"]
+    """A text in lines of at most so many characters; the rest is cut."""
+    folded = textwrap.wrap(text, most) or [""]
+    return folded if len(folded) <= lines else [*folded[: lines - 1], folded[lines - 1][: most - 2] + " …"]
 
 
 def spread(wanted: Sequence[float], heights: Sequence[float], low: float, high: float) -> list[float]:
@@ -69,12 +69,12 @@ def _genes(names: str) -> str:
 
 
 def action_mark(a: ActionNode) -> str:
-    """What is said beside an action's name."""
+    """The note beside an action's name."""
     return "automatic" if a.automatic else "if none" if a.neutral else ""
 
 
 def legend(d: Diagram) -> list[tuple[Sign | str, str]]:
-    """What the lines of a drawing mean, of those that there are: a sign, "heritable" or "network", and the text."""
+    """The legend: the meaning of each kind of line in a drawing: a sign, "heritable" or "network", and the text."""
     reflex = {sign for r in d.reflexes for sign in (r.sign, *(s for _, s in r.sources))}
     happy = {sign for _, sign in d.happiness.sources} if d.happiness else set()
     entries: list[tuple[Sign | str, str]] = []

@@ -40,7 +40,7 @@ def picture(png: Path, caption: str) -> str:
 
 
 def number(x: float, digits: int = 3) -> str:
-    """A number for readers: digits that mean something, thousands separated, an en dash where there is none."""
+    """A number for readers: significant digits, thousands separated, an en dash for a missing one."""
     if x is None or x != x:
         return "–"
     if x in (float("inf"), float("-inf")):
@@ -53,6 +53,6 @@ def number(x: float, digits: int = 3) -> str:
 
 
 def write_text(path: Path, text: str) -> Path:
-    """Write a file whole or not at all, and the folders above it."""
+    """Write a file completely or not at all; make its folders."""
     path.parent.mkdir(parents=True, exist_ok=True)
     return files.write(path, text)

@@ -1,4 +1,4 @@
-"""A pedigree: who descends from whom, as arrays, and what can be asked of it."""
+"""A pedigree: the descent of all organisms as arrays, with queries."""
 
 from __future__ import annotations
 
@@ -43,13 +43,13 @@ class Pedigree:
         for parent in (self.parent, self.parent2):
             late = np.flatnonzero(parent >= self.uid)
             if late.size:
-                what = f"the organism {self.uid[late[0]]} has the parent {parent[late[0]]}"
-                raise ValueError(f"lineage: {what}; allowed are 0 and the uids of those born before it: no loops")
+                fault = f"the organism {self.uid[late[0]]} has the parent {parent[late[0]]}"
+                raise ValueError(f"lineage: {fault}; allowed are 0 and the uids of those born before it: no loops")
             unknown = np.flatnonzero((parent > 0) & ~np.isin(parent, self.uid))
             if unknown.size:
-                what = f"the organism {self.uid[unknown[0]]} has the parent {parent[unknown[0]]}"
+                fault = f"the organism {self.uid[unknown[0]]} has the parent {parent[unknown[0]]}"
                 allowed = "allowed are 0 and the uids of those recorded"
-                raise ValueError(f"lineage: {what}, of whom no birth is recorded; {allowed}")
+                raise ValueError(f"lineage: {fault}, of whom no birth is recorded; {allowed}")
 
     def __len__(self) -> int:
         return len(self.uid)
@@ -151,10 +151,10 @@ class Pedigree:
         return self.uid[self._forebears(self.alive(self.end if tick is None else tick)) & self.founders]
 
     def most_recent_common_ancestor(self, uids: Iterable[int]) -> int:
-        """The youngest from whom all of these descend along first parents, or who is one of them; 0 for none."""
+        """The youngest organism from which all of these descend along first parents, or that is one of them; 0 for none."""
         lines = {self.place(uid) for uid in uids}
         if not lines:
-            raise ValueError("lineage: the most recent common ancestor of nobody; hand in at least one uid")
+            raise ValueError("lineage: the most recent common ancestor of no organism; pass at least one uid")
         while len(lines) > 1:
             lines.add(int(self.mother[youngest := max(lines)]))
             lines.remove(youngest)
@@ -163,7 +163,7 @@ class Pedigree:
         return int(self.uid[lines.pop()])
 
     def samples(self, every: int) -> np.ndarray:
-        """The ticks at which something is asked of the whole run: 0, every, 2 every, …"""
+        """The ticks at which a whole run is sampled: 0, every, 2 every, …"""
         if every < 1:
             raise ValueError(f"lineage: every is {every}; it must be at least 1 tick")
         return np.arange(0, self.end + 1, every)
@@ -173,9 +173,9 @@ class Pedigree:
         """Sum of weights (1 each) over those of a mask that live at the end of each of these ascending ticks: [ticks]."""
         mask = np.ones(len(self), bool) if mask is None else mask
         change = np.zeros(len(ticks) + 1, np.int64 if weights is None else float)
-        for sign, when, who in ((1, self.born, mask), (-1, self.died, mask & (self.died != ALIVE))):
-            chosen = None if weights is None else weights[who]
-            change += (sign * np.bincount(np.searchsorted(ticks, when[who]), chosen, len(ticks) + 1)).astype(change.dtype)
+        for sign, when, selected in ((1, self.born, mask), (-1, self.died, mask & (self.died != ALIVE))):
+            chosen = None if weights is None else weights[selected]
+            change += (sign * np.bincount(np.searchsorted(ticks, when[selected]), chosen, len(ticks) + 1)).astype(change.dtype)
         return np.cumsum(change[:-1])
 
     def mean_generation(self, species: str, every: int) -> np.ndarray:

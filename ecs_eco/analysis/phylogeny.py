@@ -1,4 +1,4 @@
-"""Phylogenies in the formats of others: ALife data standards (CSV) and Newick."""
+"""Phylogenies in standard formats: ALife data standards (CSV) and Newick."""
 
 from __future__ import annotations
 

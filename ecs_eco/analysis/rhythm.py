@@ -1,4 +1,4 @@
-"""Does something follow the day? A cosine of a known period, and a test of it against days begun at random hours."""
+"""Daily rhythms: a cosine of a known period, and its test against days begun at random hours."""
 
 from __future__ import annotations
 
@@ -32,8 +32,8 @@ def cosinor(times: np.ndarray, values: np.ndarray, period: float) -> Cosinor:
 def p_of_days(days: np.ndarray, n: int = 9999, seed: int = 1) -> float:
     """Return how often days f64[days, hours], each begun at a random hour, give a mean day of as large an amplitude.
 
-    Whole days are turned, so that what is correlated within a day stays so. A straight line through all days is taken out first: a
-    drift makes the same sawtooth of every day.
+    Whole days are shifted circularly, which keeps the correlations within a day. A straight line through all days is
+    subtracted first: a drift makes the same sawtooth of every day.
     """
     rng, (many, hours) = np.random.default_rng(seed), np.shape(days)
     time = np.arange(many * hours)

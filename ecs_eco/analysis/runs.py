@@ -100,24 +100,24 @@ def load_series(
     folder with a damaged file.
     """
     if isinstance(run, Series):
-        found = run
+        series = run
     elif isinstance(run, Mapping):
         numbers = np.column_stack([np.asarray(v, float) for v in run.values()])
-        found = Series(np.arange(len(numbers)), tuple(run), {"n": numbers})
+        series = Series(np.arange(len(numbers)), tuple(run), {"n": numbers})
     elif isinstance(run, pa.Table):
-        found = _pivot(run, {})
+        series = _pivot(run, {})
     else:
         manifest = read_manifest(run)
         files = parts(run, "series")
         if not files:
             raise FileNotFoundError(f"{run} holds no series: expected series/part-00000.parquet")
         tables = [_plain(read_part(f, needed=seal.WORD in manifest)) for f in files]  # a cause that first occurs late has no column before
-        found = _pivot(pa.concat_tables(tables, promote_options="default"), manifest)
-    if species is None or tuple(species) == found.species:
-        return found
-    order = [found.index(name) for name in species]
-    columns = {name: values[:, order] for name, values in found.columns.items()}
-    return Series(found.ticks, tuple(species), columns, found.manifest)
+        series = _pivot(pa.concat_tables(tables, promote_options="default"), manifest)
+    if species is None or tuple(species) == series.species:
+        return series
+    order = [series.index(name) for name in species]
+    columns = {name: values[:, order] for name, values in series.columns.items()}
+    return Series(series.ticks, tuple(species), columns, series.manifest)
 
 
 def _plain(table: pa.Table) -> pa.Table:

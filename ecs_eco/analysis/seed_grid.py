@@ -1,4 +1,4 @@
-"""Training seed × world seed: how much of an outcome depends on each, and how certain is a statement over both?
+"""Training seed × world seed: how much of an outcome depends on each, and how certain are statements about both?
 
 One outcome a cell of a table (training seeds, world seeds); NaN where there is none. The model is that of two crossed random
 effects, y = mean + training seed + world seed + rest. The rest holds the interaction of both and all else, which one run a cell
@@ -30,7 +30,7 @@ class VarianceShares:
 
     n: int  # cells with an outcome
     mean: float
-    variance: tuple[float, float, float]  # as estimated: may be negative, which says: nothing to be seen
+    variance: tuple[float, float, float]  # as estimated: may be negative, which means no detectable effect
     share: tuple[Interval, Interval, Interval]  # negative components counted as 0; NaN where nothing varies
 
 
@@ -39,7 +39,7 @@ def components(table: np.ndarray) -> np.ndarray:
 
     Sums of squares within rows, within columns and in all are set equal to their expectations (Henderson's method I in the
     form of Gao and Owen 2017); for a table without gaps these are the estimates of the two-way analysis of variance.
-    Unbiased, so that a component near 0 is negative now and then. NaN where a table has fewer than two rows or columns.
+    Unbiased, so that a component near 0 is sometimes negative. NaN where a table has fewer than two rows or columns.
     """
     y = np.asarray(table, float)
     here = ~np.isnan(y)
@@ -60,10 +60,10 @@ def components(table: np.ndarray) -> np.ndarray:
 
 
 def pigeonhole(table: np.ndarray, n_boot: int = 999, seed: int = 0) -> np.ndarray:
-    """Tables of the two-way bootstrap: rows and columns drawn anew, each by itself, with replacement, (n_boot, rows, columns).
+    """Tables of the two-way bootstrap: rows and columns drawn independently, with replacement, (n_boot, rows, columns).
 
-    The pigeonhole bootstrap (Owen 2007). No bootstrap of a crossed design is exact (McCullagh 2000); this one errs to the side
-    of too much variance, mildly.
+    The pigeonhole bootstrap (Owen 2007). No bootstrap of a crossed design is exact (McCullagh 2000); this one slightly
+    overestimates the variance.
     """
     y = np.asarray(table, float)
     rng = np.random.default_rng(seed)
@@ -81,13 +81,13 @@ def variance_shares(table: np.ndarray, *, n_boot: int = 999, level: float = 0.95
     y = np.asarray(table, float)
     if y.ndim != 2 or min(y.shape) < 2:
         raise ValueError(f"variance shares need at least 2 training seeds and 2 world seeds, got a table of shape {y.shape}")
-    found = components(y)
+    parts = components(y)
     drawn = _shares(_corrected(components(pigeonhole(y, n_boot, seed)), *y.shape))
     drawn = drawn[:, np.isfinite(drawn).all(0)]
     ends = np.quantile(drawn, [0.5 - level / 2, 0.5 + level / 2], axis=1) if drawn.size else np.full((2, 3), np.nan)
-    share = [Interval(float(v), float(low), float(high)) for v, low, high in zip(_shares(found), *ends, strict=True)]
+    share = [Interval(float(v), float(low), float(high)) for v, low, high in zip(_shares(parts), *ends, strict=True)]
     n = int((~np.isnan(y)).sum())
-    return VarianceShares(n, float(np.nanmean(y)) if n else np.nan, tuple(map(float, found)), tuple(share))  # type: ignore[arg-type]
+    return VarianceShares(n, float(np.nanmean(y)) if n else np.nan, tuple(map(float, parts)), tuple(share))  # type: ignore[arg-type]
 
 
 def _corrected(drawn: np.ndarray, rows: int, columns: int) -> np.ndarray:
@@ -107,8 +107,8 @@ def spread_of_mean(table: np.ndarray) -> tuple[float, float]:
     """Standard error of the mean over a table without gaps, and its degrees of freedom.
 
     With the mean squares A of training seeds, B of world seeds and E of the rest, the variance of the mean is
-    (A + B − E) / n, here never less than A / n or B / n; the degrees of freedom are Satterthwaite's for A + B. A table
-    of one row or column leaves what the other says.
+    (A + B − E) / n, here never less than A / n or B / n; the degrees of freedom are Satterthwaite's for A + B. In a table
+    of one row or column only the other factor counts.
     """
     y = np.asarray(table, float)
     rows, columns = y.shape
@@ -133,10 +133,10 @@ def mean_interval(table: np.ndarray, level: float = 0.95) -> Interval:
 
 
 def effective_runs(table: np.ndarray, level: float = 0.95) -> float:
-    """Independent runs that would say as much about a share as this table of 0 and 1 does (Korn and Graubard 1998).
+    """Number of independent runs as informative about a share as this table of 0 and 1 (Korn and Graubard 1998).
 
-    The variance of the share comes from training seeds and world seeds as replicates, and the few degrees of freedom count
-    (z / t)². Where all cells agree there is no variance to estimate: then the training seeds alone are counted.
+    The variance of the share is that over training seeds and world seeds as replicates; few degrees of freedom reduce the
+    number by (z / t)². If all cells agree there is no variance to estimate: then the number of training seeds is returned.
     """
     y = np.asarray(table, float)
     error, df = spread_of_mean(y)
@@ -150,8 +150,8 @@ def effective_runs(table: np.ndarray, level: float = 0.95) -> float:
 def share_interval(table: np.ndarray, level: float = 0.95) -> Interval:
     """Share of a table of 0 and 1 with Wilson's interval on the effective number of runs.
 
-    On simulated designs of 6 × 5 it covers 96 to 99 %, whatever hangs on which seed; Wilson's on all 30 runs, as though they
-    were independent, down to 66 %.
+    On simulated designs of 6 × 5 it covers 96 to 99 %, whichever seed matters; Wilson's interval on all 30 runs, as if they
+    were independent, as little as 66 %.
     """
     y = np.asarray(table, float)
     n = effective_runs(y, level)
@@ -171,7 +171,7 @@ class Grid:
 
     @classmethod
     def of(cls, runs: Sequence[Series], training: Sequence[int], worlds: Sequence[int]) -> Grid:
-        """Put runs, told with their seeds, into a grid; ValueError where a cell has none or two."""
+        """Arrange runs with these seeds in a grid; ValueError if a cell has none or two."""
         cells: dict[tuple[int, int], Series] = {}
         for run, a, b in zip(runs, training, worlds, strict=True):
             if (a, b) in cells:
@@ -195,23 +195,23 @@ class Grid:
 
 
 def outcomes(grid: Grid, cycles: Mapping[int, CycleStatistics] | None = None) -> dict[str, np.ndarray]:
-    """Tables of what is looked at: persisted, log of the time to the first extinction, period, mean log numbers of each species.
+    """Tables of outcomes: persisted, log of the time to the first extinction, period, mean log numbers of each species.
 
     `cycles` holds the statistics of a run by its `id`. Times are cut off at the end of the run. Numbers are those after
     the first tenth of the run and before the first extinction.
     """
     names = grid.runs[0][0].species
-    found = {
+    tables = {
         "persisted": grid.table(lambda run: run.persisted),
         "log time to first extinction": grid.table(lambda run: np.log(max(lifetime(run)[0], 1.0))),
     }
     if cycles is not None:
-        found["log period"] = grid.table(lambda run: _log_period(cycles[id(run)]))
-    return found | {f"mean log number of {s}": grid.table(partial(_mean_log, species=s)) for s in names}
+        tables["log period"] = grid.table(lambda run: _log_period(cycles[id(run)]))
+    return tables | {f"mean log number of {s}": grid.table(partial(_mean_log, species=s)) for s in names}
 
 
-def _log_period(found: CycleStatistics) -> float:
-    return float(np.log(found.period)) if found.period and found.cycling() else np.nan
+def _log_period(statistics: CycleStatistics) -> float:
+    return float(np.log(statistics.period)) if statistics.period and statistics.cycling() else np.nan
 
 
 def _mean_log(run: Series, species: str) -> float:
@@ -234,19 +234,19 @@ def survival_band(grid: Grid, level: float = 0.95, n_boot: int = 499, seed: int 
 
 
 def crossed(grid: Grid, cycles: Mapping[int, CycleStatistics] | None = None, *, n_boot: int = 999, seed: int = 0) -> dict[str, Any]:
-    """What is told of a grid: the share that persisted, by training seed too, and the variance shares of every outcome."""
+    """Summary of a grid: the share that persisted, also by training seed, and the variance shares of every outcome."""
     tables = outcomes(grid, cycles)
     kept = tables["persisted"]
     shares = {}
     if min(kept.shape) > 1:
         for name, table in tables.items():
             if np.isfinite(table).sum() > max(table.shape):
-                found = variance_shares(table, n_boot=n_boot, seed=seed)
+                parts = variance_shares(table, n_boot=n_boot, seed=seed)
                 shares[name] = {
-                    "n": found.n,
-                    "mean": found.mean,
-                    "variance": dict(zip(EFFECTS, found.variance, strict=True)),
-                    "share": dict(zip(EFFECTS, found.share, strict=True)),
+                    "n": parts.n,
+                    "mean": parts.mean,
+                    "variance": dict(zip(EFFECTS, parts.variance, strict=True)),
+                    "share": dict(zip(EFFECTS, parts.share, strict=True)),
                 }
     return {
         "training_seeds": list(grid.training),

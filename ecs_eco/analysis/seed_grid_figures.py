@@ -39,7 +39,7 @@ def persistence(grid: Grid, title: str = "") -> Figure:
 
 @styled
 def lifetimes(grid: Grid, title: str = "") -> Figure:
-    """Time to the first extinction by training seed (rows) and world seed (columns); a cell in which all live says so."""
+    """Time to the first extinction by training seed (rows) and world seed (columns); cells without extinction are marked."""
     rows, columns = len(grid.training), len(grid.worlds)
     figure, ((ax,),) = panels(1, 1, 2.4 + 1.05 * columns, 1.5 + 0.52 * rows)
     lived = grid.table(lambda run: lifetime(run)[0])

@@ -49,7 +49,7 @@ def smooth(series: np.ndarray, window: int) -> np.ndarray:
 
 
 def transform(numbers: np.ndarray, how: str = "log") -> np.ndarray:
-    """Population numbers on a scale where fluctuations are even.
+    """Population numbers on a scale with fluctuations of even size.
 
     "log" is log(n + 1): births and deaths multiply, and cycles span orders of magnitude; "sqrt" evens out the
     demographic noise of a population that varies little; "none" leaves it.
@@ -102,7 +102,7 @@ class RedNoise:
             pairs = [(r, s) for i, r in enumerate(grid) for s in grid[i:]]
             self.roots = np.array([(r, s, m) for r, s in pairs for m in grid if m <= r])
         self._shape = self.shape(self.roots, n)
-        used = self._shape[:, 2:]  # the lowest two frequencies went with the trend
+        used = self._shape[:, 2:]  # removing the trend took the lowest two frequencies
         self._inverse = (1 / used).astype(np.float32)
         self._log = np.log(used).mean(1)
 
@@ -172,9 +172,9 @@ def spectral_peak(
     """Strongest spectral peak of a population series and its p against red noise by parametric bootstrap.
 
     The statistic is the largest ratio of spectrum to fitted null over all periods from 4 samples to 1/min_cycles of
-    the series, so that looking at many frequencies is paid for. The null is fitted again to every bootstrap series, so
-    that the bias of the fit is in both; correcting its roots for that bias changes no rate of error (tried). None where
-    the series is too short or constant.
+    the series, which accounts for testing many frequencies. The null is refitted to every bootstrap series, so that both
+    have the bias of the fit; correcting its roots for that bias did not change error rates. None if the series is too
+    short or constant.
     """
     x, factor = thin(transform(series, how), samples)
     n = x.shape[-1]

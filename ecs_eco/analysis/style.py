@@ -21,8 +21,8 @@ if TYPE_CHECKING:
 P = ParamSpec("P")
 
 PALETTE = ("#009E73", "#E69F00", "#0072B2", "#D55E00", "#CC79A7", "#56B4E9", "#000000", "#F0E442")
-"""Okabe and Ito's colours, told apart by colour-blind readers."""
-HUE = re.compile("#[0-9a-fA-F]{6}")  # as worlds name one; a manifest may say anything
+"""Okabe and Ito's colours, which colour-blind readers can distinguish."""
+HUE = re.compile("#[0-9a-fA-F]{6}")  # the form that worlds allow; a manifest may hold anything
 DASHES: tuple[Any, ...] = ("-", (0, (5, 1.5)), (0, (1.5, 1.2)), (0, (6, 1.5, 1.5, 1.5)))
 STYLE: dict[Any, Any] = {
     "font.size": 10,
@@ -39,7 +39,7 @@ STYLE: dict[Any, Any] = {
     "legend.frameon": False,
     "lines.linewidth": 1.4,
     "path.simplify_threshold": 0.5,
-    "text.parse_math": False,  # names and causes are of the world's author, and a $ in them is a $
+    "text.parse_math": False,  # a $ in a name or cause given by the world's author is a $
 }
 
 
@@ -55,10 +55,10 @@ def panels(rows: int, columns: int, width: float, height: float, **more: Any) ->
 
 @contextmanager
 def as_delivered(chosen: Mapping[Any, Any]) -> Iterator[None]:
-    """matplotlib as it is delivered but for these settings, and afterwards as it was.
+    """Use matplotlib's defaults with our settings; restore the user's afterwards.
 
-    A `matplotlibrc` of the folder that a command runs in, which came with somebody's world, could have all texts set by TeX.
-    A character that its font lacks, in a name or a title of theirs, is drawn as a box, without a warning.
+    A `matplotlibrc` in the working folder, which may have come with a downloaded world, could have all texts set by TeX.
+    A character that the font lacks, in a name or a title, is drawn as a box, without a warning.
     """
     import matplotlib
 
@@ -70,7 +70,7 @@ def as_delivered(chosen: Mapping[Any, Any]) -> Iterator[None]:
 
 
 def styled(draw: Callable[P, Figure]) -> Callable[P, Figure]:
-    """Draw in our style whatever the reader's own settings are."""
+    """Draw in our style, whatever the user's settings are."""
 
     @wraps(draw)
     def drawn(*args: P.args, **kwargs: P.kwargs) -> Figure:
@@ -89,7 +89,7 @@ def save(figure: Figure, path: Path | str, dpi: int = 110) -> Path:
     """Write a PNG, whole or not at all."""
     Path(path).parent.mkdir(parents=True, exist_ok=True)
     more: dict[str, Any] = {"metadata": {"Software": None}, "pil_kwargs": {"compress_level": 4}}
-    with files.writing(path) as beside, as_delivered({"text.parse_math": False}):  # some texts are made now
+    with files.writing(path) as beside, as_delivered({"text.parse_math": False}):  # some texts are only made here
         figure.savefig(beside, dpi=dpi, facecolor="white", format="png", **more)
     return Path(path)
 
@@ -101,9 +101,9 @@ def colors(species: Sequence[str], chosen: Mapping[str, str] | None = None) -> d
 
 
 def own_colors(chosen: Any) -> dict[str, str]:
-    """The colours among those of a manifest, which may say anything there."""
-    found = chosen.items() if isinstance(chosen, Mapping) else ()
-    return {s: hue for s, hue in found if isinstance(hue, str) and HUE.fullmatch(hue)}
+    """The valid colours in a manifest, which may hold anything there."""
+    pairs = chosen.items() if isinstance(chosen, Mapping) else ()
+    return {s: hue for s, hue in pairs if isinstance(hue, str) and HUE.fullmatch(hue)}
 
 
 def colors_of(series: Series) -> dict[str, str]:

@@ -51,8 +51,8 @@ class SurvivalCurve:
 def kaplan_meier(durations: Numbers, died: Flags, level: float = 0.95) -> SurvivalCurve:
     """Kaplan–Meier curve with Greenwood's variance on the log(−log) scale (Kalbfleisch and Prentice 1980).
 
-    `died` is False where the observation ended first (censored). Where the interval is undefined (survival 1 or 0)
-    it is what is known: [1, 1] before the first death, [0, last upper limit] after the last.
+    `died` is False where the observation ended first (censored). Where the interval is undefined (survival 1 or 0) it is
+    [1, 1] before the first death, [0, last upper limit] after the last.
     """
     t, d = np.asarray(durations, float), np.asarray(died, bool)
     estimate = survival_function(t, d)
@@ -71,7 +71,7 @@ def kaplan_meier(durations: Numbers, died: Flags, level: float = 0.95) -> Surviv
 
 
 def survival_function(durations: Numbers, died: Flags) -> EmpiricalDistributionFunction:
-    """The Kaplan–Meier estimate as a function of time; ValueError for what is no sample of durations."""
+    """The Kaplan–Meier estimate as a function of time; ValueError for an invalid sample of durations."""
     t, d = np.asarray(durations, float), np.asarray(died, bool)
     if t.shape != d.shape or t.ndim != 1:
         raise ValueError(f"durations and died must be equally long and flat, got shapes {t.shape} and {d.shape}")

@@ -16,7 +16,7 @@ Record = tuple[Placed, np.ndarray, np.ndarray, Placed]
 
 
 class Volume(Protocol):
-    """What ways need to know of the space: its size [m], and whether it is a torus in the plane."""
+    """The geometry that tracks need: the size of the space [m], and whether it is a torus in the plane."""
 
     @property
     def size(self) -> Sequence[float]: ...
@@ -39,7 +39,7 @@ class Box(NamedTuple):
 
 @dataclass
 class Tracks:
-    """What prey did, f64[ticks, animals], NaN where an animal did not live; the animals are those that ever lived."""
+    """Tracks of prey, f64[ticks, animals], NaN where an animal did not live; the animals are those that ever lived."""
 
     uids: np.ndarray  # u64[animals]
     depth: np.ndarray  # [m] at the end of the tick

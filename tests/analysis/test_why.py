@@ -184,7 +184,7 @@ def test_a_stopped_run_is_told_by_who_has_as_good_as_died_out() -> None:
     assert not found["fell"][0]["extinct"]
     said = sentences(run, explain(run))["What happened"]
     assert "stopped at tick 99 of 500" in said[0]
-    assert "had as good as died out" in said[1]
+    assert "had nearly died out" in said[1]
 
 
 def test_losses_are_counted_per_head_and_tick() -> None:

@@ -1,4 +1,4 @@
-"""What a report says of a run with a sun and a depth of water."""
+"""The part of a report on a run with a sun and a depth of water."""
 
 from __future__ import annotations
 
@@ -50,26 +50,26 @@ def _hours(run: Path, place: Path, series: Series, day: int) -> Iterator[str]:
         ticks = np.arange(day)
         light = depth.surface_light(series, ticks)[np.argsort(depth.hours_of(series, ticks))]
         height = float(series.manifest["config"]["space"]["size"][2])
-        caption = "Where each species is by hour of the day, of 24 hours. Without the first day."
+        caption = "Depth of each species by hour of the day, of 24 hours, without the first day."
         yield _drawn(place, "hours", depth_figures.by_hour(shares, height, light), caption)
 
 
 def _escapes(run: Path, place: Path, series: Series) -> Iterator[str]:
     for prey, predator in hunts(series.manifest):
         tracks = recorded_tracks(run, prey, predator)
-        found = None if tracks is None else escapes(tracks)
-        if found is not None and np.isfinite([found.gain, found.u]).all():
+        result = None if tracks is None else escapes(tracks)
+        if result is not None and np.isfinite([result.gain, result.u]).all():
             name = f"escape-{series.index(prey)}-{series.index(predator)}"
-            figure = depth_figures.escape(found, prey, predator, series.dt)
+            figure = depth_figures.escape(result, prey, predator, series.dt)
             yield _drawn(place, name, figure, f"{prey} around the approach of {predator}.")
-            yield _escape(found, prey, predator, series.dt)
+            yield _escape(result, prey, predator, series.dt)
 
 
 def _smells(run: Path, series: Series) -> Iterator[str]:
     for species, nose in noses(series.manifest):
-        found = leaving(run, species, nose)
-        if found is not None:
-            yield _leaving(found, species, nose)
+        result = leaving(run, species, nose)
+        if result is not None:
+            yield _leaving(result, species, nose)
 
 
 def _cycles(series: Series, species: list[str]) -> str:
@@ -90,22 +90,22 @@ def _cycle(series: Series, species: str) -> list[str]:
     return [species, f"{c.days:.0f}", number(c.fit.mesor), number(c.fit.amplitude), f"{c.share:.0%}", f"{24 * c.lag:+.1f}", p, number(c.r)]
 
 
-def _escape(found: Escape, prey: str, predator: str, dt: float) -> str:
-    after = "never" if found.latency is None else f"after {found.latency} ticks ({found.latency * dt:g} s)"
-    p = "&lt; .001" if found.p < 0.001 else f"= {found.p:.2g}"
+def _escape(result: Escape, prey: str, predator: str, dt: float) -> str:
+    after = "never" if result.latency is None else f"after {result.latency} ticks ({result.latency * dt:g} s)"
+    p = "&lt; .001" if result.p < 0.001 else f"= {result.p:.2g}"
     prey, predator = escape(prey), escape(predator)
     return (
-        f"<p>{found.n:,} approaches of {predator} to {WITHIN} m, each after {REST} ticks without one. The speed of {prey} rises "
-        f"{found.gain:.1f}-fold within two ticks; it reaches twice the speed before {after}, counted from the tick that begins "
-        f"with the approach. One tick later their ways point away: V-test u = {found.u:.1f}, p {p}, taking approaches as "
-        f"independent. Those who are eaten count until then. Ways also point away from a {predator} that overshoots: that alone "
+        f"<p>{result.n:,} approaches of {predator} to {WITHIN} m, each after {REST} ticks without one. The speed of {prey} rises "
+        f"{result.gain:.1f}-fold within two ticks; it reaches twice the previous speed {after}, counted from the tick that begins "
+        f"with the approach. One tick later they move away: V-test u = {result.u:.1f}, p {p}, treating approaches as "
+        f"independent. Animals that are eaten count until then. Prey also moves away from a {predator} that overshoots: that alone "
         "is no escape.</p>"
     )
 
 
-def _leaving(found: Leaving, species: str, nose: str) -> str:
-    night = f", by night {found.night:.2f} of {found.n_night:,}" if found.n_night else ""
+def _leaving(result: Leaving, species: str, nose: str) -> str:
+    night = f", by night {result.night:.2f} of {result.n_night:,}" if result.n_night else ""
     return (
-        f"<p>Where {escape(nose.replace('_', ' '))} is felt, {found.n:,} moves of {escape(species)} have a chemotaxis index (down "
-        f"less up, over all) of {found.index:.2f}{night}. Moves of one animal follow each other: the run is the replicate.</p>"
+        f"<p>Where {escape(nose.replace('_', ' '))} is felt, {result.n:,} moves of {escape(species)} have a chemotaxis index (down "
+        f"less up, over all) of {result.index:.2f}{night}. Moves of one animal follow each other: the run is the replicate.</p>"
     )

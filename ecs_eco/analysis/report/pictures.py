@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ecs_eco.analysis import figures
-from ecs_eco.analysis.carriers import carriers, told_apart
+from ecs_eco.analysis.carriers import carriers, has_few_values
 from ecs_eco.analysis.cycles import CycleStatistics
 from ecs_eco.analysis.lineage import Lineage
 from ecs_eco.analysis.page import picture
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 def draw(run: Path, series: Series, cycles: CycleStatistics, place: Path) -> dict[str, str]:
-    """The figures that this run has something for, as HTML by name; they are written below `place`."""
+    """The figures for which this run has data, as HTML by name; they are written below `place`."""
     if not len(series.ticks) or not len(series.species):
         return {}
     drawn = [*_numbers(series), *_cycles(series, cycles), *_flows(series), *_genes(run, series), *_places(run, series)]
@@ -39,7 +39,7 @@ def _cycles(series: Series, cycles: CycleStatistics) -> Iterator[Drawn]:
     pairs = list(zip(present, present[1:], strict=False))
     peaks = {s: peak for s, peak in cycles.peaks.items() if peak is not None}
     if peaks:
-        band = "the band shows what a population gives that drifts without cycling"
+        band = "the band is that of a population that drifts without cycling"
         yield "spectra", figures.spectra(peaks, hue), f"Spectra. A cycle is a peak above the grey band; {band}."
     if cycles.cycling() and cycles.period and pairs and all(f"{a}→{b}" in cycles.lags for a, b in pairs):
         caption = "Correlation of two species, one shifted in time; right of zero the consumer follows."
@@ -53,7 +53,7 @@ def _flows(series: Series) -> Iterator[Drawn]:
     if any(series.columns[DIED + c].any() for c in series.causes):
         yield "deaths", figures.deaths(series), "Deaths per tick by cause."
     if "stock_after" in series.columns and series.columns["stock_after"].any():
-        yield "energy", figures.energy(series), "Energy per tick: what comes in above zero, what goes out below."
+        yield "energy", figures.energy(series), "Energy per tick: inflows above zero, outflows below."
 
 
 def _genes(run: Path, series: Series) -> Iterator[Drawn]:
@@ -63,7 +63,7 @@ def _genes(run: Path, series: Series) -> Iterator[Drawn]:
             continue
         every = max(1, len(series.ticks) // 500)
         counts = [lineage.frequencies(s, gene, every) for gene in genes]
-        without = "An organism with the value of a gene's first codon is without that gene; the grey line counts all"
+        without = "An organism with the value of a gene's first codon counts as without that gene; the grey line counts all"
         yield f"carriers-{series.index(s)}", carriers(counts, s), f"Number of {s} that carry each gene. {without}."
 
 
@@ -72,11 +72,11 @@ def _places(run: Path, series: Series) -> Iterator[Drawn]:
     snapshot = last_snapshot(run, series.species) if size else None
     if size and snapshot:
         hue = figures.colors(series.species, series.manifest.get("colors"))
-        yield "positions", figures.positions(snapshot[1], size, hue), f"Everybody at tick {snapshot[0]:,}."
+        yield "positions", figures.positions(snapshot[1], size, hue), f"All organisms at tick {snapshot[0]:,}."
 
 
 def genes_shown(manifest: Mapping[str, Any]) -> dict[str, list[str]]:
     """The genes of each species that have few enough values for a figure."""
     genomes = manifest.get("genomes", {})
-    by_species = {s: [g["name"] for g in genome["genes"] if told_apart(g)] for s, genome in genomes.items()}
+    by_species = {s: [g["name"] for g in genome["genes"] if has_few_values(g)] for s, genome in genomes.items()}
     return {s: names for s, names in by_species.items() if names}

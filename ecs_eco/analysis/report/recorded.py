@@ -32,13 +32,13 @@ def last_snapshot(run: Path | str, species: tuple[str, ...]) -> tuple[int, dict[
     files = parts(run, "snapshots")
     if not files:
         return None
-    found = read_part(files[-1], ["tick", "species", "x", "y", "z"], seal.has_seals(Path(run)))
-    if not len(found):
+    rows = read_part(files[-1], ["tick", "species", "x", "y", "z"], seal.has_seals(Path(run)))
+    if not len(rows):
         return None
-    tick = pc.max(found["tick"]).as_py()
-    found = found.filter(pc.equal(found["tick"], tick))
-    name = found["species"].cast(pa.string())
-    of = {s: found.filter(pc.equal(name, s)) for s in species}
+    tick = pc.max(rows["tick"]).as_py()
+    rows = rows.filter(pc.equal(rows["tick"], tick))
+    name = rows["species"].cast(pa.string())
+    of = {s: rows.filter(pc.equal(name, s)) for s in species}
     return tick, {s: np.stack([t[c].to_numpy() for c in "xyz"], 1) for s, t in of.items() if len(t)}
 
 

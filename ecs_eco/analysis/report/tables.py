@@ -21,19 +21,19 @@ FEW_PERIODS = 5
 
 
 def verdict(series: Series) -> str:
-    """What the report opens with: whether all species persisted, or else when and of what they died out."""
+    """The opening of the report: whether all species persisted, or else when and of what they died out."""
     lines = opening(series)
     lost = not series.present.any() or not series.persisted
     return f"<div class='verdict{' lost' if lost else ''}'>" + "".join(f"<p>{escape(x)}</p>" for x in lines) + "</div>"
 
 
 def interventions(series: Series) -> str:
-    """A table of what was done to the world, with one row for what was done many times; "" where nothing was done."""
+    """A table of interventions, with one row for a repeated one; "" without any."""
     ticks: dict[str, list[int]] = {}
-    for tick, what in figures.interventions(series):
-        ticks.setdefault(what, []).append(tick)
-    when = {what: f"{at[0]:,}" if len(at) == 1 else f"{at[0]:,} to {at[-1]:,}" for what, at in ticks.items()}
-    rows = [[when[what], f"{len(at):,}", what] for what, at in ticks.items()]
+    for tick, text in figures.interventions(series):
+        ticks.setdefault(text, []).append(tick)
+    when = {text: f"{at[0]:,}" if len(at) == 1 else f"{at[0]:,} to {at[-1]:,}" for text, at in ticks.items()}
+    rows = [[when[text], f"{len(at):,}", text] for text, at in ticks.items()]
     return table(["tick", "times", "what"], rows) if rows else ""
 
 
@@ -43,7 +43,7 @@ def numbers(series: Series, ages: Mapping[str, tuple[int, float]]) -> str:
         return "<p>The run has no ticks.</p>"
     head = ["species", "first tick", "mean", "least", "most", "last tick", "births", "deaths", "mean age at death [s]",
             "life expectancy [s]"]
-    note = "Life expectancy is the time lived by all, divided by deaths: unlike the age at death, it counts those still alive."
+    note = "Life expectancy is the total time lived divided by deaths: unlike the age at death, it counts those still alive."
     rows = [_numbers_of(series, i, ages) for i in range(len(series.species))]
     return f"{table(head, rows)}<p class='under'>{note}</p>"
 
@@ -60,7 +60,7 @@ def _numbers_of(series: Series, i: int, ages: Mapping[str, tuple[int, float]]) -
 
 
 def cycles(series: Series, statistics: CycleStatistics) -> str:
-    """Which species cycle, with what period, and who follows whom."""
+    """Which species cycle, with what period, and which follows which."""
     if not statistics.enough:
         return (
             f"<p>The run is too short to look for cycles: {statistics.ticks:,} ticks are left after the first tenth and "
@@ -69,14 +69,14 @@ def cycles(series: Series, statistics: CycleStatistics) -> str:
     cycling = statistics.cycling()
     items = "".join(f"<li>{escape(_cycle(s, statistics.peaks[s], s in cycling))}</li>" for s in statistics.species)
     method = (
-        "<p class='under'>p is the chance of so high a spectral peak, at any of the periods looked at, in a population that "
+        "<p class='under'>p is the chance of so high a spectral peak, at any of the periods tested, in a population that "
         f"drifts and relaxes without cycling ({statistics.ticks:,} ticks, without the first tenth). One run is one replicate: "
         "<code>ecs-eco compare</code> pools seeds.</p>"
     )
     if not cycling or not statistics.period:
         return f"<ul>{items}</ul>{method}"
     lags = "".join(f"<li>{escape(_lag(pair, x, statistics.period))}</li>" for pair, x in statistics.lags.items())
-    who = f"<p>Who follows whom, at the period of {statistics.period:,.0f} ticks (95 % intervals):</p>"
+    who = f"<p>Which species follows which, at the period of {statistics.period:,.0f} ticks (95 % intervals):</p>"
     return f"<ul>{items}</ul>{who}<ul>{lags}</ul>{method}"
 
 

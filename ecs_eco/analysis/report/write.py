@@ -1,4 +1,4 @@
-"""The report as a whole: its order, what was run, and how to run it again."""
+"""The whole report: its order, what was run, and how to run it again."""
 
 from __future__ import annotations
 

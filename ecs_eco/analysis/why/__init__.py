@@ -1,9 +1,9 @@
-"""What happened to whom in a recorded run, and why: `write_why("my-run")`.
+"""What happened in a recorded run, and why: `write_why("my-run")`.
 
-`case` reads the run, `conduct` says what animals did and how near they were to each other, `limits` what held
-each species back in each phase; `diagnose` follows the causes to the first of them, `advice` names the values
-of the world file that act on it; `words` and `figure` tell it. Statistics that are of use without a diagnosis
-belong to `ecs_eco.analysis`.
+`case` reads the run, `conduct` measures what animals did and how near they were to each other, `limits` what limited
+each species in each phase; `diagnose` follows the causes to the first of them, `advice` names the values
+of the world file that act on it; `words` and `figure` present it. Statistics of general use belong to
+`ecs_eco.analysis`.
 """
 
 from ecs_eco.analysis.why.case import Case, Food

@@ -1,4 +1,4 @@
-"""Which values of the world file act on what went wrong, and which way to turn them: found in the file's own structure."""
+"""Which values of the world file to change, and in which direction, after a diagnosis: derived from the file's structure."""
 
 from __future__ import annotations
 
@@ -12,29 +12,30 @@ MOST = 6
 
 
 def advise(case: Case, diagnosis: dict[str, Any], limits: dict[str, str | None] | None = None) -> list[dict[str, Any]]:
-    """Values to turn for a verdict, the likeliest first: key, value now, direction, what it does. None that stands at its end already."""
-    found: dict[str, dict[str, Any]] = {}
+    """Values to change for a verdict, the likeliest first: key, value now, direction, effect. Values at the end of
+    their range are left out."""
+    chosen: dict[str, dict[str, Any]] = {}
     if diagnosis["species"] is None:
-        told = [(s, line) for s, limit in (limits or {}).items() for line in list(_of_limit(case, s, limit))[:2]]
-        lines = [(key, way, f"for more {s}: {what}") for s, (key, way, what) in told]
+        of_limits = [(s, line) for s, limit in (limits or {}).items() for line in list(_of_limit(case, s, limit))[:2]]
+        lines = [(key, way, f"for more {s}: {effect}") for s, (key, way, effect) in of_limits]
     else:
         lines = list(REMEDIES[diagnosis["verdict"]](case, diagnosis["species"], diagnosis["victim"]))
-    for key, way, what in lines:
+    for key, way, effect in lines:
         value = look_up(case.config, key)
-        if isinstance(value, bool | int | float | list) and key not in found and not _at_end(key, value, way):
-            found[key] = {"key": key, "value": value, "turn": way, "effect": what}
-    return list(found.values()) if diagnosis["species"] is None else list(found.values())[:MOST]
+        if isinstance(value, bool | int | float | list) and key not in chosen and not _at_end(key, value, way):
+            chosen[key] = {"key": key, "value": value, "turn": way, "effect": effect}
+    return list(chosen.values()) if diagnosis["species"] is None else list(chosen.values())[:MOST]
 
 
 def _at_end(key: str, value: Any, way: str) -> bool:
-    """Whether a value cannot be turned that way: numbers below 1, chances above 1; and what lives without light stays so."""
+    """Whether a value cannot go further that way: numbers below 1, chances above 1; species without growth by light stay so."""
     if way == "higher":
         return (key.endswith(".chance") and value >= 1) or (key.endswith(".growth") and value == 0)
     return value == 0 or (key.endswith(".count") and value <= 1)
 
 
 def _growth(case: Case, s: str) -> Iterator[Advice]:
-    """More of a plant or of prey."""
+    """Changes for more of a plant or of prey."""
     base = f"species.{s}"
     yield f"{base}.reproduction.rate", "higher", f"{s} grow back faster"
     yield f"{base}.reproduction.seed_rain", "higher", f"{s} come back where they are gone"
@@ -42,17 +43,17 @@ def _growth(case: Case, s: str) -> Iterator[Advice]:
 
 
 def _appetite(case: Case, eater: str, food: str) -> Iterator[Advice]:
-    """Less taken of one food by one eater."""
+    """Changes that let one eater take less of one food."""
     for f in case.diet(eater):
         if f.eats == food:
             yield f"{f.key}.chance", "lower", f"{eater} take {food} more slowly"
             yield f"{f.key}.until", "lower", f"sated {eater} leave {food} alone"
-            yield f"{f.key}.reach", "lower", f"{eater} must come nearer"
+            yield f"{f.key}.reach", "lower", f"{eater} must come closer to eat"
     yield f"species.{eater}.metabolism.digestion", "higher", f"a meal keeps {eater} busy"
 
 
 def _catch(case: Case, eater: str) -> Iterator[Advice]:
-    """More taken in by an eater."""
+    """Changes that let an eater take in more."""
     for f in case.diet(eater):
         if f.gain > f.poison and not f.deadly:
             yield f"{f.key}.chance", "higher", f"{eater} take {f.eats} sooner"
@@ -68,7 +69,7 @@ def _upkeep(case: Case, s: str) -> Iterator[Advice]:
 
 
 def _births(case: Case, s: str, way: str) -> Iterator[Advice]:
-    """More births of a species, or fewer."""
+    """Changes for more births of a species, or fewer."""
     base, other = f"species.{s}.reproduction", {"higher": "lower", "lower": "higher"}[way]
     yield f"{base}.rate", way, f"{s} bear {'more' if way == 'higher' else 'fewer'} young"
     yield f"{base}.energy_min", other, f"{'leaner' if way == 'higher' else 'only fatter'} {s} breed"
@@ -124,7 +125,7 @@ def _newborns(case: Case, s: str, victim: str) -> Iterator[Advice]:
 def _poisoned(case: Case, s: str, victim: str) -> Iterator[Advice]:
     for f in case.diet(s):
         if f.deadly:
-            yield f"{f.key}.deadly", "lower", f"{f.eats} no longer kill who eats them"
+            yield f"{f.key}.deadly", "lower", f"{f.eats} no longer kill their eaters"
             yield f"{f.key}.chance", "lower", f"{s} take {f.eats} more rarely"
         if f.poison > 0:
             yield f"species.{f.eats}.defence.poison", "lower", f"{f.eats} cost their eater less"
@@ -153,8 +154,8 @@ def _unborn(case: Case, s: str, victim: str) -> Iterator[Advice]:
 
 
 def _removed(case: Case, s: str, victim: str) -> Iterator[Advice]:
-    for i, what in enumerate(case.config.get("interventions") or ()):
-        if what.get("kind") == "cull" and what.get("species") == s:
+    for i, intervention in enumerate(case.config.get("interventions") or ()):
+        if intervention.get("kind") == "cull" and intervention.get("species") == s:
             yield f"interventions.{i}.share", "lower", f"fewer {s} are taken"
             yield f"interventions.{i}.count", "lower", f"fewer {s} are taken"
             yield f"interventions.{i}.every", "higher", f"{s} are taken more rarely"
@@ -168,7 +169,7 @@ def _surroundings(case: Case, s: str, victim: str) -> Iterator[Advice]:
 
 
 def _of_limit(case: Case, s: str, limit: str | None) -> Iterator[Advice]:
-    """What would make more of a species that is held back by one thing."""
+    """Changes that would make a species more numerous, given what limits it."""
     if limit == "food":
         yield from list(_catch(case, s))[:1]
         yield from list(_upkeep(case, s))[:1]

@@ -1,4 +1,4 @@
-"""A recorded run as a case to be explained: who eats whom, deaths by kind of cause, rates per head, ages, energies."""
+"""A recorded run as a case to be explained: diets, deaths by kind of cause, rates per head, ages, energies."""
 
 from __future__ import annotations
 
@@ -62,29 +62,29 @@ class Case:
     @cached_property
     def foods(self) -> tuple[Food, ...]:
         """Every line of every diet."""
-        found = []
+        eaten = []
         for s in self.species:
             for i, line in enumerate(self.of(s).get("diet") or ()):
                 poison = (self.of(line["eats"]).get("defence") or {}).get("poison", 0.0) + max(0.0, -line["gain"])
-                found.append(Food(s, line["eats"], f"species.{s}.diet.{i}", max(0.0, line["gain"]), poison, bool(line.get("deadly"))))
-        return tuple(found)
+                eaten.append(Food(s, line["eats"], f"species.{s}.diet.{i}", max(0.0, line["gain"]), poison, bool(line.get("deadly"))))
+        return tuple(eaten)
 
     def diet(self, species: str) -> tuple[Food, ...]:
-        """What a species eats."""
+        """The foods of a species."""
         return tuple(f for f in self.foods if f.eater == species)
 
     def eaters(self, species: str) -> tuple[str, ...]:
-        """Who eats a species."""
+        """The species that eat a species."""
         return tuple(dict.fromkeys(f.eater for f in self.foods if f.eats == species))
 
     def is_animal(self, species: str) -> bool:
-        """Whether it eats or moves; what does neither is a plant, whatever its name."""
+        """Whether it eats or moves; a species that does neither is a plant."""
         return bool(self.of(species).get("diet") or self.of(species).get("locomotion"))
 
     @cached_property
     def _kind(self) -> dict[tuple[str, str], str]:
         removed = {i.get("cause", "culled") for _, i in self.series.manifest.get("intervened") or () if i.get("kind") == "cull"}
-        found = {}
+        kinds = {}
         for s in self.species:
             for cause in self.series.causes:
                 kind = "removed" if cause in removed else "surroundings"
@@ -94,8 +94,8 @@ class Case:
                         kind = "starved"
                     elif limit["property"] == "age" and cause == limit.get("high") and limit.get("max") is not None:
                         kind = "old"
-                found[s, cause] = kind
-        return found
+                kinds[s, cause] = kind
+        return kinds
 
     def kind(self, species: str, cause: str) -> str:
         """One of KINDS."""
@@ -127,11 +127,11 @@ class Case:
 
     def able(self, species: str) -> tuple[np.ndarray, np.ndarray]:
         """Ticks of snapshots and the share that had the energy to breed."""
-        way, found = self.of(species).get("reproduction") or {}, self.snapshots.get(species)
-        if found is None or "energy_min" not in way:
+        way, rows = self.of(species).get("reproduction") or {}, self.snapshots.get(species)
+        if rows is None or "energy_min" not in way:
             return np.zeros(0), np.zeros(0)
-        ticks, at = np.unique(found["tick"], return_inverse=True)
-        enough = found["energy"] >= way["energy_min"]
+        ticks, at = np.unique(rows["tick"], return_inverse=True)
+        enough = rows["energy"] >= way["energy_min"]
         return ticks, np.bincount(at, weights=enough) / np.bincount(at)
 
 
@@ -171,16 +171,16 @@ def look_up(config: Any, key: str) -> Any:
 
 def _deaths(folder: Path, animals: list[str]) -> dict[str, dict[str, np.ndarray]]:
     """Tick, age and cause of each animal's death; streamed, for plants die by the million."""
-    found: dict[str, list[pa.Table]] = {s: [] for s in animals}
+    by_species: dict[str, list[pa.Table]] = {s: [] for s in animals}
     for file in parts(folder, "deaths"):
         for table in each_batch(file, ["tick", "species", "cause", "age"], seal.has_seals(folder)):
             name = table["species"].cast(pa.string())
             for s in animals:
                 some = table.filter(pc.equal(name, s))
                 if len(some):
-                    found[s].append(some)
+                    by_species[s].append(some)
     out = {}
-    for s, tables in found.items():
+    for s, tables in by_species.items():
         if tables:
             tick, age = (np.concatenate([t[c].to_numpy() for t in tables]) for c in ("tick", "age"))
             cause = np.concatenate([t["cause"].cast(pa.string()).to_numpy(zero_copy_only=False) for t in tables])

@@ -1,4 +1,4 @@
-"""What the animals did: how near they were to enemies and food against chance, how much they moved, how much they ate."""
+"""Behaviour: distances to enemies and food compared with chance, movement and meals."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ MOST = 2000  # organisms of one snapshot from which distances are measured
 
 
 def conduct(case: Case, species: str, first: int, last: int) -> dict[str, Any]:
-    """What one species did in the rows first … last − 1 of the series, per head and tick; None where the run does not say."""
+    """Behaviour of one species in the rows first … last − 1 of the series, per head and tick; None where it was not recorded."""
     span = slice(first, last)
     heads = float(case.series.of(species)[span].sum())
     if not heads:
@@ -27,7 +27,7 @@ def conduct(case: Case, species: str, first: int, last: int) -> dict[str, Any]:
 
 
 def effort(case: Case, species: str, burnt: float) -> float | None:
-    """What moving cost, as a share of what the dearest gait costs all the time; None where moving is free."""
+    """The cost of locomotion, as a share of using the costliest gait all the time; None if moving is free."""
     values, dt = case.of(species), case.series.dt
     costs = ((values.get("locomotion") or {}).get("cost") or {}).values()
     basal = (values.get("metabolism") or {}).get("basal", 0.0)
@@ -38,7 +38,7 @@ def effort(case: Case, species: str, burnt: float) -> float | None:
 def distance(case: Case, species: str, other: str, first: int, last: int) -> dict[str, float] | None:
     """Mean distance [m] from one of a species to the nearest of another, and as a multiple of chance (Clark & Evans 1954).
 
-    Over the snapshots between two rows; 1 is what random places give, above 1 they keep away. None where no snapshot has both.
+    Over the snapshots between two rows; 1 is the value at random places, above 1 they avoid each other. None if no snapshot has both.
     """
     a, b = case.snapshots.get(species), case.snapshots.get(other)
     size = case.config.get("space", {}).get("size")
@@ -50,9 +50,9 @@ def distance(case: Case, species: str, other: str, first: int, last: int) -> dic
     means, ratios = [], []
     for t in common[:: max(1, len(common) // 20)]:
         here, there = (_places(table, t, len(size)) for table in (a, b))
-        found = _nearest(here[:: max(1, len(here) // MOST)], there, size, case.config["space"].get("edges", "torus") == "torus")
-        means.append(found)
-        ratios.append(found / chance(len(there), size))
+        nearest = _nearest(here[:: max(1, len(here) // MOST)], there, size, case.config["space"].get("edges", "torus") == "torus")
+        means.append(nearest)
+        ratios.append(nearest / chance(len(there), size))
     return {"mean": float(np.mean(means)), "to_chance": float(np.mean(ratios))} if means else None
 
 

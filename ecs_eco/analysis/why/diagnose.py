@@ -1,7 +1,8 @@
-"""Follow the causes of death to the first of them: who fell, what of, and what had happened to its food or its enemies before.
+"""Traces an extinction back to its first cause: which species fell, why, and what had happened to its food or its enemies before.
 
-A species that starved because its food was gone leads on to who ate the food; one that starved amid plenty, aged without heirs, lost
-its newborn or was poisoned is itself where it began. Each step has a weight in 0 … 1; the verdict is the heaviest end of the chain.
+If a species starved because its food was gone, the cause is whatever ate the food; if it starved amid plenty, aged without
+offspring, lost its newborn or was poisoned, the chain ends with it. Each step has a weight in 0 … 1; the verdict is the end of
+the chain with the greatest weight.
 """
 
 from __future__ import annotations
@@ -28,14 +29,14 @@ VERDICTS = {
     "surroundings": "the surroundings were deadly",
     "nobody": "nobody lived at the end of any tick",
 }
-HEIRS = (0.5, 1.0)  # young that one which lacks nothing bears in its life: below, numbers fall whatever happens
-FALLEN = 0.05  # a species at less than this share of its greatest number at the end of a run has as good as died out
-Scores = dict[tuple[str, str, str], float]  # (verdict, species whose doing it was, victim): weight
+HEIRS = (0.5, 1.0)  # offspring of one well-fed life: below this, numbers fall whatever happens
+FALLEN = 0.05  # a species that ends a run below this share of its greatest number counts as nearly extinct
+Scores = dict[tuple[str, str, str], float]  # (verdict, species responsible, victim): weight
 
 
 def falls(case: Case) -> list[Fall]:
-    """Who died out or has as good as died out at the end, the first first."""
-    found = []
+    """Species that died out or nearly so by the end, in order of time."""
+    all_falls = []
     for i, s in enumerate(case.species):
         n = case.series.n[:, i]
         top = n.max(initial=0)
@@ -44,8 +45,8 @@ def falls(case: Case) -> list[Fall]:
             continue
         last = int(np.flatnonzero(n)[-1]) + 1
         high = np.flatnonzero(n[:last] >= 0.5 * top)
-        found.append(Fall(s, min(int(high[-1]), last - 1), last, gone))
-    return sorted(found, key=lambda f: (not f.extinct, f.last))
+        all_falls.append(Fall(s, min(int(high[-1]), last - 1), last, gone))
+    return sorted(all_falls, key=lambda f: (not f.extinct, f.last))
 
 
 def diagnose(case: Case) -> dict[str, Any]:
@@ -55,8 +56,8 @@ def diagnose(case: Case) -> dict[str, Any]:
         verdict = "healthy" if case.series.present.any() else "nobody"
         return {"verdict": verdict, "species": None, "victim": None, "confidence": _safety(case), "runner_up": None,
                 "evidence": {"weights": {}}, "fell": []}  # fmt: skip
-    told = {f.species: f for f in fallen}
-    scores = blame(case, fallen[0], told, frozenset())
+    by_species = {f.species: f for f in fallen}
+    scores = blame(case, fallen[0], by_species, frozenset())
     total = sum(scores.values()) or 1.0
     ranked = sorted(scores.items(), key=lambda x: -x[1])
     by_verdict: dict[str, float] = defaultdict(float)
@@ -64,10 +65,11 @@ def diagnose(case: Case) -> dict[str, Any]:
         by_verdict[verdict] += weight / total
     best, *rest = sorted(by_verdict.items(), key=lambda x: -x[1])
     (_, species, victim), _ = next(r for r in ranked if r[0][0] == best[0])
+    weights = dict(sorted(by_verdict.items(), key=lambda x: -x[1]))
     return {"verdict": best[0], "species": species, "victim": victim, "confidence": best[1],
             "runner_up": {"verdict": rest[0][0], "confidence": rest[0][1]} if rest else None,
-            "evidence": {"weights": dict(sorted(by_verdict.items(), key=lambda x: -x[1]))} | evidence(case, told.get(species, fallen[0])),
-            "fell": [_told(case, f) for f in fallen]}  # fmt: skip
+            "evidence": {"weights": weights} | evidence(case, by_species.get(species, fallen[0])),
+            "fell": [_fall_entry(case, f) for f in fallen]}  # fmt: skip
 
 
 def evidence(case: Case, fall: Fall) -> dict[str, Any]:
@@ -80,29 +82,29 @@ def evidence(case: Case, fall: Fall) -> dict[str, Any]:
             "poison_share_of_hunger": poisoned_share(case, fall.species, fall.first, fall.last + 1)}  # fmt: skip
 
 
-def blame(case: Case, fall: Fall, told: dict[str, Fall], seen: frozenset[str]) -> Scores:
-    """What a fall goes back to, with weights that add up to 1."""
-    found: Scores = defaultdict(float)
+def blame(case: Case, fall: Fall, fall_of: dict[str, Fall], seen: frozenset[str]) -> Scores:
+    """The root causes of a fall, with weights that sum to 1."""
+    scores: Scores = defaultdict(float)
     s = fall.species
-    for what, weight in causes(case, fall).items():
-        kind, _, other = what.partition(": ")
+    for cause, weight in causes(case, fall).items():
+        kind, _, other = cause.partition(": ")
         if weight <= 0:
             continue
         if kind == "eaten":
-            _taken(case, found, other, s, weight, fall, told)
+            _taken(case, scores, other, s, weight, fall, fall_of)
         elif kind == "scarce":
-            _scarce(case, found, other, weight, fall, told, seen | {s})
+            _scarce(case, scores, other, weight, fall, fall_of, seen | {s})
         elif kind in ("amid plenty", "unreplaced"):
             hunts = any(case.is_animal(f.eats) for f in case.diet(s))
             own = "starved amid plenty" if kind == "amid plenty" else "too few births"
-            found["predators too few" if hunts else own, s, s] += weight
+            scores["predators too few" if hunts else own, s, s] += weight
         else:
-            found[kind, s, s] += weight
-    return found
+            scores[kind, s, s] += weight
+    return scores
 
 
 def causes(case: Case, fall: Fall) -> dict[str, float]:
-    """What a species fell by, as shares: "eaten: wolf", "scarce: grass", "amid plenty", "newborns starve", "poisoned", "unreplaced", …"""
+    """The causes of a fall, as shares: "eaten: wolf", "scarce: grass", "amid plenty", "newborns starve", "poisoned", "unreplaced", …"""
     s, first, last = fall.species, fall.first, fall.last
     span = slice(first, last + 1)
     dead = {kind: float(case.died(s, kind)[span].sum()) for kind in KINDS}
@@ -113,10 +115,10 @@ def causes(case: Case, fall: Fall) -> dict[str, float]:
         out[f"eaten: {eater}"] += float(case.eaten(s, eater)[span].sum()) / total
     poison = poisoned_share(case, s, first, last + 1)
     starved = dead["starved"] / total
-    lean = unborn_hungry / total  # births that failed for want of energy are losses to hunger as deaths are
+    lean = unborn_hungry / total  # births that failed for lack of energy count as losses to hunger, like deaths
     out["poisoned"] = dead["poisoned"] / total + (starved + lean) * poison
     young = newborn(case, fall)
-    newborns = starved * young["of_hunger"] + lean * young["of_births"]  # who is not born would have come to nothing either
+    newborns = starved * young["of_hunger"] + lean * young["of_births"]  # the unborn would not have survived either
     out["newborns starve"] = newborns * (1 - poison)
     starved = (starved + lean - newborns) * (1 - poison)
     out["amid plenty"] = starved
@@ -128,55 +130,55 @@ def causes(case: Case, fall: Fall) -> dict[str, float]:
     out["unreplaced"] = dead["old"] / total * (1 - young["of_births"] * heirs)
     out["removed"], out["surroundings"] = dead["removed"] / total, dead["surroundings"] / total
     barren = 1 - ramp(offspring(case, s), *HEIRS)
-    for what in [w for w in out if not w.startswith(("eaten", "poisoned", "removed", "surroundings", "unreplaced"))]:
-        out["unreplaced"] += out[what] * barren
-        out[what] *= 1 - barren
+    for cause in [w for w in out if not w.startswith(("eaten", "poisoned", "removed", "surroundings", "unreplaced"))]:
+        out["unreplaced"] += out[cause] * barren
+        out[cause] *= 1 - barren
     return dict(out)
 
 
-def _taken(case: Case, found: Scores, eater: str, prey: str, weight: float, fall: Fall, told: dict[str, Fall]) -> None:
+def _taken(case: Case, scores: Scores, eater: str, prey: str, weight: float, fall: Fall, fall_of: dict[str, Fall]) -> None:
     """An eater took too many: a grazer, or a predator."""
     if case.is_animal(prey):
-        found["predators too good", eater, prey] += weight
+        scores["predators too good", eater, prey] += weight
         return
-    kept = idle(case, eater, fall, told)
-    found[("predators too few", kept, eater) if kept else ("overgrazing", eater, prey)] += weight
+    kept = idle(case, eater, fall, fall_of)
+    scores[("predators too few", kept, eater) if kept else ("overgrazing", eater, prey)] += weight
 
 
-def idle(case: Case, grazer: str, fall: Fall, told: dict[str, Fall]) -> str | None:
-    """A predator of the grazer that was gone, or nearly, before the plants were, and not for want of prey: grazers throve without it."""
+def idle(case: Case, grazer: str, fall: Fall, fall_of: dict[str, Fall]) -> str | None:
+    """A predator of the grazer that was gone, or nearly, before the plants, and not for lack of prey: without it grazers thrived."""
     for p in case.eaters(grazer):
-        own, n = told.get(p), case.series.of(p)
+        own, n = fall_of.get(p), case.series.of(p)
         if own is None or own.first >= fall.first or n[min(fall.first, len(n) - 1)] > 0.3 * n.max():
             continue
-        if sum(w for what, w in causes(case, own).items() if what.startswith("scarce")) < 0.5:
+        if sum(w for cause, w in causes(case, own).items() if cause.startswith("scarce")) < 0.5:
             return p
     return None
 
 
 def decline(case: Case, species: str, until: int) -> Fall:
-    """How a species that lived on had fallen until a row of the series: from half its greatest number to its least thereafter."""
+    """The fall, until a row of the series, of a species that survived: from half its greatest number to its least thereafter."""
     n = case.series.of(species)[: until + 1]
     low = int(n.argmax()) + int(n[int(n.argmax()) :].argmin())
     high = np.flatnonzero(n[: low + 1] >= 0.5 * n.max())
     return Fall(species, int(high[-1]), low, False)
 
 
-def _scarce(case: Case, found: Scores, food: str, weight: float, fall: Fall, told: dict[str, Fall], seen: frozenset[str]) -> None:
-    """Food was gone: who ate it, or what else befell it."""
+def _scarce(case: Case, scores: Scores, food: str, weight: float, fall: Fall, fall_of: dict[str, Fall], seen: frozenset[str]) -> None:
+    """Blame for food that was gone: its eaters, or whatever else reduced it."""
     if case.is_animal(food) and food not in seen:
-        own = told.get(food)
+        own = fall_of.get(food)
         before = own if own is not None and own.first <= fall.last else decline(case, food, fall.last)
-        for key, w in blame(case, before, told, seen).items():
-            found[key] += weight * w
+        for key, w in blame(case, before, fall_of, seen).items():
+            scores[key] += weight * w
         return
     eaten = {e: float(case.eaten(food, e)[: fall.last + 1].sum()) for e in case.eaters(food)}
     total = sum(eaten.values()) or 1.0
     for eater, k in eaten.items():
-        _taken(case, found, eater, food, weight * k / total, fall, told)
+        _taken(case, scores, eater, food, weight * k / total, fall, fall_of)
 
 
-def _told(case: Case, fall: Fall) -> dict[str, Any]:
+def _fall_entry(case: Case, fall: Fall) -> dict[str, Any]:
     ticks, n = case.series.ticks, case.series.of(fall.species)
     at = min(fall.last, len(ticks) - 1)
     return {"species": fall.species, "extinct": fall.extinct, "tick": int(ticks[at]), "since": int(ticks[fall.first]),
@@ -188,7 +190,7 @@ def _told(case: Case, fall: Fall) -> dict[str, Any]:
 
 
 def _safety(case: Case) -> float:
-    """How far from extinction everybody stayed: 1 where the least number of each was a tenth of its mean or more."""
+    """How far all species stayed from extinction: 1 if the least number of each was a tenth of its mean or more."""
     n = case.series.n[:, case.series.present]
     if not n.size:
         return 0.0

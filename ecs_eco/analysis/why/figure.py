@@ -21,14 +21,14 @@ MOST = 5  # species that have rows of their own
 
 
 @styled
-def draw(case: Case, found: Mapping[str, Any]) -> Figure:
+def draw(case: Case, findings: Mapping[str, Any]) -> Figure:
     """Numbers of all at the top; below, for each animal, shares of causes of death at the left and energy per head at the right."""
-    shown = _shown(case, found)
+    shown = _shown(case, findings)
     figure, _ = panels(1, 1, 11, 3.1 + 1.75 * len(shown))
     figure.clear()
     rows = figure.add_gridspec(len(shown) + 1, 2, height_ratios=[1.7, *[1.0] * len(shown)])
     top = figure.add_subplot(rows[0, :])
-    _numbers(top, case, found)
+    _numbers(top, case, findings)
     used = [c for c in case.series.causes if any(case.series.of(s, DIED + c).any() for s in shown)]
     for i, s in enumerate(shown):
         left, right = figure.add_subplot(rows[i + 1, 0], sharex=top), figure.add_subplot(rows[i + 1, 1], sharex=top)
@@ -46,7 +46,7 @@ def draw(case: Case, found: Mapping[str, Any]) -> Figure:
 
 
 def _span(case: Case) -> tuple[float, float]:
-    """The first and last tick shown: where all animals are gone early, not all of what follows."""
+    """The first and last tick shown: if all animals are gone early, most of the rest is cut."""
     ticks = case.series.ticks
     animals = [i for i, s in enumerate(case.species) if case.is_animal(s) and case.series.present[i]]
     gone = case.series.extinct[animals]
@@ -56,15 +56,15 @@ def _span(case: Case) -> tuple[float, float]:
     return float(ticks[0]), max(last, float(ticks[0]) + 1)
 
 
-def _shown(case: Case, found: Mapping[str, Any]) -> list[str]:
+def _shown(case: Case, findings: Mapping[str, Any]) -> list[str]:
     """Animals, those that fell first, then others that died at all; plants only where there is nothing else."""
-    fell = [f["species"] for f in found["fell"]]
+    fell = [f["species"] for f in findings["fell"]]
     died = [s for s in case.species if case.flow(s, "deaths").any()]
     animals = [s for s in died if case.is_animal(s)]
     return list(dict.fromkeys([*(s for s in animals if s in fell), *animals, *(s for s in died if s in fell)]))[:MOST]
 
 
-def _numbers(ax: Any, case: Case, found: Mapping[str, Any]) -> None:
+def _numbers(ax: Any, case: Case, findings: Mapping[str, Any]) -> None:
     from matplotlib.ticker import LogFormatter
 
     series, hue = case.series, colors(case.species)
@@ -80,8 +80,11 @@ def _numbers(ax: Any, case: Case, found: Mapping[str, Any]) -> None:
     ax.set(ylabel="number", ylim=(0.8, None), xlabel="")
     ax.yaxis.set_major_formatter("{x:,.0f}")
     ax.yaxis.set_minor_formatter(LogFormatter())  # plain numbers: texts of figures are not read as formulas
-    what = found["verdict"]
-    ax.set_title("nothing died out" if what == "healthy" else what if not found["species"] else f"{what} ({found['species']})")
+    verdict = findings["verdict"]
+    if verdict == "healthy":
+        ax.set_title("nothing died out")
+    else:
+        ax.set_title(f"{verdict} ({findings['species']})" if findings["species"] else verdict)
     ax.legend(loc="center left", bbox_to_anchor=(1.005, 0.5))
     mark(ax, interventions(series))
 

@@ -1,4 +1,4 @@
-"""Hunger of a species that fell: was its food gone, could it not catch it, did its newborn not last to a first meal, had it heirs?"""
+"""Hunger of a species that fell: was food lacking or not caught, did newborn starve before a first meal, had it offspring?"""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ import numpy as np
 
 from ecs_eco.analysis.why.case import Case
 
-FEEDS = (0.9, 1.3)  # intake at the food's full number over what is burnt: hunger amid plenty below, for want of food above
-LEFT = (0.95, 0.6)  # food left while they starved, as a share of its full number: no want of it above, certainly want below
-GONE = (0.5, 0.2)  # food left: want of it, whatever its full number would have fed
-GROWN = (0.6, 0.9)  # intake over burnt at the food's full number: below, those who are grown starve as well
-HUNGRY = (0.55, 0.8)  # chance that a newborn finds no meal in time: as among others below, a death sentence above
+FEEDS = (0.9, 1.3)  # intake at the food's full number over energy burnt: below, hunger amid plenty; above, lack of food
+LEFT = (0.95, 0.6)  # food left while they starved, as a share of its full number: above, no lack of it; below, certainly
+GONE = (0.5, 0.2)  # food left: below, lack of it, whatever its full number would have fed
+GROWN = (0.6, 0.9)  # intake over burnt at the food's full number: below, adults starve too
+HUNGRY = (0.55, 0.8)  # chance that a newborn finds no meal in time: below, normal; above, fatal
 
 
 @dataclass(frozen=True)
@@ -27,7 +27,7 @@ class Fall:
 
 
 def offspring(case: Case, species: str) -> float:
-    """Young that one which lacks nothing bears in its span of life, by the world file; ∞ where the file sets no rate or no span."""
+    """Offspring of one well-fed life, by the world file; ∞ if the file sets no rate or no lifespan."""
     way = case.of(species).get("reproduction") or {}
     if not way:
         return 0.0
@@ -39,7 +39,7 @@ def offspring(case: Case, species: str) -> float:
 
 
 def supply(case: Case, fall: Fall) -> list[dict[str, Any]]:
-    """What each food was to the fallen: how much was left when they starved, and whether its full number would have fed them.
+    """The food supply of a fallen species: how much of each food was left when it starved, and whether the full number would have fed it.
 
     `left` is the food while they starved as a share of its greatest number (of prey: until the end of the fall); `feeds` is the intake
     at that number over what they burnt, at the rate at which they found and caught it; `scarce` the share of their hunger that its
@@ -57,7 +57,7 @@ def supply(case: Case, fall: Fall) -> list[dict[str, Any]]:
         full = float(food[span].max(initial=0.0)) if case.is_animal(f.eats) else float(food.max(initial=0.0))
         now = food[fall.first : fall.last + 1]
         left = float(np.average(now, weights=hungry) if hungry.sum() else now.mean()) / max(full, 1.0)
-        caught = float(case.eaten(f.eats, s)[span].sum() / max((n * food[span]).sum(), 1.0))  # by one, of one, in a tick
+        caught = float(case.eaten(f.eats, s)[span].sum() / max((n * food[span]).sum(), 1.0))  # by one eater, of one item, in a tick
         out.append({"eats": f.eats, "left": left, "caught": caught, "intake": caught * full * f.gain, "full": full})
     intake = sum(f["intake"] for f in out)
     feeds = intake / burnt if burnt else np.inf
@@ -69,24 +69,25 @@ def supply(case: Case, fall: Fall) -> list[dict[str, Any]]:
 
 
 def newborn(case: Case, fall: Fall) -> dict[str, float]:
-    """How newborn fared until the end of a fall.
+    """The fate of newborn until the end of a fall.
 
-    `births`; `starved_young`, the share of them that starved before they could have had more than one meal; how long a newborn `lasts` on
-    what it was given, and `meal_every` how many ticks a meal came when food was at its most. `of_births` and `of_hunger`: what share of
-    the births came to nothing, and of those who starved in the fall were newborn, because they could not last until a first meal.
+    `births`; `starved_young`, the share of them that starved before they could have had more than one meal; how many ticks a
+    newborn `lasts` on its initial energy, and the ticks between meals at the food's greatest number, `meal_every`. Of
+    newborn that could not last until a first meal: `of_births`, their share of the births, and `of_hunger`, their share of
+    those that starved in the fall.
     """
     s, span = fall.species, slice(0, fall.last + 1)
-    births, found = float(case.flow(s, "births")[span].sum()), case.deaths.get(s)
+    births, dead = float(case.flow(s, "births")[span].sum()), case.deaths.get(s)
     given = float((case.of(s).get("reproduction") or {}).get("energy_given", 0.0))
     burnt = float(case.flow(s, "burnt")[span].sum() / max(case.series.of(s)[span].sum(), 1))
     out = {"births": births, "starved_young": 0.0, "lasts": np.nan, "meal_every": np.nan, "of_births": 0.0, "of_hunger": 0.0}
-    if not births or not burnt or not given or found is None:
+    if not births or not burnt or not given or dead is None:
         return out
     dt, foods = case.series.dt, supply(case, fall)
     limit = 1.5 * (given + max((f.gain for f in case.diet(s)), default=0.0)) / burnt * dt
-    hungry = np.isin(found["cause"], [c for c in case.series.causes if case.kind(s, c) == "starved"])
-    young = hungry & (found["tick"] - found["age"] / dt > case.series.ticks[0]) & (found["age"] <= limit)
-    late = found["tick"] >= case.series.ticks[fall.first]
+    hungry = np.isin(dead["cause"], [c for c in case.series.causes if case.kind(s, c) == "starved"])
+    young = hungry & (dead["tick"] - dead["age"] / dt > case.series.ticks[0]) & (dead["age"] <= limit)
+    late = dead["tick"] >= case.series.ticks[fall.first]
     meals = sum(f["caught"] * f["full"] for f in foods)
     doomed = ramp(float(np.exp(-given / burnt * meals)), *HUNGRY) * ramp(max((f["feeds"] for f in foods), default=0.0), *GROWN)
     out |= {"starved_young": float(young.sum() / births), "lasts": given / burnt, "meal_every": 1 / meals if meals else np.inf}
@@ -96,5 +97,5 @@ def newborn(case: Case, fall: Fall) -> dict[str, float]:
 
 
 def ramp(x: float, low: float, high: float) -> float:
-    """0 at `low`, 1 at `high`, even between."""
+    """0 at `low`, 1 at `high`, linear between."""
     return float(np.clip((x - low) / (high - low), 0, 1))

@@ -1,7 +1,7 @@
-"""What held a species back: its greatest possible growth less its own growth, taken apart by cause, in each of its phases.
+"""What limited a species in each of its phases: the gap between its greatest possible and its actual growth, by cause.
 
-Births at the greatest rate minus the growth seen = births that failed for want of energy or of room + deaths by cause. All are
-rates per head and tick, so that they can be compared; the largest is what limits.
+Births at the greatest rate minus actual growth = births that failed for lack of energy or of room + deaths by cause. All are
+rates per head and tick, so that they can be compared; the largest is the limit.
 """
 
 from __future__ import annotations
@@ -14,11 +14,11 @@ from ecs_eco.analysis.spectrum import smooth
 from ecs_eco.analysis.why.case import KINDS, Case
 
 LIMITS = ("food", "predators", "poison", "age", "room", "removal", "surroundings")
-MOST = 8  # phases told of one species
+MOST = 8  # phases reported of one species
 
 
 def losses(case: Case, species: str, first: int, last: int) -> dict[str, float]:
-    """What each limit took in the rows first … last − 1 of the series, per head and tick."""
+    """The loss of growth by each limit in the rows first … last − 1 of the series, per head and tick."""
     span = slice(first, last)
     heads = max(case.series.of(species)[span].sum(), 1.0)
     dead = {kind: float(case.died(species, kind)[span].sum() / heads) for kind in KINDS}
@@ -30,7 +30,7 @@ def losses(case: Case, species: str, first: int, last: int) -> dict[str, float]:
 
 
 def unborn(case: Case, species: str, first: int, last: int) -> tuple[float, float]:
-    """Births that failed for want of energy, and of room or of mates, per head and tick; 0 where it does not breed."""
+    """Births that failed for lack of energy, and of room or mates, per head and tick; 0 if it does not breed."""
     rate = greatest_rate(case, species)
     span = slice(first, last)
     n = case.series.of(species)[span]
@@ -44,7 +44,7 @@ def unborn(case: Case, species: str, first: int, last: int) -> tuple[float, floa
 
 
 def greatest_rate(case: Case, species: str) -> float:
-    """Births per head and tick of those that lack nothing: the file's rate, or the highest that the run shows."""
+    """Births per head and tick without any lack: the file's rate, or the highest in the run."""
     way = case.of(species).get("reproduction") or {}
     if "rate" in way:
         return float((1 - np.exp(-way["rate"] * case.series.dt)) * (way.get("litter", 1)))
@@ -55,9 +55,9 @@ def greatest_rate(case: Case, species: str) -> float:
 
 
 def poisoned_share(case: Case, species: str, first: int, last: int) -> float:
-    """The share of hunger that would not have been without the poison eaten: its toll over what was lacking, at most 1.
+    """The share of hunger due to poison: the energy that poison cost over the energy that was lacking, at most 1.
 
-    Where the species as a whole lacked less, three tenths of what it burnt count as lacking: some starve while others are full.
+    If the species as a whole lacked less, three tenths of what it burnt count as lacking: some starve while others are full.
     """
     span = slice(first, last)
     toll, burnt = float(case.toll(species)[span].sum()), float(case.flow(species, "burnt")[span].sum())
@@ -87,7 +87,7 @@ def phases(case: Case, species: str) -> list[dict[str, Any]]:
 
 
 def turns(n: np.ndarray, most: int = MOST) -> list[int]:
-    """Rows at which a species' course turns, its ends included: so many phases at most, the greatest swings first."""
+    """Rows at which a species' trend turns, its ends included: at most `most` of them, those of the greatest swings."""
     if len(n) < 4:
         return [0, len(n)]
     level = np.log(smooth(n.astype(float), max(1, len(n) // 50)) + 1)

@@ -22,43 +22,47 @@ from ecs_eco.analysis.why.limits import phases
 from ecs_eco.analysis.why.words import sentences
 
 FLOWS = ("taken_in", "burnt", "given", "lost")
-NEAR = 0.05  # of a species' mean: so few had come near extinction
+NEAR = 0.05  # of a species' mean: at fewer it came near extinction
 
 
 def explain(case: Case) -> dict[str, Any]:
-    """All that is to be said of a run, as why.json holds it."""
-    found = diagnose(case)
+    """All findings on a run, as in why.json."""
+    findings = diagnose(case)
     ends = {f["species"]: (int(np.searchsorted(case.series.ticks, f["since"])), int(np.searchsorted(case.series.ticks, f["tick"])))
-            for f in found["fell"]}  # fmt: skip
+            for f in findings["fell"]}  # fmt: skip
     rows = len(case.series.ticks)
-    found["phases"] = {s: phases(case, s) for s in case.species if case.series.present[case.series.index(s)]}
-    found["energy"] = {s: _flows(case, s) for s in found["phases"]}
-    found["lowest"] = {s: _lowest(case, s) for s in found["phases"]}
-    found["conduct"] = {s: (conduct(case, s, 0, max(ends[s][0], 1)), conduct(case, s, ends[s][0], ends[s][1])) if s in ends
-                        else (conduct(case, s, 0, rows), {}) for s in found["phases"] if case.is_animal(s)}  # fmt: skip
-    found["interventions"] = dict(Counter(_what(done) for _, done in case.series.manifest.get("intervened") or ()))
-    held = {s: max(told, key=lambda p: p["to"] - p["from"])["limit"] for s, told in found["phases"].items() if told and case.is_animal(s)}
-    found["parameters"] = advise(case, found, held)
-    return {"format": 1, **found}
+    findings["phases"] = {s: phases(case, s) for s in case.species if case.series.present[case.series.index(s)]}
+    findings["energy"] = {s: _flows(case, s) for s in findings["phases"]}
+    findings["lowest"] = {s: _lowest(case, s) for s in findings["phases"]}
+    findings["conduct"] = {
+        s: (conduct(case, s, 0, max(ends[s][0], 1)), conduct(case, s, *ends[s])) if s in ends else (conduct(case, s, 0, rows), {})
+        for s in findings["phases"]
+        if case.is_animal(s)
+    }
+    findings["interventions"] = dict(Counter(_what(done) for _, done in case.series.manifest.get("intervened") or ()))
+    held = {species: max(listed, key=lambda p: p["to"] - p["from"])["limit"]
+            for species, listed in findings["phases"].items() if listed and case.is_animal(species)}  # fmt: skip
+    findings["parameters"] = advise(case, findings, held)
+    return {"format": 1, **findings}
 
 
 def write_why(run: Path | str, out: Path | str | None = None) -> dict[str, Any]:
-    """Explain a run folder; write why.json, why.html and figures/why.png there, or in `out`, and return what why.json holds.
+    """Explain a run folder; write why.json, why.html and figures/why.png there, or in `out`, and return the content of why.json.
 
     FileNotFoundError where the folder holds no run, RecordingError where a file of it is damaged.
     """
     folder, case = Path(out or run), Case.read(run)
-    found = explain(case)
-    said = sentences(case, found)
-    found = clean(found | {"sentences": said})
-    write_text(folder / "why.json", json.dumps(found, indent=1, ensure_ascii=False, allow_nan=False) + "\n")
-    drawn = picture(save(draw(case, found), folder / "figures" / "why.png"), CAPTION) if len(case.series.ticks) else ""
+    findings = explain(case)
+    sections = sentences(case, findings)
+    findings = clean(findings | {"sentences": sections})
+    write_text(folder / "why.json", json.dumps(findings, indent=1, ensure_ascii=False, allow_nan=False) + "\n")
+    drawn = picture(save(draw(case, findings), folder / "figures" / "why.png"), CAPTION) if len(case.series.ticks) else ""
     title = f"Why: {case.series.manifest.get('title') or case.series.manifest.get('world', 'a run')}"
-    blocks = [f"<h1>{escape(title)}</h1>", _verdict(said.pop("What happened"), found["verdict"] == "healthy"), drawn]
-    for head, lines in said.items():
-        blocks += [f"<h2>{head}</h2>", _turns(found["parameters"]) if head == "What to turn" else _list(lines)]
+    blocks = [f"<h1>{escape(title)}</h1>", _verdict(sections.pop("What happened"), findings["verdict"] == "healthy"), drawn]
+    for head, lines in sections.items():
+        blocks += [f"<h2>{head}</h2>", _turns(findings["parameters"]) if head == "What to turn" else _list(lines)]
     write_text(folder / "why.html", page(title, *blocks))
-    return found
+    return findings
 
 
 CAPTION = (
@@ -94,8 +98,8 @@ def _list(lines: list[str]) -> str:
     return "<ul>" + "".join(f"<li>{escape(x)}</li>" for x in lines) + "</ul>"
 
 
-def _turns(found: list[dict[str, Any]]) -> str:
-    rows = [[a["key"], a["value"], a["turn"], a["effect"]] for a in found]
+def _turns(advice: list[dict[str, Any]]) -> str:
+    rows = [[a["key"], a["value"], a["turn"], a["effect"]] for a in advice]
     return table(["value of the world file", "now", "turn", "what it does"], rows)
 
 
