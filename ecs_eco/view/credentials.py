@@ -41,11 +41,11 @@ class Credentials:
         """Return the credential for a code, which is used up then; None for one that is not good (any more)."""
         with self._lock:
             self._forget_old()
-            found = _among(code, self._good)
-            for good in found:
+            matches = _among(code, self._good)
+            for good in matches:
                 del self._good[good]
                 self._gone.append(good)
-            return self.credential if found else None
+            return self.credential if matches else None
 
     def is_good(self, code: str) -> bool:
         """Return whether a code could be exchanged now."""

@@ -29,7 +29,7 @@ class Entrance:
 
     def __init__(self, server: Server, announce: Callable[[str], None]) -> None:
         self.server, self._announce = server, announce
-        self._said = ""
+        self._code = ""
         self._folder: Path | None = None
         server.came = self._came
         self._say()
@@ -55,12 +55,12 @@ class Entrance:
 
     def _say(self) -> None:
         address = self.server.address()
-        self._said = address.partition("#code=")[2]
+        self._code = address.partition("#code=")[2]
         self._announce(address)
 
     def _came(self, code: str, good: bool) -> None:
         """Say another address where the last one will not do any more, and somebody used it or another that was good once."""
-        if not self.server.credentials.is_good(self._said) and (good or self.server.credentials.was_good(code)):
+        if not self.server.credentials.is_good(self._code) and (good or self.server.credentials.was_good(code)):
             with suppress(OSError, ValueError):  # nobody reads what is said any more: the page comes in all the same
                 self._say()
 
@@ -79,8 +79,8 @@ def _private() -> str | None:
     if not folder or not os.path.isabs(folder):
         return None
     try:
-        found = os.lstat(folder)
+        status = os.lstat(folder)
     except OSError:
         return None
-    ours = stat.S_ISDIR(found.st_mode) and found.st_uid == os.geteuid() and not found.st_mode & 0o077
+    ours = stat.S_ISDIR(status.st_mode) and status.st_uid == os.geteuid() and not status.st_mode & 0o077
     return folder if ours and os.access(folder, os.W_OK) else None

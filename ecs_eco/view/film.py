@@ -37,10 +37,10 @@ def encoder(path: Path) -> str:
     """Return the program that makes films of this ending, "" for a GIF; FilmError where it is not installed."""
     if path.suffix.lower() == ".gif":
         return ""
-    found = shutil.which("ffmpeg")
-    if found is None:
+    program = shutil.which("ffmpeg")
+    if program is None:
         raise FilmError("ffmpeg is not installed")
-    return found
+    return program
 
 
 def write(path: Path, ticks: Sequence[int], paint: Callable[[int], np.ndarray], size: tuple[int, int], fps: float,
@@ -78,8 +78,8 @@ def _pipe(program: str, path: Path, frames: Iterator[np.ndarray], size: tuple[in
     codec, *how = CODECS[path.suffix]
     command = [program, "-y", "-loglevel", "error", "-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{size[0]}x{size[1]}", "-r", f"{fps:g}",
                "-i", "-", "-an", "-c:v", codec, "-pix_fmt", "yuv420p", *how, str(path)]  # fmt: skip
-    with tempfile.TemporaryFile() as said:
-        process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=said)
+    with tempfile.TemporaryFile() as log:
+        process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=log)
         assert process.stdin is not None
         try:
             for frame in frames:
@@ -94,9 +94,9 @@ def _pipe(program: str, path: Path, frames: Iterator[np.ndarray], size: tuple[in
                 process.stdin.close()
             process.wait()
         if process.returncode:
-            said.seek(0)
-            words = said.read().decode(errors="replace").strip().splitlines()
-            raise FilmError(f"ffmpeg ended with code {process.returncode}: {words[-1] if words else 'it said nothing'}")
+            log.seek(0)
+            lines = log.read().decode(errors="replace").strip().splitlines()
+            raise FilmError(f"ffmpeg ended with code {process.returncode}: {lines[-1] if lines else 'it said nothing'}")
 
 
 def _gif(path: Path, frames: Iterator[np.ndarray], fps: float) -> None:

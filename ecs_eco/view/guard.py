@@ -24,10 +24,10 @@ POLICY = (
 
 def headers_of(scope: Any) -> dict[str, list[str]]:
     """Return the headers of a request: each name in lower case, with all that was said under it."""
-    found: dict[str, list[str]] = {}
+    headers: dict[str, list[str]] = {}
     for name, value in scope["headers"]:
-        found.setdefault(name.decode("latin-1").lower(), []).append(value.decode("latin-1"))
-    return found
+        headers.setdefault(name.decode("latin-1").lower(), []).append(value.decode("latin-1"))
+    return headers
 
 
 class Guard:
@@ -62,10 +62,10 @@ class Guard:
 
     def refusal(self, scope: Any) -> str:
         """Return why a request is refused, "" where it is not."""
-        found = headers_of(scope)
-        if len(found.get("host", [])) != 1 or found["host"][0].lower() not in self.hosts:
+        headers = headers_of(scope)
+        if len(headers.get("host", [])) != 1 or headers["host"][0].lower() not in self.hosts:
             return "another Host"
-        origins = found.get("origin", [])
+        origins = headers.get("origin", [])
         if any(origin.lower() not in self.origins for origin in origins) or (scope["type"] == "websocket" and len(origins) != 1):
             return "another Origin"
         if scope["type"] == "websocket" and not self._shown(scope["subprotocols"]):
@@ -86,6 +86,6 @@ class Guard:
         return sending
 
     def _headers(self, own: Any) -> list[tuple[bytes, bytes]]:
-        said = {n.decode("latin-1").lower() for n, _ in own}
-        ours = {n: v for n, v in {**ANSWERS, "content-security-policy": self.policy}.items() if n != "cache-control" or n not in said}
+        given = {n.decode("latin-1").lower() for n, _ in own}
+        ours = {n: v for n, v in {**ANSWERS, "content-security-policy": self.policy}.items() if n != "cache-control" or n not in given}
         return [*((n, v) for n, v in own if n.decode("latin-1").lower() not in ours), *((n.encode(), v.encode()) for n, v in ours.items())]

@@ -12,15 +12,15 @@ GREY = "#9aa3a8"
 
 def safe(colours: Mapping[str, str]) -> dict[str, str]:
     """Return for each name the safe colour nearest to the hue of its own, the best pairs first; greys stay grey."""
-    found = {name: GREY for name, colour in colours.items() if max(_rgb(colour)) - min(_rgb(colour)) < 24}
+    safe_of = {name: GREY for name, colour in colours.items() if max(_rgb(colour)) - min(_rgb(colour)) < 24}
     offers: list[tuple[str, float]] = list(SAFE.items())
-    while left := [name for name in colours if name not in found]:
+    while remaining := [name for name in colours if name not in safe_of]:
         if not offers:
             offers = [(_lighter(colour), hue) for colour, hue in SAFE.items()]
-        name, offer = min(((n, o) for n in left for o in offers), key=lambda pair: _gap(_hue(colours[pair[0]]), pair[1][1]))
-        found[name] = offer[0]
+        name, offer = min(((n, o) for n in remaining for o in offers), key=lambda pair: _gap(_hue(colours[pair[0]]), pair[1][1]))
+        safe_of[name] = offer[0]
         offers.remove(offer)
-    return {name: found[name] for name in colours}
+    return {name: safe_of[name] for name in colours}
 
 
 def _rgb(colour: str) -> list[int]:

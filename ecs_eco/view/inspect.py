@@ -40,14 +40,14 @@ class Known(Protocol):
         """Return tick, cause and killer of its death; None while it lives."""
 
 
-def state_of(world: World, uid: int, kin: Known | None = None) -> dict[str, Any]:
+def state_of(world: World, uid: int, lives: Known | None = None) -> dict[str, Any]:
     """Return the state of one organism between two ticks: the message "organism" of the viewer.
 
-    Parents, children and what is known of the dead come from `kin`. Raises KeyError for one that never was, or is forgotten.
+    Parents, children and what is known of the dead come from `lives`. Raises KeyError for one that never was, or is forgotten.
     Draws no random number and changes nothing. What it sensed and decided is of the last tick; before it first sensed there
     is nothing of that.
     """
-    out = {"kind": "organism", "uid": int(uid), "detail": "full", "note": ""} | pedigree(uid, kin)
+    out = {"kind": "organism", "uid": int(uid), "detail": "full", "note": ""} | pedigree(uid, lives)
     try:
         table, row = world.locate(uid)
     except KeyError:
@@ -64,12 +64,12 @@ def nothing_of(out: dict[str, Any]) -> dict[str, Any]:
     return nothing | {"trace": {"tick": [], "happiness": [], "energy": []}, "alive": False} | out | {"detail": "record"}
 
 
-def pedigree(uid: int, kin: Known | None) -> dict[str, Any]:
+def pedigree(uid: int, lives: Known | None) -> dict[str, Any]:
     """Return species, birth, death, parents, children and generation as far as they are remembered."""
-    if kin is None:
+    if lives is None:
         return {"species": None, "born": None, "died": None, "parents": [], "children": [], "generation": None}
-    return {"species": kin.species(uid), "born": kin.born(uid), "died": kin.died(uid), "parents": kin.parents(uid),
-            "children": kin.children(uid), "generation": kin.generation(uid)}  # fmt: skip
+    return {"species": lives.species(uid), "born": lives.born(uid), "died": lives.died(uid), "parents": lives.parents(uid),
+            "children": lives.children(uid), "generation": lives.generation(uid)}  # fmt: skip
 
 
 def body(world: World, table: Table, row: int) -> dict[str, Any]:
@@ -97,11 +97,11 @@ def genome(table: Table, row: int) -> dict[str, Any] | None:
 
 def marked(layout: Any, loci: np.ndarray) -> dict[str, Any]:
     """Return a genome u8[loci] as text, with the place and the value of each gene; a network's weights are counted, not listed."""
-    said, length = layout.decode(loci[None]), layout.length
+    decoded, length = layout.decode(loci[None]), layout.length
     text = layout.alphabet.decode(loci)
     genes = []
     for code in layout.genes:
-        value = said[code.name][0]
+        value = decoded[code.name][0]
         gene = {"name": code.name, "trait": code.gene.trait, "from": int(code.first), "to": int(code.stop), "value": _listed(value),
                 "text": f"{np.size(value):,} weights" if np.ndim(value) else code.text}  # fmt: skip
         if layout.ploidy == 2:
@@ -130,11 +130,11 @@ def nerves(table: Table, row: int) -> dict[str, Any] | None:
 
 def described(channels: Any, actions: Any, mind: Minds, happiness: Any, reward: Any) -> dict[str, Any]:
     """Return one organism's nervous system (the first of `mind`) as the viewer shows it."""
-    said = zip(actions, mind.y[0], mind.p[0], mind.z[0], mind.decision[0], strict=True)
+    rows = zip(actions, mind.y[0], mind.p[0], mind.z[0], mind.decision[0], strict=True)
     return {
         "sensors": [{"name": name, "value": number(v)} for name, v in zip(channels, mind.x[0], strict=True)],
         "actions": [{"group": group, "name": name, "reflex": int(y), "probability": number(p), "chosen": int(z), "decision": int(h)}
-                    for (group, name), y, p, z, h in said],
+                    for (group, name), y, p, z, h in rows],
         "happiness": number(happiness), "reward": number(reward),
     }  # fmt: skip
 

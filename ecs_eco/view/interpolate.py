@@ -13,7 +13,7 @@ STATE = ("x", "y", "z", "heading", "energy", "happiness")
 EVENT = ("uid", "species", "x", "y", "z", "energy")
 
 
-class Crowd(NamedTuple):
+class Organisms(NamedTuple):
     """The living of one species at a tick, in the order of uids; `exact` says whose state was recorded at this tick itself."""
 
     uid: np.ndarray  # u64[n]
@@ -55,16 +55,16 @@ class Chapter:
         self.start[missing] = self.goal[missing]
         self.bounds = np.searchsorted(self.species, np.arange(int(self.species.max(initial=-1)) + 2))
 
-    def _lead(self, by_uid: np.ndarray, found: Columns, names: Sequence[str], when: int | np.ndarray) -> np.ndarray:
+    def _lead(self, by_uid: np.ndarray, columns: Columns, names: Sequence[str], when: int | np.ndarray) -> np.ndarray:
         """Take the state of these organisms at `when` as what the line leads to; return where they are."""
-        if not self.uid.size or not found["uid"].size:
+        if not self.uid.size or not columns["uid"].size:
             return np.zeros(0, np.int64)
         known = self.uid[by_uid]
-        place = np.minimum(np.searchsorted(known, found["uid"].astype(np.uint64)), known.size - 1)
-        there = known[place] == found["uid"]
+        place = np.minimum(np.searchsorted(known, columns["uid"].astype(np.uint64)), known.size - 1)
+        there = known[place] == columns["uid"]
         at = by_uid[place[there]]
         for name in names:
-            self.goal[STATE.index(name), at] = found[name][there]
+            self.goal[STATE.index(name), at] = columns[name][there]
         self.until[at] = when if isinstance(when, int) else when[there]
         return at
 
@@ -75,7 +75,7 @@ class Chapter:
         a, b = self.bounds[species], self.bounds[species + 1]
         return a + np.flatnonzero((self.since[a:b] <= tick) & (~self.dies[a:b] | (tick < self.until[a:b])))
 
-    def crowd(self, tick: int, species: int) -> Crowd:
+    def organisms(self, tick: int, species: int) -> Organisms:
         """Return the living of a species at the end of a tick."""
         at = self.alive(tick, species)
         since = self.since[at]
@@ -89,7 +89,7 @@ class Chapter:
             now[axis] %= self.size[axis]
         now[3] = np.nan_to_num(now[3])
         x, y, z, heading, energy, happiness = now
-        return Crowd(self.uid[at], x, y, z, heading, energy, happiness, since == tick)
+        return Organisms(self.uid[at], x, y, z, heading, energy, happiness, since == tick)
 
 
 def chapter(tick: int, first: int, last: int, every: int, snapshots: Parts, births: Parts, deaths: Parts, size: Sequence[float],

@@ -19,7 +19,7 @@ TRACED = 300  # ticks of the trace before this one, where every tick was recorde
 class Life(NamedTuple):
     """What does not change with the tick."""
 
-    said: dict[str, Any]  # the part of the message
+    message: dict[str, Any]  # the part of the message
     species: str
     born: int
     died: int | None
@@ -41,7 +41,7 @@ class Lives:
         "record" where there is nothing but birth and death; `note` says so.
         """
         life = self.life(uid)
-        out = life.said | {"alive": life.born <= tick and (life.died is None or tick < life.died)}
+        out = life.message | {"alive": life.born <= tick and (life.died is None or tick < life.died)}
         out |= {"age": number(max(0, min(tick, tick if life.died is None else life.died) - life.born) * self.recording.dt)}
         detail = self._detail(life, uid, tick)
         if detail is not None:
@@ -65,21 +65,22 @@ class Lives:
         species, born = r.species[birth["species"]], int(birth["tick"])
         death = r.death(uid, born)
         parents = [int(p) for p in (birth["parent"], birth["parent2"]) if p]
-        said = nothing_of({"kind": "organism", "uid": uid, "species": species, "born": born, "died": death, "parents": parents, "note": "",
-                           "children": r.children(uid), "generation": r.generation(uid), "genome": self._genome(species, birth["genome"]),
-                           "energy_max": r.manifest["config"]["species"][species]["metabolism"]["energy_max"]})  # fmt: skip
+        message = nothing_of({"kind": "organism", "uid": uid, "species": species, "born": born, "died": death, "parents": parents,
+                              "note": "", "children": r.children(uid), "generation": r.generation(uid),
+                              "genome": self._genome(species, birth["genome"]),
+                              "energy_max": r.manifest["config"]["species"][species]["metabolism"]["energy_max"]})  # fmt: skip
         until = r.last if death is None else death["tick"]
-        return Life(said, species, born, None if death is None else death["tick"], birth, self._seen(uid, max(born, r.first), until))
+        return Life(message, species, born, None if death is None else death["tick"], birth, self._seen(uid, max(born, r.first), until))
 
     def _seen(self, uid: int, first: int, last: int) -> Columns:
         names = ("tick", "uid", "x", "y", "z", "heading", "energy", "happiness")
-        found: list[Columns] = []
+        blocks: list[Columns] = []
         for group in self.recording.snapshots.groups:
             if group.ticks[0] <= last and group.ticks[1] >= first:
                 at = self.recording.snapshots.read(group, ("uid",))["uid"] == uid
                 if at.any():
-                    found.append({n: column[at] for n, column in self.recording.snapshots.read(group, names).items()})
-        return {n: np.concatenate([f[n] for f in found]) if found else np.zeros(0) for n in names}
+                    blocks.append({n: column[at] for n, column in self.recording.snapshots.read(group, names).items()})
+        return {n: np.concatenate([f[n] for f in blocks]) if blocks else np.zeros(0) for n in names}
 
     def _genome(self, species: str, text: Any) -> dict[str, Any] | None:
         r = self.recording
@@ -138,8 +139,8 @@ class Lives:
         near = int(np.argmin(np.abs(seen["tick"] - tick))) if seen["tick"].size else -1
         if near < 0 or abs(seen["tick"][near] - tick) >= tick - life.born:  # nothing was recorded nearer to this tick than its birth
             b = life.birth
-            said = {"place": [number(b[axis]) for axis in "xyz"], "energy": number(b["energy"])}
-            return out | said | {"detail": "record", "note": f"As it was born, at tick {life.born}. {fill}"}
+            state = {"place": [number(b[axis]) for axis in "xyz"], "energy": number(b["energy"])}
+            return out | state | {"detail": "record", "note": f"As it was born, at tick {life.born}. {fill}"}
         row = {n: column[near] for n, column in seen.items()}
         when = "" if row["tick"] == tick else f"As of tick {int(row['tick'])}. "
         nerves = ", without nerves" if self.recording.manifest["config"]["species"][life.species].get("actions") else ""

@@ -13,7 +13,7 @@ from ecs_eco.components import Biology, Genome, Metabolism, Nervous, Position
 from ecs_eco.engine.errors import ConfigError
 from ecs_eco.engine.hooks import listening
 from ecs_eco.view.frames import Encoder, extent, grade
-from ecs_eco.view.pedigree import Kin
+from ecs_eco.view.pedigree import PedigreeLog
 from ecs_eco.view.scene import coloured_genes, describe, fences, kinds_of, sky
 from ecs_eco.view.series import Curves
 from ecs_eco.view.source import Message
@@ -37,14 +37,14 @@ class Live:
         self.world, self.last = world, last
         self.species, self.objects = kinds_of(world)
         self.names = [*self.species, *self.objects]
-        self.kin = Kin(world)
+        self.pedigree = PedigreeLog(world)
         self._encoder = Encoder(world.space.size, len(self.names))
         self._genes = {name: coloured_genes(world.tables[name]) for name in self.species}
         self._ranges: dict[tuple[str, str], tuple[float, float]] = {}
         self._values: dict[str, np.ndarray] = {}
         self._curves = Curves()
         self._traces: dict[int, deque[tuple[int, float | None, float | None]]] = {}
-        self._told = len(world.intervened)
+        self._announced = len(world.intervened)
         self.frame(0, "happiness")  # kernels are compiled before anybody waits
 
     @property
@@ -75,10 +75,10 @@ class Live:
 
     def hello(self) -> Message:
         """Return what a page has to know of the world."""
-        genes = dict.fromkeys(f"gene:{gene}" for found in self._genes.values() for gene in found)
-        said = describe(self.world, self.species, self.objects, self._genes)
+        genes = dict.fromkeys(f"gene:{gene}" for names in self._genes.values() for gene in names)
+        scene = describe(self.world, self.species, self.objects, self._genes)
         return {"kind": "hello", "mode": "live", "first": 0, "last": self.last, "tick": self.tick, "acts": True,
-                "colours": ["species", "energy", "happiness", "age", *genes], **said}  # fmt: skip
+                "colours": ["species", "energy", "happiness", "age", *genes], **scene}  # fmt: skip
 
     def greeting(self) -> list[Message]:
         """Return what was done to the world so far."""
@@ -86,15 +86,15 @@ class Live:
 
     def news(self) -> list[Message]:
         """Return the marks anew where somebody intervened."""
-        if self._told == len(self.world.intervened):
+        if self._announced == len(self.world.intervened):
             return []
-        self._told = len(self.world.intervened)
+        self._announced = len(self.world.intervened)
         return [self._marks()]
 
     def _marks(self) -> Message:
         from ecs_eco.config.models.interventions import describe as words
 
-        done = [{"tick": tick, "text": words(what)} for tick, what in self.world.intervened[-1000:]]
+        done = [{"tick": tick, "text": words(intervention)} for tick, intervention in self.world.intervened[-1000:]]
         return {"kind": "marks", "births": None, "deaths": None, "interventions": done, "fences": fences(self.world)}
 
     def counts(self) -> dict[str, int]:
@@ -176,8 +176,8 @@ class Live:
             if Nervous in table and table.species.nerves.happiness is not None:
                 point["happiness", name] = float(table[Nervous].happiness[rows].mean(dtype=np.float64))
             if self._genes[name]:
-                said = table.species.heredity.layout.decode(table[Genome].loci[rows], self._genes[name])
-                for gene, values in said.items():
+                decoded = table.species.heredity.layout.decode(table[Genome].loci[rows], self._genes[name])
+                for gene, values in decoded.items():
                     point["genes", f"{name}.{gene}"] = float(values.mean(dtype=np.float64))
         self._curves.add(self.tick, point)
 
@@ -191,9 +191,9 @@ class Live:
         """Return one organism, living or dead; KeyError for one that nobody knows."""
         from ecs_eco.view.inspect import state_of
 
-        found = state_of(self.world, uid, kin=self.kin)
-        happy = None if found.get("nerves") is None else found["nerves"].get("happiness")
-        return found | {"kind": "organism", "trace": self._trace(uid, happy, found.get("energy"))}
+        state = state_of(self.world, uid, lives=self.pedigree)
+        happy = None if state.get("nerves") is None else state["nerves"].get("happiness")
+        return state | {"kind": "organism", "trace": self._trace(uid, happy, state.get("energy"))}
 
     def _trace(self, uid: int, happiness: float | None, energy: float | None) -> Message:
         """Note a point of one's life and return those noted so far; the traces of the last few who were looked at are kept."""
@@ -219,20 +219,20 @@ class Live:
             return [{"kind": "params", "list": [] if self.world.config is None else parameters(self.world.config)}]
         return [{"kind": "said", "level": "warning", "text": f"{kind} is for recorded runs; this world is alive", "field": kind}]
 
-    def _act(self, what: Any) -> Message:
+    def _act(self, request: Any) -> Message:
         from ecs_eco.config.models.interventions import describe as words
 
         try:
-            if not isinstance(what, dict):
+            if not isinstance(request, dict):
                 raise ValueError("act: `what` is no intervention; see [[interventions]] of a world file")
             if self.done:
                 raise ValueError("act: the run is at its end")
-            self.world.intervene(what)
+            self.world.intervene(request)
         except (ValueError, RuntimeError) as error:
             problems = error.problems if isinstance(error, ConfigError) else []
             field = ".".join(map(str, problems[0].key)) if problems else "act"
             return {"kind": "said", "level": "error", "text": str(error), "field": field}
-        return {"kind": "said", "level": "info", "text": f"tick {self.tick}: {words(what)}"}
+        return {"kind": "said", "level": "info", "text": f"tick {self.tick}: {words(request)}"}
 
 
 def _number(value: float | None) -> float | None:

@@ -11,7 +11,7 @@ import numpy as np
 from ecs_eco.analysis.style import as_delivered
 from ecs_eco.engine import files
 from ecs_eco.view.hues import safe
-from ecs_eco.view.interpolate import Crowd
+from ecs_eco.view.interpolate import Organisms
 from ecs_eco.view.replay import Replay
 
 INK, SOFT, PAPER = "#22282e", "#7a838c", "#ffffff"
@@ -62,7 +62,7 @@ class Painter:
         light, _ = self.replay.sky(tick)
         self._light(tick, light)
         for kind in self.kinds:
-            self._crowd(kind, self.replay.crowd(kind["name"]))
+            self._organisms(kind, self.replay.organisms(kind["name"]))
         if not self.volume:
             self.fences.set_segments(self.replay.recording.fences(tick))
         self._strips(tick)
@@ -209,14 +209,14 @@ class Painter:
     def _discs(self, ax: Any, x: np.ndarray, y: np.ndarray, radius: float, hue: str, alpha: float, **rim: Any) -> Any:
         return ax.scatter(x, y, s=(2 * radius * 0.72) ** 2, facecolor=hue, alpha=alpha, marker="o", **(rim or {"linewidth": 0}))
 
-    def _crowd(self, kind: dict[str, Any], crowd: Crowd) -> None:
-        places = np.stack([crowd.x, crowd.z if self.volume else crowd.y], axis=1).astype(float)
+    def _organisms(self, kind: dict[str, Any], organisms: Organisms) -> None:
+        places = np.stack([organisms.x, organisms.z if self.volume else organisms.y], axis=1).astype(float)
         body = self.bodies[kind["name"]]
         if not kind["moves"]:
             body.set_offsets(places)
             return
         size = max(kind["radius"] * self.scale, LEAST["moves"]) / self.scale
-        cos, sin = np.cos(crowd.heading), np.sin(crowd.heading)
+        cos, sin = np.cos(organisms.heading), np.sin(organisms.heading)
         if self.volume:  # seen from the side: what goes away from us looks short
             sin = np.zeros_like(sin)
             cos = np.where(np.abs(cos) < 0.35, np.copysign(0.35, cos), cos)
@@ -261,7 +261,7 @@ class Painter:
 
 def rims(kinds: Sequence[dict[str, Any]], hues: dict[str, str]) -> dict[str, dict[str, Any]]:
     """Return how each kind is edged: every second one that moves in black, so that not hue alone tells kinds apart."""
-    found: dict[str, dict[str, Any]] = {}
+    styles: dict[str, dict[str, Any]] = {}
     movers = [kind["name"] for kind in kinds if kind["moves"]]
     for kind in kinds:
         hue = [int(hues[kind["name"]][i : i + 2], 16) / 255 for i in (1, 3, 5)]
@@ -269,8 +269,8 @@ def rims(kinds: Sequence[dict[str, Any]], hues: dict[str, str]) -> dict[str, dic
         edge, width = tuple(0.62 * part for part in hue), 0.35 if kind["moves"] or light else 0.0
         if kind["moves"] and movers.index(kind["name"]) % 2:
             edge, width = (0.0, 0.0, 0.0), 1.0
-        found[kind["name"]] = {"edgecolor": edge, "linewidth": width}
-    return found
+        styles[kind["name"]] = {"edgecolor": edge, "linewidth": width}
+    return styles
 
 
 def clock(seconds: float, day: dict[str, float] | None = None) -> str:

@@ -19,8 +19,8 @@ def parameters(config: Any) -> list[dict[str, Any]]:
     `low` and `high` are null where the file sets no bound. What a gene says of each organism is left out.
     """
     coded = {f"species.{name}.{gene.trait}" for name, s in config.species.items() if s.genome for gene in s.genome.genes if gene.trait}
-    found = _walk(config, (), {})
-    return [said for said in found if said["key"] not in coded and said["key"].split(".")[0] not in NOT_NOW and may_change(said["key"])]
+    rows = _walk(config, (), {})
+    return [row for row in rows if row["key"] not in coded and row["key"].split(".")[0] not in NOT_NOW and may_change(row["key"])]
 
 
 def _walk(value: Any, key: tuple[str, ...], field: dict[str, Any]) -> Iterator[dict[str, Any]]:

@@ -73,17 +73,17 @@ class Parts:
 
     def between(self, first: int, last: int, names: Sequence[str]) -> Columns:
         """Return these columns of all rows of the ticks from first to last, in the order of the recording."""
-        found: list[Columns] = []
+        blocks: list[Columns] = []
         for group in self.groups:
             if group.rows and group.ticks[0] <= last and group.ticks[1] >= first:
                 columns = self.read(group, ("tick", *names))
                 if group.ticks[0] < first or group.ticks[1] > last:
                     chosen = np.flatnonzero((columns["tick"] >= first) & (columns["tick"] <= last))
                     columns = {name: column[chosen] for name, column in columns.items()}
-                found.append(columns)
-        if not found:
+                blocks.append(columns)
+        if not blocks:
             return {name: np.zeros(0, np.float32 if name in FLOATS else np.int64) for name in ("tick", *names)}
-        return {name: np.concatenate([columns[name] for columns in found]) for name in ("tick", *names)}
+        return {name: np.concatenate([columns[name] for columns in blocks]) for name in ("tick", *names)}
 
     def each(self, names: Sequence[str]) -> Iterator[Columns]:
         """Yield these columns, a row group at a time."""

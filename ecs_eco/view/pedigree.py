@@ -16,7 +16,7 @@ FIELDS = {"uid": np.uint64, "parent": np.uint64, "second": np.uint64, "born": np
           "died": np.int64, "cause": np.uint8, "killer": np.uint64}  # fmt: skip
 
 
-class Kin:
+class PedigreeLog:
     """The lives of a world from now on, in columns by uid; those who live already have no known parents.
 
     It listens to births and deaths, changes nothing, and puts them in order only when it is asked, or when many wait. Lives are
@@ -30,8 +30,8 @@ class Kin:
         self._births: list[tuple[int, np.ndarray, np.ndarray, int, int]] = []  # first uid, parents, second parents, tick, kind
         self._deaths: list[tuple[np.ndarray, np.ndarray, np.ndarray, int]] = []  # uids, causes, killers, tick
         self._waiting = 0
-        found = [(t.uid[rows], t.born[rows], np.full(rows.size, i)) for i, t in enumerate(world.tables.values()) for rows in [t.rows()]]
-        uid, born, kind = (np.concatenate(part) for part in zip(*found, strict=True)) if found else (np.zeros(0, np.int64),) * 3
+        columns = [(t.uid[rows], t.born[rows], np.full(rows.size, i)) for i, t in enumerate(world.tables.values()) for rows in [t.rows()]]
+        uid, born, kind = (np.concatenate(part) for part in zip(*columns, strict=True)) if columns else (np.zeros(0, np.int64),) * 3
         order = np.argsort(uid)
         nobody = np.zeros(uid.size, np.uint64)
         self._since, self._at = int(world.next_uid), uid.size  # the first uid to come, and its row
@@ -122,7 +122,7 @@ class Kin:
         if deaths:
             uid, cause, killer = (np.concatenate([death[i] for death in deaths]) for i in (0, 1, 2))
             at, known = self._rows(uid)
-            when = np.repeat(np.array([tick for *_, tick in deaths]), [who.size for who, *_ in deaths])
+            when = np.repeat(np.array([tick for *_, tick in deaths]), [uids.size for uids, *_ in deaths])
             for name, values in (("died", when), ("cause", cause), ("killer", killer)):
                 self._columns[name][at[known]] = values[known]
 
@@ -133,12 +133,12 @@ class Kin:
             self._columns[name][new] = values
         self.n += uid.size
         generation = self._columns["generation"]
-        above = [(at, known) for who in (parent, second) if who.any() for at, known in [self._rows(who)]]
+        above = [(at, known) for uids in (parent, second) if uids.any() for at, known in [self._rows(uids)]]
         while above:  # parents may be among the new: until nothing changes
-            found = np.max([np.where(known, generation[at] + 1, 0) for at, known in above], axis=0)
-            if (found == generation[new]).all():
+            deeper = np.max([np.where(known, generation[at] + 1, 0) for at, known in above], axis=0)
+            if (deeper == generation[new]).all():
                 return
-            generation[new] = found
+            generation[new] = deeper
 
     def _reserve(self, k: int) -> None:
         forgotten = max(self.n // 4, min(self.n, self.n + k - self.most)) if self.n + k > self.most else 0

@@ -43,7 +43,7 @@ class View:
         self.frame_at = self.panel_at = -math.inf
         self.series = -1  # last tick of the series that it has
         self.panel: tuple[Any, ...] | None = None  # what its last panel showed
-        self.news, self.told = True, -1  # whether it has to be told of the state; the tick that it was last told
+        self.news, self.sent_tick = True, -1  # whether the state is to be sent; the tick that was sent last
 
 
 class Player:
@@ -137,7 +137,7 @@ class Player:
         same, new = now + PATIENCE, min(now + PATIENCE, self._sample_at)
         for page, view in self._views.items():
             out: list[str | bytes] = [*news]
-            stood = not self.playing and view.told != tick  # a step was made
+            stood = not self.playing and view.sent_tick != tick  # a step was made
             due, shown = view.news or ((state or stood) and view.awaits is None), view.seen
             if view.awaits is None:
                 self._timed("frame", partial(self._show, view, out, now))
@@ -145,7 +145,7 @@ class Player:
                 if view.awaits is None and not self._whole(view):
                     same = min(same, max(now, min(view.frame_at, view.panel_at) + FASTEST_FRAMES))
             if due or (shown or ("", ""))[1] != (view.seen or ("", ""))[1]:  # after the frame: that of another colour tells its range
-                view.news, view.told = False, tick
+                view.news, view.sent_tick = False, tick
                 out.append(self._state(view))
             if out:
                 page.send(out)
@@ -156,13 +156,13 @@ class Player:
         busy = self.playing and self.speed is None
         return max(FASTEST_FRAMES, self._cost["frame"] * max(1, len(self._views)) / SHARE) if busy else FASTEST_FRAMES
 
-    def _timed(self, what: str, work: Callable[[], Any]) -> float:
+    def _timed(self, part: str, work: Callable[[], Any]) -> float:
         """Do some work and return how long it takes as a rule [s]: a first time, with all that is loaded then, counts little."""
         begin = time.perf_counter()
         if work() is not False:
-            spent, usual = time.perf_counter() - begin, self._cost[what]
-            self._cost[what] = min(spent, max(1.5 * usual, 0.0005)) if spent > usual else 0.5 * (spent + usual)
-        return self._cost[what]
+            spent, usual = time.perf_counter() - begin, self._cost[part]
+            self._cost[part] = min(spent, max(1.5 * usual, 0.0005)) if spent > usual else 0.5 * (spent + usual)
+        return self._cost[part]
 
     def _whole(self, view: View) -> bool:
         """Whether a page has all of this tick."""
@@ -193,10 +193,10 @@ class Player:
         try:
             out.append(_text(self.source.organism(view.selected)))
         except KeyError:
-            out.append(_said(f"no organism {view.selected} is known here", "select"))
+            out.append(_refusal(f"no organism {view.selected} is known here", "select"))
             view.selected = None
         except Exception as error:  # a panel that cannot be drawn ends no run
-            out.append(_said(f"organism {view.selected}: {type(error).__name__}: {error}", "select"))
+            out.append(_refusal(f"organism {view.selected}: {type(error).__name__}: {error}", "select"))
             view.selected = None
 
     def _measure(self, now: float) -> None:
@@ -232,9 +232,9 @@ class Player:
             else:
                 raise ValueError(f"unknown request {str(kind)[:40]!r}; did you mean {nearest(kind, [*REQUESTS, *ELSEWHERE])!r}?")
         except ValueError as error:  # ConfigError too
-            page.send([_said(str(error), str(kind)[:40])])
+            page.send([_refusal(str(error), str(kind)[:40])])
         except Exception as error:  # whatever a page says, the run goes on
-            page.send([_said(f"{type(error).__name__}: {error}", str(kind)[:40])])
+            page.send([_refusal(f"{type(error).__name__}: {error}", str(kind)[:40])])
 
     def _ask(self, page: Page, request: Message) -> None:
         answers = self.source.handle(request)
@@ -243,9 +243,9 @@ class Player:
         if request["kind"] == "fill":
             for view in self._views.values():
                 view.panel = None
-        self._all_told()
+        self._refresh_all()
 
-    def _all_told(self) -> None:
+    def _refresh_all(self) -> None:
         for view in self._views.values():
             view.news = True
 
@@ -256,7 +256,7 @@ class Player:
     def _play(self, view: View, request: Message) -> None:
         self.playing, self._steps = request["kind"] == "play", 0
         self._next = time.monotonic()
-        self._all_told()
+        self._refresh_all()
 
     def _step(self, view: View, request: Message) -> None:
         ticks = request.get("ticks", 1)
@@ -264,7 +264,7 @@ class Player:
             raise ValueError(f"step: ticks = {_short(ticks)}; allowed: a whole number from 1 to 100000")
         self.playing = False
         self._steps += ticks
-        self._all_told()
+        self._refresh_all()
 
     def _speed(self, view: View, request: Message) -> None:
         value = request.get("value")
@@ -273,7 +273,7 @@ class Player:
             raise ValueError(f"speed: value = {_short(value)}; allowed: {SPEEDS[0]:g} to {SPEEDS[1]:g} ticks a second, or null")
         self.speed = None if value is None else float(value)
         self._next = time.monotonic()
-        self._all_told()
+        self._refresh_all()
 
     def _select(self, view: View, request: Message) -> None:
         uid = request.get("uid")
@@ -299,7 +299,7 @@ def _text(message: Message) -> str:
     return json.dumps(message, separators=(",", ":"), allow_nan=False)
 
 
-def _said(text: str, field: str | None = None) -> str:
+def _refusal(text: str, field: str | None = None) -> str:
     return _text({"kind": "said", "level": "error", "text": text} | ({} if field is None else {"field": field}))
 
 

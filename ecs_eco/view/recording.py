@@ -16,7 +16,7 @@ from ecs_eco.engine.errors import CheckpointError, ConfigError, RecordingError
 from ecs_eco.record import seal
 from ecs_eco.record.details import KIND
 from ecs_eco.runs.run import read_manifest
-from ecs_eco.view.interpolate import STATE, Chapter, Crowd, chapter
+from ecs_eco.view.interpolate import STATE, Chapter, Organisms, chapter
 from ecs_eco.view.parts import Cache, Columns, Parts
 
 CHAPTERS = 3  # that are kept
@@ -69,10 +69,10 @@ class Recording:
 
     # --- who is where -----------------------------------------------------------------------------------------------
 
-    def crowd(self, tick: int, species: str) -> Crowd:
+    def organisms(self, tick: int, species: str) -> Organisms:
         """Return the living of a species at the end of a tick: as recorded in its details, where there are any; else between snapshots."""
-        crowd = self._chapter(tick).crowd(tick, self.species.index(species))
-        return overlaid(crowd, self.details_at(tick, species))
+        organisms = self._chapter(tick).organisms(tick, self.species.index(species))
+        return overlaid(organisms, self.details_at(tick, species))
 
     def _chapter(self, tick: int) -> Chapter:
         number = tick // self.every
@@ -124,12 +124,12 @@ class Recording:
 
     def children(self, uid: int, most: int = 200) -> list[int]:
         """Return the uids of an organism's children, the last `most` of them."""
-        found: list[int] = []
+        young: list[int] = []
         for group in self.births.groups:
             if group.uids is None or group.uids[1] > uid:
                 columns = self.births.read(group, ("uid", "parent", "parent2"))
-                found += columns["uid"][(columns["parent"] == uid) | (columns["parent2"] == uid)].tolist()
-        return sorted(found)[-most:]
+                young += columns["uid"][(columns["parent"] == uid) | (columns["parent2"] == uid)].tolist()
+        return sorted(young)[-most:]
 
     def generation(self, uid: int, most: int = 5000) -> int | None:
         """Return how many ancestors an organism has in its longest line, founders 0; None where there are too many to follow."""
@@ -198,8 +198,8 @@ class Recording:
 
     def numbers(self, tick: int) -> dict[str, int]:
         """Return how many of each species live at the end of a tick."""
-        found = self.series.between(tick, tick, ("species", "n"))
-        return dict.fromkeys(self.species, 0) | {self.species[s]: int(n) for s, n in zip(found["species"], found["n"], strict=True)}
+        rows = self.series.between(tick, tick, ("species", "n"))
+        return dict.fromkeys(self.species, 0) | {self.species[s]: int(n) for s, n in zip(rows["species"], rows["n"], strict=True)}
 
     def recorded(self, tick: int) -> Columns:
         """Return what the series say of a tick, a row for each species: what a repetition is compared with."""
@@ -209,7 +209,7 @@ class Recording:
         """Return what was done to the world: tick and text."""
         from ecs_eco.config.models.interventions import describe
 
-        return [{"tick": tick, "text": describe(what)} for tick, what in self.manifest.get("intervened", [])]
+        return [{"tick": tick, "text": describe(done)} for tick, done in self.manifest.get("intervened", [])]
 
     def fences(self, tick: int) -> list[np.ndarray]:
         """Return the corners f64[k, 2] [m] of the fences that stand at the end of a tick; puts them up in the scene."""
@@ -218,25 +218,26 @@ class Recording:
         from ecs_eco.config.models.interventions import AnyIntervention
         from ecs_eco.systems.intervene import Intervene
 
-        done = [(when, what) for when, what in self.manifest.get("intervened", []) if isinstance(what, dict) and what["kind"] == "fence"]
+        intervened = self.manifest.get("intervened", [])
+        done = [(when, order) for when, order in intervened if isinstance(order, dict) and order["kind"] == "fence"]
         if self.scene is None or not done:
             return []
         if self.scene.terrain is not None and self.scene.terrain.fences:
             self.scene.terrain.unfence()
-        for when, what in done:
+        for when, order in done:
             if when <= tick:
-                Intervene().fence(self.scene, TypeAdapter(AnyIntervention).validate_python(dict(what) | {"at": when}))
+                Intervene().fence(self.scene, TypeAdapter(AnyIntervention).validate_python(dict(order) | {"at": when}))
         return [] if self.scene.terrain is None else list(self.scene.terrain.fences)
 
 
-def overlaid(crowd: Crowd, details: Columns) -> Crowd:
+def overlaid(organisms: Organisms, details: Columns) -> Organisms:
     """Return a crowd in which those of whom there are details are where, and as, these say."""
-    if not details["uid"].size or not crowd.uid.size:
-        return crowd
-    at = np.minimum(np.searchsorted(crowd.uid, details["uid"].astype(np.uint64)), crowd.uid.size - 1)
-    there = crowd.uid[at] == details["uid"]
+    if not details["uid"].size or not organisms.uid.size:
+        return organisms
+    at = np.minimum(np.searchsorted(organisms.uid, details["uid"].astype(np.uint64)), organisms.uid.size - 1)
+    there = organisms.uid[at] == details["uid"]
     at = at[there]
     for name in STATE:
-        getattr(crowd, name)[at] = details[name][there]
-    crowd.exact[at] = True
-    return crowd
+        getattr(organisms, name)[at] = details[name][there]
+    organisms.exact[at] = True
+    return organisms

@@ -11,11 +11,11 @@ import numpy as np
 
 from ecs_eco.analysis.style import own_colors
 from ecs_eco.view.frames import Encoder, extent, grade
-from ecs_eco.view.interpolate import Crowd
+from ecs_eco.view.interpolate import Organisms
 from ecs_eco.view.life import Lives
 from ecs_eco.view.parts import Cache
 from ecs_eco.view.recording import COMPARED, Recording, overlaid
-from ecs_eco.view.rerun import Again, Stretch
+from ecs_eco.view.rerun import Rerun, Stretch
 from ecs_eco.view.scene import coloured_genes, describe, sky
 from ecs_eco.view.source import Message
 
@@ -35,11 +35,11 @@ class Replay:
         self._tick = r.first
         self._genes = {} if r.scene is None else {name: coloured_genes(r.scene.tables[name]) for name in r.species}
         self._genes = {name: genes for name, genes in self._genes.items() if genes}
-        self._said: dict[str, tuple[np.ndarray, dict[str, np.ndarray]]] = {}  # values of genes, by species, of the uids shown lately
+        self._gene_values: dict[str, tuple[np.ndarray, dict[str, np.ndarray]]] = {}  # values of genes, by species, of the uids shown lately
         self._ranges: dict[tuple[str, str], tuple[float, float]] = {}
         self._encoder = Encoder(r.size, len(r.species) + len(r.objects))
-        self._again = Again(r.path, r.manifest, r.last)
-        self._fences = any(what["kind"] == "fence" for _, what in r.manifest.get("intervened", []) if isinstance(what, dict))
+        self._rerun = Rerun(r.path, r.manifest, r.last)
+        self._fences = any(done["kind"] == "fence" for _, done in r.manifest.get("intervened", []) if isinstance(done, dict))
         self._fenced: list[np.ndarray] = r.fences(r.first) if self._fences else []
         self._hello: Message | None = None
         self._curves: Message | None = None
@@ -61,7 +61,7 @@ class Replay:
             while turn():
                 self._tick = min(self._tick + 1, self.recording.last)
         finally:
-            self._again.halt()
+            self._rerun.halt()
 
     # --- what a page has to know ----------------------------------------------------------------------------------------
 
@@ -69,7 +69,7 @@ class Replay:
         """Return what a page has to know of the run."""
         if self._hello is None:
             r = self.recording
-            genes = dict.fromkeys(f"gene:{gene}" for found in self._genes.values() for gene in found)
+            genes = dict.fromkeys(f"gene:{gene}" for names in self._genes.values() for gene in names)
             self._hello = {"kind": "hello", "mode": "replay", "first": r.first, "last": r.last, "acts": False, "snapshot_every": r.every,
                            "colours": ["species", "energy", "happiness", "age", *genes], "note": self.note(), **self._scene()}  # fmt: skip
         return self._hello | {"tick": self._tick}
@@ -78,22 +78,22 @@ class Replay:
         """Return what is exact in what is shown, and what is not."""
         r = self.recording
         detailed = [name for name in r.species if r.details[name].rows]
-        said = "Recorded in every tick."
+        text = "Recorded in every tick."
         if r.every > 1:
-            said = f"Recorded every {r.every} ticks; in between, births and deaths are exact and places are on straight lines."
-        return said + (f" Details of {', '.join(detailed)}: {r.manifest.get('record')}." if detailed else "")
+            text = f"Recorded every {r.every} ticks; in between, births and deaths are exact and places are on straight lines."
+        return text + (f" Details of {', '.join(detailed)}: {r.manifest.get('record')}." if detailed else "")
 
     def _scene(self) -> Message:
         r = self.recording
         colors, config = own_colors(r.manifest.get("colors")), r.manifest["config"]
         if r.scene is not None:
-            said = describe(r.scene, r.species, list(r.objects), {name: dict.fromkeys(g) for name, g in self._genes.items()})
+            message = describe(r.scene, r.species, list(r.objects), {name: dict.fromkeys(g) for name, g in self._genes.items()})
             learn = r.manifest.get("learn")
-            for kind in said["species"]:
+            for kind in message["species"]:
                 policy = config["species"][kind["name"]]["policy"]
                 kind["learns"] = policy["kind"] != "none" and bool(policy["learn"] if learn is None else learn)
                 kind["color"] = colors.get(kind["name"], kind["color"])
-            return said
+            return message
         kinds = [{"name": n, "color": colors.get(n, "#888888"), "radius": config["species"][n]["body"]["radius"],
                   "moves": bool(config["species"][n].get("locomotion")), "sessile": not config["species"][n].get("locomotion"), "genes": [],
                   "learns": False} for n in r.species]  # fmt: skip
@@ -107,8 +107,9 @@ class Replay:
 
     def greeting(self) -> list[Message]:
         """Return births and deaths along the time line, and what was done to the world."""
-        said = [] if self.recording.scene is not None else [_said("warning", f"this world cannot be built here: {self.recording.why}")]
-        return [self._marks(), *said]
+        if self.recording.scene is not None:
+            return [self._marks()]
+        return [self._marks(), _message("warning", f"this world cannot be built here: {self.recording.why}")]
 
     def _marks(self) -> Message:
         r = self.recording
@@ -128,20 +129,20 @@ class Replay:
         return [*self._stand(), *self._filled()]
 
     def _filled(self) -> list[Message]:
-        found = self._again.answer()
-        if found is None:
+        stretch = self._rerun.answer()
+        if stretch is None:
             return []
-        if isinstance(found, str):
-            return [_said("error", found, "fill")]
+        if isinstance(stretch, str):
+            return [_message("error", stretch, "fill")]
         del self.stretches[: max(0, len(self.stretches) + 1 - STRETCHES)]
-        self.stretches.append(found)
-        text = f"ticks {found.first} to {found.last} have been run again: everybody shows all there"
-        said = _said("info", text, "fill") if found.wrong is None else _said(
-            "warning", f"{text}; but from tick {found.wrong} on not as recorded: other versions or another machine than then?", "fill")
+        self.stretches.append(stretch)
+        text = f"ticks {stretch.first} to {stretch.last} have been run again: everybody shows all there"
+        message = _message("info", text, "fill") if stretch.wrong is None else _message(
+            "warning", f"{text}; but from tick {stretch.wrong} on not as recorded: other versions or another machine than then?", "fill")
         try:
-            return [said, self.organism(self._again.uid)]
+            return [message, self.organism(self._rerun.uid)]
         except KeyError:
-            return [said]
+            return [message]
 
     def counts(self) -> dict[str, int]:
         """Return how many there are of each kind."""
@@ -149,14 +150,14 @@ class Replay:
 
     # --- frames ---------------------------------------------------------------------------------------------------------
 
-    def crowd(self, species: str) -> Crowd:
+    def organisms(self, species: str) -> Organisms:
         """Return the living of a species at this tick, as exactly as is known."""
         r = self.recording
-        crowd = r.crowd(self._tick, species)
+        organisms = r.organisms(self._tick, species)
         for stretch in self.stretches:
             if stretch.first <= self._tick <= stretch.last:
-                crowd = overlaid(crowd, stretch.at(self._tick, r.species.index(species)))
-        return crowd
+                organisms = overlaid(organisms, stretch.at(self._tick, r.species.index(species)))
+        return organisms
 
     def sky(self, tick: int) -> tuple[float, float]:
         """Return the light at the surface at a tick, 0 to 1, and the sun's elevation [rad]."""
@@ -170,8 +171,8 @@ class Replay:
         """Return the frame of this tick: value 0 for those of whom it is not known, 1 to 255 from the low to the high of `scales`."""
         self._encoder.begin(number, self._tick, *self.sky(self._tick))
         for name in self.recording.species:
-            crowd = self.crowd(name)
-            self._encoder.add(crowd.x, crowd.y, crowd.z, crowd.heading, self._value(name, crowd, colour), crowd.uid)
+            organisms = self.organisms(name)
+            self._encoder.add(organisms.x, organisms.y, organisms.z, organisms.heading, self._value(name, organisms, colour), organisms.uid)
         first = OBJECT_UID
         for places in self.recording.objects.values():
             none = np.zeros(len(places), np.float32)
@@ -184,9 +185,9 @@ class Replay:
         """Return low and high of a colour, by kind."""
         return {name: (float(f"{low:.5g}"), float(f"{high:.5g}")) for (c, name), (low, high) in self._ranges.items() if c == colour}
 
-    def _value(self, name: str, crowd: Crowd, colour: str) -> np.ndarray:
-        out = np.zeros(crowd.uid.size, np.uint8)
-        column, low, high = self._column(name, crowd, colour)
+    def _value(self, name: str, organisms: Organisms, colour: str) -> np.ndarray:
+        out = np.zeros(organisms.uid.size, np.uint8)
+        column, low, high = self._column(name, organisms, colour)
         if column is None:
             return out
         alive = np.ones(column.size, np.bool_)
@@ -199,32 +200,32 @@ class Replay:
         grade(alive, column, np.float32(low), np.float32(high), out)
         return out
 
-    def _column(self, name: str, crowd: Crowd, colour: str) -> tuple[Any, float | None, float | None]:
+    def _column(self, name: str, organisms: Organisms, colour: str) -> tuple[Any, float | None, float | None]:
         """Return what a colour shows of a species: f32[n] or None, and its range as far as it is known beforehand."""
         species = self.recording.manifest["config"]["species"][name]
         if colour == "energy":
-            return crowd.energy, 0.0, float(species["metabolism"]["energy_max"])
+            return organisms.energy, 0.0, float(species["metabolism"]["energy_max"])
         if colour == "happiness" and species.get("happiness"):
-            return crowd.happiness, None, None
+            return organisms.happiness, None, None
         if colour == "age":
-            return ((self._tick - self.recording.born(crowd.uid)) * self.recording.dt).astype(np.float32), 0.0, None
+            return ((self._tick - self.recording.born(organisms.uid)) * self.recording.dt).astype(np.float32), 0.0, None
         code = self._genes.get(name, {}).get(colour.removeprefix("gene:")) if colour.startswith("gene:") else None
         if code is None:
             return None, None, None
-        return self._expressed(name, crowd.uid, code.name), float(code.low), float(code.high)
+        return self._expressed(name, organisms.uid, code.name), float(code.low), float(code.high)
 
     def _expressed(self, name: str, uid: np.ndarray, gene: str) -> np.ndarray:
         """Return what a gene says of organisms (uids ascending): f32[n]."""
-        kept, said = self._said.get(name, (np.zeros(0, np.uint64), {}))
+        kept, decoded = self._gene_values.get(name, (np.zeros(0, np.uint64), {}))
         if not np.isin(uid, kept).all():
             fresh = uid[~np.isin(uid, kept)]
             values = self._decoded(name, fresh)
             old = np.isin(kept, uid)
             order = np.argsort(np.concatenate([kept[old], fresh]), kind="stable")
-            said = {g: np.concatenate([said[g][old] if g in said else np.zeros(0, np.float32), values[g]])[order] for g in values}
+            decoded = {g: np.concatenate([decoded[g][old] if g in decoded else np.zeros(0, np.float32), values[g]])[order] for g in values}
             kept = np.concatenate([kept[old], fresh])[order]
-            self._said[name] = kept, said
-        return said[gene][np.searchsorted(kept, uid)]
+            self._gene_values[name] = kept, decoded
+        return decoded[gene][np.searchsorted(kept, uid)]
 
     def _decoded(self, name: str, uid: np.ndarray) -> dict[str, np.ndarray]:
         layout = self.recording.scene.tables[name].species.heredity.layout
@@ -292,7 +293,7 @@ class Replay:
         if kind == "params":
             return [{"kind": "params", "list": []}]
         how = "ecs-eco resume DIR --from-tick T --set KEY=VALUE --out NEW"
-        return [_said("warning", f"a recorded run does not change; fork it: {how}", kind)]
+        return [_message("warning", f"a recorded run does not change; fork it: {how}", kind)]
 
     def _seek(self, tick: Any) -> list[Message]:
         r = self.recording
@@ -304,14 +305,14 @@ class Replay:
     def _fill(self, uid: Any) -> list[Message]:
         if isinstance(uid, bool) or not isinstance(uid, int) or not 0 < uid < 2**63:
             raise ValueError(f"fill: uid = {str(uid)[:60]}; allowed: the uid of an organism")
-        if self._again.busy:
-            return [_said("info", f"still at it: {100 * self._again.share:.0f} %", "fill")]
+        if self._rerun.busy:
+            return [_message("info", f"still at it: {100 * self._rerun.share:.0f} %", "fill")]
         if any(s.first <= self._tick <= s.last for s in self.stretches):
             return [self.organism(uid)]
         series = self.recording.parts("series", Cache())  # its own files and cache: the recording's belong to this thread
-        self._again.begin(uid, self._tick, lambda tick: series.between(tick, tick, COMPARED))
-        return [_said("info", f"running again from the last checkpoint before tick {self._tick + 1}", "fill")]
+        self._rerun.begin(uid, self._tick, lambda tick: series.between(tick, tick, COMPARED))
+        return [_message("info", f"running again from the last checkpoint before tick {self._tick + 1}", "fill")]
 
 
-def _said(level: str, text: str, field: str = "") -> Message:
+def _message(level: str, text: str, field: str = "") -> Message:
     return {"kind": "said", "level": level, "text": text} | ({"field": field} if field else {})

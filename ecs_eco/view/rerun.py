@@ -17,7 +17,7 @@ from ecs_eco.engine.turns import apart, turn
 from ecs_eco.record.belonging import check_checkpoint
 from ecs_eco.record.details import KIND
 from ecs_eco.runs.begin import start_of
-from ecs_eco.runs.requests import ask_again
+from ecs_eco.runs.requests import repeat_requests
 from ecs_eco.view.parts import Columns
 
 if TYPE_CHECKING:
@@ -34,7 +34,7 @@ class Stretch:
     """
 
     def __init__(self, first: int, last: int, blocks: dict[str, list[Columns]], sexes: dict[int, int], wrong: int | None) -> None:
-        joined = {kind: {n: np.concatenate([b[n] for b in found]) for n in found[0]} for kind, found in blocks.items()}
+        joined = {kind: {n: np.concatenate([b[n] for b in pieces]) for n in pieces[0]} for kind, pieces in blocks.items()}
         self.first, self.last, self.sexes, self.wrong = first, last, sexes, wrong
         self.details = {kind.removeprefix(KIND): columns for kind, columns in joined.items() if kind.startswith(KIND)}
         self.states = joined.get("snapshots", {})
@@ -64,7 +64,7 @@ def compute(path: Path, manifest: dict[str, Any], tick: int, end: int, recorded:
     def look() -> None:
         if halt():
             world.stop()
-        ask_again(world, manifest)
+        repeat_requests(world, manifest)
 
     world.before_tick.append(look)
     world.run(first - at, None if progress is None else lambda done, _: progress(done, last + 1 - at))
@@ -86,9 +86,9 @@ def _near(path: Path, manifest: dict[str, Any], tick: int) -> Any:
     """Return the world of the last checkpoint before the end of a tick, or of the start where that can be made again."""
     from ecs_eco.ecosystem import World
 
-    found = checkpoint.latest(path / "checkpoints", before=tick, check=partial(_of_run, manifest))
-    if found is not None:
-        return World.restore(found, record=False)
+    file = checkpoint.latest(path / "checkpoints", before=tick, check=partial(_of_run, manifest))
+    if file is not None:
+        return World.restore(file, record=False)
     if "forked" in manifest:
         raise CheckpointError(f"{path}: no checkpoint at or before tick {tick} is left")
     return World.from_config(record=False, **start_of(path, manifest))
@@ -116,7 +116,7 @@ def _differs(blocks: list[Columns], recorded: Callable[[int], dict[str, np.ndarr
     return None
 
 
-class Again:
+class Rerun:
     """At most one stretch at a time is run again, in a thread that alone touches its world; `answer` is asked now and then."""
 
     def __init__(self, path: Path, manifest: dict[str, Any], end: int) -> None:
@@ -124,7 +124,7 @@ class Again:
         self.share = 0.0  # done so far
         self.uid = 0  # who was asked for
         self._thread: threading.Thread | None = None
-        self._found: Stretch | str | None = None
+        self._result: Stretch | str | None = None
         self._halted = False
 
     @property
@@ -134,7 +134,7 @@ class Again:
 
     def begin(self, uid: int, tick: int, recorded: Callable[[int], dict[str, np.ndarray]]) -> None:
         """Begin to run the stretch around a tick again."""
-        self.uid, self.share, self._found, self._halted = uid, 0.0, None, False
+        self.uid, self.share, self._result, self._halted = uid, 0.0, None, False
         self._thread = threading.Thread(target=self._work, args=(tick, recorded), name="ecs-eco-again")
         self._thread.start()
 
@@ -143,8 +143,8 @@ class Again:
         if self._thread is None or self._thread.is_alive():
             return None
         self._thread.join()
-        self._thread, found, self._found = None, self._found, None
-        return found
+        self._thread, result, self._result = None, self._result, None
+        return result
 
     def halt(self, patience: float = 10.0) -> None:
         """Give up what is under way."""
@@ -162,10 +162,10 @@ class Again:
 
         try:
             with apart():  # nobody else touches its world, and it takes turns with that of the main thread
-                self._found = compute(self.path, self.manifest, tick, self.end, recorded, progress, self._is_over)
+                self._result = compute(self.path, self.manifest, tick, self.end, recorded, progress, self._is_over)
         except InterruptedError:
-            self._found = "given up"
+            self._result = "given up"
         except (CheckpointError, RecordingError, ConfigError, ImportError, OSError, ValueError, FloatingPointError) as error:
-            self._found = str(error)
+            self._result = str(error)
         except MemoryError:
-            self._found = "the memory is not enough to run it again"
+            self._result = "the memory is not enough to run it again"

@@ -126,15 +126,15 @@ class Server:
     async def _enter(self, request: Request) -> Response:
         """Answer a page that asks for the credential with a code, or whether the one it has is good: 403 where it is not."""
         kind, _, word = request.headers.get("authorization", "").partition(" ")
-        found = None
+        handed = None
         if kind == "Code":
-            found = self.credentials.exchange(word)
-            self.came(word, found is not None)
+            handed = self.credentials.exchange(word)
+            self.came(word, handed is not None)
         elif kind == "Bearer" and self.credentials.admits(word):
-            found = self.credentials.credential
-        if found is None:
+            handed = self.credentials.credential
+        if handed is None:
             return PlainTextResponse("403: a code works once, and not for long: open the address that ecs-eco prints now\n", 403)
-        return JSONResponse({"credential": found}, headers={"cache-control": "no-store"})
+        return JSONResponse({"credential": handed}, headers={"cache-control": "no-store"})
 
     async def _speak(self, websocket: WebSocket) -> None:
         """Serve one page until it goes."""

@@ -56,7 +56,7 @@ def test_the_same_tick_gives_the_same_picture_whatever_was_painted_before(painte
 
 def test_who_moves_is_painted_where_it_is(painter):
     picture = painter.paint(8)
-    ram = painter.replay.crowd("ram")
+    ram = painter.replay.organisms("ram")
     px, py = painter.ax.transData.transform(np.stack([ram.x, ram.y], axis=1)).T
     hue = np.array([int(painter.hues["ram"][i : i + 2], 16) for i in (1, 3, 5)])
     here = [np.abs(picture[360 - round(y) - 2 : 360 - round(y) + 2, round(x) - 2 : round(x) + 2].astype(int) - hue).max(axis=2).min()
@@ -195,7 +195,7 @@ def test_a_picture_of_a_tick(folder, tmp_path):
 
 
 def test_the_nerves_of_one_organism_at_a_tick(folder, tmp_path):
-    uid = int(Replay(folder).recording.crowd(7, "ram").uid[0])
+    uid = int(Replay(folder).recording.organisms(7, "ram").uid[0])
     done = _picture(folder, tmp_path / "ram.svg", "--tick", 7, "--organism", uid, "-q")
     assert done.exit_code == 0, done.output
     assert "Run again from a checkpoint" in done.output
@@ -204,7 +204,7 @@ def test_the_nerves_of_one_organism_at_a_tick(folder, tmp_path):
 
 def test_who_has_no_nerves_then_is_refused(folder, tmp_path):
     recording = Replay(folder).recording
-    moss = int(recording.crowd(3, "moss").uid[0])
+    moss = int(recording.organisms(3, "moss").uid[0])
     young = int(recording.births.between(5, 19, ("uid",))["uid"][-1])
     for arguments, words in (((moss,), "is a moss, which has no nervous system"), ((10**9,), "no organism of this run has the uid"),
                              ((young, "--tick", 0), "")):  # fmt: skip

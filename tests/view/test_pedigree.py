@@ -5,7 +5,7 @@ import numpy as np
 from ecs_eco import World
 from ecs_eco.components import Position
 from ecs_eco.view import pedigree as module
-from ecs_eco.view.pedigree import Kin
+from ecs_eco.view.pedigree import PedigreeLog
 
 
 def family():
@@ -19,67 +19,67 @@ def family():
 
 def test_parents_children_and_generations_are_noted():
     world = family()
-    kin = Kin(world)
+    pedigree = PedigreeLog(world)
     world.table("deer").request(np.array([1, 1], np.uint64), {}, np.array([2, 0], np.uint64))
     world.flush()
     world.table("deer").request(np.array([3], np.uint64), {})
     world.flush()
-    assert kin.parents(3) == [1, 2]
-    assert kin.parents(4) == [1]
-    assert kin.children(1) == [3, 4]
-    assert kin.children(2) == [3]
-    assert [kin.generation(uid) for uid in (1, 3, 5)] == [0, 1, 2]
-    assert kin.species(5) == "deer"
-    assert kin.species(6) is None
-    assert kin.parents(99) == []
+    assert pedigree.parents(3) == [1, 2]
+    assert pedigree.parents(4) == [1]
+    assert pedigree.children(1) == [3, 4]
+    assert pedigree.children(2) == [3]
+    assert [pedigree.generation(uid) for uid in (1, 3, 5)] == [0, 1, 2]
+    assert pedigree.species(5) == "deer"
+    assert pedigree.species(6) is None
+    assert pedigree.parents(99) == []
 
 
 def test_deaths_are_noted_with_cause_and_killer():
     world = family()
     world.spawn("wolf")
     world.flush()
-    kin = Kin(world)
+    pedigree = PedigreeLog(world)
     world.kill(1, "eaten by wolf", killer=3)
     world.kill(2, "starved")
     world.step()
-    assert kin.died(1) == {"tick": 0, "cause": "eaten by wolf", "killer": 3}
-    assert kin.died(2) == {"tick": 0, "cause": "starved", "killer": None}
-    assert kin.died(3) is None
-    assert kin.born(1) == 0
+    assert pedigree.died(1) == {"tick": 0, "cause": "eaten by wolf", "killer": 3}
+    assert pedigree.died(2) == {"tick": 0, "cause": "starved", "killer": None}
+    assert pedigree.died(3) is None
+    assert pedigree.born(1) == 0
 
 
 def test_the_oldest_lives_are_forgotten_before_memory_runs_out(monkeypatch):
     monkeypatch.setattr(module, "LATER", 200)
     world = family()
-    kin = Kin(world, most=1000)
+    pedigree = PedigreeLog(world, most=1000)
     parent = 1
     for _ in range(50):
         first = world.next_uid
         world.table("deer").request(np.full(100, parent, np.uint64), {})
         world.flush()
         parent = first
-    kin.born(1)
-    assert kin.n <= 1000
-    assert all(column.size <= 4096 for column in kin._columns.values())
+    pedigree.born(1)
+    assert pedigree.n <= 1000
+    assert all(column.size <= 4096 for column in pedigree._columns.values())
     last = world.next_uid - 1
-    assert kin.parents(last) == [last - 199]  # the first of the hundred before
-    assert kin.species(1) is None
+    assert pedigree.parents(last) == [last - 199]  # the first of the hundred before
+    assert pedigree.species(1) is None
 
 
 def test_who_listens_no_longer_notes_nothing():
     world = family()
-    kin = Kin(world)
-    kin.forget()
+    pedigree = PedigreeLog(world)
+    pedigree.forget()
     world.spawn("deer")
     world.flush()
-    assert kin.species(3) is None
+    assert pedigree.species(3) is None
 
 
 def test_lives_are_entered_late_as_they_would_be_at_once(monkeypatch):
     def lives(later):
         monkeypatch.setattr(module, "LATER", later)
         world = family()
-        kin, rng = Kin(world), np.random.default_rng(3)
+        pedigree, rng = PedigreeLog(world), np.random.default_rng(3)
         for _ in range(30):
             deer = world.tables["deer"]
             living = deer.uid[deer.by_uid()]
@@ -89,7 +89,7 @@ def test_lives_are_entered_late_as_they_would_be_at_once(monkeypatch):
             for uid in rng.choice(living, min(5, living.size - 1), replace=False):
                 world.kill(int(uid), "starved")
             world.step()
-        known = (kin.parents, kin.children, kin.born, kin.died, kin.species, kin.generation)
+        known = (pedigree.parents, pedigree.children, pedigree.born, pedigree.died, pedigree.species, pedigree.generation)
         return [tuple(ask(uid) for ask in known) for uid in range(world.next_uid)]
 
     at_once, late = lives(0), lives(10**9)

@@ -39,17 +39,17 @@ def test_who_is_there_is_exact_at_every_tick(recording, run):
     assert (recording.first, recording.last) == (0, TICKS - 1)
     for tick in [*range(TICKS), 3, 58, 20]:
         for name in SPECIES:
-            assert recording.crowd(tick, name).uid.tolist() == run[1][tick][name][0].tolist()
+            assert recording.organisms(tick, name).uid.tolist() == run[1][tick][name][0].tolist()
 
 
 def test_places_are_those_of_the_snapshots_and_near_in_between(recording, run):
     for tick in range(TICKS):
         for name in SPECIES:
-            crowd, (_, x, y) = recording.crowd(tick, name), run[1][tick][name]
+            crowd, (_, x, y) = recording.organisms(tick, name), run[1][tick][name]
             if tick % EVERY == 0:
                 assert (crowd.x.tolist(), crowd.y.tolist()) == (x.tolist(), y.tolist())
             assert np.abs(crowd.x - x).max(initial=0) < 2 * 2.5 * EVERY  # nobody runs faster than 2.5 m a tick, or is pushed farther
-    moss = [np.abs(recording.crowd(t, "moss").x - run[1][t]["moss"][1]).max() for t in range(TICKS)]
+    moss = [np.abs(recording.organisms(t, "moss").x - run[1][t]["moss"][1]).max() for t in range(TICKS)]
     assert max(moss) < 1e-5  # who does not move is where it was born
 
 
@@ -57,7 +57,7 @@ def test_those_in_the_focal_sample_are_exact_at_every_tick(recording, run):
     seen = 0
     for tick in range(TICKS):
         detail = recording.details_at(tick, "ram")
-        crowd, (uid, x, _) = recording.crowd(tick, "ram"), run[1][tick]["ram"]
+        crowd, (uid, x, _) = recording.organisms(tick, "ram"), run[1][tick]["ram"]
         mine = np.isin(uid, detail["uid"])
         seen += mine.sum()
         assert crowd.x[mine].tolist() == x[mine].tolist()
@@ -97,8 +97,8 @@ def test_a_fork_begins_where_it_was_forked(run, tmp_path):
     assert (recording.first, recording.last) == (25, 39)
     for tick in range(25, 40):
         for name in SPECIES:
-            assert recording.crowd(tick, name).uid.tolist() == run[1][tick][name][0].tolist()
-    ram = recording.crowd(25, "ram")
+            assert recording.organisms(tick, name).uid.tolist() == run[1][tick][name][0].tolist()
+    ram = recording.organisms(25, "ram")
     assert recording.born(ram.uid).max() <= 25
     assert recording.born(ram.uid).min() == 0
 
@@ -108,7 +108,7 @@ def test_a_run_in_which_all_die_out_is_shown_to_its_end(menagerie, tmp_path):
     config["species"]["moss"]["reproduction"] = None
     run_to_folder(config, seed=7, ticks=30, out=tmp_path / "run", policies="random", report=False, snapshot_every=4)
     recording = Recording(tmp_path / "run")
-    assert [sum(recording.crowd(t, n).uid.size for n in SPECIES) > 0 for t in (0, 8, 9, 10, 29)] == [True, True, False, False, False]
+    assert [sum(recording.organisms(t, n).uid.size for n in SPECIES) > 0 for t in (0, 8, 9, 10, 29)] == [True, True, False, False, False]
     assert recording.numbers(29) == dict.fromkeys(SPECIES, 0)
     assert [i["tick"] for i in recording.interventions()] == [9, 9, 9]
 
@@ -128,14 +128,14 @@ def test_a_damaged_part_is_refused_by_its_name_when_it_is_needed(menagerie, tmp_
     recording = Recording(tmp_path / "run")
     assert recording.numbers(3)["ram"] > 0
     with pytest.raises(RecordingError, match=r"snapshots/part-00000\.parquet: is damaged"):
-        recording.crowd(3, "ram")
+        recording.organisms(3, "ram")
 
 
 def test_only_what_is_asked_for_is_read(run):
     recording = Recording(run[0])
     recording.numbers(3)
     assert {key[2] for key in recording._cache.columns} == {"tick", "species", "n"}
-    recording.crowd(30, "ram")
+    recording.organisms(30, "ram")
     assert {key[0].parent.name for key in recording._cache.columns} == {"series", "births", "deaths", "snapshots", "details-ram"}
     spans = {key[0]: group.ticks for parts in (recording.births, recording.deaths, recording.snapshots) for group in parts.groups
              for key in recording._cache.columns if key[0] == group.path}  # fmt: skip
@@ -165,7 +165,7 @@ NONE = _rows()
 
 def test_a_walker_is_on_a_straight_line_between_snapshots():
     before, after = _rows((0, 1, 0, 2, 4, 0, 0.0, 0.5, 1.0)), _rows((4, 1, 0, 6, 8, 0, 1.0, 0.9, 0.0))
-    crowd = Chapter(0, 4, before, after, NONE, NONE, (20.0, 20.0), True).crowd(1, 0)
+    crowd = Chapter(0, 4, before, after, NONE, NONE, (20.0, 20.0), True).organisms(1, 0)
     assert [crowd.x[0], crowd.y[0], crowd.heading[0], crowd.energy[0], crowd.happiness[0]] == pytest.approx([3, 5, 0.25, 0.6, 0.75])
 
 
@@ -173,23 +173,23 @@ def test_a_walker_is_on_a_straight_line_between_snapshots():
 def test_around_a_torus_the_way_is_the_shorter_one(torus, x, heading):
     before, after = _rows((0, 1, 0, 19, 0, 0, 6.0, 0, 0)), _rows((4, 1, 0, 1, 0, 0, 0.5, 0, 0))
     chapter = Chapter(0, 4, before, after, NONE, NONE, (20.0, 20.0), torus)
-    assert [chapter.crowd(t, 0).x[0] for t in range(4)] == pytest.approx(x, abs=1e-5)
-    turned = chapter.crowd(2, 0).heading[0]
+    assert [chapter.organisms(t, 0).x[0] for t in range(4)] == pytest.approx(x, abs=1e-5)
+    turned = chapter.organisms(2, 0).heading[0]
     assert turned == pytest.approx(6.0 + (0.5 + 2 * np.pi - 6.0) / 2, abs=1e-5)  # the shorter way, too
 
 
 def test_who_dies_goes_where_it_died_and_is_there_no_longer():
     before, deaths = _rows((0, 1, 0, 0, 0, 0, 0, 1.0, 0)), _rows((4, 1, 0, 8, 0, 0, 0, 0.0, 0))
     chapter = Chapter(0, 10, before, NONE, NONE, deaths, (20.0, 20.0), True)
-    assert [chapter.crowd(t, 0).x.tolist() for t in (0, 1, 3, 4, 9)] == [[0.0], [2.0], [6.0], [], []]
-    assert chapter.crowd(3, 0).energy[0] == pytest.approx(0.25)
+    assert [chapter.organisms(t, 0).x.tolist() for t in (0, 1, 3, 4, 9)] == [[0.0], [2.0], [6.0], [], []]
+    assert chapter.organisms(3, 0).energy[0] == pytest.approx(0.25)
 
 
 def test_who_is_born_comes_from_where_it_was_born():
     births, after = _rows((6, 3, 1, 5, 5, 0, 0, 0.25, 0)), _rows((10, 3, 1, 9, 5, 0, 2.0, 0.65, 1.5))
     chapter = Chapter(0, 10, _rows((0, 1, 0, 0, 0, 0, 0, 0, 0)), after, births, NONE, (20.0, 20.0), True)
-    assert chapter.crowd(5, 1).uid.size == 0
-    born, later = chapter.crowd(6, 1), chapter.crowd(8, 1)
+    assert chapter.organisms(5, 1).uid.size == 0
+    born, later = chapter.organisms(6, 1), chapter.organisms(8, 1)
     assert (born.x[0], born.exact[0], later.x[0], later.exact[0]) == (5.0, True, 7.0, False)
     assert (born.heading[0], born.happiness[0]) == (2.0, 1.5)  # not recorded at a birth: as it is seen next
     assert later.energy[0] == pytest.approx(0.45)

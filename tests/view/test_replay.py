@@ -81,7 +81,7 @@ def test_curves_are_those_of_the_recorder(plain):
     assert set(series["happiness"]) == {"ram"}
     assert plain.series(TICKS - 1) is None
     genes = series["genes"]["ram.pace"]
-    crowd = plain.recording.crowd(30, "ram")
+    crowd = plain.recording.organisms(30, "ram")
     plain.handle({"kind": "seek", "tick": 30})
     assert genes[30] == pytest.approx(float(plain._expressed("ram", crowd.uid, "pace").mean()), rel=1e-4)
 
@@ -94,7 +94,7 @@ def test_a_frame_holds_all_who_live_then(plain, colour):
         assert (number, at) == (5, tick)
         assert dict(zip(("moss", "ram", "lynx", "boulder"), counts, strict=True)) == plain.counts()
         ram = words[counts[0] : counts[0] + counts[1]]
-        crowd = plain.crowd("ram")
+        crowd = plain.organisms("ram")
         assert ram[:, 2].tolist() == crowd.uid.tolist()
         assert (ram[:, 0] & 0xFFFF) / 65535 * 40 == pytest.approx(crowd.x, abs=1e-3)
         value = ram[:, 1] >> 24
@@ -138,7 +138,7 @@ def test_of_full_details_the_panel_says_all(full, folders):
 
 
 def test_without_details_the_panel_says_so(plain):
-    uid = int(plain.recording.crowd(30, "ram").uid[0])
+    uid = int(plain.recording.organisms(30, "ram").uid[0])
     plain.handle({"kind": "seek", "tick": 32})
     said = plain.organism(uid)
     assert (said["detail"], said["nerves"]) == ("snapshot", None)
@@ -167,7 +167,7 @@ def test_the_dead_and_the_unborn_have_their_pedigree(plain):
 
 
 def test_what_is_filled_in_is_what_full_details_would_have_been(plain, full):
-    uid = int(plain.recording.crowd(33, "ram").uid[2])
+    uid = int(plain.recording.organisms(33, "ram").uid[2])
     for replay in (plain, full):
         replay.handle({"kind": "seek", "tick": 33})
     assert plain.handle({"kind": "fill", "uid": uid})[0]["level"] == "info"
@@ -181,8 +181,8 @@ def test_what_is_filled_in_is_what_full_details_would_have_been(plain, full):
         assert mine["sex"] in ("female", "male")  # what no record says
         assert mine["nerves"] == theirs["nerves"]
         assert [mine[k] for k in ("detail", "energy", "place", "heading")] == [theirs[k] for k in ("detail", "energy", "place", "heading")]
-    assert plain.crowd("ram").x.tolist() == full.crowd("ram").x.tolist()
-    assert plain.crowd("ram").exact.all()
+    assert plain.organisms("ram").x.tolist() == full.organisms("ram").x.tolist()
+    assert plain.organisms("ram").exact.all()
     assert plain.handle({"kind": "fill", "uid": uid})[0]["kind"] == "organism"  # it is there already
 
 
@@ -224,7 +224,7 @@ def test_without_a_checkpoint_before_it_a_run_is_run_from_its_start(menagerie, t
     replay = Replay(tmp_path / "run")
     assert [p.name for p in (tmp_path / "run" / "checkpoints").iterdir()] == ["tick-000000000048.safetensors"]
     replay.handle({"kind": "seek", "tick": 9})
-    replay.handle({"kind": "fill", "uid": int(replay.recording.crowd(9, "ram").uid[0])})
+    replay.handle({"kind": "fill", "uid": int(replay.recording.organisms(9, "ram").uid[0])})
     assert _waited(replay)[0]["level"] == "info"
 
 

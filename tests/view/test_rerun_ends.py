@@ -15,7 +15,7 @@ from ecs_eco.record.seal import read_manifest
 from ecs_eco.view import rerun
 
 path = Path(sys.argv[1])
-again = rerun.Again(path, read_manifest(path), 10**9)
+again = rerun.Rerun(path, read_manifest(path), 10**9)
 again.begin(1, 10**6, lambda tick: {"n": np.ones(1, int)})
 while again.share == 0:
     time.sleep(0.01)
