@@ -33,11 +33,11 @@ def examine_machine(test: bool, quiet: bool) -> None:
     here = target()
     console = Console(highlight=False, soft_wrap=True)
     sections = {"Versions": _versions(here), "Processor": _processor(here), "Kernels and disk": _disk(), "Viewer": _viewer()}
-    for title, found in sections.items():
+    for title, facts in sections.items():
         table = Table(title=title, title_justify="left", title_style="bold", box=None, show_header=False, pad_edge=False)
         table.add_column(style="dim")
         table.add_column(overflow="fold")
-        for name, value in found:
+        for name, value in facts:
             table.add_row(name, escape(value))
         console.print(table, end="\n\n")
     if test:
@@ -74,7 +74,7 @@ def _table(outcomes: list[Outcome], other: list[str] | None) -> Any:
     word = {True: "[green]same[/]", False: "[red]OTHER[/]"}
     for outcome in outcomes:
         known = "unknown" if other is None else word[outcome.case.name not in other]
-        same = (word[found == outcome.digest] for found in (outcome.two_threads, outcome.resumed))
+        same = (word[other_digest == outcome.digest] for other_digest in (outcome.two_threads, outcome.resumed))
         table.add_row(outcome.case.name, *same, known, outcome.digest[:12])
     return table
 
@@ -92,14 +92,14 @@ def _processor(here: Target) -> Facts:
 
     triple, _, features = instructions()
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    said = [f"{name}={os.environ[name]}" for name in sorted(os.environ) if name.startswith(("OMP_", "MKL_", "NUMBA_", "ECS_ECO_"))]
+    variables = [f"{name}={os.environ[name]}" for name in sorted(os.environ) if name.startswith(("OMP_", "MKL_", "NUMBA_", "ECS_ECO_"))]
     return [
         ("system", f"{platform.system()} {platform.release()}"),
         ("numba", f"{here.cpu}, {triple}, {len(features)} features ({here.features})"),
         ("torch", here.torch),
         ("cores", f"{cores} for this process, of {os.cpu_count()}"),
         ("threads", "1, or as many as --threads says; results do not depend on it"),
-        ("variables", ", ".join(said) or "none that compilers or threads listen to"),
+        ("variables", ", ".join(variables) or "none that compilers or threads listen to"),
     ]
 
 
@@ -111,10 +111,10 @@ def _disk() -> Facts:
         usable = FOLDER.usable()
     path, facts = FOLDER.path, []
     if path.is_dir():
-        found, files = path.lstat(), list(path.glob("*.nbc"))
+        status, files = path.lstat(), list(path.glob("*.nbc"))
         size = sum(file.stat().st_size for file in files)
         facts.append(("cache", str(path)))
-        about = f"owner {_owner(found.st_uid)}, mode {stat.S_IMODE(found.st_mode):04o}"
+        about = f"owner {_owner(status.st_uid)}, mode {stat.S_IMODE(status.st_mode):04o}"
         facts.append(("", f"{about}, {len(files)} kernels, {size / 1e6:.1f} MB"))
     if not usable:
         facts.append(("cache", f"NOT USED: {caught[0].message if caught else path}"))

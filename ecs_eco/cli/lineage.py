@@ -15,29 +15,29 @@ from ecs_eco.engine.errors import listed, nearest
 def tell_lineage(folder: Path, csv: Path | None, newick: Path | None, species: str | None, living: bool) -> None:
     """Say founders, births, generations and founders' lines left of each species, and write the files asked for."""
     if not (folder / "manifest.json").is_file():
-        what = "has no manifest.json" if folder.is_dir() else "no such folder"
-        refuse("DIR", what, str(folder), "a folder that `ecs-eco run` left")
+        fault = "has no manifest.json" if folder.is_dir() else "no such folder"
+        refuse("DIR", fault, str(folder), "a folder that `ecs-eco run` left")
     if not parts(folder, "births"):
         refuse("DIR", "holds no births", str(folder), "a run in which somebody lived")
     for option, file in (("--csv", csv), ("--newick", newick)):
         if file is not None and (file.is_dir() or not file.parent.is_dir()):
             refuse(option, "is a folder" if file.is_dir() else "its folder does not exist", str(file), "a file in a folder that exists")
     try:
-        found = Lineage.read(folder)
+        lineage = Lineage.read(folder)
     except ValueError as error:
         refuse("DIR", f"its births and deaths do not fit: {error}", str(folder), "a folder as `ecs-eco run` left it")
-    known = list(dict.fromkeys(found.species.tolist()))
+    known = list(dict.fromkeys(lineage.species.tolist()))
     if species is not None:
         if species not in known:
             refuse("--species", "no such species in this run", species, listed(known), nearest(species, known))
-        found = found.of_species(species)
+        lineage = lineage.of_species(species)
     for name in known if species is None else [species]:
-        say(summary(found.of_species(name), name))
-    found = found.living() if living else found
+        say(summary(lineage.of_species(name), name))
+    lineage = lineage.living() if living else lineage
     if csv is not None:
-        say(f"written: {found.to_csv(csv)}")
+        say(f"written: {lineage.to_csv(csv)}")
     if newick is not None:
-        found.to_newick(newick)
+        lineage.to_newick(newick)
         say(f"written: {newick}")
 
 

@@ -23,13 +23,13 @@ def listing() -> str:
 
 
 def _worlds() -> dict[str, str]:
-    found = {}
+    titles = {}
     for name, path in shipped().items():
         try:
-            found[name] = str(tomllib.loads(path.read_text(encoding="utf-8")).get("title", ""))
+            titles[name] = str(tomllib.loads(path.read_text(encoding="utf-8")).get("title", ""))
         except (OSError, ValueError) as error:
-            found[name] = f"cannot be read: {error}"
-    return found
+            titles[name] = f"cannot be read: {error}"
+    return titles
 
 
 def _folder(name: str, base: str = "") -> list[tuple[str, str]]:

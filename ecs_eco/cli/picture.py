@@ -109,8 +109,8 @@ def _again(replay: Any, uid: int, quiet: bool) -> dict[str, Any]:
 
 def _replay(folder: Path) -> Any:
     if not (folder / "manifest.json").is_file():
-        what = "has no manifest.json" if folder.is_dir() else "no such folder"
-        refuse("DIR", what, str(folder), "a folder that `ecs-eco run` left")
+        fault = "has no manifest.json" if folder.is_dir() else "no such folder"
+        refuse("DIR", fault, str(folder), "a folder that `ecs-eco run` left")
     from ecs_eco.view.replay import Replay
 
     return Replay(folder)
@@ -124,11 +124,11 @@ def _tick(replay: Any, tick: int | None, option: str, default: int) -> int:
 
 
 def _size(text: str) -> tuple[int, int]:
-    found = re.fullmatch(r"(\d+)x(\d+)", text)
+    match = re.fullmatch(r"(\d+)x(\d+)", text)
     low, high = SIZES
-    if found is None or not all(low <= int(n) <= high for n in found.groups()):
+    if match is None or not all(low <= int(n) <= high for n in match.groups()):
         refuse("--size", "not possible", text, f"WIDTHxHEIGHT, each {low} to {high}", "1280x720")
-    return int(found[1]) // 2 * 2, int(found[2]) // 2 * 2  # encoders want even numbers
+    return int(match[1]) // 2 * 2, int(match[2]) // 2 * 2  # encoders want even numbers
 
 
 def _file(path: Path, endings: tuple[str, ...]) -> Path:

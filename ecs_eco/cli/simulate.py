@@ -54,12 +54,12 @@ def run_world(
             more |= {} if checkpoint_every is None else {"checkpoint_every": checkpoint_every, "keep": keep}
             more |= {} if record is None else {"record": record}
             command += "" if record is None else f" --record {record}"
-            found = run_to_folder(
+            result = run_to_folder(
                 config, seed, ticks, claim, policies, learn, bar, threads=threads, report=report, command=command, **more
             )
         except KeyboardInterrupt:
             stopped(bar.done, ticks, out)
-    say(f"{ticks} ticks of {config.name}, seed {seed}, in {out}{numbers(found)}{populations(out)}")
+    say(f"{ticks} ticks of {config.name}, seed {seed}, in {out}{numbers(result)}{populations(out)}")
 
 
 def _viewer(title: str, ticks: int, shown: tuple[int, bool] | None) -> Any:
@@ -76,12 +76,12 @@ def repeat_run(folder: Path, out: Path | None, quiet: bool, threads: int) -> Non
     from ecs_eco.runs.repeat import repeat
 
     with nullcontext() if out is None else results(out, folder.name) as claim, progress(folder.name, quiet) as bar:
-        found = repeat(folder, claim, bar, threads=threads)
-    done = f"{found['ticks']} ticks of {found['world']} again, with {found['interventions']} interventions"
-    if found["same"]:
-        say(f"{done}: the same end, {found['digest'][:16]}")
+        result = repeat(folder, claim, bar, threads=threads)
+    done = f"{result['ticks']} ticks of {result['world']} again, with {result['interventions']} interventions"
+    if result["same"]:
+        say(f"{done}: the same end, {result['digest'][:16]}")
         return
-    complain(f"{done}: ANOTHER end, {found['digest'][:16]} instead of {found['recorded'][:16]}{found['why']}")
+    complain(f"{done}: ANOTHER end, {result['digest'][:16]} instead of {result['recorded'][:16]}{result['why']}")
     raise typer.Exit(FAILED)
 
 
@@ -102,8 +102,8 @@ def resume_run(
 
     forks = from_tick is not None or bool(changes) or out is not None
     if forks and out is None:
-        what = "is missing: a fork is recorded in a folder of its own"
-        refuse("--out", what, "", "a folder, new or empty")
+        fault = "is missing: a fork is recorded in a folder of its own"
+        refuse("--out", fault, "", "a folder, new or empty")
     manifest, where = read_manifest(folder), out or folder
     title = manifest["config"].get("title") or folder.name
     with (
@@ -118,12 +118,12 @@ def resume_run(
                 command = f"ecs-eco resume {shlex.quote(str(folder))} --out DIR"
                 command += "" if from_tick is None else f" --from-tick {from_tick}"
                 command += "".join(f" --set {shlex.quote(change)}" for change in changes)
-                found = fork(folder, claim, from_tick, changes, until, bar, command=command, **more)
+                result = fork(folder, claim, from_tick, changes, until, bar, command=command, **more)
             else:
-                found = resume(folder, until, bar, **more)
+                result = resume(folder, until, bar, **more)
         except KeyboardInterrupt:
             stopped(bar.done, bar.total, where)
-    say(f"{found['done']} ticks of {found['world']}, seed {found['seed']}, in {where}{numbers(found)}{populations(where)}")
+    say(f"{result['done']} ticks of {result['world']}, seed {result['seed']}, in {where}{numbers(result)}{populations(where)}")
 
 
 def train_world(
@@ -139,18 +139,18 @@ def train_world(
     with results(out, f"{config.name}-policies-{seed}") as claim, progress(f"training {config.name}", quiet) as bar:
         out = claim.path
         try:
-            found = pretrain(config, seed, ticks, out, bar)
+            result = pretrain(config, seed, ticks, out, bar)
         except KeyboardInterrupt:
             stopped(bar.done, ticks, out)
-    say(f"policies of {config.name}, {ticks} ticks, seed {seed}, in {out}{numbers(found)}")
+    say(f"policies of {config.name}, {ticks} ticks, seed {seed}, in {out}{numbers(result)}")
     say(f"use them: ecs-eco run {world} --policies {out}")
 
 
 def report_run(folder: Path, out: Path | None = None) -> None:
     """Write the report of a run folder there, or in `out`."""
     if not (folder / "manifest.json").is_file():
-        what = "has no manifest.json" if folder.is_dir() else "no such folder"
-        refuse("DIR", what, str(folder), "a folder that `ecs-eco run` left")
+        fault = "has no manifest.json" if folder.is_dir() else "no such folder"
+        refuse("DIR", fault, str(folder), "a folder that `ecs-eco run` left")
     from ecs_eco.analysis.report import write_report
 
     pages(out, folder)
@@ -169,9 +169,9 @@ def stopped(done: int, ticks: int, out: Path) -> None:
     raise typer.Exit(INTERRUPTED)
 
 
-def numbers(found: dict[str, Any]) -> str:
+def numbers(result: dict[str, Any]) -> str:
     """How long a run took, a line each."""
-    return "".join(f"\n  {word.replace('_', ' ')}: {found[word]:.1f}" for word in found if word.endswith("_seconds"))
+    return "".join(f"\n  {word.replace('_', ' ')}: {result[word]:.1f}" for word in result if word.endswith("_seconds"))
 
 
 def populations(out: Path) -> str:

@@ -22,7 +22,7 @@ def printable(text: str) -> str:
 
     These are C0, DEL and C1, line and paragraph separators, and the marks that turn the direction of writing.
     """
-    return _CONTROL.sub(lambda found: f"\\u{ord(found[0]):04x}", text)
+    return _CONTROL.sub(lambda match: f"\\u{ord(match[0]):04x}", text)
 
 
 def say(text: str) -> None:
@@ -69,11 +69,11 @@ def exits(command: Callable[..., None]) -> Callable[..., None]:
     return wrapped
 
 
-def refuse(source: str, what: str, value: object, allowed: str, near: str = "") -> NoReturn:
+def refuse(source: str, fault: str, value: object, allowed: str, near: str = "") -> NoReturn:
     """Refuses an argument of the command line."""
     from ecs_eco.engine.errors import ConfigError, Problem
 
-    raise ConfigError([Problem((), what, value, allowed, near, source)])
+    raise ConfigError([Problem((), fault, value, allowed, near, source)])
 
 
 def whole(least: int, most: int = 10**12) -> Callable[[str | int], int]:

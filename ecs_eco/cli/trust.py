@@ -13,14 +13,14 @@ if TYPE_CHECKING:
     from ecs_eco.engine.code import Code
 
 
-def allow(wanted: bool, what: str | Path | None, changes: Sequence[str] | None = None) -> None:
+def allow(wanted: bool, world: str | Path | None, changes: Sequence[str] | None = None) -> None:
     """Remember the texts that a world or a run folder names, and say which, where `wanted`."""
-    if not wanted or what is None:
+    if not wanted or world is None:
         return
     from ecs_eco.config.loading import code_listed, document_of
     from ecs_eco.engine import trust
 
-    code = _of_run(Path(what)) if os.path.isfile(Path(what) / "manifest.json") else code_listed(document_of(what, changes))
+    code = _of_run(Path(world)) if os.path.isfile(Path(world) / "manifest.json") else code_listed(document_of(world, changes))
     if not code.sources:
         complain("--trust: it names no code of its own; there is nothing to allow.")
         return

@@ -42,17 +42,17 @@ def window(ticks: int, title: str, port: int, browser: bool) -> Iterator[Any]:
     """A window on a world that is run and recorded: hand its `open` to the run."""
     from ecs_eco.view.watch import Window
 
-    with _port(port), Window(ticks, _Announcer(title), port=port, browser=browser) as found:
-        yield found
+    with _port(port), Window(ticks, _Announcer(title), port=port, browser=browser) as opened:
+        yield opened
 
 
-def _live(what: str, changes: list[str], ticks: int | None, seed: int | None, threads: int, learn: bool | None, policies: str) -> Any:
+def _live(world: str, changes: list[str], ticks: int | None, seed: int | None, threads: int, learn: bool | None, policies: str) -> Any:
     from ecs_eco.cli.folders import known_policies
     from ecs_eco.config import load
     from ecs_eco.ecosystem import World
     from ecs_eco.view.live import Live
 
-    config = load(what, changes)
+    config = load(world, changes)
     known_policies(policies, config)
     return Live(World.from_config(config, seed=seed, policies=policies, threads=threads, learn=learn, record=False), ticks)
 
@@ -84,10 +84,10 @@ def _port(port: int) -> Iterator[None]:
     """Refuses a port that cannot be had."""
     import socket
 
-    with socket.socket(socket.AF_INET, socket.SOCK_STREAM) as found:
-        found.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    with socket.socket(socket.AF_INET, socket.SOCK_STREAM) as listener:
+        listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
-            found.bind(("127.0.0.1", port))
+            listener.bind(("127.0.0.1", port))
         except OSError as error:
             refuse("--port", f"cannot be had: {error.strerror or error}", port, "a free one, from 1024 to 65535, or 0 for any")
     yield
