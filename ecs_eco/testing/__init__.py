@@ -1,8 +1,7 @@
 """Conformance checks for components, systems, genomes and worlds: those that ship, and your own.
 
-Each raises AssertionError that says why. Also what tests are made with: `arrange` puts organisms where a test
-wants them, `act` lets one system act, `shuffle` permutes rows. The tests of the package themselves belong to
-tests/.
+Each raises AssertionError that says why. Also helpers for tests: `arrange` puts organisms where a test wants them,
+`act` lets one system act, `shuffle` permutes rows. The tests of the package itself belong to tests/.
 """
 
 from ecs_eco.testing.component import check_component

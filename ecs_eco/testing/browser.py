@@ -1,4 +1,4 @@
-"""The viewer's page in a browser without windows: for tests, screenshots and benchmarks. Wants playwright, and Chromium on the path."""
+"""The viewer's page in a headless browser: for tests, screenshots and benchmarks. Needs playwright, and Chromium on the path."""
 
 from __future__ import annotations
 
@@ -31,40 +31,40 @@ def launched() -> Iterator[Any]:
     from playwright.sync_api import sync_playwright
 
     with sync_playwright() as playwright:
-        found = playwright.chromium.launch(executable_path=chromium(), args=FLAGS, timeout=180_000)
+        browser = playwright.chromium.launch(executable_path=chromium(), args=FLAGS, timeout=180_000)
         try:
-            yield found
+            yield browser
         finally:
-            found.close()
+            browser.close()
 
 
 class Served:
-    """A command that shows a world: its `process`, and the addresses that it says, each of which lets in one page."""
+    """A command that shows a world: its `process`, and the addresses that it prints, each of which admits one page."""
 
     def __init__(self, words: tuple[str, ...]) -> None:
         command, environment = [*COMMAND, *words, "--no-browser"], os.environ | {"OMP_NUM_THREADS": "1"}
         self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment)
 
     def address(self) -> str:
-        """Return the next address that is said: the first one at the start, another one as soon as the last was used."""
+        """Return the next address that is printed: the first at the start, another as soon as the last was used."""
         assert self.process.stdout is not None
-        said = []
+        lines = []
         for line in self.process.stdout:
-            if found := re.search(r"http://127\.0\.0\.1:\d+/#code=\S+", line):
-                return found[0]
-            said.append(line)
-        raise RuntimeError(f"no address, but {''.join(said)!r}{self.process.communicate()[1]}")
+            if match := re.search(r"http://127\.0\.0\.1:\d+/#code=\S+", line):
+                return match[0]
+            lines.append(line)
+        raise RuntimeError(f"no address, but {''.join(lines)!r}{self.process.communicate()[1]}")
 
 
 @contextmanager
 def served(*words: str) -> Iterator[Served]:
     """`ecs-eco WORDS --no-browser`, killed at the end."""
-    found = Served(words)
+    server = Served(words)
     try:
-        yield found
+        yield server
     finally:
-        found.process.kill()
-        found.process.communicate()
+        server.process.kill()
+        server.process.communicate()
 
 
 def entered(address: str) -> tuple[str, str]:
@@ -74,18 +74,18 @@ def entered(address: str) -> tuple[str, str]:
     try:
         connection.request("POST", "/enter", headers={"authorization": f"Code {place.fragment.removeprefix('code=')}"})
         answer = connection.getresponse()
-        said = answer.read().decode()
+        body = answer.read().decode()
     finally:
         connection.close()
     if answer.status != 200:
-        raise RuntimeError(f"{address}: {said}")
-    return place.netloc, json.loads(said)["credential"]
+        raise RuntimeError(f"{address}: {body}")
+    return place.netloc, json.loads(body)["credential"]
 
 
 def until(page: Any, condition: str, seconds: float = 180.0) -> None:
     """Wait until something is true on the page, an expression of `ecs` (docs/watching_page.md); TimeoutError after so long.
 
-    (`wait_for_function` of playwright would want eval, which the page forbids.)
+    (`wait_for_function` of playwright would need eval, which the page forbids.)
     """
     end = time.monotonic() + seconds
     while not page.evaluate(f"() => Boolean(window.ecs && ({condition}))"):

@@ -1,4 +1,4 @@
-"""Whether a component is one."""
+"""Conformance check of a component."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""Short runs of the shipped worlds: the same bytes for any number of threads and across a checkpoint, and those of the release?"""
+"""Short runs of the shipped worlds: are results the same for any number of threads, across a checkpoint, and as in the release?"""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 from ecs_eco.testing.target import Target
 
 DIGESTS = Path(__file__).parent / "digests.json"
-TICKS, SAVED, HORIZON, SEED = 40, 23, 16, 1  # two updates of what learns; the checkpoint falls within a rollout
+TICKS, SAVED, HORIZON, SEED = 40, 23, 16, 1  # two updates of learners; the checkpoint falls within a rollout
 
 
 class Case(NamedTuple):
@@ -22,12 +22,12 @@ class Case(NamedTuple):
 
     @property
     def name(self) -> str:
-        """What the digests of a release call it."""
+        """Its name among the digests of a release."""
         return f"{self.world}, {'learning' if self.learn else 'not learning'}"
 
 
 class Outcome(NamedTuple):
-    """What a case came to: digests at the end of one run, of one with two threads, and of one that went on from a checkpoint."""
+    """Digests of a case at the end of one run, of one with two threads, and of one continued from a checkpoint."""
 
     case: Case
     digest: str
@@ -63,18 +63,18 @@ def examine(case: Case) -> Outcome:
 
 
 def examine_all(chosen: Iterable[Case], done: Callable[[int, int], None] = lambda done, total: None) -> list[Outcome]:
-    """Run some cases; `done` hears how many of how many are."""
+    """Run some cases; `done` is called with the numbers of finished and of all cases."""
     waiting = list(chosen)
-    found: list[Outcome] = []
+    results: list[Outcome] = []
     for case in waiting:
-        done(len(found), len(waiting))
-        found.append(examine(case))
-    done(len(found), len(waiting))
-    return found
+        done(len(results), len(waiting))
+        results.append(examine(case))
+    done(len(results), len(waiting))
+    return results
 
 
 def _config(case: Case) -> Any:
-    """The world, with rollouts so short that what learns learns within the test."""
+    """The world, with rollouts short enough for updates within the test."""
     from ecs_eco.config import load
 
     learners = [name for name, species in load(case.world).species.items() if species.policy.kind != "none"]
@@ -82,12 +82,12 @@ def _config(case: Case) -> Any:
 
 
 def released() -> dict[str, dict[str, str]]:
-    """Return the digests of this release: for each target that it was tried on, one of each case."""
-    found = json.loads(DIGESTS.read_text(encoding="utf-8"))
-    return {name: part["digests"] for name, part in found["targets"].items()}
+    """Return the digests of this release: for each tested target, one of each case."""
+    release = json.loads(DIGESTS.read_text(encoding="utf-8"))
+    return {name: part["digests"] for name, part in release["targets"].items()}
 
 
 def differing(outcomes: Iterable[Outcome], target: Target) -> list[str] | None:
-    """Return the names of the cases that come to another end than in the release; None for a target that it was not tried on."""
+    """Return the names of the cases whose digests differ from the release; None for a target that was not tested."""
     known = released().get(target.key)
     return None if known is None else [o.case.name for o in outcomes if o.digest != known.get(o.case.name)]

@@ -1,4 +1,4 @@
-"""The state of a world by uid, and how a test brings one about."""
+"""The state of a world by uid, and helpers that set it."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def difference(one: State, other: State) -> str:
 
 
 def shuffle(world: World, seed: int = 0) -> Any:
-    """Permute the rows of the living in every table at random, which must change nobody's fate; return the world."""
+    """Permute the rows of the living in every table at random, which must not change any result; return the world."""
     generator = np.random.Generator(np.random.Philox(seed))
     for table in world.tables.values():
         table.reorder(generator.permutation(table.rows()))

@@ -1,4 +1,4 @@
-"""Whether a system keeps the rules that make results independent of rows, threads and process."""
+"""Conformance check of a system: the rules that make results independent of rows, threads and process."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def check_system(kind: Any, make_world: Callable[[int], Any], ticks: int = 5) -> None:
-    """Check a system in the worlds that `make_world(threads)` returns anew, all alike and with a system of this kind.
+    """Check a system in equal new worlds from `make_world(threads)` that have a system of this kind.
 
     It must declare itself; leave births and deaths to `request` and `kill`; keep columns, their types, and everything
     living finite and in bounds; say `table.version += 1` where it moves something; use no global random numbers; and do
@@ -62,9 +62,9 @@ def _followed(kind: Any, world: World, ticks: int) -> list[tuple[State, State]]:
         after = state(world)
         if _global_chance() != chance:
             raise AssertionError(f"{kind.__name__}: it uses global random numbers; use ecs_eco.engine.random.draw(world.key, uid, purpose)")
-        for what, value in _shape(world).items():
-            if value != shape[what]:
-                raise AssertionError(f"{kind.__name__}: it changes {what}; ask by table.request and world.kill, and write into columns")
+        for part, value in _shape(world).items():
+            if value != shape[part]:
+                raise AssertionError(f"{kind.__name__}: it changes {part}; ask by table.request and world.kill, and write into columns")
         _check_values(kind, world, before, after, versions)
         seen.append((before, after))
 
@@ -109,7 +109,7 @@ def _check_values(kind: Any, world: World, before: State, after: State, versions
 
 def _same(kind: Any, one: list[tuple[State, State]], other: list[tuple[State, State]], how: str) -> None:
     for tick, ((before, after), (before_too, after_too)) in enumerate(zip(one, other, strict=True)):
-        if found := difference(before, before_too):
-            raise AssertionError(f"tick {tick}: already before {kind.__name__}, {how}, {found}; another system is the cause")
-        if found := difference(after, after_too):
-            raise AssertionError(f"{kind.__name__}: its results change {how}: tick {tick}, {found}")
+        if changed := difference(before, before_too):
+            raise AssertionError(f"tick {tick}: already before {kind.__name__}, {how}, {changed}; another system is the cause")
+        if changed := difference(after, after_too):
+            raise AssertionError(f"{kind.__name__}: its results change {how}: tick {tick}, {changed}")

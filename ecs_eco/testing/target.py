@@ -1,4 +1,4 @@
-"""What results depend on beside world and seed: the processor that kernels are compiled for, and the versions of what computes."""
+"""What results depend on besides world and seed: the processor that kernels are compiled for, and versions of packages."""
 
 from __future__ import annotations
 
@@ -13,30 +13,30 @@ OTHERS = ("esper", "pyarrow", "pydantic", "safetensors", "optuna", "starlette", 
 
 
 class Target(NamedTuple):
-    """A kind of machine: results are promised to be the same bytes on two of equal targets."""
+    """A kind of machine: results are promised to be identical on two machines of the same target."""
 
     system: str  # operating system and architecture
     cpu: str  # the processor's name, as LLVM calls it
     features: str  # a hash of all the instructions that LLVM may use
-    torch: str  # which of torch's kernels are taken
+    torch: str  # which of torch's kernels are used
     versions: dict[str, str]
 
     @property
     def key(self) -> str:
         """Return a line that names the target."""
-        what = " ".join(f"{name} {number}" for name, number in self.versions.items())
-        return f"{self.system}, {self.cpu} ({self.features}), torch {self.torch}; {what}"
+        text = " ".join(f"{name} {number}" for name, number in self.versions.items())
+        return f"{self.system}, {self.cpu} ({self.features}), torch {self.torch}; {text}"
 
 
 def versions(names: tuple[str, ...]) -> dict[str, str]:
     """Return the versions of some packages, "-" for one that is not installed."""
-    found = {}
+    versions_of = {}
     for name in names:
         try:
-            found[name] = version(name)
+            versions_of[name] = version(name)
         except PackageNotFoundError:
-            found[name] = "-"
-    return found
+            versions_of[name] = "-"
+    return versions_of
 
 
 def instructions() -> tuple[str, str, list[str]]:

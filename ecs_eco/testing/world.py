@@ -1,4 +1,4 @@
-"""Whether a world keeps its promises."""
+"""Conformance check of a world."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 def check_world(world: World, ticks: int = 30) -> None:
     """Check a world: a name, a file or a configuration, or a function of the number of threads that returns a new world.
 
-    Every tick uids are unique, the dead stay dead, all is finite and in bounds; the energy ledger and the numbers add up;
-    the same seed gives the same bytes, with two threads too; and the order of rows changes nobody's fate.
+    In every tick uids are unique, the dead stay dead, all is finite and in bounds; the energy ledger and the numbers add
+    up; the same seed gives the same results, with two threads too; and the order of rows does not matter.
     """
     make = world if callable(world) else lambda threads: _built(world, threads)
     lives: list[tuple] = []
@@ -32,13 +32,13 @@ def check_world(world: World, ticks: int = 30) -> None:
     with all_threads():
         threaded = make(2).run(ticks)
     if threaded.digest() != first.digest():
-        found = difference(state(first), state(threaded)) or "networks or fields differ"
-        raise AssertionError(f"{first.name}: two threads give another world: {found}")
+        changed = difference(state(first), state(threaded)) or "networks or fields differ"
+        raise AssertionError(f"{first.name}: two threads give another world: {changed}")
     shuffled = shuffle(make(1))
     note(shuffled, lives_too)
     shuffled.run(ticks)
-    if found := difference(state(first), state(shuffled)):
-        raise AssertionError(f"{first.name}: rows in another order give another fate: {found}")
+    if changed := difference(state(first), state(shuffled)):
+        raise AssertionError(f"{first.name}: rows in another order give another fate: {changed}")
     if lives != lives_too:
         a, b = next((a, b) for a, b in zip([*lives, None], [*lives_too, None], strict=False) if a != b)
         raise AssertionError(f"{first.name}: rows in another order give other births and deaths: {a} and {b}")
