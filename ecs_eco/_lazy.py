@@ -23,7 +23,7 @@ FORMER = {  # what the documentation of version 0.1 imported from
 
 
 def lazy(package: str, modules: Mapping[str, str]) -> Callable[[str], Any]:
-    """Return a package's `__getattr__`: each of these names is in the module that stands beside it."""
+    """Return a package's `__getattr__` for a dict of names and the modules that hold them."""
 
     def find(name: str) -> Any:
         if name not in modules:

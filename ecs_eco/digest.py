@@ -29,18 +29,18 @@ def digest(world: SpatialWorld) -> str:
     """Return SHA-256 of a world between two ticks, 64 hexadecimal digits; what it covers is in docs/checkpoints.md.
 
     Equal runs have equal digests on one target, the same versions and processor: docs/promises.md. Interpreted kernels
-    (NUMBA_DISABLE_JIT=1) compute in other precision, so their digests are others.
+    (NUMBA_DISABLE_JIT=1) compute in another precision, so their digests differ.
     """
     require_whole(world, "digest", within=True)
-    found = hashlib.sha256(json.dumps(_facts(world), sort_keys=True, default=str).encode())
+    sha = hashlib.sha256(json.dumps(_facts(world), sort_keys=True, default=str).encode())
     for name, array in _arrays(world):
         array = np.ascontiguousarray(array)
-        found.update(f"{name} {array.dtype.str} {array.shape}".encode() + array.tobytes())
-    return found.hexdigest()
+        sha.update(f"{name} {array.dtype.str} {array.shape}".encode() + array.tobytes())
+    return sha.hexdigest()
 
 
 def _facts(world: SpatialWorld) -> dict[str, Any]:
-    """Return what is no array."""
+    """Return the facts that are not arrays."""
     return {
         "clock": [world.seed, world.tick, world.next_uid, world.dt], "space": [world.space.size, world.space.edges],
         "ambient": world.ambient, "environment": {quantity: _name(f) for quantity, f in world.environment.items()},
@@ -58,7 +58,7 @@ def _values(world: SpatialWorld) -> Any:
         return None
     values = {key: value for key, value in world.config.resolved().items() if key not in BEGINNING}
     for species in values["species"].values():
-        species["policy"].pop("file", None)  # its weights count, wherever they came from
+        species["policy"].pop("file", None)  # its weights count, not where they came from
         species["policy"].pop("learn", None)  # whether it learns now is a fact of the nerves
     values["interventions"] = [what.model_dump(mode="json") for what in coming(world.config.interventions, world.tick)]
     return values

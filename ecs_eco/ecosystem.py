@@ -1,6 +1,6 @@
 """The World that users know: built from a configuration, saved, restored, copied, intervened in, recorded.
 
-A thin face: what a tick is belongs to `ecs_eco.engine.world`, what is near and around to `ecs_eco.space.world`.
+A thin face: the tick belongs to `ecs_eco.engine.world`, places and surroundings to `ecs_eco.space.world`.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ class World(SpatialWorld):
 
     `size` [m] and `edges` describe the space, `dt` [s] the length of a tick, `seed` all chance. `threads` changes the
     speed and no result. Worlds do not mix: each has its own esper context, which `with world:` enters.
-    What a tick is, is in `ecs_eco.engine.world`; what is near and around, in `ecs_eco.space.world`.
+    The tick is implemented in `ecs_eco.engine.world`; places and surroundings in `ecs_eco.space.world`.
     """
 
     def __init__(self, size: Sequence[float] = (100.0, 100.0), *, edges: str = "torus", dt: float = 1.0, seed: int = 0,
@@ -55,7 +55,7 @@ class World(SpatialWorld):
         system.ask(what)
 
     def reconfigure(self, config: Any, learners: Iterable[str] = ()) -> None:
-        """Bring this living world to another configuration; see `ecs_eco.worlds.reconfigure`."""
+        """Give this living world another configuration; see `ecs_eco.worlds.reconfigure`."""
         from ecs_eco.worlds.reconfigure import reconfigure
 
         reconfigure(self, config, learners)
@@ -69,7 +69,7 @@ class World(SpatialWorld):
     # --- kept on disk, copied ----------------------------------------------------------------------------------------
 
     def save(self, path: Any) -> Any:
-        """Write a checkpoint, from which the world goes on to the same bytes; see `ecs_eco.checkpoint.file`."""
+        """Write a checkpoint, from which the world continues bit for bit; see `ecs_eco.checkpoint.file`."""
         from ecs_eco.checkpoint.file import save
 
         return save(self, path)
@@ -88,19 +88,19 @@ class World(SpatialWorld):
         load(self, path, trust=trust)
 
     def copy(self, **how: Any) -> World:
-        """Return a world of its own that goes on to the same bytes; see `ecs_eco.checkpoint.copying.copy`."""
+        """Return an independent copy with the same future, to the bit; see `ecs_eco.checkpoint.copying.copy`."""
         from ecs_eco.checkpoint.copying import copy
 
         return copy(self, **how)
 
     def fork(self, seed: int, **how: Any) -> World:
-        """Return a copy in which all chance is another from here on; see `ecs_eco.checkpoint.copying.fork`."""
+        """Return a copy with other random numbers from here on; see `ecs_eco.checkpoint.copying.fork`."""
         from ecs_eco.checkpoint.copying import fork
 
         return fork(self, seed, **how)
 
     def digest(self) -> str:
-        """Return a hash of all that decides this world's future, also of what is asked for and not yet done; see `ecs_eco.digest`.
+        """Return a hash of all that decides this world's future, pending requests included; see `ecs_eco.digest`.
 
         Equal runs have equal digests on one target: the same versions and processor, compiled (docs/promises.md). With
         NUMBA_DISABLE_JIT=1, which interprets kernels, digests are others.

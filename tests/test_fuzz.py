@@ -201,10 +201,10 @@ def test_cells_whose_square_is_nothing_are_refused(section, cell):
     data = _goat(("count",), 5)
     if section == "terrain":
         data["terrain"] = {"cell": cell}
-        _refused(data, "terrain.cell", "so near to 0")
+        _refused(data, "terrain.cell", "too small for float32")
     else:
         data["fields"]["musk"]["cell"] = cell
-        _refused(data, "fields.musk.cell", "so near to 0")
+        _refused(data, "fields.musk.cell", "too small for float32")
 
 
 @pytest.mark.parametrize("section", ["terrain", "fields"])
