@@ -1,4 +1,4 @@
-"""compare: a world as it is and under treatments, with the same seeds; goes on with what was stopped."""
+"""compare: a world as it is and under treatments, with the same seeds; resumes a stopped comparison."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def compare_world(
     training_seeds: int | None = None,
     retrain: bool = False,
 ) -> None:
-    """Run all arms with all seeds, and write and say what differs."""
+    """Run all arms with all seeds, then write and print the differences."""
     arms = arms_of(world, changes, treatments)
     check_training(arms, training_seeds, retrain)
     ticks = ticks or arms[0].config.ticks
@@ -48,7 +48,7 @@ def compare_world(
 def claim_folder(out: Path | None, default: str, plan: dict[str, Any]) -> Claim:
     """Claim the folder of a comparison: new, or one where the same comparison was begun.
 
-    Raises ConfigError where another one is in it, FolderInUse where a process writes there.
+    Raises ConfigError if it holds another one, FolderInUse if another process writes there.
     """
     if out is None or not has_plan(out):
         return results(out, default)
@@ -57,7 +57,7 @@ def claim_folder(out: Path | None, default: str, plan: dict[str, Any]) -> Claim:
 
 
 def _train(comparison: Comparison, workers: int, quiet: bool) -> None:
-    """Train what is not there yet; end the command where a training failed."""
+    """Train what is missing; end the command if a training failed."""
     missing = {key: training for key, training in comparison.trainings.items() if not training.done}
     trained = _do(train_or_find, missing, comparison, workers, quiet, "training", "policies")
     if trained < len(missing):
@@ -67,7 +67,7 @@ def _train(comparison: Comparison, workers: int, quiet: bool) -> None:
 
 
 def _run(comparison: Comparison, workers: int, quiet: bool) -> None:
-    """Run what is not there yet; end the command where a run failed."""
+    """Run what is missing; end the command if a run failed."""
     n = len(comparison.runs)
     missing = {key: run for key, run in comparison.runs.items() if not run.done}
     if len(missing) < n and not quiet:
@@ -89,7 +89,7 @@ def _do(
     word: str,
     unit: str,
 ) -> int:
-    """Do the jobs with a bar, and say why some failed; return how many succeeded. Ctrl-C ends the command."""
+    """Do the jobs with a progress bar, and print why some failed; return how many succeeded. Ctrl-C ends the command."""
 
     def failed(key: Key, error: BaseException) -> None:
         if isinstance(error, BrokenProcessPool):
@@ -112,7 +112,7 @@ def _do(
 
 
 def _report(comparison: Comparison) -> None:
-    """Compare the arms, write the comparison, and say it: in how many runs all persisted, and a table."""
+    """Compare the arms, write the comparison, and print it: in how many runs all persisted, and a table."""
     from ecs_eco.analysis.compare import compare
 
     policies = comparison.policies_in_words()
@@ -136,17 +136,17 @@ def _report(comparison: Comparison) -> None:
 
 
 def _say_persistence(name: str, arm: Mapping[str, Any]) -> None:
-    """Say in what share of runs all persist, and where its variance comes from."""
+    """Print the share of runs in which all persist, and the sources of its variance."""
     _, low, high = arm["persistence"]
     say(f"  {name}: share that persists, over both kinds of seeds: 95 % interval {low:.0%} to {high:.0%}")
     shares = arm["crossed"]["variance_shares"].get("persisted")
     if shares and shares["share"]["rest"][0] is not None:
         parts = ", ".join(f"{effect} {share[0]:.0%}" for effect, share in shares["share"].items())
-        say(f"  {name}: where the variance of persistence comes from: {parts}")
+        say(f"  {name}: sources of the variance of persistence: {parts}")
 
 
 def _say_depths(name: str, arm: Mapping[str, Any]) -> None:
-    """Say how the depth of each species changes over the day, where there is a day and depth."""
+    """Print how the depth of each species changes over the day, if there is a day and depth."""
     for species, row in arm["per_species"].items():
         if depth := row.get("depth"):
             r = "" if depth["r"] is None else f", correlation with light {depth['r'][0]:.2f}"

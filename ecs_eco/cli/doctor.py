@@ -1,4 +1,4 @@
-"""doctor: what results depend on here, and whether they are what they should be."""
+"""doctor: what results depend on here, and whether they agree with the release."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ Facts = list[tuple[str, str]]
 
 
 def examine_machine(test: bool, quiet: bool) -> None:
-    """Say what there is, run the self-test, and end with code 1 where something does not hold."""
+    """Print the facts, run the self-test, and exit with code 1 if something is wrong."""
     from rich.console import Console
     from rich.markup import escape
     from rich.table import Table
@@ -55,9 +55,9 @@ def _self_test(here: Target, quiet: bool, console: Any) -> None:
     if failed:
         complain(f"Threads or a checkpoint change results here: {'; '.join(failed)}. Please report it, with all of the above.")
     if other is None:
-        say(f"Unknown target: this release was not tried on such a machine with such versions.\nTarget: {here.key}")
+        say(f"Unknown target: this release was not tested on such a machine with such versions.\nTarget: {here.key}")
     elif other:
-        complain(f"Other results than those of the release on such a machine: {'; '.join(other)}. Sources that were changed, "
+        complain(f"Results differ from those of the release on such a machine: {'; '.join(other)}. Changed sources, "
                  f"or a damaged installation?\nTarget: {here.key}")  # fmt: skip
     if failed or other:
         raise typer.Exit(FAILED)
@@ -99,7 +99,7 @@ def _processor(here: Target) -> Facts:
         ("torch", here.torch),
         ("cores", f"{cores} for this process, of {os.cpu_count()}"),
         ("threads", "1, or as many as --threads says; results do not depend on it"),
-        ("variables", ", ".join(variables) or "none that compilers or threads listen to"),
+        ("variables", ", ".join(variables) or "none that affect compilers or threads"),
     ]
 
 
@@ -142,5 +142,5 @@ def _viewer() -> Facts:
     windows = any(os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY")) or platform.system() != "Linux"
     return [
         ("browser", "is opened by `ecs-eco watch`" if windows else "none with windows here: `ecs-eco watch` prints an address"),
-        ("Chromium", chromium() or "none: only tests and pictures of the page want it"),
+        ("Chromium", chromium() or "none: only tests and screenshots need it"),
     ]

@@ -11,7 +11,7 @@ ENDINGS = (".png", ".svg", ".pdf")
 
 
 def draw_world(world: str, overrides: list[str], species: str | None, out: Path | None) -> None:
-    """Draw the nervous system of a species, or of all that have one below each other, into a file."""
+    """Draw the nervous system of a species, or of all species that have one, into a file."""
     config = load(world, overrides)
     path = _checked(out or Path(f"{config.name}-{species or 'nerves'}.png"))
     from ecs_eco.analysis.nervous_figure import draw_nervous_systems, save  # matplotlib is slow to load

@@ -1,4 +1,4 @@
-"""Folders for results, refused before anything is made in them, and folders of policies."""
+"""Folders for results, checked before anything is written, and folders of policies."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ POLICIES = ("trained", "random", "untrained")
 
 
 def results(out: Path | None, default: str) -> Claim:
-    """Claim the folder for results: `out`, or a free one in runs/; ConfigError where it cannot be written or has content.
+    """Claim the folder for results: `out`, or a free one in runs/; ConfigError if it cannot be written or has content.
 
-    Raises FolderInUse where another process writes there. Of a claim that nothing comes of nothing is left.
+    Raises FolderInUse if another process writes there. A claim that is not used leaves nothing behind.
     """
     try:
         if out is None:
@@ -35,7 +35,7 @@ def results(out: Path | None, default: str) -> Claim:
             )
         return claim_new(out)
     except FileExistsError:
-        near = str(_free(out)) if out is not None and out.name else ""  # "." and "/" have none
+        near = str(_free(out)) if out is not None and out.name else ""  # "." and "/" have no name
         refuse("--out", "is not empty", str(out), "a folder, new or empty", near)
     except OSError as error:
         refuse(
@@ -44,7 +44,7 @@ def results(out: Path | None, default: str) -> Claim:
 
 
 def pages(out: Path | None, folder: Path) -> None:
-    """Refuses `out`, or else the folder of a run, where pages and figures cannot be written; makes nothing."""
+    """Refuse `out`, or else the folder of a run, if pages and figures cannot be written there; makes nothing."""
     source, path = ("DIR", folder) if out is None else ("--out", out)
     allowed = (
         "a folder that can be written: name one with --out"
@@ -62,7 +62,7 @@ def pages(out: Path | None, folder: Path) -> None:
 
 
 def _free(folder: Path) -> Path:
-    """The folder, with the first suffix -2, -3, … that does not exist yet where it does."""
+    """The folder or, if it exists, with the first free suffix -2, -3, …"""
     number, free = 2, folder
     while free.exists():
         free, number = folder.with_name(f"{folder.name}-{number}"), number + 1
@@ -85,8 +85,8 @@ def _try_out(folder: Path) -> None:
 
 
 def known_policies(policies: str, config: WorldConfig) -> None:
-    """Refuses what is neither a word for policies nor a folder with one for each species that has a policy."""
-    allowed = f"{', '.join(POLICIES)}, or a folder that `ecs-eco train` left"
+    """Refuse anything but a word for policies or a folder with one for each species that has a policy."""
+    allowed = f"{', '.join(POLICIES)}, or a folder written by `ecs-eco train`"
     if policies in POLICIES:
         return
     if not os.path.isdir(policies):

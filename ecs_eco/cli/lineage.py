@@ -1,4 +1,4 @@
-"""lineage: who descends from whom in a run."""
+"""lineage: descent in a run."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ from ecs_eco.engine.errors import listed, nearest
 
 
 def tell_lineage(folder: Path, csv: Path | None, newick: Path | None, species: str | None, living: bool) -> None:
-    """Say founders, births, generations and founders' lines left of each species, and write the files asked for."""
+    """Print founders, births, generations and surviving founder lines of each species, and write the files requested."""
     if not (folder / "manifest.json").is_file():
         fault = "has no manifest.json" if folder.is_dir() else "no such folder"
-        refuse("DIR", fault, str(folder), "a folder that `ecs-eco run` left")
+        refuse("DIR", fault, str(folder), "a folder written by `ecs-eco run`")
     if not parts(folder, "births"):
-        refuse("DIR", "holds no births", str(folder), "a run in which somebody lived")
+        refuse("DIR", "holds no births", str(folder), "a run with organisms")
     for option, file in (("--csv", csv), ("--newick", newick)):
         if file is not None and (file.is_dir() or not file.parent.is_dir()):
             refuse(option, "is a folder" if file.is_dir() else "its folder does not exist", str(file), "a file in a folder that exists")
     try:
         lineage = Lineage.read(folder)
     except ValueError as error:
-        refuse("DIR", f"its births and deaths do not fit: {error}", str(folder), "a folder as `ecs-eco run` left it")
+        refuse("DIR", f"its births and deaths are inconsistent: {error}", str(folder), "a folder as `ecs-eco run` left it")
     known = list(dict.fromkeys(lineage.species.tolist()))
     if species is not None:
         if species not in known:
@@ -42,7 +42,7 @@ def tell_lineage(folder: Path, csv: Path | None, newick: Path | None, species: s
 
 
 def summary(lineage: Lineage, name: str) -> str:
-    """What a species' lineage comes to, in a few lines."""
+    """A summary of a species' lineage, in a few lines."""
     founders, alive = int(lineage.founders.sum()), lineage.alive(lineage.end)
     mean = f"{lineage.generation()[alive].mean():.1f}" if alive.any() else "nobody lives"
     lines = [
@@ -51,6 +51,6 @@ def summary(lineage: Lineage, name: str) -> str:
         f"  born of parents: {len(lineage) - founders:,}",
         f"  alive at tick {lineage.end:,}: {int(np.count_nonzero(alive)):,}",
         f"  their mean generation: {mean}",
-        f"  founders with lines left: {len(lineage.founders_left()):,}",
+        f"  founders with surviving lines: {len(lineage.founders_left()):,}",
     ]
     return "\n".join(lines)

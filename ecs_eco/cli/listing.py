@@ -1,4 +1,4 @@
-"""What there is: read from the files' text, so that nothing is imported."""
+"""Lists what is available, read from the text of files, so that nothing is imported."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def _worlds() -> dict[str, str]:
 
 
 def _folder(name: str, base: str = "") -> list[tuple[str, str]]:
-    """Public classes of a folder and the first line of what they say of themselves."""
+    """Public classes of a folder and the first lines of their docstrings."""
     return [row for path in sorted((ROOT / name).glob("[!_]*.py")) for row in _classes(path, base=base)]
 
 

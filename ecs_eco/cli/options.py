@@ -1,4 +1,4 @@
-"""Arguments and options that several commands have, with their words."""
+"""Arguments and options that several commands share, with their help texts."""
 
 from pathlib import Path
 from typing import Annotated
@@ -9,10 +9,10 @@ from ecs_eco.cli.terminal import path_of, whole
 
 World = Annotated[str, typer.Argument(metavar="WORLD", help="Name of a shipped world (see `list`), or a TOML file.")]
 Ticks = Annotated[
-    int | None, typer.Option(parser=whole(1), metavar="N", help="Length [ticks]; the world's own where absent.")
+    int | None, typer.Option(parser=whole(1), metavar="N", help="Length [ticks]. Default: the world's own.")
 ]
 Seed = Annotated[
-    int | None, typer.Option(parser=whole(0, 2**63 - 1), metavar="N", help="Seed of all chance; else the world's own.")
+    int | None, typer.Option(parser=whole(0, 2**63 - 1), metavar="N", help="Seed of all random numbers. Default: the world's own.")
 ]
 Set = Annotated[
     list[str] | None,
@@ -24,21 +24,21 @@ Threads = Annotated[
     int, typer.Option(parser=whole(1, 1024), metavar="N", help="Threads; they change the speed and no result.")
 ]
 Learn = Annotated[
-    bool | None, typer.Option("--learn/--no-learn", help="Whether policies learn; else as the world says.")
+    bool | None, typer.Option("--learn/--no-learn", help="Whether policies learn. Default: as in the world.")
 ]
 Policies = Annotated[
-    str, typer.Option(metavar="trained|random|DIR", help="What policies start from: a folder that `train` left.")
+    str, typer.Option(metavar="trained|random|DIR", help="Initial policies: trained, random, untrained, or a folder written by `train`.")
 ]
 Watch = Annotated[
-    bool, typer.Option("--watch", help="Show it in the browser meanwhile; what is done there is recorded.")
+    bool, typer.Option("--watch", help="Show it in the browser while it runs; interventions made there are recorded.")
 ]
 Port = Annotated[
     int, typer.Option(parser=whole(0, 65535), metavar="N", help="Port of the viewer on this machine; 0: any free one.")
 ]
-NoBrowser = Annotated[bool, typer.Option("--no-browser", help="Only say the viewer's address.")]
+NoBrowser = Annotated[bool, typer.Option("--no-browser", help="Only print the viewer's address.")]
 Trust = Annotated[
-    bool, typer.Option("--trust", help="Allow the code of its own that it names to run here, until that changes; read it first.")
+    bool, typer.Option("--trust", help="Allow the code that it brings along to run here, until that code changes; read it first.")
 ]
 Report = Annotated[bool, typer.Option("--report/--no-report", help="Draw figures at the end.")]
-Run = Annotated[Path, typer.Argument(metavar="DIR", help="A folder that `run` left.")]
+Run = Annotated[Path, typer.Argument(metavar="DIR", help="A folder written by `run`.")]
 Size = Annotated[str, typer.Option(metavar="WIDTHxHEIGHT", help="In pixels.")]

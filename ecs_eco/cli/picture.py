@@ -1,4 +1,4 @@
-"""picture and video: a recorded run without a browser."""
+"""picture and video: pictures of a recorded run without a browser."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def video_run(
     try:
         film.encoder(path)
     except film.FilmError as error:
-        allowed = "a name that ends in .gif, which needs nothing, or ffmpeg installed"
+        allowed = "a name that ends in .gif, which needs no program, or ffmpeg installed"
         refuse("OUT", str(error), str(path), allowed, f"{path.stem}.gif")
     first = _tick(replay, first, "--from", replay.recording.first)
     last = _tick(replay, last, "--to", replay.recording.last)
@@ -54,14 +54,14 @@ def video_run(
         try:
             film.write(path, ticks, painter.paint, pixels, fps, bar)
         except film.FilmError as error:
-            refuse("OUT", str(error), str(path), "an ffmpeg that knows this format, or a name that ends in .gif")
+            refuse("OUT", str(error), str(path), "an ffmpeg that supports this format, or a name that ends in .gif")
         except OSError as error:
             _unwritable(path, error)
     say(f"{len(ticks)} frames, {len(ticks) / fps:.1f} s, one every {ticks.step} ticks, in {path}")
 
 
 def _draw_nerves(replay: Any, folder: Path, out: Path | None, tick: int, uid: int, quiet: bool) -> None:
-    """Draw one organism's nervous system, from the recorded details or from the stretch run again."""
+    """Draw one organism's nervous system, from the recorded details or from a rerun of the stretch."""
     from ecs_eco.cli.draw import ENDINGS
 
     path = _file(out or Path(f"{replay.recording.manifest['world']}-{uid}-{tick}.png"), ENDINGS)
@@ -75,7 +75,7 @@ def _draw_nerves(replay: Any, folder: Path, out: Path | None, tick: int, uid: in
         refuse("--organism", f"is a {species}, which has no nervous system", uid, "an animal")
     if not state["alive"] and state["nerves"] is None:
         ended = state["died"]["tick"] if state["died"] else None
-        refuse("--tick", f"organism {uid} does not live then", tick, f"{state['born'] + 1} to {ended or replay.recording.last}")
+        refuse("--tick", f"organism {uid} is not alive then", tick, f"{state['born'] + 1} to {ended or replay.recording.last}")
     if state["nerves"] is None:
         state = _again(replay, uid, quiet)
     if state["nerves"] is None:
@@ -94,7 +94,7 @@ def _draw_nerves(replay: Any, folder: Path, out: Path | None, tick: int, uid: in
 
 
 def _again(replay: Any, uid: int, quiet: bool) -> dict[str, Any]:
-    """Run the stretch around the tick again, and return the organism as it is known then."""
+    """Rerun the stretch around the tick, and return the state of the organism then."""
     from ecs_eco.engine.errors import RecordingError
     from ecs_eco.view.rerun import compute
 
@@ -102,7 +102,8 @@ def _again(replay: Any, uid: int, quiet: bool) -> dict[str, Any]:
     with progress("running again", quiet) as bar:
         stretch = compute(r.path, r.manifest, replay.tick, min(r.last, replay.tick), r.recorded, bar)
     if stretch.wrong is not None:
-        raise RecordingError(f"{r.path}: run again, it is another at tick {stretch.wrong}: other versions or another machine than then")
+        raise RecordingError(f"{r.path}: the rerun differs from the recording at tick {stretch.wrong}: "
+                             "it was recorded with other versions or on another machine")
     replay.stretches.append(stretch)
     return dict(replay.organism(uid))
 
@@ -110,7 +111,7 @@ def _again(replay: Any, uid: int, quiet: bool) -> dict[str, Any]:
 def _replay(folder: Path) -> Any:
     if not (folder / "manifest.json").is_file():
         fault = "has no manifest.json" if folder.is_dir() else "no such folder"
-        refuse("DIR", fault, str(folder), "a folder that `ecs-eco run` left")
+        refuse("DIR", fault, str(folder), "a folder written by `ecs-eco run`")
     from ecs_eco.view.replay import Replay
 
     return Replay(folder)

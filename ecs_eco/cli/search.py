@@ -1,4 +1,4 @@
-"""search: numbers with which a world lives, found and confirmed."""
+"""search: find values with which a world persists, and confirm them."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def search_world(
     out: Path | None,
     quiet: bool,
 ) -> None:
-    """Search, or go on with a search, and say what came of it."""
+    """Start or resume a search, and print its result."""
     overrides = overrides_of(changes, ranges, options)
     try:
         config = load(world, overrides)
@@ -77,13 +77,13 @@ def search_world(
 
 
 def _ended(why: str, out: Path, code: int) -> typer.Exit:
-    """Say why a search ended early and how to go on with it; return what ends the command."""
-    complain(f"{why}; all finished evaluations are kept. Go on with the same command and --out {out}")
+    """Print why a search ended early and how to continue it; return the exception that ends the command."""
+    complain(f"{why}; all finished evaluations are kept. Continue with the same command and --out {out}")
     return typer.Exit(code)
 
 
 def overrides_of(changes: list[str], ranges: list[str], options: dict[str, Any]) -> dict[str, Any]:
-    """Values and ranges of the command line as `load` takes them."""
+    """Values and ranges of the command line in the form that `load` takes."""
     overrides: dict[str, Any] = {}
     for text in changes:
         name, value = parse(text)
@@ -122,7 +122,7 @@ def range_of(text: str) -> tuple[str, dict[str, Any]]:
 
 
 def _moved(problem: Problem) -> Problem:
-    """A problem of a range that the command line gave, at its option."""
+    """A problem of a range from the command line, at its option."""
     if problem.source == "--set" and problem.key[:2] == ("search", "ranges"):
         return problem.moved(source="--range", key=problem.key[2:])
     return problem
@@ -177,7 +177,7 @@ def _lines(name: str, every: float = 30.0) -> Callable[[Search], None]:
 
 
 def _status(search: Search) -> str:
-    """Candidates, their rate, and how far the best came."""
+    """Number of candidates, their rate, and the stage of the best."""
     if not search.done:
         return "no candidate yet"
     rate = 60 * search.done / max(e["at"] for e in search.journal.of("candidate"))
@@ -187,7 +187,7 @@ def _status(search: Search) -> str:
 
 
 def report(result: dict[str, Any], out: Path) -> None:
-    """Say what a search led to."""
+    """Print the result of a search."""
     confirmation = result["confirmation"]
     best, start = confirmation["best"], confirmation["start"]
     minutes, whole = result["seconds"] / 60, result["by_stage"][-1]

@@ -31,7 +31,7 @@ def run_world(
     shown: tuple[int, bool] | None = None,
     record: str | None = None,
 ) -> None:
-    """Run a world into a folder, and draw its figures; `shown`: in a viewer on this port, and whether to open the browser."""
+    """Run a world into a folder, and draw its figures; `shown`: the port of a viewer, and whether to open the browser."""
     config = load(world, changes)
     seed, ticks = config.seed if seed is None else seed, ticks or config.ticks
     known_policies(policies, config)
@@ -72,7 +72,7 @@ def _viewer(title: str, ticks: int, shown: tuple[int, bool] | None) -> Any:
 
 
 def repeat_run(folder: Path, out: Path | None, quiet: bool, threads: int) -> None:
-    """Run a recorded run again and compare the digests; ends with code 1 where they differ."""
+    """Repeat a recorded run and compare the digests; exits with code 1 if they differ."""
     from ecs_eco.runs.repeat import repeat
 
     with nullcontext() if out is None else results(out, folder.name) as claim, progress(folder.name, quiet) as bar:
@@ -96,7 +96,7 @@ def resume_run(
     report: bool,
     shown: tuple[int, bool] | None = None,
 ) -> None:
-    """Go on with a run in its folder, or fork it into another; `shown` as of a run."""
+    """Resume a run in its folder, or fork it into another; `shown` is as for a run."""
     from ecs_eco.record import fork, resume
     from ecs_eco.runs.run import read_manifest
 
@@ -150,7 +150,7 @@ def report_run(folder: Path, out: Path | None = None) -> None:
     """Write the report of a run folder there, or in `out`."""
     if not (folder / "manifest.json").is_file():
         fault = "has no manifest.json" if folder.is_dir() else "no such folder"
-        refuse("DIR", fault, str(folder), "a folder that `ecs-eco run` left")
+        refuse("DIR", fault, str(folder), "a folder written by `ecs-eco run`")
     from ecs_eco.analysis.report import write_report
 
     pages(out, folder)
@@ -170,12 +170,12 @@ def stopped(done: int, ticks: int, out: Path) -> None:
 
 
 def numbers(result: dict[str, Any]) -> str:
-    """How long a run took, a line each."""
+    """The times of a run, a line each."""
     return "".join(f"\n  {word.replace('_', ' ')}: {result[word]:.1f}" for word in result if word.endswith("_seconds"))
 
 
 def populations(out: Path) -> str:
-    """Whether all species persisted, who else died out of what, and the numbers of each species at the end of a run."""
+    """Whether all species persisted, which died out of what, and the numbers of each species at the end of a run."""
     from ecs_eco.analysis.extinction import opening
     from ecs_eco.analysis.runs import load_series
 

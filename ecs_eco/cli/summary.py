@@ -1,4 +1,4 @@
-"""What a world is, in a few lines."""
+"""A summary of a world, in a few lines."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def _layout(config: WorldConfig, name: str) -> Any:
     species = config.species[name]
     own = components_of(config, species)
     if own is None:
-        return "genome: its genes may name what is in code that was not looked at"
+        return "genome: its genes may name fields in code that was not loaded"
     traits = traits_of(species, config.dims, own)
     assert species.genome is not None
     return Layout.from_config(species.genome, traits, policy_shapes(species, config.dims))
@@ -47,15 +47,15 @@ def summary(config: WorldConfig) -> str:
 
 
 def _code(config: WorldConfig) -> list[str]:
-    """What the world lists as its code, and whether it was looked at."""
+    """The code that the world lists, and whether it was loaded."""
     if not config.code:
         return []
-    word = "allowed to run" if config._code.allowed else "NOT looked at: names in it are checked with --trust"
+    word = "allowed to run" if config._code.allowed else "NOT loaded: names in it are checked with --trust"
     return [f"  code, {word}:", *(f"    {source}" for source in config._code.sources)]
 
 
 def check_world(world: str | None, changes: list[str]) -> None:
-    """Say what is in a world, once it is found right."""
+    """Check a world and print a summary."""
     if world is None:
         refuse("WORLD", "is missing", "", "a world, or --schema")
     config = load(world, changes)
@@ -64,7 +64,7 @@ def check_world(world: str | None, changes: list[str]) -> None:
 
 
 def tell_schema() -> None:
-    """Say the JSON schema of world files."""
+    """Print the JSON schema of world files."""
     from ecs_eco.config.json_schema import json_schema
 
     say(json.dumps(json_schema(), indent=1, ensure_ascii=False))

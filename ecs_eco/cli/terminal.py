@@ -1,4 +1,4 @@
-"""What the commands say, and how they end."""
+"""Output of the commands, and their exit codes."""
 
 from __future__ import annotations
 
@@ -18,25 +18,25 @@ FAILED, REFUSED, INTERRUPTED = 1, 2, 130  # exit codes
 
 
 def printable(text: str) -> str:
-    """A text of a world, a file or an error as a terminal may get it: control characters as \\u001b, lines and tabs as they are.
+    """A text from a world, a file or an error, safe for terminals: control characters as \\u001b, newlines and tabs as they are.
 
-    These are C0, DEL and C1, line and paragraph separators, and the marks that turn the direction of writing.
+    These are C0, DEL and C1, line and paragraph separators, and the marks that change the direction of writing.
     """
     return _CONTROL.sub(lambda match: f"\\u{ord(match[0]):04x}", text)
 
 
 def say(text: str) -> None:
-    """A line on stdout; whatever is said passes here, or by `printable`. A name that is no UTF-8 has escapes in it, as on stderr."""
+    """Print a line on stdout; all output passes here, or through `printable`. Names that are not UTF-8 are escaped, as on stderr."""
     typer.echo(printable(text))
 
 
 def complain(text: str) -> None:
-    """A line on stderr."""
+    """Print a line on stderr."""
     typer.echo(printable(text), err=True)
 
 
 def exits(command: Callable[..., None]) -> Callable[..., None]:
-    """The command, which ends with code 2 and one screen of text where its input is refused, with 130 after Ctrl-C."""
+    """Wrap a command: it exits with code 2 and one screen of text if its input is refused, with 130 after Ctrl-C."""
 
     @wraps(command)
     def wrapped(*args: Any, **kwargs: Any) -> None:
@@ -58,7 +58,7 @@ def exits(command: Callable[..., None]) -> Callable[..., None]:
             raise typer.Exit(FAILED) from None
         except OSError as error:
             if isinstance(error, BrokenPipeError):
-                raise  # whoever read what is said has gone: click ends quietly
+                raise  # the reader of the output has gone: click exits quietly
             name = f"{error.filename}: " if error.filename else ""
             complain(f"{name}{error.strerror or error}; what was written before is whole.")
             raise typer.Exit(FAILED) from None
@@ -70,14 +70,14 @@ def exits(command: Callable[..., None]) -> Callable[..., None]:
 
 
 def refuse(source: str, fault: str, value: object, allowed: str, near: str = "") -> NoReturn:
-    """Refuses an argument of the command line."""
+    """Refuse an argument of the command line."""
     from ecs_eco.engine.errors import ConfigError, Problem
 
     raise ConfigError([Problem((), fault, value, allowed, near, source)])
 
 
 def whole(least: int, most: int = 10**12) -> Callable[[str | int], int]:
-    """Reads a whole number from the command line, and says the value where it is none or out of range."""
+    """Reads a whole number from the command line; the error for an invalid one shows the value."""
 
     def read(text: str | int) -> int:
         try:
@@ -93,14 +93,14 @@ def whole(least: int, most: int = 10**12) -> Callable[[str | int], int]:
 
 
 def path_of(text: str | Path) -> Path:
-    """Reads the name of a folder from the command line, where "" is none."""
-    if not str(text).strip() or any(c == "\0" or "\ud800" <= c <= "\udfff" for c in str(text)):  # the last: no UTF-8
+    """Reads the name of a folder from the command line; "" is not one."""
+    if not str(text).strip() or any(c == "\0" or "\ud800" <= c <= "\udfff" for c in str(text)):  # the last: not UTF-8
         raise typer.BadParameter(f"{str(text)!r} is not possible; allowed: the name of a folder")
     return Path(text)
 
 
 class Progress:
-    """How far a command is: call it with done and total. Remembers both."""
+    """The progress of a command: call it with done and total, which it keeps."""
 
     def __init__(self, show: Callable[[int, int], None] | None = None) -> None:
         self.done = self.total = 0
@@ -114,7 +114,7 @@ class Progress:
 
 @contextmanager
 def progress(word: str, quiet: bool, unit: str = "ticks") -> Iterator[Progress]:
-    """A progress bar on stderr where that is a terminal, a line now and then where it is not, nothing when quiet."""
+    """A progress bar on stderr if that is a terminal, else a line now and then; nothing if quiet."""
     if quiet:
         yield Progress()
     elif not sys.stderr.isatty():

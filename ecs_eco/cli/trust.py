@@ -1,4 +1,4 @@
-"""--trust: the person at the keyboard allows the code that a world, or a recorded run, names."""
+"""--trust: the user allows the code that a world, or a recorded run, names."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def allow(wanted: bool, world: str | Path | None, changes: Sequence[str] | None = None) -> None:
-    """Remember the texts that a world or a run folder names, and say which, where `wanted`."""
+    """If `wanted`, remember the sources that a world or a run folder names, and print them."""
     if not wanted or world is None:
         return
     from ecs_eco.config.loading import code_listed, document_of
@@ -31,7 +31,7 @@ def allow(wanted: bool, world: str | Path | None, changes: Sequence[str] | None 
 
 
 def _of_run(folder: Path) -> Code:
-    """What a run's folder keeps of its code, as it is now."""
+    """The code kept in a run's folder, as it is now."""
     from ecs_eco.engine.code import read
     from ecs_eco.record.code import FOLDER
     from ecs_eco.runs.run import read_manifest

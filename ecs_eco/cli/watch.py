@@ -1,4 +1,4 @@
-"""watch, and run --watch."""
+"""The commands watch, and run --watch."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ def watch_it(
     port: int,
     browser: bool,
 ) -> None:
-    """Show a world that lives, or a run that was recorded, until Ctrl-C."""
+    """Show a living world, or a recorded run, until Ctrl-C."""
     recorded = os.path.isfile(Path(what) / "manifest.json")
     if recorded and (changes or ticks or seed is not None or learn is not None):
-        allowed = "a world; what was recorded is shown as it was, and `resume --from-tick T --set … --out NEW` forks it"
+        allowed = "a world; a recording is shown as it is, and `resume --from-tick T --set … --out NEW` forks it"
         refuse("WORLD", "is a recorded run, which no option changes", what, allowed)
     with _port(port):
         from ecs_eco.view.watch import watch
@@ -39,7 +39,7 @@ def watch_it(
 
 @contextmanager
 def window(ticks: int, title: str, port: int, browser: bool) -> Iterator[Any]:
-    """A window on a world that is run and recorded: hand its `open` to the run."""
+    """A window on a world that is run and recorded: pass its `open` to the run."""
     from ecs_eco.view.watch import Window
 
     with _port(port), Window(ticks, _Announcer(title), port=port, browser=browser) as opened:
@@ -64,7 +64,7 @@ def _replay(folder: Path) -> Any:
 
 
 class _Announcer:
-    """Says the address of a viewer, and each that follows when it was used."""
+    """Prints the address of a viewer, and the next one each time an address was used."""
 
     def __init__(self, title: str) -> None:
         self.title, self.first = title, True
@@ -75,13 +75,13 @@ class _Announcer:
             return
         self.first = False
         say(f"{self.title}: {address}")
-        say("It lets in one page, on this machine, within ten minutes, which sees and changes what is shown; then another is said here.")
+        say("It admits one page, on this machine, within ten minutes, which can see and change the world; then another is printed here.")
         say("Ctrl-C ends it.")
 
 
 @contextmanager
 def _port(port: int) -> Iterator[None]:
-    """Refuses a port that cannot be had."""
+    """Refuse a port that is not available."""
     import socket
 
     with socket.socket(socket.AF_INET, socket.SOCK_STREAM) as listener:
@@ -89,5 +89,5 @@ def _port(port: int) -> Iterator[None]:
         try:
             listener.bind(("127.0.0.1", port))
         except OSError as error:
-            refuse("--port", f"cannot be had: {error.strerror or error}", port, "a free one, from 1024 to 65535, or 0 for any")
+            refuse("--port", f"is not available: {error.strerror or error}", port, "a free one, from 1024 to 65535, or 0 for any")
     yield

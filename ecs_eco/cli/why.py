@@ -1,4 +1,4 @@
-"""why: what happened to whom in a run, and why."""
+"""why: what happened in a run, and why."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from ecs_eco.cli.terminal import printable, refuse, say
 
 
 def tell_why(folder: Path, out: Path | None, as_json: bool) -> None:
-    """Explain a run folder in sentences, or as JSON, and write the page and the figure."""
+    """Explain a run folder in sentences or as JSON; write the page and the figure."""
     if not (folder / "manifest.json").is_file():
         fault = "has no manifest.json" if folder.is_dir() else "no such folder"
-        refuse("DIR", fault, str(folder), "a folder that `ecs-eco run` left")
+        refuse("DIR", fault, str(folder), "a folder written by `ecs-eco run`")
     from ecs_eco.analysis.runs import parts
     from ecs_eco.analysis.why import write_why
 

@@ -1,7 +1,6 @@
-"""What a run leaves behind: series, births and deaths, snapshots, in files that carry seals.
+"""Records of a run: series, births and deaths, snapshots, in sealed files.
 
-Writing and reading them belongs here; what the numbers mean belongs to `ecs_eco.analysis`, how a run goes to
-`ecs_eco.runs`.
+Writing and reading them belongs here; statistics belong to `ecs_eco.analysis`, running to `ecs_eco.runs`.
 """
 
 from ecs_eco._lazy import lazy

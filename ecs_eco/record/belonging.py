@@ -1,7 +1,7 @@
-"""Which files belong to a run: its id stands in each of them, and each part names the seal of the part before it.
+"""Which files belong to a run: each of them has the run's id, and each part the seal of the part before it.
 
-The id is a hash of all that decides the run, so that equal runs leave equal files. What is asked of a run by hand is not known when it
-begins; runs that differ in it alone are told apart by the chain of seals, as are parts that are missing, swapped, or too many.
+The id is a hash of all that decides the run, so that equal runs write equal files. Interventions by hand are not known when a
+run begins; the chain of seals distinguishes runs that differ only in these, and reveals missing, swapped or extra parts.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ FORMAT = 2  # of manifests; in 1 nothing had an id
 
 
 class Mark(NamedTuple):
-    """What a part says of itself: its run, its kind, its place among the parts of its kind, and the seal of the one before it."""
+    """The identity of a part: its run, its kind, its number among the parts of its kind, and the seal of the one before it."""
 
     run: str
     world: str
@@ -35,7 +35,7 @@ class Mark(NamedTuple):
     after: str  # "" for the first
 
     def text(self) -> str:
-        """Return it as the footer holds it."""
+        """Return it as text for the footer."""
         return json.dumps(self._asdict())
 
 
@@ -45,12 +45,12 @@ def identity(manifest: Mapping[str, Any]) -> str:
 
 
 def described(run: str, world: Any, seed: Any) -> str:
-    """Return in words which run that is."""
+    """Describe a run in words."""
     return f"{world}, seed {seed}, id {run[:12]}"
 
 
 def mark_of(path: Path) -> tuple[Mark | None, str]:
-    """Return what a part says of itself, None where it says nothing, and its seal; RecordingError where it cannot be read."""
+    """Return the mark of a part, None if it has none, and its seal; RecordingError if it cannot be read."""
     import pyarrow as pa
     import pyarrow.parquet as pq
 
@@ -66,10 +66,10 @@ def mark_of(path: Path) -> tuple[Mark | None, str]:
 
 
 def parts(run: Path, kind: str, manifest: Mapping[str, Any]) -> list[Path]:
-    """Return the parts of one kind in a run folder, in order, once they are found to be those of the run that its manifest names.
+    """Return the parts of one kind in a run folder, in order, after checking that they belong to the run of the manifest.
 
-    A run that has not ended may have more of them than the manifest says. Raises ForeignFile for one that belongs to another run or
-    place, RecordingError where some are missing.
+    A run that has not ended may have more parts than the manifest lists. Raises ForeignFile for one that belongs to another
+    run or place, RecordingError if some are missing.
     """
     paths = listed(run / kind)
     if not manifest:
@@ -89,7 +89,7 @@ def parts(run: Path, kind: str, manifest: Mapping[str, Any]) -> list[Path]:
 
 
 def listed(folder: Path) -> list[Path]:
-    """Return what is named like a part in a folder, in the order of numbers."""
+    """Return the files named like parts in a folder, in the order of numbers."""
     return sorted(folder.glob("part-*.parquet"), key=lambda path: (len(path.name), path.name))
 
 
@@ -112,7 +112,7 @@ def check_part(path: Path, kind: str, number: int, after: str, manifest: Mapping
 
 
 def check_checkpoint(path: Path, meta: Mapping[str, Any], manifest: Mapping[str, Any]) -> dict[str, Any]:
-    """Return what the checkpoint of a run says of its recording; raises ForeignFile where it belongs to another run, or to none."""
+    """Return the state of the recording from a run's checkpoint; raises ForeignFile if it belongs to another run, or to none."""
     about = meta.get("run") or {}
     if "id" not in about:
         raise ForeignFile(f"{path}: names no run, and lies in the folder of {_run(manifest)}")

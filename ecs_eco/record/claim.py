@@ -1,7 +1,7 @@
 """Folders that one process at a time writes to: claimed before anything else, by a lock that ends with the process.
 
-The lock is the system's own (flock) on the file `.lock`, which says whose it is: the system drops it when the process ends, however that
-ends, so no claim is ever stale. What a process left that was killed before its run began is known, and the next one may take its place.
+The lock is the system's (flock) on the file `.lock`, which names its owner: the system releases it when the process ends, in whatever
+way, so no claim is ever stale. Files of a process that was killed before its run began are recognised, and the next one may replace them.
 """
 
 from __future__ import annotations
@@ -25,15 +25,15 @@ except ImportError:  # Windows
     fcntl = None  # type: ignore[assignment]
 
 LOCK = ".lock"
-BEGUN = {"checkpoints": "tick-*.safetensors", "policies": "*.safetensors", "code": "*.py"}  # what comes before the manifest, by folder
-WITHOUT = (errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP)  # where a file system has no locks
-AGAIN = 1000  # times that a lock is looked for anew, which others remove meanwhile
+BEGUN = {"checkpoints": "tick-*.safetensors", "policies": "*.safetensors", "code": "*.py"}  # files written before the manifest, by folder
+WITHOUT = (errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP)  # on file systems without locks
+AGAIN = 1000  # attempts at a lock that other processes keep removing
 
 
 class Claim:
     """The right to write into a folder, until `release()` or the end of the process; a context manager.
 
-    Raises FolderInUse where another process has it, or another part of this one.
+    Raises FolderInUse if another process has it, or another part of this one.
     """
 
     def __init__(self, path: str | Path) -> None:
@@ -42,12 +42,12 @@ class Claim:
         self._handle = _locked(self.path)
 
     def check(self) -> None:
-        """Raise FolderInUse where the folder is no longer the one that was claimed: it was removed, moved or replaced meanwhile."""
+        """Raise FolderInUse if the folder is no longer the one that was claimed: it was removed, moved or replaced."""
         if not _same(self._handle, self.path / LOCK):
             raise FolderInUse(f"{self.path}: was removed or replaced while it was being written; nothing more is written there")
 
     def release(self) -> None:
-        """Give the folder back; one that was made for it and is empty goes again."""
+        """Release the folder; remove it if it was made for the claim and is empty."""
         still = _same(self._handle, self.path / LOCK)
         if still:
             with suppress(OSError):
@@ -65,7 +65,7 @@ class Claim:
 
 
 def claim_new(path: str | Path) -> Claim:
-    """Claim a folder that is not there yet, or empty; FileExistsError where it holds something, FolderInUse where it is taken."""
+    """Claim a new or empty folder; FileExistsError if it has content, FolderInUse if it is taken."""
     path = Path(path)
     if path.exists() and not _is_free(path):
         raise FileExistsError(f"{path} exists and is not an empty folder; name another with --out")
@@ -76,7 +76,7 @@ def claim_new(path: str | Path) -> Claim:
         _unmake(made)
         raise
     claim._made = made
-    if not _is_free(path):  # another one was there in between
+    if not _is_free(path):  # another process came first
         claim.release()
         raise FileExistsError(f"{path} exists and is not an empty folder; name another with --out")
     remove_start(path)
@@ -104,7 +104,7 @@ def claim_next(path: str | Path) -> Claim:
 
 @contextmanager
 def claimed(out: str | Path | Claim) -> Iterator[Claim]:
-    """Claim a new folder for as long as it is written to; one that is claimed already stays with whoever did so."""
+    """Claim a new folder while it is written to; a claim made before stays as it is."""
     if isinstance(out, Claim):
         yield out
         return
@@ -114,7 +114,7 @@ def claimed(out: str | Path | Claim) -> Iterator[Claim]:
 
 @contextmanager
 def ours(out: str | Path | Claim) -> Iterator[Claim]:
-    """Claim a folder, whatever is in it, made where it is not there; one that is claimed already stays with whoever did so."""
+    """Claim a folder, whatever is in it, and make it if it is missing; a claim made before stays as it is."""
     if isinstance(out, Claim):
         yield out
         return
@@ -150,7 +150,7 @@ def _half(folder: Path) -> list[Path]:
 
 
 def _is_free(path: Path) -> bool:
-    """Whether a folder is empty, or holds nothing but what a run left that was killed before it had a manifest."""
+    """Whether a folder is empty, or has only files of a run that was killed before it had a manifest."""
     if not path.is_dir():
         return False
     entries = [p for p in path.iterdir() if p.name != LOCK]
@@ -164,7 +164,7 @@ def _of_a_start(path: Path) -> bool:
 
 
 def _make(path: Path) -> list[Path]:
-    """Make a folder and those above it; return those that were not there."""
+    """Make a folder and its parents; return those that were made."""
     made: list[Path] = []
     for folder in reversed([path, *path.parents]):
         try:
@@ -206,7 +206,7 @@ def _locked(folder: Path) -> int:
         except BaseException:
             os.close(handle)
             raise
-        os.close(handle)  # who had it removed it as we came
+        os.close(handle)  # its owner removed it meanwhile
     raise FolderInUse(f"{folder}: is claimed and given back all the time by other processes")
 
 
@@ -225,12 +225,12 @@ def _lock(handle: int) -> bool:
         import msvcrt
 
         try:
-            os.lseek(handle, 1 << 30, os.SEEK_SET)  # beyond what says whose it is: others cannot read what is locked
+            os.lseek(handle, 1 << 30, os.SEEK_SET)  # beyond the owner's name: others cannot read locked bytes
             msvcrt.locking(handle, msvcrt.LK_NBLCK, 1)
             return True
         except OSError:
             return False
-    return not _lives(_read(handle))  # no locks here: who is named there and still lives has it
+    return not _lives(_read(handle))  # no locks here: the owner named there has it while it lives
 
 
 def _same(handle: int, path: Path) -> bool:
@@ -263,7 +263,7 @@ def _myself() -> dict[str, Any]:
 
 
 def _started(pid: int) -> int | None:
-    """When a process began, in the ticks of the system's clock; None where there is none, or it does not say."""
+    """The start time of a process, in ticks of the system's clock; None if there is no such process, or it is unknown."""
     try:
         return int(Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[19])
     except (OSError, ValueError, IndexError):
@@ -271,7 +271,7 @@ def _started(pid: int) -> int | None:
 
 
 def _lives(owner: dict[str, Any]) -> bool:
-    """Whether the process that a lock names is still there; one on another machine may be."""
+    """Whether the process that a lock names still runs; one on another machine may."""
     if not isinstance(owner.get("pid"), int):
         return False
     if owner.get("host") != socket.gethostname():

@@ -1,4 +1,4 @@
-"""The code that a run needs: its texts are kept in the run's folder, their hashes in manifest and checkpoints. Data only names it."""
+"""The code that a run needs: its sources are kept in the run's folder, their hashes in manifest and checkpoints."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Noted = list[dict[str, str]]
 
 
 def sources(config: WorldConfig | None, modules: Iterable[str] = ()) -> tuple[Source, ...]:
-    """The code that a world lists, and the modules of what was handed over to it in Python."""
+    """The code that a world lists, and the modules of objects passed to it in Python."""
     listed = () if config is None else config._code.sources
     known = {s.module for s in listed}
     more = dict.fromkeys([*(() if config is None else code_of(config)), *modules])
@@ -26,7 +26,7 @@ def sources(config: WorldConfig | None, modules: Iterable[str] = ()) -> tuple[So
 
 
 def noted(sources: Iterable[Source]) -> Noted:
-    """What manifest and checkpoint hold of code: what it is called and the hash of its text."""
+    """The entry of code in manifest and checkpoint: its name and the hash of its text."""
     return [{"entry": s.entry, "sha256": s.sha256} for s in sources]
 
 
@@ -46,7 +46,7 @@ def keep_beside(sources: Iterable[Source], folder: Path) -> None:
 
 
 def check_code(listed: Any, places: Sequence[Path], where: str, trust: bool = False) -> Code:
-    """The code that a checkpoint or manifest noted; raises CheckpointError where it is not there, or another and not allowed anew."""
+    """The code that a checkpoint or manifest notes; raises CheckpointError if it is missing, or changed and not allowed."""
     try:
         wanted = {str(n["entry"]): str(n["sha256"]) for n in listed}
     except (TypeError, KeyError):
@@ -57,8 +57,8 @@ def check_code(listed: Any, places: Sequence[Path], where: str, trust: bool = Fa
     if trust:
         code.allow()
     elif changed := [s for s in code.sources if s.sha256 != wanted[s.entry] and not allowed_here(s.sha256)]:
-        raise CheckpointError(f"{where}: {changed[0].entry} is another than then: {changed[0].path} has the SHA-256 {changed[0].sha256}, "
-                              f"and then it was {wanted[changed[0].entry]}; put it back, or go on with this one: --trust")  # fmt: skip
+        raise CheckpointError(f"{where}: {changed[0].entry} has changed: {changed[0].path} has the SHA-256 {changed[0].sha256}, "
+                              f"and it was {wanted[changed[0].entry]}; put it back, or use this one: --trust")  # fmt: skip
     return code
 
 

@@ -1,4 +1,4 @@
-"""Details: what single organisms sensed, weighed, decided and felt in every tick of a run, for `--record focal=N` or `full`."""
+"""Details: the senses, weights, decisions and happiness of single organisms in every tick of a run, for `--record focal=N` or `full`."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
     from ecs_eco.space.world import SpatialWorld
 
-KIND = "details-"  # and the name of a species: its folder in the run's
+KIND = "details-"  # followed by the name of a species: its folder in the run's
 ROWS = 100_000  # of a species that are kept in memory before they are handed over
 PLACE = ("x", "y", "z", "heading")
 NOBODY = np.zeros(0, np.int64)
@@ -43,7 +43,7 @@ def columns_of(nerves: Any) -> list[str]:
 
 
 def has_probability(nerves: Any) -> np.ndarray:
-    """Return of which actions the policy has a say: bool[actions]."""
+    """Return which actions the policy can choose: bool[actions]."""
     out = np.zeros(len(nerves.actions), np.bool_)
     if nerves.policy:
         out[nerves.targets[nerves.targets >= 0]] = True
@@ -53,9 +53,9 @@ def has_probability(nerves: Any) -> np.ndarray:
 class Details:
     """Collects the details of every species that has a nervous system: of all its members, or of a focal sample.
 
-    The sample of a species are the first `most` of those that live at the start, by uid; who dies is replaced by the next one
-    that is born, in the order of uids, so that all but the first are followed from birth to death. What the dying decided
-    in their last tick is kept too. It is handed to `sink("details-SPECIES", columns)`.
+    The sample of a species is the first `most` of those that live at the start, by uid; the dead are replaced by the next
+    newborn, in the order of uids, so that all but the first are followed from birth to death. The last tick of the dying is
+    kept too. Rows are passed to `sink("details-SPECIES", columns)`.
     """
 
     def __init__(self, world: SpatialWorld, most: int | None, sink: Any) -> None:
@@ -101,7 +101,7 @@ class Details:
             self._hand_over(name, world)
 
     def state(self) -> dict[str, np.ndarray]:
-        """Return what the recording goes on from, after `flush`: the sample, and who was born since the last tick."""
+        """Return the state from which the recording continues, after `flush`: the sample, and those born since the last tick."""
         out = {f"focal/{name}": uids for name, uids in self.focal.items()} if self.most is not None else {}
         return out | {f"waiting/{name}": np.concatenate(born) for name, born in self._born.items() if born}
 
@@ -119,7 +119,7 @@ class Details:
             self.focal[name] = np.union1d(self.focal[name], np.sort(np.concatenate(born))[:room])
 
     def _of(self, table: Table, world: SpatialWorld, uids: np.ndarray | None) -> tuple[np.ndarray, ...]:
-        """Return what is noted of this tick: a row each of these uids, of all where None, in the order of uids."""
+        """Return the details of this tick: a row for each of these uids (None: for all), in the order of uids."""
         nerves, felt, p = table.species.nerves, table[Nervous], table[Position]
         thoughts = nerves.thoughts
         rows, at = thinkers(table, uids) if thoughts is not None and thoughts.tick == world.tick else (NOBODY, NOBODY)

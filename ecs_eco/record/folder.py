@@ -26,7 +26,7 @@ VERSIONS = ("ecs-eco", "esper", "numpy", "numba", "torch", "pyarrow")
 class Folder:
     """The folder of one run. Every file in it is whole: written beside, synced, renamed.
 
-    `run` is what every part says of its run: its id, world and seed. `claim` is asked before each part whether the folder is still ours.
+    `run` is the run's identity in every part: its id, world and seed. `claim` is checked before each part.
     """
 
     def __init__(self, path: Path, world: SpatialWorld, run: Mapping[str, Any] | None = None, claim: Claim | None = None) -> None:
@@ -53,11 +53,11 @@ class Folder:
 
     @property
     def written(self) -> dict[str, Any]:
-        """How many parts there are of each kind, and the seals of the last ones, as manifest and checkpoints hold them."""
+        """The number of parts of each kind, and the seals of the last ones, as in manifest and checkpoints."""
         return {"parts": dict(self.parts), "heads": dict(self.heads)}
 
     def go_on_from(self, written: Mapping[str, Any], manifest: Mapping[str, Any]) -> None:
-        """Take the place that a checkpoint says; raises ForeignFile, RecordingError where what is there does not lead to it."""
+        """Continue from the state in a checkpoint; raises ForeignFile, RecordingError if the parts there do not lead to it."""
         try:
             self.parts = {kind: int(n) for kind, n in written["parts"].items()}
             self.heads = dict(written["heads"])
@@ -67,7 +67,7 @@ class Folder:
             parts(self.path, kind, {**manifest, **written, "finished": False})
 
     def forget_later(self) -> None:
-        """Remove parts from the next number on, and what this package left half-written: the ticks will be recorded again."""
+        """Remove parts from the next number on, and half-written files of this package: the ticks will be recorded again."""
         for kind in self._kinds():
             for part in reversed(listed(self.path / kind)[self.parts.get(kind, 0) :]):  # from the last: no gap, whenever it is killed
                 part.unlink()
@@ -100,7 +100,7 @@ def remove_run(path: Path) -> None:
             for file in [p for pattern in patterns for p in folder.glob(pattern)]:
                 file.unlink(missing_ok=True)
             if folder != path:
-                with suppress(OSError):  # there is something else in it
+                with suppress(OSError):  # it has other content
                     folder.rmdir()
 
 
@@ -110,7 +110,7 @@ def _folders(path: Path) -> list[tuple[Path, tuple[str, ...]]]:
 
 
 def versions() -> dict[str, str]:
-    """Return the versions of what decides a result."""
+    """Return the versions of the packages that decide a result."""
     import platform
 
     versions_of = {"python": platform.python_version()}
@@ -133,7 +133,7 @@ def git_commit() -> str | None:
 
 
 def genes_of(table: Table) -> dict[str, Any] | None:
-    """Return what a species' genome says: alphabet, strings (ploidy), genes; None where nothing is said of it.
+    """Describe a species' genome: alphabet, strings (ploidy), genes; None if it has none.
 
     A gene has its name, first locus `at`, number of `letters`, `trait` (null for a neutral marker), and `values` where it
     lists them: one for each codon in their order.

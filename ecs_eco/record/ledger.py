@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 FLOWS = {"taken_in": "taken", "burnt": "burnt", "given": "given"}
-"""The columns that add up what the living did in a tick → the fields of `Metabolism` that hold it for one organism."""
+"""The columns that sum flows of the living in a tick → the fields of `Metabolism` that hold them for one organism."""
 
 LEDGER = ("stock_before", "endowed", *FLOWS, "lost", "stock_after")
 """The columns of the ledger, in the order in which recordings and checkpoints hold them."""
@@ -15,6 +15,6 @@ LEDGER_ROW = np.dtype([(name, np.float64) for name in LEDGER])
 
 
 def imbalance(ledger: Mapping[str, Any] | np.ndarray | np.void) -> Any:
-    """Return what is missing or too much for the ledger to close [energy], 0 where it closes; takes anything with its columns."""
+    """Return the imbalance of the ledger [energy], 0 if it closes; takes anything with its columns."""
     inflow = ledger["stock_before"] + ledger["endowed"] + ledger["taken_in"]
     return inflow - ledger["burnt"] - ledger["given"] - ledger["lost"] - ledger["stock_after"]

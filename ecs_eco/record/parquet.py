@@ -34,7 +34,7 @@ def to_arrow(columns: Mapping[str, np.ndarray], words: Mapping[str, Sequence[str
 
 
 def write_part(table: pa.Table, path: Path, mark: Mark | None = None) -> str:
-    """Write one Parquet part, with what it says of itself and its seal, so that it is whole or not there; return the seal."""
+    """Write one Parquet part with its mark and seal, completely or not at all; return the seal."""
     floats = [f.name for f in table.schema if pa.types.is_floating(f.type)]
     words = [f.name for f in table.schema if pa.types.is_dictionary(f.type) or (pa.types.is_string(f.type) and _repeats(table[f.name]))]
     deltas = {f.name: "DELTA_BINARY_PACKED" for f in table.schema if pa.types.is_integer(f.type) and f.type.bit_width >= 32}
@@ -46,24 +46,24 @@ def write_part(table: pa.Table, path: Path, mark: Mark | None = None) -> str:
     ) as writer:  # fmt: skip
         writer.write_table(table)
         metadata = {} if mark is None else {belonging.KEY: mark.text()}
-        writer.add_key_value_metadata(metadata | {seal.KEY: seal.BLANK})  # the seal last: it is looked for from the end
+        writer.add_key_value_metadata(metadata | {seal.KEY: seal.BLANK})  # the seal last: it is searched from the end
     part, own = seal.sealed(memory.getvalue().to_pybytes())
     files.write(path, part)
     return own
 
 
 def _repeats(texts: pa.ChunkedArray) -> bool:
-    """Return whether a list of the different texts, and a number for each row, is the shorter way to write them."""
+    """Return whether dictionary encoding is the shorter way to write these texts."""
     distinct = pc.count_distinct(texts).as_py()
     letters = (pc.sum(pc.binary_length(texts)).as_py() or 0) / max(len(texts), 1)  # of one text
     return distinct * letters + len(texts) * distinct.bit_length() / 8 < len(texts) * letters
 
 
 def open_part(path: Path, needed: bool = False) -> pq.ParquetFile:
-    """Open a part once its seal is found right (`needed`: it must have one); raises RecordingError that says what is wrong.
+    """Open a part after checking its seal (`needed`: it must have one); raises RecordingError that says what is wrong.
 
     Arrow owns the bytes, and they are read in the calling thread (`read_part`, `read_group`, `each_batch`): a thread of
-    Arrow's that lets go of an object of Python's while the interpreter ends would abort the process.
+    Arrow that frees a Python object while the interpreter ends would abort the process.
     """
     try:
         files.require_regular(path)

@@ -28,9 +28,9 @@ class Recorder(System):
 
     The ledger closes: stock_after = stock_before + endowed + taken_in − burnt − given − lost, in sums of float64.
     `sink(kind, columns)` receives finished blocks of "series", "births", "deaths" and "snapshots"; without one the
-    series stay in memory, and so do single events where `keep_events` asks for them: see `events`. Those who live when
-    the recording begins are births too, of parent 0 and at the tick at which they were born. `record` asks for details of single
-    organisms too, "focal=N" or "full": see `ecs_eco.record.details`.
+    series stay in memory, and so do single events with `keep_events`: see `events`. Organisms that live when the recording
+    begins are births too, of parent 0 and at the tick of their birth. `record` adds details of single organisms, "focal=N"
+    or "full": see `ecs_eco.record.details`.
     """
 
     phase = "record"
@@ -112,7 +112,7 @@ class Recorder(System):
             m = table[Metabolism]
             energy = m.energy[rows]
             page = self._ledger[self._at, s]
-            for name, field in FLOWS.items() if self.world.ticking else ():  # between ticks they are booked already
+            for name, field in FLOWS.items() if self.world.ticking else ():  # between ticks their flows are in the ledger already
                 page[name] += getattr(m, field)[rows].sum(dtype=np.float64)
             page["lost"] += energy.sum(dtype=np.float64)
         if self.keeps:
@@ -176,7 +176,7 @@ class Recorder(System):
                 self._events["snapshots"].append(self._where(table, s, rows, energy) + (table[Position].heading[rows], mood))
 
     def flush(self) -> None:
-        """Hand over what has been recorded since the last time, of all ticks that are over."""
+        """Pass on what has been recorded since the last time, of all ticks that are over."""
         if self._at:
             block = self._columns(self._at)
             if self.sink is not None:
@@ -199,7 +199,7 @@ class Recorder(System):
                     self.sink(kind, dict(zip(names, columns, strict=True)))
 
     def state(self) -> dict[str, np.ndarray]:
-        """Return what the recording goes on from, after `flush`: stocks, the page begun, events not handed over, series in memory."""
+        """Return the state from which the recording continues, after `flush`: stocks, the open page, pending events, series in memory."""
         out = {"stock": self._stock.copy(), "last": np.array(self._last)}
         out |= {f"page/{name}": _as_plain(getattr(self, f"_{name}")[0]) for name in PAGES}
         for kind, names in EVENTS.items():

@@ -1,7 +1,7 @@
-"""Seals: a SHA-256 in each file of a recording, of all that is in the file, so that nothing damaged is taken for a result.
+"""Seals: a SHA-256 of the content in each file of a recording, so that damaged files are not taken for results.
 
-In a Parquet part it is an entry of the footer, reckoned with zeros in its place; in the manifest the key `seal`, reckoned without it.
-Files without one, of other origin, can be read where nothing says that they had one.
+In a Parquet part it is an entry of the footer, computed with zeros in its place; in the manifest the key `seal`, computed without it.
+Files without a seal can be read unless their manifest says that they had one.
 """
 
 import hashlib
@@ -27,7 +27,7 @@ def sealed(part: bytes) -> tuple[bytes, str]:
 
 
 def check(path: Path, part: memoryview, needed: bool) -> None:
-    """Raise RecordingError where a part's seal does not fit, or where it has none and one is `needed`."""
+    """Raise RecordingError if a part's seal does not match, or is missing and `needed`."""
     at = _place(part)
     if at is None:
         if needed:
@@ -52,7 +52,7 @@ def _digest(part: memoryview, at: int) -> str:
 
 
 def write_manifest(folder: Path, manifest: Mapping[str, Any]) -> None:
-    """Write the manifest of a run with its seal, so that the file is whole or as it was before."""
+    """Write the manifest of a run with its seal, completely, or leave the one before."""
     from ecs_eco.engine.files import write_json
 
     content = {key: value for key, value in manifest.items() if key != WORD}
@@ -64,7 +64,7 @@ def read_manifest(folder: Path) -> dict[str, Any]:
     file = folder / "manifest.json"
     if not file.is_file():
         fault = "has no manifest.json" if folder.is_dir() else "no such folder"
-        raise FileNotFoundError(f"{folder} is no run folder: {fault} (a folder that `ecs-eco run --out` left)")
+        raise FileNotFoundError(f"{folder} is no run folder: {fault} (a folder written by `ecs-eco run --out`)")
     try:
         manifest = json.loads(file.read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError) as error:
@@ -72,7 +72,7 @@ def read_manifest(folder: Path) -> dict[str, Any]:
     if not isinstance(manifest, dict):
         raise RecordingError(f"{file}: is no manifest of a run")
     content = {key: value for key, value in manifest.items() if key != WORD}
-    if WORD not in manifest and "snapshot_every" in manifest:  # what every manifest has since there are seals
+    if WORD not in manifest and "snapshot_every" in manifest:  # every manifest of a version with seals has this key
         raise RecordingError(f"{file}: is damaged: its seal is missing")
     if WORD in manifest and manifest[WORD] != _of(content):
         raise RecordingError(f"{file}: is damaged, or was changed: its seal does not fit")

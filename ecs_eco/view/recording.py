@@ -26,7 +26,7 @@ BINS = 400  # of births and deaths on the timeline
 
 
 class Recording:
-    """A folder that `ecs-eco run` left, read lazily; damaged files are refused when they are needed, by their names.
+    """A folder written by `ecs-eco run`, read lazily; damaged files are refused when they are needed, by their names.
 
     `first` and `last` are the ticks that were recorded. `scene` is a world built as the recorded one, without organisms: it
     says what does not change, and is None where it cannot be built here (`why` says why). Raises FileNotFoundError for

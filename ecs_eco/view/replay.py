@@ -25,7 +25,7 @@ OBJECT_UID = 0x80000000  # objects are not recorded by uid: theirs in a frame be
 
 
 class Replay:
-    """A folder that `ecs-eco run` left. Time is the tick shown; nothing of the recording changes."""
+    """A folder written by `ecs-eco run`. Time is the tick shown; nothing of the recording changes."""
 
     def __init__(self, path: str | Path) -> None:
         self.recording = Recording(path)

@@ -436,7 +436,7 @@ def test_the_command_says_every_species_and_prunes_to_the_living(run, tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["nowhere"], "DIR: \"nowhere\"\n  no such folder; allowed: a folder that `ecs-eco run` left"),
+        (["nowhere"], "DIR: \"nowhere\"\n  no such folder; allowed: a folder written by `ecs-eco run`"),
         (["."], "has no manifest.json"),
         (["RUN", "--species", "rem"], 'no such species in this run; allowed: moss, ram, lynx; did you mean "ram"?'),
         (["RUN", "--csv", "missing/x.csv"], "--csv: \"missing/x.csv\"\n  its folder does not exist"),

@@ -52,7 +52,7 @@ def test_an_unknown_target_is_said_and_exit_code_0(doctor):
 def test_other_results_than_those_of_the_release_are_exit_code_1(doctor):
     code, said = doctor(release={target().key: {NAME: "b" * 64}})
     assert code == 1
-    assert f"Other results than those of the release on such a machine: {NAME}" in said
+    assert f"Results differ from those of the release on such a machine: {NAME}" in said
 
 
 @pytest.mark.parametrize("other", ["two_threads", "resumed"])

@@ -1,4 +1,4 @@
-"""The commands as the command line sees them: arguments, options and their words, a file for each kind of work.
+"""The interface of the commands: arguments, options and help texts, a file for each kind of work.
 
-What a command does belongs to the files of `ecs_eco.cli`; `app` says in which order `--help` names the commands.
+The work of a command belongs to the files of `ecs_eco.cli`; `app` sets the order in which `--help` lists them.
 """

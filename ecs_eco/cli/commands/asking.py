@@ -22,10 +22,10 @@ def check(
         str | None, typer.Argument(metavar="WORLD", show_default=False, help="Name of a shipped world (see `list`), or a TOML file.")
     ] = None,
     set_: Set = None,
-    schema: Annotated[bool, typer.Option("--schema", help="Say the JSON schema of world files instead, for editors.")] = False,
+    schema: Annotated[bool, typer.Option("--schema", help="Print the JSON schema of world files instead, for editors.")] = False,
     trust: Trust = False,
 ) -> None:
-    """Check a world file and say what is in it."""
+    """Check a world file and print a summary."""
     allow(trust, world, set_)
     from ecs_eco.cli.summary import check_world, tell_schema
 
@@ -34,10 +34,10 @@ def check(
 
 @exits
 def doctor(
-    test: Annotated[bool, typer.Option("--test/--no-test", help="Run the self-test, of up to a minute.")] = True,
+    test: Annotated[bool, typer.Option("--test/--no-test", help="Run the self-test, which takes up to a minute.")] = True,
     quiet: Quiet = False,
 ) -> None:
-    """Say what results depend on here, and whether they are those of the release: exit code 1 where they are not."""
+    """Print what results depend on here, and whether they agree with the release: exit code 1 if not."""
     from ecs_eco.cli.doctor import examine_machine
 
     examine_machine(test, quiet)

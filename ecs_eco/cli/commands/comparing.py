@@ -1,4 +1,4 @@
-"""Commands of many runs: compare, search."""
+"""Commands for many runs: compare, search."""
 
 from pathlib import Path
 from typing import Annotated
@@ -23,7 +23,7 @@ def compare(
         ),
     ] = None,
     seeds: Annotated[
-        int, typer.Option(parser=whole(1, 10_000), metavar="N", help="Runs of each arm, with seeds from 1.")
+        int, typer.Option(parser=whole(1, 10_000), metavar="N", help="Number of runs of each arm, with seeds from 1.")
     ] = 8,
     ticks: Ticks = None,
     set_: Set = None,
@@ -43,11 +43,11 @@ def compare(
     ] = None,
     retrain: Annotated[
         bool,
-        typer.Option("--retrain", help="Train anew for a treatment that changes values, under them; else it runs with the same policies."),
+        typer.Option("--retrain", help="Train again under each treatment that changes values; else it runs with the same policies."),
     ] = False,
     trust: Trust = False,
 ) -> None:
-    """Compare a world with itself under treatments; the same command with --out DIR goes on with what was stopped."""
+    """Compare a world with itself under treatments; the same command with --out DIR resumes a stopped comparison."""
     allow(trust, world, set_)
     from ecs_eco.cli.compare import compare_world
 
@@ -58,39 +58,46 @@ def compare(
 def search(
     world: World,
     range_: Annotated[
-        list[str] | None, typer.Option("--range", metavar="KEY=LOW:HIGH", help="A number to vary, besides those of the file. Repeatable.")
+        list[str] | None,
+        typer.Option("--range", metavar="KEY=LOW:HIGH", help="A number to vary, in addition to those of the file. Repeatable."),
     ] = None,
     objective: Annotated[
-        str | None, typer.Option(metavar="NAME", help="persistence, cycling, population, or module:function; else as the world says.")
+        str | None, typer.Option(metavar="NAME", help="persistence, cycling, population, or module:function. Default: as in the world.")
     ] = None,
-    budget: Annotated[float | None, typer.Option(min=0.01, metavar="MINUTES", help="Time for all of it. [default: 30]")] = None,
-    trials: Annotated[int | None, typer.Option(parser=whole(1), metavar="N", help="Candidates; also instead of --budget.")] = None,
+    budget: Annotated[float | None, typer.Option(min=0.01, metavar="MINUTES", help="Time for the whole search. [default: 30]")] = None,
+    trials: Annotated[
+        int | None, typer.Option(parser=whole(1), metavar="N", help="Number of candidates; also instead of --budget.")
+    ] = None,
     ticks: Annotated[int | None, typer.Option(parser=whole(1), metavar="N", help="Length of a whole run [ticks].")] = None,
-    world_seeds: Annotated[int | None, typer.Option(parser=whole(1, 1000), metavar="N", help="World seeds of a candidate.")] = None,
-    training_seeds: Annotated[int | None, typer.Option(parser=whole(1, 1000), metavar="N", help="Training seeds of a candidate.")] = None,
+    world_seeds: Annotated[
+        int | None, typer.Option(parser=whole(1, 1000), metavar="N", help="Number of world seeds of a candidate.")
+    ] = None,
+    training_seeds: Annotated[
+        int | None, typer.Option(parser=whole(1, 1000), metavar="N", help="Number of training seeds of a candidate.")
+    ] = None,
     policies: Annotated[
         str | None, typer.Option(metavar="NAME", help="trained, random, untrained, train (each candidate its own), train-once.")
     ] = None,
     training_ticks: Annotated[int | None, typer.Option(parser=whole(1), metavar="N", help="Length of a training [ticks].")] = None,
     confirm_world_seeds: Annotated[
-        int | None, typer.Option(parser=whole(1, 1000), metavar="N", help="World seeds of the confirmation.")
+        int | None, typer.Option(parser=whole(1, 1000), metavar="N", help="Number of world seeds of the confirmation.")
     ] = None,
     confirm_training_seeds: Annotated[
-        int | None, typer.Option(parser=whole(1, 1000), metavar="N", help="Training seeds of the confirmation.")
+        int | None, typer.Option(parser=whole(1, 1000), metavar="N", help="Number of training seeds of the confirmation.")
     ] = None,
     confirm_ticks: Annotated[int | None, typer.Option(parser=whole(1), metavar="N", help="Length of its runs [ticks].")] = None,
-    optimiser: Annotated[str, typer.Option(metavar="NAME", help="gp, tpe, or random for comparison.")] = "gp",
+    optimiser: Annotated[str, typer.Option(metavar="NAME", help="gp, tpe, or random (as a baseline).")] = "gp",
     seed: Annotated[int | None, typer.Option(parser=whole(0, 2**63 - 1), metavar="N", help="Seed of the optimiser.")] = None,
     workers: Annotated[int, typer.Option(parser=whole(1, 1024), metavar="N", help="Processes, of one thread each.")] = 2,
     set_: Set = None,
     out: Annotated[
         Path | None,
-        typer.Option(parser=path_of, metavar="PATH", help="Folder for the results: new, empty, or of a search to go on with."),
+        typer.Option(parser=path_of, metavar="PATH", help="Folder for the results: new, empty, or of a search to continue."),
     ] = None,
     quiet: Quiet = False,
     trust: Trust = False,
 ) -> None:
-    """Search for the numbers with which a world lives."""
+    """Search for values with which a world persists."""
     allow(trust, world, set_)
     from ecs_eco.cli.search import search_world
 

@@ -1,4 +1,4 @@
-"""Commands that let a world live: run, watch, repeat, resume, train."""
+"""Commands that run a world: run, watch, repeat, resume, train."""
 
 from pathlib import Path
 from typing import Annotated
@@ -23,18 +23,18 @@ def run(
     policies: Policies = "trained",
     report: Report = True,
     checkpoint_every: Annotated[
-        int | None, typer.Option(parser=whole(1), metavar="N", help="Write a checkpoint every so many ticks.")
+        int | None, typer.Option(parser=whole(1), metavar="N", help="Ticks between checkpoints.")
     ] = None,
-    keep: Annotated[int, typer.Option(parser=whole(1), metavar="K", help="How many checkpoints stay.")] = 3,
+    keep: Annotated[int, typer.Option(parser=whole(1), metavar="K", help="Number of checkpoints to keep.")] = 3,
     record: Annotated[
-        str | None, typer.Option(metavar="focal=N|full", help="Record every tick of N organisms of each species, or of all.")
+        str | None, typer.Option(metavar="focal=N|full", help="Record every tick of N organisms of each species, or of all organisms.")
     ] = None,
     watch: Watch = False,
     port: Port = 0,
     no_browser: NoBrowser = False,
     trust: Trust = False,
 ) -> None:
-    """Run a world and record it in a folder; `resume` goes on with it."""
+    """Run a world and record it in a folder; `resume` continues it."""
     allow(trust, world, set_)
     from ecs_eco.cli.simulate import run_world
 
@@ -44,9 +44,9 @@ def run(
 
 @exits
 def watch(
-    world: Annotated[str, typer.Argument(metavar="WORLD|DIR", help="A shipped world, a TOML file, or a folder that `run` left.")],
+    world: Annotated[str, typer.Argument(metavar="WORLD|DIR", help="A shipped world, a TOML file, or a folder written by `run`.")],
     ticks: Annotated[
-        int | None, typer.Option(parser=whole(1), metavar="N", help="It ends at this tick; absent: it lives on.")
+        int | None, typer.Option(parser=whole(1), metavar="N", help="Last tick. Default: no end.")
     ] = None,
     seed: Seed = None,
     set_: Set = None,
@@ -66,15 +66,15 @@ def watch(
 
 @exits
 def repeat(
-    folder: Annotated[Path, typer.Argument(metavar="DIR", help="A folder that `run` left.")],
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="A folder written by `run`.")],
     out: Annotated[Path | None, typer.Option(
-        parser=path_of, metavar="PATH", help="Folder for the repetition: new or empty. Default: it is not recorded."
+        parser=path_of, metavar="PATH", help="Folder for the repetition: new or empty. Default: none, it is not recorded."
     )] = None,
     quiet: Quiet = False,
     threads: Threads = 1,
     trust: Trust = False,
 ) -> None:
-    """Run a recorded run again, with all that was done to it, and say whether it comes to the same end."""
+    """Repeat a recorded run, with all interventions, and print whether it ends the same."""
     allow(trust, folder)
     from ecs_eco.cli.simulate import repeat_run
 
@@ -83,15 +83,15 @@ def repeat(
 
 @exits
 def resume(
-    folder: Annotated[Path, typer.Argument(metavar="DIR", help="A folder that `run` left.")],
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="A folder written by `run`.")],
     until: Annotated[
-        int | None, typer.Option(parser=whole(0), metavar="T", help="Go on to this tick; else to where the run was to end.")
+        int | None, typer.Option(parser=whole(0), metavar="T", help="Continue to this tick. Default: the planned end of the run.")
     ] = None,
     from_tick: Annotated[
-        int | None, typer.Option(parser=whole(0), metavar="T", help="Fork: go on from this tick, in a folder of its own (--out).")
+        int | None, typer.Option(parser=whole(0), metavar="T", help="Fork: continue from this tick, in a folder of its own (--out).")
     ] = None,
     set_: Annotated[
-        list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Fork: a value that changes from there on. Repeatable.")
+        list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Fork: a value to change from there on. Repeatable.")
     ] = None,
     out: Annotated[Path | None, typer.Option(parser=path_of, metavar="PATH", help="Folder of the fork: new or empty.")] = None,
     quiet: Quiet = False,
@@ -102,7 +102,7 @@ def resume(
     no_browser: NoBrowser = False,
     trust: Trust = False,
 ) -> None:
-    """Go on with a run from its last checkpoint, or fork it with changed values."""
+    """Resume a run from its last checkpoint, or fork it with changed values."""
     allow(trust, folder)
     from ecs_eco.cli.simulate import resume_run
 

@@ -1,4 +1,4 @@
-"""Commands that say and draw what a run was: report, why, lineage, draw, picture, video."""
+"""Commands that describe and draw a run: report, why, lineage, draw, picture, video."""
 
 from pathlib import Path
 from typing import Annotated
@@ -12,7 +12,7 @@ from ecs_eco.cli.trust import allow
 
 @exits
 def report(
-    folder: Annotated[Path, typer.Argument(metavar="DIR", help="A folder that `run` left.")],
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="A folder written by `run`.")],
     out: Annotated[
         Path | None, typer.Option(parser=path_of, metavar="PATH", help="Folder for report.html and the figures. Default: DIR.")
     ] = None,
@@ -25,13 +25,13 @@ def report(
 
 @exits
 def why(
-    folder: Annotated[Path, typer.Argument(metavar="DIR", help="A folder that `run` left, or that one is being recorded in.")],
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="A folder written by `run`, finished or not.")],
     out: Annotated[
         Path | None, typer.Option(parser=path_of, metavar="PATH", help="Folder for why.html, why.json and the figure. Default: DIR.")
     ] = None,
-    json_: Annotated[bool, typer.Option("--json", help="Say why.json instead of sentences.")] = False,
+    json_: Annotated[bool, typer.Option("--json", help="Print why.json instead of sentences.")] = False,
 ) -> None:
-    """Say what happened to whom in a run, why, and which values act on it."""
+    """Explain what happened in a run, why, and which values to change."""
     from ecs_eco.cli.why import tell_why
 
     tell_why(folder, out, json_)
@@ -39,13 +39,13 @@ def why(
 
 @exits
 def lineage(
-    folder: Annotated[Path, typer.Argument(metavar="DIR", help="A folder that `run` left.")],
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="A folder written by `run`.")],
     csv: Annotated[Path | None, typer.Option(metavar="FILE", help="Write a phylogeny in the ALife standard format.")] = None,
     newick: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the tree along first parents.")] = None,
     species: Annotated[str | None, typer.Option(metavar="NAME", help="One species alone.")] = None,
-    living: Annotated[bool, typer.Option("--living", help="Only the living and their ancestors in the files.")] = False,
+    living: Annotated[bool, typer.Option("--living", help="Write only the living and their ancestors.")] = False,
 ) -> None:
-    """Say and write who descends from whom in a run."""
+    """Print and write the lineages of a run."""
     from ecs_eco.cli.lineage import tell_lineage
 
     tell_lineage(folder, csv, newick, species, living)
@@ -54,7 +54,7 @@ def lineage(
 @exits
 def draw(
     world: World,
-    species: Annotated[str | None, typer.Option(metavar="NAME", help="A species; else all that have a nervous system.")] = None,
+    species: Annotated[str | None, typer.Option(metavar="NAME", help="A species. Default: all that have a nervous system.")] = None,
     out: Annotated[
         Path | None, typer.Option(metavar="FILE", help="A file ending in .png, .svg or .pdf. Default: WORLD-NAME.png here.")
     ] = None,
@@ -71,7 +71,7 @@ def picture(
     folder: Run,
     out: Annotated[Path | None, typer.Argument(metavar="FILE", help="A PNG. Default: WORLD-TICK.png here.")] = None,
     tick: Annotated[
-        int | None, typer.Option(parser=whole(0), metavar="T", help="The tick; the last one where absent.")
+        int | None, typer.Option(parser=whole(0), metavar="T", help="The tick. Default: the last one.")
     ] = None,
     organism: Annotated[
         int | None, typer.Option(parser=whole(1, 2**63 - 1), metavar="UID", help="Draw the nervous system of this organism at that tick.")
@@ -98,7 +98,7 @@ def video(
     from_: Annotated[int | None, typer.Option("--from", parser=whole(0), metavar="T", help="First tick.")] = None,
     to: Annotated[int | None, typer.Option(parser=whole(0), metavar="T", help="Last tick.")] = None,
     step: Annotated[
-        int | None, typer.Option(parser=whole(1), metavar="N", help="Ticks from frame to frame; else a film of a minute at most.")
+        int | None, typer.Option(parser=whole(1), metavar="N", help="Ticks between frames. Default: those of a film of at most a minute.")
     ] = None,
     size: Size = "1280x720",
     quiet: Quiet = False,
