@@ -1,4 +1,4 @@
-"""What lets pages in: codes that work once and not for long, each exchanged for the credential of this server."""
+"""Access to the server: one-time codes that soon expire, each exchanged for the credential of this server."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ from collections import deque
 from collections.abc import Callable, Iterable
 
 MINUTES = 10.0  # a code is good for
-REMEMBERED = 64  # codes that were good once: whoever comes with one of these is told so
+REMEMBERED = 64  # used and expired codes that are kept, so that the refusal can name the reason
 
 
 def same(word: str, secret: str) -> bool:
-    """Return whether two words are equal; takes equally long for all that are as long as the secret."""
+    """Return whether two words are equal, in a time that does not depend on where they differ."""
     return hmac.compare_digest(word.encode("utf-8", "surrogateescape"), secret.encode())
 
 
 class Credentials:
     """The codes of one server, and its credential; any thread may ask.
 
-    The credential is drawn anew for each server: it opens no other one, not even a later one on the same port.
+    Each server draws a new credential, which opens no other server, not even a later one on the same port.
     """
 
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
@@ -31,14 +31,14 @@ class Credentials:
         self._gone: deque[str] = deque(maxlen=REMEMBERED)
 
     def code(self, minutes: float = MINUTES) -> str:
-        """Return a new code, good for one exchange within so many minutes."""
+        """Return a new code, valid for one exchange within these minutes."""
         code = secrets.token_urlsafe(24)
         with self._lock:
             self._good[code] = self._clock() + 60 * minutes
         return code
 
     def exchange(self, code: str) -> str | None:
-        """Return the credential for a code, which is used up then; None for one that is not good (any more)."""
+        """Return the credential for a code, which is then used up; None for an invalid one."""
         with self._lock:
             self._forget_old()
             matches = _among(code, self._good)
@@ -60,7 +60,7 @@ class Credentials:
             return bool(_among(code, self._gone))
 
     def admits(self, credential: str) -> bool:
-        """Return whether somebody shows the credential of this server."""
+        """Return whether this is the credential of this server."""
         return same(credential, self.credential)
 
     def _forget_old(self) -> None:
@@ -71,5 +71,5 @@ class Credentials:
 
 
 def _among(code: str, secrets_: Iterable[str]) -> list[str]:
-    """Return those that are this code, after a look at all of them: how long it takes says nothing of which."""
+    """Return those equal to this code; all are compared, so that the time does not reveal which."""
     return [secret for secret in secrets_ if same(code, secret)]

@@ -1,4 +1,4 @@
-"""How people come to a server: an address that is said to them, and a private file that takes their browser there."""
+"""The way to a server: an address that is printed, and a private file that leads the browser there."""
 
 from __future__ import annotations
 
@@ -22,9 +22,10 @@ PAGE = """<!doctype html>
 
 
 class Entrance:
-    """The addresses of a running server: `announce` hears the first one now, another one when it was used or came too late.
+    """The addresses of a running server: `announce` gets the first one now, the next when one was used or has expired.
 
-    What is said lets in one page, so whoever reads it later, on the terminal or in the browser's history, is not let in.
+    Each address admits one page, so that it is of no use to anybody who reads it later, on the terminal or in the
+    browser's history.
     """
 
     def __init__(self, server: Server, announce: Callable[[str], None]) -> None:
@@ -35,20 +36,20 @@ class Entrance:
         self._say()
 
     def open_browser(self) -> bool:
-        """Open a page in a browser with windows; return whether there is one.
+        """Open a page in a graphical browser; return whether there is one.
 
-        What a browser is started with can be read by all users of a machine. So it is given the name of a file that only this
-        user may read, which takes it to the address.
+        All users of a machine can read a browser's command line. So it gets the name of a file that only this user may
+        read, which redirects it to the address.
         """
         if sys.platform.startswith("linux") and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
-            return False  # a browser for terminals would take this one
+            return False  # a text browser would occupy the terminal
         try:
             return webbrowser.open(self._file(self.server.address(OPENING)).as_uri())
         except (webbrowser.Error, OSError):
             return False
 
     def close(self) -> None:
-        """LeaveRemains no file behind."""
+        """Remove the file."""
         if self._folder is not None:
             shutil.rmtree(self._folder, ignore_errors=True)
             self._folder = None
@@ -59,9 +60,9 @@ class Entrance:
         self._announce(address)
 
     def _came(self, code: str, good: bool) -> None:
-        """Say another address where the last one will not do any more, and somebody used it or another that was good once."""
+        """Announce another address if the last one is no longer valid, and somebody used it or an earlier one."""
         if not self.server.credentials.is_good(self._code) and (good or self.server.credentials.was_good(code)):
-            with suppress(OSError, ValueError):  # nobody reads what is said any more: the page comes in all the same
+            with suppress(OSError, ValueError):  # the output is closed: the page is admitted all the same
                 self._say()
 
     def _file(self, address: str) -> Path:
@@ -74,7 +75,7 @@ class Entrance:
 
 
 def _private() -> str | None:
-    """Return this user's folder for what lives as long as a session, where there is one that nobody else may enter."""
+    """Return this user's runtime folder, if there is one that nobody else may enter."""
     folder = os.environ.get("XDG_RUNTIME_DIR")
     if not folder or not os.path.isabs(folder):
         return None

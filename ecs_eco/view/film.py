@@ -1,4 +1,4 @@
-"""Films of a recorded run: frames to ffmpeg through a pipe, or a GIF where that is asked for."""
+"""Films of a recorded run: frames piped to ffmpeg, or a GIF."""
 
 from __future__ import annotations
 
@@ -20,21 +20,21 @@ CODECS = {
     ".webm": ("libvpx-vp9", "-crf", "32", "-b:v", "0"),
 }
 ENDINGS = (*CODECS, ".gif")
-SECONDS = 60  # that a film lasts at most where nobody says how many ticks a frame is
+SECONDS = 60  # longest film by default
 
 
 class FilmError(RuntimeError):
-    """No film can be made: ffmpeg is not there, or failed."""
+    """No film can be made: ffmpeg is missing, or failed."""
 
 
 def ticks_of(first: int, last: int, fps: float, step: int | None = None) -> range:
-    """Return the ticks of a film's frames: every `step` ticks, so many that it lasts SECONDS at most where None."""
+    """Return the ticks of a film's frames: every `step` ticks; by default so that it lasts at most SECONDS."""
     n = last + 1 - first
     return range(first, last + 1, step or max(1, -(-n // max(1, round(fps * SECONDS)))))
 
 
 def encoder(path: Path) -> str:
-    """Return the program that makes films of this ending, "" for a GIF; FilmError where it is not installed."""
+    """Return the program that makes films with this suffix, "" for a GIF; FilmError if it is not installed."""
     if path.suffix.lower() == ".gif":
         return ""
     program = shutil.which("ffmpeg")
@@ -45,7 +45,7 @@ def encoder(path: Path) -> str:
 
 def write(path: Path, ticks: Sequence[int], paint: Callable[[int], np.ndarray], size: tuple[int, int], fps: float,
           progress: Callable[[int, int], None] | None = None) -> Path:
-    """Write a film of these ticks, painted as u8[height, width, 3], so that the file is whole or as it was before.
+    """Write a film of these ticks, painted as u8[height, width, 3], completely, or leave the file before.
 
     Raises FilmError, OSError.
     """
@@ -85,7 +85,7 @@ def _pipe(program: str, path: Path, frames: Iterator[np.ndarray], size: tuple[in
             for frame in frames:
                 process.stdin.write(frame.tobytes())
         except BrokenPipeError:
-            pass  # it has ended: why, it says
+            pass  # it has ended: its log says why
         except BaseException:
             process.kill()
             raise

@@ -17,7 +17,7 @@ WORDS = 3  # u32 an organism: x and y; z, heading and value; uid
 
 
 class Encoder:
-    """One buffer that frames of a world are written into, again and again.
+    """A reusable buffer for frames of a world.
 
     `size` [m] is that of the world, two numbers or three; `kinds` are the species and object types of a frame, in order.
     """
@@ -39,7 +39,7 @@ class Encoder:
 
     def add(self, x: np.ndarray, y: np.ndarray, z: np.ndarray, heading: np.ndarray, value: np.ndarray, uid: np.ndarray,
             alive: np.ndarray | None = None) -> None:
-        """Add the next kind: places f32[n] [m], heading f32[n] [rad], value u8[n], uid u64[n]; of `alive` bool[n] rows alone."""
+        """Add the next kind: places f32[n] [m], heading f32[n] [rad], value u8[n], uid u64[n]; only rows that are `alive` bool[n]."""
         alive = np.ones(x.size, np.bool_) if alive is None else alive
         needed = self._end + WORDS * x.size
         if needed > self._words.size:
@@ -79,7 +79,7 @@ def pack(alive, x, y, z, heading, value, uid, share, words, at):
 
 @njit
 def grade(alive, column, low, high, out):
-    """Write what share of the way from low to high each living one's value is: 1 to 255; 0 for what is no number."""
+    """Write the values of the living, scaled from low … high to 1 … 255; 0 for NaN."""
     span = np.float32(254.0) / (high - low) if high > low else np.float32(0.0)
     for row in range(alive.size):
         if alive[row]:

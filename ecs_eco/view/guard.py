@@ -1,4 +1,4 @@
-"""Who may speak to the viewer's server: pages of its own, on this machine; and who may see data: pages with its credential."""
+"""Access control of the viewer's server: requests from its own pages on this machine, data for pages with its credential."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ ANSWERS = {
     "x-content-type-options": "nosniff",
     "x-frame-options": "DENY",
 }
-"""Headers of every answer, beside the Content-Security-Policy; what an answer says itself of caches goes first."""
+"""Headers of every response, beside the Content-Security-Policy; a response's own cache-control takes precedence."""
 POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; font-src 'self'; "
     "worker-src 'self' blob:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
@@ -23,7 +23,7 @@ POLICY = (
 
 
 def headers_of(scope: Any) -> dict[str, list[str]]:
-    """Return the headers of a request: each name in lower case, with all that was said under it."""
+    """Return the headers of a request: each name in lower case, with all its values."""
     headers: dict[str, list[str]] = {}
     for name, value in scope["headers"]:
         headers.setdefault(name.decode("latin-1").lower(), []).append(value.decode("latin-1"))
@@ -33,10 +33,10 @@ def headers_of(scope: Any) -> dict[str, list[str]]:
 class Guard:
     """An ASGI application before another one: 403 for another Host, for another Origin, and for a WebSocket without the credential.
 
-    The Host must be one of ours because a foreign page can make its own name stand for 127.0.0.1 (DNS rebinding). The page's
-    files hold no data and need no credential. WebSockets, which do, must name their Origin, and show the credential as a
-    subprotocol: the only header that a page may set there. There are no cookies, because they know no ports: another server
-    on this machine would get them too.
+    The Host must be one of ours because a foreign page can make its own name resolve to 127.0.0.1 (DNS rebinding). The
+    page's files hold no data and need no credential. WebSockets carry data: they must name their Origin, and send the
+    credential as a subprotocol, the only header that a page may set there. Cookies are not used, because they ignore
+    ports: another server on this machine would get them too.
     """
 
     def __init__(self, app: Any, credentials: Credentials, port: int) -> None:
@@ -61,7 +61,7 @@ class Guard:
             await self.app(scope, receive, self._adding(send) if scope["type"] == "http" else send)
 
     def refusal(self, scope: Any) -> str:
-        """Return why a request is refused, "" where it is not."""
+        """Return why a request is refused, "" if it is not."""
         headers = headers_of(scope)
         if len(headers.get("host", [])) != 1 or headers["host"][0].lower() not in self.hosts:
             return "another Host"
@@ -76,7 +76,7 @@ class Guard:
         return len(subprotocols) == 2 and subprotocols[0] == SUBPROTOCOL and self.credentials.admits(subprotocols[1])
 
     def _adding(self, send: Any) -> Any:
-        """Return `send` with our headers on the answer."""
+        """Return `send` with our headers on the response."""
 
         async def sending(message: Any) -> None:
             if message["type"] == "http.response.start":

@@ -1,4 +1,4 @@
-"""Colours of kinds that colour-blind readers tell apart: the same in pictures as on the viewer's page."""
+"""Colours of kinds that colour-blind readers can distinguish: the same in pictures as on the viewer's page."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 
 SAFE = {"#009E73": 125, "#E69F00": 38, "#D55E00": 2, "#56B4E9": 198, "#CC79A7": 308, "#F0E442": 58, "#0072B2": 225}
-"""Okabe and Ito's colours (2008) and the hue [degrees] that each stands for."""
+"""Okabe and Ito's colours (2008) and the hue [degrees] that each represents."""
 GREY = "#9aa3a8"
 
 

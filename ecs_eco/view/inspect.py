@@ -1,4 +1,4 @@
-"""What there is to say about one organism, as the viewer's panel shows it: from a living world, without changing it."""
+"""The state of one organism for the viewer's panel, read from a living world without changing it."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ WIDEST = 64  # values of a gene that are listed
 
 
 class Known(Protocol):
-    """Who remembers the lives of organisms: `ecs_eco.view.pedigree.Kin` those of a living world, a recording those of a run."""
+    """A source of life histories: `ecs_eco.view.pedigree.PedigreeLog` of a living world, a recording of a run."""
 
     def species(self, uid: int) -> str | None:
         """Return the name of its species; None where it is not known."""
@@ -44,8 +44,8 @@ def state_of(world: World, uid: int, lives: Known | None = None) -> dict[str, An
     """Return the state of one organism between two ticks: the message "organism" of the viewer.
 
     Parents, children and what is known of the dead come from `lives`. Raises KeyError for one that never was, or is forgotten.
-    Draws no random number and changes nothing. What it sensed and decided is of the last tick; before it first sensed there
-    is nothing of that.
+    Draws no random number and changes nothing. Its readings and decision are those of the last tick; they are missing before
+    its first one.
     """
     out = {"kind": "organism", "uid": int(uid), "detail": "full", "note": ""} | pedigree(uid, lives)
     try:
@@ -59,13 +59,13 @@ def state_of(world: World, uid: int, lives: Known | None = None) -> dict[str, An
 
 
 def nothing_of(out: dict[str, Any]) -> dict[str, Any]:
-    """Return a message that says of an organism no more than its pedigree."""
+    """Return a message with an organism's pedigree only."""
     nothing = dict.fromkeys(("age", "sex", "energy", "energy_max", "place", "heading", "genome", "nerves"))
     return nothing | {"trace": {"tick": [], "happiness": [], "energy": []}, "alive": False} | out | {"detail": "record"}
 
 
 def pedigree(uid: int, lives: Known | None) -> dict[str, Any]:
-    """Return species, birth, death, parents, children and generation as far as they are remembered."""
+    """Return species, birth, death, parents, children and generation as far as they are known."""
     if lives is None:
         return {"species": None, "born": None, "died": None, "parents": [], "children": [], "generation": None}
     return {"species": lives.species(uid), "born": lives.born(uid), "died": lives.died(uid), "parents": lives.parents(uid),
@@ -73,7 +73,7 @@ def pedigree(uid: int, lives: Known | None) -> dict[str, Any]:
 
 
 def body(world: World, table: Table, row: int) -> dict[str, Any]:
-    """Return place, age, sex and energy of a living organism, None for what it has not, and these as a trace of one tick."""
+    """Return place, age, sex and energy of a living organism, None for those it lacks, also as a trace of one tick."""
     out: dict[str, Any] = dict.fromkeys(("place", "heading", "age", "sex", "energy", "energy_max"))
     if Position in table:
         p = table[Position]
@@ -88,7 +88,7 @@ def body(world: World, table: Table, row: int) -> dict[str, Any]:
 
 
 def genome(table: Table, row: int) -> dict[str, Any] | None:
-    """Return the genome of a living organism with its genes marked; None where it has none."""
+    """Return the genome of a living organism with its genes marked; None if it has none."""
     layout: Any = getattr(table.species.heredity, "layout", None)
     if layout is None or Genome not in table:
         return None
@@ -119,7 +119,7 @@ def _listed(value: Any) -> Any:
 
 
 def nerves(table: Table, row: int) -> dict[str, Any] | None:
-    """Return what a living organism sensed, weighed, decided and felt in the last tick; None where it did not."""
+    """Return the readings, probabilities, decision and happiness of a living organism in the last tick; None if it had none."""
     rows, at = thinkers(table, table.uid[row : row + 1])
     if not rows.size:
         return None
@@ -151,7 +151,7 @@ def drawable(nerves: dict[str, Any] | None) -> dict[str, Any]:
 
 
 def number(value: Any) -> float | None:
-    """Return a number for JSON, as short as its single precision allows; None for what is none."""
+    """Return a number for JSON, as short as its single precision allows; None for NaN."""
     if value is None or not math.isfinite(value):
         return None
     return float(np.format_float_positional(np.float32(value), unique=True)) if abs(value) < 1e15 else float(value)

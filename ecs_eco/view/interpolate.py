@@ -1,4 +1,4 @@
-"""Who was where at a tick of a recorded run: between two snapshots, from these and from births and deaths."""
+"""Organisms at any tick of a recorded run, interpolated between snapshots, births and deaths."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ EVENT = ("uid", "species", "x", "y", "z", "energy")
 
 
 class Organisms(NamedTuple):
-    """The living of one species at a tick, in the order of uids; `exact` says whose state was recorded at this tick itself."""
+    """The living of one species at a tick, in the order of uids; `exact` marks states recorded at this very tick."""
 
     uid: np.ndarray  # u64[n]
     x: np.ndarray  # f32[n] [m], as y and z
@@ -22,15 +22,15 @@ class Organisms(NamedTuple):
     z: np.ndarray
     heading: np.ndarray  # f32[n] [rad]
     energy: np.ndarray
-    happiness: np.ndarray  # NaN where nothing is known
+    happiness: np.ndarray  # NaN where unknown
     exact: np.ndarray  # bool[n]
 
 
 class Chapter:
     """The ticks from `first` to before `end`, which are snapshots or the ends of the recording.
 
-    Who is there is exact: births and deaths say so. Places and states lie on a straight line from what was recorded last (a
-    snapshot, the birth) to what is recorded next (a snapshot, the death), the shorter way around a torus.
+    The set of organisms is exact, from births and deaths. Places and states lie on a straight line from the last record (a
+    snapshot, the birth) to the next (a snapshot, the death), the shorter way around a torus.
     """
 
     def __init__(self, first: int, end: int, before: Columns | None, after: Columns | None, births: Columns, deaths: Columns,
@@ -56,7 +56,7 @@ class Chapter:
         self.bounds = np.searchsorted(self.species, np.arange(int(self.species.max(initial=-1)) + 2))
 
     def _lead(self, by_uid: np.ndarray, columns: Columns, names: Sequence[str], when: int | np.ndarray) -> np.ndarray:
-        """Take the state of these organisms at `when` as what the line leads to; return where they are."""
+        """Take the state of these organisms at `when` as the end of the line; return their indices."""
         if not self.uid.size or not columns["uid"].size:
             return np.zeros(0, np.int64)
         known = self.uid[by_uid]
@@ -100,6 +100,6 @@ def chapter(tick: int, first: int, last: int, every: int, snapshots: Parts, birt
     state = ("uid", "species", *STATE)
     before = snapshots.between(a, a, state) if a % every == 0 else None
     after = snapshots.between(b, b, state) if b <= last else None
-    since = -(2**62) if before is None else a + 1  # without a snapshot all there are were born, or there when the recording began
+    since = -(2**62) if before is None else a + 1  # without a snapshot all were born, or present when the recording began
     births_then, deaths_then = (parts.between(since, min(b, last), EVENT) for parts in (births, deaths))
     return Chapter(a, b, before, after, births_then, deaths_then, size, torus)

@@ -1,4 +1,4 @@
-"""What a recording says of one organism at a tick: the viewer's panel in a replay."""
+"""The record of one organism at a tick: the viewer's panel in a replay."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from ecs_eco.view.parts import Columns
 from ecs_eco.view.recording import Recording
 from ecs_eco.view.rerun import Stretch
 
-KEPT = 64  # lives that are remembered
+KEPT = 64  # lives kept in memory
 TRACED = 300  # ticks of the trace before this one, where every tick was recorded
 
 
 class Life(NamedTuple):
-    """What does not change with the tick."""
+    """The facts of a life that do not depend on the tick."""
 
     message: dict[str, Any]  # the part of the message
     species: str
@@ -28,7 +28,7 @@ class Life(NamedTuple):
 
 
 class Lives:
-    """The lives of the organisms of a recording; `stretches` are those that were run again."""
+    """The lives of the organisms of a recording; `stretches` are those that were rerun."""
 
     def __init__(self, recording: Recording, stretches: list[Stretch]) -> None:
         self.recording, self.stretches = recording, stretches
@@ -37,8 +37,8 @@ class Lives:
     def organism(self, uid: int, tick: int) -> dict[str, Any]:
         """Return the message "organism" of a tick. KeyError for one that was never born.
 
-        `detail` is "full" where what it sensed and decided is known, "snapshot" where its state is that of the nearest snapshot,
-        "record" where there is nothing but birth and death; `note` says so.
+        `detail` is "full" if its readings and decision are known, "snapshot" if its state is that of the nearest snapshot,
+        "record" if only birth and death are known; `note` explains it.
         """
         life = self.life(uid)
         out = life.message | {"alive": life.born <= tick and (life.died is None or tick < life.died)}
@@ -49,7 +49,7 @@ class Lives:
         return out | self._nearest(life, tick, bool(out["alive"]))
 
     def life(self, uid: int) -> Life:
-        """Return what is known of an organism for good."""
+        """Return the facts of an organism's life."""
         if uid not in self._kept:
             self._kept[uid] = self._read(uid)
             while len(self._kept) > KEPT:
@@ -100,7 +100,7 @@ class Lives:
     # --- at a tick ----------------------------------------------------------------------------------------------------
 
     def _detail(self, life: Life, uid: int, tick: int) -> dict[str, Any] | None:
-        """Return the state at a tick from details, recorded or run again; None where there are none."""
+        """Return the state at a tick from details, recorded or rerun; None if there are none."""
         for stretch in reversed(self.stretches):
             if stretch.first <= tick <= stretch.last:
                 columns = stretch.details.get(life.species)
@@ -126,7 +126,7 @@ class Lives:
         return _full(row, trace, "")
 
     def _nearest(self, life: Life, tick: int, alive: bool) -> dict[str, Any]:
-        """Return what the nearest snapshot says, or birth alone."""
+        """Return the state in the nearest snapshot, or at birth."""
         seen, every = life.seen, self.recording.every
         so_far = seen["tick"] <= tick
         trace = {n: [number(v) for v in seen[n][so_far]] for n in ("happiness", "energy")}
@@ -163,7 +163,7 @@ def _state(row: dict[str, Any], trace: dict[str, list[Any]]) -> dict[str, Any]:
 
 
 def _full(row: dict[str, Any], trace: dict[str, list[Any]], note: str) -> dict[str, Any]:
-    """Return a row of details as the message has it."""
+    """Return a row of details in the form of the message."""
     actions = [name.removeprefix("decision: ") for name in row if name.startswith("decision: ")]
     nerves = {
         "sensors": [{"name": n.removeprefix("sensor: "), "value": number(v)} for n, v in row.items() if n.startswith("sensor: ")],

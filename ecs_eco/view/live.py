@@ -1,4 +1,4 @@
-"""A living world as something to watch."""
+"""A living world as a source for the viewer."""
 
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ FOLLOWED = 16  # organisms whose traces are kept
 class Live:
     """A world that lives in this thread, to be watched; see `ecs_eco.view.source.Source`.
 
-    `last` is the tick at which it is to end, None for never. Watching changes nothing: what pages may do to the world are
-    interventions, at the start of the next tick.
+    `last` is the tick at which it ends, None for never. Watching changes nothing: pages act on the world by interventions
+    only, at the start of the next tick.
     """
 
     def __init__(self, world: World, last: int | None = None) -> None:
@@ -45,20 +45,20 @@ class Live:
         self._curves = Curves()
         self._traces: dict[int, deque[tuple[int, float | None, float | None]]] = {}
         self._announced = len(world.intervened)
-        self.frame(0, "happiness")  # kernels are compiled before anybody waits
+        self.frame(0, "happiness")  # compiles kernels before anybody waits
 
     @property
     def tick(self) -> int:
-        """The tick that comes next."""
+        """The next tick."""
         return self.world.tick
 
     @property
     def done(self) -> bool:
-        """Whether the world has lived as long as it was to."""
+        """Whether the world has reached its end."""
         return self.last is not None and self.world.tick >= self.last
 
     def run(self, turn: Callable[[], bool]) -> None:
-        """Let the world live, `turn()` before every tick and after the last, until that says False."""
+        """Run the world, calling `turn()` before every tick and after the last, until it returns False."""
         world = self.world
         go = True
 
@@ -74,18 +74,18 @@ class Live:
                 pass
 
     def hello(self) -> Message:
-        """Return what a page has to know of the world."""
+        """Return what a page needs to know of the world."""
         genes = dict.fromkeys(f"gene:{gene}" for names in self._genes.values() for gene in names)
         scene = describe(self.world, self.species, self.objects, self._genes)
         return {"kind": "hello", "mode": "live", "first": 0, "last": self.last, "tick": self.tick, "acts": True,
                 "colours": ["species", "energy", "happiness", "age", *genes], **scene}  # fmt: skip
 
     def greeting(self) -> list[Message]:
-        """Return what was done to the world so far."""
+        """Return the interventions so far."""
         return [self._marks()]
 
     def news(self) -> list[Message]:
-        """Return the marks anew where somebody intervened."""
+        """Return the marks again after an intervention."""
         if self._announced == len(self.world.intervened):
             return []
         self._announced = len(self.world.intervened)
@@ -98,13 +98,13 @@ class Live:
         return {"kind": "marks", "births": None, "deaths": None, "interventions": done, "fences": fences(self.world)}
 
     def counts(self) -> dict[str, int]:
-        """Return how many there are of each kind."""
+        """Return the number of each kind."""
         return {name: int(self.world.tables[name].n) for name in self.names}
 
     # --- frames -----------------------------------------------------------------------------------------------------
 
     def frame(self, number: int, colour: str) -> bytes:
-        """Return the frame of this tick: value 0 for those who have no such thing, 1 to 255 from the low to the high of `scales`."""
+        """Return the frame of this tick: value 0 for organisms without one, 1 to 255 from the low to the high of `scales`."""
         light, elevation = sky(self.world)
         self._encoder.begin(number, self.tick, light, elevation)
         for name in self.names:
@@ -135,7 +135,7 @@ class Live:
         return value
 
     def _column(self, table: Table, colour: str) -> tuple[Any, float | None, float | None]:
-        """Return what a colour shows of a table: a column or None, and its range as far as it is known beforehand."""
+        """Return the values behind a colour: a column or None, and their range as far as it is known beforehand."""
         if colour == "energy" and Metabolism in table:
             species = table.species.config
             return table[Metabolism].energy, 0.0, None if species is None else float(species.metabolism.energy_max)
@@ -165,7 +165,7 @@ class Live:
     # --- curves -----------------------------------------------------------------------------------------------------
 
     def sample(self) -> None:
-        """Note how many there are, how happy they are, what their genes say on the mean, and the light."""
+        """Note numbers, mean happiness, mean values of genes, and the light."""
         point: dict[tuple[str, str], float] = {("light", ""): sky(self.world)[0]}
         for name in self.species:
             table = self.world.tables[name]
@@ -188,7 +188,7 @@ class Live:
     # --- one organism -----------------------------------------------------------------------------------------------
 
     def organism(self, uid: int) -> Message:
-        """Return one organism, living or dead; KeyError for one that nobody knows."""
+        """Return one organism, living or dead; KeyError for an unknown one."""
         from ecs_eco.view.inspect import state_of
 
         state = state_of(self.world, uid, lives=self.pedigree)
@@ -196,7 +196,7 @@ class Live:
         return state | {"kind": "organism", "trace": self._trace(uid, happy, state.get("energy"))}
 
     def _trace(self, uid: int, happiness: float | None, energy: float | None) -> Message:
-        """Note a point of one's life and return those noted so far; the traces of the last few who were looked at are kept."""
+        """Add a point to an organism's trace and return the trace; those of the last few organisms selected are kept."""
         points = self._traces.pop(uid, None)
         points = self._traces[uid] = deque(maxlen=TRACED) if points is None else points
         while len(self._traces) > FOLLOWED:

@@ -16,7 +16,7 @@ NOT_NOW = frozenset({"ticks", "seed", "training", "interventions"})
 def parameters(config: Any) -> list[dict[str, Any]]:
     """Return every number and switch that an intervention of kind "set" may change: key, value, unit, low, high, about.
 
-    `low` and `high` are null where the file sets no bound. What a gene says of each organism is left out.
+    `low` and `high` are null if the file sets no bound. Values that genes code for are left out.
     """
     coded = {f"species.{name}.{gene.trait}" for name, s in config.species.items() if s.genome for gene in s.genome.genes if gene.trait}
     rows = _walk(config, (), {})

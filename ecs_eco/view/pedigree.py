@@ -1,4 +1,4 @@
-"""Who is whose child, when each was born and how each died: noted while a watched world lives."""
+"""Parents, births and deaths, noted while a watched world lives."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ if TYPE_CHECKING:
     from ecs_eco.ecosystem import World
     from ecs_eco.engine.table import Table
 
-MOST = 500_000  # lives that are remembered; beyond that the oldest quarter is forgotten
-LATER = 20_000  # births and deaths that wait to be entered: one by one they would cost a large world some percent
+MOST = 500_000  # lives kept; beyond that the oldest quarter is dropped
+LATER = 20_000  # pending births and deaths: entered one by one they would cost a large world some percent
 FIELDS = {"uid": np.uint64, "parent": np.uint64, "second": np.uint64, "born": np.int64, "kind": np.int16, "generation": np.int32,
           "died": np.int64, "cause": np.uint8, "killer": np.uint64}  # fmt: skip
 
@@ -19,8 +19,8 @@ FIELDS = {"uid": np.uint64, "parent": np.uint64, "second": np.uint64, "born": np
 class PedigreeLog:
     """The lives of a world from now on, in columns by uid; those who live already have no known parents.
 
-    It listens to births and deaths, changes nothing, and puts them in order only when it is asked, or when many wait. Lives are
-    in the order of uids, which are given in the order of births and never again.
+    It listens to births and deaths, changes nothing, and enters them only when it is queried, or when many are pending. Lives
+    are in the order of uids, which are given in the order of births and never reused.
     """
 
     def __init__(self, world: World, most: int = MOST) -> None:
@@ -34,7 +34,7 @@ class PedigreeLog:
         uid, born, kind = (np.concatenate(part) for part in zip(*columns, strict=True)) if columns else (np.zeros(0, np.int64),) * 3
         order = np.argsort(uid)
         nobody = np.zeros(uid.size, np.uint64)
-        self._since, self._at = int(world.next_uid), uid.size  # the first uid to come, and its row
+        self._since, self._at = int(world.next_uid), uid.size  # the next uid, and its row
         self._add(uid[order], nobody, nobody, born[order], kind[order])
         world.on_birth.append(self._was_born)
         world.on_death.append(self._has_died)
@@ -86,7 +86,7 @@ class PedigreeLog:
         return row if row < self.n and uids[row] == uid else None
 
     def _rows(self, uid: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the rows of these uids, and which of them are known. Those born since it listens have no gaps between them."""
+        """Return the rows of these uids, and which of them are known. The uids of births since the start have no gaps."""
         if not self.n:
             return np.zeros(uid.size, np.int64), np.zeros(uid.size, np.bool_)
         uids = self._columns["uid"][: self.n]
@@ -106,12 +106,12 @@ class PedigreeLog:
         self._wait(rows.size)
 
     def _wait(self, k: int) -> None:
-        self._waiting += k + 50  # what is kept of a call besides its arrays counts too
+        self._waiting += k + 50  # a call costs memory besides its arrays
         if self._waiting > LATER:
             self._settle()
 
     def _settle(self) -> None:
-        """Enter all births, then all deaths that wait: nobody dies before being born."""
+        """Enter all pending births, then deaths: nothing dies before it is born."""
         births, deaths, self._births, self._deaths, self._waiting = self._births, self._deaths, [], [], 0
         if births:
             sizes = [parents.size for _, parents, _, _, _ in births]

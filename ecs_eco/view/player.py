@@ -1,7 +1,7 @@
-"""The player: it lets time pass as the pages ask for, and sends them what they see.
+"""The player: it lets time pass as the pages request, and sends them what they show.
 
-All of it runs in the thread of the world. What pages say arrives in `inbox`, from the server's thread, and is read between
-ticks. Nothing waits in a queue for a page: a frame is made when the page has acknowledged the last one, from what is then.
+All of it runs in the thread of the world. Requests of pages arrive in `inbox`, from the server's thread, and are read
+between ticks. No frame is queued: the next one is made from the current state once the page has acknowledged the last.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from ecs_eco.view.source import Message, Source
 USUAL = 10.0  # ticks a second that are called 1×
 FASTEST_FRAMES = 0.05  # [s] from frame to frame
 PATIENCE = 0.25  # [s] from state to state, and longest wait
-SHARE = 0.03  # of the time that pictures, charts and panels may take from a running world
+SHARE = 0.03  # share of the time that frames, charts and panels may take from a running world
 SPEEDS = (0.01, 100_000.0)
 ELSEWHERE = ("act", "params", "seek", "fill")  # what the source answers
 
@@ -30,11 +30,11 @@ class Page(Protocol):
     """The server's end of one page."""
 
     def send(self, messages: list[str | bytes]) -> None:
-        """Hand over messages; returns at once."""
+        """Queue messages; returns at once."""
 
 
 class View:
-    """What one page looks at, and what it has been sent."""
+    """What one page shows, and what it has been sent."""
 
     def __init__(self) -> None:
         self.colour, self.selected = "species", None  # type: str, int | None
@@ -47,7 +47,7 @@ class View:
 
 
 class Player:
-    """Plays a source to any number of pages. `speed` [ticks/s], None for as fast as it runs; `halted` says when to give up."""
+    """Plays a source to any number of pages. `speed` [ticks/s], None for as fast as possible; `halted()` says when to stop."""
 
     def __init__(self, source: Source, speed: float | None = USUAL, playing: bool = True,
                  halted: Callable[[], bool] = lambda: False) -> None:
@@ -59,8 +59,8 @@ class Player:
         self._views: dict[Page, View] = {}
         self._steps = 0
         self._next = time.monotonic()  # when the next tick is due
-        self._looks = -math.inf, -math.inf  # when pages are looked after next: if the tick stays, if it changes
-        self._served = -1  # the tick when they were last
+        self._looks = -math.inf, -math.inf  # when pages are served next: if the tick stays, if it changes
+        self._served = -1  # the tick when they were last served
         self._made: dict[str, tuple[int, int, bytes]] = {}  # the last frame of each colour: tick, number, bytes
         self._cost = {"frame": 0.0, "sample": 0.0}  # [s] of one
         self._sampled, self._sample_at, self._state_at = -1, -math.inf, -math.inf
@@ -70,19 +70,19 @@ class Player:
     # --- from the server's thread -----------------------------------------------------------------------------------
 
     def say(self, page: Page, request: Message) -> None:
-        """Hand in what a page says: {"kind": …}; "join" and "leave" tell that it is there."""
+        """Deliver a page's message: {"kind": …}; "join" and "leave" mark its presence."""
         self.inbox.append((page, request))
         self._wake.set()
 
     def close(self) -> None:
-        """End: the next `turn` says False."""
+        """End: the next `turn` returns False."""
         self.closing = True
         self._wake.set()
 
     # --- from the world's thread ------------------------------------------------------------------------------------
 
     def turn(self) -> bool:
-        """Look after the pages until the next tick is due; False where it is time to end."""
+        """Serve the pages until the next tick is due; False when it is time to end."""
         while True:
             self._wake.clear()
             while self.inbox:
@@ -99,18 +99,18 @@ class Player:
             self._wake.wait(max(0.0, min(due, self._looks[self.source.tick != self._served]) - now))
 
     def tell(self, level: str, text: str) -> None:
-        """Say something to all pages."""
+        """Send a text to all pages."""
         for page in self._views:
             page.send([_text({"kind": "said", "level": level, "text": text})])
 
     def show(self) -> None:
-        """Send the last state and frame to all pages that can take them: nothing follows."""
+        """Send the final state and frame to all pages that can take them."""
         for view in self._views.values():
             view.frame_at, view.news = -math.inf, True
         self._serve(time.monotonic())
 
     def _due(self, now: float) -> float:
-        """Return when the next tick is due, and count it where that is now."""
+        """Return when the next tick is due, and count it if that is now."""
         if self._steps and not self.source.done:
             self._steps -= 1
             return now
@@ -121,11 +121,11 @@ class Player:
             return now
         due = self._next
         if due <= now:
-            self._next = max(due + 1.0 / self.speed, now - PATIENCE)  # what was lost is made up for, in bounds
+            self._next = max(due + 1.0 / self.speed, now - PATIENCE)  # lost time is caught up, within limits
         return due
 
     def _serve(self, now: float) -> None:
-        """Send each page what is due to it, and note when to look again."""
+        """Send each page what is due, and note when to serve next."""
         tick = self._served = self.source.tick
         if tick != self._sampled and now >= self._sample_at:
             self._sampled = tick
@@ -144,7 +144,7 @@ class Player:
                 new = min(new, view.frame_at + self._period())
                 if view.awaits is None and not self._whole(view):
                     same = min(same, max(now, min(view.frame_at, view.panel_at) + FASTEST_FRAMES))
-            if due or (shown or ("", ""))[1] != (view.seen or ("", ""))[1]:  # after the frame: that of another colour tells its range
+            if due or (shown or ("", ""))[1] != (view.seen or ("", ""))[1]:  # after the frame: a new colour's range follows from it
                 view.news, view.sent_tick = False, tick
                 out.append(self._state(view))
             if out:
@@ -152,12 +152,12 @@ class Player:
         self._looks = (min(same, self._sample_at) if tick != self._sampled else same), new
 
     def _period(self) -> float:
-        """Return the time from frame to frame [s]: longer where a frame costs a running world too much."""
+        """Return the time from frame to frame [s]: longer if frames cost a running world too much."""
         busy = self.playing and self.speed is None
         return max(FASTEST_FRAMES, self._cost["frame"] * max(1, len(self._views)) / SHARE) if busy else FASTEST_FRAMES
 
     def _timed(self, part: str, work: Callable[[], Any]) -> float:
-        """Do some work and return how long it takes as a rule [s]: a first time, with all that is loaded then, counts little."""
+        """Do some work and return its usual time [s]: the first time, which includes loading, counts little."""
         begin = time.perf_counter()
         if work() is not False:
             spent, usual = time.perf_counter() - begin, self._cost[part]
@@ -170,7 +170,7 @@ class Player:
         return view.seen == (tick, view.colour) and (view.selected is None or view.panel == (tick, view.selected))
 
     def _show(self, view: View, out: list[str | bytes], now: float) -> bool:
-        """Make what a page has not seen yet: increments of the series, the panel of whom it has selected, the frame. Say whether."""
+        """Make what a page lacks: increments of the series, the panel of the selected organism, the frame. Return whether any."""
         tick, n = self.source.tick, len(out)
         series = self.source.series(view.series)
         if series is not None:
@@ -195,7 +195,7 @@ class Player:
         except KeyError:
             out.append(_refusal(f"no organism {view.selected} is known here", "select"))
             view.selected = None
-        except Exception as error:  # a panel that cannot be drawn ends no run
+        except Exception as error:  # a panel that cannot be made must not end the run
             out.append(_refusal(f"organism {view.selected}: {type(error).__name__}: {error}", "select"))
             view.selected = None
 
@@ -233,7 +233,7 @@ class Player:
                 raise ValueError(f"unknown request {str(kind)[:40]!r}; did you mean {nearest(kind, [*REQUESTS, *ELSEWHERE])!r}?")
         except ValueError as error:  # ConfigError too
             page.send([_refusal(str(error), str(kind)[:40])])
-        except Exception as error:  # whatever a page says, the run goes on
+        except Exception as error:  # no message of a page may end the run
             page.send([_refusal(f"{type(error).__name__}: {error}", str(kind)[:40])])
 
     def _ask(self, page: Page, request: Message) -> None:

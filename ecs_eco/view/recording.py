@@ -1,4 +1,4 @@
-"""A recorded run as something to look into: who was where at a tick, the life of one organism, curves, and what was done."""
+"""Queries on a recorded run: organisms at a tick, the life of one organism, curves, and interventions."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ BINS = 400  # of births and deaths on the timeline
 
 
 class Recording:
-    """A folder written by `ecs-eco run`, read lazily; damaged files are refused when they are needed, by their names.
+    """A folder written by `ecs-eco run`, read lazily; damaged files are refused when they are needed, by name.
 
-    `first` and `last` are the ticks that were recorded. `scene` is a world built as the recorded one, without organisms: it
-    says what does not change, and is None where it cannot be built here (`why` says why). Raises FileNotFoundError for
-    a folder without a run, RecordingError for one without a tick.
+    `first` and `last` are the ticks that were recorded. `scene` is a world built like the recorded one, without organisms:
+    it holds what does not change, and is None if it cannot be built here (`why` gives the reason). Raises
+    FileNotFoundError for a folder without a run, RecordingError for one without a tick.
     """
 
     def __init__(self, path: str | Path) -> None:
@@ -64,13 +64,13 @@ class Recording:
         try:
             config = config_of(self.manifest, path=self.path)
             return World.from_config(config, seed=self.manifest["seed"], policies="random", populate=False, record=False), ""
-        except (ConfigError, ImportError, AttributeError, ValueError, TypeError, LookupError) as error:  # what it names is not here, say
+        except (ConfigError, ImportError, AttributeError, ValueError, TypeError, LookupError) as error:  # a missing file, say
             return None, str(error)
 
     # --- who is where -----------------------------------------------------------------------------------------------
 
     def organisms(self, tick: int, species: str) -> Organisms:
-        """Return the living of a species at the end of a tick: as recorded in its details, where there are any; else between snapshots."""
+        """Return the living of a species at the end of a tick: from its details if there are any; else between snapshots."""
         organisms = self._chapter(tick).organisms(tick, self.species.index(species))
         return overlaid(organisms, self.details_at(tick, species))
 
@@ -90,7 +90,7 @@ class Recording:
 
     @cached_property
     def objects(self) -> dict[str, np.ndarray]:
-        """Places f32[n, 3] [m] of the objects that lie there for good, by type, from the first checkpoint that is left."""
+        """Places f32[n, 3] [m] of permanent objects, by type, from the first checkpoint that is left."""
         config = self.manifest["config"]
         declared = config.get("objects") or {}
         remains = {s.get("remains") for s in config["species"].values()}
@@ -202,11 +202,11 @@ class Recording:
         return dict.fromkeys(self.species, 0) | {self.species[s]: int(n) for s, n in zip(rows["species"], rows["n"], strict=True)}
 
     def recorded(self, tick: int) -> Columns:
-        """Return what the series say of a tick, a row for each species: what a repetition is compared with."""
+        """Return the series of a tick, a row for each species, with which a rerun is compared."""
         return self.series.between(tick, tick, COMPARED)
 
     def interventions(self) -> list[dict[str, Any]]:
-        """Return what was done to the world: tick and text."""
+        """Return the interventions: tick and text."""
         from ecs_eco.config.models.interventions import describe
 
         return [{"tick": tick, "text": describe(done)} for tick, done in self.manifest.get("intervened", [])]
@@ -231,7 +231,7 @@ class Recording:
 
 
 def overlaid(organisms: Organisms, details: Columns) -> Organisms:
-    """Return a crowd in which those of whom there are details are where, and as, these say."""
+    """Replace the state of organisms by that in their details, where there are any; return them."""
     if not details["uid"].size or not organisms.uid.size:
         return organisms
     at = np.minimum(np.searchsorted(organisms.uid, details["uid"].astype(np.uint64)), organisms.uid.size - 1)

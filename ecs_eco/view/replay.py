@@ -1,4 +1,4 @@
-"""A recorded run as something to watch; see `ecs_eco.view.source.Source`."""
+"""A recorded run as a source for the viewer; see `ecs_eco.view.source.Source`."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ from ecs_eco.view.scene import coloured_genes, describe, sky
 from ecs_eco.view.source import Message
 
 STRETCHES = 3  # that are kept
-GENOMES = 500_000  # births up to which mean genes are reckoned
-OBJECT_UID = 0x80000000  # objects are not recorded by uid: theirs in a frame begin here
+GENOMES = 500_000  # beyond so many births, mean values of genes are not computed
+OBJECT_UID = 0x80000000  # objects are not recorded by uid: their uids in a frame start here
 
 
 class Replay:
@@ -43,11 +43,11 @@ class Replay:
         self._fenced: list[np.ndarray] = r.fences(r.first) if self._fences else []
         self._hello: Message | None = None
         self._curves: Message | None = None
-        self.frame(0, "happiness")  # kernels are compiled before anybody waits
+        self.frame(0, "happiness")  # compiles kernels before anybody waits
 
     @property
     def tick(self) -> int:
-        """The tick that is shown: how things stood at its end."""
+        """The tick that is shown: the state at its end."""
         return self._tick
 
     @property
@@ -66,7 +66,7 @@ class Replay:
     # --- what a page has to know ----------------------------------------------------------------------------------------
 
     def hello(self) -> Message:
-        """Return what a page has to know of the run."""
+        """Return what a page needs to know of the run."""
         if self._hello is None:
             r = self.recording
             genes = dict.fromkeys(f"gene:{gene}" for names in self._genes.values() for gene in names)
@@ -75,7 +75,7 @@ class Replay:
         return self._hello | {"tick": self._tick}
 
     def note(self) -> str:
-        """Return what is exact in what is shown, and what is not."""
+        """Say which data are exact, and which are interpolated."""
         r = self.recording
         detailed = [name for name in r.species if r.details[name].rows]
         text = "Recorded in every tick."
@@ -106,7 +106,7 @@ class Replay:
                 "species": kinds, "objects": things, "terrain": None}  # fmt: skip
 
     def greeting(self) -> list[Message]:
-        """Return births and deaths along the time line, and what was done to the world."""
+        """Return births and deaths along the time line, and interventions."""
         if self.recording.scene is not None:
             return [self._marks()]
         return [self._marks(), _message("warning", f"this world cannot be built here: {self.recording.why}")]
@@ -118,14 +118,14 @@ class Replay:
                 "interventions": r.interventions(), "fences": fences}  # fmt: skip
 
     def _stand(self) -> list[Message]:
-        """Return the marks anew where other fences stand than at the tick shown before."""
+        """Return the marks again if fences differ from those at the tick shown before."""
         fences = self.recording.fences(self._tick) if self._fences else []
         same = len(fences) == len(self._fenced) and all(np.array_equal(a, b) for a, b in zip(fences, self._fenced, strict=True))
         self._fenced = fences
         return [] if same else [self._marks()]
 
     def news(self) -> list[Message]:
-        """Return the fences where these are others, and what came of a `fill`, once that is known."""
+        """Return the fences if they changed, and the result of a `fill` once it is done."""
         return [*self._stand(), *self._filled()]
 
     def _filled(self) -> list[Message]:
@@ -136,22 +136,25 @@ class Replay:
             return [_message("error", stretch, "fill")]
         del self.stretches[: max(0, len(self.stretches) + 1 - STRETCHES)]
         self.stretches.append(stretch)
-        text = f"ticks {stretch.first} to {stretch.last} have been run again: everybody shows all there"
-        message = _message("info", text, "fill") if stretch.wrong is None else _message(
-            "warning", f"{text}; but from tick {stretch.wrong} on not as recorded: other versions or another machine than then?", "fill")
+        text = f"ticks {stretch.first} to {stretch.last} have been run again: all details are available there"
+        if stretch.wrong is None:
+            message = _message("info", text, "fill")
+        else:
+            differs = f"but it differs from the recording from tick {stretch.wrong} on: other versions, or another machine?"
+            message = _message("warning", f"{text}; {differs}", "fill")
         try:
             return [message, self.organism(self._rerun.uid)]
         except KeyError:
             return [message]
 
     def counts(self) -> dict[str, int]:
-        """Return how many there are of each kind."""
+        """Return the number of each kind."""
         return self.recording.numbers(self._tick) | {name: len(places) for name, places in self.recording.objects.items()}
 
     # --- frames ---------------------------------------------------------------------------------------------------------
 
     def organisms(self, species: str) -> Organisms:
-        """Return the living of a species at this tick, as exactly as is known."""
+        """Return the living of a species at this tick, as exactly as possible."""
         r = self.recording
         organisms = r.organisms(self._tick, species)
         for stretch in self.stretches:
@@ -168,7 +171,7 @@ class Replay:
         return sky(scene)
 
     def frame(self, number: int, colour: str) -> bytes:
-        """Return the frame of this tick: value 0 for those of whom it is not known, 1 to 255 from the low to the high of `scales`."""
+        """Return the frame of this tick: value 0 where it is unknown, 1 to 255 from the low to the high of `scales`."""
         self._encoder.begin(number, self._tick, *self.sky(self._tick))
         for name in self.recording.species:
             organisms = self.organisms(name)
@@ -201,7 +204,7 @@ class Replay:
         return out
 
     def _column(self, name: str, organisms: Organisms, colour: str) -> tuple[Any, float | None, float | None]:
-        """Return what a colour shows of a species: f32[n] or None, and its range as far as it is known beforehand."""
+        """Return the values behind a colour: f32[n] or None, and their range as far as it is known beforehand."""
         species = self.recording.manifest["config"]["species"][name]
         if colour == "energy":
             return organisms.energy, 0.0, float(species["metabolism"]["energy_max"])
@@ -215,7 +218,7 @@ class Replay:
         return self._expressed(name, organisms.uid, code.name), float(code.low), float(code.high)
 
     def _expressed(self, name: str, uid: np.ndarray, gene: str) -> np.ndarray:
-        """Return what a gene says of organisms (uids ascending): f32[n]."""
+        """Return a gene's values of organisms (uids ascending): f32[n]."""
         kept, decoded = self._gene_values.get(name, (np.zeros(0, np.uint64), {}))
         if not np.isin(uid, kept).all():
             fresh = uid[~np.isin(uid, kept)]
@@ -280,11 +283,11 @@ class Replay:
     # --- one organism, and what pages ask for -----------------------------------------------------------------------------
 
     def organism(self, uid: int) -> Message:
-        """Return what is known of one organism at this tick; KeyError for one that was never born."""
+        """Return the state of one organism at this tick; KeyError for one that was never born."""
         return self.lives.organism(uid, self._tick)
 
     def handle(self, request: Message) -> list[Message]:
-        """Go to a tick, or fill in what was not recorded; a recording is not acted upon."""
+        """Go to a tick, or fill in what was not recorded; interventions are refused."""
         kind = request["kind"]
         if kind == "seek":
             return self._seek(request.get("tick"))
@@ -306,7 +309,7 @@ class Replay:
         if isinstance(uid, bool) or not isinstance(uid, int) or not 0 < uid < 2**63:
             raise ValueError(f"fill: uid = {str(uid)[:60]}; allowed: the uid of an organism")
         if self._rerun.busy:
-            return [_message("info", f"still at it: {100 * self._rerun.share:.0f} %", "fill")]
+            return [_message("info", f"still running: {100 * self._rerun.share:.0f} %", "fill")]
         if any(s.first <= self._tick <= s.last for s in self.stretches):
             return [self.organism(uid)]
         series = self.recording.parts("series", Cache())  # its own files and cache: the recording's belong to this thread

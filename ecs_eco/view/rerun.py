@@ -1,4 +1,4 @@
-"""A stretch of a recorded run once more, from the nearest checkpoint, to see what was not recorded; in a thread of its own."""
+"""Reruns a stretch of a recorded run, from the nearest checkpoint, to see what was not recorded; in a thread of its own."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ if TYPE_CHECKING:
     from ecs_eco.ecosystem import World
 
 ROWS = 2_000_000  # organisms times ticks that a stretch may have
-BEFORE, AFTER = 20, 60  # ticks around the one asked for
+BEFORE, AFTER = 20, 60  # ticks around the requested one
 
 
 class Stretch:
-    """The ticks from `first` to `last`: details by species, the state of everybody, sexes by uid.
+    """The ticks from `first` to `last`: details by species, the state of all organisms, sexes by uid.
 
-    `wrong` is the first tick at which the numbers are not those that were recorded, None where all are the same.
+    `wrong` is the first tick at which the numbers differ from the recorded ones, None if none does.
     """
 
     def __init__(self, first: int, last: int, blocks: dict[str, list[Columns]], sexes: dict[int, int], wrong: int | None) -> None:
@@ -47,10 +47,10 @@ class Stretch:
 
 def compute(path: Path, manifest: dict[str, Any], tick: int, end: int, recorded: Callable[[int], dict[str, np.ndarray]],
             progress: Callable[[int, int], None] | None = None, halt: Callable[[], bool] = lambda: False) -> Stretch:
-    """Run the recorded run again around a tick, and note everything; `end` is its last tick, `recorded(tick)` what its series say.
+    """Rerun the recorded run around a tick with all details; `end` is its last tick, `recorded(tick)` returns its series.
 
-    Called in the thread that is to own the world. Raises CheckpointError, RecordingError, ConfigError for a run that cannot be
-    repeated here, InterruptedError where `halt()` says so meanwhile.
+    Called in the thread that will own the world. Raises CheckpointError, RecordingError, ConfigError for a run that cannot be
+    repeated here, InterruptedError once `halt()` is true.
     """
     from ecs_eco.record.recorder import Recorder
 
@@ -83,7 +83,7 @@ def compute(path: Path, manifest: dict[str, Any], tick: int, end: int, recorded:
 
 
 def _near(path: Path, manifest: dict[str, Any], tick: int) -> Any:
-    """Return the world of the last checkpoint before the end of a tick, or of the start where that can be made again."""
+    """Return the world of the last checkpoint before the end of a tick, or of the start if that can be repeated."""
     from ecs_eco.ecosystem import World
 
     file = checkpoint.latest(path / "checkpoints", before=tick, check=partial(_of_run, manifest))
@@ -107,7 +107,7 @@ def _note_sexes(world: World, sexes: dict[int, int]) -> None:
 
 
 def _differs(blocks: list[Columns], recorded: Callable[[int], dict[str, np.ndarray]]) -> int | None:
-    """Return the first tick whose numbers are not the recorded ones; None where all are."""
+    """Return the first tick whose numbers differ from the recorded ones; None if none does."""
     for block in blocks:
         for tick in np.unique(block["tick"]).tolist():
             was, here = recorded(tick), block["tick"] == tick
@@ -117,12 +117,12 @@ def _differs(blocks: list[Columns], recorded: Callable[[int], dict[str, np.ndarr
 
 
 class Rerun:
-    """At most one stretch at a time is run again, in a thread that alone touches its world; `answer` is asked now and then."""
+    """Reruns one stretch at a time, in a thread that owns its world; `answer` is polled."""
 
     def __init__(self, path: Path, manifest: dict[str, Any], end: int) -> None:
         self.path, self.manifest, self.end = path, manifest, end
         self.share = 0.0  # done so far
-        self.uid = 0  # who was asked for
+        self.uid = 0  # the organism requested
         self._thread: threading.Thread | None = None
         self._result: Stretch | str | None = None
         self._halted = False
@@ -139,7 +139,7 @@ class Rerun:
         self._thread.start()
 
     def answer(self) -> Stretch | str | None:
-        """Return what was found once it is, or why there is nothing; None before."""
+        """Return the stretch once it is done, or why it failed; None before."""
         if self._thread is None or self._thread.is_alive():
             return None
         self._thread.join()
@@ -153,7 +153,7 @@ class Rerun:
             self._thread.join(patience)
 
     def _is_over(self) -> bool:
-        """Whether nobody waits for an answer: Python waits for this thread before it ends, and nobody else can say so then."""
+        """Whether the result is no longer needed: at exit Python waits for this thread, and nothing else can stop it."""
         return self._halted or not threading.main_thread().is_alive()
 
     def _work(self, tick: int, recorded: Callable[[int], dict[str, np.ndarray]]) -> None:
@@ -161,11 +161,11 @@ class Rerun:
             self.share = done / max(1, total)
 
         try:
-            with apart():  # nobody else touches its world, and it takes turns with that of the main thread
+            with apart():  # no other thread uses its world, which takes turns with that of the main thread
                 self._result = compute(self.path, self.manifest, tick, self.end, recorded, progress, self._is_over)
         except InterruptedError:
             self._result = "given up"
         except (CheckpointError, RecordingError, ConfigError, ImportError, OSError, ValueError, FloatingPointError) as error:
             self._result = str(error)
         except MemoryError:
-            self._result = "the memory is not enough to run it again"
+            self._result = "there is not enough memory to run it again"

@@ -1,4 +1,4 @@
-"""What a page has to know of a world before it draws it: who lives there, the ground, the sky."""
+"""What a page needs to know of a world before it draws it: species, ground, sky."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def kinds_of(world: World) -> tuple[list[str], list[str]]:
 
 
 def coloured_genes(table: Table) -> dict[str, Any]:
-    """Return the genes of a species that say one number each, by name: an `ecs_eco.genomes` code each."""
+    """Return the genes of a species that code for one number each, by name: an `ecs_eco.genomes` code each."""
     layout: Any = getattr(table.species.heredity, "layout", None)
     return {} if layout is None else {code.name: code for code in layout.genes if code.trait is not None and not code.width}
 

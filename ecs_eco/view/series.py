@@ -1,4 +1,4 @@
-"""The curves of a watched world: points noted now and then, thinned where they become many."""
+"""The curves of a watched world: points noted now and then, thinned when there are many."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class Curves:
         self.points: list[dict[tuple[str, str], float]] = []
 
     def add(self, tick: int, point: dict[tuple[str, str], float]) -> None:
-        """Add a point {(group, name): number}; where there are `most`, every second one is forgotten."""
+        """Add a point {(group, name): number}; when there are `most`, every second one is dropped."""
         if len(self.ticks) >= self.most:
             del self.ticks[1::2], self.points[1::2]
         self.ticks.append(tick)

@@ -140,7 +140,7 @@ def test_the_most_recent_common_ancestor_is_along_mothers():
     assert found.most_recent_common_ancestor([8, 5]) == 5
     assert found.most_recent_common_ancestor([8, 7]) == 0  # 7 is a father
     assert found.most_recent_common_ancestor([6]) == 6
-    with pytest.raises(ValueError, match="of nobody"):
+    with pytest.raises(ValueError, match="of no organism"):
         found.most_recent_common_ancestor([])
 
 

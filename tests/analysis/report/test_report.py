@@ -86,7 +86,7 @@ def test_a_single_species_is_reported(tmp_path: Path) -> None:
     run = chains.write_run(tmp_path / "run", chains.chain(1500)[:, :1], species=("grass",))
     text = words(write_report(run))
     assert "The only species, grass, persisted to tick 1,500." in text
-    assert "Who follows whom" not in text or "follows grass" not in text
+    assert "Which species follows which" not in text or "follows grass" not in text
 
 
 def test_a_species_without_animals_is_named_and_does_not_count_as_extinct(tmp_path: Path) -> None:
