@@ -95,7 +95,7 @@ def digests(before: Path) -> dict[str, Any]:
 
 def times(before: Path, pairs: int) -> dict[str, Any]:
     """Return for each world the median ratio of this commit's seconds to the other's, with an interval of 95 %."""
-    found = {}
+    results = {}
     for name, (world, changes, ticks) in WORLDS.items():
         for one in (False, True):
             asked = [world, changes, ticks, one]
@@ -110,10 +110,10 @@ def times(before: Path, pairs: int) -> dict[str, Any]:
             draws = random.Random(1)
             medians = sorted(statistics.median(draws.choices(ratios, k=pairs)) for _ in range(2000))
             key = f"{name}, {'run(1) a tick' if one else 'one run'}"
-            found[key] = {"ratio": round(statistics.median(ratios), 4), "from": round(medians[50], 4), "to": round(medians[-51], 4),
+            results[key] = {"ratio": round(statistics.median(ratios), 4), "from": round(medians[50], 4), "to": round(medians[-51], 4),
                           "ms a tick": round(1000 * statistics.median(seconds) / ticks, 3), "pairs": pairs}  # fmt: skip
-            print(key, json.dumps(found[key]), flush=True)
-    return found
+            print(key, json.dumps(results[key]), flush=True)
+    return results
 
 
 def main() -> int:

@@ -73,15 +73,15 @@ def made(organisms: int) -> World:
 @contextmanager
 def watched(organisms: int) -> Iterator[Server]:
     """The world, alive in a thread of its own at 20 ticks a second, and the server of its page."""
-    ready, found = threading.Event(), []
+    ready, started = threading.Event(), []
 
     def live() -> None:
         source = Live(made(organisms))
-        found.append(Player(source, 20.0))
-        with Server(found[0]) as server:
-            found.append(server)
+        started.append(Player(source, 20.0))
+        with Server(started[0]) as server:
+            started.append(server)
             ready.set()
-            source.run(found[0].turn)
+            source.run(started[0].turn)
 
     thread = threading.Thread(target=live)
     thread.start()
@@ -89,9 +89,9 @@ def watched(organisms: int) -> Iterator[Server]:
         while not ready.wait(0.1):
             if not thread.is_alive():
                 raise RuntimeError("the world did not begin")
-        yield found[1]
+        yield started[1]
     finally:
-        found[0].close()
+        started[0].close()
         thread.join()
 
 
@@ -115,8 +115,8 @@ def main() -> None:
         page.goto(server.address())
         until(page, "ecs.frames > 20 && ecs.renders > 20", 600)
         for colour in ("species", "age"):
-            found = measure(page, colour, asked.frames)
-            middle, best = ({what: of(times) for what, times in found.items()} for of in (statistics.median, min))
+            measured = measure(page, colour, asked.frames)
+            middle, best = ({what: of(times) for what, times in measured.items()} for of in (statistics.median, min))
             rows += [{"organisms": asked.organisms, "colour": colour, "what": words,
                       "ms a frame, median": middle.get(what, sum(middle.values())), "best": best.get(what, sum(best.values())),
                       "goal": GOAL}

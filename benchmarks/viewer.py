@@ -106,8 +106,9 @@ def cost(organisms: int, pairs: int) -> tuple[list[dict[str, Any]], dict[str, An
         share = (spent[0] + time.clock_gettime(clock) - served) / watched
         seen.before_tick.remove(turn)
     n = sum(t.n for t in seen.tables.values())
-    rows = [{"cost of a page, as a share of": what, "median": statistics.median(found), "from": min(found), "to": max(found), "goal": 0.05}
-            for what, found in (("the run's wall time", wall), ("the processor's time, all threads", work),
+    rows = [{"cost of a page, as a share of": what, "median": statistics.median(shares),
+             "from": min(shares), "to": max(shares), "goal": 0.05}
+            for what, shares in (("the run's wall time", wall), ("the processor's time, all threads", work),
                                 ("one core, for turns and the server's thread", [share]))]  # fmt: skip
     notes = {"organisms": n, "pairs": pairs, "ticks in each": ticks, "ms a tick": 1e3 * seconds,
              "frames a second": (player.frames - frames) / watched, "same digest": alone.digest() == seen.digest()}  # fmt: skip

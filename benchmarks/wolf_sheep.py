@@ -150,10 +150,10 @@ def main() -> None:
     parser.add_argument("--short", action="store_true", help="20² alone, 3 seeds; writes no results")
     options = parser.parse_args()
     sizes, seeds = ({20: (10, 1)}, 3) if options.short else (SIZES, options.seeds)
-    found = [case(r, width, ticks, seeds * more) for width, (ticks, more) in sizes.items() for r in REGIMES]
+    cases = [case(r, width, ticks, seeds * more) for width, (ticks, more) in sizes.items() for r in REGIMES]
     if options.short:
         _bench.RESULTS = Path(tempfile.mkdtemp())
-    speed, same = zip(*found, strict=True)
+    speed, same = zip(*cases, strict=True)
     missed = [f"{r['regime']} {r['cells']}" for r in speed if r["ratio by organism-step"] < 100]
     _bench.save("wolf_sheep", "Mesa 3.5's WolfSheep and the same rules in ecs-eco", list(speed), {"below 100 times": missed})
     _bench.save("wolf_sheep_same", "Are the populations those of Mesa?", list(same))

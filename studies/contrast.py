@@ -44,8 +44,8 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 def lifetimes(cases: list[dict[str, Any]], law: str, arm: str) -> tuple[list[float], list[bool]]:
     """Durations and whether they ended in an extinction."""
-    found = [e["result"] for e in cases if e["case"]["law"] == law and e["case"]["arm"] == arm]
-    return [r["lived"] for r in found], [r["extinct"] is not None for r in found]
+    results = [e["result"] for e in cases if e["case"]["law"] == law and e["case"]["arm"] == arm]
+    return [r["lived"] for r in results], [r["extinct"] is not None for r in results]
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
@@ -61,11 +61,11 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
                 continue
             curve = kaplan_meier(time, died)
             curves[f"{law}, {arm}"] = {k: getattr(curve, k) for k in ("time", "at_risk", "survival", "low", "high")}
-            found = [e["result"] for e in cases if e["case"]["law"] == law and e["case"]["arm"] == arm]
-            first = [r["extinct"] for r in found]
+            results = [e["result"] for e in cases if e["case"]["law"] == law and e["case"]["arm"] == arm]
+            first = [r["extinct"] for r in results]
             kept = wilson(len(died) - sum(died), len(died))
             rows.append([law, arm, len(died), [kept.value, kept.low, kept.high], curve.median, curve.mean(max(time)),
-                         f"{first.count('deer')}/{first.count('wolf')}", sum({"deer", "wolf"} <= set(r["cycling"]) for r in found)])  # fmt: skip
+                         f"{first.count('deer')}/{first.count('wolf')}", sum({"deer", "wolf"} <= set(r["cycling"]) for r in results)])  # fmt: skip
             if arm == "trained/trained" or not whole[0]:
                 continue
             gap = bootstrap_difference(whole[0], time)

@@ -59,8 +59,8 @@ def row(name: str, results: list[dict[str, Any]]) -> list[Any]:
     from ecs_eco.analysis.cycles import median_lag_interval
 
     lags = {pair: median_lag_interval([r["cycles"]["lags"][pair]["share"] for r in results if pair in r["cycles"]["lags"]]) for pair in LAGS}
-    found = [r["cycles"]["period"] for r in results if r["cycles"]["period"]]
-    return [name, len(results), sum(r["extinct"] is None for r in results), float(np.median(found)) if found else None,
+    periods = [r["cycles"]["period"] for r in results if r["cycles"]["period"]]
+    return [name, len(results), sum(r["extinct"] is None for r in results), float(np.median(periods)) if periods else None,
             *(count(results, s, null) for null in ("ar1", "relaxation") for s in ("deer", "wolf")),
             *([v["median"], v["low"], v["high"]] if v["n"] else None for v in lags.values())]  # fmt: skip
 
@@ -75,12 +75,12 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
     out = [verdict("bundled policies, fresh world seeds: runs in which grass, deer and wolves persist", f"{kept} of {n}", "all", kept == n),
            verdict("fewest periods in a run", least, "at least 10", least >= 10)]  # fmt: skip
     for species in ("deer", "wolf"):
-        found = count(main, species, "ar1")
-        out.append(verdict(f"runs with a spectral peak of the {species} beyond AR(1), p < .05", f"{found} of {n}", "at least 9 of 10", found >= 0.9 * n))
+        peaks = count(main, species, "ar1")
+        out.append(verdict(f"runs with a spectral peak of the {species} beyond AR(1), p < .05", f"{peaks} of {n}", "at least 9 of 10", peaks >= 0.9 * n))
     for species in ("deer", "wolf"):
-        found = count(main, species, "relaxation")
-        out.append(verdict(f"the same for the {species} beyond red noise that relaxes at two rates", f"{found} of {n}", "at least 9 of 10 (stricter)",
-                           found >= 0.9 * n))  # fmt: skip
+        peaks = count(main, species, "relaxation")
+        out.append(verdict(f"the same for the {species} beyond red noise that relaxes at two rates", f"{peaks} of {n}", "at least 9 of 10 (stricter)",
+                           peaks >= 0.9 * n))  # fmt: skip
     for pair, (low, high) in LAGS.items():
         lag = median_lag_interval([r["cycles"]["lags"][pair]["share"] for r in main if pair in r["cycles"]["lags"]])
         out.append(verdict(f"median lag {pair}, share of the period", [lag["median"], lag["low"], lag["high"]], f"{low} to {high}",

@@ -114,7 +114,7 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
     there = {c["case"]["arm"] for c in cases}
     results = {arm: [c["result"] for c in cases if c["case"]["arm"] == arm] for arm in ARMS if arm in there}
     out = [*_migration(cases, results), *_ablations(cases, results), *_escape(cases, results), *_plume(cases, results)]
-    rows = [_row(cases, arm, found) for arm, found in results.items() if ARMS[arm]["what"] in ("life", "held")]
+    rows = [_row(cases, arm, lives) for arm, lives in results.items() if ARMS[arm]["what"] in ("life", "held")]
     head = ["arm", "policies", "runs", "with a cycle", "amplitude along the day, by training seed: mean (95 %)", "amplitude, median of runs",
             "r ≥ 0.6", "deeper by day", "copepods at the end, mean", "days lived, mean"]  # fmt: skip
     return {"verdicts": out, "table": {"head": head, "rows": rows}, "notes": NOTES}
@@ -124,14 +124,14 @@ NOTES = ("Amplitudes are shares of the depth of the water, half of the height of
          "the same in all, but `retrained:`, whose policies were trained in the world that they live in, and `untrained`.")  # fmt: skip
 
 
-def _row(cases: list[dict[str, Any]], arm: str, found: list[dict[str, Any]]) -> list[Any]:
-    cycles = [r["cycle"] for r in found if r["cycle"] is not None]
+def _row(cases: list[dict[str, Any]], arm: str, lives: list[dict[str, Any]]) -> list[Any]:
+    cycles = [r["cycle"] for r in lives if r["cycle"] is not None]
     swings = by_training(cases, arm, swing)
     steady = sum(c["r"] is not None and c["r"] >= 0.6 for c in cycles)
-    return [arm, ARMS[arm].get("policies", "shipped"), len(found), len(cycles), told(interval(swings), len(swings)) if swings else None,
+    return [arm, ARMS[arm].get("policies", "shipped"), len(lives), len(cycles), told(interval(swings), len(swings)) if swings else None,
             round(float(np.median([c["amplitude"] for c in cycles])), 3) if cycles else None, f"{steady} of {len(cycles)}",
-            f"{sum(c['vector'][0] > 0 for c in cycles)} of {len(cycles)}", round(float(np.mean([r["copepods"] for r in found])), 1),
-            round(float(np.mean([r["days lived"] for r in found])), 1)]  # fmt: skip
+            f"{sum(c['vector'][0] > 0 for c in cycles)} of {len(cycles)}", round(float(np.mean([r["copepods"] for r in lives])), 1),
+            round(float(np.mean([r["days lived"] for r in lives])), 1)]  # fmt: skip
 
 
 def _migration(cases: list[dict[str, Any]], results: dict[str, Any]) -> list[dict[str, Any]]:
@@ -171,14 +171,14 @@ def _ablations(cases: list[dict[str, Any]], results: dict[str, Any]) -> list[dic
 
     def alone(arm: str, words: str, goal: str, met: Any) -> None:
         if have(arm):
-            found = interval(of[arm])
-            out.append(verdict(f"{words}: amplitude along the day (95 %)", told(found, len(of[arm])), goal, met(found)))
+            amplitude = interval(of[arm])
+            out.append(verdict(f"{words}: amplitude along the day (95 %)", told(amplitude, len(of[arm])), goal, met(amplitude)))
 
     def less(words: str, one: str, other: str, below: float | None = None) -> None:
         if have(one, other):
             gap, p = contrast(of[one], of[other])
-            goal, said = ("above 0", "95 %") if below is None else (f"above 0, p < {below:g}", "95 %; p one-sided")
-            out.append(verdict(f"{words} ({said})", told(gap, min(len(of[one]), len(of[other])), p), goal, gap[1] > 0 and (below is None or p < below)))
+            goal, interval_text = ("above 0", "95 %") if below is None else (f"above 0, p < {below:g}", "95 %; p one-sided")
+            out.append(verdict(f"{words} ({interval_text})", told(gap, min(len(of[one]), len(of[other])), p), goal, gap[1] > 0 and (below is None or p < below)))
 
     for arm, base in (("constant light", "shipped"), ("held: constant light", "held: trained")):
         if have(arm, base):
@@ -208,9 +208,9 @@ def _escape(cases: list[dict[str, Any]], results: dict[str, Any]) -> list[dict[s
         if not gain:
             out.append(none(arm))
             continue
-        found, flees = interval(gain), arm in FLEEING
-        out.append(verdict(f"{arm}: fastest within 2 ticks over the speed before (95 %)", told(found, len(gain)),
-                           "at least 2, with its interval" if flees else "below 2, with its interval", found[1] >= 2 if flees else found[2] < 2))  # fmt: skip
+        gain_interval, flees = interval(gain), arm in FLEEING
+        out.append(verdict(f"{arm}: fastest within 2 ticks over the speed before (95 %)", told(gain_interval, len(gain)),
+                           "at least 2, with its interval" if flees else "below 2, with its interval", gain_interval[1] >= 2 if flees else gain_interval[2] < 2))  # fmt: skip
         if flees:
             out.append(_latency(arm, results[arm]))
             out += _directed(cases, arm) if SENSELESS in results else []
@@ -243,10 +243,10 @@ def _directed(cases: list[dict[str, Any]], arm: str) -> list[dict[str, Any]]:
         return [none(arm)]
     beyond = here - control
     p = v_test(beyond[:, 0] / np.hypot(*beyond.T))[1] if len(beyond) > 1 else float("nan")
-    found = interval(beyond[:, 0].tolist())
-    means = f"{here[:, 0].mean():.2f} against {control[:, 0].mean():.2f}: {told(found, len(here), p)}"
+    difference = interval(beyond[:, 0].tolist())
+    means = f"{here[:, 0].mean():.2f} against {control[:, 0].mean():.2f}: {told(difference, len(here), p)}"
     words = f"{arm}: part of the way that points away, in that tick and the next two, beyond those who sense neither (95 %; p by V-test of training seeds)"
-    return [verdict(words, means, "above 0, p < 0.001", found[1] > 0 and p < 0.001)]
+    return [verdict(words, means, "above 0, p < 0.001", difference[1] > 0 and p < 0.001)]
 
 
 def _latency(arm: str, results: list[dict[str, Any]]) -> dict[str, Any]:

@@ -54,12 +54,12 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
 
 
 def _summed(cases: list[dict[str, Any]], way: str, what: str) -> dict[str, int]:
-    found: dict[str, int] = {}
+    counts: dict[str, int] = {}
     for case in cases:
         if case["case"]["what"] == way:
             for word, k in case["result"][what].items():
-                found[word] = found.get(word, 0) + k
-    return found
+                counts[word] = counts.get(word, 0) + k
+    return counts
 
 
 STUDY = Study(

@@ -29,11 +29,11 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
     ticks = config["ticks of arm"].get(case["arm"], config["ticks"])
     family = live(case["seed"], ticks, case["arm"])
     every = config["every"]
-    found = carriers(family.lineage(), every)
-    n, generation, tail = found["n"], found["generation"], -max(1, config["last"] // every)
+    counts = carriers(family.lineage(), every)
+    n, generation, tail = counts["n"], counts["generation"], -max(1, config["last"] // every)
     genes = {}
     for gene in GENES:
-        k = found[gene]
+        k = counts[gene]
         lost = int(((k[:-1] > 0) & (k[1:] == 0)).sum())
         genes[gene] = {PULL: drift_free(k, n, generation, config["mutation"]), "lost": lost,
                        "back": reappearances(k), "end": float(k[tail:].sum() / max(1, n[tail:].sum()))}  # fmt: skip
@@ -43,7 +43,7 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
     kept = slice(0, None, max(1, config["kept"] // every))
     return {"genes": genes, "n": float(n.mean()), "least": int(n.min()), "generations": float(generation[n > 0][-1]),
             "extinct": bool(family.table.n == 0), "red deaths": red.deaths.tolist(), "lived": red.lived.tolist(), "died": causes,
-            "series": {key: text(values[kept]) for key, values in found.items()}}  # fmt: skip
+            "series": {key: text(values[kept]) for key, values in counts.items()}}  # fmt: skip
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
@@ -71,8 +71,8 @@ def s_of(results: list[dict[str, Any]], gene: str) -> list[float]:
     """The coefficient of a gene in each run: the slope of its logit against blue's over all generations; NaN where nobody can have it."""
     from studies.common.selection import selection_coefficient
 
-    found = [{key: numbers(line) for key, line in r["series"].items()} for r in results]
-    return [selection_coefficient(x[gene], x["blue"], x["n"], x["generation"]) if x[gene].any() else float("nan") for x in found]
+    series = [{key: numbers(line) for key, line in r["series"].items()} for r in results]
+    return [selection_coefficient(x[gene], x["blue"], x["n"], x["generation"]) if x[gene].any() else float("nan") for x in series]
 
 
 def changes_of(results: list[dict[str, Any]], gene: str) -> list[float]:
@@ -131,11 +131,11 @@ def say_no_mutation(results: list[dict[str, Any]]) -> list[dict[str, Any]]:
 
 def say_neutral(arm: str, results: list[dict[str, Any]]) -> list[dict[str, Any]]:
     """A gene that says nothing is not selected; one drawn from the living still is, by death, if not by breeding: that is reported."""
-    found = {g: interval(s_of(results, g)) for g in GENES[:3]}
+    intervals = {g: interval(s_of(results, g)) for g in GENES[:3]}
     ends = {g: np.mean([r["genes"][g]["end"] > r["genes"]["blue"]["end"] for r in results]) for g in GENES[:3]}
     return [verdict(f"{arm}: selection coefficient of {g} per generation ({ends[g]:.0%} of runs end above blue)",
                     s, "0 within the interval" if arm == "neutral drift" else "reported: death still selects",
-                    arm != "neutral drift" or s[1] <= 0 <= s[2]) for g, s in found.items()]  # fmt: skip
+                    arm != "neutral drift" or s[1] <= 0 <= s[2]) for g, s in intervals.items()]  # fmt: skip
 
 
 def say_no_red(results: list[dict[str, Any]]) -> list[dict[str, Any]]:
@@ -158,7 +158,7 @@ def by_age(results: list[dict[str, Any]]) -> list[list[Any]]:
 
 def notes(ages: dict[str, Any], arms: dict[str, Any]) -> str:
     """Deaths by red at every age, of those born after the first generations."""
-    words = [f"{arm}: " + ", ".join(f"{age} {m:.2f}" for age, m, *_ in found) for arm, found in ages.items() if arm in ("goats", "no red gene")]
+    words = [f"{arm}: " + ", ".join(f"{age} {m:.2f}" for age, m, *_ in rows) for arm, rows in ages.items() if arm in ("goats", "no red gene")]
     by_age_ = f"Deaths by red grass per goat and 1,000 ticks by age, of those born from tick {CONFIG['settled']} on. " + "; ".join(words) + "."
     first = {half: interval(s_of(runs, "yellow")) for half, runs in (("the first 8 runs", arms.get("neutral drift", [])[:8]),
                                                                      ("the 16 more", arms.get("neutral drift", [])[8:])) if runs}  # fmt: skip

@@ -32,8 +32,8 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
     out = Path(tempfile.gettempdir()) / f"ecs-eco-goats-{name}"
     wanted = {**config["start"], **{f"search.{k}": v for k, v in config["search"].items()}, "search.seed": case["seed"],
               **{f'search.ranges."{k}"': v for k, v in config["ranges"].items()}}  # fmt: skip
-    found = search("reflexes", out, wanted, trials=config["trials"], workers=2, report=config["report"])
-    return {k: found[k] for k in ("candidates", "by_stage", "seconds", "start", "best", "confirmation")}
+    result = search("reflexes", out, wanted, trials=config["trials"], workers=2, report=config["report"])
+    return {k: result[k] for k in ("candidates", "by_stage", "seconds", "start", "best", "confirmation")}
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:

@@ -55,16 +55,16 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
     from ecs_eco.config import load
 
     world = World.from_config(load(config["world"]), seed=case["seed"], **ARMS[case["arm"]])
-    depth, said = Generations(world, "vole"), [genes(world)]
+    depth, means = Generations(world, "vole"), [genes(world)]
     if case["arm"] == "no grazers":
         for uid in world.tables["vole"].uid[world.tables["vole"].rows()]:
             world.kill(uid)
         world.flush()
     while world.tick < config["ticks"]:
         world.run(config["every"])
-        said.append(genes(world))
+        means.append(genes(world))
     lived = {n: world.tables[n].n for n in ("vole", "berry", "nightshade")}
-    return {"genes": {k: " ".join(f"{s[k]:.3f}" for s in said) for k in said[0]}, "generations": depth.mean(), "end": lived, **lives(world)}
+    return {"genes": {k: " ".join(f"{s[k]:.3f}" for s in means) for k in means[0]}, "generations": depth.mean(), "end": lived, **lives(world)}
 
 
 def genes(world: Any) -> dict[str, float]:
@@ -117,8 +117,8 @@ def interval(values: list[float]) -> list[float] | None:
 
     if len(values) < 2:
         return None
-    found = pooled(values)
-    return [found.mean, *found.interval95]
+    estimate = pooled(values)
+    return [estimate.mean, *estimate.interval95]
 
 
 def apart(one: dict[int, float], other: dict[int, float]) -> list[float] | None:
@@ -126,9 +126,9 @@ def apart(one: dict[int, float], other: dict[int, float]) -> list[float] | None:
     return interval([one[s] - other[s] for s in sorted(set(one) & set(other))])
 
 
-def beyond(found: list[float] | None, sign: int) -> bool:
+def beyond(interval_: list[float] | None, sign: int) -> bool:
     """Whether an interval lies on one side of 0."""
-    return found is not None and (found[1] > 0 if sign > 0 else found[2] < 0)
+    return interval_ is not None and (interval_[1] > 0 if sign > 0 else interval_[2] < 0)
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
@@ -139,18 +139,18 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
     for name, sign in WEIGHTS.items():
         for control in ("neutral drift", "no learning"):
             if control in arms:
-                found = apart(moved["evolving", f"vole.{name}"], moved[control, f"vole.{name}"])
-                out.append(verdict(f"change of the weight of {name} in happiness, evolving less {control}", found,
-                                   "above 0" if sign > 0 else "below 0", beyond(found, sign)))  # fmt: skip
+                difference = apart(moved["evolving", f"vole.{name}"], moved[control, f"vole.{name}"])
+                out.append(verdict(f"change of the weight of {name} in happiness, evolving less {control}", difference,
+                                   "above 0" if sign > 0 else "below 0", beyond(difference, sign)))  # fmt: skip
     for control in [a for a in ("neutral drift", "no learning") if a in arms]:
         each = {g: interval(list(moved[control, f"vole.{g}"].values())) for g in (*WEIGHTS, "vole", "marker")}
         n = sum(beyond(v, 1) or beyond(v, -1) for v in each.values())
         out.append(verdict(f"{control}: of 5 genes of voles those that changed (95 % interval without 0)", n, "at most 1, by chance", n <= 1))
     if "no learning" in arms:
         risk = {a: {e["case"]["seed"]: e["result"]["risk"] for e in cases if e["case"]["arm"] == a and e["result"]["risk"]} for a in arms}
-        found = apart({s: np.log(v) for s, v in risk["evolving"].items()}, {s: np.log(v) for s, v in risk["no learning"].items()})
-        ratio = None if found is None else [float(np.exp(v)) for v in found]
-        out.append(verdict("risk of a vole to die of nightshade, evolving over no learning", ratio, "below 1", beyond(found, -1)))
+        difference = apart({s: np.log(v) for s, v in risk["evolving"].items()}, {s: np.log(v) for s, v in risk["no learning"].items()})
+        ratio = None if difference is None else [float(np.exp(v)) for v in difference]
+        out.append(verdict("risk of a vole to die of nightshade, evolving over no learning", ratio, "below 1", beyond(difference, -1)))
     if "no grazers" in arms:
         tough, poison = (apart(moved["evolving", f"berry.{g}"], moved["no grazers", f"berry.{g}"]) for g in ("tough", "poison"))
         out.append(verdict("change of toughness in berries, with grazers less without", tough, "above 0", beyond(tough, 1)))
@@ -161,9 +161,9 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
     if "shuffled genome" in arms:
         sums = [{s: sum(sign * moved[a, f"vole.{g}"][s] for g, sign in WEIGHTS.items()) for s in moved[a, "vole.energy"]}
                 for a in ("evolving", "shuffled genome")]  # fmt: skip
-        found = apart(sums[0], sums[1])
-        out.append(verdict("changes of energy and berry less that of nightshade, evolving less shuffled genome", found,
-                           "above 0: breeding counts, not only staying alive", beyond(found, 1)))  # fmt: skip
+        difference = apart(sums[0], sums[1])
+        out.append(verdict("changes of energy and berry less that of nightshade, evolving less shuffled genome", difference,
+                           "above 0: breeding counts, not only staying alive", beyond(difference, 1)))  # fmt: skip
     mine = [e["result"] for e in cases if e["case"]["arm"] == "evolving"]
     least = min(r["generations"] or 0 for r in mine)
     out.append(verdict("generations of voles, the fewest of all evolving runs", least, "30 or more", least >= 30))

@@ -60,17 +60,17 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
     """Shares with intervals over runs, and their differences from learned weights."""
     from studies.common.selection import pooled
 
-    found = {way: [e["result"] for e in cases if e["case"]["inherit"] == way] for way in WAYS}
-    found = {way: results for way, results in found.items() if results}
+    by_way = {way: [e["result"] for e in cases if e["case"]["inherit"] == way] for way in WAYS}
+    by_way = {way: results for way, results in by_way.items() if results}
 
     def interval(values: list[float]) -> list[float]:
         over = pooled(values)
         return [over.mean, *over.interval95]
 
-    young = {way: [r["first child"] for r in results if r["first child"]] for way, results in found.items()}
-    share = {way: {s: [shares(r)[s] for r in results if r["born"]] for s in SHARES} for way, results in found.items()}
+    young = {way: [r["first child"] for r in results if r["first child"]] for way, results in by_way.items()}
+    share = {way: {s: [shares(r)[s] for r in results if r["born"]] for s in SHARES} for way, results in by_way.items()}
     rows = [[way, len(results), sum(r["extinct"] is not None for r in results), np.mean([r["n"] for r in results]), np.mean([r["born"] for r in results]),
-             *(interval(share[way][s]) if share[way][s] else None for s in SHARES), interval(young[way]) if young[way] else None, causes(results)] for way, results in found.items()]  # fmt: skip
+             *(interval(share[way][s]) if share[way][s] else None for s in SHARES), interval(young[way]) if young[way] else None, causes(results)] for way, results in by_way.items()]  # fmt: skip
     lines = []
     for way in ("none", "birth") if "learned" in share else ():
         for what, of, sign in ((f"share of newborn that {SHARES[1]}", {w: share[w][SHARES[1]] for w in share}, 1), ("age at the first child", young, -1)):
@@ -79,7 +79,7 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
             lines.append(verdict(f"{what}: learned less {way}, by pairs of seeds", gap, "above 0" if sign > 0 else "below 0", met))
         gap = interval([b - a for a, b in zip(share[way][SHARES[0]], share["learned"][SHARES[0]], strict=False)] or [0.0])
         lines.append(verdict(f"share of newborn that {SHARES[0]}: learned less {way}, by pairs of seeds", gap, "reported", True))
-    lines.append(verdict("worlds that die out: " + ", ".join(found), [sum(r["extinct"] is not None for r in results) for results in found.values()],
+    lines.append(verdict("worlds that die out: " + ", ".join(by_way), [sum(r["extinct"] is not None for r in results) for results in by_way.values()],
                          "reported", True))  # fmt: skip
     head = ["inherited", "runs", "died out", "goats", "newborn counted", *SHARES, "age at the first child", "died of"]
     return {"verdicts": lines, "table": {"head": head, "rows": rows}}

@@ -149,24 +149,24 @@ def became(config: dict[str, Any], case: dict[str, Any]) -> dict[str, int]:
     calm = build(small(case["world"], config["share"], case["brains"]), case["seed"])
     start = time.perf_counter()
     calm.run(ticks)
-    lasting, found = time.perf_counter() - start, []
-    while sum(what != "early" for what in found) < config["interruptions"] and len(found) < 10 * config["interruptions"]:
+    lasting, outcomes = time.perf_counter() - start, []
+    while sum(what != "early" for what in outcomes) < config["interruptions"] and len(outcomes) < 10 * config["interruptions"]:
         try:
-            found.append(once(case["kind"], config, case, rng, peace, lasting))
+            outcomes.append(once(case["kind"], config, case, rng, peace, lasting))
         except (Interrupted, KeyboardInterrupt):  # after the run had ended
-            found.append("early")
-    return {what: found.count(what) for what in sorted(set(found))}
+            outcomes.append("early")
+    return {what: outcomes.count(what) for what in sorted(set(outcomes))}
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
     """Count what became of the worlds, by the way of interruption."""
-    found = [(c["case"]["kind"], c["result"]["became"]) for c in cases]
-    every = sum(n for _, counts in found for what, n in counts.items() if what != "early")
-    good = {what: sum(counts.get(what, 0) for _, counts in found) for what in ("whole", "refusing")}
+    by_kind = [(c["case"]["kind"], c["result"]["became"]) for c in cases]
+    every = sum(n for _, counts in by_kind for what, n in counts.items() if what != "early")
+    good = {what: sum(counts.get(what, 0) for _, counts in by_kind) for what in ("whole", "refusing")}
     wrong = every - sum(good.values())
     rows = []
     for kind in KINDS:
-        counts = [counts for k, counts in found if k == kind]
+        counts = [counts for k, counts in by_kind if k == kind]
         if counts:
             whole, refusing = (sum(c.get(what, 0) for c in counts) for what in ("whole", "refusing"))
             n = sum(n for c in counts for what, n in c.items() if what != "early")

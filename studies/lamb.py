@@ -106,8 +106,8 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
     from ecs_eco.analysis.survival import bootstrap_difference
 
     def values(arm: tuple[str, str], of: Any) -> list[float]:
-        found = [of(e["result"]) for e in cases if (e["case"]["reflexes"], e["case"]["how"]) == arm]
-        return [v for v in found if v is not None and np.isfinite(v)]
+        numbers = [of(e["result"]) for e in cases if (e["case"]["reflexes"], e["case"]["how"]) == arm]
+        return [v for v in numbers if v is not None and np.isfinite(v)]
 
     def line(text: str, goal: str, a: list[float], b: list[float]) -> None:
         if len(a) > 1 and len(b) > 1:

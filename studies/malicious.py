@@ -24,10 +24,10 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
             imported = surroundings.imported(place)  # before anything is trusted
             return {"imported": imported, "controls": surroundings.controls(place)}
         if "seed" in case:
-            found = BY_MUTATION[case["what"]](place, case["seed"], config["mutations"][case["what"]])
+            attacks = BY_MUTATION[case["what"]](place, case["seed"], config["mutations"][case["what"]])
         else:
-            found = list(BY_HAND[case["what"]](place))[:: config["every"]]
-        done = [judged(place, attack) for attack in found]
+            attacks = list(BY_HAND[case["what"]](place))[:: config["every"]]
+        done = [judged(place, attack) for attack in attacks]
     return {
         "attacks": len(done), "attempts": sum(sum(d["counts"].values()) for d in done),
         "kinds": {kind: sum(d["counts"][kind] for d in done) for kind in KINDS},
@@ -42,8 +42,8 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
     control = next((c["result"] for c in cases if c["case"]["what"] == "control"), {"controls": [], "imported": {}})
 
     def of(what: str, *kinds: str) -> int:
-        found = [c["result"] for c in tried if what in (c["case"]["what"], "all")]
-        return sum(r["kinds"][k] for r in found for k in kinds) if kinds else sum(r["attacks"] for r in found)
+        results = [c["result"] for c in tried if what in (c["case"]["what"], "all")]
+        return sum(r["kinds"][k] for r in results for k in kinds) if kinds else sum(r["attacks"] for r in results)
 
     marks, names = sum(c["result"]["marks"] for c in tried), sorted({m for c in tried for m in c["result"]["imported"]})
     n, least = of("all"), 300 if len(cases) > 5 else 1

@@ -66,7 +66,7 @@ def apart(work: Callable[[], Any], place: Path) -> Any:
     return json.loads((place / "answer.json").read_text(encoding="utf-8"))
 
 
-def _start(words: list[str], gate: int, key: int, said: Path) -> int:
+def _start(words: list[str], gate: int, key: int, log: Path) -> int:
     """Fork a process that waits at the gate and then is the command, in the folder of `said`; return its id."""
     child = os.fork()
     if child:
@@ -74,8 +74,8 @@ def _start(words: list[str], gate: int, key: int, said: Path) -> int:
     code = 1
     try:
         os.close(key)
-        os.chdir(said.parent)
-        file = os.open(said, os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
+        os.chdir(log.parent)
+        file = os.open(log, os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
         os.dup2(file, 1)
         os.dup2(file, 2)
         os.read(gate, 1)
@@ -111,11 +111,11 @@ def default_out(place: Path, config: dict[str, Any], rng: np.random.Generator, w
     ended = together(place, [run_words(config, seed)] * 2)
     if [code for code, _ in ended] != [0, 0]:
         return f"ended with {[code for code, _ in ended]}: {ended[0][1]} {ended[1][1]}", False
-    found = sorted((place / "runs").iterdir())
-    if [p.name for p in found] != [f"predator-prey-{seed}", f"predator-prey-{seed}-2"]:
-        return f"left {[p.name for p in found]}", False
-    said = all(sum(f"in runs/{p.name}\n" in text for _, text in ended) == 1 for p in found)
-    return "" if said and not any(_differs(p, whole, seed) for p in found) else "what they left is not what they said", True
+    folders = sorted((place / "runs").iterdir())
+    if [p.name for p in folders] != [f"predator-prey-{seed}", f"predator-prey-{seed}-2"]:
+        return f"left {[p.name for p in folders]}", False
+    named = all(sum(f"in runs/{p.name}\n" in text for _, text in ended) == 1 for p in folders)
+    return "" if named and not any(_differs(p, whole, seed) for p in folders) else "what they left is not what they said", True
 
 
 def two_resumes(place: Path, config: dict[str, Any], rng: np.random.Generator, whole: dict[int, Any]) -> tuple[str, bool]:

@@ -52,15 +52,15 @@ def parameters() -> Any:
 
 def evaluate(values: dict[str, float], least: list[float]) -> dict[str, Any]:
     """As ecs_eco.search.evaluate, with the chain in the place of a world."""
-    p, spent, found = np.array([values[n] for n in NAMES]), 0, []
+    p, spent, scores = np.array([values[n] for n in NAMES]), 0, []
     for stage, (ticks, n) in enumerate(STAGES):
         runs = [live(p, ticks, seed) for seed in range(n)]
         spent += sum(t for t, _ in runs)
-        found.append(float(np.mean([t / ticks + rest for t, rest in runs])))
+        scores.append(float(np.mean([t / ticks + rest for t, rest in runs])))
         lost = sum(t < ticks for t, _ in runs)
-        if lost > 0.5 * n or (stage < len(least) and found[-1] < least[stage]):
+        if lost > 0.5 * n or (stage < len(least) and scores[-1] < least[stage]):
             break
-    return {"stage": len(found) - 1, "score": found[-1], "scores": found, "ticks": spent}
+    return {"stage": len(scores) - 1, "score": scores[-1], "scores": scores, "ticks": spent}
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
@@ -69,22 +69,22 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
     from ecs_eco.search.optimise import Optimiser, merit
 
-    optimiser, told, asking, out = Optimiser(parameters(), case["optimiser"], case["seed"]), [], 0.0, {"share": {}, "merit": {}}
+    optimiser, entries, asking, out = Optimiser(parameters(), case["optimiser"], case["seed"]), [], 0.0, {"share": {}, "merit": {}}
     for candidate in range(config["candidates"]):
         begin = time.perf_counter()
         values = optimiser.ask(candidate)
         asking += time.perf_counter() - begin
-        before = [[e["scores"][s] for e in told if e["stage"] >= s] for s in range(len(STAGES) - 1)]
+        before = [[e["scores"][s] for e in entries if e["stage"] >= s] for s in range(len(STAGES) - 1)]
         entry = evaluate(values, [float(np.quantile(b, 1 - KEPT)) if len(b) >= 4 else -np.inf for b in before]) | {"values": values}
-        told.append(entry)
+        entries.append(entry)
         optimiser.tell(candidate, values, merit(entry))
         if candidate + 1 in config["judged"]:
-            best = max(told, key=merit)
+            best = max(entries, key=merit)
             p = np.array([best["values"][n] for n in NAMES])
             out["share"][str(candidate + 1)] = float(np.mean([live(p, 8000, 10_000 + s)[0] == 8000 for s in range(config["runs"])]))
             out["merit"][str(candidate + 1)] = merit(best)
-    return out | {"ticks": sum(e["ticks"] for e in told), "asking": asking / config["candidates"],
-                  "whole": sum(e["stage"] == len(STAGES) - 1 for e in told)}  # fmt: skip
+    return out | {"ticks": sum(e["ticks"] for e in entries), "asking": asking / config["candidates"],
+                  "whole": sum(e["stage"] == len(STAGES) - 1 for e in entries)}  # fmt: skip
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
@@ -92,7 +92,7 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
     kinds = list(dict.fromkeys(c["case"]["optimiser"] for c in cases))
     of = {k: [c["result"] for c in cases if c["case"]["optimiser"] == k] for k in kinds}
     judged = list(of[kinds[0]][0]["share"])
-    mean = {k: [float(np.mean([r["share"][n] for r in found])) for n in judged] for k, found in of.items()}
+    mean = {k: [float(np.mean([r["share"][n] for r in results])) for n in judged] for k, results in of.items()}
     rows = [[k, len(of[k]), *(f"{m:.2f}" for m in mean[k]), f"{np.mean([r['ticks'] for r in of[k]]) / 1e3:,.0f}",
              f"{np.mean([r['whole'] for r in of[k]]):.1f}", f"{1000 * np.mean([r['asking'] for r in of[k]]):.0f}"] for k in kinds]  # fmt: skip
     head = ["optimiser", "repeats", *(f"share that persists, best of {n}" for n in judged), "ticks [1,000]", "met all runs", "ms to ask"]

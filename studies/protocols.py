@@ -50,14 +50,14 @@ def summarise(entries: list[dict[str, Any]]) -> dict[str, Any]:
     rows, out = [], []
     shares: dict[str, float] = {}
     for name in PROTOCOLS:
-        found = [e["result"] for e in entries if e["case"]["arm"] == name]
-        if not found:
+        results = [e["result"] for e in entries if e["case"]["arm"] == name]
+        if not results:
             continue
-        kept = sum(r["persisted"] for r in found)
-        least = np.array([r["numbers"]["wolf"]["least"] for r in found], float)
-        most = np.array([r["numbers"]["deer"]["most"] for r in found], float)
-        shares[name] = kept / len(found)
-        rows.append([name, len(found), kept, float(np.median(least)), spread(least), float(np.median(most)), spread(most)])
+        kept = sum(r["persisted"] for r in results)
+        least = np.array([r["numbers"]["wolf"]["least"] for r in results], float)
+        most = np.array([r["numbers"]["deer"]["most"] for r in results], float)
+        shares[name] = kept / len(results)
+        rows.append([name, len(results), kept, float(np.median(least)), spread(least), float(np.median(most)), spread(most)])
     reference = shares.get("as shipped before", 0.0)
     for name, share in shares.items():
         if name != "as shipped before":

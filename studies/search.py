@@ -29,10 +29,10 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
     from ecs_eco.search import search
 
     before = os.getloadavg()[0]
-    found = search(WORLD, folder(config, case), {**config["changes"], "search.seed": case["seed"]}, cpu=config["cpu"],
+    result = search(WORLD, folder(config, case), {**config["changes"], "search.seed": case["seed"]}, cpu=config["cpu"],
                    trials=config["trials"], workers=config["workers"], optimiser=case["optimiser"], report=config["trials"] is None)  # fmt: skip
     kept = ("candidates", "by_stage", "seconds", "seconds_of_candidates", "cpu_of_candidates", "start", "best", "best_so_far", "confirmation", "importance")
-    return {k: found[k] for k in kept} | {"load": [before, os.getloadavg()[0]]}
+    return {k: result[k] for k in kept} | {"load": [before, os.getloadavg()[0]]}
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
@@ -42,12 +42,12 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
     kinds = list(dict.fromkeys(c["case"]["optimiser"] for c in cases))
     of = {k: [c["result"] for c in cases if c["case"]["optimiser"] == k] for k in kinds}
 
-    def share(found: list[dict[str, Any]], who: str) -> tuple[int, int]:
-        return sum(r["confirmation"][who]["persisted"] for r in found), sum(r["confirmation"][who]["runs"] for r in found)
+    def share(results: list[dict[str, Any]], who: str) -> tuple[int, int]:
+        return sum(r["confirmation"][who]["persisted"] for r in results), sum(r["confirmation"][who]["runs"] for r in results)
 
     rows = []
-    for k, found in of.items():
-        for r, seed in zip(found, [c["case"]["seed"] for c in cases if c["case"]["optimiser"] == k], strict=True):
+    for k, results in of.items():
+        for r, seed in zip(results, [c["case"]["seed"] for c in cases if c["case"]["optimiser"] == k], strict=True):
             c, s = r["confirmation"]["best"], r["confirmation"]["start"]
             rows.append([k, seed, r["candidates"], *r["by_stage"][1:], f"{r['cpu_of_candidates']:,.0f}", f"{r['seconds'] / 60:.1f}",
                          f"{r['best'][0]['score']:.2f}", f"{s['persisted']} of {s['runs']}", f"{c['persisted']} of {c['runs']}",

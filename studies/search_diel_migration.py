@@ -109,8 +109,8 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 def score(result: dict[str, Any]) -> float:
     """Return how many times more deaths the best other script has than the follower of an isolume that flees and minds the smell."""
-    found = result["found"]
-    return min(v["deaths"] for k, v in found.items() if k != "isolume") / max(found["isolume"]["deaths"], 0.02)
+    scripts = result["found"]
+    return min(v["deaths"] for k, v in scripts.items() if k != "isolume") / max(scripts["isolume"]["deaths"], 0.02)
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:

@@ -18,11 +18,11 @@ PACKAGE = "ecs_eco"
 
 def modules() -> dict[str, Path]:
     """Return the files of the package by module name."""
-    found = {}
+    paths = {}
     for path in sorted((ROOT / PACKAGE).rglob("*.py")):
         parts = path.relative_to(ROOT).with_suffix("").parts
-        found[".".join(parts[:-1] if parts[-1] == "__init__" else parts)] = path
-    return found
+        paths[".".join(parts[:-1] if parts[-1] == "__init__" else parts)] = path
+    return paths
 
 
 def imported(module: str, path: Path, known: dict[str, Path]) -> Iterator[str]:
@@ -56,12 +56,12 @@ def main() -> int:
     known = modules()
     files = {(module, other) for module, path in known.items() for other in imported(module, path, known)}
     rooms = {(room(a, known[a]), room(b, known[b])) for a, b in files}
-    found = {"files": circles(files), "rooms": circles({(a, b) for a, b in rooms if a != b})}
-    for kind, parts in found.items():
+    cycles = {"files": circles(files), "rooms": circles({(a, b) for a, b in rooms if a != b})}
+    for kind, parts in cycles.items():
         print(f"{len(parts)} circles of {kind} ({len(known) if kind == 'files' else len({r for edge in rooms for r in edge})} in all)")
         for part in parts:
             print("   ", ", ".join(part))
-    return int(any(found.values()))
+    return int(any(cycles.values()))
 
 
 if __name__ == "__main__":

@@ -35,7 +35,7 @@ def reference() -> str:
     paths: dict[type[Section], list[str]] = {}
     for model, path in _sections(WorldConfig, ""):
         paths.setdefault(model, []).append(path)
-    tables = [_table(model, found) for model, found in paths.items()]
+    tables = [_table(model, keys) for model, keys in paths.items()]
     return "\n\n".join([*tables, _ppo(), f"### Formulas\n\nA formula is made of {ALLOWED}. What is true is 1."])
 
 
@@ -109,8 +109,8 @@ def _words(kind: Any, metadata: tuple[Any, ...] = ()) -> str:
     if origin is typing.Literal:
         return ", ".join(f"`{_toml(p)}`" for p in parts)
     if origin in (types.UnionType, typing.Union):
-        found = dict.fromkeys(_words(p, metadata) for p in parts if p is not type(None))
-        return " or ".join(found)
+        words = dict.fromkeys(_words(p, metadata) for p in parts if p is not type(None))
+        return " or ".join(words)
     if origin is list:
         return f"list{_length(metadata)}: {_words(parts[0])}"
     if origin is dict:
@@ -122,8 +122,8 @@ def _words(kind: Any, metadata: tuple[Any, ...] = ()) -> str:
 
 def _limits(metadata: tuple[Any, ...]) -> str:
     """ " > 0" and the like; what only keeps numbers finite, and lists in memory, is left out."""
-    found = [(sign, getattr(m, name, None)) for m in _flat(metadata) for name, sign in SIGNS.items()]
-    return ",".join(f" {sign} {_toml(limit)}" for sign, limit in found if limit is not None and abs(limit) < 1e6)
+    limits = [(sign, getattr(m, name, None)) for m in _flat(metadata) for name, sign in SIGNS.items()]
+    return ",".join(f" {sign} {_toml(limit)}" for sign, limit in limits if limit is not None and abs(limit) < 1e6)
 
 
 def _length(metadata: tuple[Any, ...]) -> str:

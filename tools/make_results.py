@@ -58,7 +58,7 @@ def section(record: dict[str, Any]) -> str:
     blocks = [
         f"## {record['name']}",
         record["claim"],
-        *([f"**{said}**"] if (said := opening(record)) else []),
+        *([f"**{summary}**"] if (summary := opening(record)) else []),
         f"{met} of {len(rows)} goals met.",
         table(["", "statement", "measured", "goal"], rows),
     ]
@@ -101,8 +101,8 @@ def _read(path: Path) -> dict[str, Any]:
 
 def render(results: Path) -> str:
     """The whole page from a folder of results; incomplete and short ones, and what has no claim, are left out."""
-    found = [_read(path) for path in sorted(results.glob("*.json")) if not path.name.endswith(".partial.json")]
-    shown = [record for record in found if "claim" in record and record["complete"] and not record["short"]]
+    records = [_read(path) for path in sorted(results.glob("*.json")) if not path.name.endswith(".partial.json")]
+    shown = [record for record in records if "claim" in record and record["complete"] and not record["short"]]
     if not shown:
         return HEAD + "\nNo study has been run yet.\n"
     rows = [

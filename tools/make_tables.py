@@ -26,9 +26,9 @@ more processes than cores every figure suffers.
 
 def read() -> dict[str, dict[str, Any]]:
     """Return all results that answer a question by name, in the order of the page."""
-    found = {p.stem: json.loads(p.read_text()) for p in (BENCHMARKS / "results").glob("*.json")}
-    shown = [name for name, result in found.items() if "question" in result]
-    return {name: found[name] for name in sorted(shown, key=lambda n: (ORDER.index(n) if n in ORDER else 99, n))}
+    results = {p.stem: json.loads(p.read_text()) for p in (BENCHMARKS / "results").glob("*.json")}
+    shown = [name for name, result in results.items() if "question" in result]
+    return {name: results[name] for name in sorted(shown, key=lambda n: (ORDER.index(n) if n in ORDER else 99, n))}
 
 
 def show(value: Any) -> str:

@@ -36,8 +36,8 @@ KINDS: tuple[tuple[tuple[str, ...], str, Callable[[Mapping[str, Any]], bool]], .
 
 def opening(record: Mapping[str, Any]) -> str:
     """One or two sentences; "" for a study that follows no world to its end. A study may say them itself: record["persistence"]."""
-    if said := record.get("persistence") or NOTES.get(record["name"]):
-        return str(said)
+    if note := record.get("persistence") or NOTES.get(record["name"]):
+        return str(note)
     entries = record["cases"]
     for keys, words, holds in KINDS:
         if entries and all(key in entry["result"] for entry in entries for key in keys):
@@ -51,7 +51,7 @@ def _count(entries: list[dict[str, Any]], words: str, holds: Callable[[Mapping[s
         arm = ", ".join(str(v) for k, v in entry["case"].items() if k not in SEEDS)
         arms.setdefault(arm, []).append(holds(entry["result"]))
     n, kept = len(entries), sum(map(sum, arms.values()))
-    each = "; ".join(f"{arm} {sum(found)} of {len(found)}" for arm, found in arms.items())
+    each = "; ".join(f"{arm} {sum(runs)} of {len(runs)}" for arm, runs in arms.items())
     first = f"{words} in {kept} of {n} run{'s' * (n != 1)} ({kept / n:.0%})" + (f": {each}." if len(arms) > 1 and kept < n else ".")
     gone = [who for entry in entries if isinstance(who := entry["result"].get("extinct"), str)]
     who = ", ".join(f"{s} in {gone.count(s)}" for s in dict.fromkeys(gone))

@@ -90,12 +90,12 @@ def full(commit: str) -> str:
 def sources_of(commit: str) -> dict[str, str]:
     """Return the Python files of a commit, by path; links to folders are passed over."""
     packed = subprocess.run(["git", "archive", commit], cwd=ROOT, stdout=subprocess.PIPE, check=True).stdout
-    found = {}
+    sources = {}
     with tarfile.open(fileobj=io.BytesIO(packed)) as archive:
         for member in archive:
             if member.isfile() and member.name.endswith(".py") and (file := archive.extractfile(member)):
-                found[member.name] = file.read().decode()
-    return found
+                sources[member.name] = file.read().decode()
+    return sources
 
 
 def rows_of(size: Size) -> dict[str, str]:

@@ -44,10 +44,10 @@ def _where(world: World, name: str) -> Placed:
 def _nearest(world: World, prey: str, predator: str, within: float) -> tuple[np.ndarray, np.ndarray]:
     """Return distance f64[n] and offset f64[n, 3] to the nearest predator of each of the prey, in the order of uids."""
     mine, other = world.index(world.tables[prey]), world.index(world.tables[predator])
-    found, square = np.empty(mine.n, np.int32), np.empty(mine.n, np.float32)
-    nearest(mine, other, within, found, square)
+    target, square = np.empty(mine.n, np.int32), np.empty(mine.n, np.float32)
+    nearest(mine, other, within, target, square)
     order = np.argsort(mine.uid[: mine.n])
-    found, j = found[order], np.maximum(found[order], 0)
+    target, j = target[order], np.maximum(target[order], 0)
     d = np.stack([t[j] - o[order] for t, o in ((other.x, mine.x), (other.y, mine.y), (other.z, mine.z))], 1).astype(float) \
         if other.n else np.zeros((mine.n, 3))
-    return np.where(found >= 0, np.sqrt(square[order]), np.inf), shortest(world.space, d)
+    return np.where(target >= 0, np.sqrt(square[order]), np.inf), shortest(world.space, d)

@@ -86,14 +86,14 @@ def live(seed: int, ticks: int, arm: str = "goats", also: dict[str, Any] | None 
 
 def carriers(lineage: Any, every: int) -> dict[str, Any]:
     """Ticks, numbers of the living, their mean generation, and carriers of each gene: arrays [samples]."""
-    found = {gene: lineage.frequencies("goat", gene, every) for gene in GENES}
-    out = {"tick": found["blue"].ticks, "n": found["blue"].n, "generation": lineage.mean_generation("goat", every)}
-    return out | {gene: carry(f) for gene, f in found.items()}
+    by_gene = {gene: lineage.frequencies("goat", gene, every) for gene in GENES}
+    out = {"tick": by_gene["blue"].ticks, "n": by_gene["blue"].n, "generation": lineage.mean_generation("goat", every)}
+    return out | {gene: carry(f) for gene, f in by_gene.items()}
 
 
-def carry(found: Any) -> np.ndarray:
+def carry(frequencies: Any) -> np.ndarray:
     """Who has another value than 0 (a gene that can say only 0 is told by its letter): i64[samples]."""
-    return found.count[:, -1] if len(found.values) == 2 else np.zeros(len(found.ticks), np.int64)
+    return frequencies.count[:, -1] if len(frequencies.values) == 2 else np.zeros(len(frequencies.ticks), np.int64)
 
 
 def drift_free(k: np.ndarray, n: np.ndarray, generation: np.ndarray, mutation: float, share: float = 0.25) -> float:

@@ -17,13 +17,13 @@ def kernels() -> dict[str, Any]:
     """All compiled functions of the package, by module and name."""
     from numba.core.dispatcher import Dispatcher
 
-    root, found = Path(ecs_eco.__file__).parent, {}
+    root, dispatchers = Path(ecs_eco.__file__).parent, {}
     for path in sorted(root.rglob("*.py")):
         if "njit" in path.read_text(encoding="utf-8") and path.name not in OWN:
             name = ".".join(path.relative_to(root).with_suffix("").parts)
             held = vars(importlib.import_module(f"ecs_eco.{name}"))
-            found |= {f"{name}.{word}": one for word, one in held.items() if isinstance(one, Dispatcher) and one.__module__ == f"ecs_eco.{name}"}
-    return found
+            dispatchers |= {f"{name}.{word}": one for word, one in held.items() if isinstance(one, Dispatcher) and one.__module__ == f"ecs_eco.{name}"}
+    return dispatchers
 
 
 def reached() -> set[str]:

@@ -39,14 +39,14 @@ def life(world: Any, days: int) -> dict[str, Any]:
     died = {c: float(series.of("copepod", f"died: {c}").sum() * day / max(series.of("copepod").sum(), 1)) for c in series.causes}
     out = {"copepods": int(series.of("copepod")[-1]), "mean number": float(series.of("copepod").mean()), "days lived": float(alive.sum() / day),
            "deaths per copepod and day": {c: v for c, v in died.items() if v}}  # fmt: skip
-    found = depths.depth_cycle(series, "copepod")
-    if found is None:
+    cycle = depths.depth_cycle(series, "copepod")
+    if cycle is None:
         return out | {"cycle": None}
     hours, depth = depths.hours_of(series, series.ticks), series.of("copepod", "depth_mean")
     lived = alive & (series.ticks >= series.ticks[0] + day)
     eighths = [float(depth[lived & ((hours * 8).astype(int) == k)].mean()) for k in range(8)]
-    return out | {"cycle": {"amplitude": found.share, "vector": (found.fit.vector / found.height).tolist(), "lag [days]": found.lag, "p": found.p,
-                            "r": found.r, "mean depth": found.fit.mesor, "depth by eighths of a day from midnight": eighths}}  # fmt: skip
+    return out | {"cycle": {"amplitude": cycle.share, "vector": (cycle.fit.vector / cycle.height).tolist(), "lag [days]": cycle.lag, "p": cycle.p,
+                            "r": cycle.r, "mean depth": cycle.fit.mesor, "depth by eighths of a day from midnight": eighths}}  # fmt: skip
 
 
 def approach(build: Any, kind: str, ticks: int = 300) -> dict[str, Any]:
@@ -127,16 +127,16 @@ def escaped(tracks: Tracks, dt: float) -> dict[str, Any]:
     `way` is the mean direction over the tick of the approach and the next two: its parts away from what comes, and level to the left
     of that.
     """
-    found = escapes(tracks, CUE)
-    if found is None:
+    summary = escapes(tracks, CUE)
+    if summary is None:
         return {"n": 0}
     k = AROUND
-    before = float(np.nanmean(found.speed[:k]))
+    before = float(np.nanmean(summary.speed[:k]))
     events = approaches(tracks.distance, CUE, REST)
     way = [float(np.nanmean(event_average(c, events, 0, 2))) for c in (tracks.away, tracks.aside)]
-    return {"n": found.n, "speed": found.speed.tolist(), "away": found.away.tolist(), "before": before, "gain": found.gain,
-            "way": way, "latency": found.latency,
-            "latency [s]": None if found.latency is None else found.latency * dt}  # fmt: skip
+    return {"n": summary.n, "speed": summary.speed.tolist(), "away": summary.away.tolist(), "before": before, "gain": summary.gain,
+            "way": way, "latency": summary.latency,
+            "latency [s]": None if summary.latency is None else summary.latency * dt}  # fmt: skip
 
 
 def encounters(world: Any, days: int) -> dict[str, Any]:

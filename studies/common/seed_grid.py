@@ -109,7 +109,7 @@ def record(world: Any, config: Any) -> dict[str, Any]:
 
     series = load_series(world.series())
     lost, lived = declines(series), lifetime(series)[0]
-    found = cycle_statistics(series, period_of=consumers(config.resolved())).as_dict()
+    statistics = cycle_statistics(series, period_of=consumers(config.resolved())).as_dict()
     n, names = series.n, series.species
     died = {s: {c: int(k) for c in series.causes if (k := series.of(s, f"died: {c}").sum())} for s in names}
     return {
@@ -117,7 +117,7 @@ def record(world: Any, config: Any) -> dict[str, Any]:
         "ends": [asdict(d) for d in lost], "deaths": died,
         "numbers": {s: {"mean": n[:, i].mean(), "mean log": np.log1p(n[:, i]).mean(), "least": n[:, i].min(), "most": n[:, i].max(), "end": n[-1, i]}
                     for i, s in enumerate(names)},
-        "cycles": found, "periods": found["ticks"] / found["period"] if found["period"] else 0.0, "series": packed(n, names),
+        "cycles": statistics, "periods": statistics["ticks"] / statistics["period"] if statistics["period"] else 0.0, "series": packed(n, names),
     }  # fmt: skip
 
 
@@ -144,8 +144,8 @@ def summarise(entries: Sequence[Entry], judged: Sequence[str], goal: float, lags
                                r["periods"], "at least 50, all persist", r["persisted"] and r["periods"] >= 50))  # fmt: skip
     head = ["arm", "runs", "share that persists (95 %, both seeds replicates)", "by training seed", "first to die out",
             "peaks of all consumers > AR(1), of those that persist", "median period [ticks]", *lags]  # fmt: skip
-    return {"verdicts": out, "table": {"head": head, "rows": [row(arm, found, lags) for arm, found in of.items()]},
-            "variance": {arm: variance(found) for arm, found in of.items()}, "notes": "\n\n".join(map(told, of.values()))}  # fmt: skip
+    return {"verdicts": out, "table": {"head": head, "rows": [row(arm, results, lags) for arm, results in of.items()]},
+            "variance": {arm: variance(results) for arm, results in of.items()}, "notes": "\n\n".join(map(told, of.values()))}  # fmt: skip
 
 
 def both_peaks(result: Mapping[str, Any], level: float = 0.05) -> bool:
@@ -158,10 +158,10 @@ def verdicts(arm: str, entries: Sequence[Entry], goal: float, lags: Mapping[str,
     """Persistence over the grid, and peaks and lags where everybody persists."""
     from ecs_eco.analysis.cycles import median_lag_interval
 
-    found = [e["result"] for e in entries]
-    kept = [r for r in found if r["persisted"]]
-    share, cycling = len(kept) / len(found), sum(map(both_peaks, kept))
-    out = [verdict(f"{arm}: runs in which all species persist", f"{len(kept)} of {len(found)} ({share:.0%})", f"at least {goal:.0%}", share >= goal),
+    results = [e["result"] for e in entries]
+    kept = [r for r in results if r["persisted"]]
+    share, cycling = len(kept) / len(results), sum(map(both_peaks, kept))
+    out = [verdict(f"{arm}: runs in which all species persist", f"{len(kept)} of {len(results)} ({share:.0%})", f"at least {goal:.0%}", share >= goal),
            verdict(f"{arm}: of these with peaks of all consumers beyond AR(1), p < .05", f"{cycling} of {len(kept)}", f"at least {goal:.0%}",
                    bool(kept) and cycling >= goal * len(kept))]  # fmt: skip
     for pair, (low, high) in lags.items():
@@ -176,8 +176,8 @@ def grid(entries: Sequence[Entry], value: Any) -> np.ndarray:
     rows, columns = (sorted({e["case"][key] for e in entries}) for key in ("training", "seed"))
     out = np.full((len(rows), len(columns)), np.nan)
     for e in entries:
-        found = value(e["result"])
-        out[rows.index(e["case"]["training"]), columns.index(e["case"]["seed"])] = np.nan if found is None else found
+        outcome = value(e["result"])
+        out[rows.index(e["case"]["training"]), columns.index(e["case"]["seed"])] = np.nan if outcome is None else outcome
     return out
 
 
@@ -192,16 +192,16 @@ def variance(entries: Sequence[Entry]) -> dict[str, Any]:
     out = {}
     for name, table in tables.items():
         if min(table.shape) > 1 and np.isfinite(table).sum() > max(table.shape):
-            found = variance_shares(table)
-            out[name] = {"n": found.n, "mean": found.mean, **{k: list(v) for k, v in zip(EFFECTS, found.share, strict=True)}}
+            shares = variance_shares(table)
+            out[name] = {"n": shares.n, "mean": shares.mean, **{k: list(v) for k, v in zip(EFFECTS, shares.share, strict=True)}}
     return out
 
 
 def told(entries: Sequence[Entry]) -> str:
     """Where the variance of one arm comes from, in a sentence."""
-    arm, found = entries[0]["case"]["arm"], variance(entries)
+    arm, shares = entries[0]["case"]["arm"], variance(entries)
     parts = [f"{name}: training seed {x['training seed'][0]:.0%}, world seed {x['world seed'][0]:.0%}, rest {x['rest'][0]:.0%}"
-             for name, x in found.items() if np.isfinite(x["rest"][0])]  # fmt: skip
+             for name, x in shares.items() if np.isfinite(x["rest"][0])]  # fmt: skip
     words = "; ".join(parts) or "nothing varies, or there are too few seeds"
     return f"{arm}, where the variance comes from (persisted on the linear scale of 0 and 1): {words}."
 
@@ -211,16 +211,16 @@ def row(arm: str, entries: Sequence[Entry], lags: Mapping[str, Any]) -> list[Any
     from ecs_eco.analysis.cycles import median_lag_interval
     from ecs_eco.analysis.seed_grid import share_interval
 
-    found = [e["result"] for e in entries]
-    kept = [r for r in found if r["persisted"]]
+    results = [e["result"] for e in entries]
+    kept = [r for r in results if r["persisted"]]
     table = grid(entries, lambda r: r["persisted"])
     share = list(share_interval(table)) if np.isfinite(table).all() else None
     each = ", ".join(f"{np.nansum(line):.0f}/{np.isfinite(line).sum()}" for line in table)
-    gone = [r["extinct"] for r in found if r["extinct"]]
+    gone = [r["extinct"] for r in results if r["extinct"]]
     who = ", ".join(f"{s} {gone.count(s)}" for s in dict.fromkeys(gone)) or "–"
     periods = [r["cycles"]["period"] for r in kept if r["cycles"]["period"]]
     m = [median_lag_interval([r["cycles"]["lags"][pair]["share"] for r in kept if pair in r["cycles"]["lags"]]) for pair in lags]
-    return [arm, len(found), share, each, who, f"{sum(map(both_peaks, kept))} of {len(kept)}", float(np.median(periods)) if periods else None,
+    return [arm, len(results), share, each, who, f"{sum(map(both_peaks, kept))} of {len(kept)}", float(np.median(periods)) if periods else None,
             *([v["median"], v["low"], v["high"]] if v["n"] else None for v in m)]  # fmt: skip
 
 

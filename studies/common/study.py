@@ -155,13 +155,13 @@ def config_hash(config: Mapping[str, Any]) -> str:
 
 def versions() -> dict[str, str]:
     """Versions of Python and of the packages that results depend on."""
-    found = {"python": platform.python_version()}
+    versions_of = {"python": platform.python_version()}
     for name in PACKAGES:
         try:
-            found[name] = version(name)
+            versions_of[name] = version(name)
         except PackageNotFoundError:
             continue
-    return found
+    return versions_of
 
 
 def commit() -> dict[str, Any]:
@@ -228,15 +228,15 @@ def _key(case: Case) -> str:
 
 def _kept(paths: Sequence[Path], hashes: Mapping[str, str]) -> dict[str, dict[str, Any]]:
     """Finished cases of earlier runs, by key: those still wanted, with the hash that they would have today."""
-    found: dict[str, dict[str, Any]] = {}
+    entries: dict[str, dict[str, Any]] = {}
     for path in paths:
         if path.is_file():
             record = json.loads(path.read_text(encoding="utf-8"))
             for entry in record["cases"]:
                 key = _key(entry["case"])
                 if key in hashes and hashes[key] == entry.get("depends_hash", record.get("config_hash")):
-                    found[key] = entry
-    return found
+                    entries[key] = entry
+    return entries
 
 
 def _conclude(summary: Any) -> dict[str, Any]:

@@ -25,15 +25,15 @@ def contrast(a: list[float], b: list[float]) -> tuple[list[float], float]:
     gap = round(float(np.mean(a) - np.mean(b)), 3)
     if min(len(a), len(b)) < 2:
         return [gap, float("nan"), float("nan")], float("nan")
-    found = ttest_ind(a, b, equal_var=False)
-    low, high = found.confidence_interval(0.95)
-    p = float(found.pvalue) / 2 if found.statistic > 0 else 1 - float(found.pvalue) / 2
+    test = ttest_ind(a, b, equal_var=False)
+    low, high = test.confidence_interval(0.95)
+    p = float(test.pvalue) / 2 if test.statistic > 0 else 1 - float(test.pvalue) / 2
     return [gap, round(float(low), 3), round(float(high), 3)], p
 
 
-def told(found: list[float], n: int, p: float | None = None) -> str:
+def told(interval_: list[float], n: int, p: float | None = None) -> str:
     """An interval in words, over how many training seeds, and a p."""
-    words = f"{found[0]:.3g}" + (f" ({found[1]:.3g} … {found[2]:.3g})" if np.isfinite(found[1]) else "") + f", {n} training seeds"
+    words = f"{interval_[0]:.3g}" + (f" ({interval_[1]:.3g} … {interval_[2]:.3g})" if np.isfinite(interval_[1]) else "") + f", {n} training seeds"
     return words if p is None else f"{words}, p = {p:.2g}"
 
 
@@ -44,11 +44,11 @@ def none(arm: str) -> dict[str, Any]:
 
 def by_training(cases: list[dict[str, Any]], arm: str, value: Any) -> list[float]:
     """Mean over world seeds of a value of results, by training seed; what is None is left out."""
-    found: dict[int, list[float]] = {}
+    values: dict[int, list[float]] = {}
     for c in cases:
         if c["case"]["arm"] == arm and (v := value(c["result"])) is not None and np.isfinite(v):
-            found.setdefault(c["case"]["training"], []).append(float(v))
-    return [float(np.mean(v)) for _, v in sorted(found.items())]
+            values.setdefault(c["case"]["training"], []).append(float(v))
+    return [float(np.mean(v)) for _, v in sorted(values.items())]
 
 
 def swing(result: dict[str, Any]) -> float | None:

@@ -37,12 +37,12 @@ def tried(case: dict[str, Any], states: int) -> dict[str, Any]:
     run = set(reached())
     counts: dict[str, dict[str, int]] = {way: {} for way in WAYS}
     failures = []
-    for item, found in zip(items, guarded(judge, items, seconds=60.0), strict=True):
+    for item, outcome in zip(items, guarded(judge, items, seconds=60.0), strict=True):
         way = way_of(item[1])
-        counts[way][found["kind"]] = counts[way].get(found["kind"], 0) + 1
-        run |= set(found.pop("kernels", ()))
-        if found["kind"] in FAILURES:
-            failures.append({"item": list(item), "way": way, **found})
+        counts[way][outcome["kind"]] = counts[way].get(outcome["kind"], 0) + 1
+        run |= set(outcome.pop("kernels", ()))
+        if outcome["kind"] in FAILURES:
+            failures.append({"item": list(item), "way": way, **outcome})
     return {"states": states, "kinds": counts, "failures": failures, "kernels": sorted(run)}
 
 
@@ -130,8 +130,8 @@ def way_of(seed: int) -> str:
 def judge(item: tuple[str, int]) -> dict[str, Any]:
     """What becomes of one state, and with it the kernels that were not there before."""
     before = _called()
-    found = _judge(item)
-    return found if _called() == before else found | {"kernels": sorted(reached())}
+    outcome = _judge(item)
+    return outcome if _called() == before else outcome | {"kernels": sorted(reached())}
 
 
 def _called() -> int:
@@ -151,28 +151,28 @@ def _judge(item: tuple[str, int]) -> dict[str, Any]:
             call_others(world, chance, _odd(world, chance))
             return {"kind": "ran"}
         except Exception as error:
-            found = _kind(error, way)
-            if found["kind"] != "refused" or way == "within a tick":
+            outcome = _kind(error, way)
+            if outcome["kind"] != "refused" or way == "within a tick":
                 _kept(source)[0] = None  # half a tick may be done
-            return found
+            return outcome
 
 
 def _kind(error: Exception, way: str) -> dict[str, Any]:
     from ecs_eco.engine.errors import CheckpointError
 
-    said = f"{type(error).__name__}: {error}"[:300]
+    message = f"{type(error).__name__}: {error}"[:300]
     if isinstance(error, MemoryError):
         return {"kind": "too large for the memory"}
     if isinstance(error, IndexError):
         return {"kind": "out of bounds", "said": traceback.format_exc()[-1500:]}
     if isinstance(error, CheckpointError):
-        return {"kind": "refused" if ".safetensors" in said else "refused without a place", "said": said}
-    if isinstance(error, ValueError) and "allowed" in said and any(place in said for place in PLACES):
-        return {"kind": "refused" if re.search(r"\w\.\w+ is|cause of death|(value|height|ground|source|\]) is", said) else "refused without a place", "said": said}
+        return {"kind": "refused" if ".safetensors" in message else "refused without a place", "said": message}
+    if isinstance(error, ValueError) and "allowed" in message and any(place in message for place in PLACES):
+        return {"kind": "refused" if re.search(r"\w\.\w+ is|cause of death|(value|height|ground|source|\]) is", message) else "refused without a place", "said": message}
     if isinstance(error, FloatingPointError):
-        return {"kind": "no finite number, and said so", "said": said}
+        return {"kind": "no finite number, and said so", "said": message}
     if way == "within a tick" and isinstance(error, ValueError | OverflowError | ZeroDivisionError | ArithmeticError):
-        return {"kind": "stopped with an error", "said": said}
+        return {"kind": "stopped with an error", "said": message}
     return {"kind": "traceback", "said": traceback.format_exc()[-1500:]}
 
 

@@ -109,11 +109,11 @@ class _Judge:
         raw = (self.whole / path).read_bytes()
         (self.folder / path).write_bytes(damage(raw, chance))
         try:
-            found = self.asked(path, item[2])
+            outcome = self.asked(path, item[2])
         except Exception:
-            found = {"kind": "traceback", "said": traceback.format_exc()[-1500:]}
+            outcome = {"kind": "traceback", "said": traceback.format_exc()[-1500:]}
         (self.folder / path).write_bytes(raw)
-        return found | {"file": str(path)}
+        return outcome | {"file": str(path)}
 
     def files(self) -> list[Path]:
         raise NotImplementedError
@@ -132,15 +132,15 @@ class _Checkpoints(_Judge):
 
         damaged, (meta, arrays) = self.folder / path, checkpoint.read(self.whole / path)
         try:
-            found = checkpoint.read(damaged)
+            loaded = checkpoint.read(damaged)
         except CheckpointError as error:
             if str(damaged) not in str(error):
                 return {"kind": "no place", "said": str(error)}
             return self._without(damaged, str(error), seed)
-        same = found[0] == meta and found[1].keys() == arrays.keys() and all(_equal(found[1][k], arrays[k]) for k in arrays)
+        same = loaded[0] == meta and loaded[1].keys() == arrays.keys() and all(_equal(loaded[1][k], arrays[k]) for k in arrays)
         return {"kind": "the same content"} if same else {"kind": "wrong load", "said": "read() gives something else"}
 
-    def _without(self, damaged: Path, said: str, seed: int) -> dict[str, Any]:
+    def _without(self, damaged: Path, message: str, seed: int) -> dict[str, Any]:
         """Whether the one before is used; and, now and then, whether the run goes on to the same end."""
         from ecs_eco.checkpoint import file as checkpoint
         from ecs_eco.engine.errors import CheckpointError
@@ -160,14 +160,14 @@ class _Checkpoints(_Judge):
             if wrong or end != json.loads((self.whole / "manifest.json").read_text())["digest"]:
                 return {"kind": "wrong load", "said": wrong or "resumed, it comes to another end"}
         words = {"its head is damaged": "head", "the part": "part", "is no whole checkpoint": "not whole", "is no checkpoint": "not whole"}
-        word = next((words[w] for w in words if w in said), "other")
+        word = next((words[w] for w in words if w in message), "other")
         return {"kind": "refused", "problems": {f"checkpoint: {word}": 1}}
 
 
 class _Recordings(_Judge):
     def files(self) -> list[Path]:
-        found = [p.relative_to(self.whole) for kind in KINDS for p in sorted((self.whole / kind).glob("*.parquet"))]
-        return [Path("manifest.json"), *found]
+        parts = [p.relative_to(self.whole) for kind in KINDS for p in sorted((self.whole / kind).glob("*.parquet"))]
+        return [Path("manifest.json"), *parts]
 
     def asked(self, path: Path, seed: int) -> dict[str, Any]:
         from ecs_eco.engine.errors import RecordingError
@@ -200,8 +200,8 @@ class _Recordings(_Judge):
 def _series(folder: Path) -> Any:
     from ecs_eco.analysis.runs import load_series
 
-    found = load_series(folder)
-    return [found.ticks, found.species, found.columns, found.manifest]
+    series = load_series(folder)
+    return [series.ticks, series.species, series.columns, series.manifest]
 
 
 def _lineage(folder: Path) -> Any:

@@ -34,12 +34,12 @@ def guarded(judge: Callable[[Any], dict[str, Any]], items: Sequence[Any], second
         theirs.close()
         while at < len(items):
             try:
-                found = ours.recv() if ours.poll(seconds) else {"kind": "hang"}
+                outcome = ours.recv() if ours.poll(seconds) else {"kind": "hang"}
             except EOFError:
-                found = {"kind": "crash"}
+                outcome = {"kind": "crash"}
             at += 1
-            yield found
-            if found["kind"] in ("hang", "crash"):
+            yield outcome
+            if outcome["kind"] in ("hang", "crash"):
                 break
         child.kill()
         child.join()
@@ -66,13 +66,13 @@ def sources() -> dict[str, tuple[str, Path | None]]:
     """The text of every shipped world, and of those that tests are made of, with the folder that files are named from."""
     from ecs_eco.config.shipped import shipped
 
-    found: dict[str, tuple[str, Path | None]] = {name: (path.read_text(encoding="utf-8"), path.parent) for name, path in shipped().items()}
+    worlds: dict[str, tuple[str, Path | None]] = {name: (path.read_text(encoding="utf-8"), path.parent) for name, path in shipped().items()}
     menagerie = _module("tests/conftest.py").MENAGERIE
     herd = copy.deepcopy(_module("tests/worlds/test_heredity.py").HERD)
     goat = herd["species"]["goat"]
     del goat["components"]  # of the test's own
     goat["genome"]["genes"] = [g for g in goat["genome"]["genes"] if g["name"] != "wool"]
-    return found | {"menagerie": (toml(menagerie), None), "herd": (toml(_without_none(herd) | {"interventions": DONE}), None)}
+    return worlds | {"menagerie": (toml(menagerie), None), "herd": (toml(_without_none(herd) | {"interventions": DONE}), None)}
 
 
 DONE = [  # to the herd
@@ -204,11 +204,11 @@ ODD: list[Any] = [
 
 def places(data: Any, at: Path_ = ()) -> list[Path_]:
     """The keys of all values in nested tables and lists."""
-    found: list[Path_] = []
+    keys: list[Path_] = []
     pairs: Any = data.items() if isinstance(data, dict) else enumerate(data) if isinstance(data, list) else ()
     for key, value in pairs:
-        found += [(*at, key), *places(value, (*at, key))]
-    return found
+        keys += [(*at, key), *places(value, (*at, key))]
+    return keys
 
 
 def _at(data: Any, path: Path_) -> Any:

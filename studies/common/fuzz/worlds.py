@@ -30,18 +30,18 @@ def tried(chunk: dict[str, Any], files: int) -> dict[str, Any]:
     items = [(chunk["source"], chunk["what"], chunk["seed"] * 1_000_000 + i, str(folder)) for i in range(files)]
     try:
         _warm(chunk["source"])
-        found = list(guarded(judge, items, seconds=10.0))
+        outcomes = list(guarded(judge, items, seconds=10.0))
     finally:
         shutil.rmtree(folder, ignore_errors=True)
-    return counted(found, items)
+    return counted(outcomes, items)
 
 
-def counted(found: list[dict[str, Any]], items: list[Any]) -> dict[str, Any]:
+def counted(outcomes: list[dict[str, Any]], items: list[Any]) -> dict[str, Any]:
     """Counts by kind, of problems by kind, and the failures with the items that they came from."""
     kinds: dict[str, int] = {}
     problems: dict[str, int] = {}
     failures = []
-    for item, one in zip(items, found, strict=True):
+    for item, one in zip(items, outcomes, strict=True):
         kinds[one["kind"]] = kinds.get(one["kind"], 0) + 1
         for word, n in one.get("problems", {}).items():
             problems[word] = problems.get(word, 0) + n

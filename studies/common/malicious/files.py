@@ -181,8 +181,8 @@ def _pickled_type(path: Path, pickled: bytes) -> bytes:
 
     from ecs_eco.record import seal
 
-    table, said = pq.read_table(path), pq.read_metadata(path).metadata
-    kept = {k: v for k, v in said.items() if k.startswith(b"ecs-eco") and k != seal.KEY.encode()}
+    table, metadata_of = pq.read_table(path), pq.read_metadata(path).metadata
+    kept = {k: v for k, v in metadata_of.items() if k.startswith(b"ecs-eco") and k != seal.KEY.encode()}
     name = table.schema.names[0]
     field = pa.field(name, table.schema.field(0).type, metadata={"ARROW:extension:name": "arrow.py_extension_type", "ARROW:extension:metadata": pickled})
     memory = pa.BufferOutputStream()
@@ -247,8 +247,8 @@ def _searched(ground: Ground) -> tuple[Path, list[dict[str, Any]]]:
     folder = ground.new()
     folder.mkdir()
     (folder / "world.toml").write_text(as_toml(ground.garden), encoding="utf-8")
-    if said := cli("search", folder / "world.toml", *SEARCH, "--out", folder / "out")():
-        raise RuntimeError(f"the harmless search ended so: {said}")
+    if output := cli("search", folder / "world.toml", *SEARCH, "--out", folder / "out")():
+        raise RuntimeError(f"the harmless search ended so: {output}")
     return folder, [{k: v for k, v in line.items() if k != WORD} for line in read(folder / "out" / NAME)]
 
 

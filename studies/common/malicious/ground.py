@@ -74,10 +74,10 @@ class Ground:
 
     def marked(self) -> list[str]:
         """Return the marks that are there, and remove them."""
-        found = sorted(self.marks.iterdir())
-        for path in found:
+        paths = sorted(self.marks.iterdir())
+        for path in paths:
             path.unlink()
-        return [path.name for path in found]
+        return [path.name for path in paths]
 
     # --- what payloads are in
 
@@ -142,11 +142,11 @@ def ground() -> Iterator[Ground]:
         home = Path(folder).resolve()
         os.environ["XDG_CONFIG_HOME"] = str(home / "config")
         try:
-            found = Ground(home)
+            prepared = Ground(home)
             trust._here.clear()
             sys.path.insert(0, str(home / "path"))
             os.chdir(home / "path")
-            yield found
+            yield prepared
         finally:
             _forgotten()
             os.chdir(before)
@@ -181,7 +181,7 @@ def judged(ground: Ground, attack: Attack) -> dict[str, Any]:
     """What became of one attack: how its attempts ended, marks, modules of the payload that are loaded, and tracebacks."""
     import traceback
 
-    counts, said = dict.fromkeys(KINDS, 0), []
+    counts, outputs = dict.fromkeys(KINDS, 0), []
     for name, attempt in attack.attempts:
         try:
             text = attempt() or ""
@@ -191,9 +191,9 @@ def judged(ground: Ground, attack: Attack) -> dict[str, Any]:
             text = traceback.format_exc() if kind == TRACEBACK else str(error)
         counts[kind] += 1
         if kind in (UNNAMED, TRACEBACK):
-            said.append([name, kind, text[-700:]])
+            outputs.append([name, kind, text[-700:]])
     loaded = _forgotten()
-    return {"label": attack.label, "counts": counts, "marks": ground.marked(), "imported": loaded, "said": said}
+    return {"label": attack.label, "counts": counts, "marks": ground.marked(), "imported": loaded, "said": outputs}
 
 
 def _forgotten() -> list[str]:
@@ -210,8 +210,8 @@ def _is_refusal(error: Exception) -> bool:
     return isinstance(error, ConfigError | CheckpointError | RecordingError)
 
 
-def _kind(said: str, words: Sequence[str]) -> str:
-    if not said:
+def _kind(output: str, words: Sequence[str]) -> str:
+    if not output:
         return ACCEPTED
-    plain = "".join(said.split())
+    plain = "".join(output.split())
     return REFUSED if any("".join(word.split()) in plain for word in words) else UNNAMED

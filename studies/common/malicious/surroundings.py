@@ -65,8 +65,8 @@ def controls(ground: Ground) -> list[dict[str, Any]]:
     out = []
 
     def tried(label: str, work: Any) -> None:
-        said = work()
-        out.append({"label": label, "marked": bool(ground.marked()), "said": str(said)[:200]})
+        output = work()
+        out.append({"label": label, "marked": bool(ground.marked()), "said": str(output)[:200]})
 
     tried("a world whose code was trusted", cli("run", path, "--ticks", "2", "-q", "--no-report", "--out", path.parent / "out", "--trust"))
     tried("a pickle that is unpickled", lambda: pickle.loads(ground.blobs["a pickle"]))  # noqa: S301
@@ -82,17 +82,17 @@ def imported(ground: Ground) -> dict[str, Any]:
     """The modules that a process has which checked a world with code: those beyond a harmless world's, and those that are nobody's."""
     from importlib.metadata import packages_distributions
 
-    found = {}
+    modules = {}
     for name, data in (("harmless", ground.garden), ("with code", world_of("systems.*", code=["evil.py"])),
                        ("with a module", world_of("systems.*", code=["evilpackage.inside"]) | {"systems": ["evilpackage.inside:Wait"]})):  # fmt: skip
         path = ground.beside() / "world.toml"
         path.write_text(as_toml(data), encoding="utf-8")
         environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(ground.home / "path"), *_own_path()])}
         done = subprocess.run([sys.executable, "-c", LISTING, str(path)], env=environment, capture_output=True, text=True, check=True, cwd=path.parent)
-        found[name] = set(done.stdout.split())
+        modules[name] = set(done.stdout.split())
     known = {*sys.stdlib_module_names, *packages_distributions(), "ecs_eco", "__main__"}
-    tops = {m.partition(".")[0] for m in found["with code"]}
-    return {"modules": len(found["with code"]), "more than a harmless world": sorted((found["with code"] | found["with a module"]) - found["harmless"]),
+    tops = {m.partition(".")[0] for m in modules["with code"]}
+    return {"modules": len(modules["with code"]), "more than a harmless world": sorted((modules["with code"] | modules["with a module"]) - modules["harmless"]),
             "packages": sorted(tops - set(sys.stdlib_module_names)), "of nobody": sorted(t for t in tops - known if not t.startswith(("__editable__", "_sysconfigdata")))}  # fmt: skip
 
 
