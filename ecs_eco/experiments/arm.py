@@ -100,7 +100,7 @@ def check_training(arms: Sequence[Arm], training_seeds: int | None, retrain: boo
     changed = [treatment for _, treatment in treated if treatment.changes_config]
     if retrain and not changed:
         allowed = "--retrain with a --control that changes one, such as KEY=VALUE"
-        raise refusal("no control changes a value", "", allowed, source="--retrain")
+        raise refusal("no treatment changes a value", "", allowed, source="--retrain")
     for treatment in changed:
         if not retrain and treatment.name.strip().startswith("training."):
             fault = "changes only the training, and all arms run with the same policies"

@@ -33,13 +33,13 @@ def needs_policy(config: WorldConfig) -> None:
 def needs_reflex(config: WorldConfig) -> None:
     """Raise NotApplicable where no species has a reflex."""
     if all(s.reflex is None for s in config.species.values()):
-        raise NotApplicable("no species has a reflex", "a control that takes something away")
+        raise NotApplicable("no species has a reflex", "a treatment that removes something")
 
 
 def needs_genome(config: WorldConfig) -> None:
     """Raise NotApplicable where nothing is inherited: neither a genome nor learned weights."""
     if all(s.genome is None and s.policy.inherit != "learned" for s in config.species.values()):
-        raise NotApplicable("no species has a genome", "a control that takes something away")
+        raise NotApplicable("no species has a genome", "a treatment that removes something")
 
 
 @dataclass(frozen=True)
@@ -114,7 +114,7 @@ def find(name: str, config: WorldConfig) -> Treatment:
         f"{', '.join(names(config))}, one of the first two for a single species (random-policy:NAME), "
         "or a value: key=value"
     )
-    raise refusal("no such control", name, allowed, nearest(name, names(config)))
+    raise refusal("no such treatment", name, allowed, nearest(name, names(config)))
 
 
 def species_with_policy(config: WorldConfig) -> list[str]:

@@ -60,7 +60,7 @@ def apply(names: Sequence[str], world: SpatialWorld) -> None:
     for name in names:
         if name not in TREATMENTS:
             near = nearest(name, TREATMENTS)
-            raise ConfigError([Problem((), "no such control", name, listed(TREATMENTS), near, "controls")])
+            raise ConfigError([Problem((), "no such treatment", name, listed(TREATMENTS), near, "controls")])
         TREATMENTS[name]([table.species for table in world.tables.values()])
 
 

@@ -117,7 +117,7 @@ def test_a_folder_is_gone_on_with_by_the_same_comparison_alone(here: Path) -> No
     ("words", "said"),
     [
         (["--retrain"], "nothing is trained"),
-        (["--training-seeds", "2", "--retrain"], "no control changes a value"),
+        (["--training-seeds", "2", "--retrain"], "no treatment changes a value"),
         (["--training-seeds", "2", "--control", "training.average=0.5"], "changes only the training"),
         (["--training-seeds", "0"], "a whole number from 1"),
     ],

@@ -50,7 +50,7 @@ def test_without_a_species_there_is_none_in_life_or_in_training(sea):
         assert world.tables["krill"].n == 0
         assert world.tables["copepod"].n > 0
     assert treated(sea, "no-phytoplankton").species["phytoplankton"].reproduction.immigration == 0
-    with pytest.raises(ConfigError, match="no such control"):
+    with pytest.raises(ConfigError, match="no such treatment"):
         find("no-whale", sea)
 
 
