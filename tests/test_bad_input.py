@@ -193,9 +193,9 @@ def test_the_world_itself_is_not_refused(folder: Path) -> None:
 def test_a_wrong_file_is_refused(case: str, folder: Path) -> None:
     old, new, key, value, allowed, near = CASES[case]
     assert WORLD.count(old) == 1, f"{old} is not once in the world"
-    said = run(folder, WORLD.replace(old, new))
-    block = next((b for b in said.replace("\nmeadow", "\0meadow").split("\0") if f": {key}" in b), "")
-    assert block.startswith("meadow.toml, line "), said
+    output = run(folder, WORLD.replace(old, new))
+    block = next((b for b in output.replace("\nmeadow", "\0meadow").split("\0") if f": {key}" in b), "")
+    assert block.startswith("meadow.toml, line "), output
     head, _, tail = block.partition("\n")
     assert value in head.partition(key)[2]
     assert allowed in tail
@@ -205,35 +205,35 @@ def test_a_wrong_file_is_refused(case: str, folder: Path) -> None:
 @pytest.mark.parametrize("case", ["food", "rate", "kind", "formula name", "key", "policy file"])
 def test_the_line_is_that_of_the_key(case: str, folder: Path) -> None:
     old, new, key, *_ = CASES[case]
-    said = run(folder, WORLD.replace(old, new))
+    output = run(folder, WORLD.replace(old, new))
     line = WORLD[: WORLD.index(old)].count("\n") + 1
-    assert f"meadow.toml, line {line}: {key}" in said
+    assert f"meadow.toml, line {line}: {key}" in output
 
 
 @pytest.mark.parametrize("case", CASES)
 def test_a_wrong_world_has_one_problem(case: str, folder: Path) -> None:
     """One mistake gives one message, but for mistakes that break what others name."""
     old, new, *_ = CASES[case]
-    said = run(folder, WORLD.replace(old, new))
-    assert said.startswith("meadow.toml: 1 problem\n") or case in FOLLOWED, said
+    output = run(folder, WORLD.replace(old, new))
+    assert output.startswith("meadow.toml: 1 problem\n") or case in FOLLOWED, output
 
 
 def test_all_problems_are_told_at_once(folder: Path) -> None:
     text = WORLD
     for case in ("food", "rate", "key", "radius", "formula name", "cell", "fewer than no goats"):
         text = text.replace(*CASES[case][:2])
-    said = run(folder, text)
-    assert "meadow.toml: " in said
+    output = run(folder, text)
+    assert "meadow.toml: " in output
     for case in ("rate", "key", "cell", "fewer than no goats"):  # those of the goat's own section wait until its count is right
-        assert CASES[case][2] in said
+        assert CASES[case][2] in output
 
 
 def test_many_problems_stay_on_one_screen(folder: Path) -> None:
     eaten = ", ".join(f'{{ eats = "g{i}", gain = 0.1 }}' for i in range(40))
-    said = run(folder, WORLD.replace('{ eats = "grass", gain = 0.1, chance = 0.5 }', eaten))
-    assert "40 problems" in said
-    assert "… and 25 more" in said
-    assert said.count("species.goat.diet") == 15
+    output = run(folder, WORLD.replace('{ eats = "grass", gain = 0.1, chance = 0.5 }', eaten))
+    assert "40 problems" in output
+    assert "… and 25 more" in output
+    assert output.count("species.goat.diet") == 15
 
 
 @pytest.mark.parametrize(
@@ -243,9 +243,9 @@ def test_many_problems_stay_on_one_screen(folder: Path) -> None:
 def test_what_is_not_toml_is_refused_with_line_and_column(
     text: str, line: int, column: int, what: str, folder: Path
 ) -> None:
-    said = run(folder, text)
-    assert f"meadow.toml, line {line}, column {column}" in said
-    assert what in said
+    output = run(folder, text)
+    assert f"meadow.toml, line {line}, column {column}" in output
+    assert what in output
 
 
 def test_a_file_that_is_no_text_is_refused(folder: Path) -> None:
@@ -273,12 +273,12 @@ def test_a_file_that_is_no_text_is_refused(folder: Path) -> None:
 def test_a_wrong_value_from_outside_is_refused(
     change: str, key: str, value: str, allowed: str, near: str, tmp_path: Path
 ) -> None:
-    said = refused(tmp_path, "run", "predator-prey", "--set", change, "--out", str(tmp_path / "out"))
-    head = next(line for line in said.splitlines() if line.startswith("--set: "))
+    output = refused(tmp_path, "run", "predator-prey", "--set", change, "--out", str(tmp_path / "out"))
+    head = next(line for line in output.splitlines() if line.startswith("--set: "))
     assert key in head
     assert value in head
-    assert allowed in said
-    assert (f'did you mean "{near}"?' in said) if near else ("did you mean" not in said)
+    assert allowed in output
+    assert (f'did you mean "{near}"?' in output) if near else ("did you mean" not in output)
 
 
 @pytest.mark.parametrize(
@@ -307,9 +307,9 @@ def test_wrong_arguments_are_refused(
     arguments: list[str], parts: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    said = refused(tmp_path, *arguments)
+    output = refused(tmp_path, *arguments)
     for part in parts:
-        assert part in said
+        assert part in output
 
 
 @pytest.mark.parametrize("command", ["run", "train", "compare"])
@@ -321,9 +321,9 @@ def test_a_folder_that_cannot_take_results_is_refused(command: str, out: str, wh
     (tmp_path / "full").mkdir()
     (tmp_path / "full" / "old").write_text("")
     (tmp_path / "file").write_text("")
-    said = refused(tmp_path, command, "predator-prey", "--out", f"{tmp_path}/{out}")
-    assert said.startswith("1 problem\n--out: ")
-    assert what in said
+    output = refused(tmp_path, command, "predator-prey", "--out", f"{tmp_path}/{out}")
+    assert output.startswith("1 problem\n--out: ")
+    assert what in output
 
 
 def process(*arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:

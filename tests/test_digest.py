@@ -75,12 +75,12 @@ def test_what_is_asked_for_or_changed_is_in_the_digest(change, begun):
 
 
 def test_digests_tell_apart_what_kills_and_who(begun):
-    found = set()
+    collected = set()
     for change in (doomed, killed_by_another, killed_of_another_cause):
         world = small().run(2)
         change(world)
-        found.add(world.digest())
-    assert len(found) == 3
+        collected.add(world.digest())
+    assert len(collected) == 3
 
 
 def test_interventions_to_come_are_in_the_digest_and_those_done_are_not():
@@ -126,12 +126,12 @@ def test_a_restored_world_has_the_digest_of_the_saved_one(tmp_path):
 
 
 def test_two_equal_runs_give_checkpoints_of_equal_bytes(tmp_path):
-    found = set()
+    collected = set()
     for i in range(6):
         world = small(learn=True).run(3)
-        found.add(world.save(tmp_path / f"{i}.safetensors").read_bytes())
-    assert len(found) == 1
-    head = found.pop()
+        collected.add(world.save(tmp_path / f"{i}.safetensors").read_bytes())
+    assert len(collected) == 1
+    head = collected.pop()
     meta = json.loads(head[8 : 8 + int.from_bytes(head[:8], "little")])["__metadata__"]
     assert list(meta) == sorted(meta)
     assert checkpoint.read(tmp_path / "0.safetensors")[0]["clock"]["tick"] == 3

@@ -102,10 +102,10 @@ def test_births_are_in_the_order_of_requests_table_by_table(world):
 def test_deaths_are_told_in_the_order_of_uids_and_before_the_rows_are_free(world):
     world.kill(3)
     world.kill(1)
-    told = []
-    world.on_death.append(lambda t, rows: told.append((t.uid[rows].tolist(), t[Metabolism].energy[rows].tolist())))
+    collected = []
+    world.on_death.append(lambda t, rows: collected.append((t.uid[rows].tolist(), t[Metabolism].energy[rows].tolist())))
     world.flush()
-    assert told == [([1, 3], [2, 1])]
+    assert collected == [([1, 3], [2, 1])]
 
 
 def test_time_is_ticks_of_dt(world):

@@ -139,19 +139,19 @@ def test_a_plain_processor_may_move_the_same_ones_every_tick(world):
 
 
 def test_what_handles_move_between_ticks_is_where_systems_find_it(world):
-    found = []
+    collected = []
 
     class Look(System):
         needs = (Position, Coat)
 
         def update(self, table, world):
-            found.append(world.index(table).x.tolist())
+            collected.append(world.index(table).x.tolist())
 
     world.add_system(Look())
     world.run(1)
     world.get(4, Position).x = 3
     world.run(1)
-    assert found == [[9], [3]]
+    assert collected == [[9], [3]]
 
 
 def test_worlds_do_not_mix():

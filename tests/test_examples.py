@@ -84,5 +84,5 @@ def test_links_of_a_page_lead_somewhere(page: Path) -> None:
 
 def test_no_example_is_left_out() -> None:
     assert len(EXAMPLES) >= 10
-    said = "".join(page.read_text(encoding="utf-8") for page in PAGES)
-    assert [e.name for e in EXAMPLES if e.name not in said] == []
+    text = "".join(page.read_text(encoding="utf-8") for page in PAGES)
+    assert [e.name for e in EXAMPLES if e.name not in text] == []

@@ -23,28 +23,28 @@ from studies.common.fuzz import files, mutations, worlds
 
 
 def _judged(judge, items):
-    found = []
+    collected = []
     for item in items:
         with warnings.catch_warnings():
             warnings.simplefilter("error")
-            found.append(judge(item) | {"item": item[:3]})
-    return found
+            collected.append(judge(item) | {"item": item[:3]})
+    return collected
 
 
 @pytest.mark.parametrize("what", ["text", "values"])
 def test_mutated_worlds_are_refused_with_a_place_or_run(what, tmp_path):
-    found = _judged(worlds.judge, [("herd", what, seed, str(tmp_path)) for seed in range(40)])
-    assert not [f for f in found if f["kind"] in worlds.FAILURES]
-    kinds = {f["kind"] for f in found}
+    outcomes = _judged(worlds.judge, [("herd", what, seed, str(tmp_path)) for seed in range(40)])
+    assert not [f for f in outcomes if f["kind"] in worlds.FAILURES]
+    kinds = {f["kind"] for f in outcomes}
     assert {"refused", "ran 5 ticks"} <= kinds
 
 
 @pytest.mark.parametrize("world", ["predator-prey", "menagerie"])
 def test_mutated_worlds_are_refused_with_a_place_or_accepted(world, tmp_path, monkeypatch):
     monkeypatch.setattr(worlds, "_run", lambda config: {"kind": "accepted"})
-    found = _judged(worlds.judge, [(world, what, seed, str(tmp_path)) for what in ("text", "values") for seed in range(100)])
-    assert not [f for f in found if f["kind"] in worlds.FAILURES]
-    assert {"refused", "accepted"} <= {f["kind"] for f in found}
+    outcomes = _judged(worlds.judge, [(world, what, seed, str(tmp_path)) for what in ("text", "values") for seed in range(100)])
+    assert not [f for f in outcomes if f["kind"] in worlds.FAILURES]
+    assert {"refused", "accepted"} <= {f["kind"] for f in outcomes}
 
 
 @pytest.fixture(scope="module")
@@ -56,9 +56,9 @@ def recorded(tmp_path_factory):
 
 @pytest.mark.parametrize("judge", [files._Checkpoints, files._Recordings])
 def test_damaged_files_are_refused_by_name_or_hold_the_same(judge, recorded, tmp_path):
-    found = _judged(judge(recorded, tmp_path / "damaged"), [("herd", "", seed) for seed in range(1, 61)])
-    assert not [f for f in found if f["kind"] in worlds.FAILURES]
-    assert sum(f["kind"] == "refused" for f in found) > 50
+    outcomes = _judged(judge(recorded, tmp_path / "damaged"), [("herd", "", seed) for seed in range(1, 61)])
+    assert not [f for f in outcomes if f["kind"] in worlds.FAILURES]
+    assert sum(f["kind"] == "refused" for f in outcomes) > 50
 
 
 def test_the_judge_sees_a_wrong_load(recorded, tmp_path, monkeypatch):
@@ -90,8 +90,8 @@ def test_a_hang_and_a_dead_process_are_counted_and_the_rest_goes_on():
             os.kill(os.getpid(), signal.SIGKILL)
         return {"kind": str(item)}
 
-    found = list(mutations.guarded(judge, range(4), seconds=1.0))
-    assert [f["kind"] for f in found] == ["0", "hang", "crash", "3"]
+    outcomes = list(mutations.guarded(judge, range(4), seconds=1.0))
+    assert [f["kind"] for f in outcomes] == ["0", "hang", "crash", "3"]
 
 
 @pytest.mark.parametrize("kind", ["series", "births", "deaths", "snapshots"])

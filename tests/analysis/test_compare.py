@@ -71,9 +71,9 @@ def test_the_files_hold_what_was_returned(compared: tuple[dict, Path]) -> None:
 
 
 def test_one_arm_and_one_short_run_are_enough() -> None:
-    found = compare({"only": [chains.series_table(chains.chain(50))]})
-    assert found["effects"] == {}
-    assert found["arms"]["only"]["per_species"]["deer"]["long_enough"] == 0
+    comparison = compare({"only": [chains.series_table(chains.chain(50))]})
+    assert comparison["effects"] == {}
+    assert comparison["arms"]["only"]["per_species"]["deer"]["long_enough"] == 0
 
 
 def test_misuse_is_refused() -> None:
@@ -99,8 +99,8 @@ def test_a_species_that_was_never_there_did_not_die_out_and_is_compared_with_nob
     for n in without:
         n[:, 2] = 0
     arms = {"world": numbers, "no-wolf": without}
-    found = compare({arm: [chains.series_table(n, i) for i, n in enumerate(runs)] for arm, runs in arms.items()}, tmp_path, n_boot=19)
-    wolf = found["arms"]["no-wolf"]["per_species"]["wolf"]
+    comparison = compare({arm: [chains.series_table(n, i) for i, n in enumerate(runs)] for arm, runs in arms.items()}, tmp_path, n_boot=19)
+    wolf = comparison["arms"]["no-wolf"]["per_species"]["wolf"]
     assert (wolf["extinctions"], wolf["median_extinction"], wolf["mean_time"]) == (0, None, None)
-    assert set(found["effects"]["no-wolf"]["per_species"]) == {"grass", "deer"}
+    assert set(comparison["effects"]["no-wolf"]["per_species"]) == {"grass", "deer"}
     assert not (tmp_path / "figures" / "survival_wolf.png").exists()

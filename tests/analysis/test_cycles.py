@@ -31,10 +31,10 @@ def of(numbers: np.ndarray) -> dict[str, np.ndarray]:
 def test_the_lag_of_a_shifted_wave_is_the_shift(share: float) -> None:
     t = np.arange(3000)
     a, b = np.sin(2 * np.pi * t / 150), np.sin(2 * np.pi * (t / 150 - share))
-    found = lag(a, b, 150)
-    assert abs((found.share - share + 0.5) % 1 - 0.5) < 0.01
-    assert found.coherence > 0.99
-    assert found.high - found.low < 0.02
+    estimate = lag(a, b, 150)
+    assert abs((estimate.share - share + 0.5) % 1 - 0.5) < 0.01
+    assert estimate.coherence > 0.99
+    assert estimate.high - estimate.low < 0.02
 
 
 def test_an_interval_of_the_lag_covers_it_and_is_not_blown_up() -> None:
@@ -42,25 +42,25 @@ def test_an_interval_of_the_lag_covers_it_and_is_not_blown_up() -> None:
     for i in range(150):
         shared, own = quasi_cycle(1100, period, rng), quasi_cycle(1000, period, rng, 1.0)
         a, b = shared[27:1027], shared[:1000] + 0.5 * own * shared.std() / own.std()
-        found = lag(a, b, period, n_boot=199, seed=i)
-        inside += found.low <= true <= found.high
-        widths.append(found.high - found.low)
+        estimate = lag(a, b, period, n_boot=199, seed=i)
+        inside += estimate.low <= true <= estimate.high
+        widths.append(estimate.high - estimate.low)
     assert 0.85 <= inside / 150 <= 0.99
     assert np.median(widths) < 0.25
 
 
 def test_a_median_of_lags_goes_around_the_circle() -> None:
-    found = median_lag_interval([0.95, 0.97, 0.99, 0.01, 0.03, 0.05])
-    assert min(found["median"], 1 - found["median"]) < 0.011
-    assert (found["high"] - found["low"]) == pytest.approx(0.10)
-    assert found["coverage"] == pytest.approx(1 - 2 / 64)
+    interval = median_lag_interval([0.95, 0.97, 0.99, 0.01, 0.03, 0.05])
+    assert min(interval["median"], 1 - interval["median"]) < 0.011
+    assert (interval["high"] - interval["low"]) == pytest.approx(0.10)
+    assert interval["coverage"] == pytest.approx(1 - 2 / 64)
 
 
 def test_a_median_of_lags_uses_inner_order_statistics_when_seeds_suffice() -> None:
-    found = median_lag_interval(np.linspace(0.2, 0.3, 11))
-    assert found["median"] == pytest.approx(0.25)
-    assert (found["low"], found["high"]) == (pytest.approx(0.21), pytest.approx(0.29))
-    assert found["coverage"] >= 0.95
+    interval = median_lag_interval(np.linspace(0.2, 0.3, 11))
+    assert interval["median"] == pytest.approx(0.25)
+    assert (interval["low"], interval["high"]) == (pytest.approx(0.21), pytest.approx(0.29))
+    assert interval["coverage"] >= 0.95
     assert median_lag_interval([])["n"] == 0
     assert median_lag_interval([0.3])["coverage"] == 0
 
@@ -73,13 +73,13 @@ def test_the_cross_correlation_peaks_where_b_follows() -> None:
 
 
 def test_a_chain_has_the_lags_it_was_made_with() -> None:
-    found = cycle_statistics(of(chains.chain(4000, seed=1)))
-    assert found.enough
-    assert found.cycling() == NAMES
-    assert found.period == pytest.approx(250, rel=0.15)
+    statistics = cycle_statistics(of(chains.chain(4000, seed=1)))
+    assert statistics.enough
+    assert statistics.cycling() == NAMES
+    assert statistics.period == pytest.approx(250, rel=0.15)
     for pair, true in (("grass→deer", 0.35), ("deer→wolf", 0.28), ("grass→wolf", 0.63)):
-        assert found.lags[pair].share == pytest.approx(true, abs=0.04)
-    assert found.as_dict()["peaks"]["deer"]["p"] <= 0.01
+        assert statistics.lags[pair].share == pytest.approx(true, abs=0.04)
+    assert statistics.as_dict()["peaks"]["deer"]["p"] <= 0.01
 
 
 def test_populations_that_drift_do_not_cycle() -> None:
@@ -100,9 +100,9 @@ def test_the_series_is_read_up_to_the_first_extinction() -> None:
 
 
 def test_a_short_run_is_said_to_be_short() -> None:
-    found = cycle_statistics(of(chains.chain(90)))
-    assert not found.enough
-    assert found.cycling() == ()
+    statistics = cycle_statistics(of(chains.chain(90)))
+    assert not statistics.enough
+    assert statistics.cycling() == ()
 
 
 def test_a_species_that_never_was_or_never_changes_is_no_trouble() -> None:
@@ -110,9 +110,9 @@ def test_a_species_that_never_was_or_never_changes_is_no_trouble() -> None:
     numbers[:, 2] = 0
     assert cycle_statistics(of(numbers), n_boot=19).species == ("grass", "deer")
     numbers[:, 2] = 7
-    found = cycle_statistics(of(numbers), n_boot=19)
-    assert found.peaks["wolf"] is None
-    assert list(found.lags) == ["grass→deer"]
+    statistics = cycle_statistics(of(numbers), n_boot=19)
+    assert statistics.peaks["wolf"] is None
+    assert list(statistics.lags) == ["grass→deer"]
 
 
 def test_species_can_be_chosen_and_ordered_and_misspelt_ones_are_named() -> None:
@@ -124,10 +124,10 @@ def test_species_can_be_chosen_and_ordered_and_misspelt_ones_are_named() -> None
 
 def test_surrogates_tell_coupled_species_from_uncoupled_ones() -> None:
     real = [chains.chain(3000, seed) for seed in range(6)]
-    found = cross_seed_surrogates([of(n) for n in real], "deer", "wolf")
-    assert found.p < 0.01
-    assert found.share == pytest.approx(0.28, abs=0.03)
-    assert found.real[:, found.lags > 0].max() > found.high.max()
+    surrogates = cross_seed_surrogates([of(n) for n in real], "deer", "wolf")
+    assert surrogates.p < 0.01
+    assert surrogates.share == pytest.approx(0.28, abs=0.03)
+    assert surrogates.real[:, surrogates.lags > 0].max() > surrogates.high.max()
 
 
 def test_surrogates_hold_their_size() -> None:
@@ -158,13 +158,13 @@ def test_the_period_is_that_of_the_consumers_where_it_is_known_who_eats_whom() -
     wave /= wave.std()
     columns = np.stack([beat, 0.3 * wave, 0.3 * np.roll(wave, 75)], 1) + 0.02 * rng.standard_normal((4000, 3))
     numbers = {"n": np.round(500 * np.exp(columns))}
-    blind, told = (cycle_statistics(Series(t, NAMES, numbers, manifest), n_boot=99) for manifest in ({}, {"config": DIETS}))
-    assert (blind.period_of, told.period_of) == (NAMES, ("deer", "wolf"))
+    blind, statistics = (cycle_statistics(Series(t, NAMES, numbers, manifest), n_boot=99) for manifest in ({}, {"config": DIETS}))
+    assert (blind.period_of, statistics.period_of) == (NAMES, ("deer", "wolf"))
     assert blind.period == pytest.approx(60, rel=0.03)
-    assert told.period == pytest.approx(300, rel=0.1)
-    assert told.lags["deer→wolf"].share == pytest.approx(0.25, abs=0.04)
+    assert statistics.period == pytest.approx(300, rel=0.1)
+    assert statistics.lags["deer→wolf"].share == pytest.approx(0.25, abs=0.04)
     chosen = cycle_statistics(of(numbers["n"]), n_boot=99, period_of=("wolf",))
-    assert (chosen.period_of, chosen.period) == (("wolf",), told.peaks["wolf"].period)
+    assert (chosen.period_of, chosen.period) == (("wolf",), statistics.peaks["wolf"].period)
     with pytest.raises(KeyError, match="did you mean 'wolf'"):
         cycle_statistics(of(numbers["n"]), period_of=("wolfs",))
 

@@ -36,31 +36,31 @@ def wave(small, amplitude: float = 4.0, lag: float = 0.0, days: int = 6, alive: 
 
 
 def test_a_wave_of_depth_is_found_again_with_its_lag(small):
-    found = depths.depth_cycle(wave(small, lag=0.125), "copepod")
-    assert found.fit.amplitude == pytest.approx(4.0)
-    assert found.share == pytest.approx(0.25)
-    assert found.lag == pytest.approx(0.125)
-    assert found.fit.mesor == pytest.approx(8.0)
-    assert found.p < 0.02
-    assert found.days == 5
+    cycle = depths.depth_cycle(wave(small, lag=0.125), "copepod")
+    assert cycle.fit.amplitude == pytest.approx(4.0)
+    assert cycle.share == pytest.approx(0.25)
+    assert cycle.lag == pytest.approx(0.125)
+    assert cycle.fit.mesor == pytest.approx(8.0)
+    assert cycle.p < 0.02
+    assert cycle.days == 5
     on_time, late = (depths.depth_cycle(wave(small, lag=x), "copepod") for x in (0.0, 0.5))
-    assert on_time.r > 0.9 > found.r > 0
+    assert on_time.r > 0.9 > cycle.r > 0
     assert late.r < -0.9
 
 
 def test_who_died_is_looked_at_as_long_as_it_lived_and_two_days_are_needed(small):
-    found = depths.depth_cycle(wave(small, alive=3 * DAY), "copepod")
-    assert found.days == 2
-    assert found.fit.amplitude == pytest.approx(4.0)
-    assert np.isnan(found.p)
+    cycle = depths.depth_cycle(wave(small, alive=3 * DAY), "copepod")
+    assert cycle.days == 2
+    assert cycle.fit.amplitude == pytest.approx(4.0)
+    assert np.isnan(cycle.p)
     assert depths.depth_cycle(wave(small, alive=2 * DAY - 1), "copepod") is None
 
 
 def test_the_day_by_hours_leaves_the_first_one_out_and_knows_when_nobody_lived(small):
-    found = depths.day_by_hour(wave(small, alive=2 * DAY + DAY // 2), "copepod")  # begins at six
+    cycle = depths.day_by_hour(wave(small, alive=2 * DAY + DAY // 2), "copepod")  # begins at six
     hours = np.arange(DAY) / DAY
     depth = 8 + 4 * np.cos(2 * np.pi * (hours - 0.5))
-    assert found == pytest.approx(depth.reshape(24, 2).mean(1), abs=1e-6)
+    assert cycle == pytest.approx(depth.reshape(24, 2).mean(1), abs=1e-6)
     gone = depths.day_by_hour(wave(small, alive=DAY + DAY // 2), "copepod")  # of the second day only from six to eighteen
     assert np.isfinite(gone).tolist() == [6 <= h < 18 for h in range(24)]
     assert depths.mean_of_there(np.array([[1.0, np.nan, np.nan], [3.0, 5.0, np.nan]])) == pytest.approx([2, 5, np.nan], nan_ok=True)
@@ -70,8 +70,8 @@ def test_arms_are_compared_by_depth(small, tmp_path):
     def runs(amplitude, lag):
         return [wave(small, a, lag) for a in amplitude]
 
-    found = compare({"sea": runs((4.0, 4.2, 3.8), 0.0), "inverted": runs((2.0, 2.0, 2.0), 0.5)}, tmp_path, n_boot=19)
-    one, two = (found["arms"][arm]["per_species"]["copepod"]["depth"] for arm in ("sea", "inverted"))
+    comparison = compare({"sea": runs((4.0, 4.2, 3.8), 0.0), "inverted": runs((2.0, 2.0, 2.0), 0.5)}, tmp_path, n_boot=19)
+    one, two = (comparison["arms"][arm]["per_species"]["copepod"]["depth"] for arm in ("sea", "inverted"))
     assert one["n"] == 3
     value, low, high = one["along_day"]
     assert value == pytest.approx(0.25)

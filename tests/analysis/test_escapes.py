@@ -17,7 +17,7 @@ def test_an_escape_by_hand():
     away = np.zeros((14, 1))
     away[8] = 1.0
     tracks = Tracks(np.zeros(1, np.uint64), np.ones((14, 1)), speed, distance, away, np.zeros((14, 1)), np.zeros(14))
-    found = escapes(tracks)
-    assert (found.n, found.gain, found.latency) == (1, 4.0, 1)
-    assert found.u == pytest.approx(2**0.5)
+    response = escapes(tracks)
+    assert (response.n, response.gain, response.latency) == (1, 4.0, 1)
+    assert response.u == pytest.approx(2**0.5)
     assert escapes(replace(tracks, distance=np.full((14, 1), 5.0))) is None

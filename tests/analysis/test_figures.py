@@ -71,13 +71,13 @@ def test_energy_flows_are_drawn_on_both_sides_of_zero(run: Series) -> None:
 
 
 def test_spectra_and_lags_draw_with_and_without_surrogates(run: Series, tmp_path: Path) -> None:
-    found = cycle_statistics(run, n_boot=49)
-    assert len(figures.spectra(found.peaks).axes) == 3
-    plain = figures.lags(run, PAIRS, found.period)
+    statistics = cycle_statistics(run, n_boot=49)
+    assert len(figures.spectra(statistics.peaks).axes) == 3
+    plain = figures.lags(run, PAIRS, statistics.period)
     assert len(plain.axes[0].collections) == 0
     runs = [dict(zip(chains.SPECIES, chains.chain(1200, s).T, strict=True)) for s in range(4)]
     surrogates = {f"{a}→{b}": cross_seed_surrogates(runs, a, b, 250) for a, b in PAIRS}
-    banded = figures.lags(run, PAIRS, found.period, surrogates)
+    banded = figures.lags(run, PAIRS, statistics.period, surrogates)
     assert len(banded.axes[0].collections) == 1
     figures.save(banded, tmp_path / "lags.png")
 
@@ -99,9 +99,9 @@ def test_survival_starts_at_one(tmp_path: Path) -> None:
 
 
 def test_species_keep_the_colours_of_their_world_and_others_get_different_ones() -> None:
-    found = figures.colors(["grass", "deer", "wolf"], {"deer": "#123456"})
-    assert found["deer"] == "#123456"
-    assert len(set(found.values())) == 3
+    colours = figures.colors(["grass", "deer", "wolf"], {"deer": "#123456"})
+    assert colours["deer"] == "#123456"
+    assert len(set(colours.values())) == 3
 
 
 def test_importing_the_figures_loads_no_matplotlib() -> None:

@@ -103,19 +103,19 @@ def forest(seed, n=60):
 
 
 def test_ancestors_come_through_both_parents():
-    found = family()
-    assert found.ancestors(5).tolist() == [1, 2, 3, 4]
-    assert found.ancestors(5, 1).tolist() == [3, 4]
-    assert found.ancestors(8, 2).tolist() == [5, 6, 7]
-    assert found.ancestors(1).tolist() == []
-    assert found.ancestors(5, 0).tolist() == []
+    lineage = family()
+    assert lineage.ancestors(5).tolist() == [1, 2, 3, 4]
+    assert lineage.ancestors(5, 1).tolist() == [3, 4]
+    assert lineage.ancestors(8, 2).tolist() == [5, 6, 7]
+    assert lineage.ancestors(1).tolist() == []
+    assert lineage.ancestors(5, 0).tolist() == []
 
 
 def test_descendants_come_through_both_parents():
-    found = family()
-    assert found.descendants(2).tolist() == [4, 5, 6, 8]
-    assert found.descendants(7).tolist() == [8]
-    assert found.descendants(9).tolist() == []
+    lineage = family()
+    assert lineage.descendants(2).tolist() == [4, 5, 6, 8]
+    assert lineage.descendants(7).tolist() == [8]
+    assert lineage.descendants(9).tolist() == []
 
 
 def test_a_generation_is_the_mean_of_the_parents_plus_one():
@@ -123,25 +123,25 @@ def test_a_generation_is_the_mean_of_the_parents_plus_one():
 
 
 def test_the_mean_generation_is_that_of_the_living():
-    found = family().mean_generation("finch", 3)  # ticks 0, 3, 6, 9
-    assert found.tolist() == [0, (0 + 0 + 1 + 1) / 4, (0 + 1 + 2) / 3, (2 + 3 + 0 + 2.5 + 0) / 5]
+    generations = family().mean_generation("finch", 3)  # ticks 0, 3, 6, 9
+    assert generations.tolist() == [0, (0 + 0 + 1 + 1) / 4, (0 + 1 + 2) / 3, (2 + 3 + 0 + 2.5 + 0) / 5]
 
 
 def test_founders_are_left_while_they_or_their_descendants_live():
-    found = family()
-    assert found.founders_left(1).tolist() == [1, 2]
-    assert found.founders_left(9).tolist() == [1, 2, 7, 9]
-    assert found.founders_left().tolist() == [1, 2, 7]
+    lineage = family()
+    assert lineage.founders_left(1).tolist() == [1, 2]
+    assert lineage.founders_left(9).tolist() == [1, 2, 7, 9]
+    assert lineage.founders_left().tolist() == [1, 2, 7]
 
 
 def test_the_most_recent_common_ancestor_is_along_mothers():
-    found = family()
-    assert found.most_recent_common_ancestor([4, 5]) == 1
-    assert found.most_recent_common_ancestor([8, 5]) == 5
-    assert found.most_recent_common_ancestor([8, 7]) == 0  # 7 is a father
-    assert found.most_recent_common_ancestor([6]) == 6
+    lineage = family()
+    assert lineage.most_recent_common_ancestor([4, 5]) == 1
+    assert lineage.most_recent_common_ancestor([8, 5]) == 5
+    assert lineage.most_recent_common_ancestor([8, 7]) == 0  # 7 is a father
+    assert lineage.most_recent_common_ancestor([6]) == 6
     with pytest.raises(ValueError, match="of no organism"):
-        found.most_recent_common_ancestor([])
+        lineage.most_recent_common_ancestor([])
 
 
 def test_frequencies_are_counted_among_the_living():
@@ -190,22 +190,22 @@ def _plain_ancestors(rows, uid):
 @pytest.mark.parametrize("seed", range(5))
 def test_answers_agree_with_their_slow_plain_twins(seed):
     rows = forest(seed)
-    found, of = family(rows, end=30), {r[0]: r for r in rows}
+    lineage, of = family(rows, end=30), {r[0]: r for r in rows}
     above = {uid: _plain_ancestors(rows, uid) for uid in of}
     depth = {0: -1.0}
     for uid, mother, father, *_ in rows:
         parents = [depth[p] for p in (mother, father) if p]
         depth[uid] = sum(parents) / len(parents) + 1 if parents else 0.0
-    assert found.generation().tolist() == [depth[r[0]] for r in rows]
+    assert lineage.generation().tolist() == [depth[r[0]] for r in rows]
     for uid in of:
-        assert found.ancestors(uid).tolist() == sorted(above[uid])
-        assert found.descendants(uid).tolist() == sorted(d for d in of if uid in above[d])
+        assert lineage.ancestors(uid).tolist() == sorted(above[uid])
+        assert lineage.descendants(uid).tolist() == sorted(d for d in of if uid in above[d])
     for tick in (0, 7, 30):
         living = {r[0] for r in rows if r[3] <= tick and not 0 <= r[4] <= tick}
         lines = living.union(*(above[uid] for uid in living))
-        assert found.founders_left(tick).tolist() == sorted(uid for uid in lines if of[uid][1:3] == (0, 0))
-        assert found.uid[found.alive(tick)].tolist() == sorted(living)
-        counted = found.frequencies("finch", (1, 1), 1)
+        assert lineage.founders_left(tick).tolist() == sorted(uid for uid in lines if of[uid][1:3] == (0, 0))
+        assert lineage.uid[lineage.alive(tick)].tolist() == sorted(living)
+        counted = lineage.frequencies("finch", (1, 1), 1)
         assert [counted.count[tick, counted.values.index(c)] for c in counted.values] == [
             sum(of[u][5][1] == c for u in living) for c in counted.values
         ]
@@ -217,11 +217,11 @@ def test_pruned_to_the_living_a_lineage_keeps_their_ancestors_alone():
 
 
 def test_one_species_is_a_lineage_of_its_own():
-    found = family(species=["finch"] * 6 + ["wren"] * 3)
-    assert found.of_species("finch").uid.tolist() == [1, 2, 3, 4, 5, 6]
-    assert found.of_species("wren").parent.tolist() == [0, 0, 0]  # 8 has parents of another species
+    lineage = family(species=["finch"] * 6 + ["wren"] * 3)
+    assert lineage.of_species("finch").uid.tolist() == [1, 2, 3, 4, 5, 6]
+    assert lineage.of_species("wren").parent.tolist() == [0, 0, 0]  # 8 has parents of another species
     with pytest.raises(KeyError, match="unknown species 'wrem'; known: finch, wren; did you mean \"wren\""):
-        found.of_species("wrem")
+        lineage.of_species("wrem")
 
 
 # what does not fit
@@ -252,30 +252,30 @@ def test_the_death_of_one_who_was_not_born_is_refused(tmp_path):
 
 
 def test_names_and_numbers_that_are_not_there_are_said():
-    found = family()
-    for ask in (found.ancestors, found.descendants, found.place):
+    lineage = family()
+    for ask in (lineage.ancestors, lineage.descendants, lineage.place):
         with pytest.raises(KeyError, match="no organism of this lineage has the uid 12"):
             ask(12)
     with pytest.raises(KeyError, match="unknown gene 'beek'; known: beak, red, song; did you mean"):
-        found.frequencies("finch", "beek", 1)
+        lineage.frequencies("finch", "beek", 1)
     with pytest.raises(KeyError, match="unknown species 'fynch'"):
-        found.frequencies("fynch", "beak", 1)
+        lineage.frequencies("fynch", "beak", 1)
     with pytest.raises(ValueError, match="gene '1:3' is at loci 1 to 2; a genome of 'finch' has 2 loci"):
-        found.frequencies("finch", (1, 2), 1)
+        lineage.frequencies("finch", (1, 2), 1)
     with pytest.raises(ValueError, match="every is 0; it must be at least 1 tick"):
-        found.frequencies("finch", "beak", 0)
+        lineage.frequencies("finch", "beak", 0)
     with pytest.raises(KeyError, match="unknown value 'G'; known: A, C, T"):
-        found.frequencies("finch", "beak", 1).of("G")
+        lineage.frequencies("finch", "beak", 1).of("G")
 
 
 # files
 
 
 def test_a_folder_is_read_as_it_was_written(tmp_path):
-    found, expected = Lineage.read(write_folder(tmp_path / "run")), family()
+    lineage, expected = Lineage.read(write_folder(tmp_path / "run")), family()
     for name in ("uid", "parent", "parent2", "species", "born", "died", "cause", "genome"):
-        assert getattr(found, name).tolist() == getattr(expected, name).tolist(), name
-    assert (found.end, found.dt, found.genomes) == (10, 1.0, GENES)
+        assert getattr(lineage, name).tolist() == getattr(expected, name).tolist(), name
+    assert (lineage.end, lineage.dt, lineage.genomes) == (10, 1.0, GENES)
 
 
 def test_an_old_folder_without_genomes_and_founders_is_readable(tmp_path):
@@ -285,13 +285,13 @@ def test_an_old_folder_without_genomes_and_founders_is_readable(tmp_path):
         pa.table({"tick": [4, 10], "species": ["finch", "finch"], "uid": pa.array([1, 9], pa.uint64()), "cause": ["old", "old"]}),
         folder / "deaths" / "part-00002.parquet",
     )
-    found = Lineage.read(folder)
-    assert found.uid.tolist() == list(range(1, 10))
-    assert found.founders.tolist() == [True, True, False, False, False, False, True, False, True]
-    assert found.died[[0, 1, 8]].tolist() == [4, ALIVE, 10]
-    assert found.born[found.founders].tolist() == [0] * 4
-    assert set(found.species) == {"finch"}
-    assert set(found.genome) == {""}
+    lineage = Lineage.read(folder)
+    assert lineage.uid.tolist() == list(range(1, 10))
+    assert lineage.founders.tolist() == [True, True, False, False, False, False, True, False, True]
+    assert lineage.died[[0, 1, 8]].tolist() == [4, ALIVE, 10]
+    assert lineage.born[lineage.founders].tolist() == [0] * 4
+    assert set(lineage.species) == {"finch"}
+    assert set(lineage.genome) == {""}
 
 
 def test_the_csv_keeps_the_standard(tmp_path):
@@ -362,10 +362,10 @@ def run(menagerie, tmp_path_factory):
 
 
 def test_the_living_of_a_real_run_are_those_of_its_series_at_every_tick(run):
-    found, series = Lineage.read(run), load_series(run)
+    lineage, series = Lineage.read(run), load_series(run)
     for species in series.species:
-        assert found.living_sums(series.ticks, mask=found.species == species).tolist() == series.of(species).tolist()
-    assert (found.generation() > 1).any()
+        assert lineage.living_sums(series.ticks, mask=lineage.species == species).tolist() == series.of(species).tolist()
+    assert (lineage.generation() > 1).any()
 
 
 def test_a_world_in_memory_has_the_lineage_that_a_folder_has(run, menagerie):
@@ -384,16 +384,16 @@ def test_genomes_of_a_real_run_are_those_of_its_organisms(menagerie, tmp_path):
     config = menagerie(species={"ram": {"genome": {"ploidy": 2, "mutate": {"operator": "mutUniformInt", "indpb": 0.2}, "genes": genes}}})
     run_to_folder(config, seed=7, ticks=60, out=tmp_path / "run", policies="untrained", report=False)
     world = World.from_config(config, seed=7, policies="untrained").run(60)
-    table, found = world.tables["ram"], Lineage.read(tmp_path / "run").of_species("ram")
-    layout, loci, alive = table.species.heredity.layout, table[Genome].loci[table.by_uid()], found.alive(59)
-    assert found.uid[alive].tolist() == table.uid[table.by_uid()].tolist()
-    assert found.genome[alive].tolist() == [layout.alphabet.decode(row) for row in loci]
-    red = found.frequencies("ram", "red", 1)
+    table, lineage = world.tables["ram"], Lineage.read(tmp_path / "run").of_species("ram")
+    layout, loci, alive = table.species.heredity.layout, table[Genome].loci[table.by_uid()], lineage.alive(59)
+    assert lineage.uid[alive].tolist() == table.uid[table.by_uid()].tolist()
+    assert lineage.genome[alive].tolist() == [layout.alphabet.decode(row) for row in loci]
+    red = lineage.frequencies("ram", "red", 1)
     assert [red.of(v)[-1] for v in ("0", "1")] == [(layout.alleles(loci, "red") == v).any(1).sum() for v in (0, 1)]
     assert 0 < red.of("1")[-1] < table.n == red.n[-1]
-    born = np.flatnonzero(found.mother >= 0)
-    assert any(found.genome[i] != found.genome[found.mother[i]] for i in born)  # they mutate
-    assert (found.genome[found.species == "ram"] != "").all()
+    born = np.flatnonzero(lineage.mother >= 0)
+    assert any(lineage.genome[i] != lineage.genome[lineage.mother[i]] for i in born)  # they mutate
+    assert (lineage.genome[lineage.species == "ram"] != "").all()
 
 
 def test_a_world_that_keeps_no_events_has_no_lineage(menagerie):
@@ -404,10 +404,10 @@ def test_a_world_that_keeps_no_events_has_no_lineage(menagerie):
 
 
 def test_csv_and_tree_of_a_real_run_agree_with_its_births_and_deaths(run, tmp_path):
-    said = CliRunner().invoke(
+    result = CliRunner().invoke(
         app, ["lineage", str(run), "--csv", str(tmp_path / "ram.csv"), "--newick", str(tmp_path / "ram.nwk"), "--species", "ram"]
     )
-    assert said.exit_code == 0, said.output
+    assert result.exit_code == 0, result.output
     births, deaths = (pa.concat_tables([pq.read_table(p) for p in sorted((run / kind).glob("*.parquet"))]) for kind in ("births", "deaths"))
     births = {b["uid"]: b for b in births.to_pylist() if b["species"] == "ram"}
     died = {d["uid"]: d["tick"] for d in deaths.to_pylist() if d["species"] == "ram"}
@@ -421,16 +421,16 @@ def test_csv_and_tree_of_a_real_run_agree_with_its_births_and_deaths(run, tmp_pa
     assert len(died) > 5
     assert any(b["parent"] for b in births.values())
     alive = len(births) - len(died)
-    assert f"ram\n  without parents: 40\n  born of parents: {len(births) - 40}\n  alive at tick 59: {alive}\n" in said.output
-    assert "moss" not in said.output
+    assert f"ram\n  without parents: 40\n  born of parents: {len(births) - 40}\n  alive at tick 59: {alive}\n" in result.output
+    assert "moss" not in result.output
 
 
 def test_the_command_says_every_species_and_prunes_to_the_living(run, tmp_path):
-    said = CliRunner().invoke(app, ["lineage", str(run), "--newick", str(tmp_path / "all.nwk"), "--living"])
-    assert said.exit_code == 0, said.output
-    assert [line for line in said.output.splitlines() if not line.startswith(" ")][:3] == ["moss", "ram", "lynx"]
-    found = Lineage.read(run)
-    assert len(parsed((tmp_path / "all.nwk").read_text().strip())) == len(found.living()) < len(found)
+    result = CliRunner().invoke(app, ["lineage", str(run), "--newick", str(tmp_path / "all.nwk"), "--living"])
+    assert result.exit_code == 0, result.output
+    assert [line for line in result.output.splitlines() if not line.startswith(" ")][:3] == ["moss", "ram", "lynx"]
+    lineage = Lineage.read(run)
+    assert len(parsed((tmp_path / "all.nwk").read_text().strip())) == len(lineage.living()) < len(lineage)
 
 
 @pytest.mark.parametrize(
@@ -445,15 +445,15 @@ def test_the_command_says_every_species_and_prunes_to_the_living(run, tmp_path):
 )
 def test_the_command_refuses_what_cannot_be(run, tmp_path, monkeypatch, arguments, message):
     monkeypatch.chdir(tmp_path)
-    said = CliRunner().invoke(app, ["lineage", *(str(run) if a == "RUN" else a for a in arguments)])
-    assert said.exit_code == 2
-    assert message in said.output
+    result = CliRunner().invoke(app, ["lineage", *(str(run) if a == "RUN" else a for a in arguments)])
+    assert result.exit_code == 2
+    assert message in result.output
 
 
 def test_the_command_says_what_does_not_fit_in_a_folder(tmp_path):
-    said = CliRunner().invoke(app, ["lineage", str(write_folder(tmp_path / "run", [*FAMILY, (12, 11, 0, 9, ALIVE, "AA")]))])
-    assert said.exit_code == 2
-    assert "the organism 12 has the parent 11, of whom no birth is recorded" in said.output
+    result = CliRunner().invoke(app, ["lineage", str(write_folder(tmp_path / "run", [*FAMILY, (12, 11, 0, 9, ALIVE, "AA")]))])
+    assert result.exit_code == 2
+    assert "the organism 12 has the parent 11, of whom no birth is recorded" in result.output
 
 
 # size and figure
@@ -476,9 +476,9 @@ def test_a_million_births_are_read_and_counted_in_seconds(tmp_path):
         pq.write_table(table, folder / kind / "part-00000.parquet")
     (folder / "manifest.json").write_text(json.dumps({"done": 10_300, "dt": 1.0, "genomes": GENES}))
     start = time.process_time()
-    found = Lineage.read(folder)
-    share = found.frequencies("finch", "red", 20)
-    mean = found.mean_generation("finch", 20)
+    lineage = Lineage.read(folder)
+    share = lineage.frequencies("finch", "red", 20)
+    mean = lineage.mean_generation("finch", 20)
     seconds = time.process_time() - start
     assert share.count[100].sum() == share.n[100] == ((born <= 2000) & (died > 2000)).sum()
     assert mean[200] > 1
@@ -486,8 +486,8 @@ def test_a_million_births_are_read_and_counted_in_seconds(tmp_path):
 
 
 def test_carriers_are_drawn_in_the_colour_of_their_gene(tmp_path):
-    found = family()
-    figure = carriers([found.frequencies("finch", gene, 1) for gene in ("red", "song")], "finch")
+    lineage = family()
+    figure = carriers([lineage.frequencies("finch", gene, 1) for gene in ("red", "song")], "finch")
     (ax,) = figure.axes
     lines = {line.get_label(): line for line in ax.get_lines()}
     assert list(lines) == ["red", "song = 1", "song = 2", "all"]

@@ -130,8 +130,8 @@ def test_what_is_said_of_a_formula_is_true_of_its_numbers(text: str) -> None:
 
 
 def test_in_a_reflex_a_term_pushes_the_way_that_it_counts() -> None:
-    found = pushes("(energy < 0.3) - 2 * (wolf > 0.5) + x * wolf", {"wolf", "energy"})
-    assert found == {"energy": 1, "wolf": None, "x": 1}
+    signs = pushes("(energy < 0.3) - 2 * (wolf > 0.5) + x * wolf", {"wolf", "energy"})
+    assert signs == {"energy": 1, "wolf": None, "x": 1}
     assert pushes("-1 if lips > 0.3 and energy < 0.5 else 0", set()) == {"lips": -1, "energy": -1}
 
 

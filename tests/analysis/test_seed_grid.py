@@ -58,9 +58,9 @@ def test_known_shares_are_recovered() -> None:
 
 def test_shares_add_up_and_negative_components_count_as_none() -> None:
     table = np.array([[0.0, 1.0], [1.0, 0.0]])  # all interaction: components −.5, −.5, 1
-    found = variance_shares(table, n_boot=99)
-    assert found.variance == pytest.approx((-0.5, -0.5, 1.0))
-    assert [s.value for s in found.share] == [0.0, 0.0, 1.0]
+    shares = variance_shares(table, n_boot=99)
+    assert shares.variance == pytest.approx((-0.5, -0.5, 1.0))
+    assert [s.value for s in shares.share] == [0.0, 0.0, 1.0]
     assert np.isnan([s.value for s in variance_shares(np.ones((3, 2)), n_boot=9).share]).all()
 
 
@@ -118,25 +118,25 @@ def test_effective_runs_fall_to_the_training_seeds_where_all_hangs_on_them() -> 
 
 def runs(lost: dict[tuple[int, int], int], ticks: int = 400) -> tuple[list[Series], list[int], list[int]]:
     """Runs of 3 training seeds × 2 world seeds; wolves end at the tick told."""
-    found: list[Series] = []
+    collected: list[Series] = []
     seeds = [(a, b) for a in (7, 8, 9) for b in (1, 2)]
     for a, b in seeds:
         n = chains.chain(ticks, 10 * a + b)
         n[lost.get((a, b), ticks + 1) - 1 :, 2] = 0
         series = load_series(chains.series_table(n, b))
-        found.append(Series(series.ticks, series.species, series.columns, {"seed": b}))
-    return found, [a for a, _ in seeds], [b for _, b in seeds]
+        collected.append(Series(series.ticks, series.species, series.columns, {"seed": b}))
+    return collected, [a for a, _ in seeds], [b for _, b in seeds]
 
 
 def test_a_grid_holds_every_run_in_its_place() -> None:
     members, training, worlds = runs({(8, 1): 101, (8, 2): 201})
     grid = Grid.of(members[::-1], training[::-1], worlds[::-1])
     assert (grid.training, grid.worlds) == ((7, 8, 9), (1, 2))
-    found = crossed(grid, n_boot=49)
-    assert found["persisted"].tolist() == [[1, 1], [0, 0], [1, 1]]
-    assert found["lifetimes"].tolist() == [[399, 399], [100, 200], [399, 399]]
-    assert found["persisted_by_training_seed"] == {7: 2, 8: 0, 9: 2}
-    assert found["variance_shares"]["persisted"]["share"]["training seed"].value == pytest.approx(1.0)
+    summary = crossed(grid, n_boot=49)
+    assert summary["persisted"].tolist() == [[1, 1], [0, 0], [1, 1]]
+    assert summary["lifetimes"].tolist() == [[399, 399], [100, 200], [399, 399]]
+    assert summary["persisted_by_training_seed"] == {7: 2, 8: 0, 9: 2}
+    assert summary["variance_shares"]["persisted"]["share"]["training seed"].value == pytest.approx(1.0)
     time, low, high = survival_band(grid, n_boot=99)
     assert time.tolist() == [0, 100, 200]
     assert (low[0], high[0], low[2], high[2]) == (1.0, 1.0, 0.0, 1.0)
@@ -156,13 +156,13 @@ def test_a_crossed_comparison_opens_with_who_persisted_and_tells_the_variance(tm
     members, training, _ = runs({(8, 1): 101, (8, 2): 201})
     alone = runs({(7, 1): 51, (7, 2): 61})[0][:2]
     words = {"world": "policies trained"}
-    found = compare({"world": members, "random": alone}, tmp_path, n_boot=99, training={"world": training}, policies=words)
-    arm = found["arms"]["world"]
-    said = found["opening"]["world"]
+    comparison = compare({"world": members, "random": alone}, tmp_path, n_boot=99, training={"world": training}, policies=words)
+    arm = comparison["arms"]["world"]
+    said = comparison["opening"]["world"]
     assert said.startswith("All species persisted in 4 of 6 runs (67%). wolf died out in 2 of 6, at ticks 101 to 201 (")
     assert arm["persistence"] == pytest.approx(list(share_interval(np.array([[1, 1], [0, 0], [1, 1]]))))
     assert arm["crossed"]["world_seeds"] == [1, 2]
-    assert found["effects"]["random"]["persistence"][0] == pytest.approx(-2 / 3)
+    assert comparison["effects"]["random"]["persistence"][0] == pytest.approx(-2 / 3)
     page = (tmp_path / "compare.html").read_text()
     assert page.index("All species persisted in 4 of 6 runs (67%)") < page.index("<h2>")
     assert "world: 3 training seeds × 2 world seeds" in page

@@ -59,8 +59,8 @@ def test_a_bootstrap_interval_covers_about_as_often_as_it_says(paired: bool) -> 
     rng, inside = np.random.default_rng(0), 0
     for i in range(200):
         a, b = rng.normal(1, 1, 10), rng.normal(0, 1, 10)
-        found = bootstrap_difference(a, b, paired=paired, n_boot=499, seed=i)
-        inside += found.low <= 1 <= found.high
+        estimate = bootstrap_difference(a, b, paired=paired, n_boot=499, seed=i)
+        inside += estimate.low <= 1 <= estimate.high
     assert 0.89 <= inside / 200 <= 0.99
 
 

@@ -66,15 +66,15 @@ def grazed(left: float, caught: float = 1.0) -> Case:
 
 
 def test_grazers_that_starve_when_plants_are_gone_have_overgrazed_whatever_their_names() -> None:
-    found = diagnose(grazed(0.05))
-    assert (found["verdict"], found["species"], found["victim"]) == ("overgrazing", "grass", "wolf")
-    assert found["confidence"] == pytest.approx(1)
-    (fell,) = found["fell"]
+    diagnosis = diagnose(grazed(0.05))
+    assert (diagnosis["verdict"], diagnosis["species"], diagnosis["victim"]) == ("overgrazing", "grass", "wolf")
+    assert diagnosis["confidence"] == pytest.approx(1)
+    (fell,) = diagnosis["fell"]
     assert (fell["tick"], fell["since"], fell["extinct"]) == (80, 65, True)
     assert fell["causes"]["scarce: wolf"] == pytest.approx(1)
-    assert found["evidence"]["weights"] == {"overgrazing": pytest.approx(1)}
-    assert found["evidence"]["of"] == "grass"
-    assert found["evidence"]["deaths_starved"] == fell["deaths"] == 50
+    assert diagnosis["evidence"]["weights"] == {"overgrazing": pytest.approx(1)}
+    assert diagnosis["evidence"]["of"] == "grass"
+    assert diagnosis["evidence"]["deaths_starved"] == fell["deaths"] == 50
 
 
 def test_grazers_that_starve_among_plants_starve_amid_plenty() -> None:
@@ -100,15 +100,15 @@ def chain(prey: np.ndarray, hunters: np.ndarray, eaten: np.ndarray, hunger: np.n
 
 def test_hunters_that_eat_all_prey_and_starve_were_too_good() -> None:
     prey, hunters = course((0, 200), (40, 0), (99, 0)), course((0, 20), (60, 20), (80, 0), (99, 0))
-    found = diagnose(chain(prey, hunters, np.maximum(-np.diff(prey, append=0), 0), np.maximum(-np.diff(hunters, append=0), 0)))
-    assert (found["verdict"], found["species"], found["victim"]) == ("predators too good", "c", "b")
-    assert [f["species"] for f in found["fell"]] == ["b", "c"]
+    diagnosis = diagnose(chain(prey, hunters, np.maximum(-np.diff(prey, append=0), 0), np.maximum(-np.diff(hunters, append=0), 0)))
+    assert (diagnosis["verdict"], diagnosis["species"], diagnosis["victim"]) == ("predators too good", "c", "b")
+    assert [f["species"] for f in diagnosis["fell"]] == ["b", "c"]
 
 
 def test_hunters_that_catch_too_little_among_prey_were_too_few() -> None:
     prey, hunters = course((0, 200), (99, 400)), course((0, 20), (40, 0), (99, 0))
-    found = diagnose(chain(prey, hunters, np.where(np.arange(TICKS) % 10 == 0, 1.0, 0.0), np.maximum(-np.diff(hunters, append=0), 0)))
-    assert (found["verdict"], found["species"]) == ("predators too few", "c")
+    diagnosis = diagnose(chain(prey, hunters, np.where(np.arange(TICKS) % 10 == 0, 1.0, 0.0), np.maximum(-np.diff(hunters, append=0), 0)))
+    assert (diagnosis["verdict"], diagnosis["species"]) == ("predators too few", "c")
 
 
 def test_hunters_that_age_and_hardly_breed_were_too_few() -> None:
@@ -127,10 +127,10 @@ def test_hunters_that_starved_in_a_trough_of_prey_are_not_to_blame_for_its_later
     }
     fell = {s: np.maximum(-np.diff(v, append=v[-1]), 0) for s, v in n.items()}
     died = {("a", "eaten by b"): n["b"] / 5, ("b", HUNGER): fell["b"], ("b", "eaten by c"): n["c"] / 20, ("c", HUNGER): fell["c"]}
-    found = diagnose(case(n, died, {"a": PLANT, "b": animal("a"), "c": animal("b")}, burnt={s: 0.01 * n[s] for s in "bc"}))
-    assert [f["species"] for f in found["fell"]] == ["c", "b"]
-    assert found["fell"][0]["causes"]["scarce: b"] > 0.9
-    assert (found["verdict"], found["species"], found["victim"]) == ("overgrazing", "b", "a")
+    diagnosis = diagnose(case(n, died, {"a": PLANT, "b": animal("a"), "c": animal("b")}, burnt={s: 0.01 * n[s] for s in "bc"}))
+    assert [f["species"] for f in diagnosis["fell"]] == ["c", "b"]
+    assert diagnosis["fell"][0]["causes"]["scarce: b"] > 0.9
+    assert (diagnosis["verdict"], diagnosis["species"], diagnosis["victim"]) == ("overgrazing", "b", "a")
 
 
 def test_newborn_that_cannot_last_until_a_meal_starve() -> None:
@@ -169,8 +169,8 @@ def test_causes_of_their_own_have_verdicts_of_their_own(cause: str, verdict: str
 
 def test_a_run_in_which_all_live_is_healthy_and_one_without_anybody_says_so() -> None:
     n = {"a": course((0, 500), (99, 500)), "b": course((0, 100), (99, 90))}
-    found = diagnose(case(n, {("b", AGE): np.ones(TICKS)}, {"a": PLANT, "b": animal("a")}))
-    assert (found["verdict"], found["confidence"], found["fell"]) == ("healthy", 1.0, [])
+    diagnosis = diagnose(case(n, {("b", AGE): np.ones(TICKS)}, {"a": PLANT, "b": animal("a")}))
+    assert (diagnosis["verdict"], diagnosis["confidence"], diagnosis["fell"]) == ("healthy", 1.0, [])
     assert diagnose(case({"a": np.zeros(TICKS)}, {("a", AGE): np.zeros(TICKS)}, {"a": PLANT}))["verdict"] == "nobody"
 
 
@@ -179,12 +179,12 @@ def test_a_stopped_run_is_told_by_who_has_as_good_as_died_out() -> None:
     died = {("a", "eaten by b"): n["b"] / 5, ("b", HUNGER): np.maximum(-np.diff(n["b"], append=2), 0)}
     stopped = {"finished": False, "ticks": 500}
     run = case(n, died, {"a": PLANT, "b": animal("a")}, stopped, burnt={"b": 0.01 * n["b"]})
-    found = diagnose(run)
-    assert found["verdict"] == "overgrazing"
-    assert not found["fell"][0]["extinct"]
-    said = sentences(run, explain(run))["What happened"]
-    assert "stopped at tick 99 of 500" in said[0]
-    assert "had nearly died out" in said[1]
+    diagnosis = diagnose(run)
+    assert diagnosis["verdict"] == "overgrazing"
+    assert not diagnosis["fell"][0]["extinct"]
+    findings = sentences(run, explain(run))["What happened"]
+    assert "stopped at tick 99 of 500" in findings[0]
+    assert "had nearly died out" in findings[1]
 
 
 def test_losses_are_counted_per_head_and_tick() -> None:
@@ -215,10 +215,10 @@ def test_distance_is_that_to_the_nearest_of_the_other_species(edges: str, metres
     run = grazed(0.5)
     near = Case(run.series, run.config | {"space": {"size": [10.0, 10.0], "edges": edges}}, {},
                 {"grass": at | {"x": np.array([1.0])}, "wolf": at | {"x": np.array([9.0])}})  # fmt: skip
-    found = distance(near, "grass", "wolf", 0, 10)
-    assert found is not None
-    assert found["mean"] == pytest.approx(metres)
-    assert found["to_chance"] == pytest.approx(metres / 5)
+    distance_ = distance(near, "grass", "wolf", 0, 10)
+    assert distance_ is not None
+    assert distance_["mean"] == pytest.approx(metres)
+    assert distance_["to_chance"] == pytest.approx(metres / 5)
 
 
 def test_chance_is_the_distance_at_random_places() -> None:
@@ -252,9 +252,9 @@ def test_every_value_to_turn_is_one_that_a_world_file_may_set(world: str) -> Non
     for s in names:
         for verdict in REMEDIES:
             victim = next((f.eats for f in run.diet(s)), s)
-            for found in advise(run, {"verdict": verdict, "species": s, "victim": victim}):
-                assert found["turn"] in ("higher", "lower")
-                seen[found["key"]] = found["value"]
+            for turn in advise(run, {"verdict": verdict, "species": s, "victim": victim}):
+                assert turn["turn"] in ("higher", "lower")
+                seen[turn["key"]] = turn["value"]
     assert seen
     assert changed(config, seen).config_hash == config.config_hash
     assert set(REMEDIES) == set(VERDICTS) - {"healthy", "nobody"}
@@ -282,26 +282,26 @@ def starving(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_a_recorded_run_is_explained_in_a_page_a_figure_and_json(starving: Path, tmp_path: Path) -> None:
-    found = write_why(starving, tmp_path)
-    assert json.loads((tmp_path / "why.json").read_text()) == found
-    assert (found["verdict"], found["species"]) == ("predators too few", "wolf")
-    assert found["parameters"][0]["key"] == "species.wolf.diet.0.chance"
-    assert found["parameters"][0]["turn"] == "higher"
-    assert found["interventions"] == {"cull 5 deer": 1}
+    findings = write_why(starving, tmp_path)
+    assert json.loads((tmp_path / "why.json").read_text()) == findings
+    assert (findings["verdict"], findings["species"]) == ("predators too few", "wolf")
+    assert findings["parameters"][0]["key"] == "species.wolf.diet.0.chance"
+    assert findings["parameters"][0]["turn"] == "higher"
+    assert findings["interventions"] == {"cull 5 deer": 1}
     page = (tmp_path / "why.html").read_text()
     assert "wolf died out at tick" in page
     assert "species.wolf.diet.0.chance" in page
     assert (tmp_path / "figures" / "why.png").stat().st_size > 10_000
-    assert found["conduct"]["wolf"][0]["enemies"] == {}
-    assert found["conduct"]["deer"][0]["enemies"]["wolf"]["mean"] > 0
+    assert findings["conduct"]["wolf"][0]["enemies"] == {}
+    assert findings["conduct"]["deer"][0]["enemies"]["wolf"]["mean"] > 0
 
 
 def test_the_figure_marks_the_end_of_a_species_and_stacks_causes_to_one(starving: Path) -> None:
     run = Case.read(starving)
-    found = explain(run)
-    top, *panels = draw(run, found).axes
+    findings = explain(run)
+    top, *panels = draw(run, findings).axes
     crosses = [line for line in top.get_lines() if line.get_marker() == "x"]
-    assert sorted(line.get_xdata()[0] for line in crosses) == sorted(f["tick"] for f in found["fell"]) != []
+    assert sorted(line.get_xdata()[0] for line in crosses) == sorted(f["tick"] for f in findings["fell"]) != []
     assert top.get_yscale() == "log"
     wolves = next(p for p in panels if p.patches)
     heights = sum(p.get_height() for p in wolves.patches)

@@ -162,8 +162,8 @@ def test_animals_leave_across_the_edges_in_all_four_directions_alike(place, mode
 def test_all_orders_are_equally_likely(model):
     alive = np.array([True, False, True, True])
     orders = [tuple(model.shuffled(alive, np.uint64(key), 7).tolist()) for key in range(1200)]
-    found, counts = np.unique(orders, axis=0, return_counts=True)
-    assert len(found) == 6
+    orders_, counts = np.unique(orders, axis=0, return_counts=True)
+    assert len(orders_) == 6
     assert stats.chisquare(counts).pvalue > 1e-3
 
 

@@ -30,7 +30,7 @@ def facts(world):
 def test_a_checkpoint_of_the_former_format_holds_what_it_held_and_goes_on_as_it_would_have():
     world = World.restore(FORMER)
     assert facts(world) == ({"red": 3, "yellow": 11, "green": 31, "goat": 16}, 71, AT_30)
-    found = facts(world.run(20))
-    assert found[0]["goat"] > 0
+    facts_now = facts(world.run(20))
+    assert facts_now[0]["goat"] > 0
     if target().cpu == MADE_ON:
-        assert found == ({"red": 3, "yellow": 11, "green": 27, "goat": 17}, 75, AT_50)
+        assert facts_now == ({"red": 3, "yellow": 11, "green": 27, "goat": 17}, 75, AT_50)

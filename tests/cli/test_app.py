@@ -64,9 +64,9 @@ except SystemExit:
     seconds, bare = [], []
     for _ in range(3):
         bare.append(_seconds("import typer")[0])
-        used, said = _seconds(code)
+        used, output = _seconds(code)
         seconds.append(used)
-        assert said == "[]"
+        assert output == "[]"
     assert min(seconds) < max(0.3, 6 * min(bare)), "seconds of a processor; or what loading typer alone takes, six times"
 
 
@@ -89,31 +89,31 @@ def test_version_is_said() -> None:
 def test_the_list_has_every_world_sensor_component_and_system() -> None:
     from ecs_eco import components, systems
 
-    said = invoke("list")
+    output = invoke("list")
     union = typing.get_args(typing.get_args(AnySensor)[0])
     kinds = [typing.get_args(sensor.model_fields["kind"].annotation)[0] for sensor in union]
-    words = {line.split()[0] for line in said.splitlines() if line.startswith("  ")}
+    words = {line.split()[0] for line in output.splitlines() if line.startswith("  ")}
     assert words == {*shipped(), *kinds, *components.__all__, *systems.__all__}
 
 
 def test_check_says_what_is_in_a_world() -> None:
-    said = invoke("check", "predator-prey", "--set", "species.deer.count=12")
-    assert "deer: 12" in said
-    assert "wolf_near" in said
-    assert "speed.run" in said
+    output = invoke("check", "predator-prey", "--set", "species.deer.count=12")
+    assert "deer: 12" in output
+    assert "wolf_near" in output
+    assert "speed.run" in output
 
 
 # run
 
 
 def test_run_leaves_a_folder_with_what_was_asked_for(here: Path) -> None:
-    said = invoke("run", "predator-prey", *FEW, "--ticks", "3", "--seed", "5", "--out", "a/b", "--no-report", "--quiet")
+    output = invoke("run", "predator-prey", *FEW, "--ticks", "3", "--seed", "5", "--out", "a/b", "--no-report", "--quiet")
     manifest = json.loads((here / "a" / "b" / "manifest.json").read_text())
     assert (manifest["seed"], manifest["ticks"], manifest["finished"]) == (5, 3, True)
     assert manifest["config"]["species"]["deer"]["count"] == 12
     assert load(manifest["config"]).config_hash == manifest["config_hash"]
-    assert "3 ticks of predator-prey, seed 5, in a/b" in said
-    assert "at the end: " in said
+    assert "3 ticks of predator-prey, seed 5, in a/b" in output
+    assert "at the end: " in output
 
 
 def test_run_without_a_folder_makes_one_in_runs_and_never_writes_into_an_old_one(here: Path) -> None:
@@ -179,8 +179,8 @@ def test_an_interrupt_says_how_far_it_came(monkeypatch: pytest.MonkeyPatch) -> N
         raise KeyboardInterrupt
 
     monkeypatch.setattr("ecs_eco.record.run_to_folder", interrupted)
-    said = invoke("run", "predator-prey", "--ticks", "10", code=130)
-    assert "Stopped at tick 3 of 10; nothing was recorded." in said
+    output = invoke("run", "predator-prey", "--ticks", "10", code=130)
+    assert "Stopped at tick 3 of 10; nothing was recorded." in output
 
 
 def interrupt(out: Path, *arguments: str) -> str:
@@ -193,8 +193,8 @@ def interrupt(out: Path, *arguments: str) -> str:
     while not any(out.rglob("series/*.parquet")) and run.poll() is None and time.monotonic() < deadline:
         time.sleep(0.05)
     run.send_signal(signal.SIGINT)
-    said, err = run.communicate(timeout=60)
-    assert (run.returncode, said) == (130, ""), err
+    output, err = run.communicate(timeout=60)
+    assert (run.returncode, output) == (130, ""), err
     assert "Traceback" not in err
     return err
 
@@ -203,10 +203,10 @@ def interrupt(out: Path, *arguments: str) -> str:
 def test_ctrl_c_ends_a_run_and_keeps_what_was_recorded(here: Path) -> None:
     from ecs_eco.analysis.runs import load_series
 
-    said = interrupt(here / "out", "run", "predator-prey")
+    output = interrupt(here / "out", "run", "predator-prey")
     manifest = json.loads((here / "out" / "manifest.json").read_text())
     assert manifest["finished"] is False
-    assert f"Stopped at tick {manifest['done']} of 100000000; what was recorded" in said
+    assert f"Stopped at tick {manifest['done']} of 100000000; what was recorded" in output
     last = load_series(here / "out").ticks[-1]
     assert last > 0
     assert manifest["done"] - last in (0, 1)  # the tick that was interrupted may have been recorded already
@@ -214,8 +214,8 @@ def test_ctrl_c_ends_a_run_and_keeps_what_was_recorded(here: Path) -> None:
 
 @pytest.mark.slow
 def test_ctrl_c_ends_a_comparison_and_keeps_what_was_recorded(here: Path) -> None:
-    said = interrupt(here / "out", "compare", "predator-prey", "--seeds", "3")
-    assert "Stopped after 0 of 6 runs; what was recorded until then is in " in said
+    output = interrupt(here / "out", "compare", "predator-prey", "--seeds", "3")
+    assert "Stopped after 0 of 6 runs; what was recorded until then is in " in output
     manifests = [json.loads(p.read_text()) for p in (here / "out").glob("*/*/manifest.json")]
     assert len(manifests) == 2
     assert max(m["done"] for m in manifests) > 0

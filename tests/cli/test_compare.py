@@ -49,16 +49,16 @@ def written(folder: Path) -> dict[Path, int]:
 
 @pytest.mark.slow
 def test_arms_run_with_the_same_seeds_and_are_compared(here: Path) -> None:
-    said = invoke(*SET, "--seeds", "2", "--ticks", "4", "--control", "dt=0.5", "--out", "out")
+    output = invoke(*SET, "--seeds", "2", "--ticks", "4", "--control", "dt=0.5", "--out", "out")
     manifests = {p.parent: json.loads(p.read_text()) for p in (here / "out").glob("*/*/manifest.json")}
     assert {(p.parent.name, m["seed"], m["dt"], m["done"]) for p, m in manifests.items()} == {
         ("world", 1, 1.0, 4), ("world", 2, 1.0, 4), ("dt-0.5", 1, 0.5, 4), ("dt-0.5", 2, 0.5, 4)
     }  # fmt: skip
-    found = json.loads((here / "out" / "compare.json").read_text())
-    assert {arm: row["seeds"] for arm, row in found["arms"].items()} == {"world": [1, 2], "dt-0.5": [1, 2]}
-    assert found["reference"] == "world"
-    assert "dt-0.5" in said
-    assert "wolf" in said
+    content = json.loads((here / "out" / "compare.json").read_text())
+    assert {arm: row["seeds"] for arm, row in content["arms"].items()} == {"world": [1, 2], "dt-0.5": [1, 2]}
+    assert content["reference"] == "world"
+    assert "dt-0.5" in output
+    assert "wolf" in output
 
 
 def test_each_policy_is_trained_once_and_lives_in_every_world_and_nothing_is_done_twice(here: Path) -> None:
@@ -66,10 +66,10 @@ def test_each_policy_is_trained_once_and_lives_in_every_world_and_nothing_is_don
     words = [*SET, "--workers", "1", "--training-seeds", "2", "--ticks", "4", *treatments, "--retrain"]
     invoke(*words, "--seeds", "1", "--out", "out")
     before = written(here / "out")
-    said = invoke(*words, "--seeds", "2", "--out", "out")
+    output = invoke(*words, "--seeds", "2", "--out", "out")
     after = written(here / "out")
     assert before.items() <= after.items()
-    assert "5 of 10 runs are there already." in said
+    assert "5 of 10 runs are there already." in output
     policies = {
         (p.parent.parent.name, json.loads(p.read_text())["seed"])
         for p in (here / "out").rglob("training.json")
@@ -83,11 +83,11 @@ def test_each_policy_is_trained_once_and_lives_in_every_world_and_nothing_is_don
     trained = {f"{arm}/training-{k}/seed-{w}" for arm in ("world", "dt-0.5") for k in (1, 2) for w in (1, 2)}
     assert set(ran) == trained | {"random-policy/seed-1", "random-policy/seed-2"}
     assert ran["dt-0.5/training-2/seed-1"]["policies"] == "out/policies/dt-0.5/seed-2"
-    found = json.loads((here / "out" / "compare.json").read_text())["arms"]
-    assert found["world"]["crossed"]["training_seeds"] == found["world"]["crossed"]["world_seeds"] == [1, 2]
-    assert "crossed" not in found["random-policy"]
-    assert "dt-0.5 runs with policies trained anew under its own values, from 2 training seeds" in said
-    assert "world: All species persisted in " in said
+    content = json.loads((here / "out" / "compare.json").read_text())["arms"]
+    assert content["world"]["crossed"]["training_seeds"] == content["world"]["crossed"]["world_seeds"] == [1, 2]
+    assert "crossed" not in content["random-policy"]
+    assert "dt-0.5 runs with policies trained anew under its own values, from 2 training seeds" in output
+    assert "world: All species persisted in " in output
 
 
 def test_a_folder_is_gone_on_with_by_the_same_comparison_alone(here: Path) -> None:
@@ -105,16 +105,16 @@ def test_a_folder_is_gone_on_with_by_the_same_comparison_alone(here: Path) -> No
         assert claim.path == out  # another control may be added
     write_plan(out, more)
     assert set(json.loads((out / "plan.json").read_text())["arms"]) == {"world", "random-policy", "learning"}
-    said = invoke(
+    output = invoke(
         "--training-seeds", "2", "--ticks", "11", "--set", "species.deer.count=9", "--out", "out", code=2
     )
-    assert "holds another comparison: ticks, the arm world" in said
+    assert "holds another comparison: ticks, the arm world" in output
     (out / "plan.json").write_text("[")
     assert "holds another comparison: plan.json differs" in invoke("--ticks", "11", "--out", "out", code=2)
 
 
 @pytest.mark.parametrize(
-    ("words", "said"),
+    ("words", "expected"),
     [
         (["--retrain"], "nothing is trained"),
         (["--training-seeds", "2", "--retrain"], "no treatment changes a value"),
@@ -122,8 +122,8 @@ def test_a_folder_is_gone_on_with_by_the_same_comparison_alone(here: Path) -> No
         (["--training-seeds", "0"], "a whole number from 1"),
     ],
 )
-def test_options_that_contradict_each_other_are_refused(words: list[str], said: str) -> None:
-    assert said in " ".join(invoke(*words, code=2).split())
+def test_options_that_contradict_each_other_are_refused(words: list[str], expected: str) -> None:
+    assert expected in " ".join(invoke(*words, code=2).split())
 
 
 def fail(arm: Arm, seed: int, ticks: int, folder: Path) -> None:
@@ -139,15 +139,15 @@ def be_killed(arm: Arm, seed: int, ticks: int, folder: Path) -> None:
 
 def test_a_run_that_fails_is_named_and_the_others_go_on(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("ecs_eco.cli.compare.run_arm", fail)
-    said = invoke(*SET, "--workers", "1", "--seeds", "2", "--out", "out", code=1)
-    assert "world, seed 1: FileExistsError: old" in said
-    assert "random-policy, seed 1: FileExistsError: old" in said
-    assert "2 of 4 runs failed; what the others recorded is in out." in said
+    output = invoke(*SET, "--workers", "1", "--seeds", "2", "--out", "out", code=1)
+    assert "world, seed 1: FileExistsError: old" in output
+    assert "random-policy, seed 1: FileExistsError: old" in output
+    assert "2 of 4 runs failed; what the others recorded is in out." in output
 
 
 def test_a_killed_worker_is_one_message_and_no_traceback(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("ecs_eco.cli.compare.run_arm", be_killed)
-    said = invoke(*SET, "--seeds", "2", "--out", "out", code=1)
-    assert said.count("was killed from outside") == 1
-    assert "4 of 4 runs failed" in said
-    assert "Traceback" not in said
+    output = invoke(*SET, "--seeds", "2", "--out", "out", code=1)
+    assert output.count("was killed from outside") == 1
+    assert "4 of 4 runs failed" in output
+    assert "Traceback" not in output

@@ -19,48 +19,48 @@ def doctor(monkeypatch):
         monkeypatch.setattr(self_test, "cases", lambda: [Case("predator-prey", True)])
         monkeypatch.setattr(self_test, "examine", lambda case: Outcome(case, digest, two_threads, resumed))
         monkeypatch.setattr(self_test, "released", lambda: release or {})
-        found = CliRunner().invoke(app, ["doctor", "--quiet"])
-        return found.exit_code, found.output
+        result = CliRunner().invoke(app, ["doctor", "--quiet"])
+        return result.exit_code, result.output
 
     return called
 
 
 def test_it_says_what_results_depend_on():
-    found = CliRunner().invoke(app, ["doctor", "--no-test"])
-    assert found.exit_code == 0, found.output
+    result = CliRunner().invoke(app, ["doctor", "--no-test"])
+    assert result.exit_code == 0, result.output
     here = target()
     for word in ("ecs-eco", here.cpu, here.torch, *here.versions.values(), "cache", "mode 0700", "owner", "GB", "browser", "threads"):
-        assert word in found.output, word
-    assert "Self-test" not in found.output
+        assert word in result.output, word
+    assert "Self-test" not in result.output
 
 
 def test_results_as_released_are_exit_code_0(doctor):
-    code, said = doctor(release={target().key: {NAME: "a" * 64}})
+    code, output = doctor(release={target().key: {NAME: "a" * 64}})
     assert code == 0
-    assert "and those of the release" in said
-    assert "aaaaaaaaaaaa" in said
+    assert "and those of the release" in output
+    assert "aaaaaaaaaaaa" in output
 
 
 def test_an_unknown_target_is_said_and_exit_code_0(doctor):
-    code, said = doctor()
+    code, output = doctor()
     assert code == 0
-    assert "Unknown target" in said
-    assert target().key in said
-    assert "same for one thread, for two, and from a checkpoint." in said
+    assert "Unknown target" in output
+    assert target().key in output
+    assert "same for one thread, for two, and from a checkpoint." in output
 
 
 def test_other_results_than_those_of_the_release_are_exit_code_1(doctor):
-    code, said = doctor(release={target().key: {NAME: "b" * 64}})
+    code, output = doctor(release={target().key: {NAME: "b" * 64}})
     assert code == 1
-    assert f"Results differ from those of the release on such a machine: {NAME}" in said
+    assert f"Results differ from those of the release on such a machine: {NAME}" in output
 
 
 @pytest.mark.parametrize("other", ["two_threads", "resumed"])
 def test_results_that_depend_on_threads_or_checkpoints_are_exit_code_1(doctor, other):
     for release in (None, {target().key: {NAME: "a" * 64}}):
-        code, said = doctor(**{other: "c" * 64}, release=release)
+        code, output = doctor(**{other: "c" * 64}, release=release)
         assert code == 1
-        assert f"change results here: {NAME}" in said
+        assert f"change results here: {NAME}" in output
 
 
 def test_a_cache_that_is_not_used_is_said_with_the_reason(monkeypatch, tmp_path):
@@ -70,7 +70,7 @@ def test_a_cache_that_is_not_used_is_said_with_the_reason(monkeypatch, tmp_path)
     (tmp_path / "cache").mkdir()
     (tmp_path / "cache").chmod(0o777)
     monkeypatch.setattr(jit, "FOLDER", Folder(tmp_path / "cache"))
-    found = CliRunner().invoke(app, ["doctor", "--no-test"])
-    assert found.exit_code == 0, found.output
-    assert "NOT USED" in found.output
-    assert "mode 0777" in found.output
+    result = CliRunner().invoke(app, ["doctor", "--no-test"])
+    assert result.exit_code == 0, result.output
+    assert "NOT USED" in result.output
+    assert "mode 0777" in result.output

@@ -59,9 +59,9 @@ def run(tmp_path: Path, meadow: Path) -> Path:
 def test_folders_that_are_none_are_refused(command: str, out: str, what: str, meadow: Path) -> None:
     (meadow.parent / "loop").symlink_to("loop")
     before = sorted(meadow.parent.rglob("*"))
-    said = refused(command, str(meadow), "--control", "ticks=2", "--out", out) if command == "compare" else refused(
+    output = refused(command, str(meadow), "--control", "ticks=2", "--out", out) if command == "compare" else refused(
         command, str(meadow), "--out", out)
-    assert what in said.replace("\n│", "")
+    assert what in output.replace("\n│", "")
     assert sorted(meadow.parent.rglob("*")) == before
 
 
@@ -77,8 +77,8 @@ def test_an_empty_folder_takes_results_from_within(meadow: Path, monkeypatch: py
 @pytest.mark.parametrize("out", ["file", "file/below", "/proc/none"])
 def test_pages_are_refused_where_they_cannot_be_written(command: str, out: str, run: Path) -> None:
     (run.parent / "file").write_text("")
-    said = refused(command, str(run), "--out", out if out.startswith("/") else str(run.parent / out))
-    assert said.startswith("1 problem\n--out: ")
+    output = refused(command, str(run), "--out", out if out.startswith("/") else str(run.parent / out))
+    assert output.startswith("1 problem\n--out: ")
 
 
 @pytest.fixture
@@ -101,9 +101,9 @@ def read_only(run: Path) -> Iterator[Path]:
 
 @pytest.mark.parametrize("command", ["report", "why"])
 def test_pages_of_a_run_that_is_read_only_are_refused_with_the_way_out(command: str, read_only: Path) -> None:
-    said = refused(command, str(read_only))
-    assert f'DIR: "{read_only}"'[:60] in said
-    assert "cannot be written: Permission denied; allowed: a folder that can be written: name one with --out" in said
+    output = refused(command, str(read_only))
+    assert f'DIR: "{read_only}"'[:60] in output
+    assert "cannot be written: Permission denied; allowed: a folder that can be written: name one with --out" in output
 
 
 @pytest.mark.parametrize(("command", "page", "figure"), [("report", "report.html", "deaths.png"), ("why", "why.html", "why.png")])

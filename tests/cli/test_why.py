@@ -29,26 +29,26 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_it_says_what_happened_and_writes_the_page(run: Path) -> None:
-    said = invoke(str(run))
-    assert "Nothing died out in 12 ticks." in said
-    assert "What limited whom" in said
-    assert f"written: {run / 'why.html'}" in said
+    output = invoke(str(run))
+    assert "Nothing died out in 12 ticks." in output
+    assert "What limited whom" in output
+    assert f"written: {run / 'why.html'}" in output
     assert all((run / name).is_file() for name in ("why.html", "why.json", "figures/why.png"))
 
 
 def test_json_is_for_machines(run: Path, tmp_path: Path) -> None:
-    found = json.loads(invoke(str(run), "--json", "--out", str(tmp_path / "new")))
-    assert found["verdict"] == "healthy"
-    assert {"species", "confidence", "runner_up", "parameters", "phases", "energy"} <= set(found)
+    output = json.loads(invoke(str(run), "--json", "--out", str(tmp_path / "new")))
+    assert output["verdict"] == "healthy"
+    assert {"species", "confidence", "runner_up", "parameters", "phases", "energy"} <= set(output)
     assert (tmp_path / "new" / "why.html").is_file()
 
 
 @pytest.mark.parametrize("folder", ["nowhere", "."])
 def test_what_is_no_run_is_refused(folder: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-    said = invoke(folder, code=2)
-    assert "Traceback" not in said
-    assert "ecs-eco run" in said
+    output = invoke(folder, code=2)
+    assert "Traceback" not in output
+    assert "ecs-eco run" in output
 
 
 def test_a_file_is_no_folder_to_write_to(run: Path, tmp_path: Path) -> None:

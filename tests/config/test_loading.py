@@ -320,13 +320,13 @@ y = 3
 
 
 def test_every_key_is_found_on_its_line() -> None:
-    lines, found = AWKWARD.splitlines(), key_lines(AWKWARD)
+    lines, line_of = AWKWARD.splitlines(), key_lines(AWKWARD)
 
     def walk(node: Any, key: tuple[Any, ...]) -> None:
         if key:
-            assert key in found, key
+            assert key in line_of, key
             if isinstance(key[-1], str):
-                assert key[-1] in lines[found[key] - 1]
+                assert key[-1] in lines[line_of[key] - 1]
         if isinstance(node, dict):
             for name, value in node.items():
                 walk(value, (*key, name))
@@ -335,10 +335,10 @@ def test_every_key_is_found_on_its_line() -> None:
                 walk(value, (*key, i))
 
     walk(tomllib.loads(AWKWARD), ())
-    assert found["list", 1, "kind"] == 5
-    assert found["many", 1, "x"] == 19
-    assert found["many", 1, "sub", "y"] == 21
-    assert found["text",] == 8
+    assert line_of["list", 1, "kind"] == 5
+    assert line_of["many", 1, "x"] == 19
+    assert line_of["many", 1, "sub", "y"] == 21
+    assert line_of["text",] == 8
 
 
 # formulas
@@ -398,11 +398,11 @@ TREES = st.recursive(
 @given(TREES, st.lists(st.tuples(NUMBERS, NUMBERS, NUMBERS), min_size=1, max_size=5))
 def test_formulas_agree_with_a_scalar_twin(tree: Any, rows: list[tuple[float, float, float]]) -> None:
     values = {name: np.array([row[i] for row in rows], np.float32) for i, name in enumerate(NAMES)}
-    found = compile_formula(write(tree), NAMES)(values)
+    values_of = compile_formula(write(tree), NAMES)(values)
     expected = [twin(tree, dict(zip(NAMES, row, strict=True))) for row in rows]
-    assert found.dtype == np.float32
-    assert found.shape == (len(rows),)
-    np.testing.assert_allclose(found, expected, rtol=1e-6, atol=1e-6)
+    assert values_of.dtype == np.float32
+    assert values_of.shape == (len(rows),)
+    np.testing.assert_allclose(values_of, expected, rtol=1e-6, atol=1e-6)
 
 
 @pytest.mark.parametrize(
@@ -421,8 +421,8 @@ def test_formulas_agree_with_a_scalar_twin(tree: Any, rows: list[tuple[float, fl
     ],
 )
 def test_formulas_have_the_usual_values(text: str, value: float) -> None:
-    found = compile_formula(text, ("a", "b"))({"a": np.full(2, 2.0), "b": np.full(2, 3.0)})
-    assert found.tolist() == [value, value]
+    values_of = compile_formula(text, ("a", "b"))({"a": np.full(2, 2.0), "b": np.full(2, 3.0)})
+    assert values_of.tolist() == [value, value]
 
 
 def test_a_formula_knows_which_names_it_uses() -> None:

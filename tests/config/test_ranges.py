@@ -141,8 +141,8 @@ def test_a_shipped_world_written_anew_is_the_same(name: str, tmp_path: Path) -> 
 
 def test_the_characters_of_each_value_are_found() -> None:
     text = 'a = 1 # one\n[b]\nc = [ [1, 2], { d = "x" } ]\n[[e]]\nf = 0.5\n'
-    found = {key: text[begin:end] for key, (begin, end) in value_spans(text).items()}
-    assert found == {
+    spans = {key: text[begin:end] for key, (begin, end) in value_spans(text).items()}
+    assert spans == {
         ("a",): "1", ("b",): "[b]", ("b", "c"): '[ [1, 2], { d = "x" } ]', ("b", "c", 0): "[1, 2]", ("b", "c", 0, 0): "1",
         ("b", "c", 0, 1): "2", ("b", "c", 1): '{ d = "x" }', ("b", "c", 1, "d"): '"x"', ("e", 0): "[[e]]", ("e", 0, "f"): "0.5",
     }  # fmt: skip

@@ -38,13 +38,13 @@ def world_of(**snail: Any) -> dict[str, Any]:
 @pytest.fixture
 def module(monkeypatch: pytest.MonkeyPatch) -> types.ModuleType:
     """An importable module with a system and a happiness in it."""
-    found = types.ModuleType("my_garden")
-    found.number = 3  # type: ignore[attr-defined]
+    garden = types.ModuleType("my_garden")
+    garden.number = 3  # type: ignore[attr-defined]
     for thing in (Shelter, content):
-        setattr(found, thing.__name__, thing)
+        setattr(garden, thing.__name__, thing)
         monkeypatch.setattr(thing, "__module__", "my_garden")
-    monkeypatch.setitem(sys.modules, "my_garden", found)
-    return found
+    monkeypatch.setitem(sys.modules, "my_garden", garden)
+    return garden
 
 
 def test_a_group_that_no_system_carries_out_is_refused() -> None:

@@ -39,9 +39,9 @@ def start(tmp_path, monkeypatch):
         monkeypatch.setattr(jit, "FOLDER", Folder(tmp_path / "cache" / "kernels-1"))
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
-            found = runpy.run_path(str(script))
-        assert found["value"] == 6.0
-        return ("found" if found["hits"] else "compiled"), [str(warning.message) for warning in caught]
+            namespace = runpy.run_path(str(script))
+        assert namespace["value"] == 6.0
+        return ("found" if namespace["hits"] else "compiled"), [str(warning.message) for warning in caught]
 
     starts.cache, starts.script = tmp_path / "cache", script
     starts.files = lambda: sorted(starts.cache.glob("kernels-*/*"))
@@ -53,11 +53,11 @@ def process(tmp_path, before="", **more):
     (tmp_path / "kernel.py").write_text(KERNEL)
     code = f"{before}\nimport runpy; found = runpy.run_path({str(tmp_path / 'kernel.py')!r}); print(found['value'], found['hits'])"
     environment = {**os.environ, "ECS_ECO_CACHE": str(tmp_path / "cache"), **more}
-    found = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, timeout=300)
-    assert found.returncode == 0, found.stderr
-    value, hits = found.stdout.split()
+    namespace = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, timeout=300)
+    assert namespace.returncode == 0, namespace.stderr
+    value, hits = namespace.stdout.split()
     assert value == "6.0"
-    return ("found" if hits == "1" else "compiled"), found.stderr
+    return ("found" if hits == "1" else "compiled"), namespace.stderr
 
 
 def test_a_kernel_is_compiled_once(start):
@@ -127,10 +127,10 @@ def test_nothing_that_is_no_file_of_ours_is_opened(start):
 def test_a_full_disk_stops_no_kernel_and_leaves_nothing_half_written(start, monkeypatch):
     with monkeypatch.context() as patch:
         patch.setattr(module.os, "replace", fails(errno.ENOSPC))
-        where, (said,) = start()
+        where, (warning,) = start()
     assert where == "compiled"
-    assert "compiled kernels are not kept" in said
-    assert "No space left" in said
+    assert "compiled kernels are not kept" in warning
+    assert "No space left" in warning
     assert start.files() == []
     assert start() == ("compiled", [])
 
@@ -143,10 +143,10 @@ def fails(number):
 
 
 def test_a_process_that_may_write_no_more_bytes_goes_on(tmp_path):
-    where, said = process(tmp_path, "import resource; resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000))")
+    where, warning = process(tmp_path, "import resource; resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000))")
     assert where == "compiled"
-    assert said.count("RuntimeWarning") == 1
-    assert "File too large" in said
+    assert warning.count("RuntimeWarning") == 1
+    assert "File too large" in warning
     assert list(tmp_path.glob("cache/*/*")) == []
 
 
@@ -158,10 +158,10 @@ def test_a_folder_that_others_may_write_to_is_not_used(start, mode, monkeypatch)
     if mode == 0o770:  # a group of others
         monkeypatch.setattr(module, "_is_own_group", lambda gid: False)
     written = file.stat().st_mtime_ns
-    where, (said,) = start()
+    where, (warning,) = start()
     assert where == "compiled"
-    assert f"others may write to {file.parent}" in said
-    assert "ECS_ECO_CACHE" in said
+    assert f"others may write to {file.parent}" in warning
+    assert "ECS_ECO_CACHE" in warning
     assert file.stat().st_mtime_ns == written
 
 
@@ -179,9 +179,9 @@ def test_a_link_in_the_place_of_the_folder_is_not_followed(start, tmp_path):
     folder = start.files()[0].parent
     folder.rename(tmp_path / "elsewhere")
     folder.symlink_to(tmp_path / "elsewhere")
-    where, (said,) = start()
+    where, (warning,) = start()
     assert where == "compiled"
-    assert f"{folder} is a link" in said
+    assert f"{folder} is a link" in warning
 
 
 def test_a_folder_above_that_others_may_write_to_is_refused_unless_its_files_stay_their_owners(tmp_path):
@@ -245,9 +245,9 @@ def test_a_kernel_without_a_source_file_is_compiled_and_not_kept():
 
 
 def test_disabled_compilation_leaves_plain_python():
-    found = subprocess.run([sys.executable, "-c", "from ecs_eco.systems.move import njit\n@njit\ndef f(x):\n    return x\nprint(f(7))"],
+    process_ = subprocess.run([sys.executable, "-c", "from ecs_eco.systems.move import njit\n@njit\ndef f(x):\n    return x\nprint(f(7))"],
                            env={**os.environ, "NUMBA_DISABLE_JIT": "1"}, capture_output=True, text=True, check=True)  # fmt: skip
-    assert found.stdout == "7\n"
+    assert process_.stdout == "7\n"
 
 
 def test_all_kernels_of_the_package_are_kept_in_it():

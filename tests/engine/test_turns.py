@@ -12,18 +12,18 @@ from ecs_eco.engine import turns
 
 def in_a_thread(work):
     """Return what the work returned, or the exception that it raised."""
-    found = []
+    collected = []
 
     def run():
         try:
-            found.append(work())
+            collected.append(work())
         except BaseException as error:
-            found.append(error)
+            collected.append(error)
 
     thread = threading.Thread(target=run, name="other")
     thread.start()
     thread.join()
-    return found[0]
+    return collected[0]
 
 
 @pytest.fixture(autouse=True)

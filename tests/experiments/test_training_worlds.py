@@ -14,11 +14,11 @@ def plan(menagerie, **training):
 
 
 def test_each_world_draws_from_a_part_of_the_range_of_its_own():
-    found = drawn({"a": [1.0, 16.0], "b": [0.0, 4.0], "c": [1, 3]}, 4, 77)  # c: whole numbers
-    parts = sorted(int(np.log2(world["a"])) for world in found)
+    values = drawn({"a": [1.0, 16.0], "b": [0.0, 4.0], "c": [1, 3]}, 4, 77)  # c: whole numbers
+    parts = sorted(int(np.log2(world["a"])) for world in values)
     assert parts == [0, 1, 2, 3]  # equal factors: 1 to 2, 2 to 4, 4 to 8, 8 to 16
-    assert sorted(int(world["b"]) for world in found) == [0, 1, 2, 3]  # zero has no logarithm: equal differences
-    assert all(isinstance(world["c"], int) and world["c"] in (1, 2, 3) for world in found)
+    assert sorted(int(world["b"]) for world in values) == [0, 1, 2, 3]  # zero has no logarithm: equal differences
+    assert all(isinstance(world["c"], int) and world["c"] in (1, 2, 3) for world in values)
     assert [w["a"] for w in drawn({"a": [1.0, 16.0]}, 4, 78)] != [w["a"] for w in drawn({"a": [1.0, 16.0]}, 4, 79)]
 
 

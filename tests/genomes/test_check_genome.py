@@ -106,9 +106,9 @@ WRONG = [
 
 @pytest.mark.parametrize(("change", "key", "words"), WRONG, ids=[f"{k} {w[:20]}" for _, k, w in WRONG])
 def test_what_is_wrong_is_said_with_its_key(change, key: str, words: str) -> None:
-    found = list(check_genome(world(change), "goat"))
-    assert [p.path for p in found] == [f"species.goat.{key}"]
-    assert words in str(found[0])
+    problems = list(check_genome(world(change), "goat"))
+    assert [p.path for p in problems] == [f"species.goat.{key}"]
+    assert words in str(problems[0])
 
 
 def test_a_brain_in_the_genome_has_as_many_codons_as_the_form_says() -> None:

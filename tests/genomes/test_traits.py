@@ -36,8 +36,8 @@ def species(**changes):
 
 
 def test_every_heritable_value_of_a_species_is_listed_with_its_column_and_own_value() -> None:
-    found = {t.name: (t.component, t.field, t.index, t.default) for t in traits_of(species(), 2).values()}
-    assert found == {
+    traits = {t.name: (t.component, t.field, t.index, t.default) for t in traits_of(species(), 2).values()}
+    assert traits == {
         "body.radius": ("Body", "radius", None, 0.4), "body.mass": ("Body", "mass", None, 7.0),
         "locomotion.pace": ("Vigour", "pace", None, 1.0),
         "metabolism.growth": ("Growth", "growth", None, 0.1),
@@ -87,11 +87,11 @@ class Wool:
 
 
 def test_numbers_of_a_component_of_ones_own_are_traits() -> None:
-    found = traits_of(species(), 2, [Wool])
+    traits = traits_of(species(), 2, [Wool])
     text = "The coat of one animal."
-    assert found["Wool.length"] == Trait("Wool.length", "Wool", "length", None, 0.01, -1e30, 1e30, "number", "own", text)
-    assert (found["Wool.color"].kind, found["Wool.color"].low, found["Wool.color"].high) == ("whole", 0.0, 255.0)
-    assert "Wool.pattern" not in found
+    assert traits["Wool.length"] == Trait("Wool.length", "Wool", "length", None, 0.01, -1e30, 1e30, "number", "own", text)
+    assert (traits["Wool.color"].kind, traits["Wool.color"].low, traits["Wool.color"].high) == ("whole", 0.0, 255.0)
+    assert "Wool.pattern" not in traits
 
 
 def test_the_shapes_of_a_brain_are_known_before_there_is_one() -> None:

@@ -29,19 +29,19 @@ def test_diversity_is_the_chance_that_two_drawn_letters_differ() -> None:
 
 def test_statistics_are_those_of_deap_over_what_the_genes_say() -> None:
     layout = Layout([*GENES, Gene(name="w", letters=1, low=0, high=1, form="direct")], shapes={"w": [(1, 1)]})
-    found = statistics(layout)
-    assert isinstance(found, tools.MultiStatistics)
-    found.register("median", np.median)
-    record = found.compile(rows("AAA", "ACA", "ATA"))
+    stats = statistics(layout)
+    assert isinstance(stats, tools.MultiStatistics)
+    stats.register("median", np.median)
+    record = stats.compile(rows("AAA", "ACA", "ATA"))
     assert sorted(record) == ["diversity", "n", "red"]
     assert record["n"] == {"mean": pytest.approx(4 / 3), "std": pytest.approx(np.std([0, 1, 3])), "min": 0, "max": 3, "median": 1}
     assert record["diversity"]["max"] == pytest.approx(2 / 3)
 
 
 def test_a_logbook_keeps_them_as_chapters() -> None:
-    log, found = tools.Logbook(), statistics(Layout(GENES))
+    log, stats = tools.Logbook(), statistics(Layout(GENES))
     for tick, text in enumerate(("AA", "TT")):
-        log.record(tick=tick, **found.compile(rows(text)))
+        log.record(tick=tick, **stats.compile(rows(text)))
     assert log.select("tick") == [0, 1]
     assert log.chapters["red"].select("mean") == [0, -1]
     assert "diversity" in str(log)

@@ -66,14 +66,14 @@ def test_a_run_ends_at_the_first_extinction_and_dying_later_is_better(world: Pat
 
 
 def test_who_lives_to_the_end_scores_more_than_anyone_who_dies(world: Path) -> None:
-    found = evaluate(job(world, {BASAL: 0.001}, []))
-    assert [s["lost"] for s in found["stages"]] == [0, 0, 0]
-    assert found["score"] == pytest.approx(2.0)  # all its time, and nobody fewer than the mean
+    outcome = evaluate(job(world, {BASAL: 0.001}, []))
+    assert [s["lost"] for s in outcome["stages"]] == [0, 0, 0]
+    assert outcome["score"] == pytest.approx(2.0)  # all its time, and nobody fewer than the mean
 
 
 def test_a_candidate_without_hope_is_given_up_at_once(world: Path) -> None:
-    found = evaluate(job(world, {BASAL: 0.04}, []))  # dead at 13 of the first 25 ticks
-    assert (found["stage"], [s["ticks"] for s in found["stages"]], len(found["stages"][0]["runs"])) == (0, [25], 1)
+    outcome = evaluate(job(world, {BASAL: 0.04}, []))  # dead at 13 of the first 25 ticks
+    assert (outcome["stage"], [s["ticks"] for s in outcome["stages"]], len(outcome["stages"][0]["runs"])) == (0, [25], 1)
 
 
 def test_a_candidate_worse_than_asked_for_goes_no_further(world: Path) -> None:
@@ -89,9 +89,9 @@ def test_the_same_numbers_and_seeds_give_the_same_outcome_whatever_was_asked_for
 
 
 def test_numbers_that_make_no_world_are_a_candidate_without_worth(world: Path) -> None:
-    found = evaluate(job(world, {ENERGY: 3.0}, []))
-    assert found["score"] == 0
-    assert "energy" in found["refused"]
+    outcome = evaluate(job(world, {ENERGY: 3.0}, []))
+    assert outcome["score"] == 0
+    assert "energy" in outcome["refused"]
 
 
 def explode(series: Any) -> float:
@@ -100,21 +100,21 @@ def explode(series: Any) -> float:
 
 def test_what_an_objective_raises_is_kept(world: Path) -> None:
     config = load(world, {"search.objective": explode})
-    found = evaluate(replace(job(world, {BASAL: 0.001}, []), config=config))
-    assert found["failed"] == "ZeroDivisionError: no hope"
+    outcome = evaluate(replace(job(world, {BASAL: 0.001}, []), config=config))
+    assert outcome["failed"] == "ZeroDivisionError: no hope"
 
 
 # a whole search
 
 
 def test_a_search_finds_a_world_that_lives_and_confirms_it_on_seeds_of_its_own(world: Path, tmp_path: Path) -> None:
-    found = search(world, tmp_path / "out", trials=25, workers=1)
-    assert found["candidates"] == 25
-    best = found["best"][0]["values"]
+    result = search(world, tmp_path / "out", trials=25, workers=1)
+    assert result["candidates"] == 25
+    best = result["best"][0]["values"]
     assert best[ENERGY] / best[BASAL] > 100
-    confirmed = found["confirmation"]
+    confirmed = result["confirmation"]
     assert (confirmed["best"]["persisted"], confirmed["best"]["runs"], confirmed["start"]["persisted"]) == (3, 3, 0)
-    assert min(w for _, w in confirmed["cells"]) > max(w for _, w in found["cells"])
+    assert min(w for _, w in confirmed["cells"]) > max(w for _, w in result["cells"])
     for name in ("search.html", "search.json", "figures/survival.png", "figures/history.png", "figures/importance.png",
                  "figures/dependence.png", "figures/pairs.png"):  # fmt: skip
         assert (tmp_path / "out" / name).stat().st_size > 1000
@@ -122,8 +122,8 @@ def test_a_search_finds_a_world_that_lives_and_confirms_it_on_seeds_of_its_own(w
 
 
 def test_the_best_worlds_are_files_that_say_what_was_found(world: Path, tmp_path: Path) -> None:
-    found = search(world, tmp_path / "out", ["species.mite.count=6"], trials=8, workers=1, report=False)
-    for rank, best in enumerate(found["best"], 1):
+    result = search(world, tmp_path / "out", ["species.mite.count=6"], trials=8, workers=1, report=False)
+    for rank, best in enumerate(result["best"], 1):
         path = tmp_path / "out" / f"best-{rank}.toml"
         config = load(path)
         assert config.species["mite"].count == 6
@@ -148,9 +148,9 @@ def test_a_search_that_was_stopped_goes_on_as_if_it_had_not_been(world: Path, tm
 
 
 def test_a_budget_of_time_ends_a_search(world: Path, tmp_path: Path) -> None:
-    found = search(world, tmp_path / "out", budget=0.03, workers=1, report=False)
-    assert found["candidates"] >= 1
-    assert found["seconds"] < 10
+    result = search(world, tmp_path / "out", budget=0.03, workers=1, report=False)
+    assert result["candidates"] >= 1
+    assert result["seconds"] < 10
 
 
 def test_an_objective_that_fails_for_the_world_as_written_ends_the_search(world: Path, tmp_path: Path) -> None:

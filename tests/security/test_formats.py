@@ -26,8 +26,8 @@ BLOBS = ["a pickle", "an npy file of objects", "an npz file of objects", "a file
 @pytest.fixture(scope="module")
 def place() -> Iterator[Ground]:
     """A ground with payloads that leave marks."""
-    with ground() as found:
-        yield found
+    with ground() as prepared:
+        yield prepared
 
 
 def test_the_payload_would_leave_a_mark(place: Ground) -> None:

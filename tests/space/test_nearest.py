@@ -39,13 +39,13 @@ def test_the_nearest_is_that_of_all_pairs(size, edges, radius, cell, clumped):
     space = Space(size, edges, cell)
     (a, few), (b, many) = _index(space, 40, rng, clumped), _index(space, 150, rng, clumped)
     for p, seekers, q, targets in ((a, few, b, many), (b, many, b, many), (b, many, a, few)):
-        found, distance2 = np.empty(seekers.n, np.int32), np.empty(seekers.n, np.float32)
-        nearest(seekers, targets, radius, found, distance2)
+        target, distance2 = np.empty(seekers.n, np.int32), np.empty(seekers.n, np.float32)
+        nearest(seekers, targets, radius, target, distance2)
         all_pairs = _slow(space, p, q, seekers is targets, radius)[seekers.rows]
         best = all_pairs.min(axis=1)
-        assert ((found >= 0) == np.isfinite(best)).all()
-        some = found >= 0
-        chosen = all_pairs[some, targets.rows[found[some]]]
+        assert ((target >= 0) == np.isfinite(best)).all()
+        some = target >= 0
+        chosen = all_pairs[some, targets.rows[target[some]]]
         assert np.allclose(chosen, best[some], rtol=1e-5, atol=1e-6)  # which one of equals, is a matter of rounding
         assert np.allclose(distance2[some], best[some], rtol=1e-4, atol=1e-5)
         assert (distance2[~some] == np.float32(radius * radius)).all()
@@ -66,10 +66,10 @@ def test_hand_counted_neighbours_across_the_seam():
         return index
 
     seekers, targets = at(0.5, 5.0, 9.5), at(9.0, 1.0)
-    found, distance2 = np.empty(3, np.int32), np.empty(3, np.float32)
-    nearest(seekers, targets, 2.0, found, distance2)
-    assert targets.uid[found[[0, 2]]].tolist() == [2, 1]
-    assert found[1] == -1
+    target, distance2 = np.empty(3, np.int32), np.empty(3, np.float32)
+    nearest(seekers, targets, 2.0, target, distance2)
+    assert targets.uid[target[[0, 2]]].tolist() == [2, 1]
+    assert target[1] == -1
     assert distance2.tolist() == [0.25, 4.0, 0.25]
 
 
@@ -79,11 +79,11 @@ def test_nobody_is_its_own_nearest_and_the_empty_find_nothing():
     p = np.ones(1, np.float32)
     one.build(np.ones(1, np.bool_), p, p, p * 0, np.ones(1, np.uint64))
     none.build(np.zeros(0, np.bool_), p[:0], p[:0], p[:0], np.zeros(0, np.uint64))
-    found, distance2 = np.zeros(1, np.int32), np.zeros(1, np.float32)
+    target, distance2 = np.zeros(1, np.int32), np.zeros(1, np.float32)
     for targets in (one, none):
-        nearest(one, targets, 3.0, found, distance2)
-        assert (found[0], distance2[0]) == (-1, 9)
-    nearest(none, one, 3.0, found[:0], distance2[:0])
+        nearest(one, targets, 3.0, target, distance2)
+        assert (target[0], distance2[0]) == (-1, 9)
+    nearest(none, one, 3.0, target[:0], distance2[:0])
 
 
 def test_parts_find_what_the_whole_finds():

@@ -19,8 +19,8 @@ def approach(arm, training, way, gain=2.5, seed=1):
 
 
 def met(cases, words):
-    (found,) = [v for v in study.summarise(cases)["verdicts"] if words in v["statement"]]
-    return found["met"]
+    (verdicts,) = [v for v in study.summarise(cases)["verdicts"] if words in v["statement"]]
+    return verdicts["met"]
 
 
 def test_an_interval_of_training_seeds_by_hand_and_of_one_of_them():

@@ -20,20 +20,20 @@ def test_the_study_compares_arms_in_pairs_of_one_seed():
     cases = [_case("evolving", s, e, 0.5) for s, e in ((1, 0.8), (2, 0.6), (3, 0.7))]
     cases += [_case("no learning", s, e, 1.0) for s, e in ((1, 0.1), (2, -0.1), (3, 0.0))]
     assert study.changed(cases, "evolving", "vole.energy") == pytest.approx({1: 0.8, 2: 0.6, 3: 0.7})
-    found = {v["statement"]: v for v in study.summarise(cases)["verdicts"]}
-    energy = found["change of the weight of energy in happiness, evolving less no learning"]
+    verdicts = {v["statement"]: v for v in study.summarise(cases)["verdicts"]}
+    energy = verdicts["change of the weight of energy in happiness, evolving less no learning"]
     assert energy["value"] == pytest.approx([0.7, 0.7, 0.7])
     assert energy["met"]
-    assert found["change of the weight of nightshade in happiness, evolving less no learning"]["value"] == pytest.approx([-0.7] * 3)
-    assert found["risk of a vole to die of nightshade, evolving over no learning"]["value"] == pytest.approx([0.5] * 3)
-    assert found["no learning: of 5 genes of voles those that changed (95 % interval without 0)"]["value"] == 0
+    assert verdicts["change of the weight of nightshade in happiness, evolving less no learning"]["value"] == pytest.approx([-0.7] * 3)
+    assert verdicts["risk of a vole to die of nightshade, evolving over no learning"]["value"] == pytest.approx([0.5] * 3)
+    assert verdicts["no learning: of 5 genes of voles those that changed (95 % interval without 0)"]["value"] == 0
 
 
 def test_the_study_says_so_where_nothing_evolved():
     cases = [_case(arm, s, e) for arm in ("evolving", "neutral drift") for s, e in ((1, 0.2), (2, -0.2), (3, 0.1))]
-    found = {v["statement"]: v["met"] for v in study.summarise(cases)["verdicts"]}
-    assert not found["change of the weight of energy in happiness, evolving less neutral drift"]
-    assert found["generations of voles, the fewest of all evolving runs"]
+    verdicts = {v["statement"]: v["met"] for v in study.summarise(cases)["verdicts"]}
+    assert not verdicts["change of the weight of energy in happiness, evolving less neutral drift"]
+    assert verdicts["generations of voles, the fewest of all evolving runs"]
 
 
 def test_generations_are_counted_from_both_parents():

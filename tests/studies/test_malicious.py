@@ -12,17 +12,17 @@ from studies.common.malicious.ground import TRACEBACK, UNNAMED, Attack, Ground, 
 @pytest.fixture
 def place() -> Iterator[Ground]:
     """A ground where nothing was allowed."""
-    with ground() as found:
-        yield found
+    with ground() as prepared:
+        yield prepared
 
 
 @pytest.mark.parametrize(("what", "number"), [("world", 3), ("checkpoint", 4), ("manifest", 2), ("message", 20)])
 def test_malicious_files_and_messages_leave_no_mark(what: str, number: int, place: Ground) -> None:
     for attack in malicious.BY_MUTATION[what](place, 7, number):
-        found = judged(place, attack)
-        assert not found["marks"]
-        assert not found["imported"]
-        assert not found["counts"][UNNAMED] + found["counts"][TRACEBACK], found
+        outcome = judged(place, attack)
+        assert not outcome["marks"]
+        assert not outcome["imported"]
+        assert not outcome["counts"][UNNAMED] + outcome["counts"][TRACEBACK], outcome
 
 
 def test_payloads_that_are_run_on_purpose_leave_their_marks(place: Ground) -> None:
@@ -30,6 +30,6 @@ def test_payloads_that_are_run_on_purpose_leave_their_marks(place: Ground) -> No
 
 
 def test_a_mark_and_an_import_are_noticed(place: Ground) -> None:
-    found = judged(place, Attack("careless", [], [("import", lambda: __import__("evil").__name__ * 0)]))
-    assert found["marks"] == ["module"]
-    assert found["imported"] == ["evil"]
+    outcome = judged(place, Attack("careless", [], [("import", lambda: __import__("evil").__name__ * 0)]))
+    assert outcome["marks"] == ["module"]
+    assert outcome["imported"] == ["evil"]

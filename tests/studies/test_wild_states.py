@@ -24,11 +24,11 @@ def test_no_kernel_leaves_its_arrays_in_wild_states(world):
     environment = {k: v for k, v in os.environ.items() if k != "ECS_ECO_DEBUG"}
     done = subprocess.run([sys.executable, "-c", STATES, world], cwd=ROOT, env=environment, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr[-2000:]
-    found = json.loads(done.stdout.splitlines()[-1])
-    assert found["failures"] == []
+    content = json.loads(done.stdout.splitlines()[-1])
+    assert content["failures"] == []
     for way in wild.WAYS:
-        assert sum(found["kinds"][way].values()) >= 6
-        assert {"refused", "ran"} & set(found["kinds"][way])
+        assert sum(content["kinds"][way].values()) >= 6
+        assert {"refused", "ran"} & set(content["kinds"][way])
 
 
 @pytest.mark.parametrize(("error", "way", "kind"), [

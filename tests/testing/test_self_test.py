@@ -16,9 +16,9 @@ def test_every_shipped_world_is_examined_learning_and_not():
 
 
 def test_the_digests_of_the_release_are_those_of_the_cases_there_are():
-    found = json.loads(DIGESTS.read_text())
-    assert set(found) == {"release", "targets"}
-    for key, part in found["targets"].items():
+    content = json.loads(DIGESTS.read_text())
+    assert set(content) == {"release", "targets"}
+    for key, part in content["targets"].items():
         assert set(part) == {"target", "digests"}
         assert set(part["digests"]) == {case.name for case in cases()}
         assert all(re.fullmatch("[0-9a-f]{64}", digest) for digest in part["digests"].values())

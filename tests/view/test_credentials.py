@@ -42,9 +42,9 @@ def test_a_code_expires(clock):
 
 def test_the_credential_outlives_the_codes(clock):
     credentials = Credentials(clock)
-    found = credentials.exchange(credentials.code())
+    credential = credentials.exchange(credentials.code())
     clock.now += 1e9
-    assert credentials.admits(found)
+    assert credentials.admits(credential)
 
 
 @pytest.mark.parametrize("word", ["", "wrong", "\udce9", "é" * 40, "x" * 100_000])

@@ -25,9 +25,9 @@ class Desk:
 
     def knock(self, address):
         code = address.partition("#code=")[2]
-        found = self.credentials.exchange(code)
-        self.came(code, found is not None)
-        return found is not None
+        credential = self.credentials.exchange(code)
+        self.came(code, credential is not None)
+        return credential is not None
 
 
 @pytest.fixture
@@ -45,50 +45,50 @@ def windows(monkeypatch):
 
 
 def test_another_address_is_said_as_soon_as_one_was_used(desk):
-    said = []
-    Entrance(desk, said.append)
-    assert len(said) == 1
-    assert desk.knock(said[0])
-    assert len(said) == 2
-    assert not desk.knock(said[0])
-    assert len(said) == 2  # the one that was said last is good still
-    assert desk.knock(said[1])
-    assert len(set(said)) == 3
+    collected = []
+    Entrance(desk, collected.append)
+    assert len(collected) == 1
+    assert desk.knock(collected[0])
+    assert len(collected) == 2
+    assert not desk.knock(collected[0])
+    assert len(collected) == 2  # the one that was said last is good still
+    assert desk.knock(collected[1])
+    assert len(set(collected)) == 3
 
 
 def test_who_comes_too_late_makes_it_say_another_one_and_a_stranger_does_not(desk):
-    said = []
-    Entrance(desk, said.append)
+    collected = []
+    Entrance(desk, collected.append)
     desk.now = 60 * MINUTES + 1
     assert not desk.knock("http://127.0.0.1:1/#code=guessed")
-    assert len(said) == 1
-    assert not desk.knock(said[0])
-    assert len(said) == 2
-    assert desk.knock(said[1])
+    assert len(collected) == 1
+    assert not desk.knock(collected[0])
+    assert len(collected) == 2
+    assert desk.knock(collected[1])
 
 
 def test_a_page_comes_in_though_nobody_reads_what_is_said(desk):
-    said = []
+    collected = []
 
     def announce(address):
-        if said:
+        if collected:
             raise BrokenPipeError
-        said.append(address)
+        collected.append(address)
 
     Entrance(desk, announce)
-    assert desk.knock(said[0])
+    assert desk.knock(collected[0])
 
 
 def test_the_browser_is_started_with_no_secret(desk, windows):
-    said = []
-    entrance = Entrance(desk, said.append)
+    collected = []
+    entrance = Entrance(desk, collected.append)
     assert entrance.open_browser()
     (started,) = windows  # its arguments stand in the list of processes, which everybody may read
     codes = [*desk.credentials._good]
     assert len(codes) == 2  # that of the terminal, and that of the file
     assert started.startswith("file:///")
     assert not any(word in started for word in [*codes, desk.credentials.credential])
-    (code,) = {*codes} - {said[0].partition("#code=")[2]}
+    (code,) = {*codes} - {collected[0].partition("#code=")[2]}
     assert f'url=http://127.0.0.1:1/#code={code}"' in Path(started.removeprefix("file://")).read_text()
     entrance.close()
 

@@ -127,16 +127,16 @@ def test_who_never_was_is_refused(lived, uid):
 def test_genes_are_marked_with_their_place_and_value():
     genes = [Gene(name="size", values=[1.0, 2.0, 3.0, 4.0], letters=1), Gene(name="mood", low=0.0, high=15.0, letters=2)]
     layout = Layout(genes, loci=4)
-    said = marked(layout, layout.alphabet.encode("GTCA"))
-    assert said["strings"] == ["GTCA"]
-    assert [(g["name"], g["from"], g["to"], g["value"]) for g in said["genes"]] == [("size", 0, 1, 3.0), ("mood", 1, 3, 13.0)]
+    genome = marked(layout, layout.alphabet.encode("GTCA"))
+    assert genome["strings"] == ["GTCA"]
+    assert [(g["name"], g["from"], g["to"], g["value"]) for g in genome["genes"]] == [("size", 0, 1, 3.0), ("mood", 1, 3, 13.0)]
 
 
 def test_two_strings_say_both_alleles():
     layout = Layout([Gene(name="size", values=[1.0, 2.0, 3.0, 4.0], letters=1)], ploidy=2, dominance="mean")
-    said = marked(layout, layout.alphabet.encode("CT"))
-    assert said["strings"] == ["C", "T"]
-    assert (said["genes"][0]["value"], said["genes"][0]["alleles"]) == (3.0, [2.0, 4.0])
+    genome = marked(layout, layout.alphabet.encode("CT"))
+    assert genome["strings"] == ["C", "T"]
+    assert (genome["genes"][0]["value"], genome["genes"][0]["alleles"]) == (3.0, [2.0, 4.0])
 
 
 def test_what_is_said_can_be_drawn(lived):

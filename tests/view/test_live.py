@@ -221,9 +221,9 @@ def test_a_recorded_run_with_acts_is_repeated_to_the_same_digest(tmp_path):
         manifest = run_to_folder(config, 5, 20, tmp_path / "run", "random", prepare=prepare, report=False)
     assert manifest["finished"]
     assert [tick for tick, _ in manifest["intervened"]] == list(ACTS)
-    found = repeat(tmp_path / "run")
-    assert found["same"]
-    assert found["interventions"] == 5
+    repetition = repeat(tmp_path / "run")
+    assert repetition["same"]
+    assert repetition["interventions"] == 5
     assert load(repeatable(manifest)).interventions[1].at == 5
     assert repeat(tmp_path / "run", tmp_path / "again")["same"]
     other = repeatable(manifest)
@@ -233,14 +233,14 @@ def test_a_recorded_run_with_acts_is_repeated_to_the_same_digest(tmp_path):
 
 def test_acts_that_are_wrong_are_refused_in_the_words_of_the_world_file():
     live = Live(small())
-    (said,) = live.handle({"kind": "act", "what": {"kind": "cull", "species": "dear", "share": 0.5}})
-    assert said["level"] == "error"
-    assert said["field"] == "species"
-    assert 'did you mean "deer"?' in said["text"]
+    (answer,) = live.handle({"kind": "act", "what": {"kind": "cull", "species": "dear", "share": 0.5}})
+    assert answer["level"] == "error"
+    assert answer["field"] == "species"
+    assert 'did you mean "deer"?' in answer["text"]
     for what in (None, [], "cull", {}, {"kind": "burn"}, {"kind": "cull", "species": "deer", "share": 2.0}, {"kind": "add", "at": 7}):
-        (said,) = live.handle({"kind": "act", "what": what})
-        assert said["level"] == "error"
-        assert said["text"]
+        (answer,) = live.handle({"kind": "act", "what": what})
+        assert answer["level"] == "error"
+        assert answer["text"]
     live.world.run(2)
     assert live.world.intervened == []
 
@@ -248,10 +248,10 @@ def test_acts_that_are_wrong_are_refused_in_the_words_of_the_world_file():
 def test_two_changes_while_the_world_waits_must_fit_each_other():
     live = Live(small())
     live.handle({"kind": "act", "what": {"kind": "set", "set": {"species.deer.reproduction.rate": 0.0}}})
-    (said,) = live.handle({"kind": "act", "what": {"kind": "set", "set": {"species.deer.metabolism.basal": 0.5}}})
-    assert said["level"] == "info"
-    (said,) = live.handle({"kind": "act", "what": {"kind": "set", "set": {"species.deer.metabolism.basal": -1.0}}})
-    assert said["level"] == "error"
+    (answer,) = live.handle({"kind": "act", "what": {"kind": "set", "set": {"species.deer.metabolism.basal": 0.5}}})
+    assert answer["level"] == "info"
+    (answer,) = live.handle({"kind": "act", "what": {"kind": "set", "set": {"species.deer.metabolism.basal": -1.0}}})
+    assert answer["level"] == "error"
     live.world.run(1)
     deer = live.world.config.species["deer"]
     assert (deer.metabolism.basal, deer.reproduction.rate) == (0.5, 0.0)
@@ -349,8 +349,8 @@ def test_genes_have_colours_and_curves():
     live.sample()
     mean = live.series(-1)["genes"][f"{name}.{code.name}"][0]
     table = world.tables[name]
-    said = table.species.heredity.layout.decode(table[Genome].loci[table.rows()], [code.name])[code.name]
-    assert mean == pytest.approx(float(said.mean()), rel=1e-4)
+    decoded = table.species.heredity.layout.decode(table[Genome].loci[table.rows()], [code.name])[code.name]
+    assert mean == pytest.approx(float(decoded.mean()), rel=1e-4)
 
 
 def test_a_world_made_by_hand_can_be_watched():
@@ -361,8 +361,8 @@ def test_a_world_made_by_hand_can_be_watched():
     page = watched(world, 2)
     assert struct.unpack_from("<I", page.frames[0], 28) == (3,)
     assert page.got("params") == [{"kind": "params", "list": []}]
-    (said,) = Live(world).handle({"kind": "act", "what": {"kind": "cull", "species": "mite", "count": 1}})
-    assert "no system that intervenes" in said["text"]
+    (answer,) = Live(world).handle({"kind": "act", "what": {"kind": "cull", "species": "mite", "count": 1}})
+    assert "no system that intervenes" in answer["text"]
 
 
 def objection(config, key, new):

@@ -413,11 +413,11 @@ def recorded(browser, tmp_path_factory):
             while isinstance(heard := hasty.recv(180), bytes) or json.loads(heard).get("playing") is not False:
                 pass
         with opened(browser, run.address()) as page:
-            said = _clicked(page)
+            output = _clicked(page)
             run.process.terminate()
             until(page, "ecs.ended")
         run.process.wait(180)
-    return out, json.loads((out / "manifest.json").read_text()), said
+    return out, json.loads((out / "manifest.json").read_text()), output
 
 
 def step(page, ticks):
@@ -473,14 +473,14 @@ def test_what_is_clicked_is_recorded_and_comes_out_the_same_again(recorded):
     assert [f"tick {tick}: " in said["log"][0], f"tick {tick + 1}: " in said["log"][1]] == [True, True]
     assert "cull 20 % of deer" in said["log"][2]
     assert manifest["done"] == tick + 22
-    found = CliRunner().invoke(app, ["repeat", str(out), "--quiet"])
-    assert found.exit_code == 0, found.output
-    assert "the same end" in found.output
-    assert manifest["digest"][:12] in found.output
+    result = CliRunner().invoke(app, ["repeat", str(out), "--quiet"])
+    assert result.exit_code == 0, result.output
+    assert "the same end" in result.output
+    assert manifest["digest"][:12] in result.output
 
 
 def test_a_recorded_run_is_scrubbed_and_what_was_not_recorded_is_filled_in(browser, recorded):
-    out, manifest, said = recorded
+    out, manifest, output = recorded
     with served("watch", str(out)) as run, opened(browser, run.address()) as page:
         assert page.evaluate("ecs.mode") == "replay"
         assert not page.locator("#tab-act").is_visible()
@@ -489,7 +489,7 @@ def test_a_recorded_run_is_scrubbed_and_what_was_not_recorded_is_filled_in(brows
         page.locator("#play").click()
         until(page, "ecs.tick > 5")
         pause(page)
-        for tick, counts in ((manifest["done"] - 1, said["counts"]), (said["tick"] - 1, {"deer": 80, "wolf": 12}), (10, {"deer": 80})):
+        for tick, counts in ((manifest["done"] - 1, output["counts"]), (output["tick"] - 1, {"deer": 80, "wolf": 12}), (10, {"deer": 80})):
             seek(page, tick)
             assert page.evaluate("ecs.counts").items() >= counts.items()  # as the page saw it live
         uid, panel = select(page, "deer"), page.locator("#organism")

@@ -133,9 +133,9 @@ def test_a_film_is_frames_to_ffmpeg(folder, tmp_path, ffmpeg):
     done = _film(folder, tmp_path / "run.mp4", "--from", 4, "--to", 15, "--step", 3, "--fps", 10, "--size", "640x360", "-q")
     assert done.exit_code == 0, done.output
     assert "4 frames, 0.4 s, one every 3 ticks" in done.output
-    told = (tmp_path / "run.mp4").read_bytes().decode()
-    assert told.startswith(f"film of {4 * 640 * 360 * 3} bytes")
-    assert "-f rawvideo -pix_fmt rgb24 -s 640x360 -r 10 -i - -an -c:v libx264" in told
+    decoded = (tmp_path / "run.mp4").read_bytes().decode()
+    assert decoded.startswith(f"film of {4 * 640 * 360 * 3} bytes")
+    assert "-f rawvideo -pix_fmt rgb24 -s 640x360 -r 10 -i - -an -c:v libx264" in decoded
     assert sorted(os.listdir(tmp_path)) == ["bin", "run.mp4"]  # nothing half-made is left
 
 

@@ -116,9 +116,9 @@ def test_time_goes_on_to_the_last_tick_and_back(plain):
 
 
 def test_a_recording_is_not_acted_upon(plain):
-    said = plain.handle({"kind": "act", "what": {"kind": "cull", "species": "ram", "share": 0.5}})
-    assert (said[0]["kind"], said[0]["level"]) == ("said", "warning")
-    assert "resume" in said[0]["text"]
+    answer = plain.handle({"kind": "act", "what": {"kind": "cull", "species": "ram", "share": 0.5}})
+    assert (answer[0]["kind"], answer[0]["level"]) == ("said", "warning")
+    assert "resume" in answer[0]["text"]
 
 
 def test_of_full_details_the_panel_says_all(full, folders):

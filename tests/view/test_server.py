@@ -66,9 +66,9 @@ def get(server, path, host=None, method="GET", **headers):
         connection.putheader(name, value)
     connection.endheaders()
     answer = connection.getresponse()
-    found = answer.status, {k.lower(): v for k, v in answer.getheaders()}, answer.read().decode()
+    decoded = answer.status, {k.lower(): v for k, v in answer.getheaders()}, answer.read().decode()
     connection.close()
-    return found
+    return decoded
 
 
 def page(server, shown="ours", origin="ours", **options):

@@ -33,8 +33,8 @@ def receive(ws, kind):
             ws.send(json.dumps({"kind": "ack", "frame": struct.unpack_from("<I", message, 4)[0]}))
             if kind == "frame":
                 return message
-        elif (said := json.loads(message))["kind"] == kind:
-            return said
+        elif (content := json.loads(message))["kind"] == kind:
+            return content
 
 
 @pytest.mark.slow
@@ -58,9 +58,9 @@ def test_a_recorded_run_is_watched_acted_upon_stopped_while_it_stands_still_and_
     manifest = json.loads((out / "manifest.json").read_text())
     assert manifest["done"] == state["tick"] + 1
     assert [tick for tick, _ in manifest["intervened"]] == [state["tick"]]
-    found = CliRunner().invoke(app, ["repeat", str(out), "--quiet"])
-    assert found.exit_code == 0, found.output
-    assert "the same end" in found.output
+    result = CliRunner().invoke(app, ["repeat", str(out), "--quiet"])
+    assert result.exit_code == 0, result.output
+    assert "the same end" in result.output
 
 
 @pytest.mark.slow
@@ -71,9 +71,9 @@ def test_a_living_world_is_watched_until_ctrl_c():
             assert receive(ws, "hello")["last"] is None
             receive(ws, "frame")
             process.send_signal(signal.SIGINT)
-            said = process.communicate(timeout=180)[1]
-        assert process.returncode == 0, said
-        assert "Traceback" not in said
+            output = process.communicate(timeout=180)[1]
+        assert process.returncode == 0, output
+        assert "Traceback" not in output
 
 
 @pytest.mark.parametrize(("words", "said"), [
@@ -85,9 +85,9 @@ def test_a_living_world_is_watched_until_ctrl_c():
 ])  # fmt: skip
 def test_what_cannot_be_watched_is_refused(words, said, tmp_path):
     (tmp_path / "manifest.json").write_text("{}")
-    found = CliRunner().invoke(app, ["watch", *(str(tmp_path) if w == "RUN" else w for w in words), "--no-browser"])
-    assert found.exit_code == 2
-    assert said in found.output
+    result = CliRunner().invoke(app, ["watch", *(str(tmp_path) if w == "RUN" else w for w in words), "--no-browser"])
+    assert result.exit_code == 2
+    assert said in result.output
 
 
 def test_a_taken_port_is_refused_before_anything_is_recorded(tmp_path):
@@ -96,9 +96,9 @@ def test_a_taken_port_is_refused_before_anything_is_recorded(tmp_path):
         other.listen()
         port = str(other.getsockname()[1])
         for words in (["watch", "predator-prey"], ["run", "predator-prey", "--watch", "--out", str(tmp_path / "run")]):
-            found = CliRunner().invoke(app, [*words, "--port", port, "--no-browser"])
-            assert found.exit_code == 2
-            assert f"--port: {port}" in found.output
+            result = CliRunner().invoke(app, [*words, "--port", port, "--no-browser"])
+            assert result.exit_code == 2
+            assert f"--port: {port}" in result.output
     assert not (tmp_path / "run").exists()
 
 
@@ -107,9 +107,9 @@ def test_a_fork_is_not_repeated_from_its_start(tmp_path):
 
     manifest = {"format": 1, "config": {}, "seed": 1, "ticks": 5, "forked": {"from": "runs/a"}}
     write_manifest(tmp_path, manifest)
-    found = CliRunner().invoke(app, ["repeat", str(tmp_path)])
-    assert found.exit_code == 1
-    assert "is a fork of runs/a" in found.output
+    result = CliRunner().invoke(app, ["repeat", str(tmp_path)])
+    assert result.exit_code == 1
+    assert "is a fork of runs/a" in result.output
 
 
 def test_help_and_the_package_load_no_server():

@@ -30,11 +30,11 @@ def test_the_world_is_shipped_and_lives_300_ticks(world):
 def test_the_weights_of_happiness_are_what_the_genes_say(world):
     vole = world.tables["vole"]
     rows = vole.rows()[vole.born[vole.rows()] > 0]
-    said = vole.species.heredity.layout.decode(vole[Genome].loci[rows])
+    decoded = vole.species.heredity.layout.decode(vole[Genome].loci[rows])
     assert rows.size > 20
     for i, gene in enumerate(("energy", "berry", "nightshade", "vole")):
-        assert np.array_equal(vole[Desires].weight[rows, i], said[gene])
-        assert -1 <= said[gene].min() < said[gene].max() <= 1
+        assert np.array_equal(vole[Desires].weight[rows, i], decoded[gene])
+        assert -1 <= decoded[gene].min() < decoded[gene].max() <= 1
 
 
 def test_voles_are_happy_about_what_they_sense_as_their_own_weights_say(world):
@@ -68,10 +68,10 @@ def test_what_a_vole_learned_dies_with_it():
 def test_what_berries_are_is_what_their_genes_say(world):
     berry = world.tables["berry"]
     rows = berry.rows()
-    said = berry.species.heredity.layout.decode(berry[Genome].loci[rows])
+    decoded = berry.species.heredity.layout.decode(berry[Genome].loci[rows])
     for gene, column in (("tough", berry[Defence].toughness), ("poison", berry[Defence].poison), ("spread", berry[Growth].spread)):
-        assert np.array_equal(column[rows], said[gene])
-        assert len(np.unique(said[gene])) > 8
+        assert np.array_equal(column[rows], decoded[gene])
+        assert len(np.unique(decoded[gene])) > 8
 
 
 def test_where_genes_say_nothing_voles_have_the_declared_weights():

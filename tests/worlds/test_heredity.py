@@ -152,10 +152,10 @@ def test_a_newborn_is_what_its_genome_says():
         rows = table.rows()[table.born[table.rows()] > 0]
         assert rows.size > 10
         heredity = table.species.heredity
-        said = heredity.layout.decode(table[Genome].loci[rows])
+        decoded = heredity.layout.decode(table[Genome].loci[rows])
         for gene, (kind, field, index) in heredity.targets.items():
             column = table.field(kind, field)[rows]
-            assert np.array_equal(column if index is None else column[:, index], said[gene].astype(column.dtype)), gene
+            assert np.array_equal(column if index is None else column[:, index], decoded[gene].astype(column.dtype)), gene
     goat = world.tables["goat"]
     assert (goat[Reflexes].weight[goat.rows(), 1] == 1).all()  # no gene changes the other connection
     assert (goat[Desires].weight[goat.rows(), 1] == F(0.1)).all()

@@ -48,14 +48,14 @@ def test_the_side_of_away_is_on_the_left(meadow):
 def test_tracks_from_details_are_those_followed_live(tmp_path: Path):
     small = load("diel-migration", SMALL)
     run_to_folder(small, seed=4, ticks=25, out=tmp_path / "run", policies="untrained", record="full", report=False)
-    found = recorded_tracks(tmp_path / "run", "copepod", "krill")
+    tracks = recorded_tracks(tmp_path / "run", "copepod", "krill")
     world = World.from_config(small, policies="untrained", seed=4).run(1)
     live = follow(world, 24, "copepod", "krill")
-    assert found.light == pytest.approx(live.light, abs=1e-6)
-    both, i, j = np.intersect1d(found.uids, live.uids, return_indices=True)
+    assert tracks.light == pytest.approx(live.light, abs=1e-6)
+    both, i, j = np.intersect1d(tracks.uids, live.uids, return_indices=True)
     assert both.size == live.uids.size
     for name in ("speed", "distance"):
-        a, b = getattr(found, name)[:-1, i], getattr(live, name)[: len(found.light) - 1, j]
+        a, b = getattr(tracks, name)[:-1, i], getattr(live, name)[: len(tracks.light) - 1, j]
         known = np.isfinite(a) & np.isfinite(b)
         assert known.sum() > 50
         assert a[known] == pytest.approx(b[known], abs=1e-4)

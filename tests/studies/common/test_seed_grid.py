@@ -39,17 +39,17 @@ def test_a_new_arm_leaves_the_others_as_they_are() -> None:
 
 def test_what_is_said_of_a_grid_is_counted_over_its_cells() -> None:
     cells = [entry(t, w, persisted=t != 3, p=0.2 if (t, w) == (1, 1) else 0.01) for t in (1, 2, 3) for w in (1, 2)]
-    found = seed_grid.summarise([*cells, entry(1, 1, True, ticks=60_000)], ["a"], 0.6)
-    said = {line["statement"]: (line["value"], line["met"]) for line in found["verdicts"]}
+    verdicts = seed_grid.summarise([*cells, entry(1, 1, True, ticks=60_000)], ["a"], 0.6)
+    said = {line["statement"]: (line["value"], line["met"]) for line in verdicts["verdicts"]}
     assert said["a: runs in which all species persist"] == ("4 of 6 (67%)", True)
     assert said["a: of these with peaks of all consumers beyond AR(1), p < .05"] == ("3 of 4", True)
     assert said["a: median lag deer→wolf, share of the period"][1]
     assert said["a, training seed 1, world seed 1: periods of one run of 60,000 ticks"] == (60.0, True)
-    line = found["table"]["rows"][0]
+    line = verdicts["table"]["rows"][0]
     assert (line[1], line[3], line[4], line[5], line[6]) == (6, "2/2, 2/2, 0/2", "wolf 2", "3 of 4", 1160.5)
     assert line[2][0] == pytest.approx(2 / 3)
-    assert found["variance"]["a"]["persisted"]["training seed"][0] == pytest.approx(1)
-    assert "persisted: training seed 100%, world seed 0%, rest 0%" in found["notes"]
+    assert verdicts["variance"]["a"]["persisted"]["training seed"][0] == pytest.approx(1)
+    assert "persisted: training seed 100%, world seed 0%, rest 0%" in verdicts["notes"]
 
 
 @pytest.mark.slow

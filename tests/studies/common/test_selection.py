@@ -68,16 +68,16 @@ def test_pooled_intervals_cover_the_truth_as_often_as_they_say():
     rng = np.random.default_rng(4)
     covered = np.zeros(2)
     for _ in range(2000):
-        found = pooled(rng.normal(1, 2, 7))
-        covered += [low < 1 < high for low, high in (found.interval95, found.interval90)]
+        estimate = pooled(rng.normal(1, 2, 7))
+        covered += [low < 1 < high for low, high in (estimate.interval95, estimate.interval90)]
     assert np.abs(covered / 2000 - [0.95, 0.90]).max() < 0.02
 
 
 def test_a_pool_by_hand():
-    found = pooled([1.0, 2.0, 3.0])
-    assert (found.n, found.mean) == (3, 2.0)
-    assert found.interval95 == pytest.approx((2 - 4.302653 / np.sqrt(3), 2 + 4.302653 / np.sqrt(3)))
-    assert found.interval90 == pytest.approx((2 - 2.919986 / np.sqrt(3), 2 + 2.919986 / np.sqrt(3)))
+    estimate = pooled([1.0, 2.0, 3.0])
+    assert (estimate.n, estimate.mean) == (3, 2.0)
+    assert estimate.interval95 == pytest.approx((2 - 4.302653 / np.sqrt(3), 2 + 4.302653 / np.sqrt(3)))
+    assert estimate.interval90 == pytest.approx((2 - 2.919986 / np.sqrt(3), 2 + 2.919986 / np.sqrt(3)))
     assert np.isnan(pooled([1.0]).interval95).all()
 
 
@@ -88,11 +88,11 @@ def test_equivalence_is_the_interval_within_the_margin():
     rng = np.random.default_rng(5)
     for _ in range(300):
         values = rng.normal(rng.uniform(-0.1, 0.1), 0.05, 6)
-        found = equivalence(values, 0.05)
-        assert found.interval == pooled(values).interval90
-        assert found.equivalent == (found.interval[0] > -0.05 and found.interval[1] < 0.05) == (found.p < 0.05)
+        estimate = equivalence(values, 0.05)
+        assert estimate.interval == pooled(values).interval90
+        assert estimate.equivalent == (estimate.interval[0] > -0.05 and estimate.interval[1] < 0.05) == (estimate.p < 0.05)
         sides = stats.ttest_1samp(values, -0.05, alternative="greater").pvalue, stats.ttest_1samp(values, 0.05, alternative="less").pvalue
-        assert found.p == pytest.approx(max(sides))
+        assert estimate.p == pytest.approx(max(sides))
 
 
 def test_at_the_margin_equivalence_is_claimed_in_one_of_twenty():
@@ -115,9 +115,9 @@ def test_few_or_equal_runs():
 
 
 def test_increments_by_hand():
-    found = increments([0.5, 0.6, 0.36, 0.0, 0.2, 0.5], [0, 2, 3, 4, 5, 7])
+    increments_ = increments([0.5, 0.6, 0.36, 0.0, 0.2, 0.5], [0, 2, 3, 4, 5, 7])
     expected = [0.1 / np.sqrt(2 * 0.25 * 2), -0.24 / np.sqrt(2 * 0.24), 0.3 / np.sqrt(2 * 0.16 * 2)]
-    assert found.tolist() == pytest.approx(expected)
+    assert increments_.tolist() == pytest.approx(expected)
     n, t, p = frequency_increment_test([0.5, 0.6, 0.36, 0.0, 0.2, 0.5], [0, 2, 3, 4, 5, 7])
     twin = stats.ttest_1samp(expected, 0)
     assert (n, t, p) == (3, pytest.approx(twin.statistic), pytest.approx(twin.pvalue))
@@ -165,18 +165,18 @@ def _lineage(born, died, cause, end=20, dt=0.5):
 
 
 def test_deaths_are_counted_by_the_age_and_the_time_that_all_lived():
-    found = _lineage([0, 0, 10, 4], [6, 18, ALIVE, 8], ["poison", "poison", "", "starved"])  # ages [s] 3, 9, 5 (alive), 2
-    rates = deaths_by_age(found, "poison", [0, 3, 10])
+    lineage = _lineage([0, 0, 10, 4], [6, 18, ALIVE, 8], ["poison", "poison", "", "starved"])  # ages [s] 3, 9, 5 (alive), 2
+    rates = deaths_by_age(lineage, "poison", [0, 3, 10])
     assert rates.deaths.tolist() == [1, 1]
     assert rates.lived.tolist() == [3 + 3 + 3 + 2, 0 + 6 + 2 + 0]
     assert rates.rate.tolist() == [1 / 11, 1 / 8]
     low, high = poisson_interval(np.array([1, 1]))
     assert rates.low.tolist() == (low / [11, 8]).tolist()
     assert rates.high.tolist() == (high / [11, 8]).tolist()
-    assert deaths_by_age(found, None, [0, 3, 10]).deaths.tolist() == [2, 1]
-    assert deaths_by_age(found, "poison", [3, 9, 10]).deaths.tolist() == [1, 0]
+    assert deaths_by_age(lineage, None, [0, 3, 10]).deaths.tolist() == [2, 1]
+    assert deaths_by_age(lineage, "poison", [3, 9, 10]).deaths.tolist() == [1, 0]
     assert deaths_by_age(_lineage([5], [5], ["culled"]), None, [0, 1]).deaths.tolist() == [1]
-    assert deaths_by_age(found, "poison", [0, 1], "goat").lived.tolist() == [4.0]
+    assert deaths_by_age(lineage, "poison", [0, 1], "goat").lived.tolist() == [4.0]
 
 
 def test_a_class_that_nobody_reached_has_no_rate():
@@ -200,8 +200,8 @@ def test_a_rate_is_recovered_from_lives_cut_short_by_the_end():
     born = rng.integers(0, 400, n)
     age = np.ceil(rng.exponential(1 / rate, n)).astype(int)
     died = np.where(born + age <= 400, born + age, ALIVE)
-    found = deaths_by_age(_lineage(born, died, np.where(died < 0, "", "poison"), 400, 1.0), "poison", [0, 20, 100, 300])
+    rates = deaths_by_age(_lineage(born, died, np.where(died < 0, "", "poison"), 400, 1.0), "poison", [0, 20, 100, 300])
     per_tick = 1 - np.exp(-rate)
-    assert (found.low < per_tick).all()
-    assert (found.high > per_tick).all()
-    assert (found.high - found.low < 0.01).all()
+    assert (rates.low < per_tick).all()
+    assert (rates.high > per_tick).all()
+    assert (rates.high - rates.low < 0.01).all()

@@ -66,13 +66,13 @@ def test_a_result_holds_the_cases_and_where_they_come_from(study: Study) -> None
     done = study.run()
     assert done.returncode == 0, done.stderr
     assert "met      the sum | of all: 22.0 (goal: above 10)" in done.stdout
-    found = study.read()
-    assert [entry["result"] for entry in found["cases"]] == [{"value": 2.0 * s, "missing": None} for s in (1, 2, 3, 5)]
-    assert found["seeds"] == [1, 2, 3, 5]
-    assert found["complete"] is True
-    assert found["command"] == "python -m studies.sums"
-    assert len(found["config_hash"]) == 64
-    assert found["versions"]["python"]
+    record = study.read()
+    assert [entry["result"] for entry in record["cases"]] == [{"value": 2.0 * s, "missing": None} for s in (1, 2, 3, 5)]
+    assert record["seeds"] == [1, 2, 3, 5]
+    assert record["complete"] is True
+    assert record["command"] == "python -m studies.sums"
+    assert len(record["config_hash"]) == 64
+    assert record["versions"]["python"]
     assert [p.name for p in study.result.parent.iterdir()] == ["sums.json"]
 
 
