@@ -39,8 +39,8 @@ def apply_overrides(document: Document, overrides: Overrides) -> list[Problem]:
 
 def parse(text: str) -> tuple[str, Any]:
     """Key and value of "a.b=c"; the value is TOML, and a bare word is a text."""
-    name, equals, value = (part.strip() for part in text.partition("="))
-    if not equals or not name.strip(". "):
+    name, sign, value = (part.strip() for part in text.partition("="))
+    if not sign or not name.strip(". "):
         return name, Problem((), "not of the form key=value", text, "for example species.deer.count=50", source="--set")
     try:
         parsed = parse_toml(f"v = {value}")

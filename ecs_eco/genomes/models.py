@@ -71,8 +71,8 @@ class Operator(Section):
                 name = getattr(function.func, "__name__", repr(function.func))
                 raise ValueError(f"{name} is registered with {function.args!r}; give its arguments by name")
             if twice := [k for k, v in function.keywords.items() if arguments.setdefault(k, v) != v]:
-                said = f"{twice[0]} = {function.keywords[twice[0]]!r} in the toolbox, and {arguments[twice[0]]!r} beside it"
-                raise ValueError(f"{said}; give it once: toolbox.{cls.__name__.lower()} may stand for the section")
+                conflict = f"{twice[0]} = {function.keywords[twice[0]]!r} in the toolbox, and {arguments[twice[0]]!r} beside it"
+                raise ValueError(f"{conflict}; give it once: toolbox.{cls.__name__.lower()} may stand for the section")
             function = function.func
         return {"operator": _deaps_name(function) or function, **arguments}
 

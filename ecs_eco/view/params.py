@@ -1,4 +1,4 @@
-"""The values of a world file that may change while its world lives, as a page lists them."""
+"""The values of a world file that may change while its world lives, for the page's list."""
 
 from __future__ import annotations
 

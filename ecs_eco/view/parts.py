@@ -1,4 +1,4 @@
-"""The parts of one kind of a recorded run, read by ticks: a row group at a time, and only the columns that are asked for."""
+"""The parts of one kind of a recorded run, read by ticks: a row group at a time, and only the columns requested."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Columns = dict[str, np.ndarray]
 
 
 class Group(NamedTuple):
-    """A row group of a part: what its ticks and uids are between, both inclusive."""
+    """A row group of a part: the ranges of its ticks and uids, inclusive."""
 
     path: Path
     number: int
@@ -30,7 +30,7 @@ class Group(NamedTuple):
 
 
 class Cache:
-    """Columns read lately, and the files last opened; the oldest go where there are too many bytes."""
+    """A cache of columns and open files; the oldest are dropped when there are too many bytes."""
 
     def __init__(self, budget: int = BUDGET, files: int = 4) -> None:
         self.budget, self.size, self.most = budget, 0, files
@@ -38,7 +38,7 @@ class Cache:
         self.files: OrderedDict[Path, Any] = OrderedDict()
 
     def file(self, path: Path, needed: bool) -> Any:
-        """Return an open part whose seal is right; RecordingError where it is not."""
+        """Return an open part after checking its seal; RecordingError if it does not match."""
         if path not in self.files:
             self.files[path] = open_part(path, needed)
             while len(self.files) > self.most:
@@ -55,7 +55,7 @@ class Cache:
 
 
 class Parts:
-    """All parts of one kind ("births", say). `words` says which columns of words there are, and the number of each word."""
+    """All parts of one kind ("births", say). `words` names the columns of words, with the number of each word."""
 
     def __init__(self, run: Path, kind: str, words: Mapping[str, Sequence[str]], cache: Cache, sealed: bool) -> None:
         self.words, self.cache, self.sealed = words, cache, sealed
@@ -63,7 +63,7 @@ class Parts:
 
     @property
     def rows(self) -> int:
-        """How many rows there are in all."""
+        """Number of rows in all."""
         return sum(group.rows for group in self.groups)
 
     def ticks(self) -> tuple[int, int] | None:
@@ -133,7 +133,7 @@ FLOATS = ("x", "y", "z", "heading", "energy", "happiness", "reward", "age")
 
 
 def _groups(path: Path) -> Iterator[Group]:
-    """Yield the row groups of a part; RecordingError where its footer cannot be read."""
+    """Yield the row groups of a part; RecordingError if its footer cannot be read."""
     meta = read_metadata(path)
     names = tuple(meta.schema.to_arrow_schema().names)
     for number in range(meta.num_row_groups):

@@ -27,14 +27,14 @@ from ecs_eco.view.player import Player
 STATIC = Path(__file__).parent / "static"
 HOST = "127.0.0.1"
 PAGES = 32  # at a time
-WAITING = 64  # messages that may wait for a page that does not read: it asked for them all, and is let go beyond that
-ASKED = 200  # requests that may wait for the end of a tick
-LARGEST = 1 << 18  # [bytes] of what a page says at once
+WAITING = 64  # pending messages of a page that does not read; beyond that it is disconnected
+ASKED = 200  # requests that may be pending until the end of a tick
+LARGEST = 1 << 18  # [bytes] of one message from a page
 TYPES = {".js": "text/javascript", ".css": "text/css", ".svg": "image/svg+xml", ".woff2": "font/woff2", ".html": "text/html"}
 
 
 class Client:
-    """One page: what waits to be sent to it. `send` is for the world's thread, the rest for the server's."""
+    """One page: its outgoing messages. `send` is for the world's thread, the rest for the server's."""
 
     def __init__(self, socket: WebSocket) -> None:
         self.socket, self.loop = socket, asyncio.get_running_loop()
@@ -42,7 +42,7 @@ class Client:
         self._some = asyncio.Event()
 
     def send(self, messages: list[str | bytes]) -> None:
-        """Hand over messages; returns at once."""
+        """Queue messages; returns at once."""
         if not self.loop.is_closed():
             self.loop.call_soon_threadsafe(self._take, messages)
 
@@ -51,7 +51,7 @@ class Client:
         self._some.set()
 
     async def pour(self) -> None:
-        """Send what waits, as fast as the page reads; return when it has fallen too far behind."""
+        """Send queued messages, as fast as the page reads; return when it has fallen too far behind."""
         while True:
             await self._some.wait()
             self._some.clear()
@@ -64,9 +64,9 @@ class Client:
 
 
 class Server:
-    """The page of one player, from `start` to `stop`. Raises OSError where the port is taken; 0: any free one.
+    """The server of one player, from `start` to `stop`. Raises OSError if the port is taken; 0: any free one.
 
-    `came` is called with each code that somebody brought, and whether it let a page in; in the server's thread.
+    `came` is called with each code that was presented, and whether it was accepted; in the server's thread.
     """
 
     def __init__(self, player: Player, port: int = 0) -> None:
@@ -96,11 +96,11 @@ class Server:
         return self
 
     def address(self, minutes: float = MINUTES) -> str:
-        """Return an address that lets one page in within so many minutes: its code is in the fragment, which is sent nowhere."""
+        """Return an address that admits one page within these minutes: its code is in the fragment, which browsers do not send."""
         return f"http://{HOST}:{self.port}/#code={self.credentials.code(minutes)}"
 
     def stop(self) -> None:
-        """Let all pages go and listen no longer."""
+        """Disconnect all pages and stop listening."""
         self._uvicorn.should_exit = True
         if self._thread.ident is not None:
             self._thread.join(5)
@@ -113,7 +113,7 @@ class Server:
         self.stop()
 
     def _pages(self) -> Starlette:
-        for suffix, kind in TYPES.items():  # the machine's own list may say otherwise, and browsers then refuse scripts
+        for suffix, kind in TYPES.items():  # the machine's list of types may differ, and browsers then refuse scripts
             mimetypes.add_type(kind, suffix)
 
         async def page(_: Any) -> FileResponse:
@@ -124,7 +124,7 @@ class Server:
         return Starlette(routes=[Route("/", page), entrance, WebSocketRoute("/ws", self._speak), files])
 
     async def _enter(self, request: Request) -> Response:
-        """Answer a page that asks for the credential with a code, or whether the one it has is good: 403 where it is not."""
+        """Exchange a page's code for the credential, or confirm the credential that it has; 403 for an invalid one."""
         kind, _, word = request.headers.get("authorization", "").partition(" ")
         handed = None
         if kind == "Code":
@@ -137,7 +137,7 @@ class Server:
         return JSONResponse({"credential": handed}, headers={"cache-control": "no-store"})
 
     async def _speak(self, websocket: WebSocket) -> None:
-        """Serve one page until it goes."""
+        """Serve one page until it disconnects."""
         if len(self.clients) >= PAGES:
             await websocket.close(1013, f"{PAGES} pages are open already")
             return
@@ -157,11 +157,11 @@ class Server:
             await asyncio.gather(pouring, listening, return_exceptions=True)
 
     async def _listen(self, client: Client) -> None:
-        """Hand in what a page says until it goes."""
+        """Deliver a page's messages until it disconnects."""
         while True:
             try:
                 text = await client.socket.receive_text()
-            except (WebSocketDisconnect, KeyError, RuntimeError):  # gone, or bytes where text belongs
+            except (WebSocketDisconnect, KeyError, RuntimeError):  # disconnected, or bytes instead of text
                 return
             try:
                 request = json.loads(text)
@@ -169,6 +169,6 @@ class Server:
                 request = None
             if not isinstance(request, dict) or request.get("kind") in ("join", "leave"):
                 request = {"kind": "what is no request"}
-            while len(self.player.inbox) > ASKED:  # a page that asks faster than ticks pass has to wait
+            while len(self.player.inbox) > ASKED:  # a page that sends faster than ticks pass has to wait
                 await asyncio.sleep(0.05)
             self.player.say(client, request)

@@ -1,4 +1,4 @@
-"""What a viewer shows: the one interface of a world that lives and of a run that was recorded."""
+"""The interface between the viewer and what it shows: a living world or a recorded run."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ Message = dict[str, Any]
 
 
 class Source(Protocol):
-    """What can be watched. All of it is called in one thread alone, the one that made it; messages are those of docs/watching.md.
+    """A source for the viewer. All methods are called in the thread that made it; messages are those of docs/watching.md.
 
-    `tick` is what is shown now, `done` whether nothing comes after it.
+    `tick` is the one shown now, `done` whether it is the last.
     """
 
     @property
@@ -23,7 +23,7 @@ class Source(Protocol):
         """Whether this is the last tick."""
 
     def run(self, turn: Callable[[], bool]) -> None:
-        """Let time pass: call `turn()` before every tick and after the last, and end when it says False.
+        """Let time pass: call `turn()` before every tick and after the last, and end when it returns False.
 
         `turn` serves the pages and returns when the next tick is due; while `done` it returns only when it has to end or
         when a request (as `seek`) made `done` false.
@@ -33,28 +33,28 @@ class Source(Protocol):
         """Return the first message: {"kind": "hello", …}."""
 
     def greeting(self) -> list[Message]:
-        """Return what else a new page needs, after hello: `marks`, say."""
+        """Return further messages that a new page needs after hello, such as `marks`."""
 
     def news(self) -> list[Message]:
-        """Return what all pages have to hear since the last call, `marks` of a new intervention, say; cheap where there is none."""
+        """Return messages for all pages since the last call, such as `marks` of a new intervention; cheap if there are none."""
 
     def counts(self) -> dict[str, int]:
-        """Return how many there are of each species and object type, for `state`."""
+        """Return the number of each species and object type, for `state`."""
 
     def frame(self, number: int, colour: str) -> bytes:
         """Return the binary message of this tick: all organisms, coloured by one of `colours` of hello."""
 
     def scales(self, colour: str) -> dict[str, tuple[float, float]]:
-        """Return what the values 1 and 255 of the last frame of this colour mean, for each species that has it."""
+        """Return the values that 1 and 255 stand for in the last frame of this colour, for each species that has it."""
 
     def sample(self) -> None:
-        """Note a point of the series, where they are not known beforehand; the player decides how often."""
+        """Add a point to the series, if they are not known beforehand; the player decides how often."""
 
     def series(self, after: int) -> Message | None:
         """Return the points of later ticks than `after` (−1: all): {"kind": "series", …}; None where there are none."""
 
     def organism(self, uid: int) -> Message:
-        """Return all that is known of one organism now: {"kind": "organism", …}; KeyError where no such one ever was."""
+        """Return all that is known of one organism now: {"kind": "organism", …}; KeyError if it never existed."""
 
     def handle(self, request: Message) -> list[Message]:
         """Carry out `act`, `params`, `seek`, `fill` and return the answers to the page that asked; refusals are `said`."""

@@ -27,9 +27,9 @@ def watch(
     playing: bool = True,
     browser: bool = False,
 ) -> None:
-    """Serve a source until Ctrl-C, in the thread that made it; `announce` hears an address, and another one after each use.
+    """Serve a source until Ctrl-C, in the thread that made it; `announce` gets an address, and another one after each use.
 
-    Raises OSError where the port is taken.
+    Raises OSError if the port is taken.
     """
     player = Player(source, speed, playing)
     with Server(player, port) as server, closing(Entrance(server, announce)) as entrance:
@@ -44,9 +44,9 @@ def watch(
 
 
 class Window:
-    """A view of a world that something else runs: `open` is called with it before its first tick, `close` after the last.
+    """A view of a world that other code runs: `open` is called with it before its first tick, `close` after the last.
 
-    The world waits between ticks while a page has paused it. Runs as fast as it can unless a page asks for less.
+    The world waits between ticks while a page has paused it. It runs at full speed unless a page sets a lower one.
     """
 
     def __init__(self, ticks: int, announce: Announce = print, *, port: int = 0, browser: bool = False) -> None:
@@ -57,7 +57,7 @@ class Window:
         self._entrance: Entrance | None = None
 
     def open(self, world: World) -> None:
-        """Begin to serve this world; OSError where the port is taken."""
+        """Begin to serve this world; OSError if the port is taken."""
         from ecs_eco.view.live import Live
 
         self.world = world
@@ -69,14 +69,14 @@ class Window:
             self._entrance.open_browser()
 
     def close(self) -> None:
-        """Show how the world ended, and serve it no longer."""
+        """Show the end of the world, and stop serving it."""
         if self.server is None or self.player is None:
             return
         if self._entrance is not None:
             self._entrance.close()
         self.world.before_tick.remove(self.player.turn)
         self.player.show()
-        time.sleep(0.2)  # for the last messages: they go out in the server's thread
+        time.sleep(0.2)  # time for the last messages, which the server's thread sends
         self.server.stop()
 
     def __enter__(self) -> Window:
