@@ -24,7 +24,7 @@ from typing import Any
 import numpy as np
 
 from studies.common.study import Study, verdict
-from studies.common.training_seeds import by_training, contrast, interval, none, swing, told
+from studies.common.training_seeds import by_training, contrast, in_words, interval, none, swing
 
 CONSTANT, INVERTED = {"sun.kind": "constant"}, {"sun.kind": "inverted"}
 NO_KRILL = {"species.krill.count": 0, 'training.set."species.krill.count"': 0}
@@ -128,7 +128,7 @@ def _row(cases: list[dict[str, Any]], arm: str, lives: list[dict[str, Any]]) -> 
     cycles = [r["cycle"] for r in lives if r["cycle"] is not None]
     swings = by_training(cases, arm, swing)
     steady = sum(c["r"] is not None and c["r"] >= 0.6 for c in cycles)
-    return [arm, ARMS[arm].get("policies", "shipped"), len(lives), len(cycles), told(interval(swings), len(swings)) if swings else None,
+    return [arm, ARMS[arm].get("policies", "shipped"), len(lives), len(cycles), in_words(interval(swings), len(swings)) if swings else None,
             round(float(np.median([c["amplitude"] for c in cycles])), 3) if cycles else None, f"{steady} of {len(cycles)}",
             f"{sum(c['vector'][0] > 0 for c in cycles)} of {len(cycles)}", round(float(np.mean([r["copepods"] for r in lives])), 1),
             round(float(np.mean([r["days lived"] for r in lives])), 1)]  # fmt: skip
@@ -172,13 +172,13 @@ def _ablations(cases: list[dict[str, Any]], results: dict[str, Any]) -> list[dic
     def alone(arm: str, words: str, goal: str, met: Any) -> None:
         if have(arm):
             amplitude = interval(of[arm])
-            out.append(verdict(f"{words}: amplitude along the day (95 %)", told(amplitude, len(of[arm])), goal, met(amplitude)))
+            out.append(verdict(f"{words}: amplitude along the day (95 %)", in_words(amplitude, len(of[arm])), goal, met(amplitude)))
 
     def less(words: str, one: str, other: str, below: float | None = None) -> None:
         if have(one, other):
             gap, p = contrast(of[one], of[other])
             goal, interval_text = ("above 0", "95 %") if below is None else (f"above 0, p < {below:g}", "95 %; p one-sided")
-            out.append(verdict(f"{words} ({interval_text})", told(gap, min(len(of[one]), len(of[other])), p), goal, gap[1] > 0 and (below is None or p < below)))
+            out.append(verdict(f"{words} ({interval_text})", in_words(gap, min(len(of[one]), len(of[other])), p), goal, gap[1] > 0 and (below is None or p < below)))
 
     for arm, base in (("constant light", "shipped"), ("held: constant light", "held: trained")):
         if have(arm, base):
@@ -209,7 +209,7 @@ def _escape(cases: list[dict[str, Any]], results: dict[str, Any]) -> list[dict[s
             out.append(none(arm))
             continue
         gain_interval, flees = interval(gain), arm in FLEEING
-        out.append(verdict(f"{arm}: fastest within 2 ticks over the speed before (95 %)", told(gain_interval, len(gain)),
+        out.append(verdict(f"{arm}: fastest within 2 ticks over the speed before (95 %)", in_words(gain_interval, len(gain)),
                            "at least 2, with its interval" if flees else "below 2, with its interval", gain_interval[1] >= 2 if flees else gain_interval[2] < 2))  # fmt: skip
         if flees:
             out.append(_latency(arm, results[arm]))
@@ -219,7 +219,7 @@ def _escape(cases: list[dict[str, Any]], results: dict[str, Any]) -> list[dict[s
         with_, without = (by_training(cases, arm, lambda r, k=key: r[k]) for arm in two)
         if with_ and without:
             gap, _ = contrast(with_, without)
-            means = f"{np.mean(with_):.3f} and {np.mean(without):.3f}: {told(gap, min(len(with_), len(without)))}"
+            means = f"{np.mean(with_):.3f} and {np.mean(without):.3f}: {in_words(gap, min(len(with_), len(without)))}"
             out.append(verdict(f"{words}, with fast bursts less with slow ones (95 %)", means, "above 0" if sign > 0 else "below 0",
                                gap[1] > 0 if sign > 0 else gap[2] < 0))  # fmt: skip
     return out
@@ -244,7 +244,7 @@ def _directed(cases: list[dict[str, Any]], arm: str) -> list[dict[str, Any]]:
     beyond = here - control
     p = v_test(beyond[:, 0] / np.hypot(*beyond.T))[1] if len(beyond) > 1 else float("nan")
     difference = interval(beyond[:, 0].tolist())
-    means = f"{here[:, 0].mean():.2f} against {control[:, 0].mean():.2f}: {told(difference, len(here), p)}"
+    means = f"{here[:, 0].mean():.2f} against {control[:, 0].mean():.2f}: {in_words(difference, len(here), p)}"
     words = f"{arm}: part of the way that points away, in that tick and the next two, beyond those who sense neither (95 %; p by V-test of training seeds)"
     return [verdict(words, means, "above 0, p < 0.001", difference[1] > 0 and p < 0.001)]
 
@@ -262,10 +262,10 @@ def _plume(cases: list[dict[str, Any]], results: dict[str, Any]) -> list[dict[st
         smelt, unsmelt = (by_training(cases, arm, value) for arm in ("plume", "plume: no nose"))
         if smelt:
             here = interval(smelt)
-            out.append(verdict(f"chemotaxis index near smells without a krill, in the dark, {words} (95 %)", told(here, len(smelt)), "above 0", here[1] > 0))
+            out.append(verdict(f"chemotaxis index near smells without a krill, in the dark, {words} (95 %)", in_words(here, len(smelt)), "above 0", here[1] > 0))
         if unsmelt:
             here = interval(unsmelt)
-            out.append(verdict(f"the same with the nose off, {words}", told(here, len(unsmelt)), "holds 0", here[1] <= 0 <= here[2]))
+            out.append(verdict(f"the same with the nose off, {words}", in_words(here, len(unsmelt)), "holds 0", here[1] <= 0 <= here[2]))
     for arm in (a for a in results if ARMS[a]["what"] == "plume"):
         fewest = min(r["n"] for r in results[arm])
         out.append(verdict(f"{arm}: moves counted in the run with the fewest", fewest, "at least 200", fewest >= 200))

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from studies.common.study import Study, verdict
-from studies.common.training_seeds import by_training, contrast, interval, none, swing, told
+from studies.common.training_seeds import by_training, contrast, in_words, interval, none, swing
 
 WORLD = "learning-krill"
 HELD = {'training.set."species.krill.count"': 40, 'training.set."species.krill.max_count"': 40}
@@ -83,7 +83,7 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
         for key, value in of.items():
             learned, untrained = (by_training(cases, arm, value) for arm in ("hunt: learned", "hunt: untrained"))
             gap, _ = contrast(learned, untrained)
-            means = f"{np.mean(learned):.3f} and {np.mean(untrained):.3f}: {told(gap, len(learned))}"
+            means = f"{np.mean(learned):.3f} and {np.mean(untrained):.3f}: {in_words(gap, len(learned))}"
             out.append(verdict(f"{words[key]}, learned less untrained (95 %)", means, "above 0", gap[1] > 0))
     for arm in ("life", "life: both go on learning"):
         found = [c["result"]["cycle"] for c in cases if c["case"]["arm"] == arm]
@@ -93,11 +93,11 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
             deeper = sum(c is not None and c["vector"][0] > 0 for c in found)
             each = by_training(cases, arm, swing)
             along = interval(each) if each else [float("nan")] * 3
-            out += [verdict(f"{arm}: amplitude of copepods along the day (95 %)", told(along, len(each)), "above 0", along[1] > 0) if each else none(arm),
+            out += [verdict(f"{arm}: amplitude of copepods along the day (95 %)", in_words(along, len(each)), "above 0", along[1] > 0) if each else none(arm),
                     verdict(f"{arm}: amplitude, median of runs", round(amplitude, 3), "at least 0.25", amplitude >= 0.25),
                     verdict(f"{arm}: runs in which copepods are deeper by day", f"{deeper} of {n}", "all", deeper == n),
                     verdict(f"{arm}: runs in which mean depth correlates with light by at least 0.6", f"{steady} of {n}", "at least 90 %", steady >= 0.9 * n)]  # fmt: skip
-    rows = [[arm, *(told(interval(v), len(v)) for v in (by_training(cases, arm, lambda r, k=k: r[k])
+    rows = [[arm, *(in_words(interval(v), len(v)) for v in (by_training(cases, arm, lambda r, k=k: r[k])
                                                         for k in ("caught", "burnt", "chase, sees one", "chase, sees none")))]
             for arm in ARMS if arm in there and "krill" in ARMS[arm]]  # fmt: skip
     head = ["arm", "catches a krill and day (95 %)", "energy burnt", "share of ticks in chase, seeing a copepod", "seeing none"]

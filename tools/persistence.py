@@ -7,7 +7,7 @@ SEEDS = ("seed", "training", "ticks")  # what of a case is no arm
 NOTES = {"from_scratch": "Numbers are held constant by respawn while policies learn: nobody can die out."}
 
 
-def _told(result: Mapping[str, Any]) -> bool:
+def _persisted(result: Mapping[str, Any]) -> bool:
     return bool(result["persisted"])
 
 
@@ -25,7 +25,7 @@ def _with_interventions(result: Mapping[str, Any]) -> bool:
 
 
 KINDS: tuple[tuple[tuple[str, ...], str, Callable[[Mapping[str, Any]], bool]], ...] = (
-    (("persisted",), "All species persisted", _told),
+    (("persisted",), "All species persisted", _persisted),
     (("extinct",), "All animals persisted", _nobody_extinct),
     (("end", "numbers"), "All species persisted", _all_at_the_end),
     (("at the end, alone and with it",), "All species persisted", _with_interventions),

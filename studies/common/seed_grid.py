@@ -145,7 +145,7 @@ def summarise(entries: Sequence[Entry], judged: Sequence[str], goal: float, lags
     head = ["arm", "runs", "share that persists (95 %, both seeds replicates)", "by training seed", "first to die out",
             "peaks of all consumers > AR(1), of those that persist", "median period [ticks]", *lags]  # fmt: skip
     return {"verdicts": out, "table": {"head": head, "rows": [row(arm, results, lags) for arm, results in of.items()]},
-            "variance": {arm: variance(results) for arm, results in of.items()}, "notes": "\n\n".join(map(told, of.values()))}  # fmt: skip
+            "variance": {arm: variance(results) for arm, results in of.items()}, "notes": "\n\n".join(map(variance_sentence, of.values()))}  # fmt: skip
 
 
 def both_peaks(result: Mapping[str, Any], level: float = 0.05) -> bool:
@@ -197,7 +197,7 @@ def variance(entries: Sequence[Entry]) -> dict[str, Any]:
     return out
 
 
-def told(entries: Sequence[Entry]) -> str:
+def variance_sentence(entries: Sequence[Entry]) -> str:
     """Where the variance of one arm comes from, in a sentence."""
     arm, shares = entries[0]["case"]["arm"], variance(entries)
     parts = [f"{name}: training seed {x['training seed'][0]:.0%}, world seed {x['world seed'][0]:.0%}, rest {x['rest'][0]:.0%}"

@@ -1,4 +1,4 @@
-"""What studies say over training seeds: means over world seeds, intervals, contrasts, and how they are told."""
+"""What studies say over training seeds: means over world seeds, intervals, contrasts, and how they are in_words."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -31,7 +31,7 @@ def contrast(a: list[float], b: list[float]) -> tuple[list[float], float]:
     return [gap, round(float(low), 3), round(float(high), 3)], p
 
 
-def told(interval_: list[float], n: int, p: float | None = None) -> str:
+def in_words(interval_: list[float], n: int, p: float | None = None) -> str:
     """An interval in words, over how many training seeds, and a p."""
     words = f"{interval_[0]:.3g}" + (f" ({interval_[1]:.3g} … {interval_[2]:.3g})" if np.isfinite(interval_[1]) else "") + f", {n} training seeds"
     return words if p is None else f"{words}, p = {p:.2g}"
