@@ -33,7 +33,7 @@ RABBIT = {
 
 
 def meadow(side: float, rabbits: int, seed: int, **more) -> World:
-    """A square of grass and rabbits; `more` is what else is said of these."""
+    """A square of grass and rabbits; `more` holds further keys of the rabbits."""
     grass, rabbit = GRASS | {"count": int(0.03 * side**2)}, RABBIT | {"count": rabbits} | more
     config = {"format": 1, "name": "meadow", "space": {"size": [side, side]}, "species": {"grass": grass, "rabbit": rabbit}}
     return World.from_config(config, seed=seed, record=False)
@@ -41,7 +41,7 @@ def meadow(side: float, rabbits: int, seed: int, **more) -> World:
 
 @cache
 def lifetime(letters: tuple[int, ...]) -> float:
-    """How long a rabbit with this genome lives [s], alone in an arena that is the same for all; at most 300."""
+    """Lifetime of a rabbit with this genome [s], alone in an arena that is the same for all; at most 300."""
     world = meadow(20.0, 0, seed=1)
     rabbits, loci = world.table("rabbit"), np.array([letters], np.uint8)
     born = {(Position, "x"): np.full(1, 10.0), (Position, "y"): np.full(1, 10.0), (Genome, "loci"): loci}

@@ -36,7 +36,7 @@ def rabbits(genes: dict[str, float]) -> dict:
 
 
 def lifetime(letters: list[int]) -> tuple[float]:
-    """How long they live on average [s], of at most 300."""
+    """Their mean lifetime [s], at most 300."""
     genes = {name: float(value[0]) for name, value in layout.decode(np.array([letters], np.uint8)).items()}
     series = World.from_config(rabbits(genes), seed=1).run(300).series()
     return (sum(n for n, s in zip(series["n"].to_pylist(), series["species"].to_pylist(), strict=True) if s == "rabbit") / 20,)

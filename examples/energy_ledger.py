@@ -1,4 +1,4 @@
-"""Where the energy goes: every tick, what a species holds is accounted for."""
+"""The energy ledger: every tick, all energy of a species is accounted for."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Who descends from whom: record births and deaths, ask for ancestors, and write a family tree."""
+"""A family tree: record births and deaths, query ancestors, and write the tree."""
 
 from ecs_eco import World
 from ecs_eco.analysis.lineage import Lineage
@@ -13,7 +13,7 @@ if __name__ == "__main__":
     world.run(200)
 
     grass = Lineage.of(world).of_species("grass")
-    print(f"{grass.founders.sum()} without parents, {len(grass.founders_left())} of them with lines left")
+    print(f"{grass.founders.sum()} without parents, {len(grass.founders_left())} of them with surviving lines")
     youngest = int(grass.uid[-1])
     print(f"the ancestors of {youngest}, oldest first: {grass.ancestors(youngest).tolist()}")
     print(f"mean generation of the living: {grass.generation()[grass.alive(grass.end)].mean():.1f}")

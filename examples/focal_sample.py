@@ -1,4 +1,4 @@
-"""A focal sample: what single animals sensed and decided in every tick of a run, as columns of a table."""
+"""A focal sample: the readings and decisions of single animals in every tick of a run, as columns of a table."""
 
 import tempfile
 from pathlib import Path

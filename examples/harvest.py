@@ -1,4 +1,4 @@
-"""Fishing and forestry: every year a share of a stock is taken, and what is left has to make up for it."""
+"""Fishing and forestry: every year a share of a stock is taken, and the rest has to regrow."""
 
 import numpy as np
 

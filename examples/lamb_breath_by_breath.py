@@ -1,4 +1,4 @@
-"""A nervous system at work: one newborn lamb at a pool, then at an udder; what it feels, wants and does in each second."""
+"""A nervous system at work: one newborn lamb at a pool, then at an udder; its senses, policy and actions in each second."""
 
 from ecs_eco import World
 from ecs_eco.components import Nervous

@@ -10,7 +10,7 @@ from ecs_eco.components import Metabolism, Nervous
 
 
 class Shelter(System):
-    """Who is out grazes, and is hurt while it hails."""
+    """Snails outside graze, and are hurt while it hails."""
 
     needs = (Nervous, Metabolism)
     phase = "interact"

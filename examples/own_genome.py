@@ -10,7 +10,7 @@ from ecs_eco.testing import check_genome
 
 layout = Layout(
     [
-        Gene(name="red", letters=1, values=[0, 0, 0, -1]),  # three of the four letters say the same: most mutations are silent
+        Gene(name="red", letters=1, values=[0, 0, 0, -1]),  # three of the four letters mean the same: most mutations are silent
         Gene(name="size", letters=4, low=0.2, high=0.6, code="gray"),  # neighbouring sizes differ in one letter
         Gene(name="age", letters=6, low=600, high=6000, scale="log", at=8),  # three loci before it are neutral
         Gene(name="litter", letters=2, low=1, high=8, whole=True, mutation=0.05),  # mutates more often than the others
@@ -41,7 +41,7 @@ if __name__ == "__main__":
     children = births.offspring(mothers, fathers, keys)
     print("size of the children:", np.unique(layout.decode(children)["size"].round(2)).tolist()[:6], "…")
     print("alleles of red:", frequencies(layout, children)["red"])
-    toolbox.register("mate", tools.cxUniform, indpb=0.5)  # as with DEAP: from now on children are made so
+    toolbox.register("mate", tools.cxUniform, indpb=0.5)  # as with DEAP: from now on children are made with it
     toolbox.register("mutate", repeat_letter, indpb=0.01)
     children = births.offspring(mothers, fathers, keys)
     print(f"expected heterozygosity: {diversity(layout, children).mean():.2f}")

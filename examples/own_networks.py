@@ -13,7 +13,7 @@ def reflex(x: np.ndarray) -> np.ndarray:
     """x f32[n, channels] -> [n, actions], of which the sign counts: +1 forces, −1 blocks, 0 leaves it to the policy."""
     y = np.zeros((len(x), 6), np.float32)
     close = x[:, 3] > 0.9
-    y[close, 1] = -1  # do not hop past food that is at hand
+    y[close, 1] = -1  # do not hop past food within reach
     y[:, 5] = 1  # always eat
     return y
 

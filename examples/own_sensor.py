@@ -1,4 +1,4 @@
-"""A sensor of your own: a compass. It is a function that writes its channels for all who sense."""
+"""A sensor of your own: a compass. It is a function that writes its channels for all animals that have it."""
 
 import numpy as np
 

@@ -25,7 +25,7 @@ class Strike(System):
 
 @njit
 def strike(alive, uid, key, chance, struck, cause):
-    """Mark those who die now. A draw depends on the seed, the tick, the uid and the purpose: never on the row."""
+    """Mark those that die now. A draw depends on the seed, the tick, the uid and the purpose: never on the row."""
     for row in range(alive.size):
         if alive[row] and cause[row] == 0 and draw(key, uid[row], USER) < chance:
             cause[row] = struck

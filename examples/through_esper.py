@@ -1,4 +1,4 @@
-"""Entities one at a time, through esper: for small worlds and for a look around. Shipped systems use columns instead."""
+"""Entities one at a time, through esper: for small worlds and for exploring. Shipped systems use columns instead."""
 
 import esper
 

@@ -13,7 +13,7 @@ ARMS = {
 
 
 def numbers(world: World, name: str) -> np.ndarray:
-    """How many there were of a species, tick by tick."""
+    """Number of a species, tick by tick."""
     series = world.series()
     return series["n"].to_numpy()[np.array(series["species"].to_pylist()) == name]
 

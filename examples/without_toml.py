@@ -28,7 +28,7 @@ class Walk(System):
         angle = draw_many(world.key, table.uid[rows], USER) * np.float32(2 * np.pi)
         p.x[rows] = (p.x[rows] + np.cos(angle)) % world.space.lengths[0]
         p.y[rows] = (p.y[rows] + np.sin(angle)) % world.space.lengths[1]
-        table.version += 1  # places have changed: the index of neighbours is made anew when it is next asked for
+        table.version += 1  # places have changed: the neighbour index is rebuilt when it is next used
 
 
 class Infect(System):
