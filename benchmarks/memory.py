@@ -36,7 +36,7 @@ def main() -> None:
     world.run(3)
     without = resident() - before
     with world:  # a handle for each component of each animal
-        pass
+        world.sync()
     gc.collect()
     total = resident() - before
     columns = sum(t.nbytes for name, t in world.tables.items() if name != "plant")

@@ -24,7 +24,8 @@ if __name__ == "__main__":
     world.run(10)
     for uid, place, metabolism in world.each(Position, Metabolism):  # in the order of uids, which esper's order is not
         print(f"mouse {uid} at x = {place.x}: energy {metabolism.energy:.2f}")
-    world.kill(2, cause="cat")
-    world.run(1)
     with world:  # esper's functions mean this world
-        print(f"esper knows {len(esper.get_component(Metabolism))} mouse")
+        esper.delete_entity(world.entity(2))  # a death: as world.kill(2, cause="deleted")
+        esper.create_entity(Position(x=70.0), Metabolism(energy=0.4))  # a spawn
+        esper.process()  # a tick: as world.run(1)
+        print(f"esper knows mice with energies of {[round(m.energy, 2) for _, m in esper.get_component(Metabolism)]}")

@@ -183,7 +183,8 @@ def _load_table(table: Table, made: Mapping[str, Any], arrays: Arrays) -> None:
         column[rows] = arrays[f"{prefix}/{name}"]
     table.alive[rows] = True
     table.n, table.high = rows.size, int(rows[-1]) + 1 if rows.size else 0
-    table.entity_uid[:] = np.where(table.entity_uid != 0, np.uint64(0xFFFFFFFFFFFFFFFF), table.entity_uid)
+    if table.registry is not None:
+        table.registry.empty(table)
     known = {c.__name__: c for c in table.columns}
     for component, held in table.columns.items():
         for field, array in vars(held).items():
@@ -287,17 +288,14 @@ def _freeze_plain(world: SpatialWorld, arrays: Arrays) -> list[list[Any]]:
 
 def plain_components(world: SpatialWorld) -> list[tuple[int, Any]]:
     """Return (uid, component) of all components on esper's entities that are no columns, in the order of uids and of names."""
-    import esper
-
     from ecs_eco.engine.schema import Handle
 
     plain: list[tuple[int, Any]] = []
-    with world.context.inside():
-        for table in world.tables.values():
-            rows = table.rows()
-            for row in rows[table.entity_uid[rows] == table.uid[rows]]:
-                things: Any = esper.components_for_entity(int(table.entity[row]))
-                plain += [(int(table.uid[row]), thing) for thing in things if not isinstance(thing, Handle)]
+    for table in world.tables.values():
+        rows = table.rows()
+        for row in rows[table.entity[rows] != 0].tolist():
+            things = world.context.registry.of(table, row)
+            plain += [(int(table.uid[row]), thing) for thing in things.values() if not isinstance(thing, Handle)]
     return sorted(plain, key=lambda f: (f[0], function_name(type(f[1]))))
 
 
@@ -306,7 +304,6 @@ def _load_plain(world: SpatialWorld, listed: Sequence[Sequence[Any]], arrays: Ar
 
     if not listed:
         return
-    world.sync()
     with world.context.inside():
         for i, (uid, name) in enumerate(listed):
             try:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, NoReturn
 
-import esper
 import numpy as np
 
 from ecs_eco.debug.columns import columns, more, owner_of
@@ -44,7 +43,7 @@ class Invariants:
             if (bad := np.argwhere(~np.isfinite(field.value))).size:
                 self.fail(None, f"field {name!r} is {field.value[tuple(bad[0])]} in the cell (z, y, x) = {tuple(bad[0].tolist())}"
                                 f"{more(len(bad))}; allowed are finite numbers")
-        if self.system is not None and not isinstance(self.system, System):
+        if not isinstance(self.system, System):
             self._registry()
 
     def _living(self, table: Table) -> None:
@@ -73,17 +72,21 @@ class Invariants:
                 seen[u] = f"row {row} of {table.name!r}"
 
     def _registry(self) -> None:
-        """Compare esper's entities with those living: only after plain processors, before which they are brought up to date."""
+        """Compare esper's entities with those living, where somebody has looked: the doors keep others from changing them."""
+        registry = self.world.context.registry
         for table in self.world.tables.values():
-            for row in np.flatnonzero(table.alive & (table.entity_uid == table.uid)):
-                entity, owner = int(table.entity[row]), owner_of(table.uid, row)
-                if not esper.entity_exists(entity):
-                    self.fail(table, f"esper has no entity {entity}, but {owner} lives; to kill it, world.kill(uid, cause)")
+            for row in np.flatnonzero(table.alive & (table.entity_uid == table.uid)).tolist():
+                number, owner, entity = int(table.entity[row]), owner_of(table.uid, row), registry.of(table, row)
+                if not entity:
+                    self.fail(table, f"esper has no entity {number}, but {owner} lives; "
+                                     "to kill it, world.kill(uid, cause) or esper.delete_entity")
                 for component in table.columns:
-                    handle = esper.try_component(entity, component)
+                    handle = entity.get(component)
                     if handle is None or handle._row != row or getattr(handle._columns, "_table", None) is not table:
-                        self.fail(table, f"{component.__name__} of esper's entity {entity} is not that of {owner}; "
+                        self.fail(table, f"{component.__name__} of esper's entity {number} is not that of {owner}; "
                                          "write into its fields, and do not replace or remove it")
+                    if number not in dict.get(registry.components, component, ()):
+                        self.fail(table, f"esper's entity {number} is not among those with {component.__name__}, which {owner} has")
 
     def _finite(self, table: Table) -> None:
         for component, name, array in columns(table):

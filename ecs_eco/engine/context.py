@@ -2,63 +2,85 @@
 
 from __future__ import annotations
 
-import gc
 import itertools
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
 import esper
-import numpy as np
 
 from ecs_eco.engine import turns
 from ecs_eco.engine.phases import PHASES
-from ecs_eco.engine.table import Table
+from ecs_eco.engine.registry import Registry
 
 _serial = itertools.count(1)
 LAST = 999_999  # the place in a phase after all systems
+PARTS = 11  # of the state that esper keeps of a context
 
 
 class Context:
     """esper's view of one world. Worlds do not mix: esper has one current context, which `inside` enters."""
 
-    def __init__(self) -> None:
+    def __init__(self, world: Any) -> None:
         self.name = f"ecs-eco {next(_serial)}"
+        self.registry = Registry(world)
+        if {len(state) for state in esper._context_map.values()} != {PARTS}:
+            raise RuntimeError(f"esper {esper.version} keeps its worlds otherwise than esper 3.9, for which this package is made; "
+                               "install esper==3.9")
+        esper._context_map[self.name] = self.registry.state
+
+    def require(self) -> None:
+        """Raise RuntimeError where esper has deleted this world."""
+        if self.name not in esper._context_map:
+            raise RuntimeError(f"esper.delete_world({self.name!r}) has deleted {self.registry.called}; it may still be looked at and saved")
+
+    def show(self) -> None:
+        """Let esper show this world; RuntimeError where esper has deleted it."""
+        self.require()
+        if esper.current_world != self.name:
+            esper.switch_world(self.name)
 
     @contextmanager
     def inside(self) -> Iterator[None]:
         """Make this world esper's current context; afterwards restore the one before."""
         with turns.turn:
             outer = esper.current_world
-            if outer != self.name:
-                esper.switch_world(self.name)
+            self.show()
             try:
                 yield
             finally:
                 switch_back(outer)
 
     def add(self, processor: esper.Processor, phase: str, place: int) -> None:
-        """Hand a processor to esper with a priority that follows from its phase and its place in it."""
-        with self.inside():
-            esper.add_processor(processor, priority=-(PHASES.index(phase) * (LAST + 1) + place))
+        """Put a processor among the others: its priority follows from its phase and its place in it."""
+        self.put(processor, priority_of(phase, place))
 
-    def sync(self, tables: Iterable[Table], handles: Callable[[Table, int], list[Any]]) -> None:
-        """Bring esper's entities up to date: one for each living organism, with its `handles(table, row)`."""
-        tables = [t for t in tables if (t.entity_uid != t.uid).any()]
-        if not tables:
-            return
-        collecting = gc.isenabled()
-        gc.disable()  # garbage collection would scan 100,000 new handles again and again
+    def put(self, processor: esper.Processor, priority: int) -> None:
+        """Put a processor among the others, behind those of the same priority."""
+        processor.priority = priority
+        list.append(self.registry.processors, processor)
+        self.registry.processors.sort(key=lambda one: one.priority, reverse=True)
+        dict.__setitem__(self.registry.kinds, type(processor), processor)
+
+    def drop(self, processor: esper.Processor) -> None:
+        """Take a processor out again."""
+        list.remove(self.registry.processors, processor)
+        if dict.get(self.registry.kinds, type(processor)) is processor:
+            dict.pop(self.registry.kinds, type(processor))
+
+    def process(self) -> None:
+        """Let all processors act, as esper does."""
+        self.registry.due = True
+        try:
+            esper.process()
+        finally:
+            self.registry.due = False
+
+    def tell(self, event: str, numbers: list[int], *more: list[Any]) -> None:
+        """Dispatch an event of esper's for each entity of a list, with what else there is to say of it."""
         with self.inside():
-            for table in tables:
-                for row in np.flatnonzero(table.entity_uid != table.uid):
-                    if table.entity_uid[row] and esper.entity_exists(int(table.entity[row])):
-                        esper.delete_entity(int(table.entity[row]), immediate=True)
-                    if table.uid[row]:
-                        table.entity[row] = esper.create_entity(*handles(table, int(row)))
-                table.entity_uid[:] = table.uid
-        if collecting:
-            gc.enable()
+            for arguments in zip(numbers, *more, strict=True):
+                esper.dispatch_event(event, *arguments)
 
     def end(self) -> None:
         """Forget all that esper knows of this world."""
@@ -66,6 +88,11 @@ class Context:
             if esper.current_world == self.name:
                 esper.switch_world("default")
             esper.delete_world(self.name)
+
+
+def priority_of(phase: str, place: int) -> int:
+    """Return esper's priority of a place in a phase."""
+    return -(PHASES.index(phase) * (LAST + 1) + place)
 
 
 def switch_back(outer: str) -> None:

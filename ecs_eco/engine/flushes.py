@@ -27,16 +27,12 @@ class Births(_OfWorld):
         self.world.flush_births()
 
 
-class Synced(_OfWorld):
-    """Before a plain processor: esper knows who lives."""
-
-    def process(self, *_: Any) -> None:
-        """Bring esper up to date."""
-        self.world.sync()
-
-
 class Touched(_OfWorld):
     """After a plain processor: it may have moved what it saw, or written what no kernel can take."""
+
+    def __init__(self, world: Any, after: esper.Processor) -> None:
+        super().__init__(world)
+        self.after = after
 
     def process(self, *_: Any) -> None:
         """Look at what was written."""

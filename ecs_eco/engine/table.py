@@ -39,6 +39,7 @@ class Table:
         self.killer = np.zeros(capacity, np.uint64)
         self.entity = np.zeros(capacity, np.int64)  # esper's number, local to the process
         self.entity_uid = np.zeros(capacity, np.uint64)  # uid that this number belongs to
+        self.registry: Any = None  # esper's entities, which are stale when rows change their owners
         self.columns: dict[type[Any], Columns] = {}
         self.defaults: dict[type[Any], dict[str, np.ndarray]] = {}
         self.births: list[tuple[np.ndarray, np.ndarray | None, dict[tuple[type, str], np.ndarray]]] = []
@@ -84,7 +85,16 @@ class Table:
         for field, value in values.items():
             setattr(columns, field, _column(component.fields[field][0], value, self.capacity, self.rows()))
         self.columns[component] = columns
-        self.entity_uid[:] = np.where(self.entity_uid != 0, np.uint64(0xFFFFFFFFFFFFFFFF), self.entity_uid)  # handles are made anew
+        self.renew_handles()
+
+    def renew_handles(self) -> None:
+        """Let esper's handles be looked at anew: rows or columns are others."""
+        self.entity_uid[self.entity_uid != 0] = np.uint64(0xFFFFFFFFFFFFFFFF)
+        self._changed()
+
+    def _changed(self) -> None:
+        if self.registry is not None:
+            self.registry.stale = True
 
     def set_defaults(self, component: type[Any], **defaults: Any) -> None:
         """Set what a newborn of this table has in these fields."""
@@ -148,6 +158,7 @@ class Table:
                 arrays[field][rows] = values.get((component, field), default)
         self.n += k
         self.version += 1
+        self._changed()
         return rows
 
     def doomed(self) -> np.ndarray:
@@ -159,6 +170,7 @@ class Table:
         self.high = _vacate(rows, self.alive, self.uid, self.cause, self.killer, self.high)
         self.n -= rows.size
         self.version += 1
+        self._changed()
 
     def reorder(self, rows: np.ndarray) -> None:
         """Move the entity of row `rows[i]` to row i, for all living; this changes no organism's fate.
@@ -179,7 +191,7 @@ class Table:
                     array[: self.n] = array[rows]
                 else:
                     setattr(columns, field, array[order])
-        self.entity_uid[:] = np.where(self.entity_uid != 0, np.uint64(0xFFFFFFFFFFFFFFFF), self.entity_uid)
+        self.renew_handles()
         for part in self.parts().values():
             if callable(getattr(part, "reorder", None)):
                 part.reorder(order)

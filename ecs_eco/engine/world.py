@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 import time
 import weakref
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any, Self
 
 import esper
@@ -13,9 +13,9 @@ import numpy as np
 
 from ecs_eco.engine import random, turns
 from ecs_eco.engine.arguments import positive, seed_number, whole_number
-from ecs_eco.engine.context import LAST, Context, switch_back
+from ecs_eco.engine.context import LAST, Context, priority_of, switch_back
 from ecs_eco.engine.errors import UnknownName, unknown_name
-from ecs_eco.engine.flushes import Births, Deaths, Synced, Touched
+from ecs_eco.engine.flushes import Births, Deaths, Touched
 from ecs_eco.engine.interruption import Patience, Underway, require_whole, stopped, whole
 from ecs_eco.engine.phases import PHASES, Scheduled
 from ecs_eco.engine.schema import Handle
@@ -55,7 +55,8 @@ class World:
         self.owner: threading.Thread
         self.apart = False  # whether it runs in a thread beside another world
         turns.enter(self)
-        self.context, self._workers = Context(), Workers(self.threads)
+        self.context, self._workers = Context(self), Workers(self.threads)
+        self._places = 0  # in the phases, that systems have taken
         self._outer: list[str] = []
         self.context.add(Deaths(self), "die", LAST)
         self.context.add(Births(self), "reproduce", LAST)
@@ -81,10 +82,14 @@ class World:
         if name in self.tables:
             raise ValueError(f"table {name!r} exists already; choose another name")
         table = self.tables[name] = Table(name, components, capacity=capacity, dims=dims, place=len(self.tables))
+        table.registry = self.context.registry
         return table
 
-    def add_system(self, system: esper.Processor, phase: str | None = None) -> Any:
-        """Add a system at the end of its phase; a plain esper.Processor goes to `interact` unless `phase` says otherwise."""
+    def add_system(self, system: esper.Processor, phase: str | None = None, priority: int | None = None) -> Any:
+        """Add a system at the end of its phase; a plain esper.Processor goes to `interact` unless `phase` says otherwise.
+
+        `priority`, in the place of a phase, is its place among all processors as esper counts, from 0 down, a million for each phase.
+        """
         phase = phase or getattr(system, "phase", "interact")
         if not isinstance(system, esper.Processor):
             raise TypeError(f"system {system!r} is no ecs_eco.System or esper.Processor; hand in an instance, as in Move()")
@@ -95,16 +100,25 @@ class World:
         system.phase = phase  # type: ignore[attr-defined]
         system.world = weakref.proxy(self)  # type: ignore[attr-defined]  # esper keeps the system: it must not keep the world
         self.systems.append(system)  # type: ignore[arg-type]
-        place = 3 * len(self.systems)
-        self.context.add(system, phase, place)
+        self._places += 1
+        place = priority_of(phase, self._places) if priority is None else priority
+        self.context.put(system, place)
         if self.debug is not None:
             self.debug.follow(system)
         if isinstance(system, Scheduled):
             system.start(self)
-        else:  # it looks at the world through esper, and may move what it sees
-            self.context.add(Synced(self), phase, place - 1)
-            self.context.add(Touched(self), phase, place + 1)
+        else:  # it may move what it sees through esper
+            self.context.put(Touched(self, system), place)
         return system
+
+    def remove_processor(self, processor: esper.Processor) -> None:
+        """Take a plain esper.Processor out of the schedule again; RuntimeError for a system, which others count on."""
+        if isinstance(processor, Scheduled) or processor not in self.systems:
+            raise RuntimeError(f"world {self.name!r}: {type(processor).__name__} is part of its schedule and stays; "
+                               "build a world without it, or let a system of your own take its place")
+        for one in [p for p in list.__iter__(self.context.registry.processors) if p is processor or getattr(p, "after", None) is processor]:
+            self.context.drop(one)
+        self.systems.remove(processor)
 
     def table(self, name: str) -> Table:
         """Return the table of this name; KeyError names the nearest."""
@@ -129,15 +143,20 @@ class World:
         """
         table = self.table(name)
         n = whole_number(f"spawn {name!r}: n", n, 1)
+        values = self._values(table, components, n)
+        if not 0 <= parent < 2**64:
+            raise ValueError(f"spawn {name!r}: parent is {parent}; it must be a uid, or 0 for none")
+        table.request(np.full(n, parent, np.uint64), values)
+
+    def _values(self, table: Table, components: Iterable[Handle], n: int = 1) -> dict[tuple[type, str], np.ndarray]:
+        """Return what `n` newborn with these components are born with, as it may come to life."""
         values = {}
         for handle in components:
             if type(handle) not in table:
                 table[type(handle)]  # raises the error that names what there is
             for field, array in vars(handle._columns).items():
                 values[type(handle), field] = np.repeat(array, n, axis=0)
-        if not 0 <= parent < 2**64:
-            raise ValueError(f"spawn {name!r}: parent is {parent}; it must be a uid, or 0 for none")
-        table.request(np.full(n, parent, np.uint64), self.admit_newborn(table, values, f"spawn {name!r}"))
+        return self.admit_newborn(table, values, f"spawn {table.name!r}")
 
     def kill(self, uid: int, cause: str = "culled", killer: int = 0) -> None:
         """Let the organism `uid` die of a cause at the end of the phase `die`. Killing twice changes nothing."""
@@ -191,6 +210,7 @@ class World:
         self.admit(refuse=self.debug is None)
         self.touch()
         with turns.turn:
+            self.context.require()
             outside, mark = esper.current_world, Underway("tick")
         with Patience(self) as patience:
             try:
@@ -217,8 +237,6 @@ class World:
                 self.stopped, self.stopping = self.stopping, False
                 with turns.turn:
                     switch_back(outside)
-        if outside == self.context.name:
-            self.sync()
         return self
 
     def _pass(self, mark: Underway) -> None:
@@ -226,9 +244,8 @@ class World:
         self.underway, self.ticking = mark, True
         with turns.turn:
             outside = esper.current_world
-            if outside != self.context.name:
-                esper.switch_world(self.context.name)
-            esper.process()
+            self.context.show()
+            self.context.process()
             self.tick += 1
             if self.apart:
                 esper.switch_world(outside)
@@ -254,24 +271,41 @@ class World:
         for table in self.tables.values():
             rows = table.doomed()
             if rows.size:
-                if self.on_death:
-                    rows = rows[table.uid[rows].argsort()]
-                for listen in self.on_death:
-                    listen(table, rows)
-                table.vacate(rows)
+                self.bury(table, rows)
+
+    def bury(self, table: Table, rows: np.ndarray) -> None:
+        """Free the rows of some that have a cause of death, after the listeners have seen them and esper's handlers of "death"."""
+        heard = "death" in self.context.registry.events
+        if self.on_death or heard:
+            rows = rows[table.uid[rows].argsort()]
+        for listen in self.on_death:
+            listen(table, rows)
+        if heard:
+            self.context.tell("death", self._entities(table, rows), [self.causes[cause - 1] for cause in table.cause[rows]])
+        table.vacate(rows)
 
     def flush_births(self) -> None:
         """Bring the newborn to life, table by table, in the order in which they were asked for."""
+        born = []
         for table in self.tables.values():
             if not table.births:
                 continue
             requests, table.births = table.births, []
-            for parents, second, values in requests:
+            for request in requests:
+                parents, second, values = request
                 if parents.size:
+                    given = self.context.registry.newborn(request)
+                    if given is not None:
+                        values = self._values(table, given)
                     rows = table.occupy(parents.size, self.next_uid, self.tick, values)
                     self.next_uid += parents.size
+                    if given is not None:
+                        self.context.registry.bear(request, table, int(rows[0]))
                     for listen in self.on_birth:
                         listen(table, rows, parents, np.zeros_like(parents) if second is None else second)
+                    born.append((table, rows))
+        if "birth" in self.context.registry.events:
+            self.context.tell("birth", [number for table, rows in born for number in self._entities(table, rows)])
 
     def admit(self, refuse: bool = True) -> None:
         """Check what was written between ticks, before kernels read it; a world with a space does this."""
@@ -285,28 +319,29 @@ class World:
     def sync(self) -> None:
         """Bring esper's entities up to date: esper then has one for each living organism, with a handle per component.
 
-        Done on `with world:`, within it after `run` and `step`, and before each plain esper.Processor of the schedule: esper
-        is always up to date when it is read, and births and deaths that nobody reads cost no handles.
+        Done whenever something of esper looks at this world after births and deaths, so nobody need call it: births and deaths that
+        nobody looks at cost no handles.
         """
-        self.context.sync(self.tables.values(), self._handles)
-
-    def _handles(self, table: Table, row: int) -> list[Any]:
-        return [self._handle(table, row, component) for component in table.columns]
+        self.context.registry.sync(self.tables.values())
 
     def entity(self, uid: int) -> int:
         """Return esper's number of a living entity: local to this process, never saved."""
-        table, row = self.locate(uid)
-        if table.entity_uid[row] != table.uid[row]:
-            self.sync()
-        return int(table.entity[row])
+        return self.context.registry.number(*self.locate(uid))
+
+    def uid(self, entity: int) -> int:
+        """Return the uid of the organism that esper knows by a number; KeyError where there is none, 0 while it is not born yet."""
+        return int(self.context.registry.entities[entity].uid)
+
+    def _entities(self, table: Table, rows: np.ndarray) -> list[int]:
+        return [self.context.registry.number(table, row) for row in rows.tolist()]
 
     def __enter__(self) -> Self:
         self._mine()
         turns.turn.__enter__()
         self._outer.append(esper.current_world)
         try:
-            esper.switch_world(self.context.name)
-            self.sync()
+            self.context.show()
+            self.context.registry.stale = True  # whatever was done to columns by hand
         except BaseException:
             self.__exit__()
             raise

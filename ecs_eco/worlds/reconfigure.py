@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from ecs_eco.components import Experience, Policy
 from ecs_eco.config import WorldConfig, load
 from ecs_eco.config.mutable_keys import changes, refused
@@ -141,7 +139,7 @@ def _experience(table: Table, wanted: bool) -> None:
     """Add the columns that individual learning needs, beside the policies; or remove them."""
     table.columns.pop(Experience, None)
     table.defaults.pop(Experience, None)
-    table.entity_uid[:] = np.where(table.entity_uid != 0, np.uint64(0xFFFFFFFFFFFFFFFF), table.entity_uid)  # handles are made anew
+    table.renew_handles()
     if not wanted:
         return
     table.add_component(Experience)

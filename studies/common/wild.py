@@ -263,14 +263,12 @@ def within(world: Any, chance: random.Random) -> None:
             poke(world, chance, own=True)
             call_others(world, chance, _odd(world, chance))
 
-    phase = PHASES.index(chance.choice(PHASES))
-    with world.context.inside():
-        esper.add_processor(Poke(), priority=-(phase * 1_000_000 + chance.choice((0, 999_998))))
+    poking = Poke()
+    world.context.add(poking, chance.choice(PHASES), chance.choice((0, 999_998)))  # not as a plain processor, after which the gate looks
     try:
         world.run(TICKS)
     finally:
-        with world.context.inside():
-            esper.remove_processor(Poke)
+        world.context.drop(poking)
 
 
 def checkpoint(world: Any, chance: random.Random) -> None:

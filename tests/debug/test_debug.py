@@ -294,12 +294,27 @@ def test_a_uid_that_was_never_given_is_caught(debug, meadow):
 
 
 class Eraser(esper.Processor):
-    """Deletes esper's entity, as one would without this package."""
+    """Takes an entity out of esper's own dict, past all of its functions."""
 
     def process(self):
         for entity, (m,) in list(esper.get_components(Metabolism)):
             if m.energy == 0.5 and self.world.tick == 2:
+                dict.pop(esper._entities, entity)
+
+
+def test_an_organism_that_a_processor_deletes_dies_in_debug_mode_too(debug):
+    class Cat(esper.Processor):
+        def process(self):
+            for entity, _ in esper.get_component(Metabolism):
                 esper.delete_entity(entity)
+            esper.create_entity(Position(x=2), Metabolism())
+
+    world = World((9.0, 9.0))
+    world.add_table("mouse", Position, Metabolism)
+    world.add_system(Cat())
+    world.spawn("mouse", n=2)
+    world.run(3)
+    assert (world.table("mouse").n, world.next_uid) == (1, 6)
 
 
 def test_entities_that_a_processor_deletes_behind_the_table_are_caught(debug):
@@ -310,13 +325,13 @@ def test_entities_that_a_processor_deletes_behind_the_table_are_caught(debug):
     with pytest.raises(DebugError) as error:
         world.run(5)
     assert str(error.value) == ("after Eraser, tick 2, species 'mouse': esper has no entity 1, but uid 1 (row 0) lives; "
-                                "to kill it, world.kill(uid, cause)")
+                                "to kill it, world.kill(uid, cause) or esper.delete_entity")
 
 
 def test_components_that_a_processor_replaces_are_caught(debug):
     class Swap(esper.Processor):
         def process(self):
-            esper.add_component(1, Metabolism(energy=9.0))
+            dict.__setitem__(esper._entities[world.entity(1)], Metabolism, Metabolism(energy=9.0))
 
     world = World((9.0, 9.0))
     world.add_table("mouse", Position, Metabolism)

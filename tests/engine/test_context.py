@@ -1,4 +1,4 @@
-"""The door for users: esper's own functions over the columns."""
+"""The context of a world: esper's own functions over the columns, and worlds that do not mix."""
 
 import gc
 import threading
@@ -19,9 +19,8 @@ class Coat:
     colour: f32 = 0.5
 
 
-@pytest.fixture
-def world():
-    world = World((10, 10))
+def populated(world):
+    """A world with hares 1 to 3 and the fox 4."""
     world.add_table("hare", Position, Body)
     world.add_table("fox", Position, Body, Coat)
     for x in (1, 2, 3):
@@ -29,6 +28,11 @@ def world():
     world.spawn("fox", Position(x=9))
     world.flush()
     return world
+
+
+@pytest.fixture
+def world():
+    return populated(World((10, 10)))
 
 
 def test_component_for_entity_reads_and_writes_the_column(world):
@@ -242,7 +246,7 @@ def test_a_world_freed_within_its_own_context_keeps_no_turn_from_others(elsewher
 
 def test_a_world_that_cannot_be_entered_keeps_no_turn_and_leaves_esper_as_it_was(monkeypatch):
     world = World((5, 5))
-    monkeypatch.setattr(world, "sync", lambda: 1 / 0)
+    monkeypatch.setattr(world.context, "show", lambda: 1 / 0)
     with pytest.raises(ZeroDivisionError):
         world.__enter__()
     assert esper.current_world == "default"
