@@ -22,10 +22,11 @@ from ecs_eco.components.policy import Policy
 from ecs_eco.components.position import Position
 from ecs_eco.components.reflexes import Reflexes
 from ecs_eco.components.senses import Senses
+from ecs_eco.components.sensor import Sensor
 from ecs_eco.components.velocity import Velocity
 from ecs_eco.components.vigour import Vigour
 
 __all__ = [
     "Biology", "Body", "Chemistry", "Defence", "Desires", "Experience", "Genome", "Gestation", "Growth", "LifeHistory", "Metabolism",
-    "Nervous", "Physical", "Plasticity", "Policy", "Position", "Reflexes", "Senses", "Velocity", "Vigour",
+    "Nervous", "Physical", "Plasticity", "Policy", "Position", "Reflexes", "Senses", "Sensor", "Velocity", "Vigour",
 ]  # fmt: skip

@@ -29,7 +29,7 @@ class Guard(Columns):
             fate = f"uid {uid} is dead, and {now}; keep uids and ask world.get again" if not (table.uid == uid).any() else (
                 f"uid {uid} is no longer in row {row}: rows were reordered; ask world.get again")
             raise StaleHandle(f"tables[{table.name!r}]: {self._component.__name__}.{name} through a handle kept too long: {fate}")
-        return getattr(table.columns[self._component], name)
+        return getattr(table[self._component], name)
 
     @property
     def __dict__(self) -> dict[str, Any]:  # type: ignore[override]

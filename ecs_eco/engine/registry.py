@@ -135,10 +135,10 @@ class Registry:
         world = self.world()
         entity.row, entity.uid = row, int(table.uid[row])
         table.entity[row], table.entity_uid[row] = entity.number, entity.uid
-        for kind in [kind for kind in entity if is_column(kind) and kind not in table.columns]:
+        for kind in [kind for kind in entity if is_column(kind) and kind not in table]:
             dict.pop(entity, kind)
             self.strike(kind, entity.number)
-        for kind in table.columns:
+        for kind in (*table.columns, *table.derived):
             handle = world._handle(table, row, kind)
             if kind in entity:
                 entity[kind]._columns, entity[kind]._row = handle._columns, row
@@ -179,7 +179,7 @@ class Registry:
             names = [t.name for t in fitting]
             raise TypeError(f"{asked}: {listed(names)} of {self.called} have these components; "
                             f"world.spawn({names[0]!r}, …), say, tells which")
-        tables = "; ".join(f"{t.name} ({listed(name_of(c) for c in t.columns)})" for t in world.tables.values())
+        tables = "; ".join(f"{t.name} ({listed(name_of(c) for c in (*t.columns, *t.derived))})" for t in world.tables.values())
         raise TypeError(f"{asked}: no table of {self.called} has them all; its tables are {tables or 'none'}. "
                         "An entity is a row of a table: world.add_table(name, Component, …) declares another")
 

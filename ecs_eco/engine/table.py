@@ -41,6 +41,7 @@ class Table:
         self.entity_uid = np.zeros(capacity, np.uint64)  # uid that this number belongs to
         self.registry: Any = None  # esper's entities, which are stale when rows change their owners
         self.columns: dict[type[Any], Columns] = {}
+        self.derived: dict[type[Any], Columns] = {}  # components that are made of other things when somebody looks; never saved
         self.defaults: dict[type[Any], dict[str, np.ndarray]] = {}
         self.births: list[tuple[np.ndarray, np.ndarray | None, dict[tuple[type, str], np.ndarray]]] = []
         self.limits: dict[bool, Any] = {}  # of its fields, as the gate knows them
@@ -56,23 +57,28 @@ class Table:
         return self.n
 
     def __contains__(self, component: type) -> bool:
-        return component in self.columns
+        return component in self.columns or component in self.derived
 
     def __getitem__(self, component: type[Any]) -> Any:
         try:
             return self.columns[component]
         except KeyError:
-            known = [c.__name__ for c in self.columns]
+            if component in self.derived:
+                return self.derived[component]
+            known = [c.__name__ for c in (*self.columns, *self.derived)]
             raise UnknownName(unknown_name(f"table {self.name!r}", "component", getattr(component, "__name__", component), known)) from None
 
     def has(self, components: Iterable[type]) -> bool:
         """Return whether the table has all these components."""
-        return self.columns.keys() >= set(components)
+        wanted = set(components)
+        return self.columns.keys() >= wanted or (bool(self.derived) and self.columns.keys() | self.derived.keys() >= wanted)
 
     def add_component(self, component: type[Any], **defaults: Any) -> None:
         """Give every entity of this table, living or to come, a component; `defaults` replace the component's own."""
         if not (isinstance(component, type) and issubclass(component, Handle) and component.fields):
             raise TypeError(f"table {self.name!r}: {component!r} is not a component; declare it with @component")
+        if component in self.derived:
+            raise ValueError(f"table {self.name!r} has {component.__name__} already: it is made of what organisms sense")
         if component in self.columns:
             self.set_defaults(component, **defaults)
             return
@@ -137,6 +143,8 @@ class Table:
         """
         for (component, name), array in values.items():
             self[component]  # raises the error that names what there is
+            if component in self.derived:
+                raise TypeError(f"newborn of {self.name!r}: {component.__name__} is read, not written: nobody is born with it")
             default = self.defaults[component].get(name)
             if default is None:
                 known = self.defaults[component]

@@ -154,6 +154,8 @@ class World:
         for handle in components:
             if type(handle) not in table:
                 table[type(handle)]  # raises the error that names what there is
+            if type(handle) in table.derived:
+                raise TypeError(f"spawn {table.name!r}: {type(handle).__name__} is read, not written: nobody is born with it")
             for field, array in vars(handle._columns).items():
                 values[type(handle), field] = np.repeat(array, n, axis=0)
         return self.admit_newborn(table, values, f"spawn {table.name!r}")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from ecs_eco.components import Nervous, Position
+from ecs_eco.components import Nervous, Position, Sensor
 from ecs_eco.engine.system import System
 from ecs_eco.nervous.sensors.sense import Seekers
 
@@ -27,6 +27,9 @@ class Sense(System):
         seekers = Seekers(world, table)
         out, column = nerves.readout(seekers.n), 0
         nerves.rows = seekers.rows
+        seen: Any = table.derived.get(Sensor)  # Readings, which only keeps what it is handed
+        if seen is not None:
+            seen.take(seekers.index.uid[:0], out[:0])
         shares: list[list[tuple[Any, int]]] = [[] for _ in range(world.threads)]  # whole senses for each thread, wide ones first
         columns: list[tuple[Any, int, int]] = []
         for sense, width in nerves.senses:
@@ -42,3 +45,5 @@ class Sense(System):
                 sense(world, table, seekers, out, first)
 
         world.together(*(lambda share=share: read(share) for share in shares if share))
+        if seen is not None:
+            seen.take(seekers.index.uid.copy(), out)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ecs_eco.components import Biology, Body, Chemistry, Metabolism, Nervous, Physical, Position, Velocity
+from ecs_eco.components import Biology, Body, Chemistry, Metabolism, Nervous, Physical, Position, Sensor, Velocity
 from ecs_eco.config import WorldConfig, for_training, load
 from ecs_eco.config.memory import require_memory
 from ecs_eco.config.reading import read_bytes
@@ -16,6 +16,7 @@ from ecs_eco.engine.arguments import by_species
 from ecs_eco.engine.errors import ConfigError, Problem, listed, nearest
 from ecs_eco.lifecycle.founders import newcomers
 from ecs_eco.nervous.nerves import Nerves
+from ecs_eco.nervous.readings import Readings
 from ecs_eco.nervous.sensors import senses_of
 from ecs_eco.space import Field, Terrain
 from ecs_eco.systems.schedule import schedule
@@ -152,6 +153,7 @@ def _species_table(world: SpatialWorld, name: str, species: Any) -> None:
         senses = senses_of(species, dims, world.substances, world.config.function)
         table.species.nerves = Nerves(species.channels(dims), senses, species.actions, species.neutral, species.automatic,
                                         species.readings(dims))
+        table.derived[Sensor] = Readings(table)
     if species.locomotion is not None and table.species.nerves is not None:
         table.add_component(Velocity)
         table.species.gaits = gaits(species.locomotion, table.species.nerves)
