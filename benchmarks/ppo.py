@@ -22,9 +22,10 @@ _bench.pin_threads()
 import numpy as np
 import torch
 
+from ecs_eco.engine.workers import Workers
 from ecs_eco.learning import PPO, Brain, Learner, choose
-from ecs_eco.learning.brain import CHUNK
-from ecs_eco.learning.ppo import _slopes
+from ecs_eco.learning.backward import CHUNK
+from ecs_eco.learning.ppo_kernels import loss_slopes
 
 WIDTH, GROUPS, SETTINGS = 24, (3, 3), PPO()
 
@@ -94,6 +95,7 @@ def measure(n: int, threads: int) -> dict[str, Any]:
     """Time acting and learning of n rows, by hand and the plain way, in turn."""
     learner = Learner(Brain(WIDTH, GROUPS), SETTINGS, 0, threads)
     brain, ticks = learner.brain, max(4, min(64, 640_000 // n))
+    split = Workers(threads).split
     net = plain(brain)
     adam = torch.optim.Adam(net.parameters(), SETTINGS.learning_rate, eps=SETTINGS.adam_epsilon)
     seen = np.random.default_rng(1).standard_normal((n, WIDTH), dtype=np.float32)
@@ -101,7 +103,7 @@ def measure(n: int, threads: int) -> dict[str, Any]:
     log_probability = np.empty(n, np.float32)
 
     def act() -> None:
-        logits, _ = brain.forward(seen, threads)
+        logits, _ = brain.forward(seen, split)
         choose(logits, brain.offsets, uniforms, choice, log_probability)
 
     def act_plain() -> None:
@@ -139,21 +141,21 @@ def breakdown(n: int = 10_000, ticks: int = 64) -> dict[str, float]:
     batch = fill(learner, n, ticks)
     rollout.advantages(*batch, 0.95)
     order = np.random.default_rng(3).permutation(rollout.n)
-    rows, terms, weights = brain.rows(0, CHUNK), np.zeros(6), np.array([0.2, 0, 0.01, 0.5, 0, 1, 1e-4], "f4")
+    rows, terms, weights = learner._passes.rows(0, CHUNK), np.zeros(6), np.array([0.2, 0, 0.01, 0.5, 0, 1, 1e-4], "f4")
     learner._reserve(1)
     chunks = iter(np.tile(order[: rollout.n // CHUNK * CHUNK], 20).reshape(-1, CHUNK))
 
     def slopes() -> None:
-        _slopes(
+        loss_slopes(
             rows.logits, rows.values, brain.offsets, rollout.choices, rollout.steps, next(chunks),
             *weights, rows.d_logits, rows.d_values, terms,
         )  # fmt: skip
 
     parts: dict[str, Callable[[], object]] = {
         "gather": lambda: np.take(rollout.observations, next(chunks), 0, out=rows.observations, mode="clip"),
-        "forward": lambda: brain.run(rows),
+        "forward": lambda: learner._passes.run(rows),
         "slopes of the loss": slopes,
-        "backward": lambda: brain.back(rows, learner._layers[0]),
+        "backward": lambda: learner._passes.back(rows, learner._layers[0]),
     }
     result = {}
     for name, part in parts.items():

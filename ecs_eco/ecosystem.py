@@ -66,6 +66,12 @@ class World(SpatialWorld):
             raise RuntimeError("this world has no recorder; build it with World.from_config, or add one: ecs_eco.record.Recorder(world)")
         return self.recorder.series()
 
+    def policy(self, species: str, uid: int | None = None) -> Any:
+        """Return a copy of a species' policy as a torch module, or of one organism's; see `ecs_eco.worlds.policies.policy`."""
+        from ecs_eco.worlds.policies import policy
+
+        return policy(self, species, uid)
+
     # --- kept on disk, copied ----------------------------------------------------------------------------------------
 
     def save(self, path: Any) -> Any:

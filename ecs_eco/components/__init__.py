@@ -14,6 +14,7 @@ from ecs_eco.components.genome import Genome
 from ecs_eco.components.gestation import Gestation
 from ecs_eco.components.growth import Growth
 from ecs_eco.components.life_history import LifeHistory
+from ecs_eco.components.memory import Memory
 from ecs_eco.components.metabolism import Metabolism
 from ecs_eco.components.nervous import Nervous
 from ecs_eco.components.physical import Physical
@@ -27,6 +28,6 @@ from ecs_eco.components.velocity import Velocity
 from ecs_eco.components.vigour import Vigour
 
 __all__ = [
-    "Biology", "Body", "Chemistry", "Defence", "Desires", "Experience", "Genome", "Gestation", "Growth", "LifeHistory", "Metabolism",
-    "Nervous", "Physical", "Plasticity", "Policy", "Position", "Reflexes", "Senses", "Sensor", "Velocity", "Vigour",
+    "Biology", "Body", "Chemistry", "Defence", "Desires", "Experience", "Genome", "Gestation", "Growth", "LifeHistory", "Memory",
+    "Metabolism", "Nervous", "Physical", "Plasticity", "Policy", "Position", "Reflexes", "Senses", "Sensor", "Velocity", "Vigour",
 ]  # fmt: skip

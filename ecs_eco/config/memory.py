@@ -58,7 +58,8 @@ def _of_species(config: WorldConfig, name: str, species: Species) -> Iterator[tu
         yield (*key, "genome"), 2.0 * rows * species.genome.ploidy * loci
     if species.policy.kind == "none":
         return
-    size, horizon = n_weights(species, config.dims), species.ppo["horizon"]
+    size = 0 if species.policy.network else n_weights(species, config.dims)  # what a module needs is known when it is made
+    horizon = species.ppo["horizon"]
     if species.policy.kind == "individual":
         blocks = 256.0 * math.ceil(max(1, species.count) / 256)
         yield (*key, "policy", "hidden"), 12 * blocks * size

@@ -22,6 +22,7 @@ RULES: tuple[tuple[str, str], ...] = (  # the first match counts; "" means that 
     ("*.*.body.radius", ANEW), ("*.*.body.*", ""), ("*.*.color", ""), ("*.*.properties.*", ""), ("*.*.substances.*", ""),
     ("species.*.sensors**", SHAPE), ("species.*.actions**", SHAPE), ("species.*.genome.mate**", ""), ("species.*.genome.mutate**", ""),
     ("species.*.genome**", SHAPE), ("species.*.policy.kind", SHAPE), ("species.*.policy.hidden**", SHAPE),
+    ("species.*.policy.network", SHAPE), ("species.*.policy.device", SHAPE),
     ("species.*.policy.file", "World.from_config(…, policies=…)"),
     ("species.*.policy.*", ""), ("species.*.locomotion.**", ""), ("species.*.metabolism.*", ""), ("species.*.defence.*", ""),
     ("species.*.emits**", ""), ("species.*.diet**", ""), ("species.*.reflex**", ""), ("species.*.happiness**", ""), ("species.*.ppo.*", ""),

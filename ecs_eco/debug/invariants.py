@@ -144,8 +144,8 @@ class Invariants:
             self.fail(table, f"the reading {nerves.channels[j]!r} of {owner_of(table.uid, rows[i])} is {x[i, j]}"
                              f"{more(len(np.unique(bad[:, 0])))}; allowed are finite numbers")
         if brain is not None:
-            for name, tensor in brain.named().items():
-                if not np.isfinite(w := tensor.numpy()).all():
+            for name, w in brain.named().items():
+                if not np.isfinite(w).all():
                     bad = np.argwhere(~np.isfinite(w))
                     self.fail(table, f"weight {name}{bad[0].tolist()} of the policy is {w[tuple(bad[0])]}{more(len(bad))}; "
                                      "allowed are finite numbers")

@@ -24,6 +24,7 @@ from ecs_eco.engine import trust
 from ecs_eco.engine.errors import ConfigError, Problem, listed, nearest
 
 SHIPPED = (
+    "ecs_eco.learning.mlp:MLP",
     "ecs_eco.worlds.diel_migration.senses:whim",
     "ecs_eco.worlds.lamb.systems:Breathe", "ecs_eco.worlds.lamb.systems:Burn", "ecs_eco.worlds.lamb.systems:Suckle",
 )  # fmt: skip

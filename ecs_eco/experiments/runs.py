@@ -52,7 +52,7 @@ def has_run(folder: Path, ticks: int, arm: Arm, seed: int) -> bool:
 def check_run(folder: Path, manifest: dict[str, Any], arm: Arm, seed: int) -> None:
     """Raise ForeignFile where the run in a folder is not that of an arm with this seed, or is a fork."""
     from ecs_eco.runs.begin import said_policies
-    from ecs_eco.worlds.build import weights_files
+    from ecs_eco.worlds.policies import weights_files
 
     weights = {name: hash_of(file) for name, file in weights_files(arm.config, arm.policies).items()}
     wanted = {

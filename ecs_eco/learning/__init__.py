@@ -13,12 +13,16 @@ if TYPE_CHECKING:
     from ecs_eco.learning.brain import Brain
     from ecs_eco.learning.choice import choose, choose_best
     from ecs_eco.learning.individual import Individuals
+    from ecs_eco.learning.mlp import MLP, from_torch
+    from ecs_eco.learning.module_brain import ModuleBrain
     from ecs_eco.learning.ppo import Learner
     from ecs_eco.learning.rollout import Rollout
     from ecs_eco.learning.settings import PPO
+    from ecs_eco.learning.torch_ppo import TorchLearner
     from ecs_eco.learning.vector_env import Training, train
 
-__all__ = ["PPO", "Brain", "Individuals", "Learner", "Rollout", "Training", "choose", "choose_best", "train"]
+__all__ = ["MLP", "PPO", "Brain", "Individuals", "Learner", "ModuleBrain", "Rollout", "TorchLearner", "Training", "choose", "choose_best",
+           "from_torch", "train"]
 
 _HOME = {
     "PPO": "settings",
@@ -28,6 +32,10 @@ _HOME = {
     "Individuals": "individual",
     "Rollout": "rollout",
     "Learner": "ppo",
+    "TorchLearner": "torch_ppo",
+    "ModuleBrain": "module_brain",
+    "MLP": "mlp",
+    "from_torch": "mlp",
     "Training": "vector_env",
     "train": "vector_env",
 }

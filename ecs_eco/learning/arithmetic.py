@@ -64,22 +64,22 @@ def log(x):
 
 
 @fused_njit
-def softmax(logits, low, high, p, level, spread):
-    """Write each column's probabilities p[low:high, n], level = log(sum(exp(logits))) and entropy `spread` [nat]."""
-    total = np.zeros_like(level)
-    level[:] = logits[low]
-    spread[:] = 0
+def softmax(logits, low, high, p, log_sum_exp, entropy):
+    """Write each column's probabilities p[low:high, n], log_sum_exp = log(sum(exp(logits))) and `entropy` [nat]."""
+    total = np.zeros_like(log_sum_exp)
+    log_sum_exp[:] = logits[low]
+    entropy[:] = 0
     for k in range(low + 1, high):
-        for i in range(len(level)):
-            level[i] = logits[k, i] if logits[k, i] > level[i] else level[i]
+        for i in range(len(log_sum_exp)):
+            log_sum_exp[i] = logits[k, i] if logits[k, i] > log_sum_exp[i] else log_sum_exp[i]
     for k in range(low, high):
-        for i in range(len(level)):
-            p[k, i] = exp(logits[k, i] - level[i])
+        for i in range(len(log_sum_exp)):
+            p[k, i] = exp(logits[k, i] - log_sum_exp[i])
             total[i] += p[k, i]
-    for i in range(len(level)):
-        level[i] += log(total[i])
+    for i in range(len(log_sum_exp)):
+        log_sum_exp[i] += log(total[i])
         total[i] = np.float32(1) / total[i]
     for k in range(low, high):
-        for i in range(len(level)):
+        for i in range(len(log_sum_exp)):
             p[k, i] *= total[i]
-            spread[i] -= p[k, i] * (logits[k, i] - level[i])
+            entropy[i] -= p[k, i] * (logits[k, i] - log_sum_exp[i])

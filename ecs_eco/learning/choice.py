@@ -18,7 +18,7 @@ def choose(logits, offsets, uniforms, choice, log_probability):
     """
     n, width = logits.shape
     side, p = np.zeros((width, BLOCK), np.float32), np.empty((width, BLOCK), np.float32)
-    level, spread = np.empty(BLOCK, np.float32), np.empty(BLOCK, np.float32)
+    log_sum_exp, entropy = np.empty(BLOCK, np.float32), np.empty(BLOCK, np.float32)
     for start in range(0, n, BLOCK):
         size = min(BLOCK, n - start)
         for i in range(size):
@@ -26,14 +26,14 @@ def choose(logits, offsets, uniforms, choice, log_probability):
             for k in range(width):
                 side[k, i] = logits[start + i, k]
         for g in range(len(offsets) - 1):
-            softmax(side, offsets[g], offsets[g + 1], p, level, spread)
+            softmax(side, offsets[g], offsets[g + 1], p, log_sum_exp, entropy)
             for i in range(size):
-                left, pick = uniforms[start + i, g], offsets[g]
+                remaining, chosen = uniforms[start + i, g], offsets[g]
                 for k in range(offsets[g], offsets[g + 1] - 1):
-                    left -= p[k, i]
-                    pick += left >= 0
-                choice[start + i, g] = pick - offsets[g]
-                log_probability[start + i] += side[pick, i] - level[i]
+                    remaining -= p[k, i]
+                    chosen += remaining >= 0
+                choice[start + i, g] = chosen - offsets[g]
+                log_probability[start + i] += side[chosen, i] - log_sum_exp[i]
 
 
 @fused_njit

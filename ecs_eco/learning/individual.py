@@ -27,6 +27,8 @@ class Individuals:
     for those that are `due`; forward; choose; store.
     """
 
+    memory = 0  # numbers that each keeps from one decision to the next
+
     def __init__(self, n_observations: int, groups: tuple[int, ...], hidden: tuple[int, ...], ppo: PPO, seed: int) -> None:
         _check(n_observations, groups, hidden)
         self.n_observations, self.groups, self.hidden, self.ppo, self.seed = n_observations, tuple(groups), tuple(hidden), ppo, seed
@@ -37,15 +39,47 @@ class Individuals:
         self.shapes: list[tuple[int, ...]] = [shape for a, b in layers for shape in ((a, b), (b,))]  # matrix (in, out), bias, …
         self.size = sum(a * b + b for a, b in layers)
         self.dims = {"weights": self.size, "horizon": ppo.horizon, "channels": n_observations, "groups": len(groups)}
+        self.reset(ppo)
+
+    def reset(self, ppo: PPO) -> None:
+        """Take other hyperparameters; the horizon stays."""
+        self.ppo = ppo
         self._settings = np.array([
             ppo.gae_lambda, ppo.clip, ppo.clip_value, ppo.value_weight, ppo.adam_epsilon, ppo.max_grad_norm, ppo.weight_decay,
         ])  # fmt: skip
+
+    def flat(self, brain: Any) -> np.ndarray:
+        """Return the weights of a shared brain in the order in which individuals keep theirs: f32[size]."""
+        weights = np.empty(self.size, np.float32)
+        parts, named, n = self.views(weights), brain.named(), self.n_logits
+        for level in range(len(self.hidden)):
+            parts[2 * level][...] = named[f"trunk.{level}.weight"].T
+            parts[2 * level + 1][...] = named[f"trunk.{level}.bias"]
+        for part, where in (("policy", slice(0, n)), ("value", slice(n, n + 1))):
+            parts[-2][:, where] = named[f"{part}.head.weight"].T
+            parts[-1][where] = named[f"{part}.head.bias"]
+        return weights
 
     def views(self, weights: np.ndarray) -> list[np.ndarray]:
         """Return the parts of weights [..., size] in the order of `shapes`; the value is the last output of the last layer."""
         ends = np.cumsum([int(np.prod(shape)) for shape in self.shapes])
         parts = np.split(weights, ends[:-1], axis=-1)
         return [part.reshape(*weights.shape[:-1], *shape) for part, shape in zip(parts, self.shapes, strict=True)]
+
+    def module(self, weights: np.ndarray) -> Any:
+        """Return one organism's network, of weights f32[size], as a torch module."""
+        import torch
+
+        from ecs_eco.learning.mlp import MLP
+
+        module, n = MLP(self.n_observations, self.groups, self.hidden), self.n_logits
+        parts = [torch.from_numpy(part.copy()) for part in self.views(weights)]
+        state = {f"trunk.{i}.weight": parts[2 * i].T for i in range(len(self.hidden))}
+        state |= {f"trunk.{i}.bias": parts[2 * i + 1] for i in range(len(self.hidden))}
+        for name, where in (("policy", slice(0, n)), ("value", slice(n, n + 1))):
+            state |= {f"{name}.head.weight": parts[-2][:, where].T, f"{name}.head.bias": parts[-1][where]}
+        module.load_state_dict(state)
+        return module.eval()
 
     def draw(self, who: np.ndarray, key: int | np.uint64) -> np.ndarray:
         """Return random networks f32[k, size] for newborn, each the same for the same key and `who` u64[k].
@@ -139,15 +173,20 @@ class Individuals:
 
         split(part, n, work=int(lengths.sum()) * ppo.epochs)
         learnt = (settings[0] != 0) & (lengths > 0)
-        if (lost := np.flatnonzero(~np.isfinite(report[:, 5]))).size:
-            raise FloatingPointError(
-                f"the gradient of animal {uid[lost[0]]} is {report[lost[0], 5]} ({lost.size} such in all); observations, rewards and "
-                "values must be finite"
-            )
-        return _summary(report[learnt], lengths[learnt], settings[0, learnt])
+        require_finite(report, uid)
+        return summary(report[learnt], lengths[learnt], settings[0, learnt])
 
 
-def _summary(report: np.ndarray, lengths: np.ndarray, rates: np.ndarray) -> dict[str, float]:
+def require_finite(report: np.ndarray, uid: np.ndarray) -> None:
+    """Raise FloatingPointError that names an animal whose gradient is not finite."""
+    if (lost := np.flatnonzero(~np.isfinite(report[:, 5]))).size:
+        raise FloatingPointError(
+            f"the gradient of animal {uid[lost[0]]} is {report[lost[0], 5]} ({lost.size} such in all); observations, rewards and "
+            "values must be finite"
+        )
+
+
+def summary(report: np.ndarray, lengths: np.ndarray, rates: np.ndarray) -> dict[str, float]:
     """Return means over animals; of the reward over transitions; NaN where nobody learnt."""
     n = len(report)
     means = dict(zip(kernels.TERMS, report.mean(axis=0).tolist() if n else [np.nan] * len(kernels.TERMS), strict=True))

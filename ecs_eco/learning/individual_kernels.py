@@ -15,7 +15,7 @@ import numpy as np
 
 from ecs_eco.engine.random import draw, mix
 from ecs_eco.learning.arithmetic import fused_njit, tanh
-from ecs_eco.learning.ppo import _adam, _slopes, _summing_njit
+from ecs_eco.learning.ppo_kernels import adam, loss_slopes, summing_njit
 from ecs_eco.learning.rollout import STEP
 
 LANES = 32
@@ -149,7 +149,7 @@ def train(
                     weights[at], gradient[0], choices[at], lived, chosen, shift, scale, plasticity[2, place],
                     settings, widths, offsets, activations, slopes, terms,
                 )  # fmt: skip
-                terms[5] += _adam(
+                terms[5] += adam(
                     weights[at], gradient, moments_1[at], moments_2[at], steps[row], rate, settings[4], settings[5], settings[6],
                 )  # fmt: skip
         for i in range(6):
@@ -210,7 +210,7 @@ def _slope(
     logits, d, sums = np.empty((k, n), np.float32), np.empty((k, n), np.float32), np.empty(6)
     for o in range(k):
         logits[o] = out[o, :n]
-    _slopes(
+    loss_slopes(
         logits[: k - 1], logits[k - 1], offsets, choices, lived, chosen, np.float32(settings[1]), np.float32(settings[2]), entropy,
         np.float32(settings[3]), shift, scale, np.float32(1 / n), d[: k - 1], d[k - 1], sums,
     )  # fmt: skip
@@ -282,7 +282,7 @@ def _add_product(matrix, below, above):
                 y[t] += a * x[t]
 
 
-@_summing_njit
+@summing_njit
 def _dots(below, d, gradient, d_bias):
     """Write the gradient of a layer's matrix, below @ d.T, and of its bias."""
     for i in range(below.shape[0]):

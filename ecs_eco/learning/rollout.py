@@ -27,16 +27,18 @@ class Rollout:
     Transitions must be stored in an order that does not depend on rows, if results are not to depend on them.
     """
 
-    def __init__(self, n_observations: int, n_groups: int, discount: float) -> None:
+    def __init__(self, n_observations: int, n_groups: int, discount: float, memory: int = 0) -> None:
         self.discount = discount
         self.n, self.ticks = 0, 0
         self._observations = np.empty((0, n_observations), np.float32)
         self._choices = np.empty((0, n_groups), np.int16)
+        self._memory = np.empty((0, memory), np.float32)
         self._steps = np.empty(0, STEP)
         self._ended = np.empty(0, bool)  # nothing follows: the next record of the row is another animal's
         self.last = np.empty(0, np.int64)  # row -> its open record, -1: none
 
     observations = property(lambda self: self._observations[: self.n], doc="f32[n, n_observations]")
+    memory = property(lambda self: self._memory[: self.n], doc="f32[n, memory] that the decision was made with")
     choices = property(lambda self: self._choices[: self.n], doc="i16[n, n_groups]")
     steps = property(lambda self: self._steps[: self.n], doc="STEP[n]")
     ended = property(lambda self: self._ended[: self.n], doc="bool[n]")
@@ -53,14 +55,17 @@ class Rollout:
         choices: np.ndarray,
         log_probabilities: np.ndarray,
         values: np.ndarray,
+        memory: np.ndarray | None = None,
     ) -> None:
-        """Append one tick: i64[n] rows that act, f32[n, n_observations], int[n, n_groups], f32[n], f32[n]."""
+        """Append one tick: i64[n] rows that act, f32[n, n_observations], int[n, n_groups], f32[n], f32[n], f32[n, memory]."""
         start, stop = self.n, self.n + len(rows)
         if stop > len(self._ended):
             self._grow(stop)
         self._cover(rows)
         self._observations[start:stop] = observations
         self._choices[start:stop] = choices
+        if memory is not None:
+            self._memory[start:stop] = memory
         steps = self._steps[start:stop]
         steps["row"], steps["log_probability"], steps["value"] = rows, log_probabilities, values
         steps["reward"], steps["advantage"] = 0, 0
@@ -98,12 +103,29 @@ class Rollout:
     @classmethod
     def joined(cls, parts: Sequence[Rollout]) -> Rollout:
         """Return one log of several whose advantages are known; its rows mean nothing."""
-        out = cls(parts[0]._observations.shape[1], parts[0]._choices.shape[1], parts[0].discount)
-        out._observations, out._choices, out._steps, out._ended = (
-            np.concatenate(columns) for columns in zip(*((p.observations, p.choices, p.steps, p.ended) for p in parts), strict=True)
+        first = parts[0]
+        out = cls(first._observations.shape[1], first._choices.shape[1], first.discount, first._memory.shape[1])
+        columns = ((p.observations, p.choices, p.memory, p.steps, p.ended) for p in parts)
+        out._observations, out._choices, out._memory, out._steps, out._ended = (
+            np.concatenate(column) for column in zip(*columns, strict=True)
         )
+        row = 0
+        for part, n in zip(parts, np.cumsum([p.n for p in parts]), strict=True):  # no two animals of different parts have one row
+            out._steps["row"][n - part.n : n] += row
+            row += int(part.steps["row"].max(initial=-1)) + 1
         out.n, out.ticks = len(out._ended), max(p.ticks for p in parts)
         return out
+
+    def stretches(self, longest: int) -> tuple[np.ndarray, np.ndarray]:
+        """Return the transitions i64[n], life by life in order of time, and where in them each stretch of a life begins.
+
+        The latter, i64[stretches + 1], ends with n; a stretch has `longest` transitions, the last one of a life fewer.
+        """
+        order, follows = _lives(self.steps["row"], self.ended)
+        begins = np.concatenate([[True], ~follows])[: self.n]
+        place = np.arange(self.n)
+        age = place - np.maximum.accumulate(np.where(begins, place, 0))
+        return order, np.append(np.flatnonzero(age % longest == 0), self.n)
 
     def clear(self) -> None:
         """Forget all transitions, keep the memory."""
@@ -115,6 +137,7 @@ class Rollout:
         return {
             "observations": self.observations.copy(),
             "choices": self.choices.copy(),
+            **({"memory": self.memory.copy()} if self._memory.shape[1] else {}),
             **{name: self.steps[name].copy() for name in _FIELDS},
             "ended": self.ended.copy(),
             "last": self.last.copy(),
@@ -123,12 +146,13 @@ class Rollout:
 
     def load(self, state: dict[str, np.ndarray]) -> None:
         """Go on from a `state()` of a rollout with the same numbers of observations and groups."""
-        for name in ("observations", "choices"):
+        flat = ("observations", "choices", *(("memory",) if self._memory.shape[1] else ()))
+        for name in flat:
             have, need = np.shape(state[name])[1:], getattr(self, name).shape[1:]
             if have != need:
                 raise ValueError(f"{name} of the rollout have {have} columns; this one needs {need}")
         n, last, row = len(state["ended"]), np.array(state["last"]), state["row"]
-        if wrong := [name for name in ("observations", "choices", *_FIELDS) if len(state[name]) != n]:
+        if wrong := [name for name in (*flat, *_FIELDS) if len(state[name]) != n]:
             raise ValueError(f"{wrong[0]} of the rollout has {len(state[wrong[0]])} transitions, and ended has {n}")
         if last.dtype != np.int64 or (last.size and not -1 <= last.min() <= last.max() < n):
             raise ValueError(f"last of the rollout points beyond its {n} transitions, or back before them")
@@ -138,7 +162,8 @@ class Rollout:
         if n > len(self._ended):
             self._grow(n)
         self.n = n
-        self.observations[...], self.choices[...] = state["observations"], state["choices"]
+        for name in flat:
+            getattr(self, name)[...] = state[name]
         self.ended[...], self.last = state["ended"], last
         for name in _FIELDS:
             self.steps[name] = state[name]
@@ -150,8 +175,7 @@ class Rollout:
         """
         state = self.state()
         row, ended, last = state.pop("row"), state["ended"], state.pop("last")
-        order = np.argsort(row, kind="stable")
-        follows = (row[order[1:]] == row[order[:-1]]) & ~ended[order[:-1]]
+        order, follows = _lives(row, ended)
         state["next"] = np.full(len(row), -1, np.int64)
         state["next"][order[:-1][follows]] = order[1:][follows]
         state["open"] = np.concatenate([last, np.full(max(0, int(rows.max(initial=-1)) + 1 - len(last)), -1)])[rows]
@@ -167,7 +191,7 @@ class Rollout:
         self.last = last[order]
 
     def _columns(self) -> tuple[np.ndarray, ...]:
-        return self._observations, self._choices, self._steps, self._ended
+        return self._observations, self._choices, self._memory, self._steps, self._ended
 
     def _grow(self, need: int) -> None:
         """Make room for `need` records and half as many more; what is stored moves once."""
@@ -176,13 +200,19 @@ class Rollout:
         for column in self._columns():
             grown.append(np.empty((size, *column.shape[1:]), column.dtype))
             grown[-1][: self.n] = column[: self.n]
-        self._observations, self._choices, self._steps, self._ended = grown
+        self._observations, self._choices, self._memory, self._steps, self._ended = grown
 
     def _cover(self, rows: np.ndarray) -> None:
         """Let `last` reach all rows."""
         need = int(rows.max()) + 1 if len(rows) else 0
         if need > len(self.last):
             self.last = np.concatenate([self.last, np.full(need - len(self.last), -1)])
+
+
+def _lives(row: np.ndarray, ended: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the records i64[n] ordered by row, then time, and whether each but the first goes on with the life before it, bool[n - 1]."""
+    order = np.argsort(row, kind="stable")
+    return order, (row[order[1:]] == row[order[:-1]]) & ~ended[order[:-1]]
 
 
 @fused_njit
@@ -210,6 +240,6 @@ def _sweep(steps, ended, later, discount, gae_lambda):
         step = steps[i]
         if ended[i]:
             later[step.row], gain[step.row] = 0, 0
-        surprise = step.reward + discount * later[step.row] - step.value
-        step.advantage = surprise + discount * gae_lambda * gain[step.row]
+        td_error = step.reward + discount * later[step.row] - step.value
+        step.advantage = td_error + discount * gae_lambda * gain[step.row]
         later[step.row], gain[step.row] = step.value, step.advantage

@@ -25,6 +25,7 @@ class PPO:
     gae_lambda: float = _setting(0.95, 0, 1, "0: one-step advantages; 1: Monte Carlo (Schulman et al. 2016, eq. 16)")
     epochs: int = _setting(3, 1, math.inf, "how often each transition is used")
     minibatch: int = _setting(8192, 1, math.inf, "most transitions per gradient step; parts are equal")
+    unroll: int = _setting(16, 1, math.inf, "ticks that gradients go back, of a network with a memory")
     clip: float = _setting(0.2, 0, math.inf, "how far the ratio of probabilities may leave 1 with profit", above=True)
     clip_value: float = _setting(0.0, 0, math.inf, "how far the value may leave its old one with profit; 0: any way")
     entropy: float = _setting(0.01, 0, math.inf, "weight of the entropy bonus")

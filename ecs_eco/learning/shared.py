@@ -35,7 +35,7 @@ class Share:
     def __init__(self, together: SharedLearner) -> None:
         brain, ppo = together.learner.brain, together.learner.ppo
         self.together, self.active = together, True
-        self.rollout, self._spare = (Rollout(brain.n_observations, len(brain.groups), ppo.discount) for _ in range(2))
+        self.rollout, self._spare = (Rollout(brain.n_observations, len(brain.groups), ppo.discount, brain.memory) for _ in range(2))
         self.ready: Rollout | None = None  # with advantages, waiting for the others
 
     @property

@@ -4,24 +4,28 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ecs_eco.learning.brain import Brain
+from ecs_eco.engine.workers import Workers
+from ecs_eco.learning.brain import Brain, Split
+from ecs_eco.learning.brains import learner_of
 from ecs_eco.learning.choice import choose, choose_best
-from ecs_eco.learning.ppo import Learner
 from ecs_eco.learning.settings import PPO
 
 if TYPE_CHECKING:
     from gymnasium.vector import VectorEnv
+
+    from ecs_eco.learning.module_brain import ModuleBrain
 
 
 @dataclass
 class Training:
     """What a training leaves: the brain, each finished episode's return, and the environment steps taken by its end."""
 
-    brain: Brain
+    brain: Brain | ModuleBrain
     returns: list[float] = field(default_factory=list)
     steps: list[int] = field(default_factory=list)
     reports: list[dict[str, float]] = field(default_factory=list)  # of each update
@@ -44,9 +48,12 @@ def train(
     trunk: str = "separate",
     workers: int = 1,
     stop: Callable[[Training], bool] | None = None,
+    network: Callable[..., Any] | None = None,
+    device: str = "cpu",
 ) -> Training:
     """Train a new brain for `total_steps` steps of all environments together, or until an update after which `stop`.
 
+    It is the built-in network, or `network(n_observations, groups)`, any torch module (see module_brain.py).
     Takes Discrete or MultiDiscrete actions and array observations, with autoreset in the next or in the same step.
     A time limit is no death: what would have followed is estimated by the value of the final observation.
     Every step of every environment counts, also those that only reset it. Raises ValueError for other spaces or modes.
@@ -54,22 +61,23 @@ def train(
     groups, first = _groups(envs)
     resets_itself = _resets_in_same_step(envs)
     seen = _flat(envs.reset(seed=seed)[0])
-    brain = Brain(seen.shape[1], groups, hidden, seed, trunk)
-    learner, training = Learner(brain, ppo, seed, workers), Training(brain)
-    rollout, n = learner.rollout, envs.num_envs
+    brain = _brain(network, seen.shape[1], groups, hidden, trunk, seed, device)
+    learner, training = learner_of(brain, ppo, seed, workers), Training(brain)
+    rollout, n, split = learner.rollout, envs.num_envs, Workers(workers).split
+    memory = np.zeros((n, brain.memory), np.float32)
     generator = np.random.Generator(np.random.Philox(key=[seed, 2**63]))
     choice, log_probability = np.empty((n, len(groups)), np.int16), np.empty(n, np.float32)
     score, over, everyone = np.zeros(n), np.zeros(n, bool), np.arange(n)
     for step in range(-(-total_steps // n)):
-        logits, values = brain.forward(seen, workers)
+        logits, values, later = _think(brain, seen, memory, split)
         if learner.full:
-            training.reports.append(learner.update(everyone[~over], values[~over]))
+            training.reports.append(learner.update(everyone[~over], values[~over]) or {})
             if stop and stop(training):
                 break
-            logits, values = brain.forward(seen, workers)
+            logits, values, later = _think(brain, seen, memory, split)
         choose(logits, brain.offsets, generator.random(choice.shape, dtype=np.float32), choice, log_probability)
         live = everyone[~over]  # the others only reset in this step, and ignore their action
-        rollout.store(live, seen[live], choice[live], log_probability[live], values[live])
+        rollout.store(live, seen[live], choice[live], log_probability[live], values[live], memory[live] if brain.memory else None)
         observed, rewards, dead, late, info = envs.step((choice + first).reshape(envs.action_space.shape))
         seen, rewards = _flat(observed), np.asarray(rewards, np.float32)
         score[live] += rewards[live]
@@ -78,7 +86,9 @@ def train(
         rollout.end(everyone[over & dead], rewards[over & dead])
         if len(cut := everyone[over & ~dead]):
             final = _flat(np.stack([info["final_obs"][i] for i in cut])) if resets_itself else seen[cut]
-            rollout.cut(cut, rewards[cut], brain.forward(final)[1])
+            rollout.cut(cut, rewards[cut], _think(brain, final, later[cut], None)[1])
+        memory = later
+        memory[over] = 0
         training.returns += score[over].tolist()
         training.steps += [(step + 1) * n] * int(over.sum())
         score[over] = 0
@@ -86,8 +96,26 @@ def train(
     return training
 
 
-def act(brain: Brain, observations: np.ndarray) -> np.ndarray:
-    """Return the likeliest choices int[n, G], counted from 0."""
+def _brain(network: Callable[..., Any] | None, n_observations: int, groups: tuple[int, ...], hidden: tuple[int, ...], trunk: str,
+           seed: int, device: str) -> Brain | ModuleBrain:
+    if network is None and device == "cpu":
+        return Brain(n_observations, groups, hidden, seed, trunk)
+    from ecs_eco.learning.mlp import MLP
+    from ecs_eco.learning.module_brain import make
+
+    return make(network or partial(MLP, hidden=hidden, trunk=trunk), n_observations, groups, seed, device)
+
+
+def _think(brain: Any, seen: np.ndarray, memory: np.ndarray, split: Split | None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return logits, values and the memories that follow."""
+    if brain.memory:
+        recalled: tuple[np.ndarray, np.ndarray, np.ndarray] = brain.recall(seen, memory, split)
+        return recalled
+    return *brain.forward(seen, split), memory
+
+
+def act(brain: Brain | ModuleBrain, observations: np.ndarray) -> np.ndarray:
+    """Return the likeliest choices int[n, G], counted from 0; one with a memory decides as at birth."""
     logits, _ = brain.forward(_flat(observations))
     choice = np.empty((len(logits), len(brain.groups)), np.int64)
     choose_best(logits, brain.offsets, choice)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ecs_eco.components import Experience, Nervous, Plasticity, Policy
+from ecs_eco.components import Experience, Memory, Nervous, Plasticity, Policy
 from ecs_eco.nervous.networks import Network
 from ecs_eco.nervous.sensors.sense import Sense
 from ecs_eco.nervous.thoughts import Thoughts
@@ -16,7 +16,8 @@ if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
     from ecs_eco.learning.brain import Brain
     from ecs_eco.learning.individual import Individuals
-    from ecs_eco.learning.ppo import Learner
+    from ecs_eco.learning.module_brain import ModuleBrain
+    from ecs_eco.learning.torch_ppo import TorchLearner
     from ecs_eco.space.world import SpatialWorld
 
 
@@ -39,13 +40,14 @@ class Nerves:
         self.reflex: Network | None = None
         self.happiness: Network | None = None
         self.minimum = np.float32(0.0)
-        self.brain: Brain | None = None
-        self.learner: Learner | None = None
+        self.brain: Brain | ModuleBrain | None = None
+        self.learner: TorchLearner | None = None
         self.individuals: Individuals | None = None
         self.policy = False  # whether there is a policy network; one without a brain draws every action with equal chance
         self.learning = False
         self.heads()
         self.rows = np.zeros(0, np.int64)
+        self._later = np.zeros((0, 0), np.float32)  # the memories that follow from what is sensed now
         self._x = np.zeros((0, len(self.channels)), np.float32)
         self.x = self._x
         self.thoughts: Thoughts | None = None  # of the last tick, for whoever looks on
@@ -72,12 +74,12 @@ class Nerves:
 
     def column(self, action: str) -> int:
         """Return the column of an action, "run" or "speed.run", in the decision."""
-        found = [i for i, (g, a) in enumerate(self.actions) if action in (a, f"{g}.{a}")]
-        if len(found) != 1:
+        columns = [i for i, (g, a) in enumerate(self.actions) if action in (a, f"{g}.{a}")]
+        if len(columns) != 1:
             from ecs_eco.engine.errors import UnknownName, unknown_name
 
             raise UnknownName(unknown_name("nerves", "or ambiguous action", action, [f"{g}.{a}" for g, a in self.actions]))
-        return found[0]
+        return columns[0]
 
     def doing(self, table: Table, action: str) -> np.ndarray:
         """Return who does an action, "graze" or "speed.run": bool[capacity], in the order of rows.
@@ -105,14 +107,37 @@ class Nerves:
         Raises FloatingPointError with species, tick and organism where a number is not finite.
         """
         if self.individuals is not None:
-            thought = self.individuals.forward(table[Policy], self.rows, self.x, world.split)
+            thought = self._ask_each(table, world, self.rows, self.x)
         elif self.brain is not None:
-            thought = self.brain.forward(self.x, workers=world.threads)
+            thought = self._ask(table, world)
         else:
             return np.zeros((len(self.rows), int(self.offsets[-1])), np.float32), np.zeros(len(self.rows), np.float32)
         if not np.isfinite(thought[0].sum() + thought[1].sum()):  # a sum is quick, and not finite where one number is not
             self._complain(table, world, thought)
         return thought
+
+    def _ask(self, table: Table, world: SpatialWorld) -> tuple[np.ndarray, np.ndarray]:
+        """Let the shared brain think, each organism with its own memory where there is one."""
+        brain = self.brain
+        assert brain is not None
+        if not brain.memory:
+            return brain.forward(self.x, world.split)
+        logits, values, self._later = brain.recall(self.x, table[Memory].state[self.rows], world.split)  # type: ignore[union-attr]
+        return logits, values
+
+    def _ask_each(self, table: Table, world: SpatialWorld, rows: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Let individuals of these rows think about x, each with its own network and memory."""
+        minds = self.individuals
+        assert minds is not None
+        if not minds.memory:
+            return minds.forward(table[Policy], rows, x, world.split)
+        logits, values, self._later = minds.recall(table[Policy], rows, x, table[Memory].state[rows])  # type: ignore[attr-defined]
+        return logits, values
+
+    def keep(self, table: Table) -> None:
+        """Let the memories be those that follow from this tick's thought."""
+        if Memory in table:
+            table[Memory].state[self.rows] = self._later
 
     def _complain(self, table: Table, world: SpatialWorld, thought: tuple[np.ndarray, np.ndarray]) -> None:
         logits, values = thought
@@ -136,9 +161,13 @@ class Nerves:
     def remember(self, table: Table, choice: np.ndarray, log_probability: np.ndarray, values: np.ndarray) -> None:
         """Keep what was sensed and chosen, for learning: i16[n, groups], f32[n], f32[n]."""
         if self.individuals is not None:
+            if Memory in table:
+                begins = self.rows[table[Experience].length[self.rows] == 0]
+                table[Memory].began[begins] = table[Memory].state[begins]
             self.individuals.store(table[Experience], self.rows, self.x, choice, log_probability, values)
         elif self.learner is not None:
-            self.learner.rollout.store(self.rows, self.x, choice, log_probability, values)
+            memory = table[Memory].state[self.rows] if self.learner.rollout.memory.shape[1] else None
+            self.learner.rollout.store(self.rows, self.x, choice, log_probability, values, memory)
 
     def credit(self, table: Table, reward: np.ndarray) -> None:
         """Reward f32[n] the last decisions of those that sense now."""
@@ -174,12 +203,13 @@ class Nerves:
         minds = self.individuals
         assert minds is not None
         rows = self.rows[due]
-        _, values = minds.forward(table[Policy], rows, self.x[due], world.split)
+        _, values = self._ask_each(table, world, rows, self.x[due])
         settings = None
         if Plasticity in table:
             own = table[Plasticity]
             settings = own.learning_rate[rows], own.discount[rows], own.entropy[rows]
-        minds.learn(table[Policy], table[Experience], rows, table.uid[rows], values, settings, world.split)
+        began = {"memory": table[Memory].began[rows]} if Memory in table else {}
+        minds.learn(table[Policy], table[Experience], rows, table.uid[rows], values, settings, world.split, **began)
 
     def _read(self, network: Network, table: Table, name: str, shape: tuple[int, ...]) -> np.ndarray:
         out = network(self.x, table, self.rows) if getattr(network, "individual", False) else network(self.x)

@@ -55,7 +55,7 @@ def run_to_folder(config: Any, seed: int | None = None, ticks: int | None = None
     process writes there, RecordingError if nothing can be written any more.
     """
     from ecs_eco.config import WorldConfig, load
-    from ecs_eco.worlds.build import weights_files
+    from ecs_eco.worlds.policies import weights_files
 
     start = time.perf_counter()
     config = config if isinstance(config, WorldConfig) and not trust else load(config, trust=trust)

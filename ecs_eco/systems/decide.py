@@ -50,3 +50,5 @@ class Decide(System):
         nerves.thoughts = Thoughts(world.tick, uid, logits if thinks else None, y if reacts else None, choice)
         if thinks and nerves.learning:
             nerves.remember(table, choice, log_probability, values)
+        if thinks:
+            nerves.keep(table)

@@ -8,12 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ecs_eco.components import Biology, Body, Chemistry, Metabolism, Nervous, Physical, Position, Sensor, Velocity
+from ecs_eco.components import Biology, Body, Chemistry, Memory, Metabolism, Nervous, Physical, Position, Sensor, Velocity
 from ecs_eco.config import WorldConfig, for_training, load
 from ecs_eco.config.memory import require_memory
-from ecs_eco.config.reading import read_bytes
 from ecs_eco.engine.arguments import by_species
-from ecs_eco.engine.errors import ConfigError, Problem, listed, nearest
+from ecs_eco.engine.errors import ConfigError, Problem
 from ecs_eco.lifecycle.founders import newcomers
 from ecs_eco.nervous.nerves import Nerves
 from ecs_eco.nervous.readings import Readings
@@ -21,15 +20,21 @@ from ecs_eco.nervous.sensors import senses_of
 from ecs_eco.space import Field, Terrain
 from ecs_eco.systems.schedule import schedule
 from ecs_eco.worlds.apply_species import apply_species, cell, climate, gaits, learner_seed, matter, networks, settings
-from ecs_eco.worlds.heredity import add_heredity, flat
+from ecs_eco.worlds.heredity import add_heredity
+from ecs_eco.worlds.policies import (
+    fresh_brain,
+    fresh_individuals,
+    load_weights,
+    require_policies,
+    take_weights,
+    weights_file,
+)
 from ecs_eco.worlds.treatments import apply
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
     from ecs_eco.space.world import SpatialWorld
 
-MOST_BYTES_OF_WEIGHTS = 100_000_000  # more than the largest network allowed needs
-POLICIES = ("trained", "random", "untrained")
 
 
 def build(cls: Any, config: Any, *, seed: int | None = None, policies: Any = "trained", threads: int = 1, learn: Any = None,
@@ -38,7 +43,8 @@ def build(cls: Any, config: Any, *, seed: int | None = None, policies: Any = "tr
     """Return a new world.
 
     `policies`: "trained" (the files that the world names; untrained where it names none), "random" (every action with
-    equal chance), "untrained" (fresh networks), a folder of <species>.safetensors, or a dict species → one of these.
+    equal chance), "untrained" (fresh networks), a folder of <species>.safetensors, or a dict species → one of these, or a torch
+    module: one of the class that `policy.network` names, or a plain Sequential of Linear and Tanh (ecs_eco.learning.from_torch).
     `learn` overrides the species' own `policy.learn`: true, false, or a dict species → these. `populate`: whether there
     are organisms at the start. `training`: numbers held constant by respawn, no births.
     `systems` are added to those of the world file, each at the end of its phase. `controls` are names of
@@ -48,7 +54,7 @@ def build(cls: Any, config: Any, *, seed: int | None = None, policies: Any = "tr
     """
     config = config if isinstance(config, WorldConfig) and not systems and not trust else load(config, systems=systems, trust=trust)
     config._code.require(config._source)
-    by_species("policies", policies, config.species, (str, Path), f"{listed(POLICIES)}, or a folder")
+    require_policies(config, policies)
     by_species("learn", learn, config.species, (bool, np.bool_), "true or false")
     if training:
         config = for_training(config)
@@ -57,7 +63,8 @@ def build(cls: Any, config: Any, *, seed: int | None = None, policies: Any = "tr
                 cell=config.space.cell or cell(config), threads=threads, name=config.name)
     world.config = config
     sources = {name: policies.get(name, "trained") if isinstance(policies, dict) else policies for name in config.species}
-    world.origin = {"policies": {name: str(source) for name, source in sources.items()}, "training": training, "controls": list(controls)}
+    texts = {name: str(source) if isinstance(source, str | Path) else "untrained" for name, source in sources.items()}
+    world.origin = {"policies": texts, "training": training, "controls": list(controls)}
     world.reproduction = not (training and config.training.respawn)
     _surroundings(world, config)
     _tables(world, config)
@@ -169,19 +176,20 @@ def _networks(world: SpatialWorld, table: Table, species: Any, policies: Any, le
     if species.policy.kind == "none" or not nerves.choices:
         return None
     nerves.policy = True
-    source = policies.get(table.name, "trained") if isinstance(policies, dict) else policies
-    if source == "random":
+    source = policies.get(table.name) or "trained" if isinstance(policies, dict) else policies
+    if isinstance(source, str) and source == "random":
         return None
-    from ecs_eco.learning import Brain, Learner
-    from ecs_eco.learning.individual import Individuals
-
     seed = learner_seed(world.seed, number)
     alone = species.policy.kind == "individual" and not training  # pre-training trains one policy for the whole species
     shape = len(nerves.channels), nerves.choices, tuple(species.policy.hidden)
-    path = weights_file(world.config, table.name, source)
-    brain = None if alone and path is None else Brain(*shape, seed=seed)
+    path = weights_file(world.config, table.name, source) if isinstance(source, str | Path) else None
+    brain = None
+    if not alone or path is not None or not isinstance(source, str | Path):
+        brain = fresh_brain(world.config, table.name, species.policy, shape, seed)
     if path is not None and brain is not None:
-        _load(brain, path, table.name)
+        load_weights(brain, path, table.name)
+    elif brain is not None and not isinstance(source, str | Path):
+        take_weights(brain, source, table.name)
     chosen = learn.get(table.name) if isinstance(learn, Mapping) else learn
     nerves.learning = species.policy.learn if chosen is None else chosen
     if nerves.learning and nerves.happiness is None:
@@ -189,52 +197,18 @@ def _networks(world: SpatialWorld, table: Table, species: Any, policies: Any, le
                                    "a species that learns declares `happiness`; or learn = false")])
     ppo = settings(species.ppo, training)
     if alone:
-        nerves.individuals = Individuals(*shape, ppo, seed)
-        return None if brain is None else flat(nerves.individuals, brain)
+        nerves.individuals = fresh_individuals(world.config, table.name, species.policy, shape, ppo, seed)
+        return None if brain is None else nerves.individuals.flat(brain)
     assert brain is not None
     nerves.brain = brain
+    if brain.memory:
+        table.dims["memory"] = brain.memory
+        table.add_component(Memory)
     if nerves.learning:
-        nerves.learner = Learner(brain, ppo, seed=seed, workers=world.threads)
+        from ecs_eco.learning.brains import learner_of
+
+        nerves.learner = learner_of(brain, ppo, seed=seed, workers=world.threads)
     return None
-
-
-def _load(brain: Any, path: Path, name: str) -> None:
-    """Load trained weights; raises ConfigError that says what is wrong with the file."""
-    from ecs_eco.learning import weights
-
-    try:
-        brain.load(weights.read(read_bytes(path, MOST_BYTES_OF_WEIGHTS)))
-    except (ValueError, OSError) as error:
-        raise ConfigError([Problem(("species", name, "policy"), str(error), str(path), "weights of this species' network")]) from None
-
-
-def weights_files(config: WorldConfig, policies: Any) -> dict[str, Path]:
-    """Return the files that a world's policies start from, by species; `policies` as in `build`. Raises ConfigError for a missing one."""
-    files = {}
-    for name, species in config.species.items():
-        source = policies.get(name, "trained") if isinstance(policies, dict) else policies
-        path = None if species.policy.kind == "none" else weights_file(config, name, source)
-        if path is not None:
-            files[name] = path
-    return files
-
-
-def weights_file(config: WorldConfig, name: str, source: Any) -> Path | None:
-    """Return the file that the policy of a species starts from, None for a fresh network; raises ConfigError."""
-    if source == "trained":
-        file = config.species[name].policy.file
-        return config.file(file) if file else None
-    if source in ("untrained", "random"):
-        return None
-    folder = Path(source)
-    if not folder.is_dir():
-        allowed = f"{listed(POLICIES)}, or a folder of <species>.safetensors"
-        raise ConfigError([Problem((), "unknown source of policies", str(source), allowed, nearest(source, POLICIES), "policies")])
-    path = folder / f"{name}.safetensors"
-    if not path.is_file():
-        needed = "<species>.safetensors for every species with a policy"
-        raise ConfigError([Problem((), "missing", str(path), needed, source="policies")])
-    return path
 
 
 def _populate(world: SpatialWorld, table: Table, kind: Any) -> None:

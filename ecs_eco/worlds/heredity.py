@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ecs_eco import components as own
-from ecs_eco.components import Experience, Genome, Gestation, Policy
+from ecs_eco.components import Experience, Genome, Gestation, Memory, Policy
 from ecs_eco.config.traits import policy_shapes, traits_of
 from ecs_eco.genomes.heredity import Heredity
 
@@ -27,6 +27,8 @@ def add_heredity(world: SpatialWorld, table: Table, species: Any, founder: np.nd
     if minds is not None:
         table.dims |= minds.dims
         table.add_component(Policy)
+        if minds.memory:
+            table.add_component(Memory)
         if nerves.learning:
             table.add_component(Experience)
     layout, operators, targets, alike = None, None, {}, None
@@ -75,15 +77,3 @@ def _targets(table: Table, species: Any, layout: Any, traits: dict[str, Any]) ->
             table.species.standard_mass = species.body.mass
     return {gene.name: (known[trait.component], trait.field, trait.index) for gene, trait in coded}
 
-
-def flat(minds: Any, brain: Any) -> np.ndarray:
-    """Return the weights of a shared brain in the order in which individuals keep theirs: f32[size]."""
-    weights = np.empty(minds.size, np.float32)
-    parts, named, n = minds.views(weights), brain.named(), minds.n_logits
-    for level in range(len(minds.hidden)):
-        parts[2 * level][...] = named[f"trunk.{level}.weight"].numpy().T
-        parts[2 * level + 1][...] = named[f"trunk.{level}.bias"].numpy()
-    for part, where in (("policy", slice(0, n)), ("value", slice(n, n + 1))):
-        parts[-2][:, where] = named[f"{part}.head.weight"].numpy().T
-        parts[-1][where] = named[f"{part}.head.bias"].numpy()
-    return weights

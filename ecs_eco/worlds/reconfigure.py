@@ -108,11 +108,7 @@ def _settings(nerves: Any, species: Any, training: bool) -> None:
         nerves.learner.ppo = ppo
         nerves.learner.rollout.discount = ppo.discount
     if nerves.individuals is not None:
-        from ecs_eco.learning.individual import Individuals
-
-        minds = nerves.individuals
-        fresh = Individuals(minds.n_observations, minds.groups, minds.hidden, ppo, minds.seed)
-        minds.ppo, minds._settings = fresh.ppo, fresh._settings
+        nerves.individuals.reset(ppo)
 
 
 def learning(world: SpatialWorld, table: Table) -> None:
@@ -126,11 +122,11 @@ def learning(world: SpatialWorld, table: Table) -> None:
     if nerves.individuals is not None:
         _experience(table, nerves.learning)
     elif nerves.learning:
-        from ecs_eco.learning import Learner
+        from ecs_eco.learning.brains import learner_of
 
         number = list(world.config.species).index(table.name)
         ppo = settings(species.ppo, _trains(world))
-        nerves.learner = Learner(nerves.brain, ppo, seed=learner_seed(world.seed, number), workers=world.threads)
+        nerves.learner = learner_of(nerves.brain, ppo, seed=learner_seed(world.seed, number), workers=world.threads)
     else:
         nerves.learner = None
 

@@ -178,7 +178,7 @@ def test_nan_in_a_reading_is_caught_after_sense(debug, meadow):
 
 def test_nan_in_the_weights_of_a_shared_policy_is_caught(caught):
     def work(table, world):
-        table.species.nerves.brain.named()["policy.head.bias"].numpy()[1] = np.nan
+        table.species.nerves.brain.named()["policy.head.bias"][1] = np.nan
 
     message = caught(work, policy={"kind": "shared", "hidden": [4]}, options={"policies": "untrained"})
     assert message == "species 'deer': weight policy.head.bias[1] of the policy is nan; allowed are finite numbers"

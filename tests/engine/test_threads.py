@@ -15,20 +15,22 @@ UPDATES = """
 import hashlib, sys
 import numpy as np
 from ecs_eco.learning import PPO, Brain
+from ecs_eco.engine.workers import Workers
 from ecs_eco.learning.ppo import Learner
 
 def learn(n, workers):
     "Let a population of n learn twelve times; a digest of the weights after each update."
     brain, rng, rows, digests = Brain(24, (3, 3), seed=1), np.random.default_rng(0), np.arange(n), []
+    split = Workers(workers).split
     learner = Learner(brain, PPO(horizon=2, minibatch=4096, epochs=1), seed=2, workers=workers)
     for _ in range(12):
         for _ in range(2):
             x = rng.standard_normal((n, 24), dtype=np.float32)
-            values = brain.forward(x, workers)[1]
+            values = brain.forward(x, split)[1]
             learner.rollout.store(rows, x, rng.integers(0, 3, (n, 2)), np.full(n, -2.2, np.float32), values)
             learner.rollout.credit(rows, rng.standard_normal(n, dtype=np.float32))
         learner.update(rows, values)
-        digests.append(hashlib.sha256(brain.weights.numpy().tobytes()).hexdigest())
+        digests.append(hashlib.sha256(brain.weights.tobytes()).hexdigest())
     return digests
 
 for step in sys.argv[1].split():

@@ -2,8 +2,9 @@ import numpy as np
 import pytest
 import torch
 
+from ecs_eco.engine.workers import Workers
 from ecs_eco.learning import Brain
-from ecs_eco.learning.brain import CHUNK
+from ecs_eco.learning.backward import CHUNK, Passes
 
 TRUNKS = ("shared", "separate")
 
@@ -49,7 +50,7 @@ def test_forward_gives_the_same_bits_for_any_number_of_workers_and_torch_threads
     brain, observations = _shaken(Brain(5, (3, 2))), _observations(3 * CHUNK + 100)
     one = brain.forward(observations)
     for workers in (2, 3, 7):
-        assert all(map(np.array_equal, one, brain.forward(observations, workers)))
+        assert all(map(np.array_equal, one, brain.forward(observations, Workers(workers).split)))
     threads = torch.get_num_threads()
     try:
         torch.set_num_threads(2)
@@ -133,7 +134,7 @@ def test_observations_of_another_width_are_refused():
 
 
 def test_many_changing_numbers_of_rows_keep_few_buffers():
-    brain = Brain(5, (3,))
+    passes = Passes(Brain(5, (3,)))
     for n in range(1, 50):
-        brain.forward(_observations(n))
-    assert len(brain._rows[0]) <= 6
+        assert passes.rows(0, n).observations.shape == (n, 5)
+    assert len(passes._rows[0]) <= 6

@@ -242,11 +242,11 @@ def test_the_shared_learner_decays_its_weights_apart_from_the_gradient():
     after = []
     for decay in (0.0, 0.5):
         learner = Learner(Brain(3, (2,), (4,), seed=1), PPO(learning_rate=0.1, epochs=1, weight_decay=decay), 0)
-        before = learner.brain.weights.numpy().copy()
+        before = learner.brain.weights.copy()
         rows, x = np.arange(6), np.random.default_rng(0).standard_normal((6, 3), np.float32)
         _, values = learner.brain.forward(x)
         learner.rollout.store(rows, x, np.zeros((6, 1), np.int16), np.full(6, -0.7, np.float32), values)
         learner.update(rows, values)
-        after.append(learner.brain.weights.numpy())
+        after.append(learner.brain.weights)
     np.testing.assert_allclose(after[1], after[0] - 0.1 * 0.5 * before, atol=1e-6)
     assert np.abs(before).max() > 0.5

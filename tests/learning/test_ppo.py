@@ -5,7 +5,7 @@ import pytest
 import torch
 
 from ecs_eco.learning import PPO, Brain, Learner, choose
-from ecs_eco.learning.ppo import _adam
+from ecs_eco.learning.ppo_kernels import adam
 
 GROUPS = (3, 2)
 
@@ -83,7 +83,7 @@ def test_the_gradient_by_hand_agrees_with_autograd(trunk, clip_value):
     brain.layers = layers
     for name, weight in weights.items():
         size = weight.grad.abs().max().item()
-        np.testing.assert_allclose(mine[name].numpy(), weight.grad.numpy(), rtol=1e-4, atol=1e-5 * size, err_msg=name)
+        np.testing.assert_allclose(mine[name], weight.grad.numpy(), rtol=1e-4, atol=1e-5 * size, err_msg=name)
     np.testing.assert_allclose(terms[:3], [policy.item(), error.item(), entropy.item()], rtol=1e-4)
     assert 0.2 < terms[4] < 0.9  # of the ratios were clipped
     np.testing.assert_allclose(terms[5], torch.cat([w.grad.flatten() for w in weights.values()]).norm().item(), rtol=1e-4)
@@ -102,7 +102,7 @@ def test_adam_agrees_with_torch(max_norm):
         if max_norm:
             torch.nn.utils.clip_grad_norm_([theirs], max_norm)
         optimiser.step()
-        _adam(weights, gradients, moment_1, moment_2, step, 0.01, 1e-5, max_norm)
+        adam(weights, gradients, moment_1, moment_2, step, 0.01, 1e-5, max_norm)
     np.testing.assert_allclose(weights, theirs.detach().numpy(), rtol=1e-5, atol=1e-6)
 
 
@@ -152,7 +152,7 @@ def test_results_do_not_depend_on_which_rows_the_animals_have():
             learner.rollout.end(rows[:7], values[:7])
             learner.rollout.credit(rows, values)
         reports.append(learner.update(rows, np.ones(60, np.float32)))
-        weights.append(learner.brain.weights.numpy().copy())
+        weights.append(learner.brain.weights.copy())
     assert reports[0] == reports[1]
     assert np.array_equal(*weights)
 
@@ -175,28 +175,28 @@ def test_learning_rate_and_clip_fall_linearly_to_zero():
         assert not learner.full
         batch = _fill(learner, ticks=4, seed=seed)
         assert learner.full
-        before = learner.brain.weights.numpy().copy()
+        before = learner.brain.weights.copy()
         rates.append(learner.update(*batch)["learning_rate"])
-        assert np.array_equal(before, learner.brain.weights.numpy()) == (rates[-1] == 0)
+        assert np.array_equal(before, learner.brain.weights) == (rates[-1] == 0)
     np.testing.assert_allclose(rates, [0.01, 0.0075, 0.005, 0.0025, 0, 0], atol=1e-12)
 
 
 def test_an_extinct_population_learns_nothing_and_breaks_nothing():
     learner, nobody = _learner(), np.empty(0, np.int64)
-    before = learner.brain.weights.numpy().copy()
+    before = learner.brain.weights.copy()
     learner.rollout.store(nobody, np.empty((0, 5)), np.empty((0, 2)), np.empty(0), np.empty(0))
     assert learner.update(nobody, np.empty(0, np.float32))["n_transitions"] == 0
-    assert np.array_equal(before, learner.brain.weights.numpy())
+    assert np.array_equal(before, learner.brain.weights)
 
 
 def test_a_gradient_that_is_not_finite_is_refused_before_it_does_harm():
     learner = _learner()
     rows, values = _fill(learner)
     learner.rollout.credit(rows, np.full(60, np.inf, np.float32))
-    before = learner.brain.weights.numpy().copy()
+    before = learner.brain.weights.copy()
     with pytest.raises(FloatingPointError, match="update 0"), np.errstate(invalid="ignore"):
         learner.update(rows, values)
-    assert np.array_equal(before, learner.brain.weights.numpy())
+    assert np.array_equal(before, learner.brain.weights)
 
 
 @pytest.mark.parametrize("seed", [0, 1, 2])

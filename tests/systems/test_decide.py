@@ -81,7 +81,7 @@ def test_a_policy_that_is_no_number_stops_with_species_tick_and_organism(meadow)
         world = meadow(policy={"kind": kind, "hidden": [4]}, ppo={}).run(3)
         deer = world.tables["deer"]
         if kind == "shared":
-            deer.species.nerves.brain.weights.numpy()[:] = np.nan
+            deer.species.nerves.brain.weights[:] = np.nan
         else:
             deer[Policy].weights[deer.rows()] = np.nan
         uid = int(deer.uid[deer.species.nerves.rows[0]])

@@ -290,7 +290,7 @@ def test_a_brain_trained_by_all_is_where_individuals_start():
     for hidden in ((5,), (6, 4)):
         brain = Brain(3, (2, 4), hidden, seed=4)
         for tensor in brain.named().values():
-            tensor.numpy()[...] += np.random.default_rng(1).normal(size=tensor.shape).astype(F)
+            tensor[...] += np.random.default_rng(1).normal(size=tensor.shape).astype(F)
         minds = Individuals(3, (2, 4), hidden, PPO(), 1)
         world = World(seed=1)
         table = world.add_table("one", Policy, dims={"weights": minds.size})

@@ -14,7 +14,7 @@ from ecs_eco.engine.section import function_name
 ARGUMENTS = {  # by key, the number of arguments of a function; None: it is checked elsewhere, or not called
     "systems.*": 0, "species.*.components.*": None, "species.*.sensors.*.function": 5, "species.*.reflex.function": 1,
     "species.*.happiness.function": 1, "water.current_function": 4, "search.objective": 1, "search.objective.*.of": 1,
-    "species.*.genome.mate.operator": None, "species.*.genome.mutate.operator": None,
+    "species.*.policy.network": None, "species.*.genome.mate.operator": None, "species.*.genome.mutate.operator": None,
 }  # fmt: skip
 
 

@@ -208,11 +208,20 @@ def _check_policy(key: Key, species: Species, folder: Path, dims: int) -> Iterat
             if given != absent:
                 allowed = 'policy.kind = "individual", or nothing here'
                 yield Problem((*key, "policy", word), "only individual networks are inherited", given, allowed)
-    if policy.kind != "none" and (size := n_weights(species, dims)) > MOST_WEIGHTS:
+    if policy.network is not None and "hidden" in policy.model_fields_set:
+        fault = "the network's own class says its layers"
+        yield Problem((*key, "policy", "hidden"), fault, policy.hidden, "policy.network or policy.hidden")
+    if policy.network is not None and species.genome is not None:
+        for i, gene in enumerate(species.genome.genes):
+            if gene.trait == "policy.weights":
+                fault = "only weights of the built-in network are written by genes"
+                yield Problem((*key, "genome", "genes", i, "trait"), fault, gene.trait, "another trait, or no policy.network")
+    if policy.kind != "none" and policy.network is None and (size := n_weights(species, dims)) > MOST_WEIGHTS:
         fault = f"too large: the network would have {size:,} weights"
         yield Problem((*key, "policy", "hidden"), fault, policy.hidden, f"at most {MOST_WEIGHTS:,} weights, as of [2048, 2048]")
     if policy.kind == "none":
-        settings: dict[str, object] = {"ppo": species.ppo, "policy.file": policy.file, "policy.learn": policy.learn}
+        settings: dict[str, object] = {"ppo": species.ppo, "policy.file": policy.file, "policy.network": policy.network,
+                                       "policy.learn": policy.learn}
         for word, value in settings.items():
             if value:
                 allowed = 'policy.kind = "shared" or "individual", or nothing here'

@@ -64,8 +64,14 @@ class Policy(Section):
         "initial weights of an individual network: none: random; birth: those of its genome; learned: a parent's present ones", "none"
     )
     mutation: NonNegative = quantity("standard deviation of the noise added to each inherited weight", "1", 0.0)
+    network: Function | None = about(
+        "module:name of a torch module's class, made as Net(n_observations, groups); absent: the built-in one", None
+    )
+    device: Annotated[str, Field(pattern=r"^(cpu|cuda(:\d{1,3})?)$")] = about(
+        "where the network thinks and learns: cpu, cuda or cuda:N", "cpu"
+    )
     hidden: Annotated[list[Annotated[int, Field(ge=1, le=4096)]], Field(max_length=8)] = quantity(
-        "units of each hidden layer", "1", [64, 64]
+        "units of each hidden layer of the built-in network", "1", [64, 64]
     )
     learn: bool = about("whether it learns during a run", False)
     file: str | None = about("trained weights (.safetensors), relative to the world file", None)

@@ -1,0 +1,58 @@
+"""Which brain and which learner belong to a species: the built-in network with its kernels, or any torch module."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from ecs_eco.learning.brain import Brain
+from ecs_eco.learning.settings import PPO
+
+if TYPE_CHECKING:
+    from ecs_eco.learning.individual import Individuals
+    from ecs_eco.learning.module_brain import ModuleBrain
+    from ecs_eco.learning.torch_ppo import TorchLearner
+
+
+def brain_of(network: Callable[..., Any] | None, n_observations: int, groups: tuple[int, ...], hidden: tuple[int, ...], seed: int,
+             device: str = "cpu") -> Brain | ModuleBrain:
+    """Return a fresh brain: of `network(n_observations, groups)`, or the built-in one; without torch where that thinks on the CPU.
+
+    Raises ValueError for a module that cannot be a brain, and for a device that is not there.
+    """
+    if network is None and device == "cpu":
+        return Brain(n_observations, groups, hidden, seed)
+    from ecs_eco.learning.mlp import MLP
+    from ecs_eco.learning.module_brain import ModuleBrain, make
+
+    if network is not None:
+        return make(network, n_observations, groups, seed, device)
+    brain = ModuleBrain(MLP(n_observations, groups, hidden), n_observations, groups, device)
+    brain.load(Brain(n_observations, groups, hidden, seed).state())
+    return brain
+
+
+def individuals_of(network: Callable[..., Any] | None, n_observations: int, groups: tuple[int, ...], hidden: tuple[int, ...], ppo: PPO,
+                   seed: int, device: str = "cpu") -> Individuals:
+    """Return the networks of a species whose members each have their own: by kernels for the built-in one, by torch.func for others."""
+    from ecs_eco.learning.individual import Individuals
+
+    if network is None and device == "cpu":
+        return Individuals(n_observations, groups, hidden, ppo, seed)
+    from functools import partial
+
+    from ecs_eco.learning.individual_modules import IndividualModules
+    from ecs_eco.learning.mlp import MLP
+
+    return IndividualModules(network or partial(MLP, hidden=hidden), n_observations, groups, ppo, seed, device)
+
+
+def learner_of(brain: Brain | ModuleBrain, ppo: PPO, seed: int, workers: int = 1) -> TorchLearner:
+    """Return what trains a brain: kernels where it is a plain network, autograd elsewhere; one behaves as the other."""
+    if isinstance(brain, Brain):
+        from ecs_eco.learning.ppo import Learner
+
+        return Learner(brain, ppo, seed, workers)
+    from ecs_eco.learning.torch_ppo import TorchLearner
+
+    return TorchLearner(brain, ppo, seed, workers)

@@ -1,0 +1,249 @@
+"""Proximal policy optimisation (Schulman et al. 2017) for any torch module, in a population that is born and dies while it learns.
+
+Read from top to bottom: `TorchLearner.update` fills in the advantages and calls `fit`; `fit` goes through the rollout in epochs of
+minibatches; `_step` takes one step of the optimiser; `_replay` lets the module decide again, along stored sequences where
+it has a memory; `ppo_loss` is the loss. The hyperparameters are in settings.py, the log of transitions, with the sweep
+that makes its advantages, in rollout.py, and what a module must be in module_brain.py.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import torch
+
+from ecs_eco.engine.threads import in_parallel
+from ecs_eco.learning.rollout import Rollout
+from ecs_eco.learning.settings import PPO
+
+CHUNK = 2048  # transitions that go through a module at once: fixed, so that sums do not depend on the number of workers
+TERMS = ("policy_loss", "value_loss", "entropy", "approx_kl", "clip_fraction")
+
+
+class TorchLearner:
+    """Trains a brain on what the population lived through; `store`, `credit`, `end`, `cut` are those of `rollout`.
+
+    A tick is: sense; credit, end, cut; if `full`, update with the values of what is sensed; decide; store.
+    Results on the CPU are the same bits for any number of `workers` (threads).
+    """
+
+    def __init__(self, brain: Any, ppo: PPO, seed: int, workers: int = 1) -> None:
+        self.brain, self.ppo, self.seed, self.workers = brain, ppo, seed, workers
+        self.rollout = Rollout(brain.n_observations, len(brain.groups), ppo.discount, brain.memory)
+        self.updates = 0
+        self.optimiser = self._optimiser()
+
+    @property
+    def full(self) -> bool:
+        """Whether the rollout has its horizon's ticks."""
+        return self.rollout.ticks >= self.ppo.horizon
+
+    def update(self, rows: np.ndarray, values: np.ndarray) -> dict[str, float] | None:
+        """Learn from the rollout and clear it; `values` f32[n] are those of what the living `rows` i64[n] sense now.
+
+        Returns means over all gradient steps: policy_loss, value_loss, entropy [nat], approx_kl [nat], clip_fraction,
+        gradient_norm; and explained_variance, reward (per transition), learning_rate, n_transitions.
+        """
+        self.rollout.advantages(rows, values, self.ppo.gae_lambda)
+        return self.fit()
+
+    def fit(self) -> dict[str, float]:
+        """Learn from a rollout whose advantages are known, and clear it; returns what `update` does."""
+        ppo, rollout = self.ppo, self.rollout
+        done = min(1.0, self.updates * ppo.horizon / ppo.anneal) if ppo.anneal else 0.0
+        rate, clip = ppo.learning_rate * (1 - done), ppo.clip * (1 - done)
+        report = _summary(rollout.steps) | {"learning_rate": rate, "n_transitions": rollout.n}
+        shift, scale = 0.0, 1.0
+        if ppo.normalise_advantage and rollout.n > 1:
+            advantage = rollout.steps["advantage"]
+            shift, scale = advantage.mean(dtype=float), 1 / (advantage.std(dtype=float) + 1e-8)
+        generator = np.random.Generator(np.random.Philox(key=[self.seed, self.updates]))
+        if self.brain.memory:  # what is shuffled are stretches of a life, else single transitions
+            self._lives, self._stretches = rollout.stretches(ppo.unroll)
+        n = len(self._stretches) - 1 if self.brain.memory else rollout.n
+        parts = max(1, -(-rollout.n // ppo.minibatch))
+        edges = [n * i // parts for i in range(parts + 1)]
+        terms, steps = np.zeros(len(TERMS) + 1), 0
+        for _ in range(ppo.epochs if n else 0):
+            order = generator.permutation(n)
+            for start, stop in pairwise(edges):
+                if stop > start:
+                    terms += self._step(order[start:stop], rate, clip, shift, scale)
+                    steps += 1
+                    if not np.isfinite(terms[-1]):
+                        raise FloatingPointError(
+                            f"update {self.updates}: the gradient is {terms[-1]}; observations, rewards and values must be finite"
+                        )
+        terms /= max(1, steps)
+        rollout.clear()
+        self.updates += 1
+        return dict(zip((*TERMS, "gradient_norm"), terms.tolist(), strict=True)) | report
+
+    def _optimiser(self) -> torch.optim.Optimizer:
+        """Return Adam (Kingma and Ba 2015); weights decay apart from the gradient (Loshchilov and Hutter 2019)."""
+        ppo, parameters = self.ppo, self.brain.parameters()
+        optimiser = torch.optim.AdamW(parameters, ppo.learning_rate, eps=ppo.adam_epsilon, weight_decay=ppo.weight_decay)
+        for p in parameters:  # torch would do so at the first step: a checkpoint has the same parts before and after
+            zeros = torch.zeros_like(p.detach())
+            optimiser.state[p] = {"step": torch.tensor(0.0), "exp_avg": zeros, "exp_avg_sq": zeros.clone()}
+        return optimiser
+
+    def _step(self, chosen: np.ndarray, rate: float, clip: float, shift: float, scale: float) -> np.ndarray:
+        """Take one step of the optimiser down the mean loss over transitions, or stretches, `chosen` i64[k].
+
+        Returns the means of the loss's terms and the gradient's norm; where that is not finite nothing changes.
+        """
+        parameters = self.brain.parameters()
+        pieces = list(self._pieces(chosen))
+        n = int(np.diff(self._stretches)[chosen].sum()) if self.brain.memory else len(chosen)
+        gradients: list[Sequence[torch.Tensor | None]] = [()] * len(pieces)
+        terms = np.zeros((len(pieces), len(TERMS) + 1))
+
+        def work(worker: int) -> None:
+            for i in range(worker, len(pieces), self.workers):
+                loss, terms[i, :-1] = self._loss(pieces[i], clip, shift, scale)
+                gradients[i] = torch.autograd.grad(loss / n, parameters, allow_unused=True)
+
+        with self.brain.reproducible():
+            in_parallel(work, self.workers if self.brain.device == "cpu" else 1)
+            for parameter, *parts in zip(parameters, *gradients, strict=True):
+                parameter.grad = sum(part if part is not None else torch.zeros_like(parameter) for part in parts)
+            norm = float(torch.nn.utils.clip_grad_norm_(parameters, self.ppo.max_grad_norm or np.inf))
+            if np.isfinite(norm):
+                for group in self.optimiser.param_groups:
+                    group.update({"lr": rate, "eps": self.ppo.adam_epsilon, "weight_decay": self.ppo.weight_decay})
+                self.optimiser.step()
+        total: np.ndarray = terms.sum(axis=0) / n
+        total[-1] = norm
+        return total
+
+    def _loss(self, piece: np.ndarray, clip: float, shift: float, scale: float) -> tuple[torch.Tensor, list[float]]:
+        """Return the summed loss of a piece of a minibatch, and the sums of its terms."""
+        logits, values, index = self._replay(piece)
+        rollout, device = self.rollout, self.brain.device
+        step = rollout.steps[index]
+        old = {name: torch.from_numpy(step[name].copy()).to(device) for name in ("log_probability", "value", "advantage")}
+        choices = torch.from_numpy(rollout.choices[index].astype(np.int64)).to(device)
+        loss, terms = ppo_loss(logits, values, choices, self.brain.groups, old, self.ppo, clip, self.ppo.entropy, shift, scale)
+        return loss.sum(), [float(term.detach().sum()) for term in terms]
+
+    def _replay(self, piece: np.ndarray) -> tuple[torch.Tensor, torch.Tensor, np.ndarray]:
+        """Return logits [n, k] and values [n] of a piece as the module sees it now, and its transitions i64[n].
+
+        A module with a memory starts each stretch from the state that was stored there, and gradients go back to the
+        stretch's beginning: truncated backpropagation through time (Williams and Peng 1990). Longer stretches come first, so that those
+        which are still going on in step t are the first so many.
+        """
+        rollout = self.rollout
+        if not self.brain.memory:
+            logits, values = self.brain.run(rollout.observations[piece])
+            return logits, values, piece
+        begin, length = self._stretches[piece], np.diff(self._stretches)[piece]
+        order = np.argsort(-length, kind="stable")
+        begin, length = begin[order], length[order]
+        state = self.brain.tensor(rollout.memory[self._lives[begin]])
+        outputs, steps = [], []
+        for t in range(int(length[0])):
+            going = int(np.searchsorted(-length, -t, side="left"))  # those longer than t
+            index = self._lives[begin[:going] + t]
+            logits, values, state = self.brain.run(rollout.observations[index], state[:going])
+            outputs.append((logits, values))
+            steps.append(index)
+        return torch.cat([o[0] for o in outputs]), torch.cat([o[1] for o in outputs]), np.concatenate(steps)
+
+    def _pieces(self, chosen: np.ndarray) -> Iterator[np.ndarray]:
+        """Yield a minibatch in pieces of about CHUNK transitions."""
+        size = max(1, CHUNK // self.ppo.unroll) if self.brain.memory else CHUNK
+        for start in range(0, len(chosen), size):
+            yield chosen[start : start + size]
+
+    def by_uid(self, rows: np.ndarray) -> dict[str, np.ndarray]:
+        """Return a `state()` in which organisms stand by uid, not by row; `rows` i64[n] are the living in the order of uids."""
+        kept = {key: array for key, array in self.state().items() if not key.startswith("rollout.")}
+        return kept | {f"rollout.{key}": array for key, array in self.rollout.by_uid(rows).items()}
+
+    def state(self) -> dict[str, np.ndarray]:
+        """Return copies of all that learning goes on from: weights, optimiser, rollout, counters."""
+        return {
+            **{f"brain.{name}": array for name, array in self.brain.state().items()},
+            **{f"rollout.{name}": array for name, array in self.rollout.state().items()},
+            **self._optimiser_state(),
+            "updates": np.array(self.updates),
+        }
+
+    def load(self, state: dict[str, np.ndarray]) -> None:
+        """Go on from a `state()`; raises ValueError where the network or the rollout is of another shape."""
+
+        def part(name: str) -> dict[str, np.ndarray]:
+            return {key.removeprefix(name): array for key, array in state.items() if key.startswith(name)}
+
+        self.brain.load(part("brain."))
+        self.rollout.load(part("rollout."))
+        self._load_optimiser(state)
+        self.updates = int(state["updates"])
+
+    def _optimiser_state(self) -> dict[str, np.ndarray]:
+        """Return the optimiser's numbers as "optimiser.PARAMETER.WHAT"."""
+        names = list(self.brain.named())
+        return {f"optimiser.{names[i]}.{word}": torch.as_tensor(value).detach().cpu().numpy().copy()
+                for i, held in self.optimiser.state_dict()["state"].items() for word, value in held.items()}  # fmt: skip
+
+    def _load_optimiser(self, state: dict[str, np.ndarray]) -> None:
+        numbers: dict[int, dict[str, torch.Tensor]] = {}
+        names = list(self.brain.named())
+        for key, array in state.items():
+            if key.startswith("optimiser."):
+                name, _, word = key.removeprefix("optimiser.").rpartition(".")
+                if name not in names:
+                    raise ValueError(f"{key}: this network has no parameter {name}; it has {', '.join(names)}")
+                numbers.setdefault(names.index(name), {})[word] = torch.from_numpy(np.array(array))
+        self.optimiser.load_state_dict({"state": numbers, "param_groups": self.optimiser.state_dict()["param_groups"]})
+
+
+def ppo_loss(
+    logits: torch.Tensor,
+    values: torch.Tensor,
+    choices: torch.Tensor,
+    groups: Sequence[int],
+    old: dict[str, torch.Tensor],
+    ppo: PPO,
+    clip: float,
+    entropy_weight: float | torch.Tensor,
+    shift: float | torch.Tensor = 0.0,
+    scale: float | torch.Tensor = 1.0,
+) -> tuple[torch.Tensor, tuple[torch.Tensor, ...]]:
+    """Return PPO's loss of each transition, f32[n], and its `TERMS`, each f32[n] (Schulman et al. 2017, eq. 7 and 9).
+
+    `logits` f32[n, sum(groups)] and `values` f32[n] are those of now; `choices` i64[n, len(groups)] and `old` (log_probability,
+    value, advantage, each f32[n]) those of then. Advantages are taken as (A - shift) * scale.
+    """
+    log_probability, entropy = torch.zeros_like(values), torch.zeros_like(values)
+    for g, group in enumerate(torch.split(logits, list(groups), dim=1)):
+        log_p = torch.log_softmax(group, dim=1)
+        log_probability = log_probability + log_p.gather(1, choices[:, g : g + 1])[:, 0]
+        entropy = entropy - (log_p.exp() * log_p).sum(dim=1)
+    advantage = (old["advantage"] - shift) * scale
+    log_ratio = log_probability - old["log_probability"]
+    ratio = log_ratio.exp()
+    clipped = ratio.clamp(1 - clip, 1 + clip)
+    policy_loss = -torch.minimum(ratio * advantage, clipped * advantage)
+    target = old["value"] + old["advantage"]
+    value_loss = (values - target) ** 2
+    if ppo.clip_value:
+        held = old["value"] + (values - old["value"]).clamp(-ppo.clip_value, ppo.clip_value)
+        value_loss = torch.maximum(value_loss, (held - target) ** 2)
+    loss = policy_loss - entropy_weight * entropy + ppo.value_weight * value_loss
+    return loss, (policy_loss, value_loss, entropy, ratio - 1 - log_ratio, (ratio != clipped).float())
+
+
+def _summary(steps: np.ndarray) -> dict[str, float]:
+    """Return what the rollout says before it is learnt from; NaN where it says nothing."""
+    if not len(steps):
+        return {"explained_variance": float("nan"), "reward": float("nan")}
+    target_variance = float((steps["advantage"] + steps["value"]).var(dtype=float))
+    left = float(steps["advantage"].var(dtype=float))
+    explained = 1 - left / target_variance if target_variance > 0 else float("nan")
+    return {"explained_variance": explained, "reward": float(steps["reward"].mean(dtype=float))}

@@ -1,0 +1,131 @@
+"""What policies a world begins with: fresh networks, weights in files, torch modules that were handed over; and how they are had again."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ecs_eco.config import WorldConfig
+from ecs_eco.config.reading import read_bytes
+from ecs_eco.engine.arguments import by_species
+from ecs_eco.engine.errors import ConfigError, Problem, listed, nearest
+from ecs_eco.engine.section import function_name
+
+if TYPE_CHECKING:
+    from ecs_eco.space.world import SpatialWorld
+
+MOST_BYTES_OF_WEIGHTS = 100_000_000  # more than the largest network allowed needs
+POLICIES = ("trained", "random", "untrained")
+Shape = tuple[int, tuple[int, ...], tuple[int, ...]]  # channels, options of each group, hidden layers
+
+
+def fresh_brain(config: WorldConfig, name: str, policy: Any, shape: Shape, seed: int) -> Any:
+    """Return a fresh network of a species, or say what is wrong with the module that it names."""
+    from ecs_eco.learning.brains import brain_of
+
+    with _said_of(name, policy, shape):
+        return brain_of(config.function(policy.network), *shape, seed=seed, device=policy.device)
+
+
+def fresh_individuals(config: WorldConfig, name: str, policy: Any, shape: Shape, ppo: Any, seed: int) -> Any:
+    """Return the networks of individuals, or say what is wrong with the module that their species names."""
+    from ecs_eco.learning.brains import individuals_of
+
+    with _said_of(name, policy, shape):
+        return individuals_of(config.function(policy.network), *shape, ppo=ppo, seed=seed, device=policy.device)
+
+
+@contextmanager
+def _said_of(name: str, policy: Any, shape: Shape) -> Iterator[None]:
+    """Within, what cannot be a species' network is said with its place in the world file."""
+    try:
+        yield
+    except (ValueError, AttributeError, ImportError) as error:
+        key = ("species", name, "policy", "network" if policy.network else "device")
+        given = function_name(policy.network) if policy.network else policy.device
+        raise ConfigError([Problem(key, str(error), given, f"a torch module for {shape[0]} observations and the groups of options "
+                                   f"{shape[1]} (docs/learning.md)")]) from None  # fmt: skip
+
+
+def take_weights(brain: Any, module: Any, name: str) -> None:
+    """Give a brain the weights of a module that was handed over."""
+    from ecs_eco.learning.module_brain import as_brain
+
+    try:
+        brain.load(as_brain(module, brain.n_observations, brain.groups).state())
+    except ValueError as error:
+        allowed = "a module of the class that policy.network names, or a Sequential of Linear and Tanh for the built-in network"
+        raise ConfigError([Problem((name,), str(error), type(module).__name__, allowed, source="policies")]) from None
+
+
+def load_weights(brain: Any, path: Path, name: str) -> None:
+    """Load trained weights; raises ConfigError that says what is wrong with the file."""
+    from ecs_eco.learning import weights
+
+    try:
+        brain.load(weights.read(read_bytes(path, MOST_BYTES_OF_WEIGHTS)))
+    except (ValueError, OSError) as error:
+        raise ConfigError([Problem(("species", name, "policy"), str(error), str(path), "weights of this species' network")]) from None
+
+
+def require_policies(config: WorldConfig, policies: Any) -> None:
+    """Raise ConfigError unless these are sources of policies: texts, folders, or a dict of these and of torch modules."""
+    torch = sys.modules.get("torch")  # a module is made of it: where nobody has loaded torch, nobody hands one over
+    kinds = (str, Path, *((torch.nn.Module,) if torch is not None and isinstance(policies, Mapping) else ()))
+    by_species("policies", policies, config.species, kinds, f"{listed(POLICIES)}, a folder, or in a dict a torch module")
+
+
+def weights_files(config: WorldConfig, policies: Any) -> dict[str, Path]:
+    """Return the files that a world's policies start from, by species; `policies` as in `build`. Raises ConfigError for a missing one."""
+    files = {}
+    for name, species in config.species.items():
+        source = policies.get(name, "trained") if isinstance(policies, dict) else policies
+        none = species.policy.kind == "none" or not isinstance(source, str | Path)
+        path = None if none else weights_file(config, name, source)
+        if path is not None:
+            files[name] = path
+    return files
+
+
+def weights_file(config: WorldConfig, name: str, source: Any) -> Path | None:
+    """Return the file that the policy of a species starts from, None for a fresh network; raises ConfigError."""
+    if source == "trained":
+        file = config.species[name].policy.file
+        return config.file(file) if file else None
+    if source in ("untrained", "random"):
+        return None
+    folder = Path(source)
+    if not folder.is_dir():
+        allowed = f"{listed(POLICIES)}, or a folder of <species>.safetensors"
+        raise ConfigError([Problem((), "unknown source of policies", str(source), allowed, nearest(source, POLICIES), "policies")])
+    path = folder / f"{name}.safetensors"
+    if not path.is_file():
+        needed = "<species>.safetensors for every species with a policy"
+        raise ConfigError([Problem((), "missing", str(path), needed, source="policies")])
+    return path
+
+
+def policy(world: SpatialWorld, species: str, uid: int | None = None) -> Any:
+    """Return a copy of a species' policy as a torch module in evaluation mode, or of the organism `uid` where each has its own.
+
+    Raises UnknownName, and ConfigError where there is no network, or several and no `uid`.
+    """
+    from ecs_eco.components import Policy
+    from ecs_eco.learning.module_brain import as_module
+
+    table = world.table(species)
+    nerves = table.species.nerves
+    if nerves is None or (nerves.brain is None and nerves.individuals is None):
+        raise ConfigError([Problem((species,), "has no policy network", allowed="a species with one", source="policy")])
+    if nerves.individuals is None:
+        return as_module(nerves.brain)
+    if uid is None:
+        what = f"each {species} has a policy of its own"
+        raise ConfigError([Problem((species,), what, allowed="a uid beside the species", source="policy")])
+    _, row = world.locate(uid)
+    return nerves.individuals.module(table[Policy].weights[np.array([row])][0])

@@ -1,0 +1,80 @@
+"""A network with a memory, as a torch module of your own.
+
+A shadow shows a mouse from which side the owl will come. Three ticks later nothing is to be seen any more, and it has
+to be on the other side. What sees only the present cannot learn that; a GRU does.
+"""
+
+import sys
+
+import numpy as np
+import torch
+from torch import nn
+
+from ecs_eco import System, World
+from ecs_eco.components import Metabolism, Nervous
+
+PERIOD = 8  # ticks: in the first a shadow, in the last three the owl
+
+
+class Remembering(nn.Module):
+    """forward(observations f32[n, d], state f32[n, memory]) -> logits f32[n, k], values f32[n], state."""
+
+    memory = 16  # numbers that each organism keeps; zero at birth
+
+    def __init__(self, n_observations: int, groups: tuple[int, ...]) -> None:
+        super().__init__()
+        self.cell = nn.GRUCell(n_observations, self.memory)
+        self.policy, self.value = nn.Linear(self.memory, sum(groups)), nn.Linear(self.memory, 1)
+
+    def forward(self, observations: torch.Tensor, state: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:
+        state = self.cell(observations, state)
+        return self.policy(state), self.value(state)[:, 0], state
+
+
+def side(world, uid: np.ndarray) -> np.ndarray:
+    """From which side the owl comes in this period, for each mouse: -1 or 1."""
+    return 1 - 2 * ((uid * np.uint64(2654435761) + np.uint64(world.tick // PERIOD * 40503)) >> np.uint64(9) & np.uint64(1)).astype(int)
+
+
+def shadow(world, table, seekers, out, first) -> None:
+    """A sensor: the side, in the first tick of a period; later 0."""
+    out[:, first] = side(world, table.uid[seekers.rows]) * (world.tick % PERIOD == 0)
+
+
+class Owl(System):
+    """Comes in the last ticks of a period: who is on its side is hurt, the others graze in peace."""
+
+    needs = (Nervous, Metabolism)
+    phase = "interact"
+    acts = ("side",)
+
+    def update(self, table, world) -> None:
+        if world.tick % PERIOD >= PERIOD - 3:
+            m, rows, step = table[Metabolism], table.rows(), np.float32(0.005)
+            safe = table.species.nerves.doing(table, "left")[rows] == (side(world, table.uid[rows]) > 0)
+            m.energy[rows] += np.where(safe, step, -step)
+            m.taken[rows] += step * safe
+            m.burnt[rows] += step * ~safe
+
+
+mouse = {
+    "count": 300,
+    "body": {"radius": 0.05},
+    "metabolism": {"energy": 0.5},
+    "sensors": [{"kind": "own", "property": "energy"}, {"kind": "custom", "function": shadow}],
+    "actions": {"side": ["left", "right"]},
+    "happiness": {"formula": "energy", "minimum": 0.0},
+    "policy": {"kind": "shared", "learn": True},
+    "ppo": {"learning_rate": 0.01, "discount": 0.9, "horizon": 32, "unroll": 8, "minibatch": 4096},
+}
+
+if __name__ == "__main__":
+    for name, network in (("built-in", None), ("GRU", Remembering)):
+        species = mouse | {"policy": mouse["policy"] | {"network": network}}
+        barn = {"format": 1, "name": "barn", "space": {"size": [10.0, 10.0]}, "species": {"mouse": species}}
+        world = World.from_config(barn, systems=[Owl()], seed=1).run(int(sys.argv[1]) if len(sys.argv) > 1 else 400)
+        mice = world.table("mouse")
+        before = mice[Metabolism].energy[mice.rows()].mean()
+        world.run(5 * PERIOD)
+        gain = (mice[Metabolism].energy[mice.rows()].mean() - before) / (5 * 3 * 0.005)
+        print(f"{name:>8}: {(1 + gain) / 2:4.0%} of the times on the safe side")
