@@ -4,8 +4,6 @@ A shadow shows a mouse from which side the owl will come. Three ticks later noth
 to be on the other side. What sees only the present cannot learn that; a GRU does.
 """
 
-import sys
-
 import numpy as np
 import torch
 from torch import nn
@@ -65,14 +63,14 @@ mouse = {
     "actions": {"side": ["left", "right"]},
     "happiness": {"formula": "energy", "minimum": 0.0},
     "policy": {"kind": "shared", "learn": True},
-    "ppo": {"learning_rate": 0.01, "discount": 0.9, "horizon": 32, "unroll": 8, "minibatch": 4096},
+    "ppo": {"learning_rate": 0.01, "discount": 0.9, "horizon": 16, "epochs": 6, "unroll": 8, "minibatch": 4096},
 }
 
 if __name__ == "__main__":
     for name, network in (("built-in", None), ("GRU", Remembering)):
         species = mouse | {"policy": mouse["policy"] | {"network": network}}
         barn = {"format": 1, "name": "barn", "space": {"size": [10.0, 10.0]}, "species": {"mouse": species}}
-        world = World.from_config(barn, systems=[Owl()], seed=1).run(int(sys.argv[1]) if len(sys.argv) > 1 else 400)
+        world = World.from_config(barn, systems=[Owl()], seed=1).run(240)
         mice = world.table("mouse")
         before = mice[Metabolism].energy[mice.rows()].mean()
         world.run(5 * PERIOD)

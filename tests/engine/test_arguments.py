@@ -44,8 +44,8 @@ WRONG = {
     "learn.dear": ({"policies": "untrained", "learn": {"dear": True}}, 'no such species; allowed: grass, deer, wolf; did you mean "deer"?'),
     "learn.deer": ({"policies": "untrained", "learn": {"deer": "yes"}}, "wrong type; allowed: true or false"),
     "learn": ({"policies": "untrained", "learn": "yes"}, "wrong type; allowed: true or false"),
-    "policies": ({"policies": 7}, "wrong type; allowed: trained, random, untrained, or a folder"),
-    "policies.deer": ({"policies": {"deer": 7}}, "wrong type; allowed: trained, random, untrained, or a folder"),
+    "policies": ({"policies": 7}, "wrong type; allowed: trained, random, untrained, a folder, or in a dict a torch module"),
+    "policies.deer": ({"policies": {"deer": 7}}, "wrong type; allowed: trained, random, untrained, a folder, or in a dict a torch module"),
 }
 
 

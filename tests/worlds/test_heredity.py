@@ -285,7 +285,6 @@ def test_founders_may_be_alike_and_say_what_the_species_is():
 def test_a_brain_trained_by_all_is_where_individuals_start():
     from ecs_eco.learning import PPO, Brain
     from ecs_eco.learning.individual import Individuals
-    from ecs_eco.worlds.heredity import flat
 
     for hidden in ((5,), (6, 4)):
         brain = Brain(3, (2, 4), hidden, seed=4)
@@ -294,7 +293,7 @@ def test_a_brain_trained_by_all_is_where_individuals_start():
         minds = Individuals(3, (2, 4), hidden, PPO(), 1)
         world = World(seed=1)
         table = world.add_table("one", Policy, dims={"weights": minds.size})
-        rows = table.occupy(20, 1, 0, {(Policy, "weights"): np.repeat(flat(minds, brain)[None], 20, 0)})
+        rows = table.occupy(20, 1, 0, {(Policy, "weights"): np.repeat(minds.flat(brain)[None], 20, 0)})
         x = np.random.default_rng(2).normal(size=(20, 3)).astype(F)
         for mine, theirs in zip(minds.forward(table[Policy], rows, x, world.split), brain.forward(x), strict=True):
             assert mine == pytest.approx(theirs, abs=1e-5)

@@ -208,7 +208,7 @@ def _check_policy(key: Key, species: Species, folder: Path, dims: int) -> Iterat
             if given != absent:
                 allowed = 'policy.kind = "individual", or nothing here'
                 yield Problem((*key, "policy", word), "only individual networks are inherited", given, allowed)
-    if policy.network is not None and "hidden" in policy.model_fields_set:
+    if policy.network is not None and policy.hidden != type(policy).model_fields["hidden"].default:
         fault = "the network's own class says its layers"
         yield Problem((*key, "policy", "hidden"), fault, policy.hidden, "policy.network or policy.hidden")
     if policy.network is not None and species.genome is not None:
