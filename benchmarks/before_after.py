@@ -3,10 +3,11 @@
     python benchmarks/before_after.py digests --before COMMIT
     python benchmarks/before_after.py times --before COMMIT [--pairs 12]
 
-`digests`: ten runs of 500 ticks, of all shipped worlds, with learning on and off, brains shared and individual: a hash of
-where all organisms are, what they have and who they are. `times`: worlds that take turns, each in a process of its own with
-kernels compiled before; the ratio is that of this commit's seconds to the other's, and its interval a bootstrap's over pairs.
-Results go to benchmarks/results/before_after_<what>.json.
+`digests`: ten runs of 500 ticks, of all shipped worlds, with learning on and off, brains shared and
+individual: a hash of where all organisms are, what they have and who they are. `times`: worlds that take
+turns, each in a process of its own with kernels compiled before; the ratio is that of this commit's seconds
+to the other's, and its interval a bootstrap's over pairs. Results go to
+benchmarks/results/before_after_<what>.json.
 """
 
 import argparse
@@ -23,14 +24,17 @@ from typing import Any
 ROOT = Path(__file__).parents[1]
 RESULTS = ROOT / "benchmarks" / "results"
 TICKS = 500
-CASES = [(world, learn, {}) for world in ("predator-prey", "reflexes", "learning-krill", "happiness") for learn in (False, True)]
+CASES = [(world, learn, {}) for world in ("predator-prey", "reflexes", "learning-krill", "happiness")
+         for learn in (False, True)]
 CASES += [("diel-migration", False, {}), ("lamb", True, {})]
-CASES[1] = ("predator-prey", True, {"species.deer.policy.kind": "individual", "species.wolf.policy.kind": "individual",
-                                    "species.deer.count": 300, "species.wolf.count": 40})  # fmt: skip
+CASES[1] = ("predator-prey", True,
+            {"species.deer.policy.kind": "individual", "species.wolf.policy.kind": "individual",
+             "species.deer.count": 300, "species.wolf.count": 40})  # fmt: skip
 WORLDS: dict[str, tuple[str, dict[str, Any], int]] = {  # world, changes, ticks of a turn
     "predator-prey": ("predator-prey", {}, 150),
     "predator-prey, 10,000 animals": ("predator-prey", {
-        "space.size": [640.0, 640.0], "species.grass.count": 25_000, "species.deer.count": 9000, "species.wolf.count": 1000}, 25),
+        "space.size": [640.0, 640.0], "species.grass.count": 25_000, "species.deer.count": 9000,
+        "species.wolf.count": 1000}, 25),
     "reflexes": ("reflexes", {}, 300),
 }  # fmt: skip
 
@@ -74,7 +78,8 @@ print(json.dumps(time.perf_counter() - start))
 
 def call(place: Path, code: str, argument: Any) -> Any:
     """Return what a piece of code prints, as JSON, in a process that has the package of a place."""
-    environment = {k: v for k, v in os.environ.items() if k not in ("ECS_ECO_DEBUG", "PYTHONPATH")} | {"PYTHONPATH": str(place)}
+    environment = {k: v for k, v in os.environ.items()
+                   if k not in ("ECS_ECO_DEBUG", "PYTHONPATH")} | {"PYTHONPATH": str(place)}
     command = [sys.executable, "-c", code, json.dumps(argument)]
     done = subprocess.run(command, cwd=place, env=environment, capture_output=True, text=True, check=False)
     if done.returncode:
@@ -88,13 +93,15 @@ def digests(before: Path) -> dict[str, Any]:
     for name, learn, changes in CASES:
         asked = [name, learn, changes, TICKS]
         was, now = (call(place, DIGEST, asked) for place in (before, ROOT))
-        cases.append({"world": name, "learning": learn, "changes": changes, "equal": was == now, "digest": now[0], "living": now[1]})
+        cases.append({"world": name, "learning": learn, "changes": changes, "equal": was == now,
+                      "digest": now[0], "living": now[1]})
         print(json.dumps(cases[-1]), flush=True)
     return {"cases": cases, "equal": sum(case["equal"] for case in cases)}
 
 
 def times(before: Path, pairs: int) -> dict[str, Any]:
-    """Return for each world the median ratio of this commit's seconds to the other's, with an interval of 95 %."""
+    """Return for each world the median ratio of this commit's seconds to the other's,
+    with an interval of 95 %."""
     results = {}
     for name, (world, changes, ticks) in WORLDS.items():
         for one in (False, True):
@@ -110,27 +117,32 @@ def times(before: Path, pairs: int) -> dict[str, Any]:
             draws = random.Random(1)
             medians = sorted(statistics.median(draws.choices(ratios, k=pairs)) for _ in range(2000))
             key = f"{name}, {'run(1) a tick' if one else 'one run'}"
-            results[key] = {"ratio": round(statistics.median(ratios), 4), "from": round(medians[50], 4), "to": round(medians[-51], 4),
-                          "ms a tick": round(1000 * statistics.median(seconds) / ticks, 3), "pairs": pairs}  # fmt: skip
+            results[key] = {"ratio": round(statistics.median(ratios), 4), "from": round(medians[50], 4),
+                          "to": round(medians[-51], 4),
+                          "ms a tick": round(1000 * statistics.median(seconds) / ticks, 3),
+                          "pairs": pairs}  # fmt: skip
             print(key, json.dumps(results[key]), flush=True)
     return results
 
 
 def main() -> int:
     """Compare and keep; return 1 where results differ."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
     parser.add_argument("what", choices=["digests", "times"])
     parser.add_argument("--before", required=True, metavar="COMMIT")
     parser.add_argument("--pairs", type=int, default=12)
     given = parser.parse_args()
-    git = {name: subprocess.run(["git", "rev-parse", "--short", name], cwd=ROOT, capture_output=True, text=True, check=True).stdout.strip()
+    git = {name: subprocess.run(["git", "rev-parse", "--short", name], cwd=ROOT, capture_output=True,
+                                text=True, check=True).stdout.strip()
            for name in (given.before, "HEAD")}  # fmt: skip
     with tempfile.TemporaryDirectory() as folder:
-        files = subprocess.run(["git", "archive", given.before], cwd=ROOT, capture_output=True, check=True).stdout
+        files = subprocess.run(["git", "archive", given.before], cwd=ROOT,
+                               capture_output=True, check=True).stdout
         subprocess.run(["tar", "x", "-C", folder], input=files, check=True)
         result = digests(Path(folder)) if given.what == "digests" else times(Path(folder), given.pairs)
     record = {"before": git[given.before], "after": git["HEAD"], "load": os.getloadavg()[0], **result}
-    (RESULTS / f"before_after_{given.what}.json").write_text(json.dumps(record, indent=1) + "\n", encoding="utf-8")
+    (RESULTS / f"before_after_{given.what}.json").write_text(json.dumps(record, indent=1) + "\n",
+                                                             encoding="utf-8")
     return int(given.what == "digests" and result["equal"] < len(result["cases"]))
 
 

@@ -1,4 +1,5 @@
-"""How many births a second: crossover and mutation of many genomes at once, and one by one through DEAP's own functions.
+"""How many births a second: crossover and mutation of many genomes at once,
+and one by one through DEAP's own functions.
 
     python benchmarks/births.py [--births 100000]
 """
@@ -37,7 +38,7 @@ def births_per_second(loci: int, n: int, at_once: bool, repeats: int) -> float:
 
 def main() -> None:
     """Measure both ways at two lengths."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
     parser.add_argument("--births", type=int, default=100_000)
     n = parser.parse_args().births
     rows = []
@@ -46,7 +47,8 @@ def main() -> None:
             at_once = way == "at once"
             rate = births_per_second(loci, n if at_once else max(n // 50, 10), at_once, 5 if at_once else 3)
             rows.append({"loci": loci, "births": way, "births/s": rate, "goal": GOAL[way]})
-    _bench.save("births", "Births: crossover at two points and mutation (4 letters, 0.005 a locus), one core", rows)
+    _bench.save("births", "Births: crossover at two points and mutation (4 letters, 0.005 a locus), one core",
+                rows)
 
 
 if __name__ == "__main__":

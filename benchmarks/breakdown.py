@@ -19,7 +19,8 @@ from ecs_eco import World
 
 
 def timed(world: World) -> Counter[str]:
-    """Let every system and the networks' forward passes add up their time [s] in the counter that is returned."""
+    """Let every system and the networks' forward passes add up their time [s] in the counter
+    that is returned."""
     spent: Counter[str] = Counter()
 
     def watch(owner: Any, method: str, name: str) -> None:
@@ -46,12 +47,13 @@ def timed(world: World) -> Counter[str]:
 
 def main() -> None:
     """Profile each size with one and two threads in turn."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
     parser.add_argument("--sizes", type=int, nargs="+", default=[30_000, 100_000])
     columns: dict[str, dict[str, float]] = {}
     for animals in parser.parse_args().sizes:
         for threads in (1, 2):
-            world = World.from_config(_bench.savanna(animals), seed=1, policies="untrained", threads=threads, training=True)
+            world = World.from_config(_bench.savanna(animals), seed=1, policies="untrained", threads=threads,
+                                      training=True)
             world.run(5)
             spent, ticks = timed(world), max(5, 600_000 // animals)
             start = time.perf_counter()
@@ -59,7 +61,8 @@ def main() -> None:
             whole = time.perf_counter() - start
             columns[f"{animals:,}, {threads} thread{'s' * (threads > 1)}"] = {
                 k: v / ticks / animals * 1e9 for k, v in [("whole tick", whole), *spent.items()]}
-    names = sorted({n for c in columns.values() for n in c}, key=lambda n: -next(iter(columns.values())).get(n, 0.0))
+    names = sorted({n for c in columns.values() for n in c},
+                   key=lambda n: -next(iter(columns.values())).get(n, 0.0))
     _bench.save("breakdown", "Where the time of a tick goes [ns per animal]",
                 [{"part": n, **{c: round(v.get(n, 0.0), 1) for c, v in columns.items()}} for n in names])
 

@@ -1,4 +1,5 @@
-"""How much memory an animal takes: columns, index and Python objects (esper's registry included), and a transition of a rollout.
+"""How much memory an animal takes: columns, index and Python objects (esper's registry included),
+and a transition of a rollout.
 
     python benchmarks/memory.py [--animals 100000]
 """
@@ -25,14 +26,16 @@ def resident() -> int:
 
 def main() -> None:
     """Build a small world to load everything, then a large one, look at it through esper, and compare."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
     parser.add_argument("--animals", type=int, default=100_000)
     n = parser.parse_args().animals
-    small = World.from_config(_bench.savanna(1000, plants_per_animal=0.01), seed=1, policies="untrained", training=True, learn=True)
+    small = World.from_config(_bench.savanna(1000, plants_per_animal=0.01), seed=1, policies="untrained",
+                              training=True, learn=True)
     small.run(3)
     gc.collect()
     before = resident()
-    world = World.from_config(_bench.savanna(n, plants_per_animal=0.01), seed=1, policies="untrained", training=True)
+    world = World.from_config(_bench.savanna(n, plants_per_animal=0.01), seed=1, policies="untrained",
+                              training=True)
     world.run(3)
     without = resident() - before
     with world:  # a handle for each component of each animal
@@ -41,8 +44,10 @@ def main() -> None:
     total = resident() - before
     columns = sum(t.nbytes for name, t in world.tables.items() if name != "plant")
     rollout = small.tables["grazer"].species.nerves.learner.rollout.nbytes_per_transition
-    rows = [{"animals": n, "columns [B/animal]": columns / n, "process without handles [B/animal]": without / n,
-             "process with esper entities [B/animal]": total / n, "goal [B/animal]": 2048, "rollout [B/transition]": rollout}]
+    rows = [{"animals": n, "columns [B/animal]": columns / n,
+             "process without handles [B/animal]": without / n,
+             "process with esper entities [B/animal]": total / n, "goal [B/animal]": 2048,
+             "rollout [B/transition]": rollout}]
     _bench.save("memory", "Memory per animal, 24 observations, outside the rollout", rows)
 
 

@@ -31,7 +31,8 @@ from ecs_eco.view.server import Server
 
 ANIMALS = 0.2  # of the organisms: these move from frame to frame, plants stand
 GOAL = 5.0  # [ms] for both together
-# The page keeps running means with a weight of 1/10 for the last: what one frame took follows from two of them.
+# The page keeps running means with a weight of 1/10 for the last:
+# what one frame took follows from two of them.
 LISTEN = """() => {
   window.times = {decode: [], render: []};
   let [frames, renders, decode, render] = [ecs.frames, ecs.renders, ecs.decodeMs, ecs.renderMs];
@@ -61,10 +62,12 @@ def made(organisms: int) -> World:
     side, rng = float(np.sqrt(organisms)), np.random.default_rng(1)
     world = World([side, side], seed=1)
     animals = round(organisms * ANIMALS)
-    for name, n, parts in (("plant", organisms - animals, (Position, Biology)), ("animal", animals, (Position, Velocity, Biology))):
+    for name, n, parts in (("plant", organisms - animals, (Position, Biology)),
+                           ("animal", animals, (Position, Velocity, Biology))):
         table = world.add_table(name, *parts)
         table.species.color, table.species.radius = "#1a9641" if name == "plant" else "#d95f02", 0.3
-        table.request(np.zeros(n, np.uint64), {(Position, axis): (rng.random(n) * side).astype(np.float32) for axis in "xy"})
+        table.request(np.zeros(n, np.uint64),
+                      {(Position, axis): (rng.random(n) * side).astype(np.float32) for axis in "xy"})
     world.flush()
     world.add_system(Wander())
     return world
@@ -105,7 +108,7 @@ def measure(page: Any, colour: str, frames: int) -> dict[str, list[float]]:
 
 def main() -> None:
     """Measure, and keep the figures."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
     parser.add_argument("--organisms", type=int, default=50_000)
     parser.add_argument("--frames", type=int, default=150)
     asked = parser.parse_args()
@@ -116,11 +119,13 @@ def main() -> None:
         until(page, "ecs.frames > 20 && ecs.renders > 20", 600)
         for colour in ("species", "age"):
             measured = measure(page, colour, asked.frames)
-            middle, best = ({what: of(times) for what, times in measured.items()} for of in (statistics.median, min))
+            middle, best = ({what: of(times) for what, times in measured.items()}
+                            for of in (statistics.median, min))
             rows += [{"organisms": asked.organisms, "colour": colour, "what": words,
-                      "ms a frame, median": middle.get(what, sum(middle.values())), "best": best.get(what, sum(best.values())),
-                      "goal": GOAL}
-                     for what, words in (("decode", "decoding"), ("render", "render call"), ("both", "both"))]  # fmt: skip
+                      "ms a frame, median": middle.get(what, sum(middle.values())),
+                      "best": best.get(what, sum(best.values())), "goal": GOAL}
+                     for what, words in (("decode", "decoding"), ("render", "render call"),
+                                         ("both", "both"))]  # fmt: skip
         notes = {"browser": f"Chromium {browser.version}", "frames of each colour, at least": asked.frames,
                  "drawn by": "software (SwiftShader), in a process of its own"}  # fmt: skip
     _bench.save("page", "What a frame costs the page: decoding it, and the call that draws it", rows, notes)

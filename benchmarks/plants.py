@@ -21,8 +21,10 @@ def meadow(plants: int) -> dict:
     """Return a world of plants that grow by light, spread to sites within 10 m, and die of age."""
     side = 2.0 * math.sqrt(plants / 0.8)
     plant = {
-        "count": plants, "body": {"radius": 0.4}, "metabolism": {"energy": 0.1, "energy_max": 1.0, "growth": 0.002},
-        "reproduction": {"kind": "spread", "rate": 0.01, "seed_rain": 0.001, "spacing": 2.0, "place": "near", "dispersal": 10.0},
+        "count": plants, "body": {"radius": 0.4},
+        "metabolism": {"energy": 0.1, "energy_max": 1.0, "growth": 0.002},
+        "reproduction": {"kind": "spread", "rate": 0.01, "seed_rain": 0.001, "spacing": 2.0, "place": "near",
+                         "dispersal": 10.0},
         "lethal": [{"property": "age", "max": 500.0, "high": "too old"}],
     }  # fmt: skip
     return {"format": 1, "name": "meadow", "space": {"size": [side, side]}, "species": {"plant": plant}}
@@ -30,7 +32,7 @@ def meadow(plants: int) -> dict:
 
 def main() -> None:
     """Measure all sizes in turn."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
     parser.add_argument("--sizes", type=int, nargs="+", default=[10_000, 100_000, 1_000_000])
     rows = []
     for n in parser.parse_args().sizes:

@@ -3,8 +3,9 @@
     python benchmarks/ppo.py [--sizes 1000 10000 100000] [--threads 1 2]
 
 24 observations, 64 and 64 tanh units that policy and value share, two groups of three actions, 3 epochs of
-minibatches of 8,192. The plain way is the same network and the same loss by torch's autograd and torch.optim.Adam.
-One thread is timed by its processor, which neighbours disturb less; more threads by the clock on the wall.
+minibatches of 8,192. The plain way is the same network and the same loss by torch's autograd and
+torch.optim.Adam. One thread is timed by its processor, which neighbours disturb less; more threads by the
+clock on the wall.
 """
 
 import argparse
@@ -59,7 +60,8 @@ def plain(brain: Brain) -> torch.nn.Module:
     class Plain(torch.nn.Module):
         def __init__(self) -> None:
             super().__init__()
-            self.trunk = torch.nn.Sequential(torch.nn.Linear(WIDTH, 64), torch.nn.Tanh(), torch.nn.Linear(64, 64), torch.nn.Tanh())
+            self.trunk = torch.nn.Sequential(torch.nn.Linear(WIDTH, 64), torch.nn.Tanh(),
+                                             torch.nn.Linear(64, 64), torch.nn.Tanh())
             self.policy, self.value = torch.nn.Linear(64, sum(GROUPS)), torch.nn.Linear(64, 1)
 
         def forward(self, x: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
@@ -73,7 +75,8 @@ def plain_update(net: torch.nn.Module, adam: torch.optim.Optimizer, learner: Lea
     """Learn from a rollout, whose advantages are known, by autograd."""
     rollout = learner.rollout
     seen, choices = torch.from_numpy(rollout.observations), torch.from_numpy(rollout.choices.astype(np.int64))
-    then, old, gain = (torch.from_numpy(rollout.steps[name].copy()) for name in ("log_probability", "value", "advantage"))
+    then, old, gain = (torch.from_numpy(rollout.steps[name].copy())
+                       for name in ("log_probability", "value", "advantage"))
     advantage, target = (gain - gain.mean()) / (gain.std() + 1e-8), gain + old
     for _ in range(SETTINGS.epochs):
         for index in torch.randperm(rollout.n).split(SETTINGS.minibatch):
@@ -141,7 +144,8 @@ def breakdown(n: int = 10_000, ticks: int = 64) -> dict[str, float]:
     batch = fill(learner, n, ticks)
     rollout.advantages(*batch, 0.95)
     order = np.random.default_rng(3).permutation(rollout.n)
-    rows, terms, weights = learner._passes.rows(0, CHUNK), np.zeros(6), np.array([0.2, 0, 0.01, 0.5, 0, 1, 1e-4], "f4")
+    rows, terms, weights = (learner._passes.rows(0, CHUNK), np.zeros(6),
+                            np.array([0.2, 0, 0.01, 0.5, 0, 1, 1e-4], "f4"))
     learner._reserve(1)
     chunks = iter(np.tile(order[: rollout.n // CHUNK * CHUNK], 20).reshape(-1, CHUNK))
 
@@ -161,7 +165,9 @@ def breakdown(n: int = 10_000, ticks: int = 64) -> dict[str, float]:
     for name, part in parts.items():
         part()
         result[f"{name}, ns per use"] = best_of(part, 200) / CHUNK * 1e9
-    result["shuffle, ns per use"] = best_of(lambda: np.random.default_rng(3).permutation(rollout.n), 5) / rollout.n * 1e9
+    result["shuffle, ns per use"] = (
+        best_of(lambda: np.random.default_rng(3).permutation(rollout.n), 5) / rollout.n * 1e9
+    )
     rollout_time = best_of(lambda: rollout.advantages(*batch, 0.95), 5)
     result["advantages, ns per transition"] = rollout_time / rollout.n * 1e9
     return {name: round(value, 1) for name, value in result.items()}
@@ -169,7 +175,7 @@ def breakdown(n: int = 10_000, ticks: int = 64) -> dict[str, float]:
 
 def main() -> None:
     """Measure all sizes in turn."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
     parser.add_argument("--sizes", type=int, nargs="+", default=[1000, 10_000, 100_000])
     parser.add_argument("--threads", type=int, nargs="+", default=[1])
     parser.add_argument("--name", default="ppo")

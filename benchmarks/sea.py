@@ -1,7 +1,8 @@
-"""How many plankton per second live in one sea: the world diel-migration with a wider surface, policies at work, ledger and recorder on.
+"""How many plankton per second live in one sea: the world diel-migration with a wider surface, policies at
+work, ledger and recorder on.
 
     python benchmarks/sea.py [--sizes 1000 10000 100000]
-    python benchmarks/sea.py --life        # as it is shipped: training from random weights, and 20 days written to disk
+    python benchmarks/sea.py --life        # as it is shipped: training from random weights, 20 days to disk
 """
 
 import argparse
@@ -21,18 +22,22 @@ from ecs_eco.config import WorldConfig, load
 
 
 def sea(plankton: int) -> WorldConfig:
-    """Return the sea at its own density, so wide that it holds so many phytoplankton, copepods and krill at the start."""
+    """Return the sea at its own density, so wide that it holds so many phytoplankton,
+    copepods and krill at the start."""
     shipped = load("diel-migration")
     now = {name: s.count for name, s in shipped.species.items()}
     factor = plankton / sum(now.values())
     side = round(math.sqrt(shipped.space.size[0] * shipped.space.size[1] * factor), 1)
-    numbers: dict[str, object] = {f"species.{name}.count": max(1, round(n * factor)) for name, n in now.items()}
-    numbers |= {f"species.{n}.max_count": math.ceil(s.max_count * factor) for n, s in shipped.species.items() if s.max_count}
+    numbers: dict[str, object] = {f"species.{name}.count": max(1, round(n * factor))
+                                  for name, n in now.items()}
+    numbers |= {f"species.{n}.max_count": math.ceil(s.max_count * factor)
+                for n, s in shipped.species.items() if s.max_count}
     return load(shipped, numbers | {"space.size": [side, side, shipped.space.size[2]]})
 
 
 def lifetime() -> None:
-    """Time a training from random weights, and the run that follows, each in whole: once, with compiled kernels."""
+    """Time a training from random weights, and the run that follows, each in whole: once,
+    with compiled kernels."""
     from ecs_eco.experiments.pretraining import pretrain
     from ecs_eco.record import run_to_folder
 
@@ -45,14 +50,16 @@ def lifetime() -> None:
         trained = time.perf_counter()
         run_to_folder(config, 1, config.ticks, f"{scratch}/run", report=False)
         lived = time.perf_counter()
-    rows = [{"what": "training from random weights", "ticks": config.training.ticks, "s": trained - start, "goal [s]": 900},
-            {"what": "20 days with the bundled policies, recorded", "ticks": config.ticks, "s": lived - trained, "goal [s]": 120}]
+    rows = [{"what": "training from random weights", "ticks": config.training.ticks, "s": trained - start,
+             "goal [s]": 900},
+            {"what": "20 days with the bundled policies, recorded", "ticks": config.ticks,
+             "s": lived - trained, "goal [s]": 120}]
     _bench.save("sea_life", "The sea as it is shipped, one thread", rows)
 
 
 def main() -> None:
     """Measure all sizes in turn, from noon on."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
     parser.add_argument("--sizes", type=int, nargs="+", default=[1000, 10_000, 100_000])
     parser.add_argument("--life", action="store_true", help="time the world as it is shipped instead")
     asked = parser.parse_args()
@@ -71,9 +78,12 @@ def main() -> None:
             times.append((time.perf_counter() - start) / ticks)
             lived.append(alive)
         best = times.index(min(times))
-        rows.append({"plankton": lived[best], "of which think": sum(t.n for name, t in world.tables.items() if name != "phytoplankton"),
+        rows.append({"plankton": lived[best], "of which think": sum(
+            t.n for name, t in world.tables.items() if name != "phytoplankton"
+        ),
                      "ticks/s": 1 / min(times), "M plankton-steps/s": lived[best] / min(times) / 1e6})
-    _bench.save("sea", "Plankton in one sea: light with shade, senses in three dimensions, policies, grazing and births, one core", rows)
+    _bench.save("sea", "Plankton in one sea: light with shade, senses in three dimensions, policies, "
+                       "grazing and births, one core", rows)
 
 
 if __name__ == "__main__":

@@ -1,4 +1,5 @@
-"""How long a command takes as a whole process: `--help`, and a run of 100 ticks whose kernels are compiled, and whose are not.
+"""How long a command takes as a whole process: `--help`, and a run of 100 ticks whose kernels are compiled,
+and whose are not.
 
     python benchmarks/startup.py
 """
@@ -22,8 +23,8 @@ def seconds(arguments: list[str], cache: Path) -> float:
     """Run one command in a process of its own and return its wall time [s]."""
     environment = os.environ | {"ECS_ECO_CACHE": str(cache)}
     start = time.perf_counter()
-    subprocess.run([sys.executable, "-c", "from ecs_eco.cli import main; main()", *arguments], check=True, env=environment,
-                   stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    subprocess.run([sys.executable, "-c", "from ecs_eco.cli import main; main()", *arguments], check=True,
+                   env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     return time.perf_counter() - start
 
 
@@ -32,7 +33,8 @@ def main() -> None:
     rows = []
     with tempfile.TemporaryDirectory() as folder:
         cache, out = Path(folder) / "cache", Path(folder) / "run"
-        for arguments, goal in ((["--help"], 0.3), (["list"], 0.3), (["run", "predator-prey", "--ticks", "100", "--out", str(out)], 4.0)):
+        for arguments, goal in ((["--help"], 0.3), (["list"], 0.3),
+                                (["run", "predator-prey", "--ticks", "100", "--out", str(out)], 4.0)):
             times = []
             for _ in range(6):
                 times.append(seconds(arguments, cache))
@@ -41,7 +43,8 @@ def main() -> None:
                          "later, median [s]": statistics.median(times[1:]),
                          "later, least [s]": min(times[1:]), "goal [s]": goal})
         compiled = len(list(cache.rglob("*.nbc")))
-    _bench.save("startup", "Commands as whole processes", rows, {"kernels compiled by the first run": compiled})
+    _bench.save("startup", "Commands as whole processes", rows,
+                {"kernels compiled by the first run": compiled})
 
 
 if __name__ == "__main__":

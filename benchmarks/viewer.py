@@ -39,13 +39,14 @@ def made(organisms: int, record: bool = True) -> World:
 
 
 def read_all(port: int, credential: str) -> None:
-    """Be a page, in a process of its own: read and acknowledge every frame, and say how many there were at the end."""
+    """Be a page, in a process of its own: read and acknowledge every frame,
+    and say how many there were at the end."""
     from websockets.exceptions import ConnectionClosed
     from websockets.sync.client import connect
 
     frames = size = 0
-    with connect(f"ws://127.0.0.1:{port}/ws", origin=f"http://127.0.0.1:{port}", subprotocols=[SUBPROTOCOL, credential],
-                 compression=None, max_size=None) as ws:  # fmt: skip
+    with connect(f"ws://127.0.0.1:{port}/ws", origin=f"http://127.0.0.1:{port}",
+                 subprotocols=[SUBPROTOCOL, credential], compression=None, max_size=None) as ws:  # fmt: skip
         try:
             while True:
                 message = ws.recv()
@@ -71,17 +72,19 @@ def page(server: Server) -> Any:
 
 
 def run(world: World, ticks: int) -> tuple[float, float]:
-    """Let it live for some ticks; return how long they took and how much work the whole process did meanwhile [s]."""
+    """Let it live for some ticks; return how long they took and how much work the whole process did meanwhile
+    [s]."""
     wall, work = time.perf_counter(), time.process_time()
     world.run(ticks)
     return time.perf_counter() - wall, time.process_time() - work
 
 
 def cost(organisms: int, pairs: int) -> tuple[list[dict[str, Any]], dict[str, Any]]:
-    """The same world twice, in turn for a second each: one alone, one with a server and a page that reads all.
+    """The same world twice, in turn for a second each: one alone,
+    one with a server and a page that reads all.
 
-    A loaded machine makes ratios larger than they are: frames come 20 times a second, whatever the world's share of the core is
-    meanwhile. The share of a core that the viewer itself takes does not depend on that.
+    A loaded machine makes ratios larger than they are: frames come 20 times a second, whatever the world's
+    share of the core is meanwhile. The share of a core that the viewer itself takes does not depend on that.
     """
     alone, seen = made(organisms), made(organisms)
     player, spent = Player(Live(seen), None), [0.0]
@@ -97,7 +100,8 @@ def cost(organisms: int, pairs: int) -> tuple[list[dict[str, Any]], dict[str, An
         seconds = run(alone, 50)[0] / 50
         run(seen, 50)
         clock = time.pthread_getcpuclockid(server._thread.ident)  # type: ignore[arg-type]
-        ticks, frames, spent[0], served = max(10, round(1.0 / seconds)), player.frames, 0.0, time.clock_gettime(clock)
+        ticks, frames, spent[0], served = (max(10, round(1.0 / seconds)), player.frames, 0.0,
+                                           time.clock_gettime(clock))
         for i in range(pairs):
             took = {world is seen: run(world, ticks) for world in ((alone, seen), (seen, alone))[i % 2]}
             wall.append(took[True][0] / took[False][0] - 1)
@@ -111,7 +115,8 @@ def cost(organisms: int, pairs: int) -> tuple[list[dict[str, Any]], dict[str, An
             for what, shares in (("the run's wall time", wall), ("the processor's time, all threads", work),
                                 ("one core, for turns and the server's thread", [share]))]  # fmt: skip
     notes = {"organisms": n, "pairs": pairs, "ticks in each": ticks, "ms a tick": 1e3 * seconds,
-             "frames a second": (player.frames - frames) / watched, "same digest": alone.digest() == seen.digest()}  # fmt: skip
+             "frames a second": (player.frames - frames) / watched,
+             "same digest": alone.digest() == seen.digest()}  # fmt: skip
     return rows, notes
 
 
@@ -128,7 +133,8 @@ def encoding(sizes: list[int]) -> list[dict[str, Any]]:
                 frame = live.frame(number, colour)
                 times.append(time.perf_counter() - begin)
             n = sum(live.counts().values())
-            rows.append({"organisms": n, "colour": colour, "ms a frame, median": 1e3 * statistics.median(times), "best": 1e3 * min(times),
+            rows.append({"organisms": n, "colour": colour,
+                         "ms a frame, median": 1e3 * statistics.median(times), "best": 1e3 * min(times),
                          "bytes an organism": len(frame) / n, "goal": 3.0})  # fmt: skip
     return rows
 
@@ -145,18 +151,21 @@ def deaf(server: Server) -> socket.socket:
     raw.connect(("127.0.0.1", server.port))
     raw.sendall((f"GET /ws HTTP/1.1\r\nHost: 127.0.0.1:{server.port}\r\nUpgrade: websocket\r\n"
                  f"Sec-WebSocket-Protocol: {SUBPROTOCOL}, {server.credentials.credential}\r\n"
-                 f"Connection: Upgrade\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Version: 13\r\n"
+                 "Connection: Upgrade\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n"
+                 "Sec-WebSocket-Version: 13\r\n"
                  f"Origin: http://127.0.0.1:{server.port}\r\n\r\n").encode())  # fmt: skip
     raw.recv(12)
     return raw
 
 
 def frozen(server: Server, until: threading.Event) -> None:
-    """Be a page whose browser answers pings while its script stands still: it reads, and never acknowledges."""
+    """Be a page whose browser answers pings while its script stands still: it reads, and never acknowledges.
+    """
     from websockets.exceptions import ConnectionClosed
     from websockets.sync.client import connect
 
-    with connect(f"ws://127.0.0.1:{server.port}/ws", origin=f"http://127.0.0.1:{server.port}", compression=None, max_size=None,
+    with connect(f"ws://127.0.0.1:{server.port}/ws", origin=f"http://127.0.0.1:{server.port}",
+                 compression=None, max_size=None,
                  subprotocols=[SUBPROTOCOL, server.credentials.credential]) as ws:  # fmt: skip
         while not until.is_set():
             try:
@@ -168,11 +177,13 @@ def frozen(server: Server, until: threading.Event) -> None:
 
 
 def stalls(organisms: int, minutes: float) -> list[dict[str, Any]]:
-    """A world with no page, then with one that does not read and one that does not acknowledge: its speed and the memory."""
+    """A world with no page, then with one that does not read and one that does not acknowledge:
+    its speed and the memory."""
     world, rows, end = made(organisms, record=False), [], threading.Event()
     live = Live(world)
     live.kin.forget()
-    live.kin = Kin(world, most=100_000)  # what is remembered of lives has a bound, which is to be reached before
+    # what is remembered of lives has a bound, which is to be reached before
+    live.kin = Kin(world, most=100_000)
     player = Player(live, None)
     with Server(player) as server:
         world.before_tick.append(player.turn)
@@ -180,14 +191,18 @@ def stalls(organisms: int, minutes: float) -> list[dict[str, Any]]:
             world.run(50)
         rows.append(standing(world, player, server, "no page", minutes / 4, []))
         threading.Thread(target=frozen, args=(server, end), daemon=True).start()
-        rows.append(standing(world, player, server, "a page that does not read, one that does not acknowledge", minutes, [deaf(server)]))
+        rows.append(standing(world, player, server,
+                             "a page that does not read, one that does not acknowledge", minutes,
+                             [deaf(server)]))
         end.set()
         world.before_tick.clear()
     return rows
 
 
-def standing(world: World, player: Player, server: Server, what: str, minutes: float, raw: list[socket.socket]) -> dict[str, Any]:
-    """Let a world run with pages that stand still; one that is let go because it answers no pings comes again."""
+def standing(world: World, player: Player, server: Server, what: str, minutes: float,
+             raw: list[socket.socket]) -> dict[str, Any]:
+    """Let a world run with pages that stand still; one that is let go because it answers no pings comes
+    again."""
     world.run(100)
     before, frames, begin, ticks, most, again = resident(), player.frames, time.perf_counter(), 0, 0.0, 0
     while (spent := time.perf_counter() - begin) < 60 * minutes:
@@ -199,13 +214,14 @@ def standing(world: World, player: Player, server: Server, what: str, minutes: f
     waiting = max((len(client._waiting) for client in server.clients), default=0)
     for page_ in raw:
         page_.close()
-    return {"with": what, "minutes": spent / 60, "ticks/s": ticks / spent, "memory before [MB]": before, "after": resident(), "most": most,
-            "frames made": player.frames - frames, "messages waiting": waiting, "let go and came again": again}  # fmt: skip
+    return {"with": what, "minutes": spent / 60, "ticks/s": ticks / spent, "memory before [MB]": before,
+            "after": resident(), "most": most, "frames made": player.frames - frames,
+            "messages waiting": waiting, "let go and came again": again}  # fmt: skip
 
 
 def main() -> None:
     """Measure what was asked for."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
     parser.add_argument("--organisms", type=int, default=11_000)
     parser.add_argument("--pairs", type=int, default=15)
     parser.add_argument("--minutes", type=float, default=1 / 3)
@@ -217,11 +233,13 @@ def main() -> None:
         return
     if asked.only in (None, "cost"):
         rows, notes = cost(asked.organisms, asked.pairs)
-        _bench.save("viewer_cost", "What a viewer with one page costs a run that goes as fast as it can", rows, notes)
+        _bench.save("viewer_cost", "What a viewer with one page costs a run that goes as fast as it can",
+                    rows, notes)
     if asked.only in (None, "frames"):
         _bench.save("viewer_frames", "Encoding one frame, on one core", encoding([asked.organisms, 55_000]))
     if asked.only in (None, "stall"):
-        _bench.save("viewer_stall", "A page that stops: the run's speed and the server's memory", stalls(asked.organisms, asked.minutes))
+        _bench.save("viewer_stall", "A page that stops: the run's speed and the server's memory",
+                    stalls(asked.organisms, asked.minutes))
 
 
 if __name__ == "__main__":

@@ -2,8 +2,9 @@
 
     python benchmarks/wolf_sheep.py [--seeds 20] [--short]
 
-Both run in turn in one process, with data collection on; the model is wolf_sheep_model.py. Times are those of the
-processor, so that other work on the machine counts less. Needs Python 3.12 and Mesa: pip install 'ecs-eco[bench]'.
+Both run in turn in one process, with data collection on; the model is wolf_sheep_model.py. Times are those of
+the processor, so that other work on the machine counts less. Needs Python 3.12 and Mesa: pip install
+'ecs-eco[bench]'.
 """
 
 import argparse
@@ -23,10 +24,13 @@ from scipy import stats
 
 from ecs_eco import Table, World
 
-COEXISTING = {"sheep_reproduce": 0.2, "wolf_reproduce": 0.05, "sheep_gain": 4.0, "wolf_gain": 5.0, "regrowth": 10}
-REGIMES = {"default": model.DEFAULT, "coexisting": COEXISTING}  # by tick 60 nearly all are dead in Mesa's default
+COEXISTING = {"sheep_reproduce": 0.2, "wolf_reproduce": 0.05, "sheep_gain": 4.0, "wolf_gain": 5.0,
+              "regrowth": 10}
+# by tick 60 nearly all are dead in Mesa's default
+REGIMES = {"default": model.DEFAULT, "coexisting": COEXISTING}
 SIZES = {20: (60, 10), 100: (60, 1), 300: (10, 1)}  # width: ticks, and how many times as many seeds
-WRONG = {"regrowth one tick early": ("regrowth", lambda v: v - 1), "sheep bear 10 % more often": ("sheep_reproduce", lambda v: 1.1 * v),
+WRONG = {"regrowth one tick early": ("regrowth", lambda v: v - 1),
+         "sheep bear 10 % more often": ("sheep_reproduce", lambda v: 1.1 * v),
          "wolves gain 10 % more": ("wolf_gain", lambda v: 1.1 * v)}  # fmt: skip
 COUNTED = ("sheep", "wolves", "grass")
 
@@ -36,10 +40,12 @@ def mesa(width, ticks, seed, p):
     try:
         from mesa.examples.advanced.wolf_sheep.model import WolfSheep, WolfSheepScenario
     except ImportError:
-        sys.exit("this benchmark runs Mesa 3.5 beside ecs-eco: pip install 'ecs-eco[bench]', on Python 3.12 or newer")
+        sys.exit("this benchmark runs Mesa 3.5 beside ecs-eco: pip install 'ecs-eco[bench]', "
+                 "on Python 3.12 or newer")
     world = WolfSheep(WolfSheepScenario(
-        height=width, width=width, initial_sheep=width * width // 4, initial_wolves=width * width // 8, rng=seed,
-        sheep_reproduce=p["sheep_reproduce"], wolf_reproduce=p["wolf_reproduce"], wolf_gain_from_food=p["wolf_gain"],
+        height=width, width=width, initial_sheep=width * width // 4, initial_wolves=width * width // 8,
+        rng=seed, sheep_reproduce=p["sheep_reproduce"], wolf_reproduce=p["wolf_reproduce"],
+        wolf_gain_from_food=p["wolf_gain"],
         sheep_gain_from_food=p["sheep_gain"], grass_regrowth_time=p["regrowth"]))  # fmt: skip
     start = time.process_time()
     for _ in range(ticks):
@@ -61,10 +67,11 @@ def ours(width, ticks, seed, p, enough=0.0):
 
 
 def compare(a, b, ticks):
-    """Return the smallest Holm-corrected KS p of counts [seeds, ticks + 1, 3], and how far apart the means may be.
+    """Return the smallest Holm-corrected KS p of counts [seeds, ticks + 1, 3],
+    and how far apart the means may be.
 
-    The latter are the farthest ends of the 90 % intervals (equivalence by two one-sided tests at .05), in standard
-    deviations between seeds, and in shares of Mesa's mean where that is 100 or more.
+    The latter are the farthest ends of the 90 % intervals (equivalence by two one-sided tests at .05), in
+    standard deviations between seeds, and in shares of Mesa's mean where that is 100 or more.
     """
     p, in_sd, in_share = [], [0.0], [0.0]
     for t in [t for t in (1, 2, 5, 10, 20, 40, 60) if t <= ticks]:
@@ -79,8 +86,8 @@ def compare(a, b, ticks):
             if x.mean() >= 100:
                 in_share.append(edge / x.mean())
     holm = np.maximum.accumulate(np.sort(p) * np.arange(len(p), 0, -1))
-    return {"tests": len(p), "smallest p (Holm)": min(1.0, float(holm[0])), "means within, SD": float(max(in_sd)),
-            "means within, %": 100 * float(max(in_share))}  # fmt: skip
+    return {"tests": len(p), "smallest p (Holm)": min(1.0, float(holm[0])),
+            "means within, SD": float(max(in_sd)), "means within, %": 100 * float(max(in_share))}  # fmt: skip
 
 
 def case(regime, width, ticks, seeds):
@@ -98,8 +105,10 @@ def case(regime, width, ticks, seeds):
     low, middle, high = np.quantile(ratio, (0.25, 0.5, 0.75))
     where = {"regime": regime, "cells": f"{width}²", "ticks": ticks, "seeds": seeds}
     speed = where | {"animals": float(n.mean() / ticks), "Mesa, µs a tick": float(np.median(t) / ticks * 1e6),
-                     "ecs-eco, µs a tick": float(np.median(u) / ticks * 1e6), "ratio by tick": float(np.median(t / u)),
-                     "ratio by organism-step": float(middle), "quartiles": f"{low:.0f}-{high:.0f}"}  # fmt: skip
+                     "ecs-eco, µs a tick": float(np.median(u) / ticks * 1e6),
+                     "ratio by tick": float(np.median(t / u)),
+                     "ratio by organism-step": float(middle),
+                     "quartiles": f"{low:.0f}-{high:.0f}"}  # fmt: skip
     same = where | compare(a, b, ticks)
     for name, (key, change) in WRONG.items():
         wrong = p | {key: change(p[key])}
@@ -110,7 +119,8 @@ def case(regime, width, ticks, seeds):
 
 
 def profile(regime, width=20, ticks=60, repeats=40):
-    """Return what the parts of a tick take: of equal calls in equal runs the shortest counts, less the clock's own time."""
+    """Return what the parts of a tick take: of equal calls in equal runs the shortest counts,
+    less the clock's own time."""
     clock = time.perf_counter
     own = min(-(clock() - clock()) for _ in range(1000))
 
@@ -145,7 +155,7 @@ def profile(regime, width=20, ticks=60, repeats=40):
 
 def main() -> None:
     """Measure all sizes in both regimes."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
     parser.add_argument("--seeds", type=int, default=20)
     parser.add_argument("--short", action="store_true", help="20² alone, 3 seeds; writes no results")
     options = parser.parse_args()
@@ -155,9 +165,11 @@ def main() -> None:
         _bench.RESULTS = Path(tempfile.mkdtemp())
     speed, same = zip(*cases, strict=True)
     missed = [f"{r['regime']} {r['cells']}" for r in speed if r["ratio by organism-step"] < 100]
-    _bench.save("wolf_sheep", "Mesa 3.5's WolfSheep and the same rules in ecs-eco", list(speed), {"below 100 times": missed})
+    _bench.save("wolf_sheep", "Mesa 3.5's WolfSheep and the same rules in ecs-eco", list(speed),
+                {"below 100 times": missed})
     _bench.save("wolf_sheep_same", "Are the populations those of Mesa?", list(same))
-    _bench.save("wolf_sheep_profile", "Where a tick of 20² goes", [row for regime in REGIMES for row in profile(regime)])
+    _bench.save("wolf_sheep_profile", "Where a tick of 20² goes",
+                [row for regime in REGIMES for row in profile(regime)])
 
 
 if __name__ == "__main__":

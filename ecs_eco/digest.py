@@ -1,4 +1,5 @@
-"""The digest of a world: one hash of all that decides its future, whatever rows, threads or files it lives in.
+"""The digest of a world: one hash of all that decides its future, whatever rows,
+threads or files it lives in.
 
 What a file holds, and in which form, belongs to `ecs_eco.checkpoint`.
 """
@@ -26,10 +27,11 @@ BEGINNING = ("name", "title", "description", "seed", "ticks", "training", "syste
 
 
 def digest(world: SpatialWorld) -> str:
-    """Return SHA-256 of a world between two ticks, 64 hexadecimal digits; what it covers is in docs/checkpoints.md.
+    """Return SHA-256 of a world between two ticks, 64 hexadecimal digits;
+    what it covers is in docs/checkpoints.md.
 
-    Equal runs have equal digests on one target, the same versions and processor: docs/promises.md. Interpreted kernels
-    (NUMBA_DISABLE_JIT=1) compute in another precision, so their digests differ.
+    Equal runs have equal digests on one target, the same versions and processor: docs/promises.md.
+    Interpreted kernels (NUMBA_DISABLE_JIT=1) compute in another precision, so their digests differ.
     """
     require_whole(world, "digest", within=True)
     sha = hashlib.sha256(json.dumps(_facts(world), sort_keys=True, default=str).encode())
@@ -42,25 +44,30 @@ def digest(world: SpatialWorld) -> str:
 def _facts(world: SpatialWorld) -> dict[str, Any]:
     """Return the facts that are not arrays."""
     return {
-        "clock": [world.seed, world.tick, world.next_uid, world.dt], "space": [world.space.size, world.space.edges],
-        "ambient": world.ambient, "environment": {quantity: _name(f) for quantity, f in world.environment.items()},
-        "reproduction": world.reproduction, "values": _values(world), "controls": world.origin.get("controls", []),
+        "clock": [world.seed, world.tick, world.next_uid, world.dt],
+        "space": [world.space.size, world.space.edges], "ambient": world.ambient,
+        "environment": {quantity: _name(f) for quantity, f in world.environment.items()},
+        "reproduction": world.reproduction, "values": _values(world),
+        "controls": world.origin.get("controls", []),
         "systems": [_name(type(s)) for s in world.systems if type(s).__name__ != "Recorder"],
         "tables": {name: _species(table) for name, table in world.tables.items()},
         "fields": {name: [field.diffusion, field.decay] for name, field in world.fields.items()},
-        "causes": {name: [world.causes[c - 1] for c in table.cause[_doomed(table)]] for name, table in world.tables.items()},
+        "causes": {name: [world.causes[c - 1] for c in table.cause[_doomed(table)]]
+                   for name, table in world.tables.items()},
     }  # fmt: skip
 
 
 def _values(world: SpatialWorld) -> Any:
-    """Return the values of the configuration as they are now, and the interventions that are still to come."""
+    """Return the values of the configuration as they are now, and the interventions that are still to come.
+    """
     if world.config is None:
         return None
     values = {key: value for key, value in world.config.resolved().items() if key not in BEGINNING}
     for species in values["species"].values():
         species["policy"].pop("file", None)  # its weights count, not where they came from
         species["policy"].pop("learn", None)  # whether it learns now is a fact of the nerves
-    values["interventions"] = [what.model_dump(mode="json") for what in coming(world.config.interventions, world.tick)]
+    values["interventions"] = [what.model_dump(mode="json")
+                               for what in coming(world.config.interventions, world.tick)]
     return values
 
 
@@ -68,8 +75,10 @@ def _species(table: Table) -> dict[str, Any]:
     nerves = table.species.nerves
     return {
         "components": [c.__name__ for c in table.columns], "barren": bool(table.species.barren),
-        "learning": bool(nerves is not None and nerves.learning), "policy": bool(nerves is not None and nerves.policy),
-        "births": [[second is not None, [f"{c.__name__}.{f}" for c, f in values]] for _, second, values in table.births],
+        "learning": bool(nerves is not None and nerves.learning),
+        "policy": bool(nerves is not None and nerves.policy),
+        "births": [[second is not None, [f"{c.__name__}.{f}" for c, f in values]]
+                   for _, second, values in table.births],
     }  # fmt: skip
 
 
@@ -108,7 +117,8 @@ def _states(world: SpatialWorld) -> Iterator[tuple[str, np.ndarray]]:
         if not owner.startswith("table/"):
             state = {key: value for key, value in part.state().items() if not key.startswith("ground.")}
             yield from _named(type(part).__name__, state)
-    if world.terrain is not None and world.terrain.fences:  # ground that was made for a fence is open again without it
+    # ground that was made for a fence is open again without it
+    if world.terrain is not None and world.terrain.fences:
         yield "ground", world.terrain.ground
         yield from ((f"fence {i}", corners) for i, corners in enumerate(world.terrain.fences))
     for uid, thing in plain_components(world):
@@ -129,6 +139,7 @@ def _doomed(table: Table) -> np.ndarray:
 
 
 def _name(what: Any) -> str:
-    """Return module:name of a function or class; of what ships, the last part alone, so that it may move to another module."""
+    """Return module:name of a function or class; of what ships, the last part alone,
+    so that it may move to another module."""
     name = function_name(what) if hasattr(what, "__qualname__") else function_name(type(what))
     return name.rpartition(".")[2].rpartition(":")[2] if name.startswith("ecs_eco.") else name

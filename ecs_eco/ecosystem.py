@@ -18,39 +18,46 @@ from ecs_eco.space.world import SpatialWorld
 class World(SpatialWorld):
     """Organisms and objects in one space, and the systems that act on them.
 
-    `size` [m] and `edges` describe the space, `dt` [s] the length of a tick, `seed` all chance. `threads` changes the
-    speed and no result. Worlds do not mix: each has its own esper context, which `with world:` enters.
-    The tick is implemented in `ecs_eco.engine.world`; places and surroundings in `ecs_eco.space.world`.
+    `size` [m] and `edges` describe the space, `dt` [s] the length of a tick, `seed` all chance. `threads`
+    changes the speed and no result. Worlds do not mix: each has its own esper context, which `with world:`
+    enters. The tick is implemented in `ecs_eco.engine.world`; places and surroundings in
+    `ecs_eco.space.world`.
     """
 
-    def __init__(self, size: Sequence[float] = (100.0, 100.0), *, edges: str = "torus", dt: float = 1.0, seed: int = 0,
-                 cell: float | None = None, threads: int = 1, name: str = "world") -> None:
+    def __init__(self, size: Sequence[float] = (100.0, 100.0), *, edges: str = "torus", dt: float = 1.0,
+                 seed: int = 0, cell: float | None = None, threads: int = 1, name: str = "world") -> None:
         super().__init__(size, edges=edges, dt=dt, seed=seed, cell=cell, threads=threads, name=name)
         self.debug = debug.start(self)  # None unless ECS_ECO_DEBUG is set
 
     @classmethod
-    def from_config(cls, config: Any, *, seed: int | None = None, policies: Any = "trained", threads: int = 1, **options: Any) -> World:
-        """Build a world from a shipped world's name, a TOML file, a dict or a WorldConfig; see `ecs_eco.worlds.build`."""
+    def from_config(cls, config: Any, *, seed: int | None = None, policies: Any = "trained", threads: int = 1,
+                    **options: Any) -> World:
+        """Build a world from a shipped world's name, a TOML file, a dict or a WorldConfig;
+        see `ecs_eco.worlds.build`."""
         from ecs_eco.worlds.build import build
 
         return build(cls, config, seed=seed, policies=policies, threads=threads, **options)
 
-    def add_table(self, name: str, *components: type[Any], capacity: int = 64, dims: Mapping[str, int] | None = None) -> Table:
+    def add_table(self, name: str, *components: type[Any], capacity: int = 64,
+                  dims: Mapping[str, int] | None = None) -> Table:
         """Declare a kind of entity with these components; `dims` gives the sizes that their shapes name."""
         table = super().add_table(name, *components, capacity=capacity, dims=dims)
         table.species = Species()
         return table
 
     def intervene(self, what: Any) -> None:
-        """Carry out an intervention at the start of the next tick: a dict as in a world file, or a model of `config.interventions`.
+        """Carry out an intervention at the start of the next tick: a dict as in a world file,
+        or a model of `config.interventions`.
 
-        Raises ConfigError for one that would be wrong in a file. `intervened` lists those that were carried out.
+        Raises ConfigError for one that would be wrong in a file. `intervened` lists those
+        that were carried out.
         """
         from ecs_eco.systems.intervene import Intervene
 
         system = next((s for s in self.systems if isinstance(s, Intervene)), None)
         if system is None:
-            raise RuntimeError("this world has no system that intervenes; begin its schedule with add_system(Intervene())")
+            raise RuntimeError("this world has no system that intervenes; "
+                               "begin its schedule with add_system(Intervene())")
         require_whole(self, "intervene", within=True)
         system.ask(what)
 
@@ -63,16 +70,18 @@ class World(SpatialWorld):
     def series(self) -> Any:
         """Return the recorded series as a pyarrow.Table: a row per tick and species; see `ecs_eco.record`."""
         if self.recorder is None:
-            raise RuntimeError("this world has no recorder; build it with World.from_config, or add one: ecs_eco.record.Recorder(world)")
+            raise RuntimeError("this world has no recorder; build it with World.from_config, or add one: "
+                               "ecs_eco.record.Recorder(world)")
         return self.recorder.series()
 
     def policy(self, species: str, uid: int | None = None) -> Any:
-        """Return a copy of a species' policy as a torch module, or of one organism's; see `ecs_eco.worlds.policies.policy`."""
+        """Return a copy of a species' policy as a torch module, or of one organism's; see
+        `ecs_eco.worlds.policies.policy`."""
         from ecs_eco.worlds.policies import policy
 
         return policy(self, species, uid)
 
-    # --- kept on disk, copied ----------------------------------------------------------------------------------------
+    # --- kept on disk, copied -------------------------------------------------------------------------------
 
     def save(self, path: Any) -> Any:
         """Write a checkpoint, from which the world continues bit for bit; see `ecs_eco.checkpoint.file`."""
@@ -94,7 +103,8 @@ class World(SpatialWorld):
         load(self, path, trust=trust)
 
     def copy(self, **how: Any) -> World:
-        """Return an independent copy with the same future, to the bit; see `ecs_eco.checkpoint.copying.copy`."""
+        """Return an independent copy with the same future, to the bit; see `ecs_eco.checkpoint.copying.copy`.
+        """
         from ecs_eco.checkpoint.copying import copy
 
         return copy(self, **how)
@@ -106,20 +116,24 @@ class World(SpatialWorld):
         return fork(self, seed, **how)
 
     def digest(self) -> str:
-        """Return a hash of all that decides this world's future, pending requests included; see `ecs_eco.digest`.
+        """Return a hash of all that decides this world's future, pending requests included;
+        see `ecs_eco.digest`.
 
-        Equal runs have equal digests on one target: the same versions and processor, compiled (docs/promises.md). With
-        NUMBA_DISABLE_JIT=1, which interprets kernels, digests are others.
+        Equal runs have equal digests on one target: the same versions and processor, compiled
+        (docs/promises.md). With NUMBA_DISABLE_JIT=1, which interprets kernels, digests are others.
         """
         from ecs_eco.digest import digest
 
         return digest(self)
 
     def __copy__(self) -> NoReturn:
-        raise TypeError(f"world {self.name!r}: a copy by copy.copy would share its organisms; use world.copy() or world.fork(seed=…)")
+        raise TypeError(f"world {self.name!r}: a copy by copy.copy would share its organisms; "
+                        "use world.copy() or world.fork(seed=…)")
 
     def __deepcopy__(self, memo: Any) -> NoReturn:
-        raise TypeError(f"world {self.name!r}: copy.deepcopy cannot copy what esper holds; use world.copy() or world.fork(seed=…)")
+        raise TypeError(f"world {self.name!r}: copy.deepcopy cannot copy what esper holds; "
+                        "use world.copy() or world.fork(seed=…)")
 
     def __reduce__(self) -> NoReturn:
-        raise TypeError(f"world {self.name!r} cannot be pickled; use world.save(path) and World.restore(path)")
+        raise TypeError(f"world {self.name!r} cannot be pickled; "
+                        "use world.save(path) and World.restore(path)")

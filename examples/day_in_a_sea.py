@@ -1,4 +1,5 @@
-"""A day in a sea of your own: mites that sink by day and rise by night, by a reflex on light, and the wave of their depth."""
+"""A day in a sea of your own: mites that sink by day and rise by night, by a reflex on light,
+and the wave of their depth."""
 
 from ecs_eco import World
 from ecs_eco.analysis.rhythm import cosinor

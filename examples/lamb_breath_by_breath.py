@@ -1,4 +1,5 @@
-"""A nervous system at work: one newborn lamb at a pool, then at an udder; its senses, policy and actions in each second."""
+"""A nervous system at work: one newborn lamb at a pool, then at an udder; its senses,
+policy and actions in each second."""
 
 from ecs_eco import World
 from ecs_eco.components import Nervous
@@ -17,12 +18,14 @@ def watch(world: World, seconds: int) -> None:
         world.run(1)
         x = nerves.x[list(nerves.rows).index(row)]
         felt = "  ".join(f"{x[nerves.channels.index(c)]:{len(c)}.2f}" for c in CHANNELS)
-        does = [action for (_, action), on in zip(nerves.actions, lambs[Nervous].decision[row], strict=True) if on]
+        does = [action for (_, action), on in zip(nerves.actions, lambs[Nervous].decision[row], strict=True)
+                if on]
         print(f"{world.tick:6}  {felt}  {', '.join(does)}")
 
 
 if __name__ == "__main__":
-    tired = {"species.lamb.substances.glucose": 0.003, "species.lamb.locomotion": {"speed": {"still": 0.0, "walk": 0.01}, "turn": 0.05}}
+    tired = {"species.lamb.substances.glucose": 0.003,
+             "species.lamb.locomotion": {"speed": {"still": 0.0, "walk": 0.01}, "turn": 0.05}}
     world = World.from_config(load("lamb", tired), seed=4)
     arrange(world, "ewe", x=5, y=5)
     arrange(world, "water", x=2, y=2)

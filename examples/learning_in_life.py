@@ -1,4 +1,5 @@
-"""Pre-train policies with the numbers held constant, then run the ecosystem, with and without learning in life."""
+"""Pre-train policies with the numbers held constant, then run the ecosystem,
+with and without learning in life."""
 
 import tempfile
 
@@ -6,7 +7,8 @@ from ecs_eco import World
 from ecs_eco.config import load
 from ecs_eco.experiments.pretraining import pretrain
 
-SMALL = {"space.size": [64.0, 64.0], "species.grass.count": 400, "species.deer.count": 120, "species.wolf.count": 12}
+SMALL = {"space.size": [64.0, 64.0], "species.grass.count": 400, "species.deer.count": 120,
+         "species.wolf.count": 12}
 
 if __name__ == "__main__":
     config = load("predator-prey", SMALL)

@@ -1,7 +1,7 @@
 """A network with a memory, as a torch module of your own.
 
-A shadow shows a mouse from which side the owl will come. Three ticks later nothing is to be seen any more, and it has
-to be on the other side. What sees only the present cannot learn that; a GRU does.
+A shadow shows a mouse from which side the owl will come. Three ticks later nothing is to be seen any more,
+and it has to be on the other side. What sees only the present cannot learn that; a GRU does.
 """
 
 import numpy as np
@@ -24,14 +24,17 @@ class Remembering(nn.Module):
         self.cell = nn.GRUCell(n_observations, self.memory)
         self.policy, self.value = nn.Linear(self.memory, sum(groups)), nn.Linear(self.memory, 1)
 
-    def forward(self, observations: torch.Tensor, state: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:
+    def forward(self, observations: torch.Tensor,
+                state: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:
         state = self.cell(observations, state)
         return self.policy(state), self.value(state)[:, 0], state
 
 
 def side(world, uid: np.ndarray) -> np.ndarray:
     """From which side the owl comes in this period, for each mouse: -1 or 1."""
-    return 1 - 2 * ((uid * np.uint64(2654435761) + np.uint64(world.tick // PERIOD * 40503)) >> np.uint64(9) & np.uint64(1)).astype(int)
+    return 1 - 2 * (
+        (uid * np.uint64(2654435761) + np.uint64(world.tick // PERIOD * 40503)) >> np.uint64(9) & np.uint64(1)
+    ).astype(int)
 
 
 def shadow(world, table, seekers, out, first) -> None:
@@ -63,7 +66,8 @@ mouse = {
     "actions": {"side": ["left", "right"]},
     "happiness": {"formula": "energy", "minimum": 0.0},
     "policy": {"kind": "shared", "learn": True},
-    "ppo": {"learning_rate": 0.01, "discount": 0.9, "horizon": 16, "epochs": 6, "unroll": 8, "minibatch": 4096},
+    "ppo": {"learning_rate": 0.01, "discount": 0.9, "horizon": 16, "epochs": 6, "unroll": 8,
+            "minibatch": 4096},
 }
 
 if __name__ == "__main__":

@@ -1,4 +1,5 @@
-"""A component of your own on a shipped species: deer get wool, which grows and makes living in the cold cheaper."""
+"""A component of your own on a shipped species: deer get wool,
+which grows and makes living in the cold cheaper."""
 
 import numpy as np
 

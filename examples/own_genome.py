@@ -1,4 +1,5 @@
-"""A genome of your own: letters, genes, an operator of DEAP and one of yours; a thousand births, and what they changed."""
+"""A genome of your own: letters, genes, an operator of DEAP and one of yours; a thousand births,
+and what they changed."""
 
 import random
 
@@ -10,10 +11,14 @@ from ecs_eco.testing import check_genome
 
 layout = Layout(
     [
-        Gene(name="red", letters=1, values=[0, 0, 0, -1]),  # three of the four letters mean the same: most mutations are silent
-        Gene(name="size", letters=4, low=0.2, high=0.6, code="gray"),  # neighbouring sizes differ in one letter
-        Gene(name="age", letters=6, low=600, high=6000, scale="log", at=8),  # three loci before it are neutral
-        Gene(name="litter", letters=2, low=1, high=8, whole=True, mutation=0.05),  # mutates more often than the others
+        # three of the four letters mean the same: most mutations are silent
+        Gene(name="red", letters=1, values=[0, 0, 0, -1]),
+        # neighbouring sizes differ in one letter
+        Gene(name="size", letters=4, low=0.2, high=0.6, code="gray"),
+        # three loci before it are neutral
+        Gene(name="age", letters=6, low=600, high=6000, scale="log", at=8),
+        # mutates more often than the others
+        Gene(name="litter", letters=2, low=1, high=8, whole=True, mutation=0.05),
     ],
     alphabet="RYKW",
     ploidy=2,
@@ -22,7 +27,10 @@ layout = Layout(
 
 
 def repeat_letter(genome: list[int], indpb: float) -> tuple[list[int]]:
-    """A mutation of your own: a letter becomes a copy of the one before it. The random numbers are those of the birth."""
+    """A mutation of your own: a letter becomes a copy of the one before it.
+
+    The random numbers are those of the birth.
+    """
     for i in range(1, len(genome)):
         if random.random() < indpb:
             genome[i] = genome[i - 1]
@@ -34,14 +42,17 @@ if __name__ == "__main__":
     check_genome(layout)
     parents = layout.encode({"red": [0, -1], "size": [0.3, 0.5], "age": [1000, 3000], "litter": [2, 6]})
     print("first string of a parent:", [(piece.gene, piece.letters) for piece in layout.mark(parents[1])][:6])
-    toolbox = toolbox_of({"mate": {"operator": "cxTwoPoint"}, "mutate": {"operator": "mutUniformInt", "indpb": 0.01}}, layout)
+    toolbox = toolbox_of(
+        {"mate": {"operator": "cxTwoPoint"}, "mutate": {"operator": "mutUniformInt", "indpb": 0.01}}, layout
+    )
     births = Operators(toolbox, layout)
     keys = np.arange(1000, dtype=np.uint64)  # a child depends on its parents and its key alone
     mothers, fathers = np.repeat(parents[:1], 1000, axis=0), np.repeat(parents[1:], 1000, axis=0)
     children = births.offspring(mothers, fathers, keys)
     print("size of the children:", np.unique(layout.decode(children)["size"].round(2)).tolist()[:6], "…")
     print("alleles of red:", frequencies(layout, children)["red"])
-    toolbox.register("mate", tools.cxUniform, indpb=0.5)  # as with DEAP: from now on children are made with it
+    # as with DEAP: from now on children are made with it
+    toolbox.register("mate", tools.cxUniform, indpb=0.5)
     toolbox.register("mutate", repeat_letter, indpb=0.01)
     children = births.offspring(mothers, fathers, keys)
     print(f"expected heterozygosity: {diversity(layout, children).mean():.2f}")

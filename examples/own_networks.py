@@ -5,12 +5,13 @@ import numpy as np
 from ecs_eco import World
 from ecs_eco.components import Nervous
 
-# channels, in the order of the sensors: energy, grass_forward, grass_left, grass_near   (`ecs-eco check FILE` lists them)
-# actions, in the order of their groups: sit, hop, left, none, right, eat
+# channels, in the order of the sensors: energy, grass_forward, grass_left, grass_near (`ecs-eco check FILE`
+# lists them) actions, in the order of their groups: sit, hop, left, none, right, eat
 
 
 def reflex(x: np.ndarray) -> np.ndarray:
-    """x f32[n, channels] -> [n, actions], of which the sign counts: +1 forces, −1 blocks, 0 leaves it to the policy."""
+    """x f32[n, channels] -> [n, actions], of which the sign counts: +1 forces, −1 blocks,
+    0 leaves it to the policy."""
     y = np.zeros((len(x), 6), np.float32)
     close = x[:, 3] > 0.9
     y[close, 1] = -1  # do not hop past food within reach
@@ -42,7 +43,8 @@ rabbit = {
 }
 
 if __name__ == "__main__":
-    meadow = {"format": 1, "name": "meadow", "space": {"size": [50.0, 50.0]}, "species": {"grass": grass, "rabbit": rabbit}}
+    meadow = {"format": 1, "name": "meadow", "space": {"size": [50.0, 50.0]},
+              "species": {"grass": grass, "rabbit": rabbit}}
     world = World.from_config(meadow).run(100)
     rabbits = world.table("rabbit")
     print(world)

@@ -7,7 +7,8 @@ from ecs_eco.components import Position
 
 
 def compass(world, table, seekers, out: np.ndarray, first: int) -> None:
-    """Cosine and sine of the angle from the heading to the north: out[:, first : first + 2], a line per seeker."""
+    """Cosine and sine of the angle from the heading to the north: out[:, first : first + 2],
+    a line per seeker."""
     north = np.pi / 2 - table[Position].heading[seekers.rows]
     out[:, first], out[:, first + 1] = np.cos(north), np.sin(north)
 
@@ -16,14 +17,16 @@ goose = {
     "count": 100,
     "body": {"radius": 0.3},
     "locomotion": {"speed": {"fly": 1.0}, "turn": 0.3},
-    "sensors": [{"kind": "custom", "function": compass, "width": 2}],  # in a file: function = "own_sensor:compass"
+    # in a file: function = "own_sensor:compass"
+    "sensors": [{"kind": "custom", "function": compass, "width": 2}],
     "actions": {"speed": ["fly"], "turn": ["left", "none", "right"]},
     "automatic": ["fly"],
     "reflex": {"formulas": {"left": "compass_2 > 0.1", "right": "compass_2 < -0.1"}},
 }
 
 if __name__ == "__main__":
-    world = World.from_config({"format": 1, "name": "migration", "space": {"size": [100.0, 100.0]}, "species": {"goose": goose}})
+    world = World.from_config({"format": 1, "name": "migration", "space": {"size": [100.0, 100.0]},
+                               "species": {"goose": goose}})
     for _ in range(3):
         geese = world.table("goose")
         north = np.sin(geese[Position].heading[geese.rows()]).mean()

@@ -20,12 +20,16 @@ class Strike(System):
         self.cause = world.cause("struck by lightning")
 
     def update(self, table, world) -> None:
-        strike(table.alive[: table.high], table.uid, world.key, np.float32(self.chance * world.dt), self.cause, table.cause)
+        strike(table.alive[: table.high], table.uid, world.key, np.float32(self.chance * world.dt),
+               self.cause, table.cause)
 
 
 @njit
 def strike(alive, uid, key, chance, struck, cause):
-    """Mark those that die now. A draw depends on the seed, the tick, the uid and the purpose: never on the row."""
+    """Mark those that die now.
+
+    A draw depends on the seed, the tick, the uid and the purpose: never on the row.
+    """
     for row in range(alive.size):
         if alive[row] and cause[row] == 0 and draw(key, uid[row], USER) < chance:
             cause[row] = struck

@@ -1,4 +1,7 @@
-"""Entities one at a time, through esper: for small worlds and for exploring. Shipped systems use columns instead."""
+"""Entities one at a time, through esper: for small worlds and for exploring.
+
+Shipped systems use columns instead.
+"""
 
 import esper
 
@@ -22,10 +25,12 @@ if __name__ == "__main__":
     for x in (5.0, 50.0):
         world.spawn("mouse", Position(x=x), Metabolism(energy=0.5))
     world.run(10)
-    for uid, place, metabolism in world.each(Position, Metabolism):  # in the order of uids, which esper's order is not
+    # in the order of uids, which esper's order is not
+    for uid, place, metabolism in world.each(Position, Metabolism):
         print(f"mouse {uid} at x = {place.x}: energy {metabolism.energy:.2f}")
     with world:  # esper's functions mean this world
         esper.delete_entity(world.entity(2))  # a death: as world.kill(2, cause="deleted")
         esper.create_entity(Position(x=70.0), Metabolism(energy=0.4))  # a spawn
         esper.process()  # a tick: as world.run(1)
-        print(f"esper knows mice with energies of {[round(m.energy, 2) for _, m in esper.get_component(Metabolism)]}")
+        print("esper knows mice with energies of "
+              f"{[round(m.energy, 2) for _, m in esper.get_component(Metabolism)]}")

@@ -1,4 +1,5 @@
-"""Draw how many goats carry each gene over time, from studies/results/goats.json: docs/img/goats_carriers.png.
+"""Draw how many goats carry each gene over time, from studies/results/goats.json:
+docs/img/goats_carriers.png.
 
 Above the run of the first seed, as in the paper's figure; below the share of carriers in all runs of an arm.
 """
@@ -29,7 +30,8 @@ def draw(record: dict[str, Any], path: Path) -> None:
     figure, axes = plt.subplots(3, 1, figsize=(8.5, 7), layout="constrained")
     first = next(e for e in record["cases"] if e["case"]["arm"] == "goats")
     one(axes[0], first["result"]["series"])
-    axes[0].set_title(f"Goats that carry each gene, one run (seed {first['case']['seed']})", loc="left", fontsize=10)
+    axes[0].set_title(f"Goats that carry each gene, one run (seed {first['case']['seed']})", loc="left",
+                      fontsize=10)
     for ax, (arm, words) in zip(axes[1:], SHOWN.items(), strict=True):
         runs = [e["result"]["series"] for e in record["cases"] if e["case"]["arm"] == arm]
         for series in runs:
@@ -44,11 +46,13 @@ def draw(record: dict[str, Any], path: Path) -> None:
 def one(ax: Any, series: dict[str, str]) -> None:
     """Numbers of carriers over ticks."""
     for gene in GENES:
-        ax.plot(numbers(series["tick"]), numbers(series[gene]), color=CLEAR[gene], ls=DASHES[gene], lw=1.5, label=gene)
+        ax.plot(numbers(series["tick"]), numbers(series[gene]), color=CLEAR[gene], ls=DASHES[gene],
+                lw=1.5, label=gene)
     ax.plot(numbers(series["tick"]), numbers(series["n"]), color="#888888", lw=0.8, label="all goats")
     ax.set_xlabel("tick")
     there = numbers(series["green"]) > 0
-    ax.plot(numbers(series["tick"])[there], 0 * numbers(series["n"])[there] - 25, "|", color=CLEAR["green"], ms=5, label="some green")
+    ax.plot(numbers(series["tick"])[there], 0 * numbers(series["n"])[there] - 25, "|", color=CLEAR["green"],
+            ms=5, label="some green")
     ax.set_ylim(-50)
     ax.legend(fontsize=8, frameon=False, loc="center left", bbox_to_anchor=(1.0, 0.5))
 
@@ -57,13 +61,14 @@ def share(ax: Any, series: dict[str, str]) -> None:
     """Shares of carriers over generations, thin lines."""
     n = numbers(series["n"])
     for gene in GENES:
-        ax.plot(numbers(series["generation"])[n > 0], (numbers(series[gene])[n > 0] / n[n > 0]), color=CLEAR[gene], ls=DASHES[gene], lw=0.8)
+        ax.plot(numbers(series["generation"])[n > 0], (numbers(series[gene])[n > 0] / n[n > 0]),
+                color=CLEAR[gene], ls=DASHES[gene], lw=0.8)
     ax.set_ylim(0, 1.02)
 
 
 def main() -> None:
     """Read the result and draw."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
     parser.add_argument("--results", type=Path, default=ROOT / "studies" / "results" / "goats.json")
     parser.add_argument("--out", type=Path, default=ROOT / "docs" / "img" / "goats_carriers.png")
     parser.add_argument("--short", action="store_true", help="for CI: draw into a temporary folder")

@@ -16,7 +16,8 @@ from ecs_eco.runs.run import run_to_folder
 from studies.common.runs import small
 
 out = Path(sys.argv[1])
-run_to_folder(small("predator-prey", 0.1), seed=int(sys.argv[2]), ticks=20, out=out, policies="random", snapshot_every=2, report=False)
+run_to_folder(small("predator-prey", 0.1), seed=int(sys.argv[2]), ticks=20, out=out, policies="random",
+              snapshot_every=2, report=False)
 load_series(out)
 for kind in ("births", "deaths", "snapshots"):
     for part in sorted((out / kind).glob("*.parquet")):
@@ -25,7 +26,8 @@ for kind in ("births", "deaths", "snapshots"):
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
-    """Start so many processes one after another; return how many ended with each code, and what the others complained of."""
+    """Start so many processes one after another; return how many ended with each code,
+    and what the others complained of."""
     codes: dict[str, int] = {}
     complaints = []
     for i in range(config["processes"]):
@@ -42,8 +44,8 @@ def summarise(cases: list[dict[str, Any]]) -> list[dict[str, Any]]:
     """Count the processes that did not end with 0."""
     codes = [case["result"]["exit codes"] for case in cases]
     processes, clean = sum(sum(c.values()) for c in codes), sum(c.get("0", 0) for c in codes)
-    return [verdict("processes that record and read and end with exit code 0", f"{clean} of {processes}", "all of 300",
-                    clean == processes)]  # fmt: skip
+    return [verdict("processes that record and read and end with exit code 0", f"{clean} of {processes}",
+                    "all of 300", clean == processes)]  # fmt: skip
 
 
 STUDY = Study(

@@ -1,8 +1,9 @@
 """Do deer and wolves learn to live from random weights within a minute on one core?
 
-Each training seed: curves of intake, deaths and happiness while training; then trained against random animals at constant
-numbers (respawn, no births), deer against trained wolves, wolves against trained deer at high, middle and low prey density:
-where prey is plentiful standing still feeds a wolf, so that skill shows only where it is scarce.
+Each training seed: curves of intake, deaths and happiness while training; then trained against random animals
+at constant numbers (respawn, no births), deer against trained wolves, wolves against trained deer at high,
+middle and low prey density: where prey is plentiful standing still feeds a wolf, so that skill shows only
+where it is scarce.
 """
 
 import json
@@ -18,11 +19,13 @@ from studies.common.study import Study, verdict
 
 SEEDS = (1, 2, 3, 4, 5, 6, 7)  # the first seven
 DEER = (700, 200, 60)  # prey on the whole ground
-MEASURES = {"deer intake": 1, "deer starved": -1, "deer killed": -1, "wolf intake": 1, "wolf starved": -1, "kills per wolf": 1}
+MEASURES = {"deer intake": 1, "deer starved": -1, "deer killed": -1, "wolf intake": 1, "wolf starved": -1,
+            "kills per wolf": 1}
 
 
 def evaluate(config: Any, policies: dict[str, str], deer: int, ticks: int, seed: int) -> dict[str, float]:
-    """Let animals live at constant numbers; return rates per animal and tick after the first 100 ticks, and deer lifetime."""
+    """Let animals live at constant numbers; return rates per animal and tick after the first 100 ticks,
+    and deer lifetime."""
     from ecs_eco import World
     from ecs_eco.config import load
 
@@ -31,12 +34,16 @@ def evaluate(config: Any, policies: dict[str, str], deer: int, ticks: int, seed:
     for species, n in (("deer", deer), ("wolf", 100)):
         data["species"][species]["count"] = n
         data["species"][species]["policy"]["file"] = None
-    series = World.from_config(load(data), seed=seed, policies=policies, training=True, learn=False).run(ticks + 100).series()
-    column = {name: np.asarray(series[name], float).reshape(-1, 3)[100:].sum(0) for name in series.column_names if name not in ("tick", "species")}
+    series = World.from_config(
+        load(data), seed=seed, policies=policies, training=True, learn=False
+    ).run(ticks + 100).series()
+    column = {name: np.asarray(series[name], float).reshape(-1, 3)[100:].sum(0)
+              for name in series.column_names if name not in ("tick", "species")}
     n, killed, starved = column["n"], column["died: eaten by wolf"], column["died: starved"]
-    return {"deer intake": column["taken_in"][1] / n[1], "deer starved": starved[1] / n[1], "deer killed": killed[1] / n[1],
-            "deer lifetime": n[1] / max(1.0, column["deaths"][1]),
-            "wolf intake": column["taken_in"][2] / n[2], "wolf starved": starved[2] / n[2], "kills per wolf": killed[1] / n[2]}  # fmt: skip
+    return {"deer intake": column["taken_in"][1] / n[1], "deer starved": starved[1] / n[1],
+            "deer killed": killed[1] / n[1], "deer lifetime": n[1] / max(1.0, column["deaths"][1]),
+            "wolf intake": column["taken_in"][2] / n[2], "wolf starved": starved[2] / n[2],
+            "kills per wolf": killed[1] / n[2]}  # fmt: skip
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
@@ -49,10 +56,15 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
     curves = pretrain(world, seed=case["training"], ticks=config["training_ticks"])["curves"]
     wall, cpu = time.perf_counter() - start, time.process_time() - cpu
     folder = str(trained(world, case["training"], config["training_ticks"]))
-    out: dict[str, Any] = {"wall seconds": wall, "cpu seconds": cpu, "ticks": json.loads((Path(folder) / "training.json").read_text())["ticks"],
-                           "curves": {s: {k: np.round(v, 6) for k, v in c.items()} for s, c in curves.items() if s != "grass"}}  # fmt: skip
-    for name, deer, wolf in (("trained/trained", folder, folder), ("trained/random", folder, "random"), ("random/trained", "random", folder)):
-        out[name] = {str(n): evaluate(world, {"deer": deer, "wolf": wolf}, n, config["evaluation_ticks"], 4001) for n in config["deer"]}
+    out: dict[str, Any] = {"wall seconds": wall, "cpu seconds": cpu,
+                           "ticks": json.loads((Path(folder) / "training.json").read_text())["ticks"],
+                           "curves": {s: {k: np.round(v, 6) for k, v in c.items()}
+                                      for s, c in curves.items() if s != "grass"}}  # fmt: skip
+    for name, deer, wolf in (("trained/trained", folder, folder), ("trained/random", folder, "random"),
+                             ("random/trained", "random", folder)):
+        out[name] = {str(n): evaluate(world, {"deer": deer, "wolf": wolf}, n,
+                                      config["evaluation_ticks"], 4001)
+                     for n in config["deer"]}
     return out
 
 
@@ -76,24 +88,33 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
         for measure in measures:
             for n in at:
                 d = gain(results, one, other, n, measure)
-                out.append(verdict(f"{measure} at {n} deer, trained minus random {species} (over training seeds)", d, "above 0", d[1] > 0))
+                out.append(
+                    verdict(f"{measure} at {n} deer, trained minus random {species} (over training seeds)", d,
+                            "above 0", d[1] > 0)
+                )
     rows = []
     for arm in ("trained/trained", "trained/random", "random/trained"):
         for n in densities:
-            rows.append([arm, n, *(float(np.mean([r[arm][str(n)][m] for r in results])) for m in ("deer lifetime", *MEASURES))])
+            rows.append([arm, n, *(float(np.mean([r[arm][str(n)][m] for r in results]))
+                                   for m in ("deer lifetime", *MEASURES))])
     curves = []
     for species in ("deer", "wolf"):
         for k in ("intake", "deaths", "happiness"):
-            first, last = ([float(np.mean(r["curves"][species][k][part])) for r in results] for part in (slice(0, 2), slice(-4, None)))
+            first, last = ([float(np.mean(r["curves"][species][k][part])) for r in results]
+                           for part in (slice(0, 2), slice(-4, None)))
             curves.append([f"{species}, {k} while training", "", float(np.mean(first)), float(np.mean(last))])
-    return {"verdicts": out, "table": {"head": ["deer/wolf", "deer", "deer lifetime", *MEASURES], "rows": rows},
+    return {"verdicts": out,
+            "table": {"head": ["deer/wolf", "deer", "deer lifetime", *MEASURES], "rows": rows},
             "learning": {"head": ["curve", "", "start", "end"], "rows": curves}}  # fmt: skip
 
 
 STUDY = Study(
-    name="from_scratch", claim="Deer and wolves learn to live from random weights in under a minute on one core.",
-    config={"world": "predator-prey", "identity": identity(policies=False), "training_ticks": None, "evaluation_ticks": 400, "deer": list(DEER)},
-    cases=[{"training": s} for s in SEEDS], run=run, summarise=summarise, short_cases=[{"training": 1}, {"training": 2}],
+    name="from_scratch",
+    claim="Deer and wolves learn to live from random weights in under a minute on one core.",
+    config={"world": "predator-prey", "identity": identity(policies=False), "training_ticks": None,
+            "evaluation_ticks": 400, "deer": list(DEER)},
+    cases=[{"training": s} for s in SEEDS], run=run, summarise=summarise,
+    short_cases=[{"training": 1}, {"training": 2}],
     short_config={"training_ticks": 640, "evaluation_ticks": 150, "deer": [700, 60]},
 )  # fmt: skip
 

@@ -1,7 +1,8 @@
-"""Bad input: mutated world files, and damaged checkpoints and recordings. Each is refused with a clear error, or does no harm.
+"""Bad input: mutated world files, and damaged checkpoints and recordings.
 
-A world file is mutated as a text (bytes flipped, lines cut, doubled, swapped, truncated) or in its values (other types, odd numbers, keys
-renamed, moved, removed, layouts of genes); what is accepted runs 5 ticks, with few organisms. A file that a run left is truncated, has
+Each is refused with a clear error, or does no harm. A world file is mutated as a text (bytes flipped, lines
+cut, doubled, swapped, truncated) or in its values (other types, odd numbers, keys renamed, moved, removed,
+layouts of genes); what is accepted runs 5 ticks, with few organisms. A file that a run left is truncated, has
 bits flipped, or bytes overwritten, lost or put in; what loads must be what was saved.
 """
 
@@ -11,7 +12,8 @@ from studies.common.study import Study, verdict
 
 WORLDS = ("predator-prey", "reflexes", "lamb", "happiness", "menagerie", "herd")
 RECORDED = ("herd", "menagerie", "lamb")
-CLEAR = ("refused", "refused when it was built", "ran 5 ticks", "the same content", "too large for the memory", "no finite number, and said so")
+CLEAR = ("refused", "refused when it was built", "ran 5 ticks", "the same content",
+         "too large for the memory", "no finite number, and said so")
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
@@ -24,12 +26,14 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
     """Count what came of the files, by kind."""
-    kinds = sorted({kind for case in cases for kind in case["result"]["kinds"]}, key=lambda kind: (kind not in CLEAR, kind))
+    kinds = sorted({kind for case in cases for kind in case["result"]["kinds"]},
+                   key=lambda kind: (kind not in CLEAR, kind))
     ways = ("text", "values", "checkpoint", "recording")
     total = {way: _summed(cases, way, "kinds") for way in ways}
     rows = [[kind, *(total[way].get(kind, 0) for way in ways)] for kind in kinds]
     rows.append(["all", *(sum(total[way].values()) for way in ways)])
-    rows += [["of the problems told: " + word, *(_summed(cases, way, "problems").get(word, 0) for way in ways)]
+    rows += [["of the problems told: " + word,
+              *(_summed(cases, way, "problems").get(word, 0) for way in ways)]
              for word in sorted({w for case in cases for w in case["result"]["problems"]})]  # fmt: skip
     n = dict(zip(ways, rows[len(kinds)][1:], strict=True))
     worlds, files = n["text"] + n["values"], n["checkpoint"] + n["recording"]
@@ -40,12 +44,14 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
         "verdicts": [
             verdict("mutated world files", worlds, f"≥ {least:,}", worlds >= least),
             verdict("of these with changed values", n["values"], "at least half", 2 * n["values"] >= worlds),
-            verdict("accepted ones that ran 5 ticks", total["text"].get("ran 5 ticks", 0) + total["values"].get("ran 5 ticks", 0), "all that are accepted",
-                    bad["text"] + bad["values"] == 0),
-            verdict("world files that end in a traceback, a hang, a warning, or a number that is not finite", bad["text"] + bad["values"], "0",
-                    bad["text"] + bad["values"] == 0),
+            verdict("accepted ones that ran 5 ticks",
+                    total["text"].get("ran 5 ticks", 0) + total["values"].get("ran 5 ticks", 0),
+                    "all that are accepted", bad["text"] + bad["values"] == 0),
+            verdict("world files that end in a traceback, a hang, a warning, or a number that is not finite",
+                    bad["text"] + bad["values"], "0", bad["text"] + bad["values"] == 0),
             verdict("damaged checkpoints and recordings", files, f"≥ {least:,}", files >= least),
-            verdict("damaged files that end in a traceback, a hang, or an error without the file's name", bad["checkpoint"] + bad["recording"] - wrong, "0",
+            verdict("damaged files that end in a traceback, a hang, or an error without the file's name",
+                    bad["checkpoint"] + bad["recording"] - wrong, "0",
                     bad["checkpoint"] + bad["recording"] == wrong),
             verdict("damaged files that load as something else", wrong, "0", wrong == 0),
         ],
@@ -63,16 +69,20 @@ def _summed(cases: list[dict[str, Any]], way: str, what: str) -> dict[str, int]:
 
 
 STUDY = Study(
-    name="fuzz", claim="Bad input never ends in a traceback, a hang or a wrong load: it is refused with a clear error, or does no harm.",
+    name="fuzz", claim="Bad input never ends in a traceback, a hang or a wrong load: "
+                       "it is refused with a clear error, or does no harm.",
     config={"files": 250},
     cases=[
         *({"what": "text", "source": world, "seed": seed} for world in WORLDS for seed in range(1, 4)),
         *({"what": "values", "source": world, "seed": seed} for world in WORLDS for seed in range(11, 16)),
-        *({"what": what, "source": world, "seed": seed} for what in ("checkpoint", "recording") for world in RECORDED for seed in range(21, 28)),
+        *({"what": what, "source": world, "seed": seed} for what in ("checkpoint", "recording")
+          for world in RECORDED for seed in range(21, 28)),
     ],
     run=run, summarise=summarise,
-    short_cases=[{"what": "text", "source": "herd", "seed": 1}, {"what": "values", "source": "menagerie", "seed": 11},
-                 {"what": "checkpoint", "source": "herd", "seed": 21}, {"what": "recording", "source": "menagerie", "seed": 21}],
+    short_cases=[{"what": "text", "source": "herd", "seed": 1},
+                 {"what": "values", "source": "menagerie", "seed": 11},
+                 {"what": "checkpoint", "source": "herd", "seed": 21},
+                 {"what": "recording", "source": "menagerie", "seed": 21}],
     short_config={"files": 40},
 )  # fmt: skip
 

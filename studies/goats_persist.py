@@ -1,8 +1,8 @@
 """The finder on goats: from a meadow in which they die out to one in which all persist for 50,000 ticks.
 
-The start is the world `reflexes` with grass that grows so slowly that goats are gone within 2,000 ticks. The search may change six
-numbers, of the green grass and of the goats; the winner and the start are confirmed on world seeds that it never saw. About 15 minutes of
-one core; the search goes on where it was stopped.
+The start is the world `reflexes` with grass that grows so slowly that goats are gone within 2,000 ticks. The
+search may change six numbers, of the green grass and of the goats; the winner and the start are confirmed on
+world seeds that it never saw. About 15 minutes of one core; the search goes on where it was stopped.
 """
 
 import hashlib
@@ -21,7 +21,8 @@ RANGES = {
     "species.goat.reproduction.energy_given": [0.2, 0.5],
     "species.goat.reproduction.rest": [20.0, 150.0],
 }
-SEARCH = {"objective": "persistence", "ticks": 5000, "world_seeds": 2, "confirm": {"world_seeds": 4, "training_seeds": 1, "ticks": 50_000}}
+SEARCH = {"objective": "persistence", "ticks": 5000, "world_seeds": 2,
+          "confirm": {"world_seeds": 4, "training_seeds": 1, "ticks": 50_000}}
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
@@ -30,7 +31,8 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
 
     name = hashlib.sha256(canonical(config).encode()).hexdigest()[:12]
     out = Path(tempfile.gettempdir()) / f"ecs-eco-goats-{name}"
-    wanted = {**config["start"], **{f"search.{k}": v for k, v in config["search"].items()}, "search.seed": case["seed"],
+    wanted = {**config["start"], **{f"search.{k}": v for k, v in config["search"].items()},
+              "search.seed": case["seed"],
               **{f'search.ranges."{k}"': v for k, v in config["ranges"].items()}}  # fmt: skip
     result = search("reflexes", out, wanted, trials=config["trials"], workers=2, report=config["report"])
     return {k: result[k] for k in ("candidates", "by_stage", "seconds", "start", "best", "confirmation")}
@@ -41,18 +43,24 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
     result = cases[0]["result"]
     best, start = result["confirmation"]["best"], result["confirmation"]["start"]
     ticks = f"{SEARCH['confirm']['ticks']:,}"
-    out = [verdict("as written: share of runs on fresh seeds in which all persist", f"{start['persisted']} of {start['runs']}", "none", start["persisted"] == 0),
-           verdict(f"the winner: runs of {ticks} ticks on fresh seeds in which all persist", f"{best['persisted']} of {best['runs']}", "all",
+    out = [verdict("as written: share of runs on fresh seeds in which all persist",
+                   f"{start['persisted']} of {start['runs']}", "none", start["persisted"] == 0),
+           verdict(f"the winner: runs of {ticks} ticks on fresh seeds in which all persist",
+                   f"{best['persisted']} of {best['runs']}", "all",
                    best["persisted"] == best["runs"])]  # fmt: skip
     numbers = result["best"][0]["values"]
-    return {"verdicts": out, "table": {"head": ["number", "as written", "found"], "rows": [[k, result["start"].get(k), v] for k, v in numbers.items()]}}
+    return {"verdicts": out, "table": {"head": ["number", "as written", "found"],
+                                       "rows": [[k, result["start"].get(k), v] for k, v in numbers.items()]}}
 
 
 STUDY = Study(
-    name="goats_persist", claim="A search makes of a meadow in which goats die out one in which they persist.",
+    name="goats_persist",
+    claim="A search makes of a meadow in which goats die out one in which they persist.",
     config={"start": POOR, "ranges": RANGES, "search": SEARCH, "trials": 20, "report": True},
     cases=[{"seed": 1}], run=run, summarise=summarise, short_cases=[{"seed": 1}],
-    short_config={"trials": 1, "report": False, "search": {**SEARCH, "ticks": 40, "world_seeds": 1, "confirm": {"world_seeds": 1, "training_seeds": 1, "ticks": 40}}},
+    short_config={"trials": 1, "report": False,
+                  "search": {**SEARCH, "ticks": 40, "world_seeds": 1,
+                             "confirm": {"world_seeds": 1, "training_seeds": 1, "ticks": 40}}},
 )  # fmt: skip
 
 if __name__ == "__main__":

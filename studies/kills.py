@@ -1,4 +1,5 @@
-"""A run that is killed again and again, at any moment, also while it writes, ends with the same bytes as one that is not."""
+"""A run that is killed again and again, at any moment, also while it writes,
+ends with the same bytes as one that is not."""
 
 import os
 import signal
@@ -20,11 +21,13 @@ def live(world: dict[str, Any], seed: int, ticks: int, every: int, out: Path) ->
     if (out / "manifest.json").is_file():
         resume(out, report=False, complain=lambda text: None)
     else:
-        run_to_folder(world, seed=seed, ticks=ticks, out=out, policies="untrained", learn=True, snapshot_every=5, checkpoint_every=every, report=False)
+        run_to_folder(world, seed=seed, ticks=ticks, out=out, policies="untrained", learn=True,
+                      snapshot_every=5, checkpoint_every=every, report=False)
 
 
 def kill_once(work: Any, wait: float) -> bool:
-    """Fork a process that does the work, and kill it after `wait` seconds; whether it had ended by itself before."""
+    """Fork a process that does the work, and kill it after `wait` seconds;
+    whether it had ended by itself before."""
     child = os.fork()
     if child == 0:
         try:
@@ -42,7 +45,8 @@ def kill_once(work: Any, wait: float) -> bool:
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
-    """Kill one run until it has been killed often enough, then let it end; compare it with one that was left in peace."""
+    """Kill one run until it has been killed often enough, then let it end;
+    compare it with one that was left in peace."""
     world, rng = small(case["world"], config["share"], case["brains"]), np.random.default_rng(case["seed"])
     ticks, every = config["ticks"], config["checkpoint_every"]
     with tempfile.TemporaryDirectory() as place:
@@ -50,7 +54,8 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
         whole, out = summary(Path(place) / "peace"), Path(place) / "killed"
         kills = writing = early = 0
         while kills < config["kills"]:
-            if kill_once(lambda out=out: live(world, case["seed"], ticks, every, out), float(rng.uniform(0.0, config["longest"]))):
+            if kill_once(lambda out=out: live(world, case["seed"], ticks, every, out),
+                         float(rng.uniform(0.0, config["longest"]))):
                 early += 1  # it had reached its end: begin another one
                 if early > 50:
                     break
@@ -72,8 +77,10 @@ def summarise(cases: list[dict[str, Any]]) -> list[dict[str, Any]]:
     wrong, left = sum(not r["same"] for r in results), sum(r["left behind"] for r in results)
     return [
         verdict("kills (SIGKILL) after which the run went on", kills, "200 or more", kills >= 200),
-        verdict("of them inside a write: a half-written file lay there", writing, "60 or more", writing >= 60),
-        verdict("runs whose world or recording differs from that of the run left in peace", f"{wrong} of {len(results)}", "0", wrong == 0),
+        verdict("of them inside a write: a half-written file lay there", writing, "60 or more",
+                writing >= 60),
+        verdict("runs whose world or recording differs from that of the run left in peace",
+                f"{wrong} of {len(results)}", "0", wrong == 0),
         verdict("half-written files left behind at the end", left, "0", left == 0),
     ]
 
@@ -85,7 +92,8 @@ STUDY = Study(
     cases=[
         {"world": world, "brains": brains, "seed": 21 + i}
         for i, (world, brains) in enumerate(
-            [("predator-prey", "shared"), ("predator-prey", "individual"), ("reflexes", "individual"), ("lamb", "individual"), ("happiness", "individual")]
+            [("predator-prey", "shared"), ("predator-prey", "individual"), ("reflexes", "individual"),
+             ("lamb", "individual"), ("happiness", "individual")]
         )
     ],
     run=run,

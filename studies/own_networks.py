@@ -1,12 +1,13 @@
-"""A torch module of one's own learns CartPole as soon as the built-in network, and with a memory also without seeing velocities.
+"""A torch module of one's own learns CartPole as soon as the built-in network,
+and with a memory also without seeing velocities.
 
     python -m studies.own_networks [--short]
 
 Hypotheses, before the run that decides. Solved: the mean return of the last 100 episodes is at least 475.
-1. With velocities, the built-in network's twin through autograd needs at most 1.2 times the steps of the built-in one
-   (ratio of medians over 10 seeds, a budget of 100,000 steps).
-2. Without velocities (only the places of cart and pole are seen), a GRU solves the task within 200,000 steps in at least
-   8 of 10 seeds, and the built-in network in none.
+1. With velocities, the built-in network's twin through autograd needs at most 1.2 times the steps of the
+   built-in one (ratio of medians over 10 seeds, a budget of 100,000 steps).
+2. Without velocities (only the places of cart and pole are seen), a GRU solves the task within 200,000 steps
+   in at least 8 of 10 seeds, and the built-in network in none.
 Settings of the first task are those of ppo_cartpole.py; those of the second were chosen on seeds 100-102.
 """
 
@@ -27,7 +28,8 @@ from studies.common.study import Study, verdict
 
 N_ENVS, SOLVED, NEVER = 8, 475.0, 10**9
 STEPS, STEPS_MASKED = 100_000, 200_000
-SEEN = PPO(horizon=32, learning_rate=1e-3, discount=0.98, gae_lambda=0.9, epochs=10, minibatch=64, entropy=0.0, anneal=STEPS // N_ENVS)
+SEEN = PPO(horizon=32, learning_rate=1e-3, discount=0.98, gae_lambda=0.9, epochs=10, minibatch=64,
+           entropy=0.0, anneal=STEPS // N_ENVS)
 MASKED = replace(SEEN, horizon=128, minibatch=256, unroll=32, anneal=STEPS_MASKED // N_ENVS)
 ARMS: dict[str, tuple[Callable[..., Any] | None, bool]] = {  # network, whether velocities are hidden
     "built-in": (None, False),
@@ -48,13 +50,15 @@ def environments(masked: bool) -> Any:
         def __init__(self, env: Any) -> None:
             super().__init__(env)
             space = env.observation_space
-            self.observation_space = gymnasium.spaces.Box(space.low[[0, 2]], space.high[[0, 2]], dtype=np.float32)
+            self.observation_space = gymnasium.spaces.Box(space.low[[0, 2]], space.high[[0, 2]],
+                                                          dtype=np.float32)
 
         def observation(self, observation: Any) -> Any:
             """Return what is left."""
             return observation[[0, 2]]
 
-    return gymnasium.make_vec("CartPole-v1", N_ENVS, vectorization_mode="sync", wrappers=[Masked] if masked else [])
+    return gymnasium.make_vec("CartPole-v1", N_ENVS, vectorization_mode="sync",
+                              wrappers=[Masked] if masked else [])
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
@@ -66,7 +70,8 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
                      stop=lambda so_far: so_far.steps_to(SOLVED) is not None)  # fmt: skip
     took = len(training.reports) * ppo.horizon * N_ENVS
     means = [statistics.fmean(training.returns[i - 100 : i]) for i in range(100, len(training.returns) + 1)]
-    return {"steps_to_solve": training.steps_to(SOLVED), "steps": took, "best_mean": round(max(means, default=0.0), 1),
+    return {"steps_to_solve": training.steps_to(SOLVED), "steps": took,
+            "best_mean": round(max(means, default=0.0), 1),
             "steps_per_s": round(took / (time.process_time() - start), 1)}  # fmt: skip
 
 
@@ -80,24 +85,28 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
         if runs:
             median = statistics.median(took[arm])
             rows.append([arm, f"{solved[arm]} of {len(runs)}", median if median < NEVER else "never",
-                         statistics.median(r["best_mean"] for r in runs), statistics.median(r["steps_per_s"] for r in runs)])  # fmt: skip
+                         statistics.median(r["best_mean"] for r in runs),
+                         statistics.median(r["steps_per_s"] for r in runs)])  # fmt: skip
     verdicts = []
     if took["built-in"] and took["its twin by autograd"]:
         ratio = statistics.median(took["its twin by autograd"]) / statistics.median(took["built-in"])
-        verdicts.append(verdict("steps of the twin by autograd, times those of the built-in network", round(ratio, 3), "<= 1.2", ratio <= 1.2))
+        verdicts.append(verdict("steps of the twin by autograd, times those of the built-in network",
+                                round(ratio, 3), "<= 1.2", ratio <= 1.2))
     for arm, goal, met in (("GRU, no velocities", ">= 8 of 10", lambda k, n: k >= 0.8 * n),
                            ("built-in, no velocities", "none", lambda k, n: k == 0)):  # fmt: skip
         if arms[arm]:
             n = len(arms[arm])
-            verdicts.append(verdict(f"{arm}: solved within {STEPS_MASKED:,} steps", f"{solved[arm]} of {n}", goal, met(solved[arm], n)))
+            verdicts.append(verdict(f"{arm}: solved within {STEPS_MASKED:,} steps", f"{solved[arm]} of {n}",
+                                    goal, met(solved[arm], n)))
     return {"verdicts": verdicts,
-            "table": {"head": ["arm", "solved", "median steps", "median best mean of 100", "steps per second"], "rows": rows}}  # fmt: skip
+            "table": {"head": ["arm", "solved", "median steps", "median best mean of 100",
+                               "steps per second"], "rows": rows}}  # fmt: skip
 
 
 STUDY = Study(
     name="own_networks", claim=str(__doc__).split("\n", 1)[0], run=run, summarise=summarise,
-    config={"seen": asdict(SEEN), "masked": asdict(MASKED), "steps": STEPS, "steps masked": STEPS_MASKED, "environments": N_ENVS,
-            "solved": SOLVED},
+    config={"seen": asdict(SEEN), "masked": asdict(MASKED), "steps": STEPS, "steps masked": STEPS_MASKED,
+            "environments": N_ENVS, "solved": SOLVED},
     cases=[{"seed": seed, "arm": arm} for seed in range(10) for arm in ARMS],
     short_cases=[{"seed": 0, "arm": arm} for arm in ("its twin by autograd", "GRU, no velocities")],
     short_config={"steps": 4000, "steps masked": 4000},

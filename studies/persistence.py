@@ -1,7 +1,7 @@
 """Do grass, deer and wolves persist and cycle for the recipe, whatever the training seed?
 
-No policy is selected: each is trained from its own seed by the shipped recipe and lives, frozen, in every world of the grid; one lives for
-more than 50 periods. Learning that goes on in life: learning_in_life.py.
+No policy is selected: each is trained from its own seed by the shipped recipe and lives, frozen, in every
+world of the grid; one lives for more than 50 periods. Learning that goes on in life: learning_in_life.py.
 """
 
 from typing import Any
@@ -12,9 +12,11 @@ TRAINING, WORLDS = range(71, 77), range(7201, 7206)  # seen by nothing before
 
 
 ARMS: dict[str, dict[str, Any]] = {"frozen": {"learn": False}}
-STUDY = crossed_study("persistence", "Grass, deer and wolves persist and cycle for the recipe, whatever the training seed.", ARMS, TRAINING, WORLDS,
-                      ticks=20_000, judged=["frozen"],
-                      also=[{"arm": "frozen", "training": TRAINING[0], "seed": 7101, "ticks": 80_000}])  # fmt: skip
+STUDY = crossed_study("persistence",
+                      "Grass, deer and wolves persist and cycle for the recipe, whatever the training seed.",
+                      ARMS, TRAINING, WORLDS, ticks=20_000, judged=["frozen"], also=[
+                          {"arm": "frozen", "training": TRAINING[0], "seed": 7101, "ticks": 80_000}
+                      ])  # fmt: skip
 
 if __name__ == "__main__":
     STUDY.main()

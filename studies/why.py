@@ -1,9 +1,10 @@
-"""Does `ecs-eco why` find what was done to a world? Five staged disasters and healthy worlds, each many times at random.
+"""Does `ecs-eco why` find what was done to a world?
 
-The label of a world is what was changed in it (studies/common/disasters.py). A world is drawn anew where what was to happen did not:
-a disaster in which the species it was meant for lived on, a healthy world in which a species of animals fell below 5. The limits in
-ecs_eco.analysis.why were chosen on variants of other seeds (1000 to 1007 and 2000 to 2007), and were right in all of those in the
-end; those of the test seeds were first looked at when the limits stood.
+Five staged disasters and healthy worlds, each many times at random. The label of a world is what was changed
+in it (studies/common/disasters.py). A world is drawn anew where what was to happen did not: a disaster in
+which the species it was meant for lived on, a healthy world in which a species of animals fell below 5. The
+limits in ecs_eco.analysis.why were chosen on variants of other seeds (1000 to 1007 and 2000 to 2007), and
+were right in all of those in the end; those of the test seeds were first looked at when the limits stood.
 """
 
 from __future__ import annotations
@@ -21,7 +22,8 @@ DRAWS = 20  # of a world until what was to happen did
 
 
 def staged(label: str, seed: int, ticks: int, out: Path) -> tuple[Any, dict[str, Any], int]:
-    """Record the first of the worlds of a label and seed in which it came to pass; return the case, what was drawn, and which it was."""
+    """Record the first of the worlds of a label and seed in which it came to pass; return the case,
+    what was drawn, and which it was."""
     from ecs_eco.analysis.why import Case
     from ecs_eco.config import load
     from ecs_eco.record import run_to_folder
@@ -30,9 +32,11 @@ def staged(label: str, seed: int, ticks: int, out: Path) -> tuple[Any, dict[str,
         number = 100 * seed + draw
         config, drawn = web(number, label)
         folder = out / str(draw)
-        run_to_folder(load(config), number, ticks, folder, "random", report=False, snapshot_every=max(1, ticks // 50))
+        run_to_folder(load(config), number, ticks, folder, "random", report=False,
+                      snapshot_every=max(1, ticks // 50))
         case = Case.read(folder)
-        least = {s: int(n.min()) for s, n in zip(case.species, case.series.n.T, strict=True) if case.is_animal(s)}
+        least = {s: int(n.min())
+                 for s, n in zip(case.species, case.series.n.T, strict=True) if case.is_animal(s)}
         if min(least.values()) >= 5 if label == "healthy" else least[drawn["who"]] == 0:
             return case, drawn | {"lost": [s for s, n in least.items() if n == 0]}, draw
     raise RuntimeError(f"{label} did not come to pass in {DRAWS} worlds of seed {seed}")
@@ -45,8 +49,8 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
     with tempfile.TemporaryDirectory(prefix="ecs-eco-why-") as folder:
         found, drawn, draw = staged(case["label"], case["seed"], config["ticks"], Path(folder))
     said = diagnose(found)
-    return {"said": said["verdict"], "of": said["species"], "confidence": said["confidence"], "runner_up": said["runner_up"],
-            "drawn": drawn, "draws": draw + 1}  # fmt: skip
+    return {"said": said["verdict"], "of": said["species"], "confidence": said["confidence"],
+            "runner_up": said["runner_up"], "drawn": drawn, "draws": draw + 1}  # fmt: skip
 
 
 def confusion(cases: list[dict[str, Any]], which: str) -> tuple[list[list[Any]], int, int]:
@@ -56,7 +60,8 @@ def confusion(cases: list[dict[str, Any]], which: str) -> tuple[list[list[Any]],
     rows = []
     for label in CLASSES:
         count = Counter(c["result"]["said"] for c in used if c["case"]["label"] == label)
-        rows.append([which, label, *(count.get(v, 0) for v in CLASSES), sum(count.get(v, 0) for v in heard[len(CLASSES) :])])
+        rows.append([which, label, *(count.get(v, 0) for v in CLASSES),
+                     sum(count.get(v, 0) for v in heard[len(CLASSES) :])])
     return rows, sum(c["result"]["said"] == c["case"]["label"] for c in used), len(used)
 
 
@@ -70,18 +75,25 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
         rows += lines
         share, low, high = wilson(right, total)
         said = f"{right} of {total} ({share:.0%}, {low:.0%} … {high:.0%})"
-        out.append(verdict(f"verdicts that name what was done, {which} variants", said, "≥ 80 %", share >= 0.8))
+        out.append(verdict(f"verdicts that name what was done, {which} variants", said, "≥ 80 %",
+                           share >= 0.8))
         used = [c for c in cases if c["case"]["set"] == which]
-        named = sum(c["case"]["label"] in (c["result"]["said"], (c["result"]["runner_up"] or {}).get("verdict")) for c in used)
-        out.append(verdict(f"verdict or runner-up, {which} variants", f"{named} of {total}", "≥ 80 %", named >= 0.8 * total))
+        named = sum(c["case"]["label"]
+                    in (c["result"]["said"], (c["result"]["runner_up"] or {}).get("verdict")) for c in used)
+        out.append(verdict(f"verdict or runner-up, {which} variants", f"{named} of {total}", "≥ 80 %",
+                           named >= 0.8 * total))
     drawn = [c["result"]["draws"] for c in cases]
-    out.append(verdict("worlds drawn for a variant until it came to pass, mean", f"{sum(drawn) / len(drawn):.2f}", "reported", True))
-    return {"verdicts": out, "table": {"head": ["variants", "staged", *(f"said {c}" for c in CLASSES), "said another"], "rows": rows}}
+    out.append(verdict("worlds drawn for a variant until it came to pass, mean",
+                       f"{sum(drawn) / len(drawn):.2f}", "reported", True))
+    return {"verdicts": out, "table": {
+        "head": ["variants", "staged", *(f"said {c}" for c in CLASSES), "said another"], "rows": rows
+    }}
 
 
 CASES = [{"set": "test", "label": label, "seed": TEST + i} for label in CLASSES for i in range(10)]
 STUDY = Study(
-    name="why", claim="`ecs-eco why` names what was done to a world", config={"ticks": 1000}, cases=CASES, run=run, summarise=summarise,
+    name="why", claim="`ecs-eco why` names what was done to a world", config={"ticks": 1000}, cases=CASES,
+    run=run, summarise=summarise,
     short_cases=[{"set": "test", "label": label, "seed": TEST + 10} for label in CLASSES],
 )  # fmt: skip
 

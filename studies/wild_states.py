@@ -1,8 +1,10 @@
 """Wild states: whatever numbers a world is given, memory stays whole. Every kernel runs with bounds checks.
 
-A small form of each world has some of its numbers replaced by the oddest there are (no number, infinities, denormals, 1e38, −0, places far
-outside, unknown codes, equal and descending rows): in columns between ticks, in what is spawned, by a system within a tick, behind the
-gate, and in sealed checkpoints. Then it runs for 2 ticks, and kernels that no tick calls are called with its numbers. Compiled with NUMBA_BOUNDSCHECK=1, a kernel raises where it would leave an array.
+A small form of each world has some of its numbers replaced by the oddest there are (no number, infinities,
+denormals, 1e38, −0, places far outside, unknown codes, equal and descending rows): in columns between ticks,
+in what is spawned, by a system within a tick, behind the gate, and in sealed checkpoints. Then it runs for 2
+ticks, and kernels that no tick calls are called with its numbers. Compiled with NUMBA_BOUNDSCHECK=1, a kernel
+raises where it would leave an array.
 """
 
 import os
@@ -13,7 +15,8 @@ os.environ["NUMBA_BOUNDSCHECK"] = "1"  # before any kernel is compiled; also in 
 from studies.common import kernels, wild
 from studies.common.study import Study, verdict
 
-WORLDS = ("predator-prey", "reflexes", "lamb", "happiness", "learning-krill", "diel-migration", "menagerie", "herd", "flock", "choosy-flock")
+WORLDS = ("predator-prey", "reflexes", "lamb", "happiness", "learning-krill", "diel-migration", "menagerie",
+          "herd", "flock", "choosy-flock")
 
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
@@ -32,7 +35,8 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
         for way, kinds in case["result"]["kinds"].items():
             for kind, n in kinds.items():
                 total[way][kind] = total[way].get(kind, 0) + n
-    kinds = sorted({kind for found in total.values() for kind in found}, key=lambda kind: (kind in wild.FAILURES, kind))
+    kinds = sorted({kind for found in total.values() for kind in found},
+                   key=lambda kind: (kind in wild.FAILURES, kind))
     states = sum(case["result"]["states"] for case in cases)
 
     def of(*names: str, ways: tuple[str, ...] = wild.WAYS) -> int:
@@ -43,20 +47,27 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
     return {
         "verdicts": [
             verdict("wild states under bounds checks", states, f"≥ {least:,}", states >= least),
-            verdict("processes that died or did not answer", of("crash", "hang"), "0", of("crash", "hang") == 0),
-            verdict("kernels that would have left an array", of("out of bounds"), "0", of("out of bounds") == 0),
-            verdict(f"kernels of {len(kernels.kernels())} that did not run", missed, "none", not missed or len(cases) <= 10),
-            verdict("refused at the gate without organism or file, field and limits, or stopped by another error",
-                    of("refused without a place", "traceback", ways=gates), "0", of("refused without a place", "traceback", ways=gates) == 0),
-            verdict("errors of no kind known to the study, behind the gate", of("traceback", ways=("within a tick",)), "0",
+            verdict("processes that died or did not answer", of("crash", "hang"), "0",
+                    of("crash", "hang") == 0),
+            verdict("kernels that would have left an array", of("out of bounds"), "0",
+                    of("out of bounds") == 0),
+            verdict(f"kernels of {len(kernels.kernels())} that did not run", missed, "none",
+                    not missed or len(cases) <= 10),
+            verdict("refused at the gate without organism or file, field and limits, "
+                    "or stopped by another error", of("refused without a place", "traceback", ways=gates),
+                    "0", of("refused without a place", "traceback", ways=gates) == 0),
+            verdict("errors of no kind known to the study, behind the gate",
+                    of("traceback", ways=("within a tick",)), "0",
                     of("traceback", ways=("within a tick",)) == 0),
         ],
-        "table": {"head": ["what became of it", *wild.WAYS], "rows": [[kind, *(total[way].get(kind, 0) for way in wild.WAYS)] for kind in kinds]},
+        "table": {"head": ["what became of it", *wild.WAYS],
+                  "rows": [[kind, *(total[way].get(kind, 0) for way in wild.WAYS)] for kind in kinds]},
     }  # fmt: skip
 
 
 STUDY = Study(
-    name="wild_states", claim="Whatever numbers a world is given, it is refused or runs: no kernel leaves its arrays.",
+    name="wild_states",
+    claim="Whatever numbers a world is given, it is refused or runs: no kernel leaves its arrays.",
     config={"states": 200},
     cases=[{"source": source, "seed": seed} for source in WORLDS for seed in range(1, 6)],
     run=run, summarise=summarise,

@@ -10,7 +10,8 @@ from hypothesis import settings
 settings.register_profile("ecs-eco", deadline=None)  # how long an example takes says how busy the machine is
 settings.load_profile("ecs-eco")
 
-if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # begun in the background: else commands that tests stop would never hear of it
+# begun in the background: else commands that tests stop would never hear of it
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
 PHYSICAL = {"temperature": 311.0, "pressure": 13_000.0, "electric_current": 1e-6, "luminous_intensity": 0.02}
@@ -45,7 +46,8 @@ MENAGERIE = {  # everything that a world file can say, in little
             "count": 150,
             "body": {"radius": 0.3, "mass": 0.1, "opaque": False},
             "metabolism": {"energy": 0.1, "energy_max": 0.3, "growth": 0.02},
-            "reproduction": {"kind": "spread", "rate": 0.1, "seed_rain": 0.01, "spacing": 2.0, "place": "near", "dispersal": 4.0},
+            "reproduction": {"kind": "spread", "rate": 0.1, "seed_rain": 0.01, "spacing": 2.0,
+                             "place": "near", "dispersal": 4.0},
         },
         "ram": {
             "count": 40,
@@ -55,7 +57,8 @@ MENAGERIE = {  # everything that a world file can say, in little
             "properties": PHYSICAL,
             "substances": {"glucose": 0.005, "oxygen": 0.008, "hydron": 4e-8},
             "metabolism": {"energy": 0.6, "energy_max": 1.0, "basal": 0.01},
-            "locomotion": {"speed": {"still": 0.0, "walk": 0.5, "run": 2.0}, "cost": {"walk": 0.01, "run": 0.05}, "turn": 0.8},
+            "locomotion": {"speed": {"still": 0.0, "walk": 0.5, "run": 2.0},
+                           "cost": {"walk": 0.01, "run": 0.05}, "turn": 0.8},
             "emits": {"musk": 1.0},
             "diet": [{"eats": "moss", "reach": 0.3, "gain": 0.3}],
             "sensors": [
@@ -65,7 +68,8 @@ MENAGERIE = {  # everything that a world file can say, in little
                 {"kind": "own", "property": "temperature", "scale": 300.0},
                 {"kind": "nearest", "target": "moss", "radius": 6.0},
                 {"kind": "nearest", "target": "lynx", "radius": 8.0, "fov": 4.0, "occlusion": True},
-                {"kind": "rays", "name": "eye", "count": 5, "fov": 2.0, "radius": 8.0, "targets": ["lynx", "wall"]},
+                {"kind": "rays", "name": "eye", "count": 5, "fov": 2.0, "radius": 8.0,
+                 "targets": ["lynx", "wall"]},
                 {"kind": "smell", "field": "musk", "at": [1.0, 0.5]},
                 {"kind": "smell", "field": "musk", "at": [1.0, -0.5]},
                 {"kind": "touch", "target": "any", "at": [-0.8, 0.8]},
@@ -79,7 +83,8 @@ MENAGERIE = {  # everything that a world file can say, in little
             "happiness": {"formula": "energy - 0.2 * musk", "minimum": -1.0},
             "policy": {"kind": "shared", "hidden": [8]},
             "ppo": {"horizon": 12, "minibatch": 256, "epochs": 2},
-            "reproduction": {"kind": "asexual", "rate": 0.05, "energy_min": 0.5, "energy_given": 0.25, "dispersal": 3.0},
+            "reproduction": {"kind": "asexual", "rate": 0.05, "energy_min": 0.5, "energy_given": 0.25,
+                             "dispersal": 3.0},
             "lethal": [
                 {"property": "energy", "min": 0.0, "low": "starved"},
                 {"property": "age", "max": 60.0, "high": "too old"},
@@ -93,14 +98,17 @@ MENAGERIE = {  # everything that a world file can say, in little
             "count": 8,
             "body": {"radius": 0.6, "mass": 25.0, "solid": True},
             "metabolism": {"energy": 0.5, "basal": 0.01, "digestion": 3.0},
-            "locomotion": {"speed": {"still": 0.0, "walk": 1.0, "run": 2.5}, "cost": {"run": 0.02}, "turn": 1.0},
+            "locomotion": {"speed": {"still": 0.0, "walk": 1.0, "run": 2.5}, "cost": {"run": 0.02},
+                           "turn": 1.0},
             "diet": [{"eats": "ram", "reach": 0.2, "chance": 0.6, "gain": 0.5}],
             "sensors": [{"kind": "nearest", "target": "ram", "radius": 9.0}],
             "actions": {"speed": ["still", "walk", "run"], "turn": ["left", "none", "right"], "eat": ["eat"]},
             "neutral": {"speed": "walk", "turn": "none"},
             "automatic": ["eat"],
-            "reflex": {"formulas": {"run": "ram_near - 0.3", "left": "ram_left - 0.1", "right": "-ram_left - 0.1"}},
-            "reproduction": {"kind": "simplified", "rate": 0.02, "energy_min": 0.6, "energy_given": 0.3, "spacing": 2.0},
+            "reflex": {"formulas": {"run": "ram_near - 0.3", "left": "ram_left - 0.1",
+                                    "right": "-ram_left - 0.1"}},
+            "reproduction": {"kind": "simplified", "rate": 0.02, "energy_min": 0.6, "energy_given": 0.3,
+                             "spacing": 2.0},
             "lethal": [{"property": "energy", "min": 0.0, "low": "starved"}],
         },
     },
@@ -116,7 +124,8 @@ MEADOW = {  # what a test of one thing starts from: grazers that walk and eat, a
             "count": 2,
             "body": {"radius": 0.5},
             "metabolism": {"energy": 0.5, "basal": 0.01},
-            "locomotion": {"speed": {"still": 0.0, "walk": 1.0, "run": 3.0}, "cost": {"walk": 0.02, "run": 0.1}, "turn": 0.5},
+            "locomotion": {"speed": {"still": 0.0, "walk": 1.0, "run": 3.0},
+                           "cost": {"walk": 0.02, "run": 0.1}, "turn": 0.5},
             "diet": [{"eats": "grass", "reach": 0.25, "gain": 0.25}],
             "sensors": [{"kind": "own", "property": "energy"}],
             "actions": {"speed": ["still", "walk", "run"], "turn": ["left", "none", "right"], "eat": ["eat"]},
@@ -136,7 +145,8 @@ def merge(base, changes):
         if value is None:
             out.pop(key, None)
         else:
-            out[key] = merge(out[key], value) if isinstance(value, dict) and isinstance(out.get(key), dict) else value
+            out[key] = (merge(out[key], value) if isinstance(value, dict)
+                        and isinstance(out.get(key), dict) else value)
     return out
 
 
@@ -148,7 +158,8 @@ def menagerie():
 
 @pytest.fixture(scope="session")
 def meadow():
-    """A function of changes to its species deer (and `world=` to the world) that returns a new world of two deer and two grasses."""
+    """A function of changes to its species deer (and `world=` to the world) that returns a new world
+    of two deer and two grasses."""
     from ecs_eco import World
 
     def build(*, world=None, options=None, grass=None, **deer):
@@ -162,7 +173,8 @@ def meadow():
 def _leaves_esper_as_it_was():
     from ecs_eco.engine import turns
 
-    with turns.turn:  # a viewer's second world lives in a thread of its own, and esper is in it whenever a tick passes
+    # a viewer's second world lives in a thread of its own, and esper is in it whenever a tick passes
+    with turns.turn:
         before = esper.current_world
     yield
     assert not turns.turn.held(), "the test left a world entered"

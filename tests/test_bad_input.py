@@ -1,4 +1,5 @@
-"""Wrong worlds and arguments are refused before anything is made: place, value, what is allowed, the right name."""
+"""Wrong worlds and arguments are refused before anything is made: place, value, what is allowed,
+the right name."""
 
 from __future__ import annotations
 
@@ -61,11 +62,13 @@ reproduction = { kind = "simplified", rate = 0.01, energy_min = 0.6, energy_give
 lethal = [{ property = "energy", min = 0.0, low = "starved" }]
 """
 
-# what stands there, what is written instead; key (goat is species.goat), value, part of what is allowed, right name
+# what stands there, what is written instead; key (goat is species.goat), value,
+# part of what is allowed, right name
 CASES: dict[str, tuple[str, str, str, str, str, str]] = {
     "food": ('eats = "grass"', 'eats = "gras"', "goat.diet.0.eats", '"gras"', "grass, goat, stone", "grass"),
     "target": ('target = "grass"', 'target = "grss"', "goat.sensors.1.target", '"grss"', "goat", "grass"),
-    "touch": ('target = "stone"', 'target = "stoen"', "goat.sensors.3.target", '"stoen"', "wall, any", "stone"),
+    "touch": ('target = "stone"', 'target = "stoen"', "goat.sensors.3.target", '"stoen"',
+              "wall, any", "stone"),
     "ray": ('"wall"]', '"wal"]', "goat.sensors.4.targets.1", '"wal"', "wall", "wall"),
     "smell": ('field = "smoke"', 'field = "smok"', "goat.sensors.2.field", '"smok"', "smoke", "smoke"),
     "emits": ("{ smoke = 0.1 }", "{ smole = 0.1 }", "grass.emits.smole", '"smole"', "smoke", "smoke"),
@@ -73,14 +76,17 @@ CASES: dict[str, tuple[str, str, str, str, str, str]] = {
                  "energy, age, fertility, glucose", "energy"),
     "lethal": ('property = "energy", min', 'property = "glucos", min', "goat.lethal.0.property", '"glucos"',
                "glucose", "glucose"),
-    "substance": ("{ glucose = 0.005", "{ glucosse = 0.005", "goat.substances.glucosse", '"glucosse"', "glucose",
-                  "glucose"),
+    "substance": ("{ glucose = 0.005", "{ glucosse = 0.005", "goat.substances.glucosse", '"glucosse"',
+                  "glucose", "glucose"),
     "physical": ("substances = { glucose", "properties = { temprature = 3.0 }\nsubstances = { glucose",
                  "goat.properties.temprature", '"temprature"', "temperature, pressure", "temperature"),
     "group": ("actions = { speed", "actions = { sped", "goat.actions.sped", '"sped"', "speed, turn", "speed"),
-    "turn": ('"none", "right"', '"none", "rigth"', "goat.actions.turn.2", '"rigth"', "left, none, right", "right"),
-    "gait": ('["still", "walk"]', '["still", "wakl"]', "goat.actions.speed.1", '"wakl"', "still, walk", "walk"),
-    "twice": ('["still", "walk"]', '["still", "walk", "walk"]', "goat.actions.speed.2", '"walk"', "still, walk", ""),
+    "turn": ('"none", "right"', '"none", "rigth"', "goat.actions.turn.2", '"rigth"',
+             "left, none, right", "right"),
+    "gait": ('["still", "walk"]', '["still", "wakl"]', "goat.actions.speed.1", '"wakl"',
+             "still, walk", "walk"),
+    "twice": ('["still", "walk"]', '["still", "walk", "walk"]', "goat.actions.speed.2", '"walk"',
+              "still, walk", ""),
     "cost": ("cost = { walk", "cost = { wlk", "goat.locomotion.cost.wlk", '"wlk"', "still, walk", "walk"),
     "neutral": ('neutral = { speed = "still"', 'neutral = { speed = "stil"', "goat.neutral.speed", '"stil"',
                 "still, walk", "still"),
@@ -91,9 +97,12 @@ CASES: dict[str, tuple[str, str, str, str, str, str]] = {
     "reflex action": ('action = "walk"', 'action = "wlak"', "goat.reflex.connections.0.action", '"wlak"',
                       "speed.walk", "walk"),
     "weight": ("weight = -1", "weight = 2", "goat.reflex.connections.0.weight", "2", "-1, 0, 1", ""),
-    "thresholds": ("above = 0.5", "above = 0.5, below = 0.1", "goat.reflex.connections.0", "{", "exactly one", ""),
-    "formula name": ("0.1 * smoke", "0.1 * smke", "goat.happiness.formula", '"energy - 0.1 * smke"', "smoke", "smoke"),
-    "formula syntax": ("0.1 * smoke", "0.1 *", "goat.happiness.formula", '"energy - 0.1 *"', "numbers, names", ""),
+    "thresholds": ("above = 0.5", "above = 0.5, below = 0.1", "goat.reflex.connections.0", "{",
+                   "exactly one", ""),
+    "formula name": ("0.1 * smoke", "0.1 * smke", "goat.happiness.formula", '"energy - 0.1 * smke"',
+                     "smoke", "smoke"),
+    "formula syntax": ("0.1 * smoke", "0.1 *", "goat.happiness.formula", '"energy - 0.1 *"',
+                       "numbers, names", ""),
     "formula unsafe": ("0.1 * smoke", "smoke.__class__", "goat.happiness.formula", "__class__", "abs", ""),
     "formula call": ("0.1 * smoke", "sqr(smoke)", "goat.happiness.formula", "sqr", "sqrt", "sqrt"),
     "minimum": (", minimum = -1.0", "", "goat.happiness.minimum", "", "finite number", ""),
@@ -119,7 +128,8 @@ CASES: dict[str, tuple[str, str, str, str, str, str]] = {
     "zero dt": ("dt = 1.0", "dt = 0", "dt", "0", "more than 0", ""),
     "fewer than no goats": ("count = 10\n", "count = -1\n", "goat.count", "-1", "at least 0", ""),
     "no count": ("count = 10\n", "\n", "goat.count", "", "whole number", ""),
-    "no species": (WORLD[WORLD.index("[species.grass]") :], "[species]", "species", "{}", "at least 1 entries", ""),
+    "no species": (WORLD[WORLD.index("[species.grass]") :], "[species]", "species", "{}",
+                   "at least 1 entries", ""),
     "no stones": ("count = 3\n", "count = 0\n", "objects.stone.count", "0", "at least 1", ""),
     "radius": ("radius = 5.0", "radius = 16.0", "goat.sensors.1.radius", "16.0", "at most 15 m", ""),
     "cell": ("cell = 2.0", "cell = 20.0", "fields.smoke.cell", "20.0", "at most 15 m", ""),
@@ -132,13 +142,16 @@ CASES: dict[str, tuple[str, str, str, str, str, str]] = {
     "format": ("format = 1", "format = 2", "format", "2", "1", ""),
     "name": ('name = "meadow"', 'name = "my meadow"', "name", '"my meadow"', "text like", ""),
     "color": ("count = 10\n", 'count = 10\ncolor = "red"\n', "goat.color", '"red"', "#rrggbb", ""),
-    "hyperparameter": ("horizon = 16", "horizn = 16", "goat.ppo.horizn", "16", "horizon, learning_rate", "horizon"),
+    "hyperparameter": ("horizon = 16", "horizn = 16", "goat.ppo.horizn", "16",
+                       "horizon, learning_rate", "horizon"),
     "horizon": ("horizon = 16", "horizon = -1", "goat.ppo.horizon", "-1", ">= 1", ""),
     "max count": ("count = 10\n", "count = 10\nmax_count = 5\n", "goat.count", "10", "at most 5", ""),
     "energy": ("energy = 0.5", "energy = 1.5", "goat.metabolism.energy", "1.5", "at most energy_max", ""),
-    "given": ("energy_given = 0.3", "energy_given = 0.8", "goat.reproduction.energy_given", "0.8", "energy_min", ""),
+    "given": ("energy_given = 0.3", "energy_given = 0.8", "goat.reproduction.energy_given", "0.8",
+              "energy_min", ""),
     "spacing": ("spacing = 1.0", "spacing = 9.0", "grass.reproduction.spacing", "9.0", "smaller spacing", ""),
-    "near": ("energy_given = 0.3", 'energy_given = 0.3, place = "near"', "goat.reproduction.dispersal", "", "[m]", ""),
+    "near": ("energy_given = 0.3", 'energy_given = 0.3, place = "near"', "goat.reproduction.dispersal",
+             "", "[m]", ""),
     "min max": ("min = 0.0", "min = 1.0, max = 0.9", "goat.lethal.0.min", "1.0", "less than 0.9", ""),
     "born dead": ("min = 0.0", "min = 0.5", "goat.lethal.0.min", "0.5", "interval", ""),
     "same name": ('{ kind = "touch"', '{ name = "energy", kind = "touch"', "goat.sensors.3.name", '"energy"',
@@ -224,7 +237,8 @@ def test_all_problems_are_told_at_once(folder: Path) -> None:
         text = text.replace(*CASES[case][:2])
     output = run(folder, text)
     assert "meadow.toml: " in output
-    for case in ("rate", "key", "cell", "fewer than no goats"):  # those of the goat's own section wait until its count is right
+    # those of the goat's own section wait until its count is right
+    for case in ("rate", "key", "cell", "fewer than no goats"):
         assert CASES[case][2] in output
 
 
@@ -289,16 +303,20 @@ def test_a_wrong_value_from_outside_is_refused(
         (["check", "predator-pray"], ["WORLD", "predator-prey"]),
         (["train", "predator-pray"], ["WORLD", "predator-prey"]),
         (["compare", "predator-pray"], ["WORLD", "predator-prey"]),
-        (["run", "predator-prey", "--policies", "trainde"], ["--policies", '"trainde"', 'did you mean "trained"?']),
+        (["run", "predator-prey", "--policies", "trainde"],
+         ["--policies", '"trainde"', 'did you mean "trained"?']),
         (["run", "predator-prey", "--policies", "."], ["--policies", "deer.safetensors is missing"]),
         (["run", "predator-prey", "--ticks", "0"], ["--ticks", "0"]),
         (["run", "predator-prey", "--ticks", "many"], ["--ticks", "many"]),
         (["run", "predator-prey", "--seed", "-1"], ["--seed", "-1"]),
         (["run", "predator-prey", "--threads", "0"], ["--threads", "0"]),
         (["run", "predator-prey", "--tick", "3"], ["--tick"]),
-        (["compare", "predator-prey", "--control", "random-polcy"], ["--control", 'did you mean "random-policy"?']),
-        (["compare", "predator-prey", "--control", "species.dear.count=3"], ["species.dear.count", 'mean "deer"?']),
-        (["compare", "predator-prey", "--control", "dt=2", "--control", "dt=2"], ["--control", "named twice"]),
+        (["compare", "predator-prey", "--control", "random-polcy"],
+         ["--control", 'did you mean "random-policy"?']),
+        (["compare", "predator-prey", "--control", "species.dear.count=3"],
+         ["species.dear.count", 'mean "deer"?']),
+        (["compare", "predator-prey", "--control", "dt=2", "--control", "dt=2"],
+         ["--control", "named twice"]),
         (["report", "nowhere"], ["DIR", '"nowhere"', "ecs-eco run"]),
         (["report", "."], ["DIR", "manifest.json"]),
     ],
@@ -315,9 +333,11 @@ def test_wrong_arguments_are_refused(
 @pytest.mark.parametrize("command", ["run", "train", "compare"])
 @pytest.mark.parametrize(
     ("out", "what"),
-    [("full", "not empty"), ("file", "is a file"), ("file/out", "cannot be written"), ("x" * 300, "cannot be written")],
+    [("full", "not empty"), ("file", "is a file"), ("file/out", "cannot be written"),
+     ("x" * 300, "cannot be written")],
 )
-def test_a_folder_that_cannot_take_results_is_refused(command: str, out: str, what: str, tmp_path: Path) -> None:
+def test_a_folder_that_cannot_take_results_is_refused(command: str, out: str, what: str,
+                                                      tmp_path: Path) -> None:
     (tmp_path / "full").mkdir()
     (tmp_path / "full" / "old").write_text("")
     (tmp_path / "file").write_text("")
@@ -329,7 +349,8 @@ def test_a_folder_that_cannot_take_results_is_refused(command: str, out: str, wh
 def process(*arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
     command = [sys.executable, "-c", "from ecs_eco.cli import main; main()", *arguments]
     environment = os.environ | {"PYTHONPATH": str(Path(ecs_eco.__path__[0]).parent)}
-    return subprocess.run(command, cwd=cwd, env=environment, capture_output=True, text=True, timeout=60, check=False)
+    return subprocess.run(command, cwd=cwd, env=environment, capture_output=True, text=True, timeout=60,
+                          check=False)
 
 
 def test_a_wrong_world_ends_the_process_with_2(folder: Path) -> None:

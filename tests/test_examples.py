@@ -21,7 +21,8 @@ NEEDS_GYMNASIUM = ("plain_ppo.py", "learning.md")
 
 
 def fenced(page: Path, language: str) -> list[str]:
-    return re.findall(rf"^```{language}\n(.*?)^```$", page.read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL)
+    return re.findall(rf"^```{language}\n(.*?)^```$", page.read_text(encoding="utf-8"),
+                      re.MULTILINE | re.DOTALL)
 
 
 def in_folder(path: Path, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -34,7 +35,8 @@ def in_folder(path: Path, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None
 
 
 @pytest.mark.parametrize("example", EXAMPLES, ids=lambda p: p.stem)
-def test_example_runs(example: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+def test_example_runs(example: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
+                      capsys: pytest.CaptureFixture[str]) -> None:
     in_folder(example, tmp_path, monkeypatch)
     assert capsys.readouterr().out.strip(), "it says nothing"
 
@@ -48,10 +50,12 @@ def test_example_is_one_idea_on_one_screen(example: Path) -> None:
 
 @pytest.mark.parametrize(("example", "name"), [("own_component", "GrowWool"), ("own_system", "Strike")])
 def test_systems_of_the_examples_keep_the_rules_of_systems(example: str, name: str) -> None:
-    config = load("predator-prey", {"species.grass.count": 500, "species.deer.count": 100, "species.wolf.count": 20})
+    config = load("predator-prey",
+                  {"species.grass.count": 500, "species.deer.count": 100, "species.wolf.count": 20})
     kind = runpy.run_path(str(ROOT / "examples" / f"{example}.py"))[name]
     arguments = (0.01,) if name == "Strike" else ()
-    check_system(kind, lambda threads: World.from_config(config, policies="random", threads=threads, systems=[kind(*arguments)]))
+    check_system(kind, lambda threads: World.from_config(config, policies="random", threads=threads,
+                                                         systems=[kind(*arguments)]))
 
 
 @pytest.mark.parametrize("page", [p for p in PAGES if fenced(p, "python")], ids=lambda p: p.stem)
@@ -64,7 +68,8 @@ def test_snippets_of_a_page_run_in_order(page: Path, tmp_path: Path, monkeypatch
     in_folder(file, tmp_path, monkeypatch)
 
 
-@pytest.mark.parametrize("page", [p for p in PAGES if "ecs-eco " in "".join(fenced(p, "bash"))], ids=lambda p: p.stem)
+@pytest.mark.parametrize("page", [p for p in PAGES if "ecs-eco " in "".join(fenced(p, "bash"))],
+                         ids=lambda p: p.stem)
 def test_commands_of_a_page_exist_with_their_options(page: Path) -> None:
     from ecs_eco.cli.app import app
 
@@ -76,7 +81,8 @@ def test_commands_of_a_page_exist_with_their_options(page: Path) -> None:
             assert re.search(rf"{option}\b", shown.output), f"{line}: no option {option}"
 
 
-@pytest.mark.parametrize("page", [*PAGES, ROOT / "CONTRIBUTING.md", ROOT / "CHANGELOG.md"], ids=lambda p: p.stem)
+@pytest.mark.parametrize("page", [*PAGES, ROOT / "CONTRIBUTING.md", ROOT / "CHANGELOG.md"],
+                         ids=lambda p: p.stem)
 def test_links_of_a_page_lead_somewhere(page: Path) -> None:
     for target in re.findall(r"\]\(([^)#:\s]+)(?:#[^)]*)?\)", page.read_text(encoding="utf-8")):
         assert os.path.exists(page.parent / target), target

@@ -42,7 +42,8 @@ def test_mutated_worlds_are_refused_with_a_place_or_run(what, tmp_path):
 @pytest.mark.parametrize("world", ["predator-prey", "menagerie"])
 def test_mutated_worlds_are_refused_with_a_place_or_accepted(world, tmp_path, monkeypatch):
     monkeypatch.setattr(worlds, "_run", lambda config: {"kind": "accepted"})
-    outcomes = _judged(worlds.judge, [(world, what, seed, str(tmp_path)) for what in ("text", "values") for seed in range(100)])
+    outcomes = _judged(worlds.judge, [(world, what, seed, str(tmp_path)) for what in ("text", "values")
+                                      for seed in range(100)])
     assert not [f for f in outcomes if f["kind"] in worlds.FAILURES]
     assert {"refused", "accepted"} <= {f["kind"] for f in outcomes}
 
@@ -68,7 +69,8 @@ def test_the_judge_sees_a_wrong_load(recorded, tmp_path, monkeypatch):
 
     def careless(path):
         meta, arrays = read(path)
-        return meta, arrays | {"table/goat/uid": arrays["table/goat/uid"] + (1 if "damaged" in str(path) else 0)}
+        return meta, arrays | {"table/goat/uid": arrays["table/goat/uid"]
+                               + (1 if "damaged" in str(path) else 0)}
 
     assert judge.asked(judge.files()[0], 1)["kind"] == "the same content"
     monkeypatch.setattr(checkpoint, "read", careless)
@@ -78,7 +80,8 @@ def test_the_judge_sees_a_wrong_load(recorded, tmp_path, monkeypatch):
 def test_readings_are_the_same_to_the_bit():
     one = {"a": [np.array([np.nan, 0.0]), 1.0, float("nan")], "b": "x"}
     assert files._equal(one, {"a": [np.array([np.nan, 0.0]), 1.0, float("nan")], "b": "x"})
-    for other in ({"a": one["a"]}, one | {"b": "y"}, one | {"a": [np.array([np.nan, -0.0]), 1.0, float("nan")]}, one | {"a": one["a"][:2]}):
+    for other in ({"a": one["a"]}, one | {"b": "y"},
+                  one | {"a": [np.array([np.nan, -0.0]), 1.0, float("nan")]}, one | {"a": one["a"][:2]}):
         assert not files._equal(one, other)
 
 
@@ -116,7 +119,9 @@ def test_a_changed_manifest_is_refused_and_one_without_seal_too(recorded, tmp_pa
     (tmp_path / "run" / "manifest.json").write_text(json.dumps(manifest | {"dt": 2.0}))
     with pytest.raises(RecordingError, match="its seal does not fit"):
         load_series(tmp_path / "run")
-    (tmp_path / "run" / "manifest.json").write_text(json.dumps({k: v for k, v in manifest.items() if k != "seal"}))
+    (tmp_path / "run" / "manifest.json").write_text(
+        json.dumps({k: v for k, v in manifest.items() if k != "seal"})
+    )
     with pytest.raises(RecordingError, match="its seal is missing"):
         load_series(tmp_path / "run")
 
@@ -131,7 +136,7 @@ def test_a_damaged_part_ends_a_command_with_its_name(command, recorded, tmp_path
     assert "part-00000.parquet: is damaged" in done.stderr
 
 
-# --- what fuzzing found ----------------------------------------------------------------------------------------------
+# --- what fuzzing found -------------------------------------------------------------------------------------
 
 
 def _goat(path, value):
@@ -153,14 +158,16 @@ def _refused(data, path, *words):
 
 
 def test_a_nose_further_off_than_the_world_is_wide_is_refused():
-    # it smelled beyond the end of the field: 30 m of world, bodies of up to 0.6 m (a gene says so), so 25 radii at most
+    # it smelled beyond the end of the field: 30 m of world, bodies of up to 0.6 m (a gene says so),
+    # so 25 radii at most
     _refused(_goat(("sensors", 2, "at"), [1e6, 0.5]), "species.goat.sensors.2.at", "at most 25")
     assert load(_goat(("sensors", 2, "at"), [24.0, 0.5]))
 
 
 def _gene(data, trait):
     """The place of a gene of the goat, and the gene."""
-    return next((i, gene) for i, gene in enumerate(data["species"]["goat"]["genome"]["genes"]) if gene.get("trait") == trait)
+    return next((i, gene) for i, gene in enumerate(data["species"]["goat"]["genome"]["genes"])
+                if gene.get("trait") == trait)
 
 
 def test_a_gene_that_puts_a_nose_there_is_refused():
@@ -182,18 +189,22 @@ def test_a_hyperparameter_that_is_no_number_is_told_where_genes_name_it(value):
     _refused(_goat(("ppo", "learning_rate"), value), "species.goat.ppo.learning_rate", "not possible")
 
 
-@pytest.mark.parametrize(("name", "value", "most"), [("entropy", 1e39, "1e+30"), ("horizon", 10**40, "1e+09")])
+@pytest.mark.parametrize(("name", "value", "most"),
+                         [("entropy", 1e39, "1e+30"), ("horizon", 10**40, "1e+09")])
 def test_a_hyperparameter_beyond_all_numbers_is_refused(name, value, most):
     _refused(_goat(("ppo", name), value), f"species.goat.ppo.{name}", f"at most {most}")
 
 
 def test_a_long_genome_is_checked_at_once():
-    assert load(_goat(("genome", "loci"), 50_000_000)).species["goat"].genome.loci == 50_000_000  # operators were tried on all of it
+    # operators were tried on all of it
+    assert load(_goat(("genome", "loci"), 50_000_000)).species["goat"].genome.loci == 50_000_000
 
 
-@pytest.mark.parametrize(("mutate", "word"), [({"low": [0], "up": 1, "indpb": 0.1}, "1 numbers as low"), ({"indpb": "x"}, "indpb = x")])
+@pytest.mark.parametrize(("mutate", "word"), [({"low": [0], "up": 1, "indpb": 0.1}, "1 numbers as low"),
+                                              ({"indpb": "x"}, "indpb = x")])
 def test_odd_arguments_of_an_operator_are_refused(mutate, word):
-    _refused(_goat(("genome", "mutate"), {"operator": "mutUniformInt", **mutate}), "species.goat.genome.mutate.operator", word)
+    _refused(_goat(("genome", "mutate"), {"operator": "mutUniformInt", **mutate}),
+             "species.goat.genome.mutate.operator", word)
 
 
 @pytest.mark.parametrize(("section", "cell"), [("terrain", 1e-200), ("fields", 1e-200)])
@@ -240,27 +251,34 @@ def test_too_little_memory_ends_a_command_with_a_word(monkeypatch):
 
     monkeypatch.setattr("ecs_eco.cli.simulate.run_world", exhausted)
     done = CliRunner().invoke(app, ["run", "predator-prey"])
-    assert (done.exit_code, done.stderr) == (1, "The memory is not enough for this: Unable to allocate 3 TiB\n")
+    assert (done.exit_code, done.stderr) == (1,
+                                             "The memory is not enough for this: Unable to allocate 3 TiB\n")
 
 
-# --- the JSON schema -------------------------------------------------------------------------------------------------
+# --- the JSON schema ----------------------------------------------------------------------------------------
 
-TYPES = {"string": str, "integer": int, "number": (int, float), "boolean": bool, "object": dict, "array": list}
+TYPES = {"string": str, "integer": int, "number": (int, float), "boolean": bool, "object": dict,
+         "array": list}
 OF_NUMBERS = {"minimum", "maximum", "exclusiveMinimum", "exclusiveMaximum"}  # keywords that other values pass
-OF_TABLES = {"required", "properties", "propertyNames", "patternProperties", "additionalProperties", "minProperties", "maxProperties"}
+OF_TABLES = {"required", "properties", "propertyNames", "patternProperties", "additionalProperties",
+             "minProperties", "maxProperties"}
 SAID = {"$schema", "$defs", "title", "description", "default", "unit", "discriminator"}  # limits nothing
 
 
 def _wrong(value, schema, root, at=""):
-    """What a schema says against a value: a small checker, which knows no other keywords than those it checks."""
+    """What a schema says against a value: a small checker, which knows no other keywords than those it
+    checks."""
     patterns = schema.get("patternProperties", {})
     keys = [k for k in value if k not in schema.get("properties", {})] if isinstance(value, dict) else []
     others = [k for k in keys if not any(re.search(p, k) for p in patterns)]
     checks = {
         "$ref": lambda s: _wrong(value, root["$defs"][s.removeprefix("#/$defs/")], root, at),
-        "anyOf": lambda s: [] if any(not _wrong(value, one, root, at) for one in s) else [f"{at}: none of anyOf"],
-        "oneOf": lambda s: [] if sum(not _wrong(value, one, root, at) for one in s) == 1 else [f"{at}: not one of oneOf"],
-        "type": lambda s: [] if isinstance(value, TYPES[s]) and (s == "boolean" or not isinstance(value, bool)) else [f"{at}: no {s}"],
+        "anyOf": lambda s: [] if any(not _wrong(value, one, root, at) for one in s)
+                           else [f"{at}: none of anyOf"],
+        "oneOf": lambda s: [] if sum(not _wrong(value, one, root, at) for one in s) == 1
+                           else [f"{at}: not one of oneOf"],
+        "type": lambda s: [] if isinstance(value, TYPES[s])
+                          and (s == "boolean" or not isinstance(value, bool)) else [f"{at}: no {s}"],
         "const": lambda s: [] if value == s else [f"{at}: not {s}"],
         "enum": lambda s: [] if value in s else [f"{at}: none of {s}"],
         "minimum": lambda s: [] if value >= s else [f"{at}: below {s}"],
@@ -276,17 +294,21 @@ def _wrong(value, schema, root, at=""):
         "pattern": lambda s: [] if re.search(s, value) else [f"{at}: not like {s}"],
         "required": lambda s: [f"{at}.{key}: missing" for key in s if key not in value],
         "items": lambda s: [w for i, x in enumerate(value) for w in _wrong(x, s, root, f"{at}.{i}")],
-        "properties": lambda s: [w for key in s.keys() & value.keys() for w in _wrong(value[key], s[key], root, f"{at}.{key}")],
+        "properties": lambda s: [w for key in s.keys() & value.keys()
+                                 for w in _wrong(value[key], s[key], root, f"{at}.{key}")],
         "propertyNames": lambda s: [w for key in value for w in _wrong(key, s, root, f"{at}.{key}")],
-        "patternProperties": lambda s: [w for p in s for k in value if re.search(p, k) for w in _wrong(value[k], s[p], root, f"{at}.{k}")],
+        "patternProperties": lambda s: [w for p in s for k in value if re.search(p, k)
+                                        for w in _wrong(value[k], s[p], root, f"{at}.{k}")],
         "additionalProperties": lambda s: [w for k in others for w in (
-            [] if s is True else [f"{at}.{k}: unknown"] if s is False else _wrong(value[k], s, root, f"{at}.{k}"))],
+            [] if s is True else [f"{at}.{k}: unknown"]
+            if s is False else _wrong(value[k], s, root, f"{at}.{k}"))],
     }  # fmt: skip
     kinds = [kind] if isinstance(kind := schema.get("type", []), str) else kind
     if kinds and all(checks["type"](one) for one in kinds):
         return checks["type"](kinds[0])
     passed = {"type", *(OF_NUMBERS if isinstance(value, dict) else OF_TABLES)}
-    return [w for keyword, said in schema.items() if keyword not in SAID | passed for w in checks[keyword](said)]
+    return [w for keyword, said in schema.items() if keyword not in SAID | passed
+            for w in checks[keyword](said)]
 
 
 @pytest.mark.parametrize("world", shipped())
@@ -298,7 +320,8 @@ def test_every_shipped_world_fits_the_schema(world):
 def test_a_world_with_ranges_fits_the_schema():
     schema, path = json_schema(), Path(__file__).parents[1] / "examples" / "dying_world.toml"
     data = tomllib.loads(path.read_text(encoding="utf-8"))
-    assert _wrong(data | {"search": data["search"] | {"ranges": {"species.hare.count": [5, 9]}}}, schema, schema) == []
+    assert _wrong(data | {"search": data["search"] | {"ranges": {"species.hare.count": [5, 9]}}},
+                  schema, schema) == []
 
 
 def test_worlds_with_everything_fit_the_schema():
@@ -318,7 +341,8 @@ def test_worlds_with_everything_fit_the_schema():
         (("species", "a goat"), {}, ".species.a goat: unknown"),
         (("species", "goat", "genome", "ploidy"), 3, ".species.goat.genome.ploidy: none of [1, 2]"),
         (("space",), {}, ".space.size: missing"),
-        (("species", "goat", "count"), {"value": 10, "search": [5]}, ".species.goat.count.search: fewer than 2"),
+        (("species", "goat", "count"), {"value": 10, "search": [5]},
+         ".species.goat.count.search: fewer than 2"),
         (("species", "goat", "count"), {"value": 10}, ".species.goat.count.search: missing"),
     ],
 )
@@ -334,7 +358,8 @@ def test_the_schema_marks_what_is_wrong(path, value, said):
 def test_the_schema_has_units_and_no_null():
     schema = json_schema()
     assert schema["$defs"]["Metabolism"]["properties"]["basal"]["unit"] == "energy/s"
-    assert schema["$defs"]["Metabolism"]["properties"]["basal"]["description"] == "energy burnt by living [energy/s]"
+    assert (schema["$defs"]["Metabolism"]["properties"]["basal"]["description"]
+            == "energy burnt by living [energy/s]")
     assert "null" not in json.dumps(schema)
 
 

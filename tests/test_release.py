@@ -1,4 +1,5 @@
-"""A release has one number: in the package, in pyproject.toml, in the digests and at the top of the changelog."""
+"""A release has one number: in the package, in pyproject.toml,
+in the digests and at the top of the changelog."""
 
 import json
 import re
@@ -13,7 +14,8 @@ HEADINGS = re.findall(r"^## (.*)$", (ROOT / "CHANGELOG.md").read_text(encoding="
 
 
 def test_the_number_of_the_release_is_the_same_everywhere():
-    assert tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["version"] == __version__
+    assert (tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["version"]
+            == __version__)
     assert json.loads(DIGESTS.read_text(encoding="utf-8"))["release"] == __version__
     assert HEADINGS[1].split(" – ")[0] == __version__
 

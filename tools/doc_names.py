@@ -128,7 +128,7 @@ def _owner(word: str) -> Any:
 
 def main() -> int:
     """Print what is missing; return 1 where something is."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
     parser.add_argument("pages", nargs="*", type=Path, metavar="PAGE")
     sys.path.insert(0, str(ROOT))  # studies are not installed
     pages = parser.parse_args().pages or PAGES

@@ -95,7 +95,8 @@ def _box(room: str, x: float, y: float, width: float) -> list[str]:
 
 
 def sizes() -> str:
-    """Return what tools/sizes.py measured: a table, what is above the limits, and the lines of each folder."""
+    """Return what tools/sizes.py measured: a table, what is above the limits, and the lines of each folder.
+    """
     kept = json.loads(SIZES.read_text(encoding="utf-8"))
     folders = {label: values for label, values in kept["rows"].items() if label.startswith("lines: ")}
     rows = {label: values for label, values in kept["rows"].items() if label not in folders}
@@ -112,7 +113,7 @@ def between(page: str, marks: tuple[str, str], text: str) -> str:
 
 def main() -> int:
     """Write the page and its picture, or say what is not up to date and what is missing."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
     parser.add_argument("--check", action="store_true", help="write nothing; fail where the page is stale")
     check = parser.parse_args().check
     stack, page = layers(), PAGE.read_text(encoding="utf-8")

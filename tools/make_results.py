@@ -1,4 +1,5 @@
-"""Write docs/results.md from studies/results/*.json: each claim, what was measured, and how to measure it again.
+"""Write docs/results.md from studies/results/*.json: each claim, what was measured,
+and how to measure it again.
 
 python tools/make_results.py            writes the file
 python tools/make_results.py --check    fails where the file is not what the results say
@@ -17,13 +18,15 @@ from persistence import opening  # the file beside this one
 ROOT = Path(__file__).parent.parent
 RESULTS = ROOT / "studies" / "results"
 PAGE = ROOT / "docs" / "results.md"
-NEEDED: tuple[str, ...] = ("name", "claim", "complete", "short", "command", "verdicts", "cases", "seeds", "seconds")
+NEEDED: tuple[str, ...] = ("name", "claim", "complete", "short", "command", "verdicts", "cases",
+                           "seeds", "seconds")
 NEEDED += ("commits", "dirty", "config_hash", "versions")
 HEAD = """# Results
 
 <!-- Written by tools/make_results.py from studies/results/*.json: change those, not this page. -->
 
-Each claim has one script that tests it. Seeds are the replicates; a goal that was not met stays here. What is told of worlds opens
+Each claim has one script that tests it. Seeds are the replicates; a goal that was not met stays here. \
+What is told of worlds opens
 with the share of runs in which all persisted, an arm in which they were meant to die out included.
 """
 
@@ -38,7 +41,8 @@ def text(x: Any) -> str:
         return f"{x:.3g}" if abs(x) < 1000 else f"{x:,.0f}"
     if isinstance(x, list):
         numbers = all(isinstance(v, int | float) for v in x)
-        return f"{text(x[0])} ({text(x[1])} … {text(x[2])})" if len(x) == 3 and numbers else ", ".join(map(text, x))
+        return (f"{text(x[0])} ({text(x[1])} … {text(x[2])})" if len(x) == 3
+                and numbers else ", ".join(map(text, x)))
     return str(x).replace("|", "\\|").replace("\n", " ")
 
 
@@ -69,7 +73,8 @@ def section(record: dict[str, Any]) -> str:
     commits = ", ".join(f"`{c[:12]}`" for c in record["commits"]) + (
         " with changes not committed" if record["dirty"] else ""
     )
-    again = record["command"].replace("python studies/", "python -m studies.").replace(".py", "")  # older results name the file
+    # older results name the file
+    again = record["command"].replace("python studies/", "python -m studies.").replace(".py", "")
     seeds = f"seeds {ranges(record['seeds'])}; " if record["seeds"] else ""
     blocks.append(
         f"`{again}`: {len(record['cases'])} cases, {seeds}{record['seconds']:,.0f} s of computing; "
@@ -100,8 +105,10 @@ def _read(path: Path) -> dict[str, Any]:
 
 
 def render(results: Path) -> str:
-    """The whole page from a folder of results; incomplete and short ones, and what has no claim, are left out."""
-    records = [_read(path) for path in sorted(results.glob("*.json")) if not path.name.endswith(".partial.json")]
+    """The whole page from a folder of results; incomplete and short ones, and what has no claim,
+    are left out."""
+    records = [_read(path) for path in sorted(results.glob("*.json"))
+               if not path.name.endswith(".partial.json")]
     shown = [record for record in records if "claim" in record and record["complete"] and not record["short"]]
     if not shown:
         return HEAD + "\nNo study has been run yet.\n"
@@ -113,13 +120,15 @@ def render(results: Path) -> str:
         ]
         for r in shown
     ]
-    return "\n\n".join([HEAD.rstrip(), table(["study", "claim", "goals met"], rows), *map(section, shown)]) + "\n"
+    return ("\n\n".join([HEAD.rstrip(), table(["study", "claim", "goals met"], rows), *map(section, shown)])
+            + "\n")
 
 
 def main() -> int:
     """Write or check the page."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--check", action="store_true", help="write nothing; exit with 1 where the page is stale")
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
+    parser.add_argument("--check", action="store_true",
+                        help="write nothing; exit with 1 where the page is stale")
     parser.add_argument("--results", type=Path, default=RESULTS)
     parser.add_argument("--page", type=Path, default=PAGE)
     asked = parser.parse_args()
@@ -127,7 +136,8 @@ def main() -> int:
     if asked.check:
         if asked.page.is_file() and asked.page.read_text(encoding="utf-8") == page:
             return 0
-        print(f"{asked.page} is not what {asked.results} says: run python tools/make_results.py", file=sys.stderr)
+        print(f"{asked.page} is not what {asked.results} says: run python tools/make_results.py",
+              file=sys.stderr)
         return 1
     asked.page.parent.mkdir(parents=True, exist_ok=True)
     asked.page.write_text(page, encoding="utf-8")

@@ -13,13 +13,15 @@ ROOT = Path(__file__).parents[1]
 BENCHMARKS = ROOT / "benchmarks"
 PAGE, README = ROOT / "docs" / "benchmarks.md", ROOT / "README.md"
 MARKS = ("<!-- table: benchmarks -->", "<!-- end of table -->")
-ORDER = ("animals", "animals_threads", "breakdown", "animals_learning", "plants", "memory", "startup", "checkpoints",
-         "checkpoints_cost", "ppo", "individual_ppo", "births", "genomes", "viewer_cost", "viewer_frames", "page", "viewer_stall",
-         "wolf_sheep", "wolf_sheep_same", "wolf_sheep_profile")
+ORDER = ("animals", "animals_threads", "breakdown", "animals_learning", "plants", "memory", "startup",
+         "checkpoints", "checkpoints_cost", "ppo", "individual_ppo", "births", "genomes", "viewer_cost",
+         "viewer_frames", "page", "viewer_stall", "wolf_sheep", "wolf_sheep_same", "wolf_sheep_profile")
 HEAD = """# How fast it is
 
-Written by `tools/make_tables.py` from `benchmarks/results/`. The machines are shared and noisy: a ratio from one run
-can be trusted, a figure alone drifts by half. `load` is that of the machine when a benchmark ended, on all its cores: with
+Written by `tools/make_tables.py` from `benchmarks/results/`. The machines are shared and noisy: a ratio \
+from one run
+can be trusted, a figure alone drifts by half. `load` is that of the machine when a benchmark ended, \
+on all its cores: with
 more processes than cores every figure suffers.
 """
 
@@ -28,7 +30,8 @@ def read() -> dict[str, dict[str, Any]]:
     """Return all results that answer a question by name, in the order of the page."""
     results = {p.stem: json.loads(p.read_text()) for p in (BENCHMARKS / "results").glob("*.json")}
     shown = [name for name, result in results.items() if "question" in result]
-    return {name: results[name] for name in sorted(shown, key=lambda n: (ORDER.index(n) if n in ORDER else 99, n))}
+    return {name: results[name]
+            for name in sorted(shown, key=lambda n: (ORDER.index(n) if n in ORDER else 99, n))}
 
 
 def show(value: Any) -> str:
@@ -59,8 +62,9 @@ def page(results: dict[str, dict[str, Any]]) -> str:
     parts = [HEAD]
     for name, r in results.items():
         m = r["machine"]
-        where = f"{m['processor']}, {m['cores']} cores, load {m['load']}; commit {(m['commit'] or 'unknown')[:12]}; " + ", ".join(
-            f"{k} {v}" for k, v in m["versions"].items())
+        where = (f"{m['processor']}, {m['cores']} cores, load {m['load']}; "
+                 f"commit {(m['commit'] or 'unknown')[:12]}; " + ", ".join(
+                     f"{k} {v}" for k, v in m["versions"].items()))
         notes = "".join(f"\n- {k}: {show(v)}" for k, v in r["notes"].items())
         parts.append(f"## {r['question']}\n\n`python benchmarks/{script(name)}.py` ({name})\n\n"
                      f"{table(r['rows'])}\n{notes}\n\n{where}.\n")
@@ -71,20 +75,26 @@ def summary(results: dict[str, dict[str, Any]]) -> str:
     """Return the README's table: one line a question, with the figures that answer it."""
     lines = ["| what | measured |", "|---|---|"]
     for name, pattern in (
-        ("animals", "{animals:,} animals that sense, think and act, one core: {M organism-steps/s:.2f} M organism-steps/s"),
-        ("animals_threads", "{animals:,} animals, {threads} threads: {M organism-steps/s:.2f} M organism-steps/s"),
-        ("animals_learning", "{animals:,} animals that also learn by PPO, one core: {M organism-steps/s:.2f} M organism-steps/s"),
+        ("animals", "{animals:,} animals that sense, think and act, one core: "
+                    "{M organism-steps/s:.2f} M organism-steps/s"),
+        ("animals_threads",
+         "{animals:,} animals, {threads} threads: {M organism-steps/s:.2f} M organism-steps/s"),
+        ("animals_learning",
+         "{animals:,} animals that also learn by PPO, one core: {M organism-steps/s:.2f} M organism-steps/s"),
         ("plants", "{plants:,} plants that grow and spread: {M plant-steps/s:.0f} M plant-steps/s"),
     ):
         if name in results:
-            what, figures = zip(*(pattern.format(**row).split(": ") for row in results[name]["rows"]), strict=True)
+            what, figures = zip(*(pattern.format(**row).split(": ") for row in results[name]["rows"]),
+                                strict=True)
             lines += [f"| {w} | {f} |" for w, f in zip(what, figures, strict=True)]
-    return "\n".join([*lines, "", "All tables, with machine, load and versions: [docs/benchmarks.md](docs/benchmarks.md)."])
+    return "\n".join(
+        [*lines, "", "All tables, with machine, load and versions: [docs/benchmarks.md](docs/benchmarks.md)."]
+    )
 
 
 def main() -> int:
     """Write or compare both pages."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
     parser.add_argument("--check", action="store_true")
     results = read()
     readme = README.read_text()
@@ -93,7 +103,8 @@ def main() -> int:
     if parser.parse_args().check:
         stale = [path.name for path, text in wanted.items() if not path.is_file() or path.read_text() != text]
         if stale:
-            print(f"{', '.join(stale)}: not what benchmarks/results says; run python tools/make_tables.py", file=sys.stderr)
+            print(f"{', '.join(stale)}: not what benchmarks/results says; run python tools/make_tables.py",
+                  file=sys.stderr)
         return bool(stale)
     for path, text in wanted.items():
         path.write_text(text)

@@ -1,4 +1,5 @@
-"""What every study of living worlds opens with: in how many of its runs all species persisted, by arm, and who died out."""
+"""What every study of living worlds opens with: in how many of its runs all species persisted, by arm,
+and who died out."""
 
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -29,13 +30,18 @@ KINDS: tuple[tuple[tuple[str, ...], str, Callable[[Mapping[str, Any]], bool]], .
     (("extinct",), "All animals persisted", _nobody_extinct),
     (("end", "numbers"), "All species persisted", _all_at_the_end),
     (("at the end, alone and with it",), "All species persisted", _with_interventions),
-    (("rabbits, fewest at the end of a block",), "All species persisted", lambda r: r["rabbits, fewest at the end of a block"] > 0),
-    (("lambs", "alive"), "Lambs are a cohort without offspring: all die, soon or late. Some lived to the end", lambda r: r["alive"] > 0),
+    (("rabbits, fewest at the end of a block",), "All species persisted",
+     lambda r: r["rabbits, fewest at the end of a block"] > 0),
+    (("lambs", "alive"), "Lambs are a cohort without offspring: all die, soon or late. Some lived to the end",
+     lambda r: r["alive"] > 0),
 )  # how it is seen from a result: the keys that it has, what is said, and whether it is so
 
 
 def opening(record: Mapping[str, Any]) -> str:
-    """One or two sentences; "" for a study that follows no world to its end. A study may say them itself: record["persistence"]."""
+    """One or two sentences; "" for a study that follows no world to its end.
+
+    A study may say them itself: record["persistence"].
+    """
     if note := record.get("persistence") or NOTES.get(record["name"]):
         return str(note)
     entries = record["cases"]
@@ -52,7 +58,9 @@ def _count(entries: list[dict[str, Any]], words: str, holds: Callable[[Mapping[s
         arms.setdefault(arm, []).append(holds(entry["result"]))
     n, kept = len(entries), sum(map(sum, arms.values()))
     each = "; ".join(f"{arm} {sum(runs)} of {len(runs)}" for arm, runs in arms.items())
-    first = f"{words} in {kept} of {n} run{'s' * (n != 1)} ({kept / n:.0%})" + (f": {each}." if len(arms) > 1 and kept < n else ".")
+    first = f"{words} in {kept} of {n} run{'s' * (n != 1)} ({kept / n:.0%})" + (
+        f": {each}." if len(arms) > 1 and kept < n else "."
+    )
     gone = [who for entry in entries if isinstance(who := entry["result"].get("extinct"), str)]
     who = ", ".join(f"{s} in {gone.count(s)}" for s in dict.fromkeys(gone))
     return first + (f" First to die out: {who}." if who else "")

@@ -2,8 +2,8 @@
 
     python tools/release_digests.py [--only]
 
-Adds this machine's target to those that are there, or renews it. Where results changed, those of the other targets are of
-no use any more: `--only` drops them.
+Adds this machine's target to those that are there, or renews it. Where results changed, those of the other
+targets are of no use any more: `--only` drops them.
 """
 
 import argparse
@@ -17,17 +17,21 @@ from ecs_eco.testing.target import target
 
 def main() -> int:
     """Run the self-test; write its digests where it holds."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
     parser.add_argument("--only", action="store_true", help="drop the digests of other targets")
     only = parser.parse_args().only
     here = target()
-    outcomes = examine_all(cases(), lambda done, total: print(f"{done} of {total}", end="\r", file=sys.stderr))
+    outcomes = examine_all(cases(),
+                           lambda done, total: print(f"{done} of {total}", end="\r", file=sys.stderr))
     if failed := [outcome.case.name for outcome in outcomes if not outcome.holds]:
-        print(f"not written, for threads or checkpoints change results here: {'; '.join(failed)}", file=sys.stderr)
+        print(f"not written, for threads or checkpoints change results here: {'; '.join(failed)}",
+              file=sys.stderr)
         return 1
     kept = {} if only or not DIGESTS.is_file() else json.loads(DIGESTS.read_text(encoding="utf-8"))["targets"]
-    kept[here.key] = {"target": here._asdict(), "digests": {outcome.case.name: outcome.digest for outcome in outcomes}}
-    DIGESTS.write_text(json.dumps({"release": __version__, "targets": dict(sorted(kept.items()))}, indent=1) + "\n", encoding="utf-8")
+    kept[here.key] = {"target": here._asdict(),
+                      "digests": {outcome.case.name: outcome.digest for outcome in outcomes}}
+    DIGESTS.write_text(json.dumps({"release": __version__, "targets": dict(sorted(kept.items()))}, indent=1)
+                       + "\n", encoding="utf-8")
     print(f"{DIGESTS.name}: {here.key}")
     return 0
 

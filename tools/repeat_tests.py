@@ -1,9 +1,11 @@
 """Run the README's test command several times, each in another random order, and keep what became of it.
 
-    python tools/repeat_tests.py --runs 5 [--busy] [--chromium both] [--out studies/results/repeated_tests.json]
+    python tools/repeat_tests.py --runs 5 [--busy] [--chromium both]
+                                 [--out studies/results/repeated_tests.json]
 
-`--busy` keeps all processors busy meanwhile; what else runs on the machine shows in the load, which is kept too. With
-`--chromium both` every other run finds no Chromium. Runs are added to those of the same commit that the file has.
+`--busy` keeps all processors busy meanwhile; what else runs on the machine shows in the load, which is kept
+too. With `--chromium both` every other run finds no Chromium. Runs are added to those of the same commit that
+the file has.
 """
 
 import argparse
@@ -28,7 +30,8 @@ COUNTS = ("passed", "failed", "error", "skipped", "xfailed")
 
 def command() -> str:
     """Return the half of the README's second command that tests."""
-    line = next(line for line in (ROOT / "README.md").read_text(encoding="utf-8").splitlines() if "-m pytest" in line)
+    line = next(line for line in (ROOT / "README.md").read_text(encoding="utf-8").splitlines()
+                if "-m pytest" in line)
     return line.rpartition(" && ")[2]
 
 
@@ -39,7 +42,8 @@ def path_without_chromium() -> Iterator[str]:
         for place in os.environ["PATH"].split(os.pathsep):
             for program in Path(place).glob("*"):
                 link = Path(folder, program.name)
-                if not re.match("chrom(e|ium)|google-chrome", program.name) and not link.exists() and not link.is_symlink():
+                if (not re.match("chrom(e|ium)|google-chrome", program.name) and not link.exists()
+                    and not link.is_symlink()):
                     link.symlink_to(program)
         yield folder
 
@@ -68,7 +72,9 @@ def once(path: str, spinning: bool, log: Path) -> dict[str, Any]:
     watcher = threading.Thread(target=look)
     watcher.start()
     with busy(spinning), log.open("w", encoding="utf-8") as file:
-        code = subprocess.run(["env", "-i", f"HOME={os.environ['HOME']}", f"PATH={path}", "bash", "-c", command()], cwd=ROOT,
+        code = subprocess.run(["env", "-i", f"HOME={os.environ['HOME']}", f"PATH={path}",
+                               "bash", "-c", command()],
+                              cwd=ROOT,
                               stdout=file, stderr=subprocess.STDOUT, check=False).returncode  # fmt: skip
     done.set()
     watcher.join()
@@ -82,13 +88,14 @@ def once(path: str, spinning: bool, log: Path) -> dict[str, Any]:
 
 def main() -> int:
     """Run and keep; return how many runs were not green."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
     parser.add_argument("--runs", type=int, default=5)
     parser.add_argument("--busy", action="store_true")
     parser.add_argument("--chromium", choices=["here", "without", "both"], default="here")
     parser.add_argument("--out", type=Path, default=OUT)
     given = parser.parse_args()
-    commit = subprocess.run(["git", "rev-parse", "--short", "HEAD"], cwd=ROOT, capture_output=True, text=True, check=True).stdout.strip()
+    commit = subprocess.run(["git", "rev-parse", "--short", "HEAD"], cwd=ROOT, capture_output=True,
+                            text=True, check=True).stdout.strip()
     kept = json.loads(given.out.read_text(encoding="utf-8")) if given.out.is_file() else {}
     runs = kept.get("runs", [])
     for number in range(given.runs):

@@ -2,8 +2,8 @@
 
     python tools/screenshots.py [NAME …]
 
-Wants playwright and Chromium (Debian: apt-get install chromium). A world that lives stops at about the tick that is asked for:
-how many ticks pass before the page can stop it differs from time to time.
+Wants playwright and Chromium (Debian: apt-get install chromium). A world that lives stops at about the tick
+that is asked for: how many ticks pass before the page can stop it differs from time to time.
 """
 
 import argparse
@@ -37,7 +37,8 @@ class Shot(NamedTuple):
 def select(page: Any, kind: str, nth: int = 0) -> None:
     """Click an organism that nothing covers, and let it live a little, so that its curves have a shape."""
     clear = "([x, y]) => document.elementFromPoint(x, y)?.id === 'canvas'"
-    seen = [at for uid in page.evaluate(f"ecs.uids('{kind}', 400)") if (at := page.evaluate(f"ecs.screen({uid})"))]
+    seen = [at for uid in page.evaluate(f"ecs.uids('{kind}', 400)")
+            if (at := page.evaluate(f"ecs.screen({uid})"))]
     seen = [at for at in seen if page.evaluate(clear, [at["x"], at["y"]])]
     at = min(seen[:60], key=lambda at: abs(at["x"] - 430) + abs(at["y"] - 380)) if nth == 0 else seen[nth]
     page.mouse.click(at["x"], at["y"])
@@ -98,7 +99,9 @@ def sea(page: Any) -> None:
 
 def replayed(page: Any) -> None:
     """A wolf of a recorded run, in its focal sample, at a tick that was scrubbed to."""
-    page.get_by_label("Time, in ticks").evaluate("slider => { slider.value = 420; slider.dispatchEvent(new Event('input')) }")
+    page.get_by_label("Time, in ticks").evaluate(
+        "slider => { slider.value = 420; slider.dispatchEvent(new Event('input')) }"
+    )
     until(page, "ecs.tick === 420 && ecs.still")
     select(page, "wolf")
     until(page, "ecs.still")
@@ -109,7 +112,8 @@ SHOTS = {
     "page_reflexes": Shot("reflexes", 300, genes, dark=True),
     "page_lamb": Shot("lamb", 200, lamb),
     "page_diel_migration": Shot("diel-migration", 530, sea),
-    "page_replay": Shot("predator-prey", 0, replayed, dark=True, run=("--ticks", "600", "--record", "focal=50", "--no-report", "--quiet")),
+    "page_replay": Shot("predator-prey", 0, replayed, dark=True,
+                        run=("--ticks", "600", "--record", "focal=50", "--no-report", "--quiet")),
 }
 
 
@@ -154,13 +158,16 @@ def _run(shot: Shot, out: str) -> None:
 
 
 def small(png: bytes) -> bytes:
-    """Return a picture of at most `LARGEST` bytes: with fewer shades of each colour, where all of them need more."""
+    """Return a picture of at most `LARGEST` bytes: with fewer shades of each colour,
+    where all of them need more."""
     from PIL import Image
 
     picture = Image.open(io.BytesIO(png)).convert("RGB")
     for step in (1, 2, 4, 8, 16):
         out = io.BytesIO()
-        picture.point([min(255, (value + step // 2) // step * step) for value in range(256)] * 3).save(out, "PNG", optimize=True)
+        picture.point(
+            [min(255, (value + step // 2) // step * step) for value in range(256)] * 3
+        ).save(out, "PNG", optimize=True)
         if out.tell() <= LARGEST:
             break
     return out.getvalue()
@@ -168,7 +175,7 @@ def small(png: bytes) -> bytes:
 
 def main() -> int:
     """Take those that were asked for, or all of worlds that are here."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
     parser.add_argument("names", nargs="*", metavar="NAME", help=", ".join(SHOTS))
     names = parser.parse_args().names or [name for name, shot in SHOTS.items() if shot.world in shipped()]
     if unknown := [name for name in names if name not in SHOTS]:
@@ -176,7 +183,8 @@ def main() -> int:
     with launched() as browser:
         for name in names:
             path = take(browser, name, SHOTS[name])
-            print(f"{path.relative_to(Path.cwd()) if path.is_relative_to(Path.cwd()) else path}: {path.stat().st_size / 1000:.0f} kB")
+            print(f"{path.relative_to(Path.cwd()) if path.is_relative_to(Path.cwd()) else path}: "
+                  f"{path.stat().st_size / 1000:.0f} kB")
     return 0
 
 

@@ -124,7 +124,8 @@ def rows_of(size: Size) -> dict[str, str]:
 
 
 def summary(sizes: dict[str, Size]) -> dict[str, Any]:
-    """Return what is kept: the commits, what the table says of each, and what the last has above the limits."""
+    """Return what is kept: the commits, what the table says of each, and what the last has above the limits.
+    """
     columns = [rows_of(size) for size in sizes.values()]
     labels = list(dict.fromkeys(label for column in columns for label in column))
     labels.sort(
@@ -161,7 +162,7 @@ def exceptions(kept: dict[str, Any]) -> str:
 
 def main() -> int:
     """Print the table, and what is above the limits."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
     parser.add_argument("commits", nargs="*", default=["HEAD"], metavar="COMMIT")
     parser.add_argument("--out", type=Path, metavar="FILE")
     given = parser.parse_args()

@@ -18,16 +18,19 @@ if TYPE_CHECKING:
 
     from ecs_eco.analysis.pedigree import Pedigree
 
-CLEAR = {"red": "#d7191c", "yellow": "#e6b800", "green": "#1a9641", "blue": "#0571b0", "white": "#b8bec4", "orange": "#f28c28"}
+CLEAR = {"red": "#d7191c", "yellow": "#e6b800", "green": "#1a9641", "blue": "#0571b0", "white": "#b8bec4",
+         "orange": "#f28c28"}
 """Shades, legible on paper, for genes named after a colour."""
 FEW = 8  # the most values of a gene that a figure can show
 
 
 @dataclass(frozen=True)
 class Frequencies:
-    """How many of the living carry each value of a gene: `count` i64[samples, values] at `ticks` i64[samples].
+    """How many of the living carry each value of a gene: `count` i64[samples,
+    values] at `ticks` i64[samples].
 
-    `n` i64[samples] are all living. With several strings (ploidy 2) an organism counts once for each value that it carries.
+    `n` i64[samples] are all living. With several strings (ploidy 2) an organism counts once
+    for each value that it carries.
     """
 
     gene: str
@@ -49,11 +52,12 @@ class Frequencies:
 
 
 def frequencies(lineage: Pedigree, species: str, gene: str | Sequence[int], every: int) -> Frequencies:
-    """Count the living that carry each value of a gene, at the end of every `every` ticks; exact, from births and deaths.
+    """Count the living that carry each value of a gene, at the end of every `every` ticks; exact,
+    from births and deaths.
 
-    `gene` is the name of a gene that the manifest lists, or (first locus, letters). Its values are those that it lists for
-    its codons, in the order of codons, else the codons themselves, in alphabetical order. Raises KeyError for a species or
-    gene that is not there, ValueError for loci beyond the end of the genome.
+    `gene` is the name of a gene that the manifest lists, or (first locus, letters). Its values are those that
+    it lists for its codons, in the order of codons, else the codons themselves, in alphabetical order. Raises
+    KeyError for a species or gene that is not there, ValueError for loci beyond the end of the genome.
     """
     record, kept = gene_of(lineage, species, gene), lineage.genomes.get(species, {})
     mask, ticks = lineage.species == species, lineage.samples(every)
@@ -70,11 +74,13 @@ def frequencies(lineage: Pedigree, species: str, gene: str | Sequence[int], ever
 def gene_of(lineage: Pedigree, species: str, gene: str | Sequence[int]) -> dict[str, Any]:
     """The record of a gene: name, at (first locus), letters, and values if it lists them."""
     if species not in lineage.species:
-        raise UnknownName(unknown_name("lineage", "species", species, dict.fromkeys(lineage.species.tolist())))
+        raise UnknownName(unknown_name("lineage", "species", species,
+                                       dict.fromkeys(lineage.species.tolist())))
     if not isinstance(gene, str):
         at, letters = gene
         if at < 0 or letters < 1:
-            raise ValueError(f"gene {tuple(gene)} of {species!r}: allowed are a first locus from 0 and at least 1 letter")
+            raise ValueError(f"gene {tuple(gene)} of {species!r}: "
+                             "allowed are a first locus from 0 and at least 1 letter")
         return {"name": f"{at}:{at + letters}", "at": at, "letters": letters}
     known = {g["name"]: g for g in lineage.genomes.get(species, {}).get("genes", [])}
     if gene not in known:
@@ -82,13 +88,16 @@ def gene_of(lineage: Pedigree, species: str, gene: str | Sequence[int]) -> dict[
     return known[gene]
 
 
-def _codons(genomes: np.ndarray, gene: dict[str, Any], species: str, strings: int) -> list[tuple[list[str], np.ndarray]]:
-    """For each string of the genome: the different codons at a gene's place, and which of them each organism has."""
+def _codons(genomes: np.ndarray, gene: dict[str, Any], species: str,
+            strings: int) -> list[tuple[list[str], np.ndarray]]:
+    """For each string of the genome: the different codons at a gene's place,
+    and which of them each organism has."""
     text = pa.array(genomes, pa.string())
     length = (pc.max(pc.utf8_length(text)).as_py() or 0) // strings
     if gene["at"] + gene["letters"] > length:
         place = f"loci {gene['at']} to {gene['at'] + gene['letters'] - 1}"
-        raise ValueError(f"gene {gene['name']!r} is at {place}; a genome of {species!r} has {length} loci in the record")
+        raise ValueError(f"gene {gene['name']!r} is at {place}; "
+                         f"a genome of {species!r} has {length} loci in the record")
     cuts = []
     for at in range(gene["at"], strings * length, length):
         cut = pc.utf8_slice_codeunits(text, at, at + gene["letters"]).dictionary_encode()
@@ -96,7 +105,8 @@ def _codons(genomes: np.ndarray, gene: dict[str, Any], species: str, strings: in
     return cuts
 
 
-def _values(codons: list[tuple[list[str], np.ndarray]], gene: dict[str, Any], alphabet: str) -> tuple[tuple[str, ...], list[np.ndarray]]:
+def _values(codons: list[tuple[list[str], np.ndarray]], gene: dict[str, Any],
+            alphabet: str) -> tuple[tuple[str, ...], list[np.ndarray]]:
     """Names of a gene's values, and for each string of the genome which of them each organism has there."""
     words = sorted({word for words_of_cut, _ in codons for word in words_of_cut})
     if "values" in gene:
@@ -105,7 +115,8 @@ def _values(codons: list[tuple[list[str], np.ndarray]], gene: dict[str, Any], al
         meaning = {w: distinct.index(gene["values"][codon_number(w, alphabet)]) for w in words}
     else:
         names, meaning = words, {w: i for i, w in enumerate(words)}
-    return tuple(names), [np.array([meaning[w] for w in words_of_cut])[which] for words_of_cut, which in codons]
+    return tuple(names), [np.array([meaning[w] for w in words_of_cut])[which]
+                          for words_of_cut, which in codons]
 
 
 def codon_number(codon: str, alphabet: str) -> int:
@@ -127,13 +138,15 @@ def has_few_values(gene: dict[str, Any]) -> bool:
 def carriers(genes: Sequence[Frequencies], title: str = "") -> Figure:
     """Number of the living that carry each gene, over time.
 
-    Organisms with the value of the first codon count as without the gene. A gene with more than two values has a line for
-    each of the others. A gene named after a colour is drawn in it; dashes distinguish lines of similar colour.
+    Organisms with the value of the first codon count as without the gene. A gene with more than two values
+    has a line for each of the others. A gene named after a colour is drawn in it; dashes distinguish lines of
+    similar colour.
     """
     from matplotlib.colors import is_color_like
 
     figure, ((ax,),) = panels(1, 1, 9, 3.6)
-    lines = [(g, j, g.gene if len(g.values) == 2 else f"{g.gene} = {g.values[j]}") for g in genes for j in range(1, len(g.values))]
+    lines = [(g, j, g.gene if len(g.values) == 2 else f"{g.gene} = {g.values[j]}") for g in genes
+             for j in range(1, len(g.values))]
     rest = [c for c in PALETTE[::-1] if c != "#F0E442"]  # the last is pale
     for k, (g, j, label) in enumerate(lines):
         named = is_color_like(g.gene) and len(g.values) == 2

@@ -1,8 +1,8 @@
 """Comparison of the arms of an experiment: persistence, survival times, numbers and cycles.
 
 An arm is a name and one run a seed. Seeds are the replicates; a run in which a species dies out is a result.
-Where policies of several training seeds were run on the same world seeds, both are replicates (`analysis/seed_grid.py`).
-Reads recorded runs; it runs no world.
+Where policies of several training seeds were run on the same world seeds, both are replicates
+(`analysis/seed_grid.py`). Reads recorded runs; it runs no world.
 """
 
 from __future__ import annotations
@@ -15,7 +15,12 @@ from typing import Any
 import numpy as np
 from scipy.stats import chi2
 
-from ecs_eco.analysis.cycles import CycleStatistics, cross_seed_surrogates, cycle_statistics, median_lag_interval
+from ecs_eco.analysis.cycles import (
+    CycleStatistics,
+    cross_seed_surrogates,
+    cycle_statistics,
+    median_lag_interval,
+)
 from ecs_eco.analysis.extinction import shared
 from ecs_eco.analysis.runs import Series, load_series
 from ecs_eco.analysis.seed_grid import Grid, crossed, mean_interval
@@ -40,15 +45,18 @@ def compare(
     training: Mapping[str, Sequence[int]] | None = None,
     policies: Mapping[str, str] | None = None,
 ) -> dict[str, Any]:
-    """Compare arms (name → run folders, series tables or `Series`, one a seed) with the first arm as the reference.
+    """Compare arms (name → run folders, series tables or `Series`,
+    one a seed) with the first arm as the reference.
 
-    `training` gives the training seed of each run of an arm with several: its runs, whose manifests have the world seeds,
-    are then a crossed design. `policies` describes each arm's policies in words. Returns the content of compare.json; with
-    `out`, writes compare.json, compare.html and figures/ there.
+    `training` gives the training seed of each run of an arm with several: its runs, whose manifests have the
+    world seeds, are then a crossed design. `policies` describes each arm's policies in words. Returns the
+    content of compare.json; with `out`, writes compare.json, compare.html and figures/ there.
     """
     loaded, names = _load(arms, species)
-    curves = {s: {arm: extinction_curve(runs, s) for arm, runs in loaded.items() if _there(runs, s)} for s in names}
-    cycles = {arm: [cycle_statistics(run, n_boot=n_boot, seed=seed) for run in runs] for arm, runs in loaded.items()}
+    curves = {s: {arm: extinction_curve(runs, s) for arm, runs in loaded.items() if _there(runs, s)}
+              for s in names}
+    cycles = {arm: [cycle_statistics(run, n_boot=n_boot, seed=seed) for run in runs]
+              for arm, runs in loaded.items()}
     reference = next(iter(loaded))
     grids = {arm: _grid_of(loaded[arm], seeds) for arm, seeds in (training or {}).items()}
     by_run = {id(run): c for arm in grids for run, c in zip(loaded[arm], cycles[arm], strict=True)}
@@ -82,7 +90,8 @@ def compare(
     return result
 
 
-def _load(arms: Mapping[str, Sequence[Any]], species: Sequence[str] | None) -> tuple[dict[str, list[Series]], tuple[str, ...]]:
+def _load(arms: Mapping[str, Sequence[Any]],
+          species: Sequence[str] | None) -> tuple[dict[str, list[Series]], tuple[str, ...]]:
     """Return the runs of each arm, and their species; ValueError if there are no runs, or species differ."""
     if not arms:
         raise ValueError("nothing to compare: give at least one arm, name → runs")
@@ -95,8 +104,8 @@ def _load(arms: Mapping[str, Sequence[Any]], species: Sequence[str] | None) -> t
         for run in runs:
             if run.species != names:
                 raise ValueError(
-                    f"arm {arm!r} has a run of {', '.join(run.species)}, the first arm of {', '.join(names)}: "
-                    "compare runs of the same species"
+                    f"arm {arm!r} has a run of {', '.join(run.species)}, "
+                    f"the first arm of {', '.join(names)}: compare runs of the same species"
                 )
     return loaded, names
 
@@ -106,24 +115,30 @@ def _grid_of(runs: Sequence[Series], training: Sequence[int]) -> Grid:
 
 
 def _crossed_effects(
-    loaded: Mapping[str, Sequence[Series]], grids: Mapping[str, Grid], result: Mapping[str, Any], reference: str, arm: str
+    loaded: Mapping[str, Sequence[Series]], grids: Mapping[str, Grid], result: Mapping[str, Any],
+    reference: str, arm: str
 ) -> dict[str, Any]:
     """An arm minus the reference where both kinds of seeds are replicates.
 
-    Shares: by the square-and-add rule from the intervals of both (Newcombe 1998; Zou and Donner 2008). Times and numbers: mean
-    over the cells of the difference between runs of the same seeds; an arm without training seeds (random policies) has one
-    row, which is compared with every training seed. No log-rank p: that test assumes independent runs.
+    Shares: by the square-and-add rule from the intervals of both (Newcombe 1998; Zou and Donner 2008). Times
+    and numbers: mean over the cells of the difference between runs of the same seeds; an arm without training
+    seeds (random policies) has one row, which is compared with every training seed. No log-rank p: that test
+    assumes independent runs.
     """
     one, two = result["arms"][arm]["persistence"], result["arms"][reference]["persistence"]
     effects: dict[str, Any] = {"persistence": difference_of_intervals(one, two)}
-    first, second = (grids.get(name) or _grid_of(loaded[name], [0] * len(loaded[name])) for name in (arm, reference))
-    paired = first.worlds == second.worlds and (first.training == second.training or 1 in (len(first.training), len(second.training)))
+    first, second = (grids.get(name) or _grid_of(loaded[name], [0] * len(loaded[name]))
+                     for name in (arm, reference))
+    paired = (first.worlds == second.worlds
+              and (first.training == second.training or 1 in (len(first.training), len(second.training))))
     if not paired:
         return effects
     names = [s for s in result["species"] if _there(loaded[arm], s) and _there(loaded[reference], s)]
     values = {s: (partial(_lived, species=s), partial(_mean, species=s)) for s in names}
     gaps = {s: [mean_interval(first.table(f) - second.table(f)) for f in both] for s, both in values.items()}
-    return effects | {"per_species": {s: {"lifetime": gaps[s][0], "log_rank_p": np.nan, "mean_number": gaps[s][1]} for s in names}}
+    return effects | {"per_species": {
+        s: {"lifetime": gaps[s][0], "log_rank_p": np.nan, "mean_number": gaps[s][1]} for s in names
+    }}
 
 
 def _there(runs: Sequence[Series], species: str) -> bool:
@@ -140,13 +155,15 @@ def _mean(run: Series, species: str) -> float:
 
 
 def extinction_curve(runs: Sequence[Series], species: str) -> SurvivalCurve:
-    """Survival of a species over runs: time from the start to its extinction [ticks], censored at the end of the run."""
+    """Survival of a species over runs: time from the start to its extinction [ticks],
+    censored at the end of the run."""
     return kaplan_meier(*_lifetimes(runs, species))
 
 
 def _lifetimes(runs: Sequence[Series], species: str) -> tuple[list[float], list[bool]]:
     gone = [run.extinct[run.index(species)] for run in runs]
-    lived = [float((run.ticks[-1] if np.isnan(t) else t) - run.ticks[0]) for run, t in zip(runs, gone, strict=True)]
+    lived = [float((run.ticks[-1] if np.isnan(t) else t) - run.ticks[0])
+             for run, t in zip(runs, gone, strict=True)]
     return lived, [not np.isnan(t) for t in gone]
 
 
@@ -173,7 +190,8 @@ def _arm(
                 "long_enough": len(usable),
                 "cycling": sum(s in c.cycling() for c in usable),
                 "share_cycling": wilson(sum(s in c.cycling() for c in usable), len(usable)),
-                "median_period": _median([peak.period for c in usable if (peak := c.peaks.get(s)) and s in c.cycling()]),
+                "median_period": _median([peak.period
+                                          for c in usable if (peak := c.peaks.get(s)) and s in c.cycling()]),
                 "pooled_p": _pooled([peak.p for c in usable if (peak := c.peaks.get(s))]),
                 "cycling_ar1": sum((c.p_ar1.get(s) or 1.0) <= 0.05 for c in usable),
             }
@@ -192,9 +210,11 @@ def _arm(
 
 
 def _depths(table: Sequence[Sequence[Series]], species: str) -> dict[str, Any]:
-    """How mean depth follows the day over runs, rows of training seeds; empty without a sun, a depth, or a species that lives two days.
+    """How mean depth follows the day over runs, rows of training seeds; empty without a sun, a depth, or a
+    species that lives two days.
 
-    Where some runs have no cycle, the means of training seeds, or of world seeds where there is one, are the replicates.
+    Where some runs have no cycle, the means of training seeds, or of world seeds where there is one,
+    are the replicates.
     """
     from ecs_eco.analysis.depth import depth_cycle, swimmers
 
@@ -204,8 +224,10 @@ def _depths(table: Sequence[Sequence[Series]], species: str) -> dict[str, Any]:
     n = sum(c is not None for row in cycles for c in row)
     if not n:
         return {}
-    of = {"amplitude": lambda c: c.share, "along_day": lambda c: c.share * float(np.cos(c.fit.acrophase)), "r": lambda c: c.r}
-    by_word = {word: np.array([[np.nan if c is None else value(c) for c in row] for row in cycles]) for word, value in of.items()}
+    of = {"amplitude": lambda c: c.share, "along_day": lambda c: c.share * float(np.cos(c.fit.acrophase)),
+          "r": lambda c: c.r}
+    by_word = {word: np.array([[np.nan if c is None else value(c) for c in row] for row in cycles])
+               for word, value in of.items()}
     return {"depth": {"n": n, **{word: _mean_of(values) for word, values in by_word.items()}}}
 
 
@@ -249,7 +271,8 @@ def _coupling(runs: Sequence[Series], cycles: Sequence[CycleStatistics], seed: i
     return out
 
 
-def _effects(reference: Sequence[Series], runs: Sequence[Series], names: Sequence[str], seed: int) -> dict[str, Any]:
+def _effects(reference: Sequence[Series], runs: Sequence[Series],
+             names: Sequence[str], seed: int) -> dict[str, Any]:
     """This arm minus the reference."""
     out: dict[str, Any] = {
         "persistence": difference_of_shares(

@@ -22,7 +22,8 @@ def write(
     curves: Mapping[str, Mapping[str, SurvivalCurve]],
     grids: Mapping[str, Grid],
 ) -> None:
-    """Write what `compare` found: `loaded` runs by arm, survival `curves` by species and arm, and the `grids` of crossed arms."""
+    """Write what `compare` found: `loaded` runs by arm, survival `curves` by species and arm,
+    and the `grids` of crossed arms."""
     write_text(out / "compare.json", json.dumps(result, indent=1, ensure_ascii=False, allow_nan=False) + "\n")
     drawn = {arm: _draw_grid(out / "figures", arm, grid) for arm, grid in grids.items()}
     blocks = [
@@ -47,42 +48,51 @@ def _share(x: Sequence[float]) -> str:
 
 
 _CURVE = "Share of runs in which {} lives (Kaplan–Meier, 95 % bands)."
-_BY_SEED = "Share of runs in which all species live: all runs thick, with a band over both kinds of seeds (95 %); each training seed thin."
+_BY_SEED = ("Share of runs in which all species live: all runs thick, "
+            "with a band over both kinds of seeds (95 %); each training seed thin.")
 _CELLS = "The tick of the first extinction, and the species, by training seed and world seed."
 _MEANS = "Numbers over time: every run thin, the median over runs thick."
-_HOURS = "Mean depth over the hours of the day, the first day left out: every run thin, the mean over runs thick; grey is night."
+_HOURS = ("Mean depth over the hours of the day, the first day left out: every run thin, "
+          "the mean over runs thick; grey is night.")
 _SHARES = (
-    "<p>Where the variance comes from: shares of training seed, of world seed and of the rest, which is chance and the "
-    "interaction of both. “Persisted” counts as 0 and 1, on the linear scale; a time that the end of the run cut off counts as the "
-    "whole run; a period is given where a run cycles. A dash: nothing varies. Intervals are from a two-way bootstrap.</p>"
+    "<p>Where the variance comes from: shares of training seed, of world seed and of the rest, "
+    "which is chance and the interaction of both. “Persisted” counts as 0 and 1, on the linear scale; "
+    "a time that the end of the run cut off counts as the whole run; a period is given where a run cycles. "
+    "A dash: nothing varies. Intervals are from a two-way bootstrap.</p>"
 )
 _DEPTH = (
-    "<p>A cosine of a day fitted to mean depth: its amplitude as a share of the water; the part of it along the sun, above 0 where they "
-    "are deepest at noon and below 0 where at midnight; and the correlation of mean depth with light. Means over runs (95 %).</p>"
+    "<p>A cosine of a day fitted to mean depth: its amplitude as a share of the water; "
+    "the part of it along the sun, above 0 where they are deepest at noon and below 0 where at midnight; "
+    "and the correlation of mean depth with light. Means over runs (95 %).</p>"
 )
 _PEAKS = (
-    "<p>Runs whose spectrum has a peak beyond red noise that only relaxes (p ≤ .05 in each run; by luck 1 in 20), "
-    "and beyond AR(1), which calls smooth series periodic.</p>"
+    "<p>Runs whose spectrum has a peak beyond red noise that only relaxes (p ≤ .05 in each run; "
+    "by luck 1 in 20), and beyond AR(1), which calls smooth series periodic.</p>"
 )
 
 
-def _draw_survival(out: Path, result: dict[str, Any], curves: Mapping[str, Mapping[str, SurvivalCurve]]) -> list[str]:
+def _draw_survival(out: Path, result: dict[str, Any],
+                   curves: Mapping[str, Mapping[str, SurvivalCurve]]) -> list[str]:
     """Survival curves of the species that died out in some run, as HTML."""
     until = max(arm["ticks"] for arm in result["arms"].values())
     shown = [s for s in result["species"] if any(c.died.any() for c in curves[s].values())]
     drawn = {s: figures.survival(curves[s], until, f"{s} persists") for s in shown}
-    return [picture(figures.save(f, out / "figures" / f"survival_{s}.png"), _CURVE.format(s)) for s, f in drawn.items()]
+    return [picture(figures.save(f, out / "figures" / f"survival_{s}.png"), _CURVE.format(s))
+            for s, f in drawn.items()]
 
 
 def _draw_grid(folder: Path, arm: str, grid: Grid) -> list[str]:
     """Survival by training seed and the map of first extinctions of one arm, as HTML."""
-    curve = figures.save(seed_grid_figures.persistence(grid, f"{arm}: all species persist"), folder / f"persistence_{arm}.png")
-    cells = figures.save(seed_grid_figures.lifetimes(grid, f"{arm}: first extinction"), folder / f"first_extinction_{arm}.png")
+    curve = figures.save(seed_grid_figures.persistence(grid, f"{arm}: all species persist"),
+                         folder / f"persistence_{arm}.png")
+    cells = figures.save(seed_grid_figures.lifetimes(grid, f"{arm}: first extinction"),
+                         folder / f"first_extinction_{arm}.png")
     return [picture(curve, _BY_SEED), picture(cells, _CELLS)]
 
 
 def _head(result: dict[str, Any]) -> list[str]:
-    """The head of the page: in how many runs of each arm all species persisted, and which died out of what."""
+    """The head of the page: in how many runs of each arm all species persisted, and which died out of what.
+    """
     arms = result["arms"]
     lines = "".join(f"<p>{escape(arm)}: {escape(text)}</p>" for arm, text in result["opening"].items())
     lost = any(a["persisted"] < a["n"] for a in arms.values())
@@ -90,7 +100,8 @@ def _head(result: dict[str, Any]) -> list[str]:
         f"<h1>Comparison of {len(arms)} arms</h1>",
         f"<div class='verdict{' lost' if lost else ''}'>{lines}</div>",
         "<p class='under'>Seeds are the replicates. Intervals are 95 %.</p>",
-        *(f"<p class='under'>{escape(arm)} runs with {escape(a['policies'])}.</p>" for arm, a in arms.items() if "policies" in a),
+        *(f"<p class='under'>{escape(arm)} runs with {escape(a['policies'])}.</p>"
+          for arm, a in arms.items() if "policies" in a),
     ]
 
 
@@ -99,7 +110,8 @@ def _who(result: dict[str, Any], pictures: Sequence[str]) -> list[str]:
     names = result["species"]
     rows = [
         [arm, a["n"], f"{a['ticks']:,}", a["persisted"], _interval(a["persistence"])]
-        + [f"{x['extinctions']} of {a['n']}, median {number(x['median_extinction'])}" for x in (a["per_species"][s] for s in names)]
+        + [f"{x['extinctions']} of {a['n']}, median {number(x['median_extinction'])}"
+           for x in (a["per_species"][s] for s in names)]
         for arm, a in result["arms"].items()
     ]
     head = ["arm", "runs", "ticks", "all persist", "share", *(f"{s} extinct" for s in names)]
@@ -116,8 +128,9 @@ def _crossed(result: dict[str, Any], drawn: Mapping[str, Sequence[str]]) -> list
         worlds = len(c["world_seeds"])
         each = ", ".join(f"{seed}: {kept}" for seed, kept in c["persisted_by_training_seed"].items())
         blocks.append(
-            f"<p>{escape(arm)}: {len(c['training_seeds'])} training seeds × {worlds} world seeds. Runs of {worlds} in which all "
-            f"persist, by training seed: {each}. The {len(c['training_seeds']) * worlds} runs say as much about that share as "
+            f"<p>{escape(arm)}: {len(c['training_seeds'])} training seeds × {worlds} world seeds. "
+            f"Runs of {worlds} in which all persist, by training seed: {each}. "
+            f"The {len(c['training_seeds']) * worlds} runs say as much about that share as "
             f"{number(c['effective_runs'])} independent ones would.</p>"
         )
         blocks += drawn[arm]
@@ -148,12 +161,14 @@ def _against(result: dict[str, Any]) -> list[str]:
 
 def _depth(out: Path, result: dict[str, Any], loaded: Mapping[str, Sequence[Series]]) -> list[str]:
     """How mean depth follows the day in each arm, of species that swim under a sun."""
-    depths = [(arm, s, x["depth"]) for arm, a in result["arms"].items() for s, x in a["per_species"].items() if "depth" in x]
+    depths = [(arm, s, x["depth"]) for arm, a in result["arms"].items()
+              for s, x in a["per_species"].items() if "depth" in x]
     if not depths:
         return []
     names = [s for s in result["species"] if any(s == name for _, name, _ in depths)]
     file = figures.save(depth_figures.arms(loaded, names), out / "figures" / "depth.png")
-    rows = [[arm, s, d["n"], *(_interval(d[k]) for k in ("amplitude", "along_day", "r"))] for arm, s, d in depths]
+    rows = [[arm, s, d["n"], *(_interval(d[k]) for k in ("amplitude", "along_day", "r"))]
+            for arm, s, d in depths]
     head = ["arm", "species", "runs with two days", "amplitude", "along the sun", "correlation with light"]
     return ["<h2>Depth over the day</h2>", _DEPTH, picture(file, _HOURS), table(head, rows)]
 
@@ -161,20 +176,23 @@ def _depth(out: Path, result: dict[str, Any], loaded: Mapping[str, Sequence[Seri
 def _cycles(result: dict[str, Any]) -> list[str]:
     """Cycles by arm, and which species follows which."""
     rows = [
-        [arm, s, f"{x['cycling']} of {x['long_enough']}", number(x["pooled_p"], 2), f"{x['cycling_ar1']} of {x['long_enough']}",
-         number(x["median_period"]), number(x["mean_number"])]
+        [arm, s, f"{x['cycling']} of {x['long_enough']}", number(x["pooled_p"], 2),
+         f"{x['cycling_ar1']} of {x['long_enough']}", number(x["median_period"]), number(x["mean_number"])]
         for arm, a in result["arms"].items()
         for s, x in a["per_species"].items()
     ]  # fmt: skip
-    head = ["arm", "species", "cycling", "p over all seeds", "beyond AR(1)", "median period [ticks]", "mean number"]
+    head = ["arm", "species", "cycling", "p over all seeds", "beyond AR(1)", "median period [ticks]",
+            "mean number"]
     blocks = ["<h2>Cycles</h2>", _PEAKS, table(head, rows)]
     lags = [
-        [arm, pair, x["n"], _interval([x["median"], x["low"], x["high"]]), number(a["coupling"].get(pair, {}).get("p"))]
+        [arm, pair, x["n"], _interval([x["median"], x["low"], x["high"]]),
+         number(a["coupling"].get(pair, {}).get("p"))]
         for arm, a in result["arms"].items()
         for pair, x in a["lags"].items()
         if x["n"]
     ]
     if lags:
-        blocks.append("<p>Lags as share of the period, over cycling runs; p tests the pair against pairs from different runs.</p>")
+        blocks.append("<p>Lags as share of the period, over cycling runs; "
+                      "p tests the pair against pairs from different runs.</p>")
         blocks.append(table(["arm", "pair", "runs", "median lag", "coupling p"], lags))
     return blocks

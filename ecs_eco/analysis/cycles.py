@@ -1,8 +1,9 @@
-"""Cycles in a food chain: which species cycle, with what period, which follows which by how much, and is it significant?
+"""Cycles in a food chain: which species cycle, with what period, which follows which by how much,
+and is it significant?
 
-Lags are shares of the period: .25 means that b peaks a quarter period after a. Two independent quasi-cycles of
-ten periods cross-correlate up to .5 by luck, so the coupling of two species is tested against pairs that cannot
-be coupled: species a of one run with species b of another (`cross_seed_surrogates`).
+Lags are shares of the period: .25 means that b peaks a quarter period after a. Two independent quasi-cycles
+of ten periods cross-correlate up to .5 by luck, so the coupling of two species is tested against pairs that
+cannot be coupled: species a of one run with species b of another (`cross_seed_surrogates`).
 """
 
 from __future__ import annotations
@@ -16,7 +17,16 @@ import numpy as np
 from scipy.special import bdtr, ndtri, stdtrit  # scipy.stats would take a second to load
 
 from ecs_eco.analysis.runs import Series, load_series
-from ecs_eco.analysis.spectrum import SHORTEST, Peak, detrend, fisher_g, smooth, spectral_peak, thin, transform
+from ecs_eco.analysis.spectrum import (
+    SHORTEST,
+    Peak,
+    detrend,
+    fisher_g,
+    smooth,
+    spectral_peak,
+    thin,
+    transform,
+)
 
 __all__ = [
     "CycleStatistics",
@@ -64,7 +74,8 @@ class CycleStatistics:
     enough: bool  # whether that stretch is long enough to analyse
     peaks: dict[str, Peak | None] = field(default_factory=dict)  # against red noise that relaxes
     p_ar1: dict[str, float | None] = field(default_factory=dict)  # against AR(1), the lenient null
-    period: float | None = None  # [ticks] of the clearest peak of `period_of`: the one at which lags are taken
+    # [ticks] of the clearest peak of `period_of`: the one at which lags are taken
+    period: float | None = None
     period_of: tuple[str, ...] = ()  # species among whose peaks it was chosen
     lags: dict[str, Lag] = field(default_factory=dict)  # "grass→deer": …
 
@@ -89,7 +100,8 @@ class CycleStatistics:
 
 
 def living_stretch(series: Series, skip: float = 0.1) -> np.ndarray:
-    """Numbers (ticks, species) after the first `skip` of the run and before any species that lived reached 0."""
+    """Numbers (ticks, species) after the first `skip` of the run and before any species that lived reached 0.
+    """
     n = series.n[:, series.present]
     gone = np.flatnonzero((n == 0).any(1))
     end = gone[0] if len(gone) else len(n)
@@ -99,7 +111,8 @@ def living_stretch(series: Series, skip: float = 0.1) -> np.ndarray:
 def consumers(config: Mapping[str, Any]) -> tuple[str, ...]:
     """Species of a resolved configuration (`manifest["config"]`) that eat another species."""
     species = config.get("species", {})
-    eaten = {name: {food["eats"] for food in about.get("diet") or ()} - {name} for name, about in species.items()}
+    eaten = {name: {food["eats"] for food in about.get("diet") or ()} - {name}
+             for name, about in species.items()}
     return tuple(name for name, of in eaten.items() if of & set(species))
 
 
@@ -114,9 +127,10 @@ def cycle_statistics(
 ) -> CycleStatistics:
     """Peaks, periods and lags of a run (folder, table or series); `species` from producers upwards.
 
-    The period at which lags are taken is that of the clearest peak among `period_of`. Where it is absent, among the
-    consumers, if the run's manifest tells who eats whom (plants also beat in time with what grows back, faster than they are
-    eaten), else among all. KeyError for a species in `period_of` that the run does not have.
+    The period at which lags are taken is that of the clearest peak among `period_of`. Where it is absent,
+    among the consumers, if the run's manifest tells who eats whom (plants also beat in time with what grows
+    back, faster than they are eaten), else among all. KeyError for a species in `period_of` that the run does
+    not have.
     """
     series = load_series(run, species)
     names = tuple(s for s, here in zip(series.species, series.present, strict=True) if here)
@@ -125,7 +139,8 @@ def cycle_statistics(
     if len(n) < SHORTEST:
         return CycleStatistics(names, len(n), False, period_of=searched)
     peaks = {s: spectral_peak(x, n_boot=n_boot, seed=seed) for s, x in zip(names, n.T, strict=True)}
-    lenient = {s: spectral_peak(x, null="ar1", n_boot=n_boot, seed=seed) for s, x in zip(names, n.T, strict=True)}
+    lenient = {s: spectral_peak(x, null="ar1", n_boot=n_boot, seed=seed)
+               for s, x in zip(names, n.T, strict=True)}
     p_ar1 = {s: None if peak is None else peak.p for s, peak in lenient.items()}
     candidates = [peak for s in searched if (peak := peaks[s]) is not None]
     if not candidates:
@@ -156,15 +171,16 @@ def waves(x: np.ndarray, period: float) -> np.ndarray:
     cycles = np.arange(n) * period / n  # frequency in units of the peak's
     with np.errstate(divide="ignore"):
         octave = np.abs(np.log(cycles)) / np.log(BAND)
-    gain = np.where((octave < 1) & (np.arange(n) <= n // 2), np.cos(np.pi / 2 * np.minimum(octave, 1)) ** 0.5, 0.0)
+    gain = np.where((octave < 1) & (np.arange(n) <= n // 2), np.cos(np.pi / 2 * np.minimum(octave, 1)) ** 0.5,
+                    0.0)
     return np.fft.ifft(2 * np.fft.fft(detrend(np.asarray(x, float))) * gain)
 
 
 def lag(a: np.ndarray, b: np.ndarray, period: float, *, n_boot: int = 999, seed: int = 0) -> Lag:
     """Lag of b behind a: phase of their cross-spectrum in the band around `period` [samples of a and b].
 
-    The interval is that of the phase in a circular block bootstrap with blocks of three periods, widened by Student's t
-    for the few blocks there are; it covers about 90 % at 10 to 20 periods.
+    The interval is that of the phase in a circular block bootstrap with blocks of three periods, widened by
+    Student's t for the few blocks there are; it covers about 90 % at 10 to 20 periods.
     """
     (a, factor), (b, _) = thin(a, LAG_SAMPLES), thin(b, LAG_SAMPLES)
     period = period / factor
@@ -181,14 +197,15 @@ def lag(a: np.ndarray, b: np.ndarray, period: float, *, n_boot: int = 999, seed:
     blocks = max(n / block, 3.0)
     wider = stdtrit(blocks - 1, 0.975) / ndtri(0.975) * np.sqrt(blocks / (blocks - 1))
     low, high = np.clip(np.quantile(off, [0.025, 0.975]) * wider, -0.5, 0.5)
-    return Lag(share, share + float(low), share + float(high), float(np.abs(cross.mean()) / weight) if weight else 0.0)
+    return Lag(share, share + float(low), share + float(high),
+               float(np.abs(cross.mean()) / weight) if weight else 0.0)
 
 
 def median_lag_interval(lags: Sequence[float], level: float = 0.95) -> dict[str, float]:
     """Circular median of lags over seeds with a distribution-free interval between order statistics.
 
-    The interval is the narrowest with at least `level` of coverage, or the range where there are too few seeds for
-    that; `coverage` is the actual one: the range of six seeds has .97.
+    The interval is the narrowest with at least `level` of coverage, or the range where there are too few
+    seeds for that; `coverage` is the actual one: the range of six seeds has .97.
     """
     x = np.asarray(lags, float)
     if not len(x):
@@ -209,7 +226,8 @@ def median_lag_interval(lags: Sequence[float], level: float = 0.95) -> dict[str,
 
 
 def cross_correlation(a: np.ndarray, b: np.ndarray, reach: int) -> tuple[np.ndarray, np.ndarray]:
-    """Correlation of detrended a(t) with b(t + lag) for lags −reach … reach [samples]; (lags, correlation)."""
+    """Correlation of detrended a(t) with b(t + lag) for lags −reach … reach [samples]; (lags, correlation).
+    """
     a, b = detrend(np.asarray(a, float)), detrend(np.asarray(b, float))
     n = len(a)
     full = np.fft.irfft(np.fft.rfft(a, 2 * n).conj() * np.fft.rfft(b, 2 * n), 2 * n)
@@ -222,7 +240,8 @@ class Surrogates:
     """Real pairs (a and b of one run) against pairs of different runs."""
 
     n: int  # runs
-    coherency: float  # |mean over real pairs of the complex coherency|: high where pairs are coherent at one lag
+    # |mean over real pairs of the complex coherency|: high where pairs are coherent at one lag
+    coherency: float
     p: float  # chance of it when runs are paired at random
     share: float  # the pooled lag, share of the period
     lags: np.ndarray  # [periods] of the cross-correlations
@@ -243,15 +262,16 @@ def cross_seed_surrogates(
 ) -> Surrogates:
     """Are a and b of the same run coupled more than a of run i with b of run j?
 
-    The runs are cut to the shortest living stretch and filtered around one period (the median of their clearest
-    peaks where none is given). p is a permutation test over the pairings of runs, exact up to seven runs; with n runs
-    it cannot go below 1/n!, so four runs are the fewest that can show anything.
+    The runs are cut to the shortest living stretch and filtered around one period (the median of their
+    clearest peaks where none is given). p is a permutation test over the pairings of runs, exact up to seven
+    runs; with n runs it cannot go below 1/n!, so four runs are the fewest that can show anything.
     """
     if len(runs) < 4:
         raise ValueError(f"cross-seed surrogates need at least 4 runs, got {len(runs)}: one run a seed")
     loaded = [load_series(run) for run in runs]
     if period is None:
-        periods = [p for s in loaded if (p := cycle_statistics(s, (a, b), skip=skip, n_boot=99, seed=seed).period)]
+        periods = [p for s in loaded
+                   if (p := cycle_statistics(s, (a, b), skip=skip, n_boot=99, seed=seed).period)]
         if not periods:
             raise ValueError(f"none of the {len(runs)} runs is long enough for a cycle of {a} and {b}")
         period = float(np.median(periods))

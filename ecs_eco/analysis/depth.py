@@ -1,4 +1,5 @@
-"""Depth in a recorded run with a sun and a depth of water: how mean depth follows the day, and its distribution by hour."""
+"""Depth in a recorded run with a sun and a depth of water: how mean depth follows the day,
+and its distribution by hour."""
 
 from __future__ import annotations
 
@@ -54,7 +55,8 @@ def hours_of(series: Series, ticks: np.ndarray) -> np.ndarray:
 
 
 def _part_of_day(series: Series, ticks: np.ndarray) -> np.ndarray:
-    """Which of the HOURS parts of the day ticks fall in: i64; a tick at a full hour, to rounding, begins it."""
+    """Which of the HOURS parts of the day ticks fall in: i64; a tick at a full hour, to rounding, begins it.
+    """
     return np.floor(hours_of(series, ticks) * HOURS + 1e-6).astype(np.int64) % HOURS
 
 
@@ -62,7 +64,8 @@ def surface_light(series: Series, ticks: np.ndarray | None = None) -> np.ndarray
     """Light at the surface at ticks (all of the run), f64[ticks]; without the effect of interventions."""
     config = series.manifest["config"]
     sun, full = Sun(**config["sun"]), config.get("ambient", {}).get("light", 1.0)
-    return np.array([full * sun.light(float(t) * series.dt) for t in (series.ticks if ticks is None else ticks)])
+    return np.array([full * sun.light(float(t) * series.dt)
+                     for t in (series.ticks if ticks is None else ticks)])
 
 
 def depth_cycle(series: Series, species: str) -> DepthCycle | None:
@@ -82,7 +85,8 @@ def depth_cycle(series: Series, species: str) -> DepthCycle | None:
 
 
 def day_by_hour(series: Series, species: str) -> np.ndarray:
-    """Mean depth of a species [m] by hour of the day, f64[HOURS], the first day left out; NaN where none lived at that hour."""
+    """Mean depth of a species [m] by hour of the day, f64[HOURS], the first day left out;
+    NaN where none lived at that hour."""
     lived = (series.of(species) > 0) & (series.ticks >= series.ticks[0] + day_of(series))
     hour = _part_of_day(series, series.ticks[lived])
     n = np.bincount(hour, minlength=HOURS)
@@ -98,19 +102,23 @@ def mean_of_there(values: np.ndarray) -> np.ndarray:
 def swimmers(series: Series) -> list[str]:
     """Species of a run that were present and move by themselves."""
     known = series.manifest.get("config", {}).get("species", {})
-    return [s for s, here in zip(series.species, series.present, strict=True) if here and known.get(s, {}).get("locomotion")]
+    return [s for s, here in zip(series.species, series.present, strict=True)
+            if here and known.get(s, {}).get("locomotion")]
 
 
 def depths_by_hour(run: Path | str, series: Series, layers: int = 15) -> dict[str, np.ndarray]:
-    """Share of each species in each layer by hour, f64[layers, HOURS] by species, from the snapshots; columns without any are NaN.
+    """Share of each species in each layer by hour, f64[layers, HOURS] by species, from the snapshots;
+    columns without any are NaN.
 
     The first day is left out.
     """
     top = float(series.manifest["config"]["space"]["size"][2])
-    out = {s: np.zeros((layers, HOURS)) for s, here in zip(series.species, series.present, strict=True) if here}
+    out = {s: np.zeros((layers, HOURS))
+           for s, here in zip(series.species, series.present, strict=True) if here}
     for file in parts(run, "snapshots"):
         rows = read_part(file, ["tick", "species", "z"], seal.has_seals(Path(run)))
-        tick, z, name = rows["tick"].to_numpy(), rows["z"].to_numpy(), rows["species"].cast("string").to_numpy(zero_copy_only=False)
+        tick, z, name = (rows["tick"].to_numpy(), rows["z"].to_numpy(),
+                         rows["species"].cast("string").to_numpy(zero_copy_only=False))
         hour = _part_of_day(series, tick)
         layer = np.clip(((top - z) / top * layers).astype(int), 0, layers - 1)
         for s, counts in out.items():

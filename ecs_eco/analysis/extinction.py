@@ -19,7 +19,8 @@ class Decline:
     since: int
     n: int  # its number then
     births: int | None  # after `since`; None where the run does not count them
-    causes: dict[str, int] = field(default_factory=dict)  # deaths after `since`, the most frequent cause first
+    # deaths after `since`, the most frequent cause first
+    causes: dict[str, int] = field(default_factory=dict)
 
     @property
     def deaths(self) -> int:
@@ -27,7 +28,8 @@ class Decline:
         return sum(self.causes.values())
 
     def shares(self) -> str:
-        """The causes with their shares of the deaths: "starved 80%, eaten by wolf 20%"; "" where none is known."""
+        """The causes with their shares of the deaths: "starved 80%, eaten by wolf 20%";
+        "" where none is known."""
         return ", ".join(f"{cause} {k / self.deaths:.0%}" for cause, k in self.causes.items())
 
 
@@ -41,9 +43,11 @@ def decline(series: Series, species: str) -> Decline | None:
     since = int(high[-1]) if len(high) else -1  # gone within the first tick
     counts = {c: int(series.columns[DIED + c][since + 1 : end + 1, i].sum()) for c in series.causes}
     counts = {c: k for c, k in sorted(counts.items(), key=lambda x: -x[1]) if k}
-    births = int(series.columns["births"][since + 1 : end + 1, i].sum()) if "births" in series.columns else None
+    births = (int(series.columns["births"][since + 1 : end + 1, i].sum())
+              if "births" in series.columns else None)
     if since < 0:
-        return Decline(species, int(series.ticks[0]), int(series.ticks[0]), int(series.of(species, "deaths")[0]), births, counts)
+        return Decline(species, int(series.ticks[0]), int(series.ticks[0]),
+                       int(series.of(species, "deaths")[0]), births, counts)
     return Decline(species, int(series.extinct[i]), int(series.ticks[since]), int(n[since]), births, counts)
 
 
@@ -54,7 +58,8 @@ def declines(series: Series) -> list[Decline]:
 
 
 def lifetime(series: Series) -> tuple[float, bool]:
-    """Ticks from the start to the first extinction of any species and True; to the end of the run and False where there was none."""
+    """Ticks from the start to the first extinction of any species and True;
+    to the end of the run and False where there was none."""
     gone = series.extinct[series.present]
     if not len(series.ticks):
         return 0.0, False
@@ -63,14 +68,16 @@ def lifetime(series: Series) -> tuple[float, bool]:
 
 
 def opening(series: Series) -> list[str]:
-    """The opening of a run's report, a sentence a line: whether all species persisted; else which died out, when and of what."""
+    """The opening of a run's report, a sentence a line: whether all species persisted;
+    else which died out, when and of what."""
     lived = [s for s, here in zip(series.species, series.present, strict=True) if here]
     if not lived:
         return ["No species had a living member at the end of any tick."]
     lost, end = declines(series), f"tick {series.ticks[-1]:,.0f}"
     kept = [s for s in lived if s not in {d.species for d in lost}]
     if not lost:
-        first = f"All {len(lived)} species persisted to {end}." if len(lived) > 1 else f"The only species, {lived[0]}, persisted to {end}."
+        first = (f"All {len(lived)} species persisted to {end}."
+                 if len(lived) > 1 else f"The only species, {lived[0]}, persisted to {end}.")
     elif not kept:
         whole = f"All {len(lived)} species" if len(lived) > 1 else f"The only species, {lived[0]},"
         first = f"{whole} died out; at the end, {end}, nobody lives."
@@ -78,25 +85,32 @@ def opening(series: Series) -> list[str]:
         first = f"{len(lost)} of {len(lived)} species died out; {', '.join(kept)} persisted to {end}."
     absent = [s for s in series.species if s not in lived]
     barren = [d.species for d in lost if not multiplies(series, d.species)]
-    expected = [f"{species} does not multiply in this world: its end was to be expected." for species in barren]
-    return [first, *map(sentence, lost), *expected, *([f"Never present: {', '.join(absent)}."] if absent else [])]
+    expected = [f"{species} does not multiply in this world: its end was to be expected."
+                for species in barren]
+    return [first, *map(sentence, lost), *expected,
+            *([f"Never present: {', '.join(absent)}."] if absent else [])]
 
 
 def multiplies(series: Series, species: str) -> bool:
-    """Whether a species can have offspring: it has some, or its configuration says how, or there is no configuration."""
+    """Whether a species can have offspring: it has some, or its configuration says how,
+    or there is no configuration."""
     known = series.manifest.get("config", {}).get("species", {}).get(species, {"reproduction": "not known"})
-    return bool(known.get("reproduction")) or bool("births" in series.columns and series.of(species, "births").any())
+    return (bool(known.get("reproduction"))
+            or bool("births" in series.columns and series.of(species, "births").any()))
 
 
 def sentence(end: Decline) -> str:
-    """One sentence: when a species died out, and through which causes since it last had half of its greatest number."""
+    """One sentence: when a species died out, and through which causes since it last had half
+    of its greatest number."""
     born = "" if end.births is None else f" against {end.births:,} birth{'s' * (end.births != 1)}"
     how = f", {end.deaths:,} death{'s' * (end.deaths != 1)}{born}: {end.shares()}" if end.causes else ""
-    return f"{end.species} died out at tick {end.tick:,}. From tick {end.since:,}, when there were {end.n:,}{how}."
+    return (f"{end.species} died out at tick {end.tick:,}. From tick {end.since:,}, "
+            f"when there were {end.n:,}{how}.")
 
 
 def shared(runs: Sequence[Series]) -> str:
-    """The opening of a report of several runs: in how many all species persisted; which died out in how many, and of what."""
+    """The opening of a report of several runs: in how many all species persisted;
+    which died out in how many, and of what."""
     n, kept = len(runs), sum(run.persisted for run in runs)
     first = f"All species persisted in {kept} of {n} run{'s' * (n != 1)} ({kept / n:.0%})."
     all_declines = [d for run in runs for d in declines(run)]
@@ -110,5 +124,6 @@ def shared(runs: Sequence[Series]) -> str:
         pooled = Decline(species, 0, 0, 0, None, dict(sorted(causes.items(), key=lambda x: -x[1])))
         ticks = sorted(d.tick for d in of)
         when = f"at tick {ticks[0]:,}" if len(of) == 1 else f"at ticks {ticks[0]:,} to {ticks[-1]:,}"
-        sentences.append(f"{species} died out in {len(of)} of {n}, {when}" + (f" ({pooled.shares()})" if causes else "") + ".")
+        sentences.append(f"{species} died out in {len(of)} of {n}, {when}"
+                         + (f" ({pooled.shares()})" if causes else "") + ".")
     return " ".join([first, *sentences])

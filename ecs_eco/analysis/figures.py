@@ -1,4 +1,7 @@
-"""Figures of a run and of several. Each function returns a matplotlib Figure; `save` writes it. No global state, no display."""
+"""Figures of a run and of several.
+
+Each function returns a matplotlib Figure; `save` writes it. No global state, no display.
+"""
 
 from __future__ import annotations
 
@@ -18,8 +21,8 @@ if TYPE_CHECKING:
 
     from ecs_eco.analysis.survival import SurvivalCurve
 
-__all__ = ["PALETTE", "arms", "binned", "colors", "deaths", "energy", "interventions", "lags", "mark", "phase", "populations",
-           "positions", "save", "spectra", "survival"]  # fmt: skip
+__all__ = ["PALETTE", "arms", "binned", "colors", "deaths", "energy", "interventions", "lags", "mark",
+           "phase", "populations", "positions", "save", "spectra", "survival"]  # fmt: skip
 
 
 @styled
@@ -53,7 +56,8 @@ def populations(series: Series) -> Figure:
 
 def interventions(series: Series) -> list[tuple[int, str]]:
     """Interventions carried out: (tick, text), in the order of time."""
-    return [(int(tick), describe(intervention)) for tick, intervention in series.manifest.get("intervened") or ()]
+    return [(int(tick), describe(intervention))
+            for tick, intervention in series.manifest.get("intervened") or ()]
 
 
 def mark(ax: Any, done: Sequence[tuple[int, str]]) -> None:
@@ -65,16 +69,19 @@ def mark(ax: Any, done: Sequence[tuple[int, str]]) -> None:
         fresh = dict.fromkeys(label for t, label in done if t == tick and label not in labelled)
         if fresh and tick - last >= room:
             text = "; ".join(fresh)
-            ax.annotate(text if len(text) <= 44 else text[:43] + "…", (tick, 1), xycoords=("data", "axes fraction"), xytext=(2, -3),
-                        textcoords="offset points", rotation=90, ha="left", va="top", fontsize=7.5, color="#222222",
-                        bbox={"facecolor": "white", "alpha": 0.8, "edgecolor": "none", "pad": 0.6})  # fmt: skip
+            ax.annotate(text if len(text) <= 44 else text[:43] + "…", (tick, 1),
+                        xycoords=("data", "axes fraction"), xytext=(2, -3), textcoords="offset points",
+                        rotation=90, ha="left", va="top", fontsize=7.5, color="#222222",
+                        bbox={"facecolor": "white", "alpha": 0.8,
+                              "edgecolor": "none", "pad": 0.6})  # fmt: skip
             last = tick
             labelled.update(fresh)
 
 
 @styled
 def phase(series: Series, pairs: Sequence[tuple[str, str]]) -> Figure:
-    """Trajectories of pairs of species (prey on x, consumer on y), coloured by time; smoothed over 1 % of the run."""
+    """Trajectories of pairs of species (prey on x, consumer on y), coloured by time;
+    smoothed over 1 % of the run."""
     from matplotlib.collections import LineCollection
 
     figure, axes = panels(1, len(pairs), 4.4 * len(pairs) + 0.7, 3.9)
@@ -98,7 +105,8 @@ def phase(series: Series, pairs: Sequence[tuple[str, str]]) -> Figure:
 
 @styled
 def spectra(peaks: Mapping[str, Peak], hue: Mapping[str, str] | None = None) -> Figure:
-    """Spectrum of each species with the fitted red noise and the ratio it passes at one frequency in twenty."""
+    """Spectrum of each species with the fitted red noise and the ratio it passes at one frequency in twenty.
+    """
     figure, axes = panels(1, len(peaks), 3.5 * len(peaks) + 0.6, 3.4)
     hue = hue or colors(list(peaks))
     for ax, (s, peak) in zip(axes[0], peaks.items(), strict=True):
@@ -109,7 +117,8 @@ def spectra(peaks: Mapping[str, Peak], hue: Mapping[str, str] | None = None) -> 
         ax.loglog(periods, peak.expected[used], color="#7a838c", lw=1.1, ls="--", label="red noise, fitted")
         ax.loglog(periods, peak.power[used], color=hue[s], label=s)
         ax.axvline(peak.period, color="#1b1f23", lw=0.8, ls=":")
-        ax.set_ylim(max(peak.power[used].min(), 1e-6 * peak.power.max()) / 2, 3 * max(band.max(), peak.power.max()))
+        ax.set_ylim(max(peak.power[used].min(), 1e-6 * peak.power.max()) / 2,
+                    3 * max(band.max(), peak.power.max()))
         ax.minorticks_off()
         ax.xaxis.set_major_formatter("{x:,.0f}")
         ax.set_title(f"{s}: {peak.period:,.0f} ticks, p {'≤' if peak.p <= 0.002 else '='} {peak.p:.2g}")
@@ -121,15 +130,18 @@ def spectra(peaks: Mapping[str, Peak], hue: Mapping[str, str] | None = None) -> 
 
 @styled
 def lags(
-    series: Series, pairs: Sequence[tuple[str, str]], period: float, surrogates: Mapping[str, Surrogates] | None = None
+    series: Series, pairs: Sequence[tuple[str, str]], period: float,
+    surrogates: Mapping[str, Surrogates] | None = None
 ) -> Figure:
-    """Cross-correlation of each pair over lags of ± one period, with the band of cross-seed pairs where given ("a→b")."""
+    """Cross-correlation of each pair over lags of ± one period,
+    with the band of cross-seed pairs where given ("a→b")."""
     figure, axes = panels(1, len(pairs), 3.6 * len(pairs) + 0.6, 3.2, sharey=True)
     for ax, (a, b) in zip(axes[0], pairs, strict=True):
         band = (surrogates or {}).get(f"{a}→{b}")
         if band is not None:
             ax.fill_between(
-                band.lags, band.low, band.high, color="#dfe3e8", lw=0, label=f"{a} and {b} of different runs, 95 %"
+                band.lags, band.low, band.high, color="#dfe3e8", lw=0,
+                label=f"{a} and {b} of different runs, 95 %"
             )
             ax.plot(band.lags, band.real.T, color="#0072B2", lw=0.8, alpha=0.5)
             x, y = band.lags, band.real.mean(0)
@@ -175,7 +187,8 @@ def deaths(series: Series) -> Figure:
     axes[-1, 0].set_xlabel("tick")
     if shown:
         areas = axes[0, 0].collections
-        figure.legend(areas, [series.causes[j] for j in used], loc="outside upper center", ncols=min(5, len(used)))
+        figure.legend(areas, [series.causes[j] for j in used], loc="outside upper center",
+                      ncols=min(5, len(used)))
     return figure
 
 
@@ -194,7 +207,8 @@ def energy(series: Series) -> Figure:
     figure, axes = panels(len(series.species), 1, 9, 2.1 * len(series.species) + 0.6, sharex=True)
     for ax, (i, s) in zip(axes[:, 0], enumerate(series.species), strict=True):
         for sign in (1, -1):
-            flows = [(k, name) for k, (name, _, way) in enumerate(FLOWS) if way == sign and name in series.columns]
+            flows = [(k, name) for k, (name, _, way) in enumerate(FLOWS)
+                     if way == sign and name in series.columns]
             middle, rate = binned(series, np.stack([series.columns[name][:, i] for _, name in flows], -1))
             ax.stackplot(
                 middle,
@@ -213,8 +227,10 @@ def energy(series: Series) -> Figure:
 
 
 @styled
-def positions(at: Mapping[str, np.ndarray], size: Sequence[float], hue: Mapping[str, str], title: str = "") -> Figure:
-    """Map of all organisms: positions (n, 3) [m] by species, later species on top; a volume is seen from the side (x, z)."""
+def positions(at: Mapping[str, np.ndarray], size: Sequence[float], hue: Mapping[str, str],
+              title: str = "") -> Figure:
+    """Map of all organisms: positions (n, 3) [m] by species, later species on top;
+    a volume is seen from the side (x, z)."""
     volume = len(size) > 2 and size[2] > 0
     high = size[2] if volume else size[1]
     figure, ((ax,),) = panels(1, 1, 6.6, 6.0 * float(np.clip(high / size[0], 0.3, 1.2)) + 0.7)
@@ -277,7 +293,8 @@ def arms(runs: Mapping[str, Sequence[Series]]) -> Figure:
     first = next(iter(runs.values()))[0]
     hue = colors_of(first)
     figure, axes = panels(
-        len(first.species), len(runs), 4 * len(runs) + 1, 1.9 * len(first.species) + 0.6, sharex=True, sharey="row"
+        len(first.species), len(runs), 4 * len(runs) + 1, 1.9 * len(first.species) + 0.6, sharex=True,
+        sharey="row"
     )
     for column, (arm, members) in enumerate(runs.items()):
         length = min(len(run.ticks) for run in members)

@@ -1,4 +1,5 @@
-"""The sign of a reading's effect on a formula, as far as the text alone shows: +1, −1, 0 for none, None: it depends."""
+"""The sign of a reading's effect on a formula, as far as the text alone shows: +1, −1, 0 for none, None:
+it depends."""
 
 from __future__ import annotations
 
@@ -10,7 +11,8 @@ RISING = ("exp", "log", "sqrt", "tanh")
 
 
 def directions(text: str, positive: Collection[str]) -> dict[str, Sign]:
-    """For each name of a formula whether it rises (+1) or falls (−1) with it; `positive` are the names never below 0."""
+    """For each name of a formula whether it rises (+1) or falls (−1) with it;
+    `positive` are the names never below 0."""
     tree = _parsed(text)
     return {name: _direction(tree, name, positive) for name in _names(tree)}
 
@@ -18,13 +20,15 @@ def directions(text: str, positive: Collection[str]) -> dict[str, Sign]:
 def pushes(text: str, positive: Collection[str]) -> dict[str, Sign]:
     """For each name of a reflex formula, the sign of the terms of the sum that it is in.
 
-    A term that is never below 0, such as `energy < 0.3`, has the sign +1; other terms have that of their direction.
+    A term that is never below 0, such as `energy < 0.3`, has the sign +1;
+    other terms have that of their direction.
     """
     tree = _parsed(text)
     directions: dict[str, Sign] = {}
     for name in _names(tree):
         terms = [(sign, term) for sign, term in _terms(tree, 1) if name in _names(term)]
-        directions[name] = _sum(_times(_value(term, positive) or _direction(term, name, positive), sign) for sign, term in terms)
+        directions[name] = _sum(_times(_value(term, positive) or _direction(term, name, positive), sign)
+                                for sign, term in terms)
     return directions
 
 
@@ -60,7 +64,8 @@ def _times(a: Sign, b: Sign) -> Sign:
 
 
 def _value(tree: ast.AST, positive: Collection[str]) -> Sign:
-    """+1 where an expression is never below 0, −1 where it is never above, 0 where it is 0, None where it may be both."""
+    """+1 where an expression is never below 0, −1 where it is never above, 0 where it is 0,
+    None where it may be both."""
 
     def value(part: ast.AST) -> Sign:
         return _value(part, positive)
@@ -106,7 +111,8 @@ def _value_of_call(name: str, signs: list[Sign]) -> Sign:
 
 
 def _direction(tree: ast.AST, name: str, positive: Collection[str]) -> Sign:
-    """+1 where an expression never falls as the name rises, −1 where it never rises, 0 without the name, else None."""
+    """+1 where an expression never falls as the name rises, −1 where it never rises, 0 without the name,
+    else None."""
 
     def way(part: ast.AST) -> Sign:
         return _direction(part, name, positive)
@@ -129,20 +135,23 @@ def _direction(tree: ast.AST, name: str, positive: Collection[str]) -> Sign:
         case ast.BinOp(left=a, op=ast.Mult(), right=b):
             return _sum((_times(way(a), value(b)), _times(way(b), value(a))))
         case ast.BinOp(left=a, op=ast.Div(), right=b):
-            return _sum((_times(way(a), value(b)), _times(_times(-1, way(b)), _times(value(a), abs(value(b) or 0) or None))))
+            return _sum((_times(way(a), value(b)),
+                         _times(_times(-1, way(b)), _times(value(a), abs(value(b) or 0) or None))))
         case ast.BinOp(left=a, op=ast.Pow(), right=ast.Constant(value=power)):
             odd = power > 0 and (power % 2 == 1 or value(a) == 1)  # type: ignore[operator]
             return way(a) if odd else None
         case ast.Compare(left=a, ops=ops, comparators=others):
             operands = [a, *others]
-            return _sum(_way_of_comparison(op, way(x), way(y)) for op, x, y in zip(ops, operands, others, strict=False))
+            return _sum(_way_of_comparison(op, way(x), way(y))
+                        for op, x, y in zip(ops, operands, others, strict=False))
         case ast.BoolOp(values=parts):
             return _sum(way(p) if value(p) == 1 else _times(None, way(p)) for p in parts)
         case ast.IfExp(test=test, body=a, orelse=b):
             if way(test) == 0:
                 return _sum((way(a), way(b)))
             x, y = _number(a), _number(b)
-            return None if x is None or y is None or value(test) != 1 else _times(way(test), (x > y) - (x < y))
+            return (None if x is None or y is None
+                    or value(test) != 1 else _times(way(test), (x > y) - (x < y)))
         case ast.Call(func=ast.Name(id=function), args=arguments):
             if function == "abs":
                 return _times(way(arguments[0]), value(arguments[0]))

@@ -33,10 +33,12 @@ class Lineage(Pedigree):
 
         recorder = world.recorder
         if recorder is None:
-            raise RuntimeError("this world has no recorder; add one that keeps events: Recorder(world, keep_events=True)")
+            raise RuntimeError("this world has no recorder; add one that keeps events: Recorder(world, "
+                               "keep_events=True)")
         births, deaths = recorder.events("births"), recorder.events("deaths")
         born = births["species"]
-        births["species"] = np.array(recorder.names)[born.astype(int)] if len(births["uid"]) else born.astype(str)
+        births["species"] = (np.array(recorder.names)[born.astype(int)]
+                             if len(births["uid"]) else born.astype(str))
         births["genome"] = births["genome"].astype(str).astype(object)
         deaths["cause"] = np.array(["", *world.causes])[deaths["cause"].astype(int)]
         genomes = {name: genes for name in recorder.names if (genes := genes_of(world.tables[name]))}
@@ -44,9 +46,11 @@ class Lineage(Pedigree):
 
     @classmethod
     def read(cls, folder: Path | str) -> Lineage:
-        """The lineage of a run folder; FileNotFoundError where it holds no run, RecordingError for a damaged file.
+        """The lineage of a run folder; FileNotFoundError where it holds no run,
+        RecordingError for a damaged file.
 
-        A folder from before genomes were recorded does not list its founders: those who died or had offspring are added.
+        A folder from before genomes were recorded does not list its founders:
+        those who died or had offspring are added.
         """
         manifest = read_manifest(folder)
         sealed = seal.WORD in manifest
@@ -56,7 +60,8 @@ class Lineage(Pedigree):
         if files and "genome" not in open_part(files[0]).schema_arrow.names:
             births = _with_founders(births, deaths)
         end = max(manifest.get("done", manifest.get("ticks", 0)) - 1, 0)
-        return cls._joined(births, deaths, end=end, dt=manifest.get("dt", 1.0), genomes=manifest.get("genomes", {}))
+        return cls._joined(births, deaths, end=end, dt=manifest.get("dt", 1.0),
+                           genomes=manifest.get("genomes", {}))
 
     @classmethod
     def _joined(cls, births: dict[str, np.ndarray], deaths: dict[str, np.ndarray], **more: Any) -> Lineage:
@@ -72,29 +77,37 @@ class Lineage(Pedigree):
         return cls(uid=uid, born=births["tick"][order].astype(np.int64), died=died, cause=cause, **more)
 
     def frequencies(self, species: str, gene: str | Sequence[int], every: int) -> Frequencies:
-        """The carriers of each value of a gene every `every` ticks, exact; see `ecs_eco.analysis.carriers.frequencies`."""
+        """The carriers of each value of a gene every `every` ticks, exact; see
+        `ecs_eco.analysis.carriers.frequencies`."""
         return frequencies(self, species, gene, every)
 
     def to_csv(self, path: Path | str) -> Path:
-        """Write a phylogeny in the ALife data standards format; see `ecs_eco.analysis.phylogeny.write_csv`."""
+        """Write a phylogeny in the ALife data standards format; see `ecs_eco.analysis.phylogeny.write_csv`.
+        """
         return phylogeny.write_csv(self, Path(path))
 
-    def to_newick(self, path: Path | str | None = None, *, living: bool = False, names: Sequence[str] | None = None) -> str:
-        """The tree along first parents in Newick format, written to `path` where given; see `phylogeny.newick`.
+    def to_newick(self, path: Path | str | None = None, *, living: bool = False,
+                  names: Sequence[str] | None = None) -> str:
+        """The tree along first parents in Newick format, written to `path` where given;
+        see `phylogeny.newick`.
 
-        `living` leaves only the living and their ancestors; `names` (uids where absent) has one for each organism.
+        `living` leaves only the living and their ancestors;
+        `names` (uids where absent) has one for each organism.
         """
         if names is not None and len(names) != len(self):
             raise ValueError(f"lineage: {len(names)} names for {len(self)} organisms; one each is needed")
         chosen = self._forebears(self.died == ALIVE) if living else np.ones(len(self), bool)
-        text = phylogeny.newick(self._chosen(chosen), names and [n for n, c in zip(names, chosen, strict=True) if c])
+        text = phylogeny.newick(self._chosen(chosen),
+                                names and [n for n, c in zip(names, chosen, strict=True) if c])
         if path is not None:
             phylogeny.write_text(Path(path), text + "\n")
         return text
 
 
-def _events(folder: Path | str, kind: str, columns: dict[str, type], needed: bool = False) -> dict[str, np.ndarray]:
-    """Columns of all parts: strings as str, "" where null; numbers as u64; a column that is not there as 0 or ""."""
+def _events(folder: Path | str, kind: str, columns: dict[str, type],
+            needed: bool = False) -> dict[str, np.ndarray]:
+    """Columns of all parts: strings as str, "" where null; numbers as u64;
+    a column that is not there as 0 or ""."""
     tables = [read_part(file, needed=needed) for file in parts(folder, kind)]
     return {name: _column(tables, name, dtype) for name, dtype in columns.items()}
 
@@ -125,4 +138,5 @@ def _with_founders(births: dict[str, np.ndarray], deaths: dict[str, np.ndarray])
     k, uid = len(known), np.array(sorted(known), np.uint64)
     names = np.array([known[int(u)] for u in uid], "U1" if not k else None)
     more: dict[str, np.ndarray] = {"uid": uid, "species": names, "genome": np.full(k, "", object)}
-    return {name: np.concatenate([more.get(name, np.zeros(k, column.dtype)), column]) for name, column in births.items()}
+    return {name: np.concatenate([more.get(name, np.zeros(k, column.dtype)), column])
+            for name, column in births.items()}

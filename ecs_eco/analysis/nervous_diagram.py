@@ -1,4 +1,5 @@
-"""The content of a drawing of a nervous system: sensors, actions, reflexes, the happiness and the policy network."""
+"""The content of a drawing of a nervous system: sensors, actions, reflexes,
+the happiness and the policy network."""
 
 from __future__ import annotations
 
@@ -56,7 +57,8 @@ class ActionNode:
 
 @dataclass(frozen=True)
 class Reflex:
-    """A connection or a formula of the reflex network; `sources` are (channel row, sign) and sign None is: it depends."""
+    """A connection or a formula of the reflex network; `sources` are (channel row, sign) and sign None is:
+    it depends."""
 
     sources: tuple[tuple[int, Sign], ...]
     action: int  # row in the decision vector
@@ -92,7 +94,8 @@ class PolicyNode:
 
 @dataclass(frozen=True)
 class Diagram:
-    """A nervous system as it is drawn; rows of channels and actions are those of the sensory input and the decision."""
+    """A nervous system as it is drawn; rows of channels and actions are those of the sensory input
+    and the decision."""
 
     world: str
     species: str
@@ -108,7 +111,8 @@ class Diagram:
     def edges(self) -> list[tuple[str, str, Sign, str]]:
         """(channel, action, sign, label) of every line of the reflex network."""
         names = {a.row: a.name for a in self.actions}
-        return [(self.channels[row], names[r.action], sign, r.label) for r in self.reflexes for row, sign in r.sources]
+        return [(self.channels[row], names[r.action], sign, r.label) for r in self.reflexes
+                for row, sign in r.sources]
 
 
 def nervous_species(config: WorldConfig) -> list[str]:
@@ -121,7 +125,8 @@ def diagram(config: WorldConfig, species: str) -> Diagram:
     nervous = nervous_species(config)
     if species not in nervous:
         fault = "no such species" if species not in config.species else "it has neither sensors nor actions"
-        allowed = f"a species with nerves: {', '.join(nervous)}" if nervous else "no species of this world has nerves"
+        allowed = (f"a species with nerves: {', '.join(nervous)}"
+                   if nervous else "no species of this world has nerves")
         raise ConfigError([Problem((), fault, species, allowed, nearest(species, nervous), "species")])
     own = config.species[species]
     return Diagram(
@@ -144,9 +149,11 @@ def _sensors(species: Species, dims: int) -> list[SensorNode]:
         at = tuple(s.at[:2]) if hasattr(s, "at") and s.kind != "touch" else None
         sector = tuple(s.at) if s.kind == "touch" else (-s.fov / 2, s.fov / 2) if hasattr(s, "fov") else None
         kind = KINDS.get(s.kind, "other senses")
-        genes = list(dict.fromkeys(g.name for trait, g in _genes(species).items() if trait.startswith(f"sensors.{s.name}.")))
+        genes = list(dict.fromkeys(g.name for trait, g in _genes(species).items()
+                                   if trait.startswith(f"sensors.{s.name}.")))
         text = _text(s) + f", gene{'s' * (len(genes) > 1)} {', '.join(genes)}" * bool(genes)
-        nodes.append(SensorNode(kind, text, channels, first, at, sector, kind == "vision"))  # type: ignore[arg-type]
+        nodes.append(SensorNode(kind, text, channels, first, at, sector,  # type: ignore[arg-type]
+                                kind == "vision"))
         first += len(channels)
     order = [*dict.fromkeys(KINDS.values()), "other senses"]
     return sorted(nodes, key=lambda node: order.index(node.kind))
@@ -165,7 +172,8 @@ def _text(sensor: Any) -> str:
             return f"{rays} of {sensor.radius:g} m{_angle(sensor.fov)}: {', '.join(sensor.targets)}"
         case "touch":
             begin, end = sensor.at
-            where = "all round" if end - begin >= 2 * math.pi - 1e-5 else f"{math.degrees(begin):.0f}° to {math.degrees(end):.0f}°"
+            where = ("all round" if end - begin >= 2 * math.pi - 1e-5
+                     else f"{math.degrees(begin):.0f}° to {math.degrees(end):.0f}°")
             return f"{'anything' if sensor.target == 'any' else sensor.target}, {where.replace('-', '−')}"
         case "custom":
             return function_name(sensor.function)
@@ -188,7 +196,8 @@ def _actions(species: Species) -> list[ActionNode]:
     for row, (group, name) in enumerate(species.action_list()):
         automatic = bool({name, f"{group}.{name}"} & set(species.automatic))
         chosen = species.policy.kind != "none" and not automatic
-        nodes.append(ActionNode(_section(group), group, name, row, automatic, species.neutral.get(group) == name, chosen))
+        nodes.append(ActionNode(_section(group), group, name, row, automatic,
+                                species.neutral.get(group) == name, chosen))
     return sorted(nodes, key=lambda node: ORDER.index(node.section))
 
 
@@ -206,11 +215,13 @@ def _reflexes(species: Species, dims: int) -> list[Reflex]:
     for action, text in species.reflex.formulas.items():
         sources = _sources(pushes(text, _positive(species, dims)), readings)
         signs = {sign for _, sign in sources}
-        reflexes.append(Reflex(sources, rows[action], signs.pop() if len(signs) == 1 else None, " ".join(text.split())))
+        reflexes.append(Reflex(sources, rows[action], signs.pop() if len(signs) == 1 else None,
+                               " ".join(text.split())))
     return reflexes
 
 
-def _connection(c: Any, readings: dict[str, tuple[int, ...]], rows: dict[str, int], genes: dict[str, Any]) -> Reflex:
+def _connection(c: Any, readings: dict[str, tuple[int, ...]], rows: dict[str, int],
+                genes: dict[str, Any]) -> Reflex:
     weight, threshold = (genes.get(f"reflex.{c.label}.{part}") for part in ("weight", "threshold"))
     sign: Sign = c.weight
     worth = _signed(c.weight)
@@ -226,7 +237,8 @@ def _connection(c: Any, readings: dict[str, tuple[int, ...]], rows: dict[str, in
 
 
 def _range(gene: Any) -> tuple[list[float], Sign]:
-    """Values that a gene of a weight can give, of a continuous one the ends and 0 between, and their sign where it is one."""
+    """Values that a gene of a weight can give, of a continuous one the ends and 0 between,
+    and their sign where it is one."""
     values = list(gene.values or (gene.low, gene.high))
     if not gene.values and min(values) < 0 < max(values):
         values.append(0.0)
@@ -249,13 +261,15 @@ def _happiness(species: Species, dims: int) -> HappinessNode | None:
         return None
     if happiness.function is not None:
         return HappinessNode((), function_name(happiness.function))
-    text = happiness.formula or " + ".join(f"{w:g} * {name}" for name, w in happiness.weights.items()).replace("+ -", "- ")
+    text = (happiness.formula
+            or " + ".join(f"{w:g} * {name}" for name, w in happiness.weights.items()).replace("+ -", "- "))
     sources = _sources(directions(text, _positive(species, dims)), species.readings(dims))
     label = " ".join(text.split()) if happiness.formula else text.replace(" * ", "·")
     genes = {name: g for name in happiness.weights if (g := _genes(species).get(f"happiness.{name}"))}
     signs = {row: _range(g)[1] for name, g in genes.items() for row in species.readings(dims)[name]}
     sources = tuple((row, signs.get(row, sign)) for row, sign in sources)
-    return HappinessNode(sources, label, tuple(dict.fromkeys(g.name for g in genes.values())), frozenset(signs))
+    return HappinessNode(sources, label, tuple(dict.fromkeys(g.name for g in genes.values())),
+                         frozenset(signs))
 
 
 def _sources(signs: dict[str, Sign], readings: dict[str, tuple[int, ...]]) -> tuple[tuple[int, Sign], ...]:
@@ -293,7 +307,9 @@ def _policy(species: Species, dims: int) -> PolicyNode:
 
 
 def _options(species: Species) -> list[tuple[str, int]]:
-    """(group, number of options) of the groups that the policy chooses in; a lone action has "not" as alternative."""
+    """(group, number of options) of the groups that the policy chooses in;
+    a lone action has "not" as alternative."""
     automatic = set(species.automatic)
-    groups = [(g, [a for a in names if not {a, f"{g}.{a}"} & automatic]) for g, names in species.actions.items()]
+    groups = [(g, [a for a in names if not {a, f"{g}.{a}"} & automatic])
+              for g, names in species.actions.items()]
     return [(group, max(2, len(names))) for group, names in groups if names]

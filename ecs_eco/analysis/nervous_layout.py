@@ -19,7 +19,8 @@ ROW, HEADING, GAP, BAR = 0.25, 0.32, 0.09, 0.5
 LINE, BETWEEN = 0.165, 0.1  # a line of text in a box; between boxes of reflexes
 POLICY, FUNCTION, APART = 1.1, 0.6, 0.28  # heights of boxes; between networks
 LEAST = 2.2  # width of a box
-MANY = 12  # of the channels of a sensor with more only those that a network names are shown, and the outermost
+# of the channels of a sensor with more only those that a network names are shown, and the outermost
+MANY = 12
 MEANINGS: dict[Sign, tuple[str, str]] = {  # of a line of the reflex and of the happiness network
     1: ("forces the action", "raises happiness"),
     -1: ("blocks the action", "lowers happiness"),
@@ -50,7 +51,8 @@ def wrapped(text: str, most: int, lines: int) -> list[str]:
 
 
 def spread(wanted: Sequence[float], heights: Sequence[float], low: float, high: float) -> list[float]:
-    """Middles of boxes, in order and without overlap, as near to the wanted ones as can be (least squares)."""
+    """Middles of boxes, in order and without overlap, as near to the wanted ones as can be (least squares).
+    """
     offsets = [0.0]
     for a, b in zip(heights, heights[1:], strict=False):
         offsets.append(offsets[-1] + (a + b) / 2 + BETWEEN)
@@ -74,7 +76,8 @@ def action_mark(a: ActionNode) -> str:
 
 
 def legend(d: Diagram) -> list[tuple[Sign | str, str]]:
-    """The legend: the meaning of each kind of line in a drawing: a sign, "heritable" or "network", and the text."""
+    """The legend: the meaning of each kind of line in a drawing: a sign, "heritable" or "network",
+    and the text."""
     reflex = {sign for r in d.reflexes for sign in (r.sign, *(s for _, s in r.sources))}
     happy = {sign for _, sign in d.happiness.sources} if d.happiness else set()
     entries: list[tuple[Sign | str, str]] = []
@@ -123,7 +126,8 @@ class Layout:
         self.box = max(LEAST, *(width(line, 8) + 0.24 for line in lines)) if lines else LEAST
         self.x_box = self.x_channel + 1.15
         self.x_action = self.x_box + self.box + 0.85
-        acts = max((width(cut(a.name, 28), 9, True) + width(action_mark(a), 8) for a in d.actions), default=0.0)
+        acts = max((width(cut(a.name, 28), 9, True) + width(action_mark(a), 8) for a in d.actions),
+                   default=0.0)
         self.x_probability = self.x_action + 0.14 + acts + 0.2 + 0.22 * ("y" in values)
         self.x_group = self.x_probability + bar * ("probabilities" in values) + 0.06
         groups = max((width(cut(a.group, 24), 8) for a in d.actions), default=0.0)
@@ -135,17 +139,22 @@ class Layout:
         rows = list(range(sensor.first, sensor.first + len(sensor.channels)))
         if len(rows) <= MANY:
             return rows
-        sources = [s for r in self.d.reflexes for s in r.sources] + list(self.d.happiness.sources if self.d.happiness else ())
+        sources = [s for r in self.d.reflexes for s in r.sources] + list(
+            self.d.happiness.sources if self.d.happiness else ()
+        )
         kept = sorted({*rows[:2], rows[-1], *({row for row, _ in sources} & set(rows))})
-        return [r for a, b in zip(kept, [*kept[1:], kept[-1] + 1], strict=True) for r in ([a] if b == a + 1 else [a, -1])]
+        return [r for a, b in zip(kept, [*kept[1:], kept[-1] + 1], strict=True)
+                for r in ([a] if b == a + 1 else [a, -1])]
 
     def _rows(self) -> None:
         """The y of channels, actions and headings; both columns stand in the middle of the height."""
         channels, left_heads, dots, left = self._left()
         actions, right_heads, right = self._right()
         hubs = sum(len(lines) * LINE + 0.1 + BETWEEN for lines in self.hubs)
-        self.stack = [("policy", POLICY)] * bool(self.d.policy.layers) + [("function", FUNCTION)] * bool(self.d.function)
-        self.stack += [("hubs", hubs)] * bool(self.hubs) + [("happiness", (len(self.happy) + 1) * LINE + 0.14)] * bool(self.happy)
+        self.stack = ([("policy", POLICY)] * bool(self.d.policy.layers)
+                      + [("function", FUNCTION)] * bool(self.d.function))
+        self.stack += ([("hubs", hubs)] * bool(self.hubs)
+                       + [("happiness", (len(self.happy) + 1) * LINE + 0.14)] * bool(self.happy))
         self.top = 0.85
         self.body = max(left, right, sum(h + APART for _, h in self.stack) + APART, 0.6)
         self._legend(self.top + self.body + 0.42)
@@ -201,7 +210,8 @@ class Layout:
         return rows, headings, y
 
     def _boxes(self) -> None:
-        """The middle and the height of every box: networks evenly from top to bottom, reflexes as near to their actions as can be."""
+        """The middle and the height of every box: networks evenly from top to bottom,
+        reflexes as near to their actions as can be."""
         free = (self.body - sum(h for _, h in self.stack)) / (len(self.stack) + 1)
         self.boxes: dict[str, tuple[float, float]] = {}
         y = self.top
@@ -217,7 +227,8 @@ class Layout:
         names = list(self.boxes)
         before, after = names[: names.index("hubs")], names[names.index("hubs") + 1 :]
         low = sum(self.boxes[before[-1]]) - self.boxes[before[-1]][1] / 2 + APART if before else self.top
-        high = self.boxes[after[0]][0] - self.boxes[after[0]][1] / 2 - APART if after else self.top + self.body
+        high = (self.boxes[after[0]][0] - self.boxes[after[0]][1] / 2 - APART
+                if after else self.top + self.body)
         return dict(zip(order, zip(spread(wanted, heights, low, high), heights, strict=True), strict=True))
 
     def _height_of(self, i: int) -> tuple[float, float]:

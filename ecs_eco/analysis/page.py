@@ -36,7 +36,8 @@ def picture(png: Path, caption: str) -> str:
     """A figure with the PNG embedded, so that the page needs no other file."""
     code = base64.b64encode(png.read_bytes()).decode("ascii")
     text = escape(caption)
-    return f'<figure><img alt="{text}" src="data:image/png;base64,{code}"><figcaption>{text}</figcaption></figure>'
+    return (f'<figure><img alt="{text}" '
+            f'src="data:image/png;base64,{code}"><figcaption>{text}</figcaption></figure>')
 
 
 def number(x: float, digits: int = 3) -> str:

@@ -21,8 +21,9 @@ PLAIN = frozenset("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ012345678
 def write_csv(lineage: Pedigree, path: Path) -> Path:
     """Write a row per organism in the order of uids, after the phylogeny standard of Lalejini et al. (2019).
 
-    id; ancestor_list "[1,2]", "[none]" for founders; origin_time and destruction_time [ticks], "inf" while alive;
-    taxon_label, the species; genome. "Data Standards for Artificial Life Software", Proceedings of ALIFE 2019.
+    id; ancestor_list "[1,2]", "[none]" for founders; origin_time and destruction_time [ticks], "inf" while
+    alive; taxon_label, the species; genome. "Data Standards for Artificial Life Software", Proceedings of
+    ALIFE 2019.
     """
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
@@ -31,16 +32,18 @@ def write_csv(lineage: Pedigree, path: Path) -> Path:
     ancestors = [f"[{','.join(str(p) for p in dict.fromkeys(pair) if p) or 'none'}]" for pair in parents]
     ends = ["inf" if died < 0 else died for died in lineage.died.tolist()]
     writer.writerows(
-        zip(lineage.uid.tolist(), ancestors, lineage.born.tolist(), ends, lineage.species.tolist(), lineage.genome.tolist(), strict=True)
+        zip(lineage.uid.tolist(), ancestors, lineage.born.tolist(), ends, lineage.species.tolist(),
+            lineage.genome.tolist(), strict=True)
     )
     return write_text(path, out.getvalue())
 
 
 def newick(lineage: Pedigree, names: Sequence[str] | None = None) -> str:
-    """The tree along first parents: every organism is a node, named by its uid; children follow in the order of uids.
+    """The tree along first parents: every organism is a node, named by its uid;
+    children follow in the order of uids.
 
-    A branch is as long as the time from the parent's birth to the child's [ticks]. Several founders hang on one root
-    without a name, which is as old as the first of them; nobody at all is the tree ";".
+    A branch is as long as the time from the parent's birth to the child's [ticks]. Several founders hang on
+    one root without a name, which is as old as the first of them; nobody at all is the tree ";".
     """
     n = len(lineage)
     if not n:
@@ -50,7 +53,8 @@ def newick(lineage: Pedigree, names: Sequence[str] | None = None) -> str:
     roots = [i for i in range(n) if mother[i] < 0]
     first = min(born[i] for i in roots)
     order = np.argsort(lineage.mother, kind="stable")
-    begin = np.searchsorted(lineage.mother[order], np.arange(n + 1)).tolist()  # the children of i are order[begin[i] : begin[i + 1]]
+    # the children of i are order[begin[i] : begin[i + 1]]
+    begin = np.searchsorted(lineage.mother[order], np.arange(n + 1)).tolist()
     order = order.tolist()
     alone = len(roots) == 1
     words: list[str] = [] if alone else ["("]
@@ -75,5 +79,6 @@ def newick(lineage: Pedigree, names: Sequence[str] | None = None) -> str:
 
 
 def quoted(name: str) -> str:
-    """A name as Newick takes it: in single quotes where it holds more than letters, digits, dots and hyphens."""
+    """A name as Newick takes it: in single quotes where it holds more than letters, digits, dots and hyphens.
+    """
     return name if name and PLAIN.issuperset(name) else "'" + name.replace("'", "''") + "'"

@@ -78,14 +78,16 @@ class Series:
 
 
 def read_manifest(run: Path | str) -> dict[str, Any]:
-    """The manifest of a run folder; FileNotFoundError says what a run folder is, RecordingError what is wrong with this one."""
+    """The manifest of a run folder; FileNotFoundError says what a run folder is,
+    RecordingError what is wrong with this one."""
     return seal.read_manifest(Path(run))
 
 
 def parts(run: Path | str, kind: str) -> list[Path]:
     """The Parquet parts of one kind (series, births, deaths, snapshots) of a run folder, in order.
 
-    Raises RecordingError where there are fewer than the manifest says, ForeignFile where one belongs to another run.
+    Raises RecordingError where there are fewer than the manifest says,
+    ForeignFile where one belongs to another run.
     """
     there = (Path(run) / "manifest.json").is_file()
     return belonging.parts(Path(run), kind, seal.read_manifest(Path(run)) if there else {})
@@ -94,10 +96,11 @@ def parts(run: Path | str, kind: str) -> list[Path]:
 def load_series(
     run: Series | pa.Table | Mapping[str, Any] | Path | str, species: Sequence[str] | None = None
 ) -> Series:
-    """Series of a run folder, of a table with the columns of `world.series()`, or of a mapping species → numbers.
+    """Series of a run folder, of a table with the columns of `world.series()`,
+    or of a mapping species → numbers.
 
-    `species` chooses and orders the species, producers first; the default is the run's own order. Raises RecordingError for a
-    folder with a damaged file.
+    `species` chooses and orders the species, producers first; the default is the run's own order. Raises
+    RecordingError for a folder with a damaged file.
     """
     if isinstance(run, Series):
         series = run
@@ -111,7 +114,8 @@ def load_series(
         files = parts(run, "series")
         if not files:
             raise FileNotFoundError(f"{run} holds no series: expected series/part-00000.parquet")
-        tables = [_plain(read_part(f, needed=seal.WORD in manifest)) for f in files]  # a cause that first occurs late has no column before
+        # a cause that first occurs late has no column before
+        tables = [_plain(read_part(f, needed=seal.WORD in manifest)) for f in files]
         series = _pivot(pa.concat_tables(tables, promote_options="default"), manifest)
     if species is None or tuple(species) == series.species:
         return series

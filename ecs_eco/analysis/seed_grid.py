@@ -1,9 +1,11 @@
-"""Training seed × world seed: how much of an outcome depends on each, and how certain are statements about both?
+"""Training seed × world seed: how much of an outcome depends on each,
+and how certain are statements about both?
 
-One outcome a cell of a table (training seeds, world seeds); NaN where there is none. The model is that of two crossed random
-effects, y = mean + training seed + world seed + rest. The rest holds the interaction of both and all else, which one run a cell
-cannot tell apart. A yes-or-no outcome (persisted) is taken as 0 and 1, on the linear scale: its shares are shares of the
-variance of 0 and 1, not of a hidden tendency behind them, and are smaller than those where the outcome is rare.
+One outcome a cell of a table (training seeds, world seeds); NaN where there is none. The model is that of two
+crossed random effects, y = mean + training seed + world seed + rest. The rest holds the interaction of both
+and all else, which one run a cell cannot tell apart. A yes-or-no outcome (persisted) is taken as 0 and 1, on
+the linear scale: its shares are shares of the variance of 0 and 1, not of a hidden tendency behind them, and
+are smaller than those where the outcome is rare.
 """
 
 from __future__ import annotations
@@ -35,11 +37,13 @@ class VarianceShares:
 
 
 def components(table: np.ndarray) -> np.ndarray:
-    """Variances by training seed, world seed and rest of tables (…, training, world), by the method of moments: (3, …).
+    """Variances by training seed, world seed and rest of tables (…, training, world),
+    by the method of moments: (3, …).
 
-    Sums of squares within rows, within columns and in all are set equal to their expectations (Henderson's method I in the
-    form of Gao and Owen 2017); for a table without gaps these are the estimates of the two-way analysis of variance.
-    Unbiased, so that a component near 0 is sometimes negative. NaN where a table has fewer than two rows or columns.
+    Sums of squares within rows, within columns and in all are set equal to their expectations (Henderson's
+    method I in the form of Gao and Owen 2017); for a table without gaps these are the estimates of the
+    two-way analysis of variance. Unbiased, so that a component near 0 is sometimes negative. NaN where a
+    table has fewer than two rows or columns.
     """
     y = np.asarray(table, float)
     here = ~np.isnan(y)
@@ -48,7 +52,8 @@ def components(table: np.ndarray) -> np.ndarray:
     v = np.where(here, y, 0.0)
     with np.errstate(invalid="ignore", divide="ignore"):
         mean = v.sum((-2, -1)) / n
-        v = np.where(here, y - mean[..., None, None], 0.0)  # sums of squares of small numbers keep their digits
+        # sums of squares of small numbers keep their digits
+        v = np.where(here, y - mean[..., None, None], 0.0)
         squares = (v**2).sum((-2, -1))
         within_rows = squares - (v.sum(-1) ** 2 / np.maximum(row, 1)).sum(-1)
         within_columns = squares - (v.sum(-2) ** 2 / np.maximum(column, 1)).sum(-1)
@@ -60,10 +65,11 @@ def components(table: np.ndarray) -> np.ndarray:
 
 
 def pigeonhole(table: np.ndarray, n_boot: int = 999, seed: int = 0) -> np.ndarray:
-    """Tables of the two-way bootstrap: rows and columns drawn independently, with replacement, (n_boot, rows, columns).
+    """Tables of the two-way bootstrap: rows and columns drawn independently, with replacement, (n_boot,
+    rows, columns).
 
-    The pigeonhole bootstrap (Owen 2007). No bootstrap of a crossed design is exact (McCullagh 2000); this one slightly
-    overestimates the variance.
+    The pigeonhole bootstrap (Owen 2007). No bootstrap of a crossed design is exact (McCullagh 2000); this one
+    slightly overestimates the variance.
     """
     y = np.asarray(table, float)
     rng = np.random.default_rng(seed)
@@ -71,29 +77,37 @@ def pigeonhole(table: np.ndarray, n_boot: int = 999, seed: int = 0) -> np.ndarra
     return np.asarray(y[rows[:, :, None], columns[:, None, :]])
 
 
-def variance_shares(table: np.ndarray, *, n_boot: int = 999, level: float = 0.95, seed: int = 0) -> VarianceShares:
+def variance_shares(table: np.ndarray, *, n_boot: int = 999, level: float = 0.95,
+                    seed: int = 0) -> VarianceShares:
     """Shares of the variance with percentile intervals of the pigeonhole bootstrap.
 
-    Rows and columns that are drawn twice take variance from the rest and give it to the seeds; the drawn components are
-    corrected for that. On simulated designs of 6 × 5 the intervals cover 96 to 100 %; they are wide, for six seeds say
-    little about a variance. ValueError for a table with fewer than 2 training seeds or world seeds.
+    Rows and columns that are drawn twice take variance from the rest and give it to the seeds; the drawn
+    components are corrected for that. On simulated designs of 6 × 5 the intervals cover 96 to 100 %; they are
+    wide, for six seeds say little about a variance. ValueError for a table with fewer than 2 training seeds
+    or world seeds.
     """
     y = np.asarray(table, float)
     if y.ndim != 2 or min(y.shape) < 2:
-        raise ValueError(f"variance shares need at least 2 training seeds and 2 world seeds, got a table of shape {y.shape}")
+        raise ValueError("variance shares need at least 2 training seeds and 2 world seeds, "
+                         f"got a table of shape {y.shape}")
     parts = components(y)
     drawn = _shares(_corrected(components(pigeonhole(y, n_boot, seed)), *y.shape))
     drawn = drawn[:, np.isfinite(drawn).all(0)]
-    ends = np.quantile(drawn, [0.5 - level / 2, 0.5 + level / 2], axis=1) if drawn.size else np.full((2, 3), np.nan)
-    share = [Interval(float(v), float(low), float(high)) for v, low, high in zip(_shares(parts), *ends, strict=True)]
+    ends = (np.quantile(drawn, [0.5 - level / 2, 0.5 + level / 2], axis=1)
+            if drawn.size else np.full((2, 3), np.nan))
+    share = [Interval(float(v), float(low), float(high))
+             for v, low, high in zip(_shares(parts), *ends, strict=True)]
     n = int((~np.isnan(y)).sum())
-    return VarianceShares(n, float(np.nanmean(y)) if n else np.nan, tuple(map(float, parts)), tuple(share))  # type: ignore[arg-type]
+    return VarianceShares(n, float(np.nanmean(y)) if n else np.nan,
+                          tuple(map(float, parts)), tuple(share))  # type: ignore[arg-type]
 
 
 def _corrected(drawn: np.ndarray, rows: int, columns: int) -> np.ndarray:
-    """Components of tables drawn by the pigeonhole bootstrap, with the means that those of the table itself have."""
+    """Components of tables drawn by the pigeonhole bootstrap,
+    with the means that those of the table itself have."""
     rest = drawn[2] * rows * columns / ((rows - 1) * (columns - 1))
-    return np.stack([drawn[0] * rows / (rows - 1) - rest / columns, drawn[1] * columns / (columns - 1) - rest / rows, rest])
+    return np.stack([drawn[0] * rows / (rows - 1) - rest / columns,
+                     drawn[1] * columns / (columns - 1) - rest / rows, rest])
 
 
 def _shares(variance: np.ndarray) -> np.ndarray:
@@ -107,8 +121,8 @@ def spread_of_mean(table: np.ndarray) -> tuple[float, float]:
     """Standard error of the mean over a table without gaps, and its degrees of freedom.
 
     With the mean squares A of training seeds, B of world seeds and E of the rest, the variance of the mean is
-    (A + B − E) / n, here never less than A / n or B / n; the degrees of freedom are Satterthwaite's for A + B. In a table
-    of one row or column only the other factor counts.
+    (A + B − E) / n, here never less than A / n or B / n; the degrees of freedom are Satterthwaite's for A +
+    B. In a table of one row or column only the other factor counts.
     """
     y = np.asarray(table, float)
     rows, columns = y.shape
@@ -123,7 +137,8 @@ def spread_of_mean(table: np.ndarray) -> tuple[float, float]:
 
 
 def mean_interval(table: np.ndarray, level: float = 0.95) -> Interval:
-    """Mean over a table without gaps, with Student's t on `spread_of_mean`; covers 90 to 99 % on simulated designs of 6 × 5."""
+    """Mean over a table without gaps, with Student's t on `spread_of_mean`;
+    covers 90 to 99 % on simulated designs of 6 × 5."""
     y = np.asarray(table, float)
     error, df = spread_of_mean(y)
     if df <= 0:
@@ -133,10 +148,12 @@ def mean_interval(table: np.ndarray, level: float = 0.95) -> Interval:
 
 
 def effective_runs(table: np.ndarray, level: float = 0.95) -> float:
-    """Number of independent runs as informative about a share as this table of 0 and 1 (Korn and Graubard 1998).
+    """Number of independent runs as informative about a share as this table of 0 and 1 (Korn
+    and Graubard 1998).
 
-    The variance of the share is that over training seeds and world seeds as replicates; few degrees of freedom reduce the
-    number by (z / t)². If all cells agree there is no variance to estimate: then the number of training seeds is returned.
+    The variance of the share is that over training seeds and world seeds as replicates; few degrees of
+    freedom reduce the number by (z / t)². If all cells agree there is no variance to estimate: then the
+    number of training seeds is returned.
     """
     y = np.asarray(table, float)
     error, df = spread_of_mean(y)
@@ -150,15 +167,15 @@ def effective_runs(table: np.ndarray, level: float = 0.95) -> float:
 def share_interval(table: np.ndarray, level: float = 0.95) -> Interval:
     """Share of a table of 0 and 1 with Wilson's interval on the effective number of runs.
 
-    On simulated designs of 6 × 5 it covers 96 to 99 %, whichever seed matters; Wilson's interval on all 30 runs, as if they
-    were independent, as little as 66 %.
+    On simulated designs of 6 × 5 it covers 96 to 99 %, whichever seed matters; Wilson's interval on all 30
+    runs, as if they were independent, as little as 66 %.
     """
     y = np.asarray(table, float)
     n = effective_runs(y, level)
     return wilson(float(y.mean()) * n, n, level)
 
 
-# --- tables of runs ----------------------------------------------------------------------------------------------------
+# --- tables of runs -----------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
@@ -181,7 +198,8 @@ class Grid:
         for a in rows:
             for b in columns:
                 if (a, b) not in cells:
-                    raise ValueError(f"training seed {a}, world seed {b} has no run: the design is to be complete")
+                    raise ValueError(f"training seed {a}, world seed {b} has no run: "
+                                     "the design is to be complete")
         return cls(tuple(rows), tuple(columns), tuple(tuple(cells[a, b] for b in columns) for a in rows))
 
     @property
@@ -195,10 +213,11 @@ class Grid:
 
 
 def outcomes(grid: Grid, cycles: Mapping[int, CycleStatistics] | None = None) -> dict[str, np.ndarray]:
-    """Tables of outcomes: persisted, log of the time to the first extinction, period, mean log numbers of each species.
+    """Tables of outcomes: persisted, log of the time to the first extinction, period,
+    mean log numbers of each species.
 
-    `cycles` holds the statistics of a run by its `id`. Times are cut off at the end of the run. Numbers are those after
-    the first tenth of the run and before the first extinction.
+    `cycles` holds the statistics of a run by its `id`. Times are cut off at the end of the run. Numbers are
+    those after the first tenth of the run and before the first extinction.
     """
     names = grid.runs[0][0].species
     tables = {
@@ -217,24 +236,33 @@ def _log_period(statistics: CycleStatistics) -> float:
 def _mean_log(run: Series, species: str) -> float:
     if not run.present[run.index(species)]:
         return np.nan
-    n = living_stretch(run)[:, [s for s, here in zip(run.species, run.present, strict=True) if here].index(species)]
+    n = living_stretch(run)[
+        :, [s for s, here in zip(run.species, run.present, strict=True) if here].index(species)
+    ]
     return float(np.log1p(n).mean()) if len(n) else np.nan
 
 
-def survival_band(grid: Grid, level: float = 0.95, n_boot: int = 499, seed: int = 0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Band of the Kaplan–Meier curve of first extinctions by the pigeonhole bootstrap: its times, lower and upper ends."""
-    lived, died = grid.table(lambda run: lifetime(run)[0]), grid.table(lambda run: lifetime(run)[1]).astype(bool)
+def survival_band(grid: Grid, level: float = 0.95, n_boot: int = 499,
+                  seed: int = 0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Band of the Kaplan–Meier curve of first extinctions by the pigeonhole bootstrap: its times,
+    lower and upper ends."""
+    lived, died = (grid.table(lambda run: lifetime(run)[0]),
+                   grid.table(lambda run: lifetime(run)[1]).astype(bool))
     time = kaplan_meier(lived.ravel(), died.ravel()).time
     drawn = np.empty((n_boot, len(time)))
-    index = pigeonhole(np.arange(lived.size).reshape(lived.shape), n_boot, seed).astype(int).reshape(n_boot, -1)
+    index = pigeonhole(
+        np.arange(lived.size).reshape(lived.shape), n_boot, seed
+    ).astype(int).reshape(n_boot, -1)
     for k, cells in enumerate(index):
         drawn[k] = survival_function(lived.ravel()[cells], died.ravel()[cells]).evaluate(time)
     low, high = np.quantile(drawn, [0.5 - level / 2, 0.5 + level / 2], axis=0)
     return time, low, high
 
 
-def crossed(grid: Grid, cycles: Mapping[int, CycleStatistics] | None = None, *, n_boot: int = 999, seed: int = 0) -> dict[str, Any]:
-    """Summary of a grid: the share that persisted, also by training seed, and the variance shares of every outcome."""
+def crossed(grid: Grid, cycles: Mapping[int, CycleStatistics] | None = None, *, n_boot: int = 999,
+            seed: int = 0) -> dict[str, Any]:
+    """Summary of a grid: the share that persisted, also by training seed,
+    and the variance shares of every outcome."""
     tables = outcomes(grid, cycles)
     kept = tables["persisted"]
     shares = {}

@@ -4,12 +4,13 @@ Populations are red noise: they drift without cycling, and a test against white 
 nearly every such series periodic. The null here is a series that only relaxes. Two are fitted:
 
 - "ar1": one rate of relaxation (AR(1), Ornstein-Uhlenbeck), the usual null of climate and population records;
-- "relaxation": two rates and a root of the moving average, ARMA(2, 1) with real roots, whose spectrum only falls.
-  It contains AR(1), sums of two AR(1), and a population that integrates a fluctuating birth rate and has births and
-  deaths as noise of its own. AR(1) calls such smooth series periodic nearly always. This is the null whose p we quote.
+- "relaxation": two rates and a root of the moving average, ARMA(2, 1) with real roots, whose spectrum only
+  falls. It contains AR(1), sums of two AR(1), and a population that integrates a fluctuating birth rate and
+  has births and deaths as noise of its own. AR(1) calls such smooth series periodic nearly always. This is
+  the null whose p we quote.
 
-A peak beyond "relaxation" needs complex roots: a quasi-cycle or a limit cycle. Test raw numbers, never smoothed ones:
-smoothing adds rates of relaxation.
+A peak beyond "relaxation" needs complex roots: a quasi-cycle or a limit cycle. Test raw numbers, never
+smoothed ones: smoothing adds rates of relaxation.
 """
 
 from __future__ import annotations
@@ -31,7 +32,8 @@ GRID = {"ar1": 100, "relaxation": 24}
 
 
 def thin(series: np.ndarray, samples: int = SAMPLES) -> tuple[np.ndarray, int]:
-    """Means over blocks of `factor` ticks, the fewest that leave at most `samples`; the rest at the start is dropped."""
+    """Means over blocks of `factor` ticks, the fewest that leave at most `samples`;
+    the rest at the start is dropped."""
     x = np.asarray(series, float)
     factor = max(1, -(-x.shape[-1] // samples))
     n = x.shape[-1] // factor
@@ -72,7 +74,8 @@ def detrend(x: np.ndarray) -> np.ndarray:
 
 
 def spectrum(x: np.ndarray) -> np.ndarray:
-    """Multitaper spectrum of the detrended series: two sine tapers (Riedel and Sidorenko 1995), along the last axis."""
+    """Multitaper spectrum of the detrended series: two sine tapers (Riedel and Sidorenko 1995),
+    along the last axis."""
     n = x.shape[-1]
     x = detrend(x)
     total = np.zeros((*x.shape[:-1], n // 2 + 1))
@@ -84,11 +87,12 @@ def spectrum(x: np.ndarray) -> np.ndarray:
 
 
 class RedNoise:
-    """Red noise per tick, seen as block means over `factor` ticks, fitted to spectra by Whittle likelihood (Whittle 1953).
+    """Red noise per tick, seen as block means over `factor` ticks,
+    fitted to spectra by Whittle likelihood (Whittle 1953).
 
-    Parameters are two roots r ≥ s of relaxation and a root m ≤ r of the moving average, each per block (root ** (1 /
-    factor) per tick). The shapes are those of the block means, aliasing included: block means of AR(1) are not AR(1),
-    and taking them for it calls 37 % of them periodic.
+    Parameters are two roots r ≥ s of relaxation and a root m ≤ r of the moving average, each per block (root
+    ** (1 / factor) per tick). The shapes are those of the block means, aliasing included: block means of
+    AR(1) are not AR(1), and taking them for it calls 37 % of them periodic.
     """
 
     def __init__(self, n: int, factor: int, null: str):
@@ -107,7 +111,8 @@ class RedNoise:
         self._log = np.log(used).mean(1)
 
     def shape(self, roots: np.ndarray, n: int) -> np.ndarray:
-        """Spectrum of unit innovations at the Fourier frequencies of n block means, (len(roots), n // 2 + 1)."""
+        """Spectrum of unit innovations at the Fourier frequencies of n block means, (len(roots), n // 2 + 1).
+        """
         per_tick = roots ** (1 / self.factor)
         total = np.zeros((len(roots), n // 2 + 1))
         for alias in range(self.factor):
@@ -128,7 +133,8 @@ class RedNoise:
         return self.roots[best], spectra / (self._shape[best] * scale[np.arange(len(best)), best][:, None])
 
     def draw(self, roots: np.ndarray, waves: np.ndarray) -> np.ndarray:
-        """Series of n samples cut from circular ones four times as long, from the Fourier transform of white noise."""
+        """Series of n samples cut from circular ones four times as long,
+        from the Fourier transform of white noise."""
         gain = np.sqrt(self.shape(roots[None], 4 * self.n)[0]).astype(np.float32)
         return np.fft.irfft(waves * gain, 4 * self.n)[:, : self.n]
 
@@ -171,10 +177,10 @@ def spectral_peak(
 ) -> Peak | None:
     """Strongest spectral peak of a population series and its p against red noise by parametric bootstrap.
 
-    The statistic is the largest ratio of spectrum to fitted null over all periods from 4 samples to 1/min_cycles of
-    the series, which accounts for testing many frequencies. The null is refitted to every bootstrap series, so that both
-    have the bias of the fit; correcting its roots for that bias did not change error rates. None if the series is too
-    short or constant.
+    The statistic is the largest ratio of spectrum to fitted null over all periods from 4 samples to
+    1/min_cycles of the series, which accounts for testing many frequencies. The null is refitted to every
+    bootstrap series, so that both have the bias of the fit; correcting its roots for that bias did not change
+    error rates. None if the series is too short or constant.
     """
     x, factor = thin(transform(series, how), samples)
     n = x.shape[-1]
@@ -209,7 +215,8 @@ def _centre(power: np.ndarray, best: int, low: int, high: int) -> float:
 
 
 def fisher_g(series: np.ndarray) -> tuple[float, float]:
-    """Fisher's g (Fisher 1929) and its p against white noise: the wrong null for populations, here for comparison.
+    """Fisher's g (Fisher 1929) and its p against white noise: the wrong null for populations,
+    here for comparison.
 
     p is the first term of Fisher's sum, an upper bound that is exact to p²/2.
     """

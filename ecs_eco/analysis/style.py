@@ -57,8 +57,8 @@ def panels(rows: int, columns: int, width: float, height: float, **more: Any) ->
 def as_delivered(chosen: Mapping[Any, Any]) -> Iterator[None]:
     """Use matplotlib's defaults with our settings; restore the user's afterwards.
 
-    A `matplotlibrc` in the working folder, which may have come with a downloaded world, could have all texts set by TeX.
-    A character that the font lacks, in a name or a title, is drawn as a box, without a warning.
+    A `matplotlibrc` in the working folder, which may have come with a downloaded world, could have all texts
+    set by TeX. A character that the font lacks, in a name or a title, is drawn as a box, without a warning.
     """
     import matplotlib
 
@@ -89,7 +89,8 @@ def save(figure: Figure, path: Path | str, dpi: int = 110) -> Path:
     """Write a PNG, whole or not at all."""
     Path(path).parent.mkdir(parents=True, exist_ok=True)
     more: dict[str, Any] = {"metadata": {"Software": None}, "pil_kwargs": {"compress_level": 4}}
-    with files.writing(path) as beside, as_delivered({"text.parse_math": False}):  # some texts are only made here
+    # some texts are only made here
+    with files.writing(path) as beside, as_delivered({"text.parse_math": False}):
         figure.savefig(beside, dpi=dpi, facecolor="white", format="png", **more)
     return Path(path)
 

@@ -1,4 +1,5 @@
-"""Survival and persistence: curves, tests and intervals in which extinction is a result and not a missing value."""
+"""Survival and persistence: curves, tests and intervals in which extinction is a result
+and not a missing value."""
 
 from __future__ import annotations
 
@@ -51,8 +52,8 @@ class SurvivalCurve:
 def kaplan_meier(durations: Numbers, died: Flags, level: float = 0.95) -> SurvivalCurve:
     """Kaplan–Meier curve with Greenwood's variance on the log(−log) scale (Kalbfleisch and Prentice 1980).
 
-    `died` is False where the observation ended first (censored). Where the interval is undefined (survival 1 or 0) it is
-    [1, 1] before the first death, [0, last upper limit] after the last.
+    `died` is False where the observation ended first (censored). Where the interval is undefined (survival 1
+    or 0) it is [1, 1] before the first death, [0, last upper limit] after the last.
     """
     t, d = np.asarray(durations, float), np.asarray(died, bool)
     estimate = survival_function(t, d)
@@ -74,14 +75,16 @@ def survival_function(durations: Numbers, died: Flags) -> EmpiricalDistributionF
     """The Kaplan–Meier estimate as a function of time; ValueError for an invalid sample of durations."""
     t, d = np.asarray(durations, float), np.asarray(died, bool)
     if t.shape != d.shape or t.ndim != 1:
-        raise ValueError(f"durations and died must be equally long and flat, got shapes {t.shape} and {d.shape}")
+        raise ValueError("durations and died must be equally long and flat, "
+                         f"got shapes {t.shape} and {d.shape}")
     if (t < 0).any() or np.isnan(t).any():
         raise ValueError(f"durations must be 0 or more, got {t[(t < 0) | np.isnan(t)][0]}")
     return ecdf(_censored(t, d)).sf
 
 
 def log_rank(one: tuple[Numbers, Flags], other: tuple[Numbers, Flags]) -> tuple[float, float]:
-    """Log-rank test of two groups of (durations, died): chi² with one degree of freedom, and p (Mantel 1966)."""
+    """Log-rank test of two groups of (durations, died): chi² with one degree of freedom, and p (Mantel 1966).
+    """
     if not np.any(one[1]) and not np.any(other[1]):
         return 0.0, 1.0
     with np.errstate(invalid="ignore"):
@@ -97,7 +100,10 @@ def _censored(durations: Numbers, died: Flags) -> CensoredData:
 
 
 def wilson(successes: float, n: float, level: float = 0.95) -> Interval:
-    """Share with Wilson's score interval (Wilson 1927); [0, 1] where n is 0. An effective n need not be whole."""
+    """Share with Wilson's score interval (Wilson 1927); [0, 1] where n is 0.
+
+    An effective n need not be whole.
+    """
     if not 0 <= successes <= n:
         raise ValueError(f"successes must lie in 0 … {n}, got {successes}")
     if n == 0:
@@ -114,7 +120,8 @@ def difference_of_shares(k1: int, n1: int, k2: int, n2: int, level: float = 0.95
 
 
 def difference_of_intervals(a: Interval, b: Interval) -> Interval:
-    """a − b of two independent estimates from their intervals: squares of the distances to the ends add (Zou and Donner 2008)."""
+    """a − b of two independent estimates from their intervals:
+    squares of the distances to the ends add (Zou and Donner 2008)."""
     gap = a.value - b.value
     return Interval(
         gap,
@@ -133,11 +140,12 @@ def bootstrap_difference(
     level: float = 0.95,
     seed: int = 0,
 ) -> Interval:
-    """statistic(a) − statistic(b) with a bootstrap interval over seeds; `paired`: statistic of a − b, pair by pair.
+    """statistic(a) − statistic(b) with a bootstrap interval over seeds; `paired`: statistic of a − b,
+    pair by pair.
 
-    A percentile interval is too narrow at few seeds; this one is expanded by √(n/(n−1)) and Student's t over normal,
-    with Welch's degrees of freedom (Hesterberg 2015). Its ends are NaN where a group has fewer than 2 members.
-    `statistic` must take `axis`.
+    A percentile interval is too narrow at few seeds; this one is expanded by √(n/(n−1)) and Student's t over
+    normal, with Welch's degrees of freedom (Hesterberg 2015). Its ends are NaN where a group has fewer than 2
+    members. `statistic` must take `axis`.
     """
     x, y = np.asarray(a, float), np.asarray(b, float)
     if paired and x.shape != y.shape:

@@ -1,4 +1,5 @@
-"""Tracks of animals around those that eat them: where they go, how fast, and what they do when a predator comes near."""
+"""Tracks of animals around those that eat them: where they go, how fast,
+and what they do when a predator comes near."""
 
 from __future__ import annotations
 
@@ -39,14 +40,16 @@ class Box(NamedTuple):
 
 @dataclass
 class Tracks:
-    """Tracks of prey, f64[ticks, animals], NaN where an animal did not live; the animals are those that ever lived."""
+    """Tracks of prey, f64[ticks, animals], NaN where an animal did not live;
+    the animals are those that ever lived."""
 
     uids: np.ndarray  # u64[animals]
     depth: np.ndarray  # [m] at the end of the tick
     speed: np.ndarray  # [m/s] in the tick
     distance: np.ndarray  # [m] to the nearest predator at the beginning of the tick, inf where none is near
     away: np.ndarray  # cosine of the angle between the way in the tick and away from that predator
-    aside: np.ndarray  # the same with the level direction to the left of away; NaN where away is straight up or down
+    # the same with the level direction to the left of away; NaN where away is straight up or down
+    aside: np.ndarray
     light: np.ndarray  # f64[ticks] at the surface, at the beginning of the tick
 
     @property
@@ -57,17 +60,20 @@ class Tracks:
 
 
 def tracks_of(records: list[Record], light: np.ndarray, space: Volume, dt: float) -> Tracks:
-    """Return the tracks of ticks, each (uids and places before, distance and offset to the predator, uids and places after)."""
-    uids = np.unique(np.concatenate([uid for before, _, _, after in records for uid in (before[0], after[0])]))
+    """Return the tracks of ticks, each (uids and places before, distance and offset to the predator,
+    uids and places after)."""
+    uids = np.unique(np.concatenate([uid for before, _, _, after in records
+                                     for uid in (before[0], after[0])]))
     columns = [np.full((len(records), uids.size), np.nan) for _ in range(5)]
     for tick, (before, distance, offset, after) in enumerate(records):
-        _write(space, dt, columns, tick, np.searchsorted(uids, before[0]), np.searchsorted(uids, after[0]), before, distance, offset, after)
+        _write(space, dt, columns, tick, np.searchsorted(uids, before[0]), np.searchsorted(uids, after[0]),
+               before, distance, offset, after)
     depth, speed, near, away, aside = columns
     return Tracks(uids, depth, speed, near, away, aside, light)
 
 
-def _write(space: Volume, dt: float, columns: list[np.ndarray], tick: int, at: np.ndarray, then: np.ndarray, before: Placed,
-           distance: np.ndarray, offset: np.ndarray, after: Placed) -> None:
+def _write(space: Volume, dt: float, columns: list[np.ndarray], tick: int, at: np.ndarray, then: np.ndarray,
+           before: Placed, distance: np.ndarray, offset: np.ndarray, after: Placed) -> None:
     depth, speed, near, away, aside = columns
     depth[tick, then] = space.size[2] - after[1][:, 2]
     near[tick, at] = distance
@@ -91,7 +97,8 @@ def shortest(space: Volume, d: np.ndarray) -> np.ndarray:
 
 
 def approaches(distance: np.ndarray, within: float, rest: int) -> np.ndarray:
-    """Return (tick, animal) i64[k, 2] where a distance f64[ticks, animals] falls below `within`, after at least `rest` ticks above it."""
+    """Return (tick, animal) i64[k, 2] where a distance f64[ticks, animals] falls below `within`, after at
+    least `rest` ticks above it."""
     near = distance < within
     events = []
     for animal in range(near.shape[1]):
@@ -105,7 +112,8 @@ def approaches(distance: np.ndarray, within: float, rest: int) -> np.ndarray:
 
 
 def event_average(series: np.ndarray, events: np.ndarray, before: int, after: int) -> np.ndarray:
-    """Return the mean of windows of a series f64[ticks, animals] around events i64[k, 2] of (tick, animal): f64[before + 1 + after].
+    """Return the mean of windows of a series f64[ticks, animals] around events i64[k, 2] of (tick,
+    animal): f64[before + 1 + after].
 
     Where an animal did not live (NaN), or the record ends, it is left out.
     """
@@ -118,10 +126,11 @@ def event_average(series: np.ndarray, events: np.ndarray, before: int, after: in
 
 
 def v_test(cosines: np.ndarray) -> tuple[float, float]:
-    """Return (u, p) of the V-test that directions point one way rather than any (Zar 2010, section 27.1), from their cosines with it.
+    """Return (u, p) of the V-test that directions point one way rather than any (Zar 2010, section 27.1),
+    from their cosines with it.
 
-    u is V = n r cos(mean − expected) over sqrt(n/2), which is normal for directions at random in a plane. In space cosines
-    have the variance 1/3 in place of 1/2, so there the test errs on the side of no effect.
+    u is V = n r cos(mean − expected) over sqrt(n/2), which is normal for directions at random in a plane. In
+    space cosines have the variance 1/3 in place of 1/2, so there the test errs on the side of no effect.
     """
     n = len(cosines)
     u = float(np.sum(cosines)) * sqrt(2 / n)

@@ -1,4 +1,5 @@
-"""Checks that the numbers in a checkpoint are valid: a seal proves that a file is unchanged, not that it makes sense."""
+"""Checks that the numbers in a checkpoint are valid: a seal proves that a file is unchanged,
+not that it makes sense."""
 
 from __future__ import annotations
 
@@ -22,7 +23,8 @@ COUNTERS = ("learner.steps", "learner.updates")
 
 
 class ArrayChecks:
-    """The checks of one file against the world that is to take it; each raises CheckpointError that names the file and the part."""
+    """The checks of one file against the world that is to take it;
+    each raises CheckpointError that names the file and the part."""
 
     def __init__(self, world: SpatialWorld, meta: Mapping[str, Any], arrays: Arrays, where: str) -> None:
         self.world, self.meta, self.arrays, self.where = world, meta, arrays, where
@@ -37,7 +39,8 @@ class ArrayChecks:
         for name, field in world.fields.items():
             value = self.array(f"field/{name}", field.value.dtype, field.value.shape)
             if not np.isfinite(value).all():
-                self.fail(f"the part 'field/{name}' holds {value[~np.isfinite(value)][0]}; allowed are finite numbers")
+                self.fail(f"the part 'field/{name}' holds {value[~np.isfinite(value)][0]}; "
+                          "allowed are finite numbers")
 
     def fail(self, what: str) -> None:
         """Raise the error."""
@@ -49,7 +52,8 @@ class ArrayChecks:
         if kept is None:
             raise CheckpointError(f"{self.where}: the part {name!r} is missing")
         if kept.dtype != dtype or kept.shape != shape:
-            self.fail(f"the part {name!r} is {kept.dtype}{list(kept.shape)}; this world needs {np.dtype(dtype)}{list(shape)}")
+            self.fail(f"the part {name!r} is {kept.dtype}{list(kept.shape)}; "
+                      f"this world needs {np.dtype(dtype)}{list(shape)}")
         return kept
 
     def clock(self) -> None:
@@ -74,7 +78,8 @@ class ArrayChecks:
         if n and (rows[0] < 0 or (rows[1:] <= rows[:-1]).any()):
             self.fail(f"the part '{prefix}/row' does not ascend from 0 or more: {rows[:9].tolist()}")
         if type(capacity) is not int or not (rows[-1] if n else 0) < capacity <= MOST_ROWS:
-            self.fail(f"{name} has a capacity of {capacity!r}, and its last row is {rows[-1] if n else 'none'}")
+            self.fail(f"{name} has a capacity of {capacity!r}, "
+                      f"and its last row is {rows[-1] if n else 'none'}")
         self.range(f"{prefix}/uid", uid, 1, self.meta["clock"]["next_uid"] - 1)
         self.range(f"{prefix}/born", own["born"], np.iinfo(np.int64).min, self.meta["clock"]["tick"])
         self.range(f"{prefix}/cause", own["cause"], 0, len(self.meta["causes"]))
@@ -88,7 +93,8 @@ class ArrayChecks:
 
     def range(self, part: str, values: np.ndarray, least: int, most: int) -> None:
         """Check that whole numbers are within limits."""
-        wrong = [v for v in (values.min(), values.max()) if not least <= int(v) <= most] if values.size else []
+        wrong = ([v for v in (values.min(), values.max()) if not least <= int(v) <= most]
+                 if values.size else [])
         if wrong:
             self.fail(f"the part {part!r} holds {wrong[0]}; allowed: {least} to {most}")
 
@@ -127,4 +133,5 @@ def check_arrays(world: SpatialWorld, meta: Mapping[str, Any], arrays: Arrays, w
     try:
         ArrayChecks(world, meta, arrays, where)
     except (KeyError, TypeError, AttributeError, IndexError, OverflowError) as error:
-        raise CheckpointError(f"{where}: its description of the world is malformed: {type(error).__name__}: {error}") from None
+        raise CheckpointError(f"{where}: its description of the world is malformed: "
+                              f"{type(error).__name__}: {error}") from None

@@ -18,10 +18,11 @@ def copy(world: SpatialWorld, *, threads: int | None = None, systems: Sequence[A
          prepare: Callable[[Any], None] | None = None) -> Any:
     """Return a world that has its own organisms, brains and clock, the same digest, and the same future.
 
-    `threads` defaults to that of the world. `systems` are new instances of those that were passed as instances;
-    `prepare(copy)` is called before the state is loaded, to add again what was added by hand (systems, tables, functions of
-    the environment). Not copied: hooks, and where a recorder writes to; a recorder of the copy keeps its records in memory.
-    Raises CheckpointError, before anything is made, if a world cannot be copied so.
+    `threads` defaults to that of the world. `systems` are new instances of those that were passed as
+    instances; `prepare(copy)` is called before the state is loaded, to add again what was added by hand
+    (systems, tables, functions of the environment). Not copied: hooks, and where a recorder writes to; a
+    recorder of the copy keeps its records in memory. Raises CheckpointError, before anything is made, if a
+    world cannot be copied so.
     """
     from ecs_eco.checkpoint import freeze as frozen
 
@@ -30,13 +31,16 @@ def copy(world: SpatialWorld, *, threads: int | None = None, systems: Sequence[A
     arrays = {name: array.copy() for name, array in arrays.items()}
     meta = json.loads(json.dumps(meta))
     if meta["config"] is None:
-        raise CheckpointError(f"{where}: it was made by hand; make another in the same way, world.save(path), then other.load(path)")
+        raise CheckpointError(f"{where}: it was made by hand; make another in the same way, "
+                              "world.save(path), then other.load(path)")
     handed = [s for s in world.config.systems if not isinstance(s, str | type)]
     if handed and not systems:
-        raise CheckpointError(f"{where}: the system {function_name(handed[0])} was handed in as an instance, and an instance is of one "
+        raise CheckpointError(f"{where}: the system {function_name(handed[0])} was handed in as an instance, "
+                              "and an instance is of one "
                               "world; hand in another: world.copy(systems=[…])")  # fmt: skip
     config = None if handed else world.config
-    made = frozen.thaw(type(world), meta, world.threads if threads is None else threads, config, systems, where)
+    made = frozen.thaw(type(world), meta, world.threads if threads is None else threads, config,
+                       systems, where)
     if prepare is not None:
         prepare(made)
     if world.recorder is not None:
@@ -48,7 +52,8 @@ def copy(world: SpatialWorld, *, threads: int | None = None, systems: Sequence[A
 
 
 def fork(world: SpatialWorld, seed: int, **how: Any) -> Any:
-    """Return a copy with another seed: the same organisms, with other random numbers from the next tick on; arguments as of `copy`."""
+    """Return a copy with another seed: the same organisms, with other random numbers
+    from the next tick on; arguments as of `copy`."""
     from ecs_eco.worlds.reconfigure import reseed
 
     seed = seed_number(seed)

@@ -1,8 +1,9 @@
 """Checkpoints: all that decides a world's future in one file, from which it continues bit for bit.
 
-A checkpoint is a safetensors file. Its tensors are the columns of the living, fields, weights, optimisers, rollouts and whatever
-else has `state()`; its metadata holds `meta` (JSON: format, versions, configuration, clock, tables), `parts` (JSON: a CRC-32 of every
-tensor with its type and shape) and `seal` (SHA-256 of both). Nothing in it can run code.
+A checkpoint is a safetensors file. Its tensors are the columns of the living, fields, weights, optimisers,
+rollouts and whatever else has `state()`; its metadata holds `meta` (JSON: format, versions, configuration,
+clock, tables), `parts` (JSON: a CRC-32 of every tensor with its type and shape) and `seal` (SHA-256 of both).
+Nothing in it can run code.
 """
 
 from __future__ import annotations
@@ -32,7 +33,8 @@ RENAMED = {"Bear": "GiveBirth", "Leave": "LeaveRemains", "Reckon": "ResetFlows"}
 
 
 def _from_1(meta: dict[str, Any], arrays: Arrays) -> tuple[dict[str, Any], Arrays]:
-    """From format 1: some systems had other names; ages had no head start beside them, which `Age` then computes itself."""
+    """From format 1: some systems had other names; ages had no head start beside them,
+    which `Age` then computes itself."""
     meta["systems"] = [RENAMED.get(name, name) for name in meta["systems"]]
     for owner in [owner for owner in meta["stateful"] if owner.startswith("system/")]:
         place, _, name = owner.rpartition("/")
@@ -54,8 +56,8 @@ MIGRATIONS: dict[int, Callable[[dict[str, Any], Arrays], tuple[dict[str, Any], A
 def save(world: SpatialWorld, path: str | Path) -> Path:
     """Write a checkpoint of a world between two ticks, completely or not at all. Returns its path.
 
-    Raises RuntimeError within a tick, CheckpointError for something that could not be restored, OSError where nothing can be
-    written.
+    Raises RuntimeError within a tick, CheckpointError for something that could not be restored,
+    OSError where nothing can be written.
     """
     path = Path(path)
     write(path, *frozen.freeze(world))
@@ -66,10 +68,10 @@ def restore(cls: Any, path: str | Path, *, threads: int = 1, config: Any = None,
             prepare: Callable[[Any], None] | None = None, record: bool = True, trust: bool = False) -> Any:
     """Return the world that a checkpoint holds; `threads` may differ from before.
 
-    `config` is needed if the world was built from one with functions that no module names, `systems` if systems were
-    passed as instances: both as they were. `prepare(world)` is called before the state is loaded, to add again what was
-    added by hand. `trust` allows the code that it names to run in this process, as it is now.
-    Raises CheckpointError; ConfigError for code that nobody allowed.
+    `config` is needed if the world was built from one with functions that no module names, `systems` if
+    systems were passed as instances: both as they were. `prepare(world)` is called before the state is
+    loaded, to add again what was added by hand. `trust` allows the code that it names to run in this process,
+    as it is now. Raises CheckpointError; ConfigError for code that nobody allowed.
     """
     meta, arrays = read(path)
     world = frozen.thaw(cls, meta, threads, config, systems, str(path), trust)
@@ -84,7 +86,10 @@ def restore(cls: Any, path: str | Path, *, threads: int = 1, config: Any = None,
 
 
 def load(world: SpatialWorld, path: str | Path, *, trust: bool = False) -> None:
-    """Bring a world built in the same way to the state that a checkpoint holds; `trust` as of `restore`. Raises CheckpointError."""
+    """Bring a world built in the same way to the state that a checkpoint holds; `trust` as of `restore`.
+
+    Raises CheckpointError.
+    """
     meta, arrays = read(path)
     frozen.load(world, meta, arrays, str(path), trust)
 
@@ -92,26 +97,30 @@ def load(world: SpatialWorld, path: str | Path, *, trust: bool = False) -> None:
 def write(path: Path, meta: Mapping[str, Any], arrays: Arrays) -> None:
     """Write meta and arrays, completely or not at all; raises OSError that names the file."""
     arrays = {name: np.ascontiguousarray(array).reshape(np.shape(array)) for name, array in arrays.items()}
-    text = json.dumps({"format": FORMAT, **meta}, allow_nan=False)  # in order: the order of species and tables matters
+    # in order: the order of species and tables matters
+    text = json.dumps({"format": FORMAT, **meta}, allow_nan=False)
     parts = json.dumps({name: _sum(array) for name, array in arrays.items()})
     path.parent.mkdir(parents=True, exist_ok=True)
     files.write_tensors(path, arrays, {"meta": text, "parts": parts, "seal": _seal(text, parts)})
 
 
 def read(path: str | Path) -> tuple[dict[str, Any], Arrays]:
-    """Return meta and arrays of a checkpoint; raises CheckpointError that says what is wrong with the file."""
+    """Return meta and arrays of a checkpoint; raises CheckpointError that says what is wrong with the file.
+    """
     meta, parts, arrays = _open(Path(path))
     for name, wanted in parts.items():
         if name not in arrays:
             raise CheckpointError(f"{path}: the part {name!r} is missing")
         if _sum(arrays[name]) != wanted:
-            raise CheckpointError(f"{path}: the part {name!r} is damaged: its checksum is {_sum(arrays[name])[0]}, not {wanted[0]}")
+            raise CheckpointError(f"{path}: the part {name!r} is damaged: "
+                                  f"its checksum is {_sum(arrays[name])[0]}, not {wanted[0]}")
     if more := sorted(set(arrays) - set(parts)):
         raise CheckpointError(f"{path}: holds {more[0]!r}, which it should not")
     arrays = {name: arrays[name] for name in parts}  # in the order in which they were given
     while (number := meta.get("format")) != FORMAT:
         if number not in MIGRATIONS:
-            raise CheckpointError(f"{path}: has the format {number}; this version of ecs-eco reads format {FORMAT}")
+            raise CheckpointError(f"{path}: has the format {number}; "
+                                  f"this version of ecs-eco reads format {FORMAT}")
         meta, arrays = MIGRATIONS[number](meta, arrays)
     return meta, arrays
 
@@ -130,7 +139,8 @@ def describe(path: str | Path) -> dict[str, Any]:
 
 def latest(folder: Path, before: int | None = None, complain: Callable[[str], None] | None = None,
            check: Callable[[Path, dict[str, Any]], None] | None = None) -> Path | None:
-    """Return the newest intact checkpoint in a folder, at or before a tick; `complain` is told of damaged ones that are skipped.
+    """Return the newest intact checkpoint in a folder, at or before a tick;
+    `complain` is told of damaged ones that are skipped.
 
     `check(path, meta)` raises for an intact one that must not be used.
     """
@@ -172,7 +182,8 @@ def _open(path: Path) -> tuple[dict[str, Any], dict[str, list[Any]], Arrays]:
         raise CheckpointError(f"{path}: no such file") from None
     except CheckpointError:
         raise
-    except (SafetensorError, OSError, ValueError, TypeError, KeyError, AttributeError, MemoryError, OverflowError) as error:
+    except (SafetensorError, OSError, ValueError, TypeError, KeyError, AttributeError, MemoryError,
+            OverflowError) as error:
         raise CheckpointError(f"{path}: is no whole checkpoint: {error}") from None
 
 

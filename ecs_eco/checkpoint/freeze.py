@@ -25,7 +25,8 @@ OWN = ("uid", "born", "cause", "killer")  # columns of a table that belong to no
 
 
 def freeze(world: SpatialWorld) -> tuple[dict[str, Any], Arrays]:
-    """Return all that decides a world's future: meta for JSON, and arrays by name. Raises RuntimeError within a tick."""
+    """Return all that decides a world's future: meta for JSON,
+    and arrays by name. Raises RuntimeError within a tick."""
     from ecs_eco.record.folder import versions
 
     require_whole(world, "save")
@@ -34,9 +35,9 @@ def freeze(world: SpatialWorld) -> tuple[dict[str, Any], Arrays]:
         "versions": versions(), "name": world.name,
         "clock": {"tick": world.tick, "seed": world.seed, "dt": world.dt, "next_uid": world.next_uid},
         "config": None if world.config is None else world.config.resolved(),
-        "folder": None if world.config is None else str(world.config.folder.absolute()), "options": world.origin,
-        "reproduction": world.reproduction,
-        "ambient": world.ambient, "causes": world.causes, "environment": sorted(world.environment), "instances": _instances(world),
+        "folder": None if world.config is None else str(world.config.folder.absolute()),
+        "options": world.origin, "reproduction": world.reproduction, "ambient": world.ambient,
+        "causes": world.causes, "environment": sorted(world.environment), "instances": _instances(world),
         "tables": {name: _freeze_table(table, arrays) for name, table in world.tables.items()},
         "fields": sorted(world.fields), "systems": [type(s).__name__ for s in world.systems],
         "intervened": world.intervened,
@@ -60,13 +61,17 @@ def freeze(world: SpatialWorld) -> tuple[dict[str, Any], Arrays]:
 
 
 def code_of(meta: Mapping[str, Any], where: str, trust: bool) -> Code:
-    """Return the code that a checkpoint needs: from the run that it lies in, or from where its world file was. Raises CheckpointError."""
-    places = [Path(where).parent.parent / FOLDER, *([Path(meta["folder"])] if meta["folder"] is not None else [])]
+    """Return the code that a checkpoint needs: from the run that it lies in, or from where its world file
+    was. Raises CheckpointError."""
+    places = [Path(where).parent.parent / FOLDER,
+              *([Path(meta["folder"])] if meta["folder"] is not None else [])]
     return check_code(meta.get("code", []), places, where, trust)
 
 
-def thaw(cls: Any, meta: Mapping[str, Any], threads: int, config: Any, systems: Sequence[Any], where: str, trust: bool = False) -> Any:
-    """Return a world without organisms, built as the frozen one was; raises CheckpointError that says what must be passed.
+def thaw(cls: Any, meta: Mapping[str, Any], threads: int, config: Any, systems: Sequence[Any], where: str,
+         trust: bool = False) -> Any:
+    """Return a world without organisms, built as the frozen one was;
+    raises CheckpointError that says what must be passed.
 
     Raises CodeError where it needs code that nobody allowed to run here.
     """
@@ -75,32 +80,39 @@ def thaw(cls: Any, meta: Mapping[str, Any], threads: int, config: Any, systems: 
     from ecs_eco.worlds.build import build
 
     if meta["config"] is None:
-        raise CheckpointError(f"{where}: holds a world that was made by hand; make it again, then world.load(path)")
+        raise CheckpointError(f"{where}: holds a world that was made by hand; make it again, "
+                              "then world.load(path)")
     handed = {function_name(s): s for s in systems}
     if missing := [name for name in meta["instances"] if name not in handed and config is None]:
-        raise CheckpointError(f"{where}: the system {missing[0]} was handed in as an instance; hand it in again: "
-                              "World.restore(path, systems=[…])")  # fmt: skip
+        raise CheckpointError(f"{where}: the system {missing[0]} was handed in as an instance; "
+                              "hand it in again: World.restore(path, systems=[…])")  # fmt: skip
     try:
         if config is None:
             data = dict(meta["config"])
             data["systems"] = [handed.get(name, name) for name in data["systems"]]
             loaded = WorldConfig.model_validate(data)
             loaded._folder, loaded._source = Path(meta["folder"]), where
-            if any(isinstance(value, str) for _, value in names_in(loaded)):  # else all of it was passed as objects
+            # else all of it was passed as objects
+            if any(isinstance(value, str) for _, value in names_in(loaded)):
                 loaded._code = code_of(meta, where, trust)
             else:
                 loaded = loaded.model_copy(update={"code": []})
         else:
-            loaded = config if isinstance(config, WorldConfig) and not systems else load(config, systems=systems)
+            loaded = (config if isinstance(config, WorldConfig)
+                      and not systems else load(config, systems=systems))
             if loaded.resolved() != meta["config"]:
                 raise CheckpointError(f"{where}: was saved with another configuration than the one handed in")
         options = dict(meta["options"])
-        options["policies"] = {name: "random" if source == "random" else "untrained" for name, source in options["policies"].items()}
-        options["learn"] = {name: made["learning"] for name, made in meta["tables"].items() if name in loaded.species}
-        world = build(cls, loaded, seed=meta["clock"]["seed"], threads=threads, populate=False, record=False, **options)
+        options["policies"] = {name: "random" if source == "random" else "untrained"
+                               for name, source in options["policies"].items()}
+        options["learn"] = {name: made["learning"]
+                            for name, made in meta["tables"].items() if name in loaded.species}
+        world = build(cls, loaded, seed=meta["clock"]["seed"], threads=threads, populate=False,
+                      record=False, **options)
     except CodeError as error:
         raise _of(where, error) from None
-    except (ConfigError, ImportError, AttributeError, ValueError, TypeError, LookupError, ArithmeticError) as error:
+    except (ConfigError, ImportError, AttributeError, ValueError, TypeError, LookupError,
+            ArithmeticError) as error:
         if isinstance(error, CheckpointError):
             raise
         raise CheckpointError(f"{where}: its world cannot be built here: {error}") from error
@@ -109,11 +121,14 @@ def thaw(cls: Any, meta: Mapping[str, Any], threads: int, config: Any, systems: 
 
 def _of(where: str, error: CodeError) -> CodeError:
     """The refusal of code, with the name of the checkpoint that names it."""
-    return CodeError(error.problems, error.title if where in error.title else f"{where}: {error.title or 'names code that it may not'}")
+    return CodeError(error.problems, error.title if where in error.title
+                                     else f"{where}: {error.title or 'names code that it may not'}")
 
 
-def load(world: SpatialWorld, meta: Mapping[str, Any], arrays: Arrays, where: str, trust: bool = False) -> None:
-    """Bring a world to a frozen state; raises CheckpointError if it is built differently, before anything changes.
+def load(world: SpatialWorld, meta: Mapping[str, Any], arrays: Arrays, where: str,
+         trust: bool = False) -> None:
+    """Bring a world to a frozen state; raises CheckpointError if it is built differently,
+    before anything changes.
 
     Raises CodeError where organisms have components of the user's own whose code nobody allowed to run here.
     """
@@ -129,7 +144,8 @@ def load(world: SpatialWorld, meta: Mapping[str, Any], arrays: Arrays, where: st
 def _load(world: SpatialWorld, meta: Mapping[str, Any], arrays: Arrays, where: str, code: Code) -> None:
     clock = meta["clock"]
     world.seed, world.tick, world.next_uid = int(clock["seed"]), int(clock["tick"]), int(clock["next_uid"])
-    world.reproduction, world.ambient, world.causes[:] = meta["reproduction"], dict(meta["ambient"]), meta["causes"]
+    world.reproduction, world.ambient, world.causes[:] = (meta["reproduction"], dict(meta["ambient"]),
+                                                          meta["causes"])
     world.intervened = [tuple(done) for done in meta["intervened"]]
     for name, table in world.tables.items():
         _load_table(table, meta["tables"][name], arrays)
@@ -145,7 +161,7 @@ def _load(world: SpatialWorld, meta: Mapping[str, Any], arrays: Arrays, where: s
     _load_plain(world, meta["plain"], arrays, where, code)
 
 
-# --- tables ----------------------------------------------------------------------------------------------------------
+# --- tables -------------------------------------------------------------------------------------------------
 
 
 def _freeze_table(table: Table, arrays: Arrays) -> dict[str, Any]:
@@ -166,10 +182,13 @@ def _freeze_table(table: Table, arrays: Arrays) -> dict[str, Any]:
         if second is not None:
             arrays[f"{prefix}/births/{i}/second"] = second
         for (component, field), array in values.items():
-            arrays[f"{prefix}/births/{i}/{component.__name__}.{field}"] = np.asarray(array, table.defaults[component][field].dtype)
+            arrays[f"{prefix}/births/{i}/{component.__name__}.{field}"] = np.asarray(
+                array, table.defaults[component][field].dtype
+            )
         births.append({"second": second is not None, "values": [f"{c.__name__}.{f}" for c, f in values]})
     nerves = table.species.nerves
-    return {"columns": columns, "capacity": table.capacity, "births": births, "learning": bool(nerves is not None and nerves.learning)}
+    return {"columns": columns, "capacity": table.capacity, "births": births,
+            "learning": bool(nerves is not None and nerves.learning)}
 
 
 def _load_table(table: Table, made: Mapping[str, Any], arrays: Arrays) -> None:
@@ -201,24 +220,32 @@ def _load_table(table: Table, made: Mapping[str, Any], arrays: Arrays) -> None:
 
 def _check(world: SpatialWorld, meta: Mapping[str, Any], arrays: Arrays, where: str) -> None:
     """Raise CheckpointError if a world's tables, fields, systems or parts differ from those frozen."""
-    pairs: Any = (("tables", list(world.tables), list(meta["tables"])), ("fields", sorted(world.fields), meta["fields"]),
-                               ("functions of the environment", sorted(world.environment), meta["environment"]))  # fmt: skip
+    pairs: Any = (("tables", list(world.tables), list(meta["tables"])),
+                               ("fields", sorted(world.fields), meta["fields"]),
+                               ("functions of the environment", sorted(world.environment),
+                                meta["environment"]))  # fmt: skip
     for part_name, mine, theirs in pairs:
         if mine != theirs:
-            raise CheckpointError(f"{where}: was saved with the {part_name} {_words(theirs)}, and this world has {_words(mine)}")
+            raise CheckpointError(f"{where}: was saved with the {part_name} {_words(theirs)}, "
+                                  f"and this world has {_words(mine)}")
     if world.dt != meta["clock"]["dt"]:
-        raise CheckpointError(f"{where}: was saved with dt = {meta['clock']['dt']!r:.40} s, and this world has {world.dt:g} s")
+        raise CheckpointError(f"{where}: was saved with dt = {meta['clock']['dt']!r:.40} s, "
+                              f"and this world has {world.dt:g} s")
     systems = [s for s in meta["systems"] if s != "Recorder"]
     if (mine := [type(s).__name__ for s in world.systems if type(s).__name__ != "Recorder"]) != systems:
-        raise CheckpointError(f"{where}: was saved with the systems {_words(systems)}, and this world has {_words(mine)}")
+        raise CheckpointError(f"{where}: was saved with the systems {_words(systems)}, "
+                              f"and this world has {_words(mine)}")
     for name, table in world.tables.items():
-        made = {c.__name__: {f: [a.dtype.str, list(a.shape[1:])] for f, a in vars(held).items()} for c, held in table.columns.items()}
+        made = {c.__name__: {f: [a.dtype.str, list(a.shape[1:])] for f, a in vars(held).items()}
+                for c, held in table.columns.items()}
         theirs = meta["tables"][name]["columns"]
         for component in {**made, **theirs}:
             if made.get(component) != theirs.get(component):
-                raise CheckpointError(f"{where}: {component} of {name} was saved with the columns {theirs.get(component)}, "
+                raise CheckpointError(f"{where}: {component} of {name} was saved with the columns "
+                                      f"{theirs.get(component)}, "
                                       f"and this world has {made.get(component)}")  # fmt: skip
-    kept: dict[str, list[str]] = {owner: sorted(state) for owner, part in stateful(world).items() if (state := part.state())}
+    kept: dict[str, list[str]] = {owner: sorted(state)
+                                  for owner, part in stateful(world).items() if (state := part.state())}
     for owner in {**kept, **meta["stateful"]}:
         if kept.get(owner) != meta["stateful"].get(owner):
             raise CheckpointError(f"{where}: of {owner} it holds {_words(meta['stateful'].get(owner, []))}, "
@@ -229,13 +256,15 @@ def _words(names: Sequence[str]) -> str:
     return ", ".join(names) or "none"
 
 
-# --- what has a state of its own --------------------------------------------------------------------------------------
+# --- what has a state of its own ----------------------------------------------------------------------------
 
 
 def stateful(world: SpatialWorld) -> dict[str, Any]:
     """Return everything that has state() and load(), by a name that follows from how the world is built."""
-    kept = {f"table/{t.name}/trait/{key}": part for t in world.tables.values() for key, part in sorted(t.parts().items()) if _has(part)}
-    kept |= {f"system/{i}/{type(s).__name__}": s for i, s in enumerate(world.systems) if _has(s) and s is not world.recorder}
+    kept = {f"table/{t.name}/trait/{key}": part for t in world.tables.values()
+            for key, part in sorted(t.parts().items()) if _has(part)}
+    kept |= {f"system/{i}/{type(s).__name__}": s
+             for i, s in enumerate(world.systems) if _has(s) and s is not world.recorder}
     if _has(world.terrain):
         kept["terrain"] = world.terrain
     return kept
@@ -250,36 +279,42 @@ def _load_part(part: Any, owner: str, arrays: Arrays, where: str) -> None:
 
 
 def _has(part: Any) -> bool:
-    return callable(getattr(part, "state", None)) and callable(getattr(part, "load", None)) and not isinstance(part, type)
+    return (callable(getattr(part, "state", None)) and callable(getattr(part, "load", None))
+            and not isinstance(part, type))
 
 
 def _put(arrays: Arrays, owner: str, state: Mapping[str, Any]) -> None:
     for key, value in state.items():
         array = np.asarray(value)
         if array.dtype.kind not in "biuf":
-            raise CheckpointError(f"{owner}: state() gives {key!r} as {array.dtype}; allowed are arrays of numbers")
+            raise CheckpointError(f"{owner}: state() gives {key!r} as {array.dtype}; "
+                                  "allowed are arrays of numbers")
         arrays[f"{owner}/{key}"] = array
 
 
 def _take(arrays: Arrays, owner: str) -> Arrays:
-    return {key.removeprefix(f"{owner}/"): array for key, array in arrays.items() if key.startswith(f"{owner}/")}
+    return {key.removeprefix(f"{owner}/"): array
+            for key, array in arrays.items() if key.startswith(f"{owner}/")}
 
 
 def _instances(world: SpatialWorld) -> list[str]:
-    """Return the names of systems in the configuration that were handed in as instances and have no state() to say what they were."""
+    """Return the names of systems in the configuration that were handed in as instances
+    and have no state() to say what they were."""
     listed = () if world.config is None else world.config.systems
     return [function_name(s) for s in listed if not isinstance(s, str | type) and not _has(s)]
 
 
-# --- plain components, on esper's entities ------------------------------------------------------------------------------
+# --- plain components, on esper's entities ------------------------------------------------------------------
 
 
 def _freeze_plain(world: SpatialWorld, arrays: Arrays) -> list[list[Any]]:
-    """Put the user's plain components, which have state() and a class method restore(state), into `arrays`; return their owners."""
+    """Put the user's plain components, which have state() and a class method restore(state),
+    into `arrays`; return their owners."""
     out: list[list[Any]] = []
     for uid, thing in plain_components(world):
         if not (callable(getattr(thing, "state", None)) and callable(getattr(type(thing), "restore", None))):
-            raise CheckpointError(f"organism {uid} has a {type(thing).__name__}, which cannot be saved: give its class state() → dict of "
+            raise CheckpointError(f"organism {uid} has a {type(thing).__name__}, which cannot be saved: "
+                                  "give its class state() → dict of "
                                   "arrays of numbers, and a class method restore(state)")  # fmt: skip
         _put(arrays, f"plain/{len(out)}", thing.state())
         out.append([uid, function_name(type(thing))])
@@ -287,7 +322,8 @@ def _freeze_plain(world: SpatialWorld, arrays: Arrays) -> list[list[Any]]:
 
 
 def plain_components(world: SpatialWorld) -> list[tuple[int, Any]]:
-    """Return (uid, component) of all components on esper's entities that are no columns, in the order of uids and of names."""
+    """Return (uid, component) of all components on esper's entities that are no columns,
+    in the order of uids and of names."""
     from ecs_eco.engine.schema import Handle
 
     plain: list[tuple[int, Any]] = []
@@ -295,11 +331,13 @@ def plain_components(world: SpatialWorld) -> list[tuple[int, Any]]:
         rows = table.rows()
         for row in rows[table.entity[rows] != 0].tolist():
             things = world.context.registry.of(table, row)
-            plain += [(int(table.uid[row]), thing) for thing in things.values() if not isinstance(thing, Handle)]
+            plain += [(int(table.uid[row]), thing)
+                      for thing in things.values() if not isinstance(thing, Handle)]
     return sorted(plain, key=lambda f: (f[0], function_name(type(f[1]))))
 
 
-def _load_plain(world: SpatialWorld, listed: Sequence[Sequence[Any]], arrays: Arrays, where: str, code: Code) -> None:
+def _load_plain(world: SpatialWorld, listed: Sequence[Sequence[Any]], arrays: Arrays,
+                where: str, code: Code) -> None:
     import esper
 
     if not listed:
@@ -312,6 +350,7 @@ def _load_plain(world: SpatialWorld, listed: Sequence[Sequence[Any]], arrays: Ar
                 raise _of(where, error) from None
             except (ImportError, AttributeError) as error:
                 module = name.partition(":")[0]
-                raise CheckpointError(f"{where}: organism {uid} has a component {name}, and {module} has none such: {error}") from None
+                raise CheckpointError(f"{where}: organism {uid} has a component {name}, "
+                                      f"and {module} has none such: {error}") from None
             esper.add_component(world.entity(int(uid)), kind.restore(_take(arrays, f"plain/{i}")))
 

@@ -1,4 +1,5 @@
-"""`ecs-eco run | watch | resume | repeat | train | report | why | lineage | compare | search | draw | picture | video | list | …`."""
+"""`ecs-eco run | watch | resume | repeat | train | report | why | lineage | compare | search | draw | picture
+| video | list | …`."""
 
 from typing import Annotated
 

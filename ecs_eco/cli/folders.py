@@ -15,7 +15,8 @@ POLICIES = ("trained", "random", "untrained")
 
 
 def results(out: Path | None, default: str) -> Claim:
-    """Claim the folder for results: `out`, or a free one in runs/; ConfigError if it cannot be written or has content.
+    """Claim the folder for results: `out`, or a free one in runs/;
+    ConfigError if it cannot be written or has content.
 
     Raises FolderInUse if another process writes there. A claim that is not used leaves nothing behind.
     """
@@ -44,7 +45,8 @@ def results(out: Path | None, default: str) -> Claim:
 
 
 def pages(out: Path | None, folder: Path) -> None:
-    """Refuse `out`, or else the folder of a run, if pages and figures cannot be written there; makes nothing."""
+    """Refuse `out`, or else the folder of a run, if pages and figures cannot be written there; makes nothing.
+    """
     source, path = ("DIR", folder) if out is None else ("--out", out)
     allowed = (
         "a folder that can be written: name one with --out"

@@ -12,8 +12,10 @@ from ecs_eco.cli.terminal import refuse, say
 from ecs_eco.engine.errors import listed, nearest
 
 
-def tell_lineage(folder: Path, csv: Path | None, newick: Path | None, species: str | None, living: bool) -> None:
-    """Print founders, births, generations and surviving founder lines of each species, and write the files requested."""
+def tell_lineage(folder: Path, csv: Path | None, newick: Path | None, species: str | None,
+                 living: bool) -> None:
+    """Print founders, births, generations and surviving founder lines of each species,
+    and write the files requested."""
     if not (folder / "manifest.json").is_file():
         fault = "has no manifest.json" if folder.is_dir() else "no such folder"
         refuse("DIR", fault, str(folder), "a folder written by `ecs-eco run`")
@@ -21,15 +23,18 @@ def tell_lineage(folder: Path, csv: Path | None, newick: Path | None, species: s
         refuse("DIR", "holds no births", str(folder), "a run with organisms")
     for option, file in (("--csv", csv), ("--newick", newick)):
         if file is not None and (file.is_dir() or not file.parent.is_dir()):
-            refuse(option, "is a folder" if file.is_dir() else "its folder does not exist", str(file), "a file in a folder that exists")
+            refuse(option, "is a folder" if file.is_dir() else "its folder does not exist", str(file),
+                   "a file in a folder that exists")
     try:
         lineage = Lineage.read(folder)
     except ValueError as error:
-        refuse("DIR", f"its births and deaths are inconsistent: {error}", str(folder), "a folder as `ecs-eco run` left it")
+        refuse("DIR", f"its births and deaths are inconsistent: {error}", str(folder),
+               "a folder as `ecs-eco run` left it")
     known = list(dict.fromkeys(lineage.species.tolist()))
     if species is not None:
         if species not in known:
-            refuse("--species", "no such species in this run", species, listed(known), nearest(species, known))
+            refuse("--species", "no such species in this run", species, listed(known),
+                   nearest(species, known))
         lineage = lineage.of_species(species)
     for name in known if species is None else [species]:
         say(summary(lineage.of_species(name), name))

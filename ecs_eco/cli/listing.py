@@ -38,21 +38,24 @@ def _folder(name: str, base: str = "") -> list[tuple[str, str]]:
 
 
 def _classes(path: Path, label: str = "", base: str = "") -> list[tuple[str, str]]:
-    """(name, first line) of the public classes of a file, or of those of a base; named by their one choice of `label` if given."""
+    """(name, first line) of the public classes of a file, or of those of a base;
+    named by their one choice of `label` if given."""
     rows = []
     for node in ast.parse(path.read_text(encoding="utf-8")).body:
         of_base = not base or (isinstance(node, ast.ClassDef) and base in map(ast.unparse, node.bases))
         if isinstance(node, ast.ClassDef) and not node.name.startswith("_") and of_base:
             name = _choice(node, label) if label else node.name
             if name:
-                rows.append((name, (ast.get_docstring(node) or "").partition("\n")[0]))
+                rows.append((name, " ".join((ast.get_docstring(node) or "").partition("\n\n")[0].split())))
     return rows
 
 
 def _choice(node: ast.ClassDef, label: str) -> str:
     for line in node.body:
         if isinstance(line, ast.AnnAssign) and ast.unparse(line.target) == label:
-            return next((c.value for c in ast.walk(line.annotation) if isinstance(c, ast.Constant)), "")  # type: ignore[return-value]
+            return next(  # type: ignore[return-value]
+                (c.value for c in ast.walk(line.annotation) if isinstance(c, ast.Constant)), ""
+            )
     return ""
 
 

@@ -63,7 +63,8 @@ def search_world(
         budget = 30.0
     from ecs_eco.search import search
 
-    folder = results(out, f"{config.name}-search") if out is None or not (out / "journal.jsonl").is_file() else Claim(out)
+    folder = (results(out, f"{config.name}-search") if out is None
+              or not (out / "journal.jsonl").is_file() else Claim(out))
     with folder as claim:
         try:
             with _shown(config.name, quiet) as show:
@@ -72,7 +73,8 @@ def search_world(
         except KeyboardInterrupt:
             raise _ended("Stopped", claim.path, INTERRUPTED) from None
         except BrokenProcessPool:
-            raise _ended("A worker process was killed from outside (out of memory?)", claim.path, FAILED) from None
+            raise _ended("A worker process was killed from outside (out of memory?)",
+                         claim.path, FAILED) from None
     report(result, claim.path)
 
 
@@ -192,7 +194,8 @@ def report(result: dict[str, Any], out: Path) -> None:
     best, start = confirmation["best"], confirmation["start"]
     minutes, whole = result["seconds"] / 60, result["by_stage"][-1]
     say(
-        f"all persist for {confirmation['ticks']} ticks on fresh seeds in {best['persisted']} of {best['runs']} runs "
+        f"all persist for {confirmation['ticks']} ticks on fresh seeds in {best['persisted']} of "
+        f"{best['runs']} runs "
         f"({best['low']:.2f}–{best['high']:.2f}); as written in {start['persisted']} of {start['runs']}"
     )
     say(f"  {result['candidates']} candidates in {minutes:.1f} minutes, {whole} of them met all runs")

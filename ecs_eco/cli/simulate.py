@@ -31,7 +31,8 @@ def run_world(
     shown: tuple[int, bool] | None = None,
     record: str | None = None,
 ) -> None:
-    """Run a world into a folder, and draw its figures; `shown`: the port of a viewer, and whether to open the browser."""
+    """Run a world into a folder, and draw its figures; `shown`: the port of a viewer,
+    and whether to open the browser."""
     config = load(world, changes)
     seed, ticks = config.seed if seed is None else seed, ticks or config.ticks
     known_policies(policies, config)
@@ -47,7 +48,8 @@ def run_world(
     ):
         out = claim.path
         try:
-            command = f"ecs-eco run {shlex.quote(world)} --seed {seed} --ticks {ticks} --policies {shlex.quote(policies)}"
+            command = (f"ecs-eco run {shlex.quote(world)} --seed {seed} --ticks {ticks} --policies "
+                       f"{shlex.quote(policies)}")
             command += "".join(f" --set {shlex.quote(change)}" for change in changes)
             command += {None: "", True: " --learn", False: " --no-learn"}[learn] + " --out DIR"
             more: dict[str, Any] = {} if viewer is None else {"prepare": viewer.open}
@@ -55,7 +57,8 @@ def run_world(
             more |= {} if record is None else {"record": record}
             command += "" if record is None else f" --record {record}"
             result = run_to_folder(
-                config, seed, ticks, claim, policies, learn, bar, threads=threads, report=report, command=command, **more
+                config, seed, ticks, claim, policies, learn, bar, threads=threads, report=report,
+                command=command, **more
             )
         except KeyboardInterrupt:
             stopped(bar.done, ticks, out)
@@ -75,13 +78,15 @@ def repeat_run(folder: Path, out: Path | None, quiet: bool, threads: int) -> Non
     """Repeat a recorded run and compare the digests; exits with code 1 if they differ."""
     from ecs_eco.runs.repeat import repeat
 
-    with nullcontext() if out is None else results(out, folder.name) as claim, progress(folder.name, quiet) as bar:
+    with (nullcontext() if out is None else results(out, folder.name) as claim,
+          progress(folder.name, quiet) as bar):
         result = repeat(folder, claim, bar, threads=threads)
     done = f"{result['ticks']} ticks of {result['world']} again, with {result['interventions']} interventions"
     if result["same"]:
         say(f"{done}: the same end, {result['digest'][:16]}")
         return
-    complain(f"{done}: ANOTHER end, {result['digest'][:16]} instead of {result['recorded'][:16]}{result['why']}")
+    complain(f"{done}: ANOTHER end, "
+             f"{result['digest'][:16]} instead of {result['recorded'][:16]}{result['why']}")
     raise typer.Exit(FAILED)
 
 
@@ -123,7 +128,8 @@ def resume_run(
                 result = resume(folder, until, bar, **more)
         except KeyboardInterrupt:
             stopped(bar.done, bar.total, where)
-    say(f"{result['done']} ticks of {result['world']}, seed {result['seed']}, in {where}{numbers(result)}{populations(where)}")
+    say(f"{result['done']} ticks of {result['world']}, seed {result['seed']}, "
+        f"in {where}{numbers(result)}{populations(where)}")
 
 
 def train_world(
@@ -136,7 +142,8 @@ def train_world(
         refuse("WORLD", "no species has a policy to train", world, 'a world with policy.kind = "shared"')
     from ecs_eco.experiments.pretraining import pretrain
 
-    with results(out, f"{config.name}-policies-{seed}") as claim, progress(f"training {config.name}", quiet) as bar:
+    with (results(out, f"{config.name}-policies-{seed}") as claim,
+          progress(f"training {config.name}", quiet) as bar):
         out = claim.path
         try:
             result = pretrain(config, seed, ticks, out, bar)
@@ -171,11 +178,13 @@ def stopped(done: int, ticks: int, out: Path) -> None:
 
 def numbers(result: dict[str, Any]) -> str:
     """The times of a run, a line each."""
-    return "".join(f"\n  {word.replace('_', ' ')}: {result[word]:.1f}" for word in result if word.endswith("_seconds"))
+    return "".join(f"\n  {word.replace('_', ' ')}: {result[word]:.1f}"
+                   for word in result if word.endswith("_seconds"))
 
 
 def populations(out: Path) -> str:
-    """Whether all species persisted, which died out of what, and the numbers of each species at the end of a run."""
+    """Whether all species persisted, which died out of what,
+    and the numbers of each species at the end of a run."""
     from ecs_eco.analysis.extinction import opening
     from ecs_eco.analysis.runs import load_series
 

@@ -13,20 +13,27 @@ from typing import Any, NoReturn
 
 import typer
 
-_CONTROL = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]")
+_CONTROL = re.compile(
+    "[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]"
+)
 FAILED, REFUSED, INTERRUPTED = 1, 2, 130  # exit codes
 
 
 def printable(text: str) -> str:
-    """A text from a world, a file or an error, safe for terminals: control characters as \\u001b, newlines and tabs as they are.
+    """A text from a world, a file or an error, safe for terminals: control characters as \\u001b,
+    newlines and tabs as they are.
 
-    These are C0, DEL and C1, line and paragraph separators, and the marks that change the direction of writing.
+    These are C0, DEL and C1, line and paragraph separators,
+    and the marks that change the direction of writing.
     """
     return _CONTROL.sub(lambda match: f"\\u{ord(match[0]):04x}", text)
 
 
 def say(text: str) -> None:
-    """Print a line on stdout; all output passes here, or through `printable`. Names that are not UTF-8 are escaped, as on stderr."""
+    """Print a line on stdout; all output passes here, or through `printable`.
+
+    Names that are not UTF-8 are escaped, as on stderr.
+    """
     typer.echo(printable(text))
 
 
@@ -36,11 +43,18 @@ def complain(text: str) -> None:
 
 
 def exits(command: Callable[..., None]) -> Callable[..., None]:
-    """Wrap a command: it exits with code 2 and one screen of text if its input is refused, with 130 after Ctrl-C."""
+    """Wrap a command: it exits with code 2 and one screen of text if its input is refused,
+    with 130 after Ctrl-C."""
 
     @wraps(command)
     def wrapped(*args: Any, **kwargs: Any) -> None:
-        from ecs_eco.engine.errors import CheckpointError, ConfigError, FolderInUse, ForeignFile, RecordingError
+        from ecs_eco.engine.errors import (
+            CheckpointError,
+            ConfigError,
+            FolderInUse,
+            ForeignFile,
+            RecordingError,
+        )
 
         try:
             command(*args, **kwargs)
@@ -54,7 +68,8 @@ def exits(command: Callable[..., None]) -> Callable[..., None]:
             complain(f"The memory is not enough for this: {error or 'a smaller world needs less'}")
             raise typer.Exit(FAILED) from None
         except FloatingPointError as error:
-            complain(f"{error}\nWhat was recorded until then is whole; checkpoints, if any, are in the folder checkpoints/ of the run.")
+            complain(f"{error}\nWhat was recorded until then is whole; checkpoints, if any, "
+                     "are in the folder checkpoints/ of the run.")
             raise typer.Exit(FAILED) from None
         except OSError as error:
             if isinstance(error, BrokenPipeError):
@@ -85,7 +100,9 @@ def whole(least: int, most: int = 10**12) -> Callable[[str | int], int]:
         except ValueError:
             number = least - 1
         if not least <= number <= most:
-            raise typer.BadParameter(f"{str(text)[:40]!r} is not possible; allowed: a whole number from {least} to {most}")
+            raise typer.BadParameter(
+                f"{str(text)[:40]!r} is not possible; allowed: a whole number from {least} to {most}"
+            )
         return number
 
     read.__name__ = "number"
@@ -94,7 +111,8 @@ def whole(least: int, most: int = 10**12) -> Callable[[str | int], int]:
 
 def path_of(text: str | Path) -> Path:
     """Reads the name of a folder from the command line; "" is not one."""
-    if not str(text).strip() or any(c == "\0" or "\ud800" <= c <= "\udfff" for c in str(text)):  # the last: not UTF-8
+    # the last: not UTF-8
+    if not str(text).strip() or any(c == "\0" or "\ud800" <= c <= "\udfff" for c in str(text)):
         raise typer.BadParameter(f"{str(text)!r} is not possible; allowed: the name of a folder")
     return Path(text)
 

@@ -25,12 +25,14 @@ def watch_it(
     """Show a living world, or a recorded run, until Ctrl-C."""
     recorded = os.path.isfile(Path(what) / "manifest.json")
     if recorded and (changes or ticks or seed is not None or learn is not None):
-        allowed = "a world; a recording is shown as it is, and `resume --from-tick T --set … --out NEW` forks it"
+        allowed = ("a world; a recording is shown as it is, "
+                   "and `resume --from-tick T --set … --out NEW` forks it")
         refuse("WORLD", "is a recorded run, which no option changes", what, allowed)
     with _port(port):
         from ecs_eco.view.watch import watch
 
-        source = _replay(Path(what)) if recorded else _live(what, changes, ticks, seed, threads, learn, policies)
+        source = _replay(Path(what)) if recorded else _live(what, changes, ticks, seed, threads,
+                                                            learn, policies)
         try:
             watch(source, _Announcer(source.hello()["title"]), port=port, browser=browser)
         except KeyboardInterrupt:
@@ -46,7 +48,8 @@ def window(ticks: int, title: str, port: int, browser: bool) -> Iterator[Any]:
         yield opened
 
 
-def _live(world: str, changes: list[str], ticks: int | None, seed: int | None, threads: int, learn: bool | None, policies: str) -> Any:
+def _live(world: str, changes: list[str], ticks: int | None, seed: int | None, threads: int,
+          learn: bool | None, policies: str) -> Any:
     from ecs_eco.cli.folders import known_policies
     from ecs_eco.config import load
     from ecs_eco.ecosystem import World
@@ -54,7 +57,9 @@ def _live(world: str, changes: list[str], ticks: int | None, seed: int | None, t
 
     config = load(world, changes)
     known_policies(policies, config)
-    return Live(World.from_config(config, seed=seed, policies=policies, threads=threads, learn=learn, record=False), ticks)
+    return Live(World.from_config(config, seed=seed, policies=policies, threads=threads,
+                                  learn=learn, record=False),
+                ticks)
 
 
 def _replay(folder: Path) -> Any:
@@ -75,7 +80,8 @@ class _Announcer:
             return
         self.first = False
         say(f"{self.title}: {address}")
-        say("It admits one page, on this machine, within ten minutes, which can see and change the world; then another is printed here.")
+        say("It admits one page, on this machine, within ten minutes, which can see and change the world; "
+            "then another is printed here.")
         say("Ctrl-C ends it.")
 
 
@@ -89,5 +95,6 @@ def _port(port: int) -> Iterator[None]:
         try:
             listener.bind(("127.0.0.1", port))
         except OSError as error:
-            refuse("--port", f"is not available: {error.strerror or error}", port, "a free one, from 1024 to 65535, or 0 for any")
+            refuse("--port", f"is not available: {error.strerror or error}", port,
+                   "a free one, from 1024 to 65535, or 0 for any")
     yield

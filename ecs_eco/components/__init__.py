@@ -28,6 +28,7 @@ from ecs_eco.components.velocity import Velocity
 from ecs_eco.components.vigour import Vigour
 
 __all__ = [
-    "Biology", "Body", "Chemistry", "Defence", "Desires", "Experience", "Genome", "Gestation", "Growth", "LifeHistory", "Memory",
-    "Metabolism", "Nervous", "Physical", "Plasticity", "Policy", "Position", "Reflexes", "Senses", "Sensor", "Velocity", "Vigour",
+    "Biology", "Body", "Chemistry", "Defence", "Desires", "Experience", "Genome", "Gestation", "Growth",
+    "LifeHistory", "Memory", "Metabolism", "Nervous", "Physical", "Plasticity", "Policy", "Position",
+    "Reflexes", "Senses", "Sensor", "Velocity", "Vigour",
 ]  # fmt: skip

@@ -1,11 +1,13 @@
-"""When and how an organism reproduces, and how old it can get, where this is individual and not the species'."""
+"""When and how an organism reproduces, and how old it can get, where this is individual and not the species'.
+"""
 
 from ecs_eco.engine.schema import component, f32, u8
 
 
 @component
 class LifeHistory:
-    """The timing of one organism's life (the hyperparameters of Definition 3 that regulate reproduction and death)."""
+    """The timing of one organism's life (the hyperparameters of Definition 3
+    that regulate reproduction and death)."""
 
     age_max: f32 = 3.0e38  # [s] it dies of old age at
     age_min: f32 = 0.0  # [s] fertile from

@@ -5,7 +5,10 @@ from ecs_eco.engine.schema import component, f32
 
 @component
 class Metabolism:
-    """Energy held, and the flows of the last tick, which the ledger sums. Each world has its own unit of energy."""
+    """Energy held, and the flows of the last tick, which the ledger sums.
+
+    Each world has its own unit of energy.
+    """
 
     energy: f32 = 1.0  # [energy]
     digesting: f32 = 0.0  # [s] until it can eat again

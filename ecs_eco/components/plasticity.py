@@ -5,7 +5,8 @@ from ecs_eco.engine.schema import component, f32
 
 @component
 class Plasticity:
-    """Hyperparameters of one organism's learning (the paper: PPO with the animals' individual hyperparameters)."""
+    """Hyperparameters of one organism's learning (the paper:
+    PPO with the animals' individual hyperparameters)."""
 
     learning_rate: f32 = 3e-4
     discount: f32 = 0.99  # weight of a reward one tick later

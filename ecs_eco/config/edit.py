@@ -1,4 +1,5 @@
-"""Changes values in the text of a world file and keeps the rest, comments included; or writes a world as new TOML."""
+"""Changes values in the text of a world file and keeps the rest, comments included;
+or writes a world as new TOML."""
 
 from __future__ import annotations
 
@@ -51,7 +52,8 @@ def _put(text: str, key: Key, value: Any) -> str:
 def literal(value: Any) -> str:
     """A value as TOML writes it, tables on one line."""
     if isinstance(value, Mapping):
-        return "{ " + ", ".join(f"{_bare(str(k))} = {literal(v)}" for k, v in value.items() if v is not None) + " }"
+        return ("{ " + ", ".join(f"{_bare(str(k))} = {literal(v)}" for k, v in value.items() if v is not None)
+                + " }")
     if isinstance(value, list | tuple):
         return "[" + ", ".join(literal(v) for v in value if v is not None) + "]"
     if isinstance(value, float) and value == value and abs(value) != float("inf"):

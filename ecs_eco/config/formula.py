@@ -1,7 +1,7 @@
 """A small language of expressions over named arrays, for happiness and reflexes.
 
-Numbers, names, + − * / **, comparisons (also chained), and, or, not, `a if b else c`, and the functions below.
-Everything is float32; true is 1, false is 0, and any number but 0 counts as true (not-a-number too).
+Numbers, names, + − * / **, comparisons (also chained), and, or, not, `a if b else c`, and the functions
+below. Everything is float32; true is 1, false is 0, and any number but 0 counts as true (not-a-number too).
 Python itself never evaluates the text: it becomes a tree of the operations listed here.
 """
 
@@ -19,7 +19,8 @@ Values = Mapping[str, np.ndarray]
 Node = Callable[[Values], np.ndarray]
 LONGEST = 1000  # characters
 
-FUNCTIONS: dict[str, tuple[Callable[..., np.ndarray], int, int]] = {  # name: (function, fewest, most arguments)
+# name: (function, fewest, most arguments)
+FUNCTIONS: dict[str, tuple[Callable[..., np.ndarray], int, int]] = {
     "min": (lambda *x: _fold(np.minimum, x), 2, 20),
     "max": (lambda *x: _fold(np.maximum, x), 2, 20),
     "abs": (np.abs, 1, 1),
@@ -35,11 +36,13 @@ OPERATIONS: dict[type[ast.AST], Callable[..., np.ndarray]] = {
     ast.Lt: operator.lt, ast.LtE: operator.le, ast.Gt: operator.gt, ast.GtE: operator.ge,
     ast.Eq: operator.eq, ast.NotEq: operator.ne, ast.And: np.logical_and, ast.Or: np.logical_or,
 }  # fmt: skip
-ALLOWED = f"numbers, names of sensors, + - * / **, comparisons, and, or, not, a if b else c, {', '.join(FUNCTIONS)}"
+ALLOWED = ("numbers, names of sensors, + - * / **, comparisons, and, or, not, a if b else c, "
+           f"{', '.join(FUNCTIONS)}")
 
 
 class FormulaError(ValueError):
-    """A formula that is refused: the problem, its position (characters from 1), what is allowed, the nearest right name."""
+    """A formula that is refused: the problem, its position (characters from 1), what is allowed,
+    the nearest right name."""
 
     def __init__(self, fault: str, position: int, allowed: str = ALLOWED, close: str = "") -> None:
         self.what, self.position = f"{fault} at character {position}", position
@@ -67,7 +70,8 @@ class Formula:
 
 
 def compile_formula(text: str, names: Iterable[str]) -> Formula:
-    """Compile the text to a function of arrays by name; raises FormulaError for unknown names and all that is not allowed."""
+    """Compile the text to a function of arrays by name; raises FormulaError for unknown names and all
+    that is not allowed."""
     line = " ".join(text.split("\n"))
     if len(line) > LONGEST:
         raise FormulaError("a formula that is too long ends", LONGEST, f"{LONGEST} characters")
@@ -80,7 +84,8 @@ def compile_formula(text: str, names: Iterable[str]) -> Formula:
         raise
     except (SyntaxError, ValueError) as error:
         offset = getattr(error, "offset", None) or 0  # 0 or less: at the end
-        raise FormulaError("not an expression", lead + (offset if offset > 0 else len(line.strip()) + 1)) from None
+        raise FormulaError("not an expression",
+                           lead + (offset if offset > 0 else len(line.strip()) + 1)) from None
     except (RecursionError, MemoryError):
         raise FormulaError("too deeply nested", 1) from None
 
@@ -110,7 +115,8 @@ class _Compiler:
     def _name(self, tree: ast.Name) -> Node:
         name = tree.id
         if name not in self.names:
-            raise self._error(f'unknown name "{name}"', tree, listed(self.names, 30), nearest(name, self.names))
+            raise self._error(f'unknown name "{name}"', tree, listed(self.names, 30),
+                              nearest(name, self.names))
         self.used.add(name)
         return lambda values: values[name]
 

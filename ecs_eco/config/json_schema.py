@@ -11,8 +11,10 @@ PLAIN = ("Search", "Goal", "Confirm", "Range")  # sections whose numbers have no
 RANGED: dict[str, Any] = {  # a value, and the range in which `ecs-eco search` looks for a better one
     "properties": {
         "value": {"type": "number", "description": "the value that runs take"},
-        "search": {"type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 2, "description": "[low, high]"},
-        "scale": {"enum": ["linear", "log"], "default": "linear", "description": "whether equal steps are equal differences or factors"},
+        "search": {"type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 2,
+                   "description": "[low, high]"},
+        "scale": {"enum": ["linear", "log"], "default": "linear",
+                  "description": "whether equal steps are equal differences or factors"},
     },
     "required": ["value", "search"],
     "additionalProperties": False,
@@ -21,16 +23,20 @@ TYPES = {"int": "integer", "float": "number", "bool": "boolean"}
 
 
 def json_schema() -> dict[str, Any]:
-    """The schema (JSON Schema 2020-12) of a world file: every key with its description, `unit`, default and limits.
+    """The schema (JSON Schema 2020-12) of a world file: every key with its description, `unit`,
+    default and limits.
 
     It limits single values; only `ecs-eco check` checks that values fit together.
     """
     schema = _without_null(WorldConfig.model_json_schema())
     sections = {name: part if name in PLAIN else _ranged(part) for name, part in schema["$defs"].items()}
-    schema = {**_ranged({k: v for k, v in schema.items() if k != "$defs"}), "$defs": {**sections, "Ranged": RANGED}}
+    schema = {**_ranged({k: v for k, v in schema.items() if k != "$defs"}),
+              "$defs": {**sections, "Ranged": RANGED}}
     ranges = schema["$defs"]["Search"]["properties"]["ranges"]
-    ranges["additionalProperties"] = {"anyOf": [RANGED["properties"]["search"], ranges["additionalProperties"]]}
-    schema["$defs"]["Species"]["properties"]["ppo"] |= {"properties": _hyperparameters(), "additionalProperties": False}
+    ranges["additionalProperties"] = {"anyOf": [RANGED["properties"]["search"],
+                                                ranges["additionalProperties"]]}
+    schema["$defs"]["Species"]["properties"]["ppo"] |= {"properties": _hyperparameters(),
+                                                        "additionalProperties": False}
     head = {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": "World file of ecs-eco"}
     return head | {key: value for key, value in schema.items() if key not in head}
 
@@ -44,7 +50,9 @@ def _hyperparameters() -> dict[str, Any]:
         low, high, kind = f.metadata["low"], f.metadata["high"], TYPES[str(f.type)]
         limits: dict[str, Any] = {}
         if kind != "boolean":
-            limits = {"exclusiveMinimum" if f.metadata["above"] else "minimum": low} | ({"maximum": high} if high < float("inf") else {})
+            limits = {"exclusiveMinimum" if f.metadata["above"] else "minimum": low} | (
+                {"maximum": high} if high < float("inf") else {}
+            )
         properties[f.name] = {"type": kind, "description": f.metadata["doc"], "default": f.default, **limits}
     return properties
 
@@ -56,17 +64,20 @@ def _ranged(node: Any) -> Any:
     if not isinstance(node, dict):
         return node
     if node.get("type") in ("number", "integer") and "const" not in node:
-        return node | {"type": [node["type"], "object"], "$ref": "#/$defs/Ranged"}  # which limits tables alone
+        # which limits tables alone
+        return node | {"type": [node["type"], "object"], "$ref": "#/$defs/Ranged"}
     return {key: _ranged(value) for key, value in node.items()}
 
 
 def _without_null(node: Any) -> Any:
-    """The schema without null, which TOML lacks: a key is left out instead; keys of named tables must be names."""
+    """The schema without null, which TOML lacks: a key is left out instead;
+    keys of named tables must be names."""
     if isinstance(node, list):
         return [_without_null(x) for x in node]
     if not isinstance(node, dict):
         return node
-    node = {key: _without_null(value) for key, value in node.items() if not (key == "default" and value is None)}
+    node = {key: _without_null(value)
+            for key, value in node.items() if not (key == "default" and value is None)}
     kinds = node.get("anyOf")
     if isinstance(kinds, list) and {"type": "null"} in kinds:
         kinds = [kind for kind in kinds if kind != {"type": "null"}]

@@ -1,4 +1,5 @@
-"""Finds the line of each key in a TOML text, and the characters of its value, which tomllib does not report."""
+"""Finds the line of each key in a TOML text, and the characters of its value, which tomllib does not report.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +21,8 @@ def key_lines(text: str) -> dict[Key, int]:
 
 
 def value_spans(text: str) -> dict[Key, tuple[int, int]]:
-    """First character of the value of every key and list entry in valid TOML, and the one after it; of a [header], its own ends."""
+    """First character of the value of every key and list entry in valid TOML, and the one after it;
+    of a [header], its own ends."""
     tokens = _Tokens(text)
     _walked(tokens)
     return tokens.spans

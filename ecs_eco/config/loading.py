@@ -1,4 +1,5 @@
-"""Loads a world: a shipped one by name, a file or a dict, with values set from outside; or reports all problems."""
+"""Loads a world: a shipped one by name, a file or a dict, with values set from outside;
+or reports all problems."""
 
 from __future__ import annotations
 
@@ -22,14 +23,15 @@ from ecs_eco.engine.errors import MISSING, MOST, ConfigError, Problem
 
 
 def load(
-    world: str | Path | Mapping[str, Any] | WorldConfig, overrides: Overrides = None, systems: Iterable[Any] = (), *,
-    trust: bool = False, places: Sequence[Path] = (),
+    world: str | Path | Mapping[str, Any] | WorldConfig, overrides: Overrides = None,
+    systems: Iterable[Any] = (), *, trust: bool = False, places: Sequence[Path] = (),
 ) -> WorldConfig:
     """The checked world; `overrides` are dotted keys with values, or texts like "species.deer.count=50".
 
-    `systems` (classes or instances) are added to those that the world names. `trust` allows the code that it lists in `code` to
-    run in this process; without it, or an earlier --trust, that code is neither run nor checked. Its files are taken from
-    `places`, else from the world's folder. Raises ConfigError with every problem found.
+    `systems` (classes or instances) are added to those that the world names. `trust` allows the code that it
+    lists in `code` to run in this process; without it, or an earlier --trust, that code is neither run nor
+    checked. Its files are taken from `places`, else from the world's folder. Raises ConfigError with every
+    problem found.
     """
     document = read_document(world)
     document.places = document.places or tuple(places)
@@ -60,7 +62,9 @@ def for_training(config: WorldConfig, values: Mapping[str, Any] | None = None) -
     wanted, data["training"]["set"] = {**data["training"]["set"], **(values or {})}, {}
     ramp, data["training"]["ramp"], data["training"]["vary"] = data["training"]["ramp"], [], {}
     data["interventions"] = []  # what happens in a run
-    new = load(Document(data, config._source, config._folder, set_by="[training] set", code=config._code), wanted)  # type: ignore[arg-type]
+    new = load(
+        Document(data, config._source, config._folder, set_by="[training] set", code=config._code), wanted  # type: ignore[arg-type]
+    )
     if not ramp:
         return new
     return new.model_copy(update={"training": new.training.model_copy(update={"ramp": config.training.ramp})})
@@ -68,19 +72,26 @@ def for_training(config: WorldConfig, values: Mapping[str, Any] | None = None) -
 
 def changed(config: WorldConfig, values: Overrides, folder: Path | None = None) -> WorldConfig:
     """The world with new values while it lives; raises ConfigError."""
-    names = values if isinstance(values, Mapping) else [text.partition("=")[0].strip() for text in values or ()]
+    names = values if isinstance(values, Mapping) else [text.partition("=")[0].strip()
+                                                        for text in values or ()]
     kept: dict[str, Any] = {}
     data, touched = config.model_dump(), {name.partition(".")[0] for name in names}
     if "interventions" not in touched:  # checked already: not again for each change
         data["interventions"], kept["interventions"] = [], config.interventions
     if "training" not in touched:
-        data["training"]["set"], data["training"]["vary"], data["training"]["ramp"], kept["training"] = {}, {}, [], config.training
-    new = load(Document(data, config._source, folder or config._folder, code=config._code), values)  # type: ignore[arg-type]
+        data["training"]["set"], data["training"]["vary"], data["training"]["ramp"], kept["training"] = (
+            {}, {}, [], config.training
+        )
+    new = load(
+        Document(data, config._source, folder or config._folder, code=config._code), values  # type: ignore[arg-type]
+    )
     return new.model_copy(update=kept)
 
 
-def intervention(config: WorldConfig, request: Mapping[str, Any], before: Iterable[Mapping[str, Any]] = ()) -> Any:
-    """An intervention for a living world, checked as one in its file; `before` are those that it may depend on. Raises ConfigError."""
+def intervention(config: WorldConfig, request: Mapping[str, Any],
+                 before: Iterable[Mapping[str, Any]] = ()) -> Any:
+    """An intervention for a living world, checked as one in its file;
+    `before` are those that it may depend on. Raises ConfigError."""
     listed_ = [*before, dict(request)]
     data = config.model_dump() | {"interventions": listed_, "ticks": max(config.ticks, request["at"] + 1)}
     data["training"]["set"], data["training"]["vary"], data["training"]["ramp"] = {}, {}, []
@@ -89,26 +100,30 @@ def intervention(config: WorldConfig, request: Mapping[str, Any], before: Iterab
         _refuse_code(config, new.interventions[-1])
         return new.interventions[-1]
     except ConfigError as error:
-        problems = [p.moved(key=p.key[2:] if p.key[:1] == ("interventions",) else p.key) for p in error.problems]
+        problems = [p.moved(key=p.key[2:] if p.key[:1] == ("interventions",) else p.key)
+                    for p in error.problems]
         raise ConfigError(problems, "this intervention is refused") from None
 
 
 def _refuse_code(config: WorldConfig, request: Any) -> None:
-    """Raise ConfigError if an intervention from outside names code: only functions themselves are accepted."""
+    """Raise ConfigError if an intervention from outside names code: only functions themselves are accepted.
+    """
     if request.kind != "set":
         return
     before = dict(names_in(config))
     for key, value in names_in(changed(config, request.set)):
         if isinstance(value, str) and before.get(key) != value:
             allowed = "a world file may name code, and Python may pass the function itself"
-            raise ConfigError([Problem(("set", ".".join(map(str, key))), "an intervention from outside names no code", value, allowed)])
+            raise ConfigError([Problem(("set", ".".join(map(str, key))),
+                                       "an intervention from outside names no code", value, allowed)])
 
 
 def _check_training(config: WorldConfig) -> list[Problem]:
     plan, problems = config.training, []
     for name, (low, high) in plan.vary.items():
         if not low < high:
-            problems.append(Problem(("training", "vary", name), "is no range", [low, high], "[low, high] with low < high"))
+            problems.append(Problem(("training", "vary", name), "is no range", [low, high],
+                                    "[low, high] with low < high"))
     ends = (0, 1) if plan.vary else (None,) if plan.set else ()
     training = config
     for end in ends:
@@ -130,7 +145,8 @@ def _check_ramp(config: WorldConfig, number: int, ramp: Any) -> list[Problem]:
         try:
             now = changed(config, {ramp.key: value})
         except ConfigError as error:
-            right = value_at(config.model_dump(), tuple(int(k) if is_index(k) else k for k in ramp.key.split("."))) is not MISSING
+            right = value_at(config.model_dump(),
+                             tuple(int(k) if is_index(k) else k for k in ramp.key.split("."))) is not MISSING
             key = (*at, "values", end) if right else (*at, "key")
             return [p.moved(key=key, source="", line=None) for p in error.problems]
         if problems := refused(config, now):
@@ -141,7 +157,8 @@ def _check_ramp(config: WorldConfig, number: int, ramp: Any) -> list[Problem]:
 def _moved_to_training(problem: Problem, plan: Any) -> Problem:
     """The problem at the entry of [training] set or vary that it comes from."""
     path = ".".join(map(str, problem.key))
-    part, written = next(((part, k) for part in ("vary", "set") for k in getattr(plan, part) if k == path), ("set", None))
+    part, written = next(((part, k) for part in ("vary", "set") for k in getattr(plan, part) if k == path),
+                         ("set", None))
     key = ("training", part) if written is None else ("training", part, written)
     fault = problem.what if written is not None else f"{problem.what}, at {problem.path} while training"
     return problem.moved(key=key, what=fault, source="", line=None)
@@ -154,7 +171,8 @@ def _beside(problem: Problem, inline: Mapping[str, Key]) -> Problem:
 
 
 def document_of(world: Any, overrides: Overrides = None) -> Document:
-    """A world before it is checked, with its text as it is written; its `changes` are what `overrides` set."""
+    """A world before it is checked, with its text as it is written; its `changes` are what `overrides` set.
+    """
     document = read_document(world)
     if problems := apply_overrides(document, overrides):
         raise document.refused(problems)
@@ -170,7 +188,8 @@ def _validate(document: Document) -> tuple[WorldConfig | None, list[Problem]]:
 
 
 def _checked(data: dict[str, Any], document: Document) -> tuple[WorldConfig, list[Problem]]:
-    """The world of this data with what belongs to the document, and the problems across its sections; raises ValidationError."""
+    """The world of this data with what belongs to the document, and the problems across its sections;
+    raises ValidationError."""
     config = WorldConfig.model_validate(data)
     config._folder, config._source = document.folder, document.source
     config._code, problems = _read_code(document, config.code)
@@ -190,12 +209,14 @@ def _read_code(document: Document, entries: Any = None) -> tuple[Code, list[Prob
         return read(entries, document.places or [document.folder])
     if entries != (own := [s.entry for s in document.code.sources]):
         fault = "cannot be set from here"
-        return document.code, [Problem(("code",), fault, entries, f"the world's own, {own}, or another world file")]
+        return document.code, [Problem(("code",), fault, entries,
+                                       f"the world's own, {own}, or another world file")]
     return document.code, []
 
 
 def _with_checks(problems: list[Problem], document: Document) -> list[Problem]:
-    """Add problems from the checks across sections, once tables with problems are repaired as far as possible."""
+    """Add problems from the checks across sections, once tables with problems are repaired
+    as far as possible."""
     if len(problems) > MOST:
         return problems
     data = copy.deepcopy(document.data)

@@ -20,7 +20,8 @@ CGROUPS = ("/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory/memory.limit_in_b
 
 
 def require_memory(config: WorldConfig, available: float | None = None) -> None:
-    """ConfigError where a world needs more memory at its start than there is [bytes], with the keys that need the most."""
+    """ConfigError where a world needs more memory at its start than there is [bytes],
+    with the keys that need the most."""
     available = machine_memory() if available is None else available
     parts = sorted(needs(config), key=lambda part: -part[1])
     total = sum(size for _, size in parts)
@@ -28,7 +29,8 @@ def require_memory(config: WorldConfig, available: float | None = None) -> None:
         return
     largest = [part for part in parts if part[1] > total / 10][:MOST_SHOWN]
     problems = [_problem(config, key, size, available) for key, size in largest]
-    title = f"it would need about {in_words(total)} of memory at its start, and there are {in_words(available)}"
+    title = (f"it would need about {in_words(total)} of memory at its start, "
+             f"and there are {in_words(available)}")
     raise ConfigError(problems, f"{config._source}: {title}")
 
 
@@ -37,7 +39,8 @@ def needs(config: WorldConfig) -> Iterator[tuple[Key, float]]:
     for name, field in config.fields.items():
         yield ("fields", name, "cell"), 12 * math.prod(max(1.0, s / field.cell) for s in config.space.size)
     if config.terrain is not None:
-        yield ("terrain", "cell"), 16 * math.prod(max(1.0, s / config.terrain.cell) for s in config.space.size[:2])
+        yield ("terrain", "cell"), 16 * math.prod(max(1.0, s / config.terrain.cell)
+                                                  for s in config.space.size[:2])
     for name, kind in config.objects.items():
         yield ("objects", name, "count"), ROW * (kind.count + len(kind.at))
     for name, species in config.species.items():
@@ -58,7 +61,8 @@ def _of_species(config: WorldConfig, name: str, species: Species) -> Iterator[tu
         yield (*key, "genome"), 2.0 * rows * species.genome.ploidy * loci
     if species.policy.kind == "none":
         return
-    size = 0 if species.policy.network else n_weights(species, config.dims)  # what a module needs is known when it is made
+    # what a module needs is known when it is made
+    size = 0 if species.policy.network else n_weights(species, config.dims)
     horizon = species.ppo["horizon"]
     if species.policy.kind == "individual":
         blocks = 256.0 * math.ceil(max(1, species.count) / 256)
@@ -66,7 +70,8 @@ def _of_species(config: WorldConfig, name: str, species: Species) -> Iterator[tu
         yield (*key, "ppo", "horizon"), blocks * horizon * (4 * channels + 24)
     else:
         yield (*key, "policy", "hidden"), 16.0 * size + 16.0 * 2048 * sum(species.policy.hidden)
-        yield (*key, "ppo", "horizon"), float(species.count) * min(horizon, config.ticks) * (4 * channels + 24) * species.policy.learn
+        yield ((*key, "ppo", "horizon"),
+               float(species.count) * min(horizon, config.ticks) * (4 * channels + 24) * species.policy.learn)
 
 
 def _loci(gene: Gene, species: Species, dims: int) -> int:

@@ -15,28 +15,36 @@ ANEW = "build a world with it and run it from the start"
 NUMBERS = 'an intervention of kind "add" or "cull"'
 SHAPE = "weights and columns have their shapes from it: build a world with it"
 
-RULES: tuple[tuple[str, str], ...] = (  # the first match counts; "" means that it may change; * is one part of a key, ** any
+# the first match counts; "" means that it may change; * is one part of a key, ** any
+RULES: tuple[tuple[str, str], ...] = (
     ("species.*.count", NUMBERS), ("objects.*.count", NUMBERS), ("objects.*.at**", NUMBERS),
     ("terrain.slope_cost", ""), ("terrain**", 'an intervention of kind "fence"'),
-    ("species.*.reproduction.kind", ANEW), ("species.*.reproduction", ANEW + '; or an intervention of kind "switch"'),
-    ("*.*.body.radius", ANEW), ("*.*.body.*", ""), ("*.*.color", ""), ("*.*.properties.*", ""), ("*.*.substances.*", ""),
-    ("species.*.sensors**", SHAPE), ("species.*.actions**", SHAPE), ("species.*.genome.mate**", ""), ("species.*.genome.mutate**", ""),
+    ("species.*.reproduction.kind", ANEW),
+    ("species.*.reproduction", ANEW + '; or an intervention of kind "switch"'), ("*.*.body.radius", ANEW),
+    ("*.*.body.*", ""), ("*.*.color", ""), ("*.*.properties.*", ""), ("*.*.substances.*", ""),
+    ("species.*.sensors**", SHAPE), ("species.*.actions**", SHAPE), ("species.*.genome.mate**", ""),
+    ("species.*.genome.mutate**", ""),
     ("species.*.genome**", SHAPE), ("species.*.policy.kind", SHAPE), ("species.*.policy.hidden**", SHAPE),
     ("species.*.policy.network", SHAPE), ("species.*.policy.device", SHAPE),
     ("species.*.policy.file", "World.from_config(…, policies=…)"),
-    ("species.*.policy.*", ""), ("species.*.locomotion.**", ""), ("species.*.metabolism.*", ""), ("species.*.defence.*", ""),
-    ("species.*.emits**", ""), ("species.*.diet**", ""), ("species.*.reflex**", ""), ("species.*.happiness**", ""), ("species.*.ppo.*", ""),
-    ("species.*.reproduction.**", ""), ("species.*.lethal**", ""), ("species.*.max_count", ""), ("species.*.sex", ""),
+    ("species.*.policy.*", ""), ("species.*.locomotion.**", ""), ("species.*.metabolism.*", ""),
+    ("species.*.defence.*", ""), ("species.*.emits**", ""), ("species.*.diet**", ""),
+    ("species.*.reflex**", ""), ("species.*.happiness**", ""), ("species.*.ppo.*", ""),
+    ("species.*.reproduction.**", ""), ("species.*.lethal**", ""), ("species.*.max_count", ""),
+    ("species.*.sex", ""),
     ("species.*.fertility", ""), ("fields.*.diffusion", ""), ("fields.*.decay", ""), ("ambient.*", ""),
     ("sun.*", ""), ("water.**", ""), ("*.*.emits**", ""), ("seed", ""), ("ticks", ""),
-    ("title", ""), ("description", ""), ("training**", ""), ("interventions**", ""), ("substances.*", ""), ("**", ANEW),
+    ("title", ""), ("description", ""), ("training**", ""), ("interventions**", ""), ("substances.*", ""),
+    ("**", ANEW),
 )  # fmt: skip
 _SIGNS = {".": r"\.", "**": ".*", "*": "[^.]+"}
-_RULES = tuple((re.compile(re.sub(r"\*\*|[.*]", lambda m: _SIGNS[m[0]], pattern)), hint) for pattern, hint in RULES)
+_RULES = tuple((re.compile(re.sub(r"\*\*|[.*]", lambda m: _SIGNS[m[0]], pattern)), hint)
+               for pattern, hint in RULES)
 
 
 def changes(old: Any, new: Any, key: Key = ()) -> Iterator[tuple[Key, Any, Any]]:
-    """Every value that differs between two sections as `model_dump` gives them: its key, what it was, and what it is."""
+    """Every value that differs between two sections as `model_dump` gives them: its key, what it was,
+    and what it is."""
     if isinstance(old, dict) and isinstance(new, dict):
         for part in dict.fromkeys([*old, *new]):
             yield from changes(old.get(part, MISSING), new.get(part, MISSING), (*key, part))
@@ -88,7 +96,8 @@ def _of_genes(key: Key, old: Any, new: Any, config: WorldConfig) -> Iterator[Pro
     for section, component in (("reflex", "Reflexes"), ("happiness", "Desires"), ("lethal", "LifeHistory")):
         names = [[n for n, t in traits.items() if t.component == component] for traits in (before, now)]
         if component in used and names[0] != names[1]:
-            yield Problem((*key, section), "cannot change in a living world: its genes code for what is in it", allowed=SHAPE)
+            yield Problem((*key, section),
+                          "cannot change in a living world: its genes code for what is in it", allowed=SHAPE)
     for name, gene in genes.items():
         if name in before and name in now and before[name].default != now[name].default:
             fault = f"the gene {gene} codes for it, so each organism has its own"

@@ -1,4 +1,5 @@
-"""The keys of a world that name code: derived from the types of its fields, so that no new key is forgotten."""
+"""The keys of a world that name code: derived from the types of its fields, so that no new key is forgotten.
+"""
 
 from __future__ import annotations
 
@@ -34,7 +35,8 @@ def names_in(section: Any, key: Key = ()) -> Iterator[tuple[Key, Any]]:
 def _leaves(value: Any, key: Key) -> Iterator[tuple[Key, Any]]:
     if isinstance(value, list):
         for i, inner in enumerate(value):
-            yield from names_in(inner, (*key, i)) if isinstance(inner, BaseModel) else _leaves(inner, (*key, i))
+            yield from names_in(inner, (*key, i)) if isinstance(inner, BaseModel) else _leaves(inner,
+                                                                                               (*key, i))
     elif value is not None and (not isinstance(value, str) or ":" in value):
         yield key, value
 
@@ -62,6 +64,7 @@ def _marked(annotation: Any) -> bool:
 def code_of(config: Any) -> list[str]:
     """The entries of `code`, then the modules of functions that were passed in Python."""
     modules = [function_name(value).partition(":")[0] for key, value in names_in(config)
-               if key[0] != "search" and not isinstance(value, str) and function_name(value) not in SHIPPED]  # fmt: skip
+               if key[0] != "search" and not isinstance(value, str)
+               and function_name(value) not in SHIPPED]  # fmt: skip
     known = [entry.removesuffix(".py") for entry in config.code]
     return [*config.code, *(m for m in dict.fromkeys(modules) if m not in known)]

@@ -1,4 +1,5 @@
-"""Numbers written `{ value = 0.014, search = [0.004, 0.02] }`: the value goes to its place, the range to [search.ranges]."""
+"""Numbers written `{ value = 0.014, search = [0.004, 0.02] }`: the value goes to its place,
+the range to [search.ranges]."""
 
 from __future__ import annotations
 
@@ -26,7 +27,8 @@ def name_of(key: Key) -> str:
 
 
 def take_ranges(data: dict[str, Any]) -> tuple[dict[str, Key], list[Problem]]:
-    """Replace numbers with a range by their values, in `data` itself; return the keys of the ranges by name, and problems."""
+    """Replace numbers with a range by their values, in `data` itself;
+    return the keys of the ranges by name, and problems."""
     ranges: dict[str, Key] = {}
     problems: list[Problem] = []
     for holder, key in list(_tables(data, ())):
@@ -34,12 +36,14 @@ def take_ranges(data: dict[str, Any]) -> tuple[dict[str, Key], list[Problem]]:
         unknown = [k for k in part if k not in PARTS]
         if "value" not in part:
             problems.append(Problem((*key, "value"), "is missing beside the range", allowed="a number"))
-        problems += [Problem((*key, k), "unknown key", part[k], listed(PARTS), nearest(k, PARTS)) for k in unknown]
+        problems += [Problem((*key, k), "unknown key", part[k], listed(PARTS), nearest(k, PARTS))
+                     for k in unknown]
         holder[key[-1]] = part.get("value", 1)
         search = data.setdefault("search", {})
         if isinstance(search, dict) and isinstance(search.setdefault("ranges", {}), dict):
             if name_of(key) in search["ranges"]:
-                problems.append(Problem(key, "has a range here and in [search.ranges]", part["search"], "one of them"))
+                problems.append(Problem(key, "has a range here and in [search.ranges]", part["search"],
+                                        "one of them"))
             ranges[name_of(key)] = key
             search["ranges"][name_of(key)] = {k: v for k, v in part.items() if k in ("search", "scale")}
     return ranges, problems
@@ -58,7 +62,8 @@ def _tables(node: Any, key: Key) -> Iterator[tuple[Any, Key]]:
 
 
 def check_search(config: WorldConfig, inline: Mapping[str, Key], set_: Mapping[Key, Any]) -> list[Problem]:
-    """Problems of [search]: ranges of anything but numbers, without width or without the value; unknown species."""
+    """Problems of [search]: ranges of anything but numbers, without width or without the value;
+    unknown species."""
     problems = _check_objective(config)
     data = config.model_dump() if config.search.ranges else {}
     for name, span in config.search.ranges.items():
@@ -73,16 +78,19 @@ def _check_range(data: Any, name: str, span: Range, place: Key, set_: Mapping[Ke
     if wrong is not None:
         return [wrong.moved(key=place, value=name)]
     if key[0] == "search":
-        return [Problem(place, "is no number of the world", name, "a dotted key, for example species.deer.count")]
+        return [Problem(place, "is no number of the world", name,
+                        "a dotted key, for example species.deer.count")]
     if isinstance(value, bool) or not isinstance(value, int | float):
         fault = "has no value yet" if value is None else "is a range, and its key holds no number"
-        return [Problem(place, f"{fault}: {name} = {'absent' if value is None else value!r}", list(span.search), "the key of a number")]
+        return [Problem(place, f"{fault}: {name} = {'absent' if value is None else value!r}",
+                        list(span.search), "the key of a number")]
     if not (math.isfinite(low) and math.isfinite(high) and low < high):
         return [Problem(place, "is no range", list(span.search), "[low, high] with low < high")]
     if span.scale == "log" and low <= 0:
         return [Problem(place, "cannot be taken on a log scale", list(span.search), "low > 0")]
     if not low <= value <= high and key not in set_:
-        return [Problem(place, f"does not hold the world's own value, {value:g}", list(span.search), "a range around it")]
+        return [Problem(place, f"does not hold the world's own value, {value:g}", list(span.search),
+                        "a range around it")]
     return []
 
 
@@ -90,7 +98,8 @@ def real_key(data: Any, key: Key) -> tuple[Key, Any, Problem | None]:
     """The key with whole numbers as list indices, and the value there, or the problem with the key."""
     real: list[str | int] = []
     for part in key:
-        known = list(map(str, range(len(data)))) if isinstance(data, list) else list(data) if isinstance(data, dict) else []
+        known = (list(map(str, range(len(data)))) if isinstance(data, list) else list(data)
+                 if isinstance(data, dict) else [])
         if str(part) not in known:
             where = name_of(tuple(real)) or "the world"
             fault = f"no {part!r} in {where}" if known else f"{where} has no parts"
@@ -106,7 +115,9 @@ def _check_objective(config: WorldConfig) -> list[Problem]:
         for i, species in enumerate(getattr(search, part)):
             if species not in config.species:
                 key: Key = ("search", part, species if part == "wanted" else i)
-                problems.append(Problem(key, "no such species", species, listed(config.species), nearest(species, config.species)))
+                problems.append(Problem(key, "no such species", species, listed(config.species),
+                                        nearest(species, config.species)))
     if any(of == "population" for of, _ in search.goals) and not search.wanted:
-        problems.append(Problem(("search", "wanted"), "is missing: the objective is population", allowed="for example { deer = 500 }"))
+        problems.append(Problem(("search", "wanted"), "is missing: the objective is population",
+                                allowed="for example { deer = 500 }"))
     return problems

@@ -22,7 +22,8 @@ def traits_of(species: Species, dims: int, extra_components: Iterable[Any] = ())
 
     `extra_components` are components of the user's own: each number of theirs is the trait Component.field.
     """
-    traits = [*_of_body(species), *_of_sensors(species), *_of_nerves(species), *_of_learning(species), *_of_life(species)]
+    traits = [*_of_body(species), *_of_sensors(species), *_of_nerves(species), *_of_learning(species),
+              *_of_life(species)]
     for component in extra_components:
         traits += _of_component(component)
     return {trait.name: trait for trait in traits}
@@ -34,7 +35,8 @@ def label_of(connection: Connection) -> str:
 
 
 def policy_shapes(species: Species, dims: int) -> list[tuple[int, ...]]:
-    """Return the shapes of an individual policy's matrices (inputs, units) and biases, in the order of its weights."""
+    """Return the shapes of an individual policy's matrices (inputs, units) and biases,
+    in the order of its weights."""
     logits = 0
     for group, actions in species.actions.items():
         automatic = [a in species.automatic or f"{group}.{a}" in species.automatic for a in actions]
@@ -45,44 +47,54 @@ def policy_shapes(species: Species, dims: int) -> list[tuple[int, ...]]:
 
 def _of_body(species: Species) -> Iterator[Trait]:
     body, moves, metabolism = species.body, species.locomotion, species.metabolism
-    yield Trait("body.radius", "Body", "radius", None, body.radius, TINY, LARGEST, "number", "m", "radius of the body")
-    yield Trait("body.mass", "Body", "mass", None, body.mass, TINY, LARGEST, "number", "kg", "mass of the body")
+    yield Trait("body.radius", "Body", "radius", None, body.radius, TINY, LARGEST, "number", "m",
+                "radius of the body")
+    yield Trait("body.mass", "Body", "mass", None, body.mass, TINY, LARGEST, "number", "kg",
+                "mass of the body")
     if moves is not None:
         text = "factor of all its speeds; the cost of moving grows with its square"
         yield Trait("locomotion.pace", "Vigour", "pace", None, 1.0, 0.0, LARGEST, "number", "1", text)
     text = "energy made in full light"
-    yield Trait("metabolism.growth", "Growth", "growth", None, metabolism.growth, 0.0, LARGEST, "number", "energy/s", text)
+    yield Trait("metabolism.growth", "Growth", "growth", None, metabolism.growth, 0.0, LARGEST, "number",
+                "energy/s", text)
     defence = species.defence
     text = "share of the bites into it that fail"
-    yield Trait("defence.toughness", "Defence", "toughness", None, defence.toughness, 0.0, 1.0, "number", "1", text)
+    yield Trait("defence.toughness", "Defence", "toughness", None, defence.toughness, 0.0, 1.0,
+                "number", "1", text)
     text = "energy that its eater loses"
-    yield Trait("defence.poison", "Defence", "poison", None, defence.poison, 0.0, LARGEST, "number", "energy", text)
+    yield Trait("defence.poison", "Defence", "poison", None, defence.poison, 0.0, LARGEST, "number",
+                "energy", text)
 
 
 def _of_sensors(species: Species) -> Iterator[Trait]:
     for i, sensor in enumerate(species.sensors):
         if (radius := getattr(sensor, "radius", None)) is not None:
             text = f"how far the sensor {sensor.name} reaches"
-            yield Trait(f"sensors.{sensor.name}.radius", "Senses", "radius", i, radius, TINY, LARGEST, "number", "m", text)
+            yield Trait(f"sensors.{sensor.name}.radius", "Senses", "radius", i, radius, TINY, LARGEST,
+                        "number", "m", text)
         if (at := getattr(sensor, "at", None)) is None or sensor.kind == "touch":
             continue
         for axis, way in enumerate(("forward", "left")):
             text = f"where on the body the sensor {sensor.name} is, {way}, in radii of the body"
-            yield Trait(f"sensors.{sensor.name}.{way}", "Senses", way, i, at[axis], -LARGEST, LARGEST, "number", "1", text)
+            yield Trait(f"sensors.{sensor.name}.{way}", "Senses", way, i, at[axis], -LARGEST, LARGEST,
+                        "number", "1", text)
 
 
 def _of_nerves(species: Species) -> Iterator[Trait]:
     for i, c in enumerate(species.reflex.connections if species.reflex else ()):
         name, way = label_of(c), "above" if c.above is not None else "below"
         threshold = c.above if c.above is not None else c.below
-        text = f"while {c.sensor} is {way} the threshold: −1 blocks {c.action}, 0 leaves it to the policy, 1 forces it"
+        text = (f"while {c.sensor} is {way} the threshold: −1 blocks {c.action}, 0 leaves it to the policy, "
+                "1 forces it")
         yield Trait(f"reflex.{name}.weight", "Reflexes", "weight", i, c.weight, -1.0, 1.0, "sign", "1", text)
         text = f"{c.action} answers to {c.sensor} {way} this reading"
         own = float(threshold or 0.0)
-        yield Trait(f"reflex.{name}.threshold", "Reflexes", "threshold", i, own, -LARGEST, LARGEST, "number", "reading", text)
+        yield Trait(f"reflex.{name}.threshold", "Reflexes", "threshold", i, own, -LARGEST, LARGEST, "number",
+                    "reading", text)
     for i, (channel, weight) in enumerate(species.happiness.weights.items() if species.happiness else ()):
         text = f"what {channel} adds to happiness"
-        yield Trait(f"happiness.{channel}", "Desires", "weight", i, weight, -LARGEST, LARGEST, "number", "1", text)
+        yield Trait(f"happiness.{channel}", "Desires", "weight", i, weight, -LARGEST, LARGEST,
+                    "number", "1", text)
 
 
 def _of_learning(species: Species) -> Iterator[Trait]:
@@ -93,23 +105,27 @@ def _of_learning(species: Species) -> Iterator[Trait]:
     settings = ppo_defaults() | species.ppo
     for field, high in {"learning_rate": LARGEST, "discount": 1.0, "entropy": LARGEST}.items():
         text = f"{field.replace('_', ' ')} of its learning by PPO"
-        own = float(settings[field]) if isinstance(settings[field], int | float) else 0.0  # anything else is reported elsewhere
+        # anything else is reported elsewhere
+        own = float(settings[field]) if isinstance(settings[field], int | float) else 0.0
         yield Trait(f"ppo.{field}", "Plasticity", field, None, own, 0.0, high, "number", "1", text)
 
 
 def _of_life(species: Species) -> Iterator[Trait]:
     age = next((x.max for x in species.lethal if x.property == "age" and x.max is not None), None)
     if age is not None:
-        yield Trait("life.age_max", "LifeHistory", "age_max", None, age, TINY, LARGEST, "number", "s", "age at which it dies")
+        yield Trait("life.age_max", "LifeHistory", "age_max", None, age, TINY, LARGEST, "number", "s",
+                    "age at which it dies")
     way = species.reproduction
     if way is not None and way.kind == "spread":
-        yield Trait("reproduction.spread", "Growth", "spread", None, 1.0, 0.0, 1.0, "number", "1", "share of its seeds that sprout")
+        yield Trait("reproduction.spread", "Growth", "spread", None, 1.0, 0.0, 1.0, "number", "1",
+                    "share of its seeds that sprout")
     fields: dict[str, tuple[float, float, Kind, str, str]] = {
         "age_min": (0.0, LARGEST, "number", "s", "least age to reproduce"),
         "energy_min": (0.0, LARGEST, "number", "energy", "least energy to reproduce"),
         "energy_given": (0.0, LARGEST, "number", "energy", "energy of each of its newborn"),
         "litter": (1.0, 10_000.0, "whole", "1", "newborn at a time"),
-        "choice": (0.0, 3.0, "whole", "1", "whom it mates with: 0 the nearest, 1 any, 2 the richest, 3 the oldest"),
+        "choice": (0.0, 3.0, "whole", "1",
+                   "whom it mates with: 0 the nearest, 1 any, 2 the richest, 3 the oldest"),
     }
     for field, (low, high, kind, unit, text) in fields.items():
         value = getattr(way, field, None)
@@ -128,5 +144,6 @@ def _of_component(component: Any) -> Iterator[Trait]:
         elif column.dtype.kind == "b":
             low, high, kind = 0.0, 1.0, "whole"
         name = f"{component.__name__}.{field}"
-        text = (component.__doc__ or name).strip().partition("\n")[0]
-        yield Trait(name, component.__name__, field, None, float(default), low, high, kind, "own", text)  # type: ignore[arg-type]
+        text = " ".join((component.__doc__ or name).partition("\n\n")[0].split())
+        yield Trait(name, component.__name__, field, None, float(default), low,
+                    high, kind, "own", text)  # type: ignore[arg-type]

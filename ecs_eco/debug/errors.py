@@ -2,7 +2,8 @@
 
 
 class DebugError(RuntimeError):
-    """A check of the debug mode that failed: the system, the tick, the species, the column, the organism and the value."""
+    """A check of the debug mode that failed: the system, the tick, the species, the column,
+    the organism and the value."""
 
 
 class StaleHandle(DebugError):

@@ -12,7 +12,8 @@ if TYPE_CHECKING:
 
 
 class Guard(Columns):
-    """One organism's columns, as its handle sees them in debug mode: every access checks that the row is still its own."""
+    """One organism's columns, as its handle sees them in debug mode:
+    every access checks that the row is still its own."""
 
     __slots__ = ("_component", "_row", "_table", "_uid")
     __setattr__ = object.__setattr__  # type: ignore[assignment]  # it holds no columns of its own
@@ -26,9 +27,11 @@ class Guard(Columns):
         if table.uid[row] != uid:
             here = int(table.uid[row])
             now = f"row {row} belongs to uid {here} now" if here else f"row {row} is free now"
-            fate = f"uid {uid} is dead, and {now}; keep uids and ask world.get again" if not (table.uid == uid).any() else (
-                f"uid {uid} is no longer in row {row}: rows were reordered; ask world.get again")
-            raise StaleHandle(f"tables[{table.name!r}]: {self._component.__name__}.{name} through a handle kept too long: {fate}")
+            fate = (f"uid {uid} is dead, and {now}; keep uids and ask world.get again"
+                    if not (table.uid == uid).any() else (
+                        f"uid {uid} is no longer in row {row}: rows were reordered; ask world.get again"))
+            raise StaleHandle(f"tables[{table.name!r}]: {self._component.__name__}.{name} through a handle "
+                              f"kept too long: {fate}")
         return getattr(table[self._component], name)
 
     @property

@@ -23,7 +23,8 @@ BETWEEN = "what was done between ticks"
 
 
 def start(world: SpatialWorld) -> Debug | None:
-    """Return the checks of a new world where the environment asks for them: ECS_ECO_DEBUG is set, and not to 0; else None."""
+    """Return the checks of a new world where the environment asks for them: ECS_ECO_DEBUG is set,
+    and not to 0; else None."""
     return None if os.environ.get("ECS_ECO_DEBUG", "0") in ("", "0") else Debug(world)
 
 
@@ -35,9 +36,11 @@ class Debug:
         self.before: Before | None = None  # the world before the running system
         self.drift: dict[str, float] = {}  # change of a species' energy between ticks, which no ledger has
         kind, proxy = type(world), self.world
-        for name, title in (("flush_deaths", "the deaths of the phase die"), ("flush_births", "the births of the phase reproduce")):
+        for name, title in (("flush_deaths", "the deaths of the phase die"),
+                            ("flush_births", "the births of the phase reproduce")):
             flush = getattr(kind, name)
-            setattr(world, name, lambda flush=flush, title=title: self.watch(title, lambda: flush(proxy), flush=True))
+            setattr(world, name,
+                    lambda flush=flush, title=title: self.watch(title, lambda: flush(proxy), flush=True))
         world.context.add(Opening(world), "environment", 0)
 
     def guard(self, table: Table, component: type[Any], row: int) -> Guard:
@@ -47,10 +50,12 @@ class Debug:
     def follow(self, system: esper.Processor) -> None:
         """Check after each time that this system acts."""
         act, name = system.process, type(system).__name__
-        system.process = lambda *args, **kwargs: self.watch(name, lambda: act(*args, **kwargs), system)  # type: ignore[method-assign]
+        system.process = lambda *args, **kwargs: self.watch(name,  # type: ignore[method-assign]
+                                                            lambda: act(*args, **kwargs), system)
 
     def watch(self, name: str, act: Callable[[], None], system: Any = None, flush: bool = False) -> None:
-        """Run a system, or a flush, and check what it did; a flush within a system splits that system's check in two."""
+        """Run a system, or a flush, and check what it did; a flush within a system splits
+        that system's check in two."""
         outer = self.before
         if outer is not None:
             outer.compare()
@@ -80,6 +85,7 @@ class Opening(esper.Processor):
         Invariants(self.world, BETWEEN).check()
         recorder = self.world.recorder
         for s, name in enumerate(recorder.names if recorder is not None else ()):
-            page, energy = recorder._ledger[recorder._at, s], budget(table := self.world.tables[name]).get("energy")
+            page, energy = (recorder._ledger[recorder._at, s],
+                            budget(table := self.world.tables[name]).get("energy"))
             stock = 0.0 if energy is None else energy[table.rows()].sum(dtype=np.float64)
             self.world.debug.drift[name] = stock - (recorder._stock[s] + page["endowed"] - page["lost"])

@@ -1,4 +1,5 @@
-"""Arguments from Python, checked like the values of a file: errors give the name, the value and what is allowed."""
+"""Arguments from Python, checked like the values of a file: errors give the name,
+the value and what is allowed."""
 
 import math
 import operator
@@ -11,8 +12,12 @@ SEEDS = 2**63  # as in a world file
 
 
 def whole_number(name: str, value: Any, least: int = 0, most: int | None = None, unit: str = "") -> int:
-    """Return an integer of Python or numpy as int. Raises TypeError for any other type, bool too; ValueError out of range."""
-    allowed = f"a whole number from {least}" + (f" to {most}" if most is not None else " on") + (f" {unit}" if unit else "")
+    """Return an integer of Python or numpy as int.
+
+    Raises TypeError for any other type, bool too; ValueError out of range.
+    """
+    allowed = (f"a whole number from {least}" + (f" to {most}" if most is not None else " on")
+               + (f" {unit}" if unit else ""))
     try:
         if isinstance(value, bool) or type(value).__name__ in ("bool", "bool_"):
             raise TypeError
@@ -30,7 +35,10 @@ def seed_number(value: Any, name: str = "seed") -> int:
 
 
 def positive(name: str, value: Any, unit: str) -> float:
-    """Return a finite number above 0 as float. Raises TypeError for what is no number, ValueError out of range."""
+    """Return a finite number above 0 as float.
+
+    Raises TypeError for what is no number, ValueError out of range.
+    """
     if isinstance(value, bool | str) or not hasattr(value, "__float__"):
         raise TypeError(f"{name} is {value!r}; allowed is a finite number of {unit} above 0")
     number = float(value)
@@ -40,12 +48,14 @@ def positive(name: str, value: Any, unit: str) -> float:
 
 
 def by_species(name: str, value: Any, species: Iterable[str], kinds: tuple[type, ...], allowed: str) -> Any:
-    """Return a value for all species, or a dict species → value, as it is; raises ConfigError for another name or kind."""
+    """Return a value for all species, or a dict species → value, as it is;
+    raises ConfigError for another name or kind."""
     known, problems = list(species), []
     pairs = value.items() if isinstance(value, Mapping) else [(None, value)]
     for name_of, item in pairs:
         if name_of is not None and name_of not in known:
-            problems.append(Problem((name,), "no such species", str(name_of), listed(known), nearest(str(name_of), known), "argument"))
+            problems.append(Problem((name,), "no such species", str(name_of), listed(known),
+                                    nearest(str(name_of), known), "argument"))
         elif item is not None and not isinstance(item, kinds):
             key = (name,) if name_of is None else (name, str(name_of))
             problems.append(Problem(key, "wrong type", item, allowed, source="argument"))

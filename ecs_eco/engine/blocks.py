@@ -9,7 +9,8 @@ BLOCK = 256  # rows of one block
 
 
 class Blocked:
-    """A column [capacity, …] kept as a list of arrays `blocks` [BLOCK, …]: row r is `blocks[r // BLOCK][r % BLOCK]`.
+    """A column [capacity, …] kept as a list of arrays `blocks` [BLOCK, …]: row r is
+    `blocks[r // BLOCK][r % BLOCK]`.
 
     Reads and writes by row or by rows as an array does. Kernels run on one block at a time, see `parts`.
     """
@@ -45,7 +46,8 @@ class Blocked:
         return self[np.arange(self.capacity)]
 
     def parts(self, rows: np.ndarray) -> Iterator[tuple[int, np.ndarray, np.ndarray]]:
-        """Yield (number of the block, rows within it i64, their places in `rows` i64), block by block, in the order given."""
+        """Yield (number of the block, rows within it i64, their places in `rows` i64), block by block,
+        in the order given."""
         if not rows.size:
             return
         first, last = int(rows.min()) // BLOCK, int(rows.max()) // BLOCK

@@ -1,8 +1,9 @@
-"""Code that a world names: a closed list of what is shipped, and files or modules that somebody allowed to run.
+"""Code that a world names: a closed list of what is shipped,
+and files or modules that somebody allowed to run.
 
-A world lists its own code in `code`: files beside it ("sir.py") or installed modules ("mypackage.ecology"). Reading it executes
-nothing: the source text is taken and hashed, and run only once this text was allowed (see trust.py). A file is never found by way of
-Python's module path, and no compiled copy of it is used.
+A world lists its own code in `code`: files beside it ("sir.py") or installed modules ("mypackage.ecology").
+Reading it executes nothing: the source text is taken and hashed, and run only once this text was allowed (see
+trust.py). A file is never found by way of Python's module path, and no compiled copy of it is used.
 """
 
 from __future__ import annotations
@@ -26,7 +27,8 @@ from ecs_eco.engine.errors import ConfigError, Problem, listed, nearest
 SHIPPED = (
     "ecs_eco.learning.mlp:MLP",
     "ecs_eco.worlds.diel_migration.senses:whim",
-    "ecs_eco.worlds.lamb.systems:Breathe", "ecs_eco.worlds.lamb.systems:Burn", "ecs_eco.worlds.lamb.systems:Suckle",
+    "ecs_eco.worlds.lamb.systems:Breathe", "ecs_eco.worlds.lamb.systems:Burn",
+    "ecs_eco.worlds.lamb.systems:Suckle",
 )  # fmt: skip
 """All code of this package that data may name without listing it."""
 ENTRY = re.compile(r"[A-Za-z_][A-Za-z0-9_]*(\.[A-Za-z_][A-Za-z0-9_]*)*")
@@ -40,7 +42,8 @@ class CodeError(ConfigError):
 
 @dataclass(frozen=True)
 class Source:
-    """A file or a module that a world lists, and its text as it was read; `text` is None where there is no file."""
+    """A file or a module that a world lists, and its text as it was read;
+    `text` is None where there is no file."""
 
     entry: str
     path: str
@@ -97,15 +100,21 @@ class Code:
         """Raise CodeError unless all of it may run."""
         if not self.allowed:
             place = f"{where}: " if where else ""
-            raise CodeError(self.problems(), f"{place}names code that nobody has allowed to run here; nothing of it was run")
+            raise CodeError(self.problems(),
+                            f"{place}names code that nobody has allowed to run here; nothing of it was run")
 
     def problems(self) -> list[Problem]:
         """A problem for each text that is not allowed."""
-        return [Problem(("code", i), f"may not run yet: {s.path or 'no file'}, SHA-256 {s.sha256}", s.entry, HOW)
-                for i, s in enumerate(self.sources) if not (self.passed_on or trust.allowed(s.sha256))]  # fmt: skip
+        return [Problem(("code", i), f"may not run yet: {s.path or 'no file'}, SHA-256 {s.sha256}",
+                        s.entry, HOW)
+                for i, s in enumerate(self.sources)
+                if not (self.passed_on or trust.allowed(s.sha256))]  # fmt: skip
 
     def function(self, name: Any) -> Any:
-        """The object that "module:name" stands for; anything but a string is returned. Raises CodeError, ImportError, AttributeError."""
+        """The object that "module:name" stands for; anything but a string is returned.
+
+        Raises CodeError, ImportError, AttributeError.
+        """
         if not isinstance(name, str):
             return name
         module, _, attribute = name.partition(":")
@@ -115,7 +124,8 @@ class Code:
             raise CodeError([self.unlisted((), name)])
         self.require(name)
         thing = getattr(self._modules[module], attribute)
-        if (inspect.isroutine(thing) or inspect.isclass(thing)) and not self._is_home(module, getattr(thing, "__module__", None)):
+        if ((inspect.isroutine(thing) or inspect.isclass(thing))
+            and not self._is_home(module, getattr(thing, "__module__", None))):
             raise AttributeError(f"{module} only imports {attribute}, from {thing.__module__}")
         return thing
 
@@ -130,7 +140,8 @@ class Code:
         except AttributeError as error:
             return self._missing(key, str(name), str(error))
         except Exception as error:
-            return Problem(key, f"cannot be imported: {type(error).__name__}: {error}", name, "code that runs")
+            return Problem(key, f"cannot be imported: {type(error).__name__}: {error}", name,
+                           "code that runs")
         if not callable(thing) and not callable(getattr(thing, "process", None)):
             return Problem(key, f"{name} is no function", name, "a function or a class")
         return None
@@ -138,7 +149,8 @@ class Code:
     def _missing(self, key: tuple[str | int, ...], name: str, why: str) -> Problem:
         module, _, attribute = name.partition(":")
         names = vars(self._modules[module])
-        own = [n for n, f in names.items() if callable(f) and n[0] != "_" and self._is_home(module, getattr(f, "__module__", None))]
+        own = [n for n, f in names.items()
+               if callable(f) and n[0] != "_" and self._is_home(module, getattr(f, "__module__", None))]
         fault = why if "only imports" in why else f"{module} has no function {attribute}"
         return Problem(key, fault, name, listed(own), nearest(attribute, own))
 
@@ -150,7 +162,8 @@ class Code:
     def unlisted(self, key: tuple[str | int, ...], name: str) -> Problem:
         """The problem of a name whose module `code` does not list."""
         module, known = name.partition(":")[0], [s.module for s in self.sources]
-        allowed = f'a module that `code` lists ({listed(known)}), for example code = ["{module.partition(".")[0]}.py"]'
+        allowed = (f'a module that `code` lists ({listed(known)}), '
+                   f'for example code = ["{module.partition(".")[0]}.py"]')
         near = next((n for n in SHIPPED if n.lower() == name.lower()), "") or nearest(module, known)
         return Problem(key, f"names code in {module}, which `code` does not list", name, allowed, near)
 
@@ -161,9 +174,11 @@ class Code:
         return _loaded[self.sources]
 
     def _is_home(self, module: str, home: str | None) -> bool:
-        """Whether a function or class with this `__module__` is the module's own: from its file, or its package."""
+        """Whether a function or class with this `__module__` is the module's own: from its file,
+        or its package."""
         own = self._modules[module].__name__
-        return home is None or home == own or (not own.startswith(PRIVATE) and home.partition(".")[0] == own.partition(".")[0])
+        return (home is None or home == own
+                or (not own.startswith(PRIVATE) and home.partition(".")[0] == own.partition(".")[0]))
 
 
 HOW = "read it; then, if you trust it, the same command with --trust, or trust=True in Python"
@@ -181,7 +196,8 @@ def public_module(module: str) -> str:
     return getattr(sys.modules.get(module), "__public__", module) if module.startswith(PRIVATE) else module
 
 
-def read(entries: Iterable[str], places: Sequence[Path], wanted: Mapping[str, str] = MappingProxyType({})) -> tuple[Code, list[Problem]]:
+def read(entries: Iterable[str], places: Sequence[Path],
+         wanted: Mapping[str, str] = MappingProxyType({})) -> tuple[Code, list[Problem]]:
     """The code that a world lists, and what is wrong with it; nothing runs.
 
     A file is taken from the first of `places` that has it, with the hash in `wanted` if there is one.
@@ -191,11 +207,13 @@ def read(entries: Iterable[str], places: Sequence[Path], wanted: Mapping[str, st
     for i, entry in enumerate(entries):
         if not ENTRY.fullmatch(entry):
             continue  # the type of the field says so already
-        source, fault = _file(entry, places, wanted.get(entry)) if entry.endswith(".py") else _installed(entry)
+        source, fault = (_file(entry, places, wanted.get(entry))
+                         if entry.endswith(".py") else _installed(entry))
         if source is not None and source.module in [s.module for s in sources]:
             source, fault = None, "another entry has the same module"
         if source is None:
-            problems.append(Problem(("code", i), fault, entry, "a file beside the world file, or an installed module of your own"))
+            problems.append(Problem(("code", i), fault, entry,
+                                    "a file beside the world file, or an installed module of your own"))
         else:
             sources.append(source)
     return Code(tuple(sources)), problems
@@ -264,16 +282,19 @@ def _load(sources: tuple[Source, ...]) -> Iterator[tuple[str, ModuleType]]:
 
 
 def _require_unchanged(source: Source) -> None:
-    """Raise CodeError where the file of an installed module is no longer the one that was read, and allowed."""
+    """Raise CodeError where the file of an installed module is no longer the one that was read, and allowed.
+    """
     if source.text is not None and (now := _installed(source.entry)[0]) != source:
-        fault = f"has changed since it was read: its SHA-256 was {source.sha256}, and is {'none' if now is None else now.sha256}"
+        fault = (f"has changed since it was read: its SHA-256 was {source.sha256}, "
+                 f"and is {'none' if now is None else now.sha256}")
         raise CodeError([Problem(("code",), fault, source.entry, HOW)])
 
 
 def _run(source: Source, name: str, earlier: dict[str, ModuleType]) -> ModuleType:
     """Execute the text that was read, as a module with a private name that no other import finds."""
 
-    def find(wanted: str, globals_: Any = None, locals_: Any = None, fromlist: Any = (), level: int = 0) -> Any:
+    def find(wanted: str, globals_: Any = None, locals_: Any = None, fromlist: Any = (),
+             level: int = 0) -> Any:
         if level == 0 and wanted in earlier:
             return earlier[wanted]
         return builtins.__import__(wanted, globals_, locals_, fromlist, level)

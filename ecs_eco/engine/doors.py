@@ -1,8 +1,10 @@
-"""Where esper's functions reach a world: dicts, sets and a list that act on its tables when they are read or written.
+"""Where esper's functions reach a world: dicts, sets and a list that act
+on its tables when they are read or written.
 
-esper keeps the state of a context in such objects, which `switch_world` exchanges, and its functions do nothing but call them. So
-these reach every caller, also one that imported esper's functions before this package, and other contexts of esper know nothing of
-them. Each says which function of esper comes to it; what is to be done is in `registry`.
+esper keeps the state of a context in such objects, which `switch_world` exchanges, and its functions do
+nothing but call them. So these reach every caller, also one that imported esper's functions before this
+package, and other contexts of esper know nothing of them. Each says which function of esper comes to it; what
+is to be done is in `registry`.
 """
 
 from __future__ import annotations
@@ -40,10 +42,12 @@ class Entity(dict[Any, Any]):
         if kind not in self:
             self.registry.strike(kind, self.number)
         name, own = name_of(kind), kind in self
-        how = f"its {name} is there: write into its fields, as in esper.component_for_entity({self.number}, {name}).{_first(kind)} = …"
+        how = (f"its {name} is there: write into its fields, as in esper.component_for_entity({self.number}, "
+               f"{name}).{_first(kind)} = …")
         if not own:
             how = f"a component belongs to all of a table: world.table({self.table!r}).add_component({name})"
-        raise TypeError(f"esper.add_component: entity {self.number} is one of the table {self.table!r}, and {how}")
+        raise TypeError(f"esper.add_component: entity {self.number} is one of the table {self.table!r}, "
+                        f"and {how}")
 
     def pop(self, kind: Any, *default: Any) -> Any:
         """What `esper.remove_component` does with it: a plain object goes, a column stays."""
@@ -52,7 +56,8 @@ class Entity(dict[Any, Any]):
         self.registry.enlist(kind, self.number)
         raise TypeError(f"esper.remove_component: entity {self.number} is one of the table {self.table!r}, "
                         f"all of which have {name_of(kind)}; "
-                        "give what it says another value, or keep those without it in a table of their own: world.add_table(…)")
+                        "give what it says another value, or keep those without it in a table of their own: "
+                        "world.add_table(…)")
 
 
 class Components(dict[Any, Any]):
@@ -69,7 +74,8 @@ class Components(dict[Any, Any]):
     def clear(self) -> None:
         """What `esper.clear_database` comes to first: a refusal."""
         esper._entity_count = self.registry.numbers  # it has put another one there
-        self.registry.refuse("clear_database", "would take all organisms out of it; esper.delete_entity, or world.kill(uid), "
+        self.registry.refuse("clear_database",
+                             "would take all organisms out of it; esper.delete_entity, or world.kill(uid), "
                              "lets one die; an empty world is another World")
 
 
@@ -113,7 +119,8 @@ class Entities(dict[Any, Any]):
             raise
 
     def __delitem__(self, number: Any) -> None:
-        """What `esper.delete_entity(number, immediate=True)` does with it, after it has taken it off all sets."""
+        """What `esper.delete_entity(number, immediate=True)` does with it,
+        after it has taken it off all sets."""
         for kind in super().__getitem__(number):
             self.registry.enlist(kind, number)
         self.registry.delete(number, immediate=True)
@@ -133,19 +140,22 @@ class Dead(set[Any]):
         return self.registry.doomed(number)
 
     def __bool__(self) -> bool:
-        """What `esper.process` and `esper.clear_dead_entities` ask first: whether there is something to clear."""
+        """What `esper.process` and `esper.clear_dead_entities` ask first:
+        whether there is something to clear."""
         if self.registry.due:
             return False  # a tick begins, and has its own place for deaths
         world = self.registry.world()
         if world is not None and world.ticking:
-            self.registry.refuse("clear_dead_entities", "deaths take effect at the end of the phase `die`; between ticks it works")
+            self.registry.refuse("clear_dead_entities",
+                                 "deaths take effect at the end of the phase `die`; between ticks it works")
         return world is not None and any(t.doomed().size for t in world.tables.values())
 
     def __iter__(self) -> Iterator[Any]:
         return iter(())
 
     def clear(self) -> None:
-        """What `esper.clear_dead_entities` does with it at its end: those with a cause of death leave their rows."""
+        """What `esper.clear_dead_entities` does with it at its end:
+        those with a cause of death leave their rows."""
         world = self.registry.world()
         with whole(world, f"the deaths before tick {world.tick}"):
             world.flush_deaths()
@@ -170,7 +180,8 @@ class Processors(list[Any]):
     registry: Any
 
     def append(self, processor: Any) -> None:
-        """What `esper.add_processor` does with it: a system of the world, by its phase, or by its priority where that is not 0."""
+        """What `esper.add_processor` does with it: a system of the world, by its phase,
+        or by its priority where that is not 0."""
         self.registry.world().add_system(processor, priority=processor.priority or None)
 
     def __iter__(self) -> Iterator[Any]:
@@ -190,7 +201,8 @@ class Kinds(dict[Any, Any]):
     registry: Any
 
     def pop(self, kind: Any, *default: Any) -> Any:
-        """What `esper.remove_processor` does with it: a plain processor goes, a system of the world's schedule stays."""
+        """What `esper.remove_processor` does with it: a plain processor goes,
+        a system of the world's schedule stays."""
         if kind in self:
             self.registry.world().remove_processor(self[kind])
         return super().pop(kind, *default)
@@ -210,8 +222,8 @@ class Events(dict[str, Any]):
 class Handlers:
     """The handlers of one event by weak references, called in the order in which they were set.
 
-    A handler that nobody holds any longer leaves it whatever world esper shows then, and methods may be removed: esper's own sets
-    know neither.
+    A handler that nobody holds any longer leaves it whatever world esper shows then, and methods may be
+    removed: esper's own sets know neither.
     """
 
     def __init__(self, events: Events, name: str) -> None:
@@ -255,7 +267,8 @@ class Tick(esper.Processor):
     def process(self, *arguments: Any, **named: Any) -> None:
         """Let one tick pass."""
         if arguments or named:
-            raise TypeError(f"esper.process: systems of the world {self.world.name!r} take no arguments; world.dt is the length of a tick")
+            raise TypeError(f"esper.process: systems of the world {self.world.name!r} take no arguments; "
+                            "world.dt is the length of a tick")
         self.world.run(1)
 
 

@@ -1,4 +1,5 @@
-"""Files that are whole or as they were before: written beside their place, synced, renamed, and the folder synced."""
+"""Files that are whole or as they were before: written beside their place, synced, renamed,
+and the folder synced."""
 
 from __future__ import annotations
 
@@ -25,9 +26,11 @@ def write(path: str | Path, content: bytes | str) -> Path:
 
 @contextmanager
 def writing(path: str | Path) -> Iterator[Path]:
-    """Give the name of an empty file beside `path` to write to, which takes its place at the end; nothing is left after an exception.
+    """Give the name of an empty file beside `path` to write to, which takes its place at the end;
+    nothing is left after an exception.
 
-    The file gets the mode of the user's umask, whatever is written or renamed there. Raises OSError that names `path`.
+    The file gets the mode of the user's umask, whatever is written or renamed there. Raises OSError that
+    names `path`.
     """
     path = Path(path)
     beside = path.with_name(f".{path.name}.ecs-eco-{os.getpid()}-{secrets.token_hex(4)}.tmp")
@@ -45,13 +48,18 @@ def writing(path: str | Path) -> Iterator[Path]:
             raise
         sync_folder(path.parent)
     except OSError as error:
-        if error.errno is None or error.filename not in (None, str(beside)):  # it names the file, or is of another one
+        # it names the file, or is of another one
+        if error.errno is None or error.filename not in (None, str(beside)):
             raise
         raise OSError(error.errno, error.strerror or os.strerror(error.errno), str(path)) from error
 
 
-def write_tensors(path: str | Path, arrays: Mapping[str, Any], metadata: Mapping[str, str] | None = None) -> Path:
-    """Write numpy arrays as a safetensors file, whole or not at all. Raises OSError that names it, for a full disk too."""
+def write_tensors(path: str | Path, arrays: Mapping[str, Any],
+                  metadata: Mapping[str, str] | None = None) -> Path:
+    """Write numpy arrays as a safetensors file, whole or not at all.
+
+    Raises OSError that names it, for a full disk too.
+    """
     from safetensors import SafetensorError
     from safetensors.numpy import save_file
 
@@ -67,7 +75,8 @@ def write_tensors(path: str | Path, arrays: Mapping[str, Any], metadata: Mapping
 
 
 def _order_texts(path: Path) -> None:
-    """Bring the texts in a safetensors file's head into one order: the library writes them in a random one."""
+    """Bring the texts in a safetensors file's head into one order: the library writes them in a random one.
+    """
     with open(path, "rb+") as file:
         length = int.from_bytes(file.read(8), "little")
         head = json.loads(file.read(length))
@@ -75,13 +84,15 @@ def _order_texts(path: Path) -> None:
             return
         head["__metadata__"] = dict(sorted(head["__metadata__"].items()))
         text = json.dumps(head, ensure_ascii=False, separators=(",", ":")).encode().ljust(length)
-        if len(text) == length:  # else another version of the library formats its JSON differently, and the file is right as it is
+        # else another version of the library formats its JSON differently, and the file is right as it is
+        if len(text) == length:
             file.seek(8)
             file.write(text)
 
 
 def require_regular(path: str | Path) -> None:
-    """Raise OSError for a path that is missing or not a regular file: a folder, a device or a pipe, which would block."""
+    """Raise OSError for a path that is missing or not a regular file: a folder, a device or a pipe,
+    which would block."""
     mode = os.stat(path).st_mode
     if not stat.S_ISREG(mode):
         raise OSError(errno.EINVAL, "is a folder" if stat.S_ISDIR(mode) else "is no regular file", str(path))

@@ -1,4 +1,5 @@
-"""A change of the world is completed, or the world says that it was not: Ctrl-C waits for the end of the tick, an error leaves a mark."""
+"""A change of the world is completed, or the world says that it was not: Ctrl-C waits for the end of the
+tick, an error leaves a mark."""
 
 import importlib
 import signal
@@ -14,15 +15,18 @@ import esper
 from ecs_eco.engine.errors import UnfinishedTick
 from ecs_eco.engine.flushes import Births, Deaths
 
-_signal: Any = importlib.import_module("_signal")  # `signal` makes enums of all it returns, which takes longer than a small tick
+# `signal` makes enums of all it returns, which takes longer than a small tick
+_signal: Any = importlib.import_module("_signal")
 MAIN = threading.main_thread().ident
-FLUSHES: dict[type, str] = {Deaths: "the deaths of the phase die", Births: "the births of the phase reproduce"}
+FLUSHES: dict[type, str] = {Deaths: "the deaths of the phase die",
+                            Births: "the births of the phase reproduce"}
 
 
 class Underway:
     """An action on a world that must not be left half done; `world.underway` holds it until it is complete.
 
-    Nothing that stops it midway can clear the mark: it is set before the first change and removed after the last.
+    Nothing that stops it midway can clear the mark: it is set before the first change
+    and removed after the last.
     """
 
     def __init__(self, action: str, running: bool = True) -> None:
@@ -64,17 +68,19 @@ def stopped(world: Any, error: BaseException) -> None:
 
 
 def require_whole(world: Any, wanted: str, within: bool = False) -> None:
-    """Raise UnfinishedTick if a world is unfinished and cannot do what is `wanted`; `within` allows it during a running tick."""
+    """Raise UnfinishedTick if a world is unfinished and cannot do what is `wanted`;
+    `within` allows it during a running tick."""
     mark = world.underway
     if mark is None or (within and mark.running):
         return
     if mark.running:
-        raise RuntimeError(f"cannot {wanted} within a tick: {mark.text(world)} is under way; do it between two ticks")
+        raise RuntimeError(f"cannot {wanted} within a tick: {mark.text(world)} is under way; "
+                           "do it between two ticks")
     by = f" ({mark.cause}{f' in {mark.where}' if mark.where else ''})" if mark.cause else ""
     raise UnfinishedTick(
-        f"world {world.name!r}: cannot {wanted}: {mark.text(world)} began and did not end{by}, so the world is neither what it was nor "
-        "what it was to be. It may still be looked at. Go on from a checkpoint, World.restore(path), or from a copy that was made "
-        "before, world.copy()"
+        f"world {world.name!r}: cannot {wanted}: {mark.text(world)} began and did not end{by}, "
+        "so the world is neither what it was nor what it was to be. It may still be looked at. "
+        "Go on from a checkpoint, World.restore(path), or from a copy that was made before, world.copy()"
     )
 
 
@@ -88,7 +94,8 @@ def _where(error: BaseException) -> str:
 
 
 class Patience:
-    """While a world runs in the main thread, the first Ctrl-C waits for the end of its tick; the second one does not.
+    """While a world runs in the main thread, the first Ctrl-C waits for the end of its tick;
+    the second one does not.
 
     It replaces Python's default handler only: a handler that the user has installed is left in place.
     """
@@ -102,7 +109,8 @@ class Patience:
             _signal.signal(signal.SIGINT, self._hear)
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
+                 trace: TracebackType | None) -> None:
         if self.installed:
             _signal.signal(signal.SIGINT, signal.default_int_handler)
 

@@ -1,4 +1,5 @@
-"""The `njit` of this package: kept on disk, free of the GIL, and recompiled when any kernel's source changes."""
+"""The `njit` of this package: kept on disk, free of the GIL, and recompiled when any kernel's source changes.
+"""
 
 import os
 from collections.abc import Callable
@@ -14,11 +15,14 @@ FOLDER = Folder(cache_folder())
 
 
 def njit(function: Callable[..., Any], *, fastmath: bool | set[str] = False) -> Any:
-    """Compile a kernel on first use, keep it on disk, release the GIL while it runs, follow IEEE on division by 0.
+    """Compile a kernel on first use, keep it on disk, release the GIL while it runs,
+    follow IEEE on division by 0.
 
     A function without a source file, as one typed at a prompt, is compiled anew in each process.
     """
     kernel = numba.njit(nogil=True, error_model="numpy", fastmath=fastmath)(function)
-    if hasattr(kernel, "_cache") and os.path.isfile(function.__code__.co_filename):  # else nothing is compiled: NUMBA_DISABLE_JIT
-        kernel._cache = KernelCache(function, FOLDER, str(sorted(fastmath) if isinstance(fastmath, set) else fastmath))
+    # else nothing is compiled: NUMBA_DISABLE_JIT
+    if hasattr(kernel, "_cache") and os.path.isfile(function.__code__.co_filename):
+        kernel._cache = KernelCache(function, FOLDER,
+                                    str(sorted(fastmath) if isinstance(fastmath, set) else fastmath))
     return kernel

@@ -1,8 +1,8 @@
 """Where compiled kernels are kept: one file each, sealed, in a folder that nobody else may write to.
 
-The files are pickles with machine code in them: who can write one, runs code here. And numba believes what it reads, so a
-damaged file would end the process. Hence a cache of our own in the place of numba's: a file is used where its owner and
-its checksum are right, and whatever goes wrong means that the kernel is compiled.
+The files are pickles with machine code in them: who can write one, runs code here. And numba believes what it
+reads, so a damaged file would end the process. Hence a cache of our own in the place of numba's: a file is
+used where its owner and its checksum are right, and whatever goes wrong means that the kernel is compiled.
 """
 
 from __future__ import annotations
@@ -24,13 +24,17 @@ from numba.core.caching import NullCache
 from numba.core.compiler import CompileResult
 
 SEAL = 32  # [bytes] of SHA-256, at the head of a file
-_SWITCHES = ("BOUNDSCHECK", "OPT", "LOOP_VECTORIZE", "SLP_VECTORIZE", "DEBUGINFO_DEFAULT", "DISABLE_INTEL_SVML", "FULL_TRACEBACKS")
+_SWITCHES = ("BOUNDSCHECK", "OPT", "LOOP_VECTORIZE", "SLP_VECTORIZE", "DEBUGINFO_DEFAULT",
+             "DISABLE_INTEL_SVML", "FULL_TRACEBACKS")
 _PACKAGE = Path(__file__).parent.parent
 
 
 def _sources_hash() -> str:
-    """Return a hash of all sources with kernels: numba does not notice a change in a function that lives in another file."""
-    digest = hashlib.sha256(f"{numba.__version__} {[getattr(config, name, None) for name in _SWITCHES]}".encode())
+    """Return a hash of all sources with kernels: numba does not notice a change in a function
+    that lives in another file."""
+    digest = hashlib.sha256(
+        f"{numba.__version__} {[getattr(config, name, None) for name in _SWITCHES]}".encode()
+    )
     for path in sorted(_PACKAGE.rglob("*.py")):
         source = path.read_bytes()
         if b"njit" in source:
@@ -43,7 +47,8 @@ def cache_folder() -> Path:
     """The folder that compiled kernels are kept in; `ECS_ECO_CACHE` overrides its parent."""
     parent = os.environ.get("ECS_ECO_CACHE") or os.environ.get("NUMBA_CACHE_DIR")
     if not parent:
-        parent = os.path.join(os.environ.get("XDG_CACHE_HOME") or os.path.join(os.path.expanduser("~"), ".cache"), "ecs-eco")
+        parent = os.path.join(os.environ.get("XDG_CACHE_HOME")
+                              or os.path.join(os.path.expanduser("~"), ".cache"), "ecs-eco")
     return Path(parent).absolute() / f"kernels-{_sources_hash()}"
 
 
@@ -61,14 +66,16 @@ def why_not_private(folder: Path) -> str:
 
 
 def _why_not_safe(part: Path) -> str:
-    """Return why another user could replace entries of a folder; in a sticky one, as /tmp, only their owners can."""
+    """Return why another user could replace entries of a folder; in a sticky one, as /tmp,
+    only their owners can."""
     status = os.lstat(part)
     if status.st_uid not in (0, os.geteuid()):
         return f"{part} belongs to user {status.st_uid}, not to {os.geteuid()}"
     if stat.S_ISLNK(status.st_mode):
         real = Path(os.path.realpath(part))
         return next(filter(None, map(_why_not_safe, (*reversed(real.parents), real))), "")
-    return _open_to_others(part, status) if _others_may_write(status) and not status.st_mode & stat.S_ISVTX else ""
+    return (_open_to_others(part, status) if _others_may_write(status)
+            and not status.st_mode & stat.S_ISVTX else "")
 
 
 def _open_to_others(part: Path, status: os.stat_result) -> str:
@@ -76,7 +83,8 @@ def _open_to_others(part: Path, status: os.stat_result) -> str:
 
 
 def _others_may_write(status: os.stat_result) -> bool:
-    return bool(status.st_mode & stat.S_IWOTH) or (bool(status.st_mode & stat.S_IWGRP) and not _is_own_group(status.st_gid))
+    return (bool(status.st_mode & stat.S_IWOTH)
+            or (bool(status.st_mode & stat.S_IWGRP) and not _is_own_group(status.st_gid)))
 
 
 def _is_own_group(gid: int) -> bool:
@@ -92,7 +100,10 @@ def _is_own_group(gid: int) -> bool:
 
 
 class Folder:
-    """The folder of the cache: made and checked on first use. If it is refused or full, kernels are compiled each time."""
+    """The folder of the cache: made and checked on first use.
+
+    If it is refused or full, kernels are compiled each time.
+    """
 
     def __init__(self, path: Path) -> None:
         self.path, self._usable, self._full = path, None if os.name == "posix" else True, False
@@ -120,7 +131,8 @@ class Folder:
         self._complain(f"{self.path}: {error.strerror or error}")
 
     def _complain(self, why: str) -> None:
-        text = f"compiled kernels are not kept, so every start compiles them: {why}. ECS_ECO_CACHE names another folder for them."
+        text = (f"compiled kernels are not kept, so every start compiles them: {why}. "
+                "ECS_ECO_CACHE names another folder for them.")
         warnings.warn(text, RuntimeWarning, stacklevel=3)
 
     def _make(self) -> None:
@@ -134,15 +146,19 @@ class Folder:
 
 
 class KernelCache(NullCache):
-    """The compiled forms of one function, each in a file named after its types, the processor and its source."""
+    """The compiled forms of one function, each in a file named after its types, the processor and its source.
+    """
 
     def __init__(self, function: Callable[..., Any], folder: Folder, options: str = "") -> None:
         self.folder, code = folder, function.__code__
         cells = [cell.cell_contents for cell in function.__closure__ or ()]
-        self._name = f"{function.__module__.rpartition('.')[2]}.{function.__qualname__}".replace("<", "").replace(">", "")[:100]
+        self._name = f"{function.__module__.rpartition('.')[2]}.{function.__qualname__}".replace(
+            "<", ""
+        ).replace(">", "")[:100]
         where = os.stat(code.co_filename)
         source = _content(code.co_filename, where.st_mtime_ns, where.st_size)
-        self._source = hashlib.sha256(source + code.co_code + repr((code.co_firstlineno, code.co_filename, options)).encode())
+        self._source = hashlib.sha256(source + code.co_code
+                                      + repr((code.co_firstlineno, code.co_filename, options)).encode())
         if cells:
             self._source.update(serialize.dumps(cells))  # type: ignore[no-untyped-call]
 
@@ -164,11 +180,13 @@ class KernelCache(NullCache):
         seal, content = content[:SEAL], content[SEAL:]
         if hashlib.sha256(path.name.encode() + content).digest() != seal:
             return None
-        return CompileResult._rebuild(target_context, *serialize.loads(content))  # type: ignore[no-untyped-call]
+        return CompileResult._rebuild(target_context,  # type: ignore[no-untyped-call]
+                                      *serialize.loads(content))
 
     def save_overload(self, sig: Any, data: Any) -> None:
         """Keep a compiled form; what cannot be kept is compiled again next time."""
-        if not self.folder.writable() or data.library.has_dynamic_globals or any(not lifted.can_cache for lifted in data.lifted):
+        if (not self.folder.writable() or data.library.has_dynamic_globals
+            or any(not lifted.can_cache for lifted in data.lifted)):
             return
         path = self._path(sig, data.codegen)
         content = serialize.dumps(data._reduce())  # type: ignore[no-untyped-call]
@@ -191,7 +209,8 @@ def _content(path: str, _mtime: int, _size: int) -> bytes:
 
 def _read(path: Path) -> bytes:
     """Return the content of a plain file of our own; OSError where it is something else."""
-    with open(os.open(path, os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)), "rb") as file:
+    with open(os.open(path, os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)),
+              "rb") as file:
         status = os.fstat(file.fileno())
         if not stat.S_ISREG(status.st_mode) or (os.name == "posix" and status.st_uid != os.geteuid()):
             raise PermissionError(f"{path} is not ours")

@@ -4,8 +4,12 @@ from typing import Any
 
 import esper
 
-PHASES = ("environment", "sense", "feel", "learn", "decide", "move", "interact", "metabolise", "die", "reproduce", "record")
-"""The phases of a tick, in order. Deaths take effect at the end of `die`, births at the end of `reproduce`."""
+PHASES = ("environment", "sense", "feel", "learn", "decide", "move", "interact", "metabolise", "die",
+          "reproduce", "record")
+"""The phases of a tick, in order.
+
+Deaths take effect at the end of `die`, births at the end of `reproduce`.
+"""
 
 
 class Scheduled(esper.Processor):

@@ -1,6 +1,8 @@
-"""Counter-based random numbers: a draw is a hash of (seed, tick, identity, purpose), so no draw depends on another.
+"""Counter-based random numbers: a draw is a hash of (seed, tick, identity, purpose),
+so no draw depends on another.
 
-An identity is a u64 that tells the draws of one tick apart: an organism's uid, a site, or a number made from them.
+An identity is a u64 that tells the draws of one tick apart: an organism's uid, a site,
+or a number made from them.
 
 The hash is the finaliser of splitmix64 (Steele, Lea & Flood 2014), applied once per key part: 2 ns a draw.
 """
@@ -28,7 +30,8 @@ def mix(z):
 
 @njit
 def draw(key, identity, purpose):
-    """Return a float32 in [0, 1): uniform on multiples of 2**-24, the same for the same (key, identity, purpose)."""
+    """Return a float32 in [0, 1): uniform on multiples of 2**-24, the same for the same (key,
+    identity, purpose)."""
     bits = mix(mix(np.uint64(key) ^ np.uint64(identity)) + np.uint64(purpose) * np.uint64(0xD1342543DE82EF95))
     return np.float32(bits >> np.uint64(40)) * np.float32(5.9604645e-08)
 

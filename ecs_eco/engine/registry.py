@@ -1,4 +1,5 @@
-"""The entities of one world as esper knows them: made when somebody looks, brought up to date when somebody looks again."""
+"""The entities of one world as esper knows them: made when somebody looks,
+brought up to date when somebody looks again."""
 
 from __future__ import annotations
 
@@ -10,7 +11,19 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
 
-from ecs_eco.engine.doors import WAITING, Cache, Components, Dead, Entities, Entity, Events, Kinds, Processors, is_column, name_of
+from ecs_eco.engine.doors import (
+    WAITING,
+    Cache,
+    Components,
+    Dead,
+    Entities,
+    Entity,
+    Events,
+    Kinds,
+    Processors,
+    is_column,
+    name_of,
+)
 from ecs_eco.engine.errors import listed
 from ecs_eco.engine.interruption import require_whole, whole
 from ecs_eco.engine.schema import Handle
@@ -29,17 +42,20 @@ class Registry:
         self.caches = Cache(), Cache()
         self.processors, self.kinds = Processors(), Kinds()
         self.events = Events()
-        self.stale = False  # whether somebody was born, died or moved to another row since esper was brought up to date
+        # whether somebody was born, died or moved to another row since esper was brought up to date
+        self.stale = False
         self.due = False  # whether the next to go through the processors is a tick of the world
         self.waiting: dict[int, Entity] = {}  # not born yet, by the identity of what was asked of the table
-        parts: tuple[Any, ...] = (self.components, self.entities, self.dead, *self.caches, self.processors, self.kinds, self.events)
+        parts: tuple[Any, ...] = (self.components, self.entities, self.dead, *self.caches, self.processors,
+                                  self.kinds, self.events)
         for part in parts:
             part.registry = self
 
     @property
     def state(self) -> tuple[Any, ...]:
         """The state of a context, as `esper.switch_world` keeps it."""
-        return (self.numbers, self.components, self.entities, self.dead, *self.caches, self.processors, self.kinds, False, {}, self.events)
+        return (self.numbers, self.components, self.entities, self.dead, *self.caches, self.processors,
+                self.kinds, False, {}, self.events)
 
     @property
     def called(self) -> str:
@@ -51,7 +67,7 @@ class Registry:
         """Raise what a function of esper cannot do here."""
         raise RuntimeError(f"esper.{function}, {self.called}: {why}")
 
-    # --- who is in it ------------------------------------------------------------------------------------------------
+    # --- who is in it ---------------------------------------------------------------------------------------
 
     def enlist(self, kind: Any, number: int) -> None:
         """Put an entity on the list of those that have a component."""
@@ -70,7 +86,8 @@ class Registry:
             world.sync()
 
     def sync(self, tables: Iterable[Table]) -> None:
-        """Bring esper's entities up to date: one for each living organism, with a handle for each component."""
+        """Bring esper's entities up to date: one for each living organism, with a handle for each component.
+        """
         self.stale = False
         changed = [t for t in tables if (t.entity_uid != t.uid).any()]
         if not changed:
@@ -100,9 +117,11 @@ class Registry:
         return dict.get(self.entities, number)
 
     def of(self, table: Table, row: int) -> dict[Any, Any]:
-        """Return what esper holds of a living row's owner, which has nothing to itself where nobody has looked."""
+        """Return what esper holds of a living row's owner, which has nothing to itself
+        where nobody has looked."""
         entity = self.held(int(table.entity[row]))
-        return entity if entity is not None and entity.uid == table.uid[row] and entity.table == table.name else {}
+        return (entity if entity is not None and entity.uid == table.uid[row]
+                and entity.table == table.name else {})
 
     def empty(self, table: Table) -> None:
         """Forget all entities of a table, and what esper alone knows of them."""
@@ -150,10 +169,11 @@ class Registry:
         for kind in dict.pop(self.entities, number, {}):
             self.strike(kind, number)
 
-    # --- who comes and goes ------------------------------------------------------------------------------------------
+    # --- who comes and goes ---------------------------------------------------------------------------------
 
     def create(self, number: int, things: dict[Any, Any]) -> None:
-        """Ask for a newborn with these components; it lives at once, or within a tick from the end of `reproduce` on."""
+        """Ask for a newborn with these components; it lives at once,
+        or within a tick from the end of `reproduce` on."""
         world = self.world()
         require_whole(world, "esper.create_entity", within=True)
         handles = [thing for thing in things.values() if isinstance(thing, Handle)]
@@ -168,7 +188,8 @@ class Registry:
                 world.flush_births()
 
     def _table_for(self, kinds: list[Any], named: list[Any]) -> Table:
-        """Return the one table whose components are these, or that alone has them all; TypeError names the tables."""
+        """Return the one table whose components are these, or that alone has them all;
+        TypeError names the tables."""
         world = self.world()
         fitting = [t for t in world.tables.values() if kinds and t.has(kinds)]
         alike = [t for t in fitting if len(t.columns) == len(kinds)]
@@ -179,14 +200,18 @@ class Registry:
             names = [t.name for t in fitting]
             raise TypeError(f"{asked}: {listed(names)} of {self.called} have these components; "
                             f"world.spawn({names[0]!r}, …), say, tells which")
-        tables = "; ".join(f"{t.name} ({listed(name_of(c) for c in (*t.columns, *t.derived))})" for t in world.tables.values())
-        raise TypeError(f"{asked}: no table of {self.called} has them all; its tables are {tables or 'none'}. "
-                        "An entity is a row of a table: world.add_table(name, Component, …) declares another")
+        tables = "; ".join(f"{t.name} ({listed(name_of(c) for c in (*t.columns, *t.derived))})"
+                           for t in world.tables.values())
+        raise TypeError(f"{asked}: no table of {self.called} has them all; "
+                        f"its tables are {tables or 'none'}. An entity is a row of a table: "
+                        "world.add_table(name, Component, …) declares another")
 
     def newborn(self, request: Any) -> tuple[Handle, ...] | None:
-        """Return what an entity that waits for its birth has been given, as it is now; None where no entity waits for this one."""
+        """Return what an entity that waits for its birth has been given, as it is now;
+        None where no entity waits for this one."""
         entity = self.waiting.get(id(request))
-        return None if entity is None else tuple(thing for thing in entity.values() if isinstance(thing, Handle))
+        return None if entity is None else tuple(thing
+                                                 for thing in entity.values() if isinstance(thing, Handle))
 
     def bear(self, request: Any, table: Table, row: int) -> None:
         """Let the entity that has waited for this birth be that of a row."""
@@ -197,7 +222,8 @@ class Registry:
             self._changed()
 
     def delete(self, number: int, immediate: bool = False) -> None:
-        """Let an entity die: at the end of the phase `die`, or at once, between ticks; KeyError where it does not live."""
+        """Let an entity die: at the end of the phase `die`, or at once, between ticks;
+        KeyError where it does not live."""
         world, entity = self.world(), self.entities[number]
         if entity.row == WAITING:
             births = world.tables[entity.table].births
@@ -207,7 +233,8 @@ class Registry:
             self._changed()
             return
         if immediate and world.ticking:
-            self.refuse("delete_entity", "immediate=True: within a tick deaths take effect at the end of the phase `die`; "
+            self.refuse("delete_entity",
+                        "immediate=True: within a tick deaths take effect at the end of the phase `die`; "
                         "leave `immediate` away")
         world.kill(entity.uid, "deleted")
         if immediate:
@@ -217,4 +244,5 @@ class Registry:
     def doomed(self, number: object) -> bool:
         """Return whether an entity has a cause of death."""
         entity, world = dict.get(self.entities, number), self.world()
-        return entity is not None and entity.row != WAITING and bool(world.tables[entity.table].cause[entity.row])
+        return (entity is not None and entity.row != WAITING
+                and bool(world.tables[entity.table].cause[entity.row]))

@@ -8,7 +8,8 @@ import numpy as np
 
 
 class Type:
-    """A column's element: a dtype, the shape of one organism's value, its limits; names in these get a number per table."""
+    """A column's element: a dtype, the shape of one organism's value, its limits;
+    names in these get a number per table."""
 
     __slots__ = ("blocked", "dtype", "limits", "shape")
 
@@ -25,7 +26,10 @@ class Type:
         return Type(self.dtype, self.shape, True, self.limits)
 
     def within(self, low: float, high: float | str) -> "Type":
-        """The same type with limits: values beyond them are refused when they enter a world. `high` may be a name, as in a shape."""
+        """The same type with limits: values beyond them are refused when they enter a world.
+
+        `high` may be a name, as in a shape.
+        """
         return Type(self.dtype, self.shape, self.blocked, (low, high))
 
     def __getitem__(self, shape: Any) -> "Type":
@@ -36,7 +40,8 @@ class Type:
 
     def __repr__(self) -> str:
         inner = ", ".join(map(str, self.shape))
-        return (f"{self.dtype.name}[{inner}]" if inner else self.dtype.name) + (".heavy" if self.blocked else "")
+        return ((f"{self.dtype.name}[{inner}]" if inner else self.dtype.name)
+                + (".heavy" if self.blocked else ""))
 
     def check(self, value: Any, where: str) -> None:
         """Raise ValueError where a value does not fit: of another kind, out of range, or of another shape."""
@@ -52,7 +57,8 @@ class Type:
         """Return the shape with every word replaced by its size in `dims`."""
         unknown = [d for d in self.shape if isinstance(d, str) and d not in dims]
         if unknown:
-            raise ValueError(f"{where}: the shape {self!r} needs the size {unknown[0]!r}; declared are {sorted(dims) or 'none'}")
+            raise ValueError(f"{where}: the shape {self!r} needs the size {unknown[0]!r}; "
+                             f"declared are {sorted(dims) or 'none'}")
         return tuple(dims[d] if isinstance(d, str) else d for d in self.shape)
 
 
@@ -73,15 +79,18 @@ class Columns:
     __slots__ = ("__dict__",)
 
     def __setattr__(self, name: str, value: Any) -> None:
-        """Replace a column; raises ValueError for one of another type, shape or layout, or with fewer rows: kernels rely on them."""
+        """Replace a column; raises ValueError for one of another type, shape or layout,
+        or with fewer rows: kernels rely on them."""
         old = self.__dict__.get(name)
         if old is not None and value is not old:
             given = getattr(value, "dtype", type(value).__name__), getattr(value, "shape", ())
-            if given[0] != old.dtype or given[1][1:] != old.shape[1:] or not given[1] or given[1][0] < old.shape[0]:
-                raise ValueError(f"column {name} is {old.dtype}{list(old.shape)} and cannot become {given[0]}{list(given[1])}; "
-                                 f"write into it: {name}[rows] = …")
+            if (given[0] != old.dtype or given[1][1:] != old.shape[1:] or not given[1]
+                or given[1][0] < old.shape[0]):
+                raise ValueError(f"column {name} is {old.dtype}{list(old.shape)} and cannot become "
+                                 f"{given[0]}{list(given[1])}; write into it: {name}[rows] = …")
             if isinstance(value, np.ndarray) and not value.flags.c_contiguous:
-                raise ValueError(f"column {name} cannot become an array with gaps between its rows; write into it: {name}[rows] = …")
+                raise ValueError(f"column {name} cannot become an array with gaps between its rows; "
+                                 f"write into it: {name}[rows] = …")
         self.__dict__[name] = value
 
 
@@ -106,7 +115,8 @@ class Handle:
             kind.check(value, f"{type(self).__name__}.{name}")
             array = np.asarray(value, kind.dtype)
             fixed = all(not isinstance(d, str) for d in kind.shape)
-            setattr(self._columns, name, np.broadcast_to(array, kind.resolve({}, name))[None].copy() if fixed else array[None].copy())
+            setattr(self._columns, name, np.broadcast_to(array, kind.resolve({}, name))[None].copy()
+                                         if fixed else array[None].copy())
 
     @classmethod
     def attach(cls, columns: Columns, row: int) -> "Handle":
@@ -117,7 +127,8 @@ class Handle:
         return handle
 
     def __repr__(self) -> str:
-        values = ", ".join(f"{n}={getattr(self._columns, n)[self._row]}" for n in self.fields if hasattr(self._columns, n))
+        values = ", ".join(f"{n}={getattr(self._columns, n)[self._row]}"
+                           for n in self.fields if hasattr(self._columns, n))
         return f"{type(self).__name__}({values})"
 
 
@@ -135,16 +146,18 @@ def _accessor(name: str, scalar: bool) -> property:
 def component(cls: type) -> Any:
     """Turn a class of annotated fields with defaults into a component.
 
-    Every field is annotated with a column type (`f32`, `u64`, `f32[3]`, `f32["genes"]`) and has a default; the class
-    keeps its name, docstring and methods. Raises TypeError for a field without column type or default, ValueError for a
-    default that its type cannot hold.
+    Every field is annotated with a column type (`f32`, `u64`, `f32[3]`, `f32["genes"]`) and has a default;
+    the class keeps its name, docstring and methods. Raises TypeError for a field without column type or
+    default, ValueError for a default that its type cannot hold.
     """
     if cls.__bases__ != (object,):
-        raise TypeError(f"{cls.__name__}: a component inherits nothing; write its fields out instead of {cls.__bases__[0].__name__}")
+        raise TypeError(f"{cls.__name__}: a component inherits nothing; "
+                        f"write its fields out instead of {cls.__bases__[0].__name__}")
     fields: dict[str, tuple[Type, Any]] = {}
     for name, kind in _hints(cls).items():
         if not isinstance(kind, Type):
-            raise TypeError(f"{cls.__name__}.{name}: {kind!r} is not a column type; use f32, f64, i32, i64, u8, u64, boolean, or f32[3]")
+            raise TypeError(f"{cls.__name__}.{name}: {kind!r} is not a column type; use f32, f64, i32, i64, "
+                            "u8, u64, boolean, or f32[3]")
         if name in ("fields", "attach") or name.startswith("_"):
             raise TypeError(f"{cls.__name__}.{name}: this name is taken by the handle; choose another")
         if name not in cls.__dict__:
@@ -153,7 +166,8 @@ def component(cls: type) -> Any:
         kind.check(cls.__dict__[name], f"{cls.__name__}.{name}")
     if not fields:
         raise TypeError(f"{cls.__name__}: a component needs at least one field, as in `energy: f32 = 1.0`")
-    body = {k: v for k, v in cls.__dict__.items() if k not in fields and k not in ("__dict__", "__weakref__", "__annotations__")}
+    body = {k: v for k, v in cls.__dict__.items()
+            if k not in fields and k not in ("__dict__", "__weakref__", "__annotations__")}
     body |= {name: _accessor(name, not kind.shape) for name, (kind, _) in fields.items()}
     body |= {"__slots__": (), "fields": fields}
     return type(cls.__name__, (Handle,), body)

@@ -28,7 +28,8 @@ RESERVED = frozenset({"and", "or", "not", "if", "else", "in", "is", "lambda", "f
 
 
 class Section(BaseModel):
-    """A section of the file: unknown keys are refused, true is not a number, and nothing changes after loading."""
+    """A section of the file: unknown keys are refused, true is not a number,
+    and nothing changes after loading."""
 
     model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False, frozen=True)
 
@@ -73,5 +74,6 @@ OF_CODE = (
 )
 Function = Annotated[str, Field(pattern=r"^[A-Za-z_][\w.]*:[A-Za-z_]\w*$"), *OF_CODE]
 """In a file "module:name"; from Python also the function itself."""
-CodeEntry = Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_]*(\.[A-Za-z_][A-Za-z0-9_]*)*$", max_length=200)]
+CodeEntry = Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_]*(\.[A-Za-z_][A-Za-z0-9_]*)*$",
+                                 max_length=200)]
 """A file beside the world, "sir.py", or an installed module, "mypackage.ecology"."""

@@ -10,9 +10,10 @@ from ecs_eco.engine.world import World
 class System(Scheduled):
     """What happens to all entities that have the components in `needs`, once a tick.
 
-    A subclass declares `needs` (components) and `phase`, and defines `update(table, world)`, called for every table
-    that has them all, in the order in which tables were added. A system that joins tables overrides `process`.
-    `acts` are the groups of actions that it carries out, beyond those that every world knows: species may use them.
+    A subclass declares `needs` (components) and `phase`, and defines `update(table, world)`, called for every
+    table that has them all, in the order in which tables were added. A system that joins tables overrides
+    `process`. `acts` are the groups of actions that it carries out, beyond those that every world knows:
+    species may use them.
     """
 
     needs: tuple[type, ...] = ()

@@ -1,4 +1,5 @@
-"""A table holds all entities of one kind: an array per component field, rows stable for life, an alive mask."""
+"""A table holds all entities of one kind: an array per component field, rows stable for life, an alive mask.
+"""
 
 from collections.abc import Iterable, Mapping
 from typing import Any
@@ -16,13 +17,13 @@ Values = Mapping[tuple[type, str], Any]
 class Table:
     """The columns of one kind of entity.
 
-    `alive` bool[capacity]; `uid` u64[capacity], 0 in free rows; `born` i64[capacity], the tick of birth; `cause`
-    u8[capacity], not 0 in the rows that die at the end of the phase `die`; `killer` u64[capacity]. `table[Position].x`
-    is a column. Columns move when the table grows: keep none past the tick.
+    `alive` bool[capacity]; `uid` u64[capacity], 0 in free rows; `born` i64[capacity], the tick of birth;
+    `cause` u8[capacity], not 0 in the rows that die at the end of the phase `die`; `killer` u64[capacity].
+    `table[Position].x` is a column. Columns move when the table grows: keep none past the tick.
     """
 
-    def __init__(self, name: str, components: Iterable[type[Any]], *, capacity: int = 64, dims: Mapping[str, int] | None = None,
-                 place: int = 0) -> None:
+    def __init__(self, name: str, components: Iterable[type[Any]], *, capacity: int = 64,
+                 dims: Mapping[str, int] | None = None, place: int = 0) -> None:
         if capacity < 1:
             raise ValueError(f"table {name!r}: capacity is {capacity}; it must be at least 1")
         self.name = name
@@ -41,7 +42,8 @@ class Table:
         self.entity_uid = np.zeros(capacity, np.uint64)  # uid that this number belongs to
         self.registry: Any = None  # esper's entities, which are stale when rows change their owners
         self.columns: dict[type[Any], Columns] = {}
-        self.derived: dict[type[Any], Columns] = {}  # components that are made of other things when somebody looks; never saved
+        # components that are made of other things when somebody looks; never saved
+        self.derived: dict[type[Any], Columns] = {}
         self.defaults: dict[type[Any], dict[str, np.ndarray]] = {}
         self.births: list[tuple[np.ndarray, np.ndarray | None, dict[tuple[type, str], np.ndarray]]] = []
         self.limits: dict[bool, Any] = {}  # of its fields, as the gate knows them
@@ -66,19 +68,24 @@ class Table:
             if component in self.derived:
                 return self.derived[component]
             known = [c.__name__ for c in (*self.columns, *self.derived)]
-            raise UnknownName(unknown_name(f"table {self.name!r}", "component", getattr(component, "__name__", component), known)) from None
+            raise UnknownName(unknown_name(f"table {self.name!r}", "component",
+                                           getattr(component, "__name__", component), known)) from None
 
     def has(self, components: Iterable[type]) -> bool:
         """Return whether the table has all these components."""
         wanted = set(components)
-        return self.columns.keys() >= wanted or (bool(self.derived) and self.columns.keys() | self.derived.keys() >= wanted)
+        return (self.columns.keys() >= wanted
+                or (bool(self.derived) and self.columns.keys() | self.derived.keys() >= wanted))
 
     def add_component(self, component: type[Any], **defaults: Any) -> None:
-        """Give every entity of this table, living or to come, a component; `defaults` replace the component's own."""
+        """Give every entity of this table, living or to come, a component;
+        `defaults` replace the component's own."""
         if not (isinstance(component, type) and issubclass(component, Handle) and component.fields):
-            raise TypeError(f"table {self.name!r}: {component!r} is not a component; declare it with @component")
+            raise TypeError(f"table {self.name!r}: {component!r} is not a component; "
+                            "declare it with @component")
         if component in self.derived:
-            raise ValueError(f"table {self.name!r} has {component.__name__} already: it is made of what organisms sense")
+            raise ValueError(f"table {self.name!r} has {component.__name__} already: "
+                             "it is made of what organisms sense")
         if component in self.columns:
             self.set_defaults(component, **defaults)
             return
@@ -106,7 +113,8 @@ class Table:
         """Set what a newborn of this table has in these fields."""
         for field, value in defaults.items():
             if field not in component.fields:
-                raise UnknownName(unknown_name(f"{component.__name__} in table {self.name!r}", "field", field, component.fields))
+                raise UnknownName(unknown_name(f"{component.__name__} in table {self.name!r}", "field", field,
+                                               component.fields))
             self.defaults[component][field][...] = value
 
     def field(self, component: type[Any], name: str) -> np.ndarray:
@@ -134,21 +142,26 @@ class Table:
                 setattr(columns, field, array.grow(new) if isinstance(array, Blocked) else _grown(array, new))
         self.capacity = new
 
-    def request(self, parents: np.ndarray, values: Mapping[tuple[type, str], np.ndarray], second: np.ndarray | None = None) -> None:
-        """Ask for one birth per entry of `parents` (u64[k], 0 for none); they take effect at the end of `reproduce`.
+    def request(self, parents: np.ndarray, values: Mapping[tuple[type, str], np.ndarray],
+                second: np.ndarray | None = None) -> None:
+        """Ask for one birth per entry of `parents` (u64[k], 0 for none);
+        they take effect at the end of `reproduce`.
 
-        `values[(Component, field)]` is an array [k, …] of what differs from the table's defaults. Requests must come in
-        an order that does not depend on rows (by parent uid, say): newborn get their uids in this order.
-        Raises KeyError for a component or field that the table lacks, ValueError for a shape that does not fit.
+        `values[(Component, field)]` is an array [k, …] of what differs from the table's defaults. Requests
+        must come in an order that does not depend on rows (by parent uid, say): newborn get their uids in
+        this order. Raises KeyError for a component or field that the table lacks, ValueError for a shape that
+        does not fit.
         """
         for (component, name), array in values.items():
             self[component]  # raises the error that names what there is
             if component in self.derived:
-                raise TypeError(f"newborn of {self.name!r}: {component.__name__} is read, not written: nobody is born with it")
+                raise TypeError(f"newborn of {self.name!r}: {component.__name__} is read, not written: "
+                                "nobody is born with it")
             default = self.defaults[component].get(name)
             if default is None:
                 known = self.defaults[component]
-                raise UnknownName(unknown_name(f"{component.__name__} in table {self.name!r}", "field", name, known))
+                raise UnknownName(unknown_name(f"{component.__name__} in table {self.name!r}", "field",
+                                               name, known))
             wanted = (len(parents), *default.shape)
             if np.shape(array) != wanted:
                 where = f"newborn of {self.name!r}: {component.__name__}.{name}"
@@ -156,7 +169,8 @@ class Table:
         self.births.append((parents, second, dict(values)))
 
     def occupy(self, k: int, first_uid: int, tick: int, values: Values) -> np.ndarray:
-        """Bring `k` entities to life in the lowest free rows, with uids from `first_uid` on; return their rows."""
+        """Bring `k` entities to life in the lowest free rows, with uids from `first_uid` on;
+        return their rows."""
         self.reserve(self.n + k)
         rows = np.empty(k, np.int64)
         self.high = _occupy(rows, self.alive, self.uid, self.born, first_uid, tick, self.high)
@@ -183,12 +197,13 @@ class Table:
     def reorder(self, rows: np.ndarray) -> None:
         """Move the entity of row `rows[i]` to row i, for all living; this changes no organism's fate.
 
-        Data that systems keep by row moves too, if it has a method `reorder(order)`: row i then holds what row `order[i]` did.
-        Raises ValueError where `rows` are not the living rows, each once.
+        Data that systems keep by row moves too, if it has a method `reorder(order)`: row i then holds what
+        row `order[i]` did. Raises ValueError where `rows` are not the living rows, each once.
         """
         rows = np.asarray(rows, np.int64)
         if not np.array_equal(np.sort(rows), self.rows()):
-            raise ValueError(f"table {self.name!r}: reorder takes its {self.n} living rows, each once; here are {rows.size} others")
+            raise ValueError(f"table {self.name!r}: reorder takes its {self.n} living rows, each once; "
+                             f"here are {rows.size} others")
         rest = np.setdiff1d(np.arange(self.capacity), rows)
         order = np.concatenate([rows, rest])
         for name in ("alive", "uid", "born", "cause", "killer", "entity", "entity_uid"):
@@ -218,12 +233,14 @@ class Table:
     @property
     def nbytes(self) -> int:
         """Bytes of all columns."""
-        own = sum(getattr(self, a).nbytes for a in ("alive", "uid", "born", "cause", "killer", "entity", "entity_uid"))
+        own = sum(getattr(self, a).nbytes
+                  for a in ("alive", "uid", "born", "cause", "killer", "entity", "entity_uid"))
         return own + sum(a.nbytes for c in self.columns.values() for a in vars(c).values())
 
 
 def _column(kind: Any, value: np.ndarray, capacity: int, living: np.ndarray) -> Any:
-    """Return a new column with this default in every row; a heavy one holds it in the rows of the living only."""
+    """Return a new column with this default in every row; a heavy one holds it in the rows
+    of the living only."""
     if not kind.blocked:
         return np.broadcast_to(value, (capacity, *value.shape)).copy()
     column = Blocked(value.shape, kind.dtype).grow(capacity)
@@ -270,7 +287,8 @@ def _vacate(rows, alive, uid, cause, killer, high):
 
 @njit
 def first_outside(columns, start, n, each, low, high):
-    """Return the number of the first flat column, from `start` on, with a value outside low … high; -1 if there is none.
+    """Return the number of the first flat column, from `start` on, with a value outside low … high;
+    -1 if there is none.
 
     Of column k the first n * each[k] values are checked, those of dead rows too.
     """

@@ -1,8 +1,8 @@
 """Threads for matrix products: their number changes the speed, and not one bit of a result.
 
-torch and BLAS split a product over as many threads as they are set to, and a sum that is split differently differs in its
-last bits. Products that a result depends on are therefore computed by one thread each; the user's settings of torch and
-BLAS are restored afterwards.
+torch and BLAS split a product over as many threads as they are set to, and a sum that is split differently
+differs in its last bits. Products that a result depends on are therefore computed by one thread each; the
+user's settings of torch and BLAS are restored afterwards.
 """
 
 import threading
@@ -11,7 +11,8 @@ from concurrent.futures import ThreadPoolExecutor, wait
 from contextlib import contextmanager
 from functools import lru_cache
 
-_blas = threading.RLock()  # BLAS has one thread count per process: two callers who change it at once would restore the wrong one
+# BLAS has one thread count per process: two callers who change it at once would restore the wrong one
+_blas = threading.RLock()
 
 
 @contextmanager
@@ -30,7 +31,8 @@ def one_torch_thread() -> Iterator[None]:
 
 @contextmanager
 def one_blas_thread() -> Iterator[None]:
-    """Within, numpy's and scipy's linear algebra works in the calling thread alone; afterwards with as many as before."""
+    """Within, numpy's and scipy's linear algebra works in the calling thread alone;
+    afterwards with as many as before."""
     from threadpoolctl import threadpool_limits
 
     with _blas, threadpool_limits(1, "blas"):
@@ -38,7 +40,8 @@ def one_blas_thread() -> Iterator[None]:
 
 
 def in_parallel(work: Callable[[int], None], workers: int) -> None:
-    """Call work(0) … work(workers - 1), each in its own thread with one torch thread; return when all have ended."""
+    """Call work(0) … work(workers - 1), each in its own thread with one torch thread;
+    return when all have ended."""
     if workers == 1:
         with one_torch_thread():
             work(0)
@@ -62,8 +65,9 @@ def _pool(workers: int) -> ThreadPoolExecutor:
     threads, all_there = torch.get_num_threads(), threading.Barrier(workers)
 
     def settle(_: int) -> None:
-        # torch gives a thread the number that was last set anywhere, not when the thread begins but at the first question
-        # or the first large product, and only once: without the question, ours would be replaced then
+        # torch gives a thread the number that was last set anywhere, not when the thread begins but at the
+        # first question or the first large product, and only once: without the question, ours would be
+        # replaced then
         torch.get_num_threads()
         torch.set_num_threads(1)
         all_there.wait()  # so that each thread of the pool gets one of these calls

@@ -1,4 +1,5 @@
-"""Code that the user has allowed to run: hashes of source texts, for this process, and remembered for this user."""
+"""Code that the user has allowed to run: hashes of source texts, for this process,
+and remembered for this user."""
 
 from __future__ import annotations
 
@@ -36,7 +37,10 @@ def file() -> Path:
 
 
 def remembered() -> dict[str, str]:
-    """What this user allowed before: hash and path. Empty if the file belongs to another user, or others may write to it."""
+    """What this user allowed before: hash and path.
+
+    Empty if the file belongs to another user, or others may write to it.
+    """
     path = file()
     try:
         for place in (path, path.parent):
@@ -50,7 +54,8 @@ def remembered() -> dict[str, str]:
 
 
 def remember(texts: Mapping[str, str]) -> None:
-    """Allow texts, hash and path, in this process and from now on; raises ConfigError where that cannot be written."""
+    """Allow texts, hash and path, in this process and from now on;
+    raises ConfigError where that cannot be written."""
     allow(texts)
     since = time.strftime("%Y-%m-%d %H:%M:%S")
     known = {sha256: {"path": path, "since": since} for sha256, path in {**remembered(), **texts}.items()}
@@ -70,4 +75,5 @@ def remember(texts: Mapping[str, str]) -> None:
             raise
     except OSError as error:
         fault = f"cannot be written: {error.strerror or error}"
-        raise ConfigError([Problem((), fault, str(path), "a folder of your own as XDG_CONFIG_HOME", source="--trust")]) from None
+        raise ConfigError([Problem((), fault, str(path), "a folder of your own as XDG_CONFIG_HOME",
+                                   source="--trust")]) from None

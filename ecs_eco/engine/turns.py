@@ -1,6 +1,8 @@
-"""One world at a time: esper's state is that of the process, so worlds of several threads take turns, tick by tick.
+"""One world at a time: esper's state is that of the process, so worlds of several threads take turns,
+tick by tick.
 
-Users have one world per process, or several in one thread. Only the viewer runs a second one, `apart`, in a thread of its own.
+Users have one world per process, or several in one thread. Only the viewer runs a second one, `apart`,
+in a thread of its own.
 """
 
 import gc
@@ -17,10 +19,11 @@ _apart = threading.local()
 
 
 class _Turn:
-    """A reentrant lock, held whenever esper is used: while a world is made, in each tick, within `with world:`.
+    """A reentrant lock, held whenever esper is used: while a world is made, in each tick,
+    within `with world:`.
 
-    A lock that is released and taken again at once never passes to another thread: after a turn a thread calls `leave`,
-    which gives the next turn to one that waits.
+    A lock that is released and taken again at once never passes to another thread: after a turn a thread
+    calls `leave`, which gives the next turn to one that waits.
     """
 
     PATIENCE = 1.0  # [s] others have to take their turn: longer than a thread waits on a loaded machine
@@ -52,9 +55,11 @@ class _Turn:
         return self._lock._is_owned()  # type: ignore[attr-defined]
 
     def give_back(self, times: int, thread: int) -> None:
-        """End the turns of a world that was freed, which its thread can no longer end; any thread may collect garbage.
+        """End the turns of a world that was freed, which its thread can no longer end;
+        any thread may collect garbage.
 
-        Turns of another thread end with the next one that it ends itself: a lock is released by its own thread only.
+        Turns of another thread end with the next one that it ends itself:
+        a lock is released by its own thread only.
         """
         for _ in range(times):
             if thread == threading.get_ident():
@@ -76,7 +81,8 @@ turn = _Turn()
 
 @contextmanager
 def apart() -> Iterator[None]:
-    """Let this thread make worlds beside those of other threads; for threads that only this package starts."""
+    """Let this thread make worlds beside those of other threads; for threads that only this package starts.
+    """
     _apart.allowed = True
     try:
         yield
@@ -91,8 +97,9 @@ def enter(world: Any) -> None:
         gc.collect()  # a world that nothing refers to does not count
         if other := _of_others(me):
             raise RuntimeError(
-                f"world {world.name!r}: the thread {other[0].owner.name!r} has the world {other[0].name!r}, and worlds of several "
-                f"threads would mix: esper has one state per process. Run worlds in processes, as ecs_eco.search and `ecs-eco compare` "
+                f"world {world.name!r}: the thread {other[0].owner.name!r} has the world {other[0].name!r}, "
+                "and worlds of several threads would mix: esper has one state per process. "
+                "Run worlds in processes, as ecs_eco.search and `ecs-eco compare` "
                 "do (multiprocessing with the context \"spawn\"), or one after the other in one thread"
             )
     world.owner, world.apart = me, getattr(_apart, "allowed", False)

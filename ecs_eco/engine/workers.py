@@ -1,4 +1,7 @@
-"""The threads of one world: parts of a kernel's range, or independent pieces of work. Their number changes no result."""
+"""The threads of one world: parts of a kernel's range, or independent pieces of work.
+
+Their number changes no result.
+"""
 
 from __future__ import annotations
 
@@ -18,7 +21,8 @@ class Workers:
         self.all_busy = False  # whether all threads are busy in `together`: its pieces are not split further
 
     def split(self, kernel: Callable[..., Any], n: int, *arguments: Any, work: int | None = None) -> None:
-        """Run `kernel(first, last, *arguments)` over 0…n, in parts on all threads where `work` items are worth it."""
+        """Run `kernel(first, last, *arguments)` over 0…n, in parts on all threads
+        where `work` items are worth it."""
         pool = self.pool
         if pool is None or self.all_busy or (n if work is None else work) < PARALLEL_FROM:
             kernel(0, n, *arguments)
@@ -28,7 +32,8 @@ class Workers:
         _here_and(others, lambda: kernel(0, bounds[1], *arguments))
 
     def together(self, organisms: int, *work: Callable[[], Any]) -> None:
-        """Do independent pieces of work, on all threads where there are many organisms; they must not share what they write."""
+        """Do independent pieces of work, on all threads where there are many organisms;
+        they must not share what they write."""
         pool = self.pool
         if pool is None or self.all_busy or organisms < PARALLEL_FROM or not work:
             for piece in work:

@@ -1,4 +1,5 @@
-"""A World: tables of organisms, a clock, and systems that act in the order of phases. It knows neither space nor biology."""
+"""A World: tables of organisms, a clock, and systems that act in the order
+of phases. It knows neither space nor biology."""
 
 from __future__ import annotations
 
@@ -28,12 +29,12 @@ MOST_CAUSES = 255
 class World:
     """Entities in tables, and the systems that act on them.
 
-    `dt` [s] is the length of a tick, `seed` all chance. `threads` changes the speed and no result. Worlds do not mix: each
-    has its own esper context, which `with world:` enters.
+    `dt` [s] is the length of a tick, `seed` all chance. `threads` changes the speed and no result. Worlds do
+    not mix: each has its own esper context, which `with world:` enters.
 
-    Hooks are lists of functions: `before_tick` (no arguments, before each tick of `run`), `on_death` (table, rows), before
-    the rows are freed, and `on_birth` (table, rows, uids of first and of second parents, 0 for none), once the rows are
-    filled. They are called in the order of the list; none of them is saved.
+    Hooks are lists of functions: `before_tick` (no arguments, before each tick of `run`), `on_death` (table,
+    rows), before the rows are freed, and `on_birth` (table, rows, uids of first and of second parents, 0 for
+    none), once the rows are filled. They are called in the order of the list; none of them is saved.
     """
 
     def __init__(self, *, dt: float = 1.0, seed: int = 0, threads: int = 1, name: str = "world") -> None:
@@ -50,7 +51,8 @@ class World:
         self.ticking = False  # whether a tick is under way
         self.stopping = False  # whether `run` is to return, as soon as it can
         self.stopped = False  # whether the last `run` returned early
-        self.underway: Underway | None = None  # an action that has begun and is not complete, or never will be
+        # an action that has begun and is not complete, or never will be
+        self.underway: Underway | None = None
         self.debug: Any = None  # the checks of the debug mode
         self.owner: threading.Thread
         self.apart = False  # whether it runs in a thread beside another world
@@ -63,7 +65,8 @@ class World:
         weakref.finalize(self, _forget, self.context, self._workers, self._outer, threading.get_ident())
 
     def __repr__(self) -> str:
-        return f"<World {self.name!r} at tick {self.tick}: {', '.join(f'{t.n} {n}' for n, t in self.tables.items())}>"
+        return (f"<World {self.name!r} at tick {self.tick}: "
+                f"{', '.join(f'{t.n} {n}' for n, t in self.tables.items())}>")
 
     @property
     def time(self) -> float:
@@ -75,30 +78,38 @@ class World:
         """The key of this tick's random numbers."""
         return random.tick_key(self.seed, self.tick)
 
-    # --- what there is ---------------------------------------------------------------------------------------------
+    # --- what there is --------------------------------------------------------------------------------------
 
-    def add_table(self, name: str, *components: type[Any], capacity: int = 64, dims: Mapping[str, int] | None = None) -> Table:
+    def add_table(self, name: str, *components: type[Any], capacity: int = 64,
+                  dims: Mapping[str, int] | None = None) -> Table:
         """Declare a kind of entity with these components; `dims` gives the sizes that their shapes name."""
         if name in self.tables:
             raise ValueError(f"table {name!r} exists already; choose another name")
-        table = self.tables[name] = Table(name, components, capacity=capacity, dims=dims, place=len(self.tables))
+        table = self.tables[name] = Table(name, components, capacity=capacity, dims=dims,
+                                          place=len(self.tables))
         table.registry = self.context.registry
         return table
 
-    def add_system(self, system: esper.Processor, phase: str | None = None, priority: int | None = None) -> Any:
-        """Add a system at the end of its phase; a plain esper.Processor goes to `interact` unless `phase` says otherwise.
+    def add_system(self, system: esper.Processor, phase: str | None = None,
+                   priority: int | None = None) -> Any:
+        """Add a system at the end of its phase; a plain esper.Processor goes
+        to `interact` unless `phase` says otherwise.
 
-        `priority`, in the place of a phase, is its place among all processors as esper counts, from 0 down, a million for each phase.
+        `priority`, in the place of a phase, is its place among all processors as esper counts, from 0 down,
+        a million for each phase.
         """
         phase = phase or getattr(system, "phase", "interact")
         if not isinstance(system, esper.Processor):
-            raise TypeError(f"system {system!r} is no ecs_eco.System or esper.Processor; hand in an instance, as in Move()")
+            raise TypeError(f"system {system!r} is no ecs_eco.System or esper.Processor; "
+                            "hand in an instance, as in Move()")
         if phase not in PHASES:
             raise ValueError(unknown_name(f"system {type(system).__name__}", "phase", phase, PHASES))
         if getattr(system, "world", None) is not None:
-            raise ValueError(f"system {type(system).__name__} is in a world already; make another instance for this one")
+            raise ValueError(f"system {type(system).__name__} is in a world already; "
+                             "make another instance for this one")
         system.phase = phase  # type: ignore[attr-defined]
-        system.world = weakref.proxy(self)  # type: ignore[attr-defined]  # esper keeps the system: it must not keep the world
+        # esper keeps the system: it must not keep the world
+        system.world = weakref.proxy(self)  # type: ignore[attr-defined]
         self.systems.append(system)  # type: ignore[arg-type]
         self._places += 1
         place = priority_of(phase, self._places) if priority is None else priority
@@ -112,11 +123,14 @@ class World:
         return system
 
     def remove_processor(self, processor: esper.Processor) -> None:
-        """Take a plain esper.Processor out of the schedule again; RuntimeError for a system, which others count on."""
+        """Take a plain esper.Processor out of the schedule again; RuntimeError for a system,
+        which others count on."""
         if isinstance(processor, Scheduled) or processor not in self.systems:
-            raise RuntimeError(f"world {self.name!r}: {type(processor).__name__} is part of its schedule and stays; "
+            raise RuntimeError(f"world {self.name!r}: {type(processor).__name__} is part of its schedule "
+                               "and stays; "
                                "build a world without it, or let a system of your own take its place")
-        for one in [p for p in list.__iter__(self.context.registry.processors) if p is processor or getattr(p, "after", None) is processor]:
+        for one in [p for p in list.__iter__(self.context.registry.processors)
+                    if p is processor or getattr(p, "after", None) is processor]:
             self.context.drop(one)
         self.systems.remove(processor)
 
@@ -138,8 +152,9 @@ class World:
     def spawn(self, name: str, *components: Handle, n: int = 1, parent: int = 0) -> None:
         """Ask for `n` newborn of a kind, with these components' values (the table's defaults for the others).
 
-        They come to life at the end of the phase `reproduce`, or at `flush`. A place beyond the edge of a torus is brought back
-        around it. Raises ValueError for one outside of a world with walls, and for any value beyond the limits of its field.
+        They come to life at the end of the phase `reproduce`, or at `flush`. A place beyond the edge of a
+        torus is brought back around it. Raises ValueError for one outside of a world with walls, and for any
+        value beyond the limits of its field.
         """
         table = self.table(name)
         n = whole_number(f"spawn {name!r}: n", n, 1)
@@ -148,20 +163,23 @@ class World:
             raise ValueError(f"spawn {name!r}: parent is {parent}; it must be a uid, or 0 for none")
         table.request(np.full(n, parent, np.uint64), values)
 
-    def _values(self, table: Table, components: Iterable[Handle], n: int = 1) -> dict[tuple[type, str], np.ndarray]:
+    def _values(self, table: Table,
+                components: Iterable[Handle], n: int = 1) -> dict[tuple[type, str], np.ndarray]:
         """Return what `n` newborn with these components are born with, as it may come to life."""
         values = {}
         for handle in components:
             if type(handle) not in table:
                 table[type(handle)]  # raises the error that names what there is
             if type(handle) in table.derived:
-                raise TypeError(f"spawn {table.name!r}: {type(handle).__name__} is read, not written: nobody is born with it")
+                raise TypeError(f"spawn {table.name!r}: {type(handle).__name__} is read, not written: "
+                                "nobody is born with it")
             for field, array in vars(handle._columns).items():
                 values[type(handle), field] = np.repeat(array, n, axis=0)
         return self.admit_newborn(table, values, f"spawn {table.name!r}")
 
     def kill(self, uid: int, cause: str = "culled", killer: int = 0) -> None:
-        """Let the organism `uid` die of a cause at the end of the phase `die`. Killing twice changes nothing."""
+        """Let the organism `uid` die of a cause at the end of the phase `die`. Killing twice changes nothing.
+        """
         table, row = self.locate(uid)
         if not table.cause[row]:
             table.cause[row] = self.cause(cause)
@@ -182,29 +200,33 @@ class World:
 
     def each(self, *components: type[Any]) -> Iterator[tuple[Any, ...]]:
         """Yield (uid, handle, …) for all living entities that have these components, in the order of uids."""
-        living = [(int(t.uid[r]), t, int(r)) for t in self.tables.values() if t.has(components) for r in t.rows()]
+        living = [(int(t.uid[r]), t, int(r)) for t in self.tables.values() if t.has(components)
+                  for r in t.rows()]
         for uid, table, row in sorted(living, key=lambda one: one[0]):
             yield uid, *(self._handle(table, row, component) for component in components)
 
     def _handle(self, table: Table, row: int, component: type[Any]) -> Any:
-        return component.attach(table[component] if self.debug is None else self.debug.guard(table, component, row), row)
+        return component.attach(table[component]
+                                if self.debug is None else self.debug.guard(table, component, row), row)
 
-    # --- time ------------------------------------------------------------------------------------------------------
+    # --- time -----------------------------------------------------------------------------------------------
 
     def step(self) -> None:
         """Let one tick pass."""
         self.run(1)
 
     def stop(self) -> None:
-        """Make `run` return: after this tick, or before the next if no tick is under way. `stopped` is then true."""
+        """Make `run` return: after this tick, or before the next if no tick is under way. `stopped` is then
+        true."""
         self.stopping = True
 
     def run(self, ticks: int, progress: Callable[[int, int], Any] | None = None) -> Self:
-        """Let `ticks` ticks pass; `progress(done, ticks)` is called about ten times a second. Returns the world.
+        """Let `ticks` ticks pass; `progress(done, ticks)` is called about ten times a second.
 
-        Returns early, after a whole tick, if `stop()` was called. The functions in `before_tick` are called before every
-        tick. Ctrl-C also stops after a whole tick. An error within a tick, or a second Ctrl-C, leaves a world that can only
-        be inspected: anything else raises UnfinishedTick.
+        Returns the world. Returns early, after a whole tick, if `stop()` was called. The functions in
+        `before_tick` are called before every tick. Ctrl-C also stops after a whole tick. An error within a
+        tick, or a second Ctrl-C, leaves a world that can only be inspected: anything else raises
+        UnfinishedTick.
         """
         ticks = whole_number("ticks", ticks)
         self._mine()
@@ -259,7 +281,7 @@ class World:
         if threading.get_ident() != self.owner.ident:
             raise RuntimeError(f"one thread alone touches a world: the one that made it, {self.owner.name!r}")
 
-    # --- births and deaths -----------------------------------------------------------------------------------------
+    # --- births and deaths ----------------------------------------------------------------------------------
 
     def flush(self) -> None:
         """Carry out the deaths, then the births asked for so far."""
@@ -276,14 +298,16 @@ class World:
                 self.bury(table, rows)
 
     def bury(self, table: Table, rows: np.ndarray) -> None:
-        """Free the rows of some that have a cause of death, after the listeners have seen them and esper's handlers of "death"."""
+        """Free the rows of some that have a cause of death,
+        after the listeners have seen them and esper's handlers of "death"."""
         heard = "death" in self.context.registry.events
         if self.on_death or heard:
             rows = rows[table.uid[rows].argsort()]
         for listen in self.on_death:
             listen(table, rows)
         if heard:
-            self.context.tell("death", self._entities(table, rows), [self.causes[cause - 1] for cause in table.cause[rows]])
+            self.context.tell("death", self._entities(table, rows),
+                              [self.causes[cause - 1] for cause in table.cause[rows]])
         table.vacate(rows)
 
     def flush_births(self) -> None:
@@ -307,22 +331,25 @@ class World:
                         listen(table, rows, parents, np.zeros_like(parents) if second is None else second)
                     born.append((table, rows))
         if "birth" in self.context.registry.events:
-            self.context.tell("birth", [number for table, rows in born for number in self._entities(table, rows)])
+            self.context.tell("birth",
+                              [number for table, rows in born for number in self._entities(table, rows)])
 
     def admit(self, refuse: bool = True) -> None:
         """Check what was written between ticks, before kernels read it; a world with a space does this."""
 
-    def admit_newborn(self, table: Table, values: dict[tuple[type, str], Any], label: str) -> dict[tuple[type, str], Any]:
+    def admit_newborn(self, table: Table,
+                      values: dict[tuple[type, str], Any], label: str) -> dict[tuple[type, str], Any]:
         """Return the values of newborn as they may come to life."""
         return values
 
-    # --- esper -----------------------------------------------------------------------------------------------------
+    # --- esper ----------------------------------------------------------------------------------------------
 
     def sync(self) -> None:
-        """Bring esper's entities up to date: esper then has one for each living organism, with a handle per component.
+        """Bring esper's entities up to date: esper then has one for each living organism,
+        with a handle per component.
 
-        Done whenever something of esper looks at this world after births and deaths, so nobody need call it: births and deaths that
-        nobody looks at cost no handles.
+        Done whenever something of esper looks at this world after births and deaths, so nobody need call it:
+        births and deaths that nobody looks at cost no handles.
         """
         self.context.registry.sync(self.tables.values())
 
@@ -331,7 +358,8 @@ class World:
         return self.context.registry.number(*self.locate(uid))
 
     def uid(self, entity: int) -> int:
-        """Return the uid of the organism that esper knows by a number; KeyError where there is none, 0 while it is not born yet."""
+        """Return the uid of the organism that esper knows by a number; KeyError where there is none,
+        0 while it is not born yet."""
         return int(self.context.registry.entities[entity].uid)
 
     def _entities(self, table: Table, rows: np.ndarray) -> list[int]:
@@ -355,7 +383,7 @@ class World:
         finally:
             turns.turn.__exit__()
 
-    # --- for systems -----------------------------------------------------------------------------------------------
+    # --- for systems ----------------------------------------------------------------------------------------
 
     def touch(self) -> None:
         """Invalidate all that is derived from positions: handles may have moved something."""
@@ -363,11 +391,13 @@ class World:
             table.version += 1
 
     def split(self, kernel: Callable[..., Any], n: int, *arguments: Any, work: int | None = None) -> None:
-        """Run `kernel(first, last, *arguments)` over 0…n, in parts on all threads where `work` items are worth it."""
+        """Run `kernel(first, last, *arguments)` over 0…n, in parts on all threads
+        where `work` items are worth it."""
         self._workers.split(kernel, n, *arguments, work=work)
 
     def together(self, *work: Callable[[], Any]) -> None:
-        """Do independent pieces of work, on all threads if the world is large enough; no two may write to the same array."""
+        """Do independent pieces of work, on all threads if the world is large enough;
+        no two may write to the same array."""
         self._workers.together(sum(t.n for t in self.tables.values()), *work)
 
 

@@ -13,7 +13,8 @@ from ecs_eco.config import WorldConfig, load
 from ecs_eco.experiments.changes import NotApplicable
 from ecs_eco.experiments.treatments import Treatment, find, refusal, species_with_policy
 
-LONGEST_NAME = 100  # bytes; the names of files in these folders come on top, and file systems allow 255 for one name
+# bytes; the names of files in these folders come on top, and file systems allow 255 for one name
+LONGEST_NAME = 100
 UNTREATED = "world"  # the name of the first arm
 
 

@@ -16,10 +16,11 @@ Result = TypeVar("Result")
 
 
 class Pool(Executor):
-    """An executor: workers of one thread each that end with this process; a single worker is this process itself.
+    """An executor: workers of one thread each that end with this process;
+    a single worker is this process itself.
 
-    Only this process receives Ctrl-C: leaving the `with` block by an exception ends all workers. If a worker is
-    killed from outside, all unfinished futures raise BrokenProcessPool.
+    Only this process receives Ctrl-C: leaving the `with` block by an exception ends all workers. If a worker
+    is killed from outside, all unfinished futures raise BrokenProcessPool.
     """
 
     def __init__(self, workers: int) -> None:

@@ -1,4 +1,5 @@
-"""Pre-training: policies learn from random weights while respawn holds the numbers constant (the paper's protocol).
+"""Pre-training: policies learn from random weights while respawn holds the numbers constant (the paper's
+protocol).
 
 The worlds that they learn in are in training_worlds.py.
 """
@@ -25,11 +26,13 @@ if TYPE_CHECKING:
 def pretrain(config: Any, seed: int | None = None, ticks: int | None = None, out: str | Path | None = None,
              progress: Callable[[int, int], None] | None = None, *, threads: int = 1, points: int = 30,
              trust: bool = False) -> dict[str, Any]:
-    """Train the policies of all species of a world that have one; return the curves, and the networks under "policies".
+    """Train the policies of all species of a world that have one; return the curves,
+    and the networks under "policies".
 
-    `ticks` are those that each of the `training.worlds` lives. Per species and point of the curve: intake per animal and
-    second, deaths per animal and second, mean happiness, over all worlds. `out` receives <species>.safetensors and training.json.
-    `trust` allows the code that the world lists to run in this process.
+    `ticks` are those that each of the `training.worlds` lives. Per species and point of the curve: intake per
+    animal and second, deaths per animal and second, mean happiness, over all worlds. `out` receives
+    <species>.safetensors and training.json. `trust` allows the code that the world lists to run in this
+    process.
     """
     config = config if isinstance(config, WorldConfig) and not trust else load(config, trust=trust)
     ticks = config.training.ticks if ticks is None else whole_number("ticks", ticks, 1)
@@ -48,9 +51,9 @@ def pretrain(config: Any, seed: int | None = None, ticks: int | None = None, out
             for name, brain in training_worlds.brains().items():
                 last.setdefault(name, []).append(brain.state())
     policies = {name: mean_weights(states) for name, states in last.items()}
-    result = {"world": config.name, "config_hash": config.config_hash, "seed": training_worlds.seed, "ticks": ticks,
-              "seconds": time.perf_counter() - begin, "curves": training_worlds.curves(every), "policies": policies,
-              "reports": training_worlds.reports()}
+    result = {"world": config.name, "config_hash": config.config_hash, "seed": training_worlds.seed,
+              "ticks": ticks, "seconds": time.perf_counter() - begin, "curves": training_worlds.curves(every),
+              "policies": policies, "reports": training_worlds.reports()}
     if out is not None:
         save(result, Path(out))
     return result
@@ -71,7 +74,8 @@ def value_at(data: Any, key: str) -> Any:
 
 
 def save(result: dict[str, Any], out: Path) -> None:
-    """Write the policies as safetensors with their seals, and everything else, with their hashes, as training.json."""
+    """Write the policies as safetensors with their seals, and everything else, with their hashes,
+    as training.json."""
     from ecs_eco.engine.files import write_json
     from ecs_eco.learning.weights import hash_of
     from ecs_eco.learning.weights import save as save_weights
@@ -80,9 +84,12 @@ def save(result: dict[str, Any], out: Path) -> None:
     for name, weights in result["policies"].items():
         save_weights(out / f"{name}.safetensors", weights)
     hashes = {name: hash_of(out / f"{name}.safetensors") for name in result["policies"]}
-    write_json(out / "training.json", {k: v for k, v in result.items() if k != "policies"} | {"weights": hashes})
+    write_json(out / "training.json",
+               {k: v for k, v in result.items() if k != "policies"} | {"weights": hashes})
 
 
 def mean_weights(states: list[dict[str, np.ndarray]]) -> dict[str, np.ndarray]:
-    """Return the average of several states of one network: steadier than the last of them (Polyak & Juditsky 1992)."""
-    return {k: np.asarray(np.mean([s[k] for s in states], axis=0, dtype=np.float64), np.float32) for k in states[0]}
+    """Return the average of several states of one network: steadier than the last
+    of them (Polyak & Juditsky 1992)."""
+    return {k: np.asarray(np.mean([s[k] for s in states], axis=0, dtype=np.float64), np.float32)
+            for k in states[0]}

@@ -17,8 +17,8 @@ EVERY = 2_000  # least ticks between the checkpoints of a run
 def run_arm(arm: Arm, seed: int, ticks: int, folder: Path) -> dict[str, Any]:
     """Run an arm with a seed into a folder; return its manifest.
 
-    A stopped run continues from its checkpoint, or restarts if it has none. Raises FolderInUse, and ForeignFile if the
-    folder holds files of another run.
+    A stopped run continues from its checkpoint, or restarts if it has none. Raises FolderInUse, and
+    ForeignFile if the folder holds files of another run.
     """
     from ecs_eco.record.folder import remove_run
     from ecs_eco.runs.run import resume, run_to_folder

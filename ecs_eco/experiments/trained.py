@@ -20,9 +20,9 @@ def train_or_find(
 ) -> Path:
     """Return the folder, with <species>.safetensors and training.json: whole, or not there at all.
 
-    Several processes may train the same at once: the first result is kept, the others are identical. Without `verify`
-    any training in the folder is accepted, since the folder's name identifies it. Raises ForeignFile if it holds another
-    training.
+    Several processes may train the same at once: the first result is kept, the others are identical. Without
+    `verify` any training in the folder is accepted, since the folder's name identifies it. Raises ForeignFile
+    if it holds another training.
     """
     from ecs_eco.experiments.pretraining import pretrain
 

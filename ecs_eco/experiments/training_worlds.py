@@ -1,4 +1,5 @@
-"""The worlds of pre-training: one, or several at once with values of their own, that train the same networks."""
+"""The worlds of pre-training: one, or several at once with values of their own, that train the same networks.
+"""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -14,8 +15,9 @@ COUNTS = ("n", "taken_in", "deaths", "happiness")
 class TrainingWorlds:
     """`training.worlds` worlds, run side by side; they share the learners of the first.
 
-    Each has its own value of every key of `training.vary`. After `training.renew` ticks they restart with other values;
-    then a species of a world may act by an earlier policy (`training.pool`), which does not learn.
+    Each has its own value of every key of `training.vary`. After `training.renew` ticks they restart with
+    other values; then a species of a world may act by an earlier policy (`training.pool`), which does not
+    learn.
     """
 
     def __init__(self, config: WorldConfig, seed: int, threads: int = 1) -> None:
@@ -28,7 +30,8 @@ class TrainingWorlds:
         self._begin()
 
     def run(self, ticks: int) -> None:
-        """Let `ticks` ticks pass in each world, at most `renew` in each life of a world, and one tick to learn from the last rollout."""
+        """Let `ticks` ticks pass in each world, at most `renew` in each life of a world, and one tick to
+        learn from the last rollout."""
         while ticks > 0:
             part = ticks
             if self.plan.renew:
@@ -43,26 +46,32 @@ class TrainingWorlds:
             ticks, self.tick = ticks - part, self.tick + part
 
     def _pace(self) -> int:
-        """Ticks that one world runs before the next: at most a rollout, so that none delivers a second one meanwhile."""
-        return min([16, *(t.learner.ppo.horizon for t in self.learners.values())]) if len(self.worlds) > 1 else 10**9
+        """Ticks that one world runs before the next: at most a rollout,
+        so that none delivers a second one meanwhile."""
+        return (min([16, *(t.learner.ppo.horizon for t in self.learners.values())])
+                if len(self.worlds) > 1 else 10**9)
 
     def brains(self) -> dict[str, Any]:
         """Return the networks that learn, by species."""
-        nerves = {name: t.species.nerves for name, t in self.worlds[0].tables.items() if t.species.nerves is not None}
+        nerves = {name: t.species.nerves
+                  for name, t in self.worlds[0].tables.items() if t.species.nerves is not None}
         return {name: n.brain for name, n in nerves.items() if n.brain is not None}
 
     def reports(self) -> dict[str, dict[str, float | None]]:
-        """Return the statistics of each species' last update; empty if there was none, None for undefined ones."""
+        """Return the statistics of each species' last update; empty if there was none,
+        None for undefined ones."""
         last_reports = {}
         for name, table in self.worlds[0].tables.items():
             if table.species.nerves is not None and table.species.nerves.learning:
                 reports = [w.tables[name].species.nerves.reports for w in self.worlds]
-                last: dict[str, float] = max((r[-1] for r in reports if r), key=lambda r: r["tick"], default={})
+                last: dict[str, float] = max((r[-1] for r in reports if r),
+                                             key=lambda r: r["tick"], default={})
                 last_reports[name] = {k: v if np.isfinite(v) else None for k, v in last.items()}
         return last_reports
 
     def curves(self, every: int) -> dict[str, dict[str, Any]]:
-        """Return statistics of the animals of each species, averaged over worlds and over blocks of `every` ticks."""
+        """Return statistics of the animals of each species,
+        averaged over worlds and over blocks of `every` ticks."""
         whole = [*self.series, self._past()]
         out: dict[str, dict[str, Any]] = {}
         for i, name in enumerate(self.worlds[0].recorder.names):
@@ -71,18 +80,23 @@ class TrainingWorlds:
             total = {k: np.array([v[a : a + every].sum() for a in starts]) for k, v in column.items()}
             alive = np.maximum(total["n"], 1) * self.config.dt
             out[name] = {"tick": [min(a + every, len(column["n"])) for a in starts],
-                         "intake": (total["taken_in"] / alive).tolist(), "deaths": (total["deaths"] / alive).tolist(),
-                         "happiness": [float(column["happiness"][a : a + every].mean()) for a in starts]}  # fmt: skip
+                         "intake": (total["taken_in"] / alive).tolist(),
+                         "deaths": (total["deaths"] / alive).tolist(),
+                         "happiness": [float(column["happiness"][a : a + every].mean())
+                                       for a in starts]}  # fmt: skip
         return out
 
     def _past(self) -> dict[str, np.ndarray]:
-        """Return n, taken_in, deaths of all worlds together, and their mean happiness: f64[ticks, species] each."""
+        """Return n, taken_in, deaths of all worlds together, and their mean happiness: f64[ticks,
+        species] each."""
         parts = []
         for world in self.worlds:
             series, s = world.series().to_pydict(), len(world.recorder.names)
-            parts.append([np.asarray(series[k], float).reshape(-1, s) for k in ("n", "taken_in", "deaths", "happiness_mean")])
+            parts.append([np.asarray(series[k], float).reshape(-1, s)
+                          for k in ("n", "taken_in", "deaths", "happiness_mean")])
         n, taken, deaths, happiness = (np.array(columns) for columns in zip(*parts, strict=True))
-        return {"n": n.sum(0), "taken_in": taken.sum(0), "deaths": deaths.sum(0), "happiness": happiness.mean(0)}
+        return {"n": n.sum(0), "taken_in": taken.sum(0), "deaths": deaths.sum(0),
+                "happiness": happiness.mean(0)}
 
     def _renew(self) -> None:
         self.series.append(self._past())
@@ -102,7 +116,8 @@ class TrainingWorlds:
             config = for_training(self.config, values[i])
             number = self.stage * k + i
             seed = self.seed if number == 0 else int(random.tick_key(self.seed, number)) & 0x7FFFFFFFFFFFFFFF
-            self.worlds.append(World.from_config(config, seed=seed, policies="untrained", threads=self.threads, training=True, learn=True))
+            self.worlds.append(World.from_config(config, seed=seed, policies="untrained",
+                                                 threads=self.threads, training=True, learn=True))
         if first and (k > 1 or self.plan.renew):
             self._share()
         for name, learner in self.learners.items():
@@ -122,7 +137,8 @@ class TrainingWorlds:
         """Give a species of world i the network that learns, or an earlier one of the pool."""
         share, pool = together.shares[i], self.pool.get(name, [])
         key = random.tick_key(self.seed, self.stage * self.plan.worlds + i)
-        u = random.draw_many(key, np.arange(2, dtype=np.uint64), random.PLACE + (list(self.learners).index(name) << 8))
+        u = random.draw_many(key, np.arange(2, dtype=np.uint64),
+                             random.PLACE + (list(self.learners).index(name) << 8))
         earlier = i > 0 and bool(pool) and float(u[0]) < self.plan.pool
         share.renew(active=not earlier)
         if earlier:
@@ -133,14 +149,17 @@ class TrainingWorlds:
 
 
 def drawn(vary: Mapping[str, Sequence[float]], worlds: int, key: Any) -> list[dict[str, Any]]:
-    """Return a value of every key for each world: one from each of `worlds` equal parts of the range, in an order of its own.
+    """Return a value of every key for each world: one from each of `worlds` equal parts of the range,
+    in an order of its own.
 
     That is a Latin hypercube (McKay, Beckman & Conover 1979).
-    Steps are equal factors where both ends are positive, equal differences otherwise; whole numbers where both ends are ints.
+    Steps are equal factors where both ends are positive, equal differences otherwise;
+    whole numbers where both ends are ints.
     """
     out: list[dict[str, Any]] = [{} for _ in range(worlds)]
     for j, (name, (low, high)) in enumerate(vary.items()):
-        u = random.draw_many(key, np.arange(2 * worlds, dtype=np.uint64), random.PLACE + ((j + 1) << 16)).astype(float)
+        u = random.draw_many(key, np.arange(2 * worlds, dtype=np.uint64),
+                             random.PLACE + ((j + 1) << 16)).astype(float)
         share = (np.argsort(np.argsort(u[:worlds])) + u[worlds:]) / worlds
         numbers = low * (high / low) ** share if low > 0 and high > 0 else low + (high - low) * share
         whole = isinstance(low, int) and isinstance(high, int)

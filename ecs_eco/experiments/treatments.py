@@ -1,7 +1,7 @@
 """Treatments: what an arm of a comparison changes in a world. One table holds all named ones.
 
-A treatment may change values of the configuration (`changes.py`), the initial policies, whether they learn, or the
-species as a world is built (`ecs_eco.worlds.treatments`). On the command line they are `--control`.
+A treatment may change values of the configuration (`changes.py`), the initial policies, whether they learn,
+or the species as a world is built (`ecs_eco.worlds.treatments`). On the command line they are `--control`.
 """
 
 from __future__ import annotations

@@ -37,8 +37,8 @@ def begin_worker() -> None:
 def end_with_parent() -> None:
     """Have this process get SIGTERM when its parent ends; to be called as a worker starts.
 
-    A pool's workers wait on a pipe of which they hold both ends: if their parent is killed, they would go on with all
-    that is queued.
+    A pool's workers wait on a pipe of which they hold both ends: if their parent is killed,
+    they would go on with all that is queued.
     """
     parent = multiprocessing.parent_process()
     if parent is None:

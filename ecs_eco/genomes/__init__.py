@@ -1,4 +1,5 @@
-"""Heredity: genomes as strings over a finite alphabet, what they code for, and the operators that make new ones.
+"""Heredity: genomes as strings over a finite alphabet, what they code for,
+and the operators that make new ones.
 
 What a genome codes for belongs to its layout; how an organism with it lives belongs to `ecs_eco.systems`.
 Names load when first used: `import ecs_eco.genomes` loads neither DEAP nor numba nor
@@ -21,10 +22,10 @@ if TYPE_CHECKING:
     from ecs_eco.genomes.variety import diversity, frequencies, statistics
 
 _HOME = {
-    "Alphabet": "alphabet", "DNA": "alphabet", "CHOICES": "choices", "Gene": "models", "Layout": "layout", "Operators": "batch",
-    "toolbox_of": "operators", "Trait": "traits", "diversity": "variety", "frequencies": "variety", "statistics": "variety",
-    "Fitted": "fit", "fit_network": "fit",
+    "Alphabet": "alphabet", "DNA": "alphabet", "CHOICES": "choices", "Gene": "models", "Layout": "layout",
+    "Operators": "batch", "toolbox_of": "operators", "Trait": "traits", "diversity": "variety",
+    "frequencies": "variety", "statistics": "variety", "Fitted": "fit", "fit_network": "fit",
 }  # fmt: skip
-__all__ = ["CHOICES", "DNA", "Alphabet", "Fitted", "Gene", "Layout", "Operators", "Trait", "diversity", "fit_network", "frequencies",
-           "statistics", "toolbox_of"]  # fmt: skip
+__all__ = ["CHOICES", "DNA", "Alphabet", "Fitted", "Gene", "Layout", "Operators", "Trait", "diversity",
+           "fit_network", "frequencies", "statistics", "toolbox_of"]  # fmt: skip
 __getattr__ = lazy(__name__, {name: f"{__name__}.{module}" for name, module in _HOME.items()})

@@ -25,15 +25,16 @@ MATE, MUTATE = 1, 2  # parts of a birth's key that seed Python's random numbers
 class Operators:
     """Applies the operators of a toolbox to genomes of a layout; `chance` is that of a crossing.
 
-    The toolbox may change: children are made by what is registered under `mate` and `mutate` at that time. With
-    `mutation` off, nothing mutates.
+    The toolbox may change: children are made by what is registered under `mate` and `mutate` at that time.
+    With `mutation` off, nothing mutates.
     """
 
     def __init__(self, toolbox: Toolbox, layout: Layout, chance: float = 1.0) -> None:
         if not 0 <= chance <= 1:
             raise ValueError(f"mate: chance = {chance}; allowed are 0 to 1")
         self.toolbox, self.layout, self.chance, self.mutation = toolbox, layout, chance, True
-        self._loci: tuple[Any, np.ndarray, np.ndarray, np.ndarray] | None = None  # mutate, with its chance, low and up for each locus
+        # mutate, with its chance, low and up for each locus
+        self._loci: tuple[Any, np.ndarray, np.ndarray, np.ndarray] | None = None
         self._seen: dict[str, tuple[Any, Callable[..., Any], dict[str, Any]]] = {}
         for word in ("mate", "mutate"):
             self._operator(word)
@@ -41,7 +42,8 @@ class Operators:
     @classmethod
     def from_config(cls, section: GenomeSection, layout: Layout, select_mate: str = "nearest",
                     find: Callable[[Any], Any] = handed_over) -> Operators:
-        """Return the operators of a world file; `select_mate` is the rule of its species, `find` is as in `toolbox_of`."""
+        """Return the operators of a world file; `select_mate` is the rule of its species,
+        `find` is as in `toolbox_of`."""
         return cls(toolbox_of(section, layout, select_mate, find), layout, section.mate.chance)
 
     @property
@@ -50,11 +52,13 @@ class Operators:
         return choice_of(self.toolbox)
 
     def offspring(self, first: np.ndarray, second: np.ndarray | None, keys: np.ndarray) -> np.ndarray:
-        """Return children u8[k, loci] of parents u8[k, loci]; a child depends on its parents and its key u64 alone.
+        """Return children u8[k, loci] of parents u8[k, loci];
+        a child depends on its parents and its key u64 alone.
 
-        With one string, two parents are crossed and the child is the first of the two results, with the parents in random
-        order; the genome of a single parent is copied. With two strings each parent gives one, crossed from its two, in
-        random order. Then the child mutates. Raises ValueError if an operator returns something that is not a genome.
+        With one string, two parents are crossed and the child is the first of the two results, with the
+        parents in random order; the genome of a single parent is copied. With two strings each parent gives
+        one, crossed from its two, in random order. Then the child mutates. Raises ValueError if an operator
+        returns something that is not a genome.
         """
         layout, n = self.layout, self.layout.length
         first, keys = layout.check(first), np.asarray(keys, np.uint64)
@@ -87,15 +91,18 @@ class Operators:
         crossed = _toss(keys, salt, kernels.CROSS) < self.chance
         out = np.empty_like(a, order="C")
         if function in (tools.cxOnePoint, tools.cxTwoPoint):
-            kernels.cross_points(a, b, swapped, crossed, keys, salt, 1 if function is tools.cxOnePoint else 2, out)
+            kernels.cross_points(a, b, swapped, crossed, keys, salt, 1 if function is tools.cxOnePoint else 2,
+                                 out)
         elif function is tools.cxUniform:
             kernels.cross_uniform(a, b, swapped, crossed, keys, salt, np.float32(arguments["indpb"]), out)
         else:
             np.copyto(out, np.where(swapped[:, None], b, a))
-            self._cross_each(out, np.where(swapped[:, None], a, b), np.flatnonzero(crossed), keys, salt, function)
+            self._cross_each(out, np.where(swapped[:, None], a, b), np.flatnonzero(crossed), keys,
+                             salt, function)
         return out
 
-    def _cross_each(self, out: np.ndarray, other: np.ndarray, births: np.ndarray, keys: np.ndarray, salt: int, function: Any) -> None:
+    def _cross_each(self, out: np.ndarray, other: np.ndarray, births: np.ndarray, keys: np.ndarray, salt: int,
+                    function: Any) -> None:
         size, mate, name = len(self.layout.alphabet), self.toolbox.mate, _name(function)
         state = random.getstate()
         try:
@@ -111,7 +118,8 @@ class Operators:
 
         function, arguments = self._operator("mutate")
         if self._loci is None or self._loci[0] is not self.toolbox.mutate:
-            self._loci = self.toolbox.mutate, self.layout.rates(arguments.get("indpb", 0.0)), *self._bounds(arguments)
+            self._loci = (self.toolbox.mutate, self.layout.rates(arguments.get("indpb", 0.0)),
+                          *self._bounds(arguments))
         _, rates, low, up = self._loci
         if function is tools.mutUniformInt:
             kernels.mutate_uniform(strings, keys, salt, rates, low, up)
@@ -125,11 +133,14 @@ class Operators:
     def _bounds(self, arguments: dict[str, Any]) -> tuple[np.ndarray, np.ndarray]:
         """Return the lowest and the highest letter of each locus: i64[length] each."""
         n, highest = self.layout.length, len(self.layout.alphabet) - 1
-        low, up = (np.atleast_1d(np.asarray(arguments.get(k, v), np.int64))[:n] for k, v in (("low", 0), ("up", highest)))
+        low, up = (np.atleast_1d(np.asarray(arguments.get(k, v), np.int64))[:n]
+                   for k, v in (("low", 0), ("up", highest)))
         return np.broadcast_to(low, n).copy(), np.broadcast_to(up, n).copy()
 
-    def _mutate_each(self, strings: np.ndarray, keys: np.ndarray, salt: int, function: Any, arguments: dict[str, Any]) -> None:
-        """Mutate birth by birth; loci of genes with mutation rates of their own are passed to the operator separately."""
+    def _mutate_each(self, strings: np.ndarray, keys: np.ndarray, salt: int, function: Any,
+                     arguments: dict[str, Any]) -> None:
+        """Mutate birth by birth; loci of genes with mutation rates of their own are passed
+        to the operator separately."""
         size, mutate, name = len(self.layout.alphabet), self.toolbox.mutate, _name(function)
         rates = self.layout.rates(arguments.get("indpb", 0.0))
         lists = {k: v for k, v in arguments.items() if isinstance(v, list | tuple)}

@@ -32,4 +32,5 @@ def oldest(chooser: int, candidates: Sequence[int], distance: Numbers, energy: N
 
 
 RULES: dict[str, Callable[..., int]] = dict(zip(CHOICES, (nearest, any_one, richest, oldest), strict=True))
-"""By name: select_mate(chooser, candidates, distance, energy, age) of uids and a number for each candidate; returns a uid."""
+"""By name: select_mate(chooser, candidates, distance, energy,
+age) of uids and a number for each candidate; returns a uid."""

@@ -1,7 +1,8 @@
 """The code of one gene: its codons mean entries of a table, numbers in a range, or the weights of a network.
 
-A codon of k letters of an alphabet of A is a number from 0 to A^k − 1, its first letter the most significant digit. With
-Gray code a digit is the sum of the letters so far modulo A, so that neighbouring numbers differ in one letter, by one.
+A codon of k letters of an alphabet of A is a number from 0 to A^k − 1, its first letter the most significant
+digit. With Gray code a digit is the sum of the letters so far modulo A, so that neighbouring numbers differ
+in one letter, by one.
 """
 
 from __future__ import annotations
@@ -38,11 +39,13 @@ class Codons:
         """Write numbers i64[n, codons] into u8[n, loci]."""
         from ecs_eco.genomes.kernels import write_codons
 
-        write_codons(numbers, start + self.first, self.gene.letters, self.size, self.gene.code == "gray", loci)
+        write_codons(numbers, start + self.first, self.gene.letters, self.size,
+                     self.gene.code == "gray", loci)
 
 
 class Code:
-    """Base of all codes; `trait` is what the gene codes for, None for a neutral marker or an unknown trait."""
+    """Base of all codes; `trait` is what the gene codes for, None for a neutral marker or an unknown trait.
+    """
 
     dtype: type = np.float32
     width: tuple[int, ...] = ()  # shape of one organism's value
@@ -63,7 +66,8 @@ class Code:
         raise NotImplementedError
 
     def numbers(self, values: np.ndarray, clip: bool) -> np.ndarray:
-        """Return numbers i64[n, codons] that mean values f64[n, …]; `clip` takes the nearest, else ValueError."""
+        """Return numbers i64[n, codons] that mean values f64[n, …]; `clip` takes the nearest,
+        else ValueError."""
         raise NotImplementedError
 
     def refuse(self, value: float, allowed: str) -> ValueError:
@@ -134,12 +138,14 @@ class Range(Code):
         if not clip and outside.any():
             raise self.refuse(values[outside][0], f"{self.low:g} to {self.high:g}")
         values = np.clip(values, self.low, self.high)
-        share = np.log(values / self.low) / np.log(self.high / self.low) if self.log else (values - self.low) / (self.high - self.low)
+        share = (np.log(values / self.low) / np.log(self.high / self.low)
+                 if self.log else (values - self.low) / (self.high - self.low))
         total = np.rint(share * self.steps).astype(np.int64)
         if self.log:  # the nearest logarithm need not be that of the nearest value
             ratio = self.high / self.low
             low = np.clip(np.floor(share * self.steps), 0, self.steps - 1)
-            below, above = self.low * ratio ** (low / self.steps), self.low * ratio ** ((low + 1) / self.steps)
+            below, above = (self.low * ratio ** (low / self.steps),
+                            self.low * ratio ** ((low + 1) / self.steps))
             total = (low + (above - values < values - below)).astype(np.int64)
         n = self.codons.n
         return total[:, None] // n + (np.arange(n) < total[:, None] % n)
@@ -148,10 +154,11 @@ class Range(Code):
 class Weights(Code):
     """All weights of a network in one vector: each its own codon, or coefficients of a cosine transform.
 
-    With form "direct" the resolution is that of a weight. With "cosine" a matrix (a, b) is the sum of its low-frequency
-    basis functions times their coefficients (Koutník, Gomez & Schmidhuber 2010), those of the orthonormal two-dimensional
-    discrete cosine transform of type II, in the order of the sum of both frequencies; a bias vector likewise in one
-    dimension. Range and resolution are then those of a coefficient, and encoding drops the higher frequencies.
+    With form "direct" the resolution is that of a weight. With "cosine" a matrix (a, b) is the sum of its
+    low-frequency basis functions times their coefficients (Koutník, Gomez & Schmidhuber 2010), those of the
+    orthonormal two-dimensional discrete cosine transform of type II, in the order of the sum of both
+    frequencies; a bias vector likewise in one dimension. Range and resolution are then those of a
+    coefficient, and encoding drops the higher frequencies.
     """
 
     def __init__(self, gene: Gene, trait: Trait | None, codons: Codons, shapes: Shapes) -> None:
@@ -160,7 +167,8 @@ class Weights(Code):
         self.resolution = (self.high - self.low) / (codons.levels - 1)
         self.shapes = [tuple(shape) for shape in shapes]
         self.width = (sum(math.prod(shape) for shape in self.shapes),)
-        self.bases = [cosines(shape, gene.coefficients or 1) for shape in self.shapes] if gene.form == "cosine" else None
+        self.bases = ([cosines(shape, gene.coefficients or 1) for shape in self.shapes]
+                      if gene.form == "cosine" else None)
 
     @property
     def text(self) -> str:
@@ -187,7 +195,8 @@ class Weights(Code):
             parts, begin = [], 0
             for basis in self.bases:
                 part = values[:, begin : begin + basis.shape[1]]
-                parts.append(np.einsum("nw,kw->nk", part, basis))  # not @: the last bits of BLAS depend on its threads
+                # not @: the last bits of BLAS depend on its threads
+                parts.append(np.einsum("nw,kw->nk", part, basis))
                 begin += basis.shape[1]
             values, slack = np.concatenate(parts, axis=1), max(slack, self.resolution / 2)
         outside = ~((values >= self.low - slack) & (values <= self.high + slack))
@@ -208,7 +217,8 @@ def is_whole(gene: Gene, trait: Trait | None) -> bool:
 
 
 def cosines(shape: tuple[int, ...], most: int) -> np.ndarray:
-    """Return the first `most` low-frequency functions of the orthonormal cosine transform over a shape: f64[k, size]."""
+    """Return the first `most` low-frequency functions of the orthonormal cosine transform over a shape:
+    f64[k, size]."""
     a, b = shape if len(shape) == 2 else (1, shape[0])
     pairs = sorted((i + j, i, j) for i in range(a) for j in range(b) if i + j <= most)[:most]
     return np.array([np.outer(_cosine(i, a), _cosine(j, b)).ravel() for _, i, j in pairs])

@@ -22,14 +22,16 @@ HELD_OUT = 4096  # samples on which the error is measured
 class Fitted:
     """A network of tanh layers, called like the function that it was fitted to: x f32[n, inputs].
 
-    A happiness returns f32[n]; a reflex i8[n, actions], each the most likely of −1, 0 and 1. `weights` f32 holds all its
-    parameters: for each layer the matrix (inputs, units) by rows, then the bias. `shapes` describes them to a gene of weights.
+    A happiness returns f32[n]; a reflex i8[n, actions], each the most likely of −1, 0 and 1. `weights` f32
+    holds all its parameters: for each layer the matrix (inputs, units) by rows, then the bias. `shapes`
+    describes them to a gene of weights.
     """
 
     kind: Literal["reflex", "happiness"]
     sizes: tuple[int, ...]
     weights: np.ndarray
-    error: float  # on held-out samples: share of wrong answers of a reflex, root of the mean square of a happiness
+    # on held-out samples: share of wrong answers of a reflex, root of the mean square of a happiness
+    error: float
 
     @property
     def shapes(self) -> list[tuple[int, ...]]:
@@ -49,16 +51,19 @@ class Fitted:
             allowed = f"(n, {self.weights.size}), n = 1 or {len(x)}"
             raise ValueError(f"network: weights of the shape {weights.shape}; allowed is {allowed}")
         out = np.empty((len(x), self.sizes[-1]), np.float32)
-        forward(np.ascontiguousarray(x, np.float32), np.array(self.sizes), np.ascontiguousarray(weights, np.float32), out)
+        forward(np.ascontiguousarray(x, np.float32), np.array(self.sizes),
+                np.ascontiguousarray(weights, np.float32), out)
         if self.kind == "happiness":
             return out[:, 0]
         return (out.reshape(len(x), self.sizes[-1] // 3, 3).argmax(axis=2) - 1).astype(np.int8)
 
     def with_weights(self, weights: np.ndarray) -> Fitted:
-        """Return a network of the same form with other weights f32[size]; raises ValueError for another number of them."""
+        """Return a network of the same form with other weights f32[size];
+        raises ValueError for another number of them."""
         weights = np.array(weights, np.float32)
         if weights.shape != self.weights.shape:
-            raise ValueError(f"network: weights of the shape {weights.shape}; allowed is {self.weights.shape}")
+            raise ValueError(f"network: weights of the shape {weights.shape}; "
+                             f"allowed is {self.weights.shape}")
         return replace(self, weights=weights, error=float("nan"))
 
 
@@ -73,11 +78,12 @@ def fit_network(
     samples: int = 8192,
     steps: int = 2000,
 ) -> Fitted:
-    """Fit a network to a function of readings f32[n, n_inputs], on samples drawn uniformly between `low` and `high`.
+    """Fit a network to a function of readings f32[n, n_inputs],
+    on samples drawn uniformly between `low` and `high`.
 
-    The signs of a reflex's outputs [n, actions] are learnt as three classes for each action, happiness f32[n] by its
-    squared error. The error of the result is that on held-out samples. Raises ValueError if the function returns values
-    that are not finite or have another shape.
+    The signs of a reflex's outputs [n, actions] are learnt as three classes for each action, happiness f32[n]
+    by its squared error. The error of the result is that on held-out samples. Raises ValueError if the
+    function returns values that are not finite or have another shape.
     """
     if kind not in ("reflex", "happiness"):
         raise ValueError(f"fit_network: kind = {kind!r}; allowed are reflex and happiness")
@@ -93,7 +99,8 @@ def fit_network(
     target = (y - scale[0]) / scale[1] if kind == "happiness" else y + 1
     with one_torch_thread():
         layers = _train((x - middle) / half, target.astype(np.float32), sizes, rng, steps, kind)
-    layers[0][1] -= ((middle / half)[:, None] * layers[0][0]).sum(axis=0)  # the network reads raw readings, and answers in raw units
+    # the network reads raw readings, and answers in raw units
+    layers[0][1] -= ((middle / half)[:, None] * layers[0][0]).sum(axis=0)
     layers[0][0] /= half[:, None]
     layers[-1][0] *= scale[1]
     layers[-1][1] *= scale[1]
@@ -110,20 +117,25 @@ def _answers(function: Callable[[np.ndarray], np.ndarray], x: np.ndarray, kind: 
     y = np.asarray(function(x.copy()), np.float32)
     if y.ndim != (2 if kind == "reflex" else 1) or len(y) != len(x):
         allowed = "(n, actions)" if kind == "reflex" else "(n,)"
-        raise ValueError(f"fit_network: the function gives the shape {y.shape} for {len(x)} readings; allowed is {allowed}")
+        raise ValueError(f"fit_network: the function gives the shape {y.shape} for {len(x)} readings; "
+                         f"allowed is {allowed}")
     if not np.isfinite(y).all():
-        raise ValueError("fit_network: the function gives numbers that are not finite; allowed are finite ones between low and high")
+        raise ValueError("fit_network: the function gives numbers that are not finite; "
+                         "allowed are finite ones between low and high")
     return np.sign(y) if kind == "reflex" else y
 
 
-def _train(x: np.ndarray, y: np.ndarray, sizes: tuple[int, ...], rng: np.random.Generator, steps: int, kind: str) -> list[list[np.ndarray]]:
+def _train(x: np.ndarray, y: np.ndarray, sizes: tuple[int, ...], rng: np.random.Generator,
+           steps: int, kind: str) -> list[list[np.ndarray]]:
     """Return the matrix (in, out) and the bias of each layer, trained by Adam on minibatches."""
     import torch
 
     def start(*shape: int) -> torch.Tensor:
-        return torch.tensor(rng.normal(0, 1 / np.sqrt(shape[0]), shape), dtype=torch.float32, requires_grad=True)
+        return torch.tensor(rng.normal(0, 1 / np.sqrt(shape[0]), shape), dtype=torch.float32,
+                            requires_grad=True)
 
-    layers = [[start(a, b), torch.zeros(b, requires_grad=True)] for a, b in zip(sizes, sizes[1:], strict=False)]
+    layers = [[start(a, b), torch.zeros(b, requires_grad=True)]
+              for a, b in zip(sizes, sizes[1:], strict=False)]
     optimiser = torch.optim.Adam([part for layer in layers for part in layer], lr=RATE)
     inputs, targets = torch.from_numpy(x), torch.from_numpy(y)
     for step in range(steps):

@@ -1,4 +1,5 @@
-"""Heredity: what a newborn inherits from its parents – genome, the traits that it codes for, and the weights of its brain."""
+"""Heredity: what a newborn inherits from its parents – genome, the traits that it codes for,
+and the weights of its brain."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -16,23 +17,28 @@ Values = dict[tuple[type, str], np.ndarray]
 class Heredity:
     """Makes the inherited columns of the newborn of one species.
 
-    `targets` maps a gene's name to (component, field, index or None): where its value is written. `mutation`, `expression`
-    and `shuffled` are switches of treatments: without expression genes are inherited and mutate, but have no effect;
-    shuffled, the genes of a newborn come from any of the living instead of its parents. Founders start from random
-    letters, unless `alike` is given: (row u8[loci], which of its letters all founders share bool[loci]).
+    `targets` maps a gene's name to (component, field, index or None): where its value is written. `mutation`,
+    `expression` and `shuffled` are switches of treatments: without expression genes are inherited and mutate,
+    but have no effect; shuffled, the genes of a newborn come from any of the living instead of its parents.
+    Founders start from random letters, unless `alike` is given: (row u8[loci], which of its letters all
+    founders share bool[loci]).
     """
 
-    def __init__(self, layout: Any = None, operators: Any = None, targets: Mapping[str, tuple[type, str, int | None]] | None = None, *,
-                 minds: Any = None, inherit: str = "none", noise: float = 0.0, founder: np.ndarray | None = None,
+    def __init__(self, layout: Any = None, operators: Any = None,
+                 targets: Mapping[str, tuple[type, str, int | None]] | None = None, *, minds: Any = None,
+                 inherit: str = "none", noise: float = 0.0, founder: np.ndarray | None = None,
                  alike: tuple[np.ndarray, np.ndarray] | None = None) -> None:
         self.layout, self.operators, self.targets = layout, operators, dict(targets or {})
-        self.minds, self.inherit, self.noise, self.founder, self.alike = minds, inherit, float(noise), founder, alike
+        self.minds, self.inherit, self.noise, self.founder, self.alike = (
+            minds, inherit, float(noise), founder, alike
+        )
         self.mutation = self.expression = True
         self.shuffled = False
 
     def state(self) -> dict[str, np.ndarray]:
         """Return the state that no column holds: the weights of founders; empty if these are random."""
-        return {} if self.minds is None else {"founder": np.zeros(0, np.float32) if self.founder is None else self.founder}
+        return {} if self.minds is None else {"founder": np.zeros(0, np.float32)
+                                              if self.founder is None else self.founder}
 
     def load(self, state: Mapping[str, np.ndarray]) -> None:
         """Take a `state()`."""
@@ -52,19 +58,23 @@ class Heredity:
             if self.founder is None:
                 values[Policy, "weights"] = self.minds.draw(identity, keys_of(world, table))
             else:
-                values[Policy, "weights"] = self._noisy(np.repeat(self.founder[None], identity.size, axis=0), keys)
+                values[Policy, "weights"] = self._noisy(np.repeat(self.founder[None], identity.size, axis=0),
+                                                        keys)
         return values
 
-    def offspring(self, world: Any, table: Any, first: np.ndarray, second: np.ndarray | None, identity: np.ndarray,
-                  sperm: np.ndarray | None = None) -> Values:
-        """Return the inherited columns of the children of rows `first` i64[k] and `second` i64[k] (None: of one parent; −1: dead).
+    def offspring(self, world: Any, table: Any, first: np.ndarray, second: np.ndarray | None,
+                  identity: np.ndarray, sperm: np.ndarray | None = None) -> Values:
+        """Return the inherited columns of the children of rows `first` i64[k] and `second` i64[k] (None:
+        of one parent; −1: dead).
 
-        `identity` u64[k] tells the newborn of a tick apart; `sperm` u8[k, loci] are the genomes of fathers that may be dead.
+        `identity` u64[k] tells the newborn of a tick apart; `sperm` u8[k,
+        loci] are the genomes of fathers that may be dead.
         """
         keys = _keys(world, table, identity)
         values: Values = {}
         if self.shuffled:
-            first, second, sperm = _anyone(table, keys, 0), None if second is None else _anyone(table, keys, 1), None
+            first, second, sperm = (_anyone(table, keys, 0),
+                                    None if second is None else _anyone(table, keys, 1), None)
         if self.layout is not None:
             loci = table[Genome].loci
             fathers = None if second is None else (loci[second] if sperm is None else sperm)
@@ -73,7 +83,8 @@ class Heredity:
             values = {(Genome, "loci"): children} | self.express(table, children)
         if self.minds is not None and (Policy, "weights") not in values:
             if self.inherit == "learned":
-                values[Policy, "weights"] = self._noisy(table[Policy].weights[_one_of(keys, first, second)], keys)
+                values[Policy, "weights"] = self._noisy(table[Policy].weights[_one_of(keys, first, second)],
+                                                        keys)
             else:
                 values[Policy, "weights"] = self.minds.draw(identity, keys_of(world, table))
         return values
@@ -149,4 +160,6 @@ def blur(keys, deviation, weights):
         for j in range(weights.shape[1]):
             u = np.float32(1.0) - draw(keys[i], np.uint64(j), random.BRAIN + (1 << 8))
             v = draw(keys[i], np.uint64(j), random.BRAIN + (2 << 8))
-            weights[i, j] += deviation * np.sqrt(np.float32(-2.0) * np.log(u)) * np.cos(np.float32(6.2831855) * v)
+            weights[i, j] += (
+                deviation * np.sqrt(np.float32(-2.0) * np.log(u)) * np.cos(np.float32(6.2831855) * v)
+            )

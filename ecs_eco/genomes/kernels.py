@@ -1,8 +1,8 @@
 """Kernels over many genomes at once: u8[n, loci], a letter's number per locus.
 
-Draws follow from the key of each birth alone, so that a child does not depend on other births. A `salt` keeps the
-draws of several crossings of one birth apart. Keys are mixed first: `draw` takes key ^ locus, which is the same for many
-pairs of small numbers. A draw is a multiple of 2**-24: a chance below 6e-8 is one of 6e-8.
+Draws follow from the key of each birth alone, so that a child does not depend on other births. A `salt` keeps
+the draws of several crossings of one birth apart. Keys are mixed first: `draw` takes key ^ locus, which is
+the same for many pairs of small numbers. A draw is a multiple of 2**-24: a chance below 6e-8 is one of 6e-8.
 """
 
 import numpy as np
@@ -34,7 +34,8 @@ def read_codons(loci, first, letters, size, gray, out):
 
 @njit
 def write_codons(numbers, first, letters, size, gray, loci):
-    """Write numbers i64[n, codons] as the letters of codons from locus `first` on: what `read_codons` reads."""
+    """Write numbers i64[n, codons] as the letters of codons from locus `first` on: what `read_codons` reads.
+    """
     for row in range(numbers.shape[0]):
         for codon in range(numbers.shape[1]):
             left = numbers[row, codon]
@@ -47,7 +48,8 @@ def write_codons(numbers, first, letters, size, gray, loci):
 
 @njit
 def combine(coefficients, basis, out):
-    """Fill out f64[n, size] with coefficients f64[n, k] times basis f64[k, size], in an order that depends on nothing else."""
+    """Fill out f64[n, size] with coefficients f64[n, k] times basis f64[k, size],
+    in an order that depends on nothing else."""
     for row in range(out.shape[0]):
         for i in range(out.shape[1]):
             out[row, i] = 0.0
@@ -76,7 +78,8 @@ def letters_of(keys, size, out):
 
 @njit
 def cross_points(first, second, swapped, crossed, keys, salt, points, out):
-    """Copy `first` u8[n, loci], with the part beyond one point, or between two, from `second`; `swapped` rows start from `second`."""
+    """Copy `first` u8[n, loci], with the part beyond one point, or between two, from `second`;
+    `swapped` rows start from `second`."""
     n = first.shape[1]
     for birth in range(keys.size):
         key = mix(keys[birth])
@@ -99,7 +102,8 @@ def cross_points(first, second, swapped, crossed, keys, salt, points, out):
 
 @njit
 def cross_uniform(first, second, swapped, crossed, keys, salt, chance, out):
-    """Copy `first` u8[n, loci], with each locus from `second` by the same chance; `swapped` rows start from `second`."""
+    """Copy `first` u8[n, loci], with each locus from `second` by the same chance;
+    `swapped` rows start from `second`."""
     for birth in range(keys.size):
         key = mix(keys[birth])
         here, there = (second[birth], first[birth]) if swapped[birth] else (first[birth], second[birth])
@@ -110,7 +114,8 @@ def cross_uniform(first, second, swapped, crossed, keys, salt, chance, out):
 
 @njit
 def mutate_uniform(strings, keys, salt, rates, low, up):
-    """Replace each letter of u8[n, loci], by the chance of its locus, with one drawn from low to up (may be the same)."""
+    """Replace each letter of u8[n, loci], by the chance of its locus,
+    with one drawn from low to up (may be the same)."""
     for birth in range(keys.size):
         key = mix(keys[birth])
         for locus in range(strings.shape[1]):
@@ -131,7 +136,8 @@ def mutate_flip(strings, keys, salt, rates):
 
 @njit
 def mutate_shuffle(strings, keys, salt, rates):
-    """Exchange each letter of u8[n, loci], by the chance of its locus, with that of another place, drawn uniformly."""
+    """Exchange each letter of u8[n, loci], by the chance of its locus, with that of another place,
+    drawn uniformly."""
     n = strings.shape[1]
     for birth in range(keys.size):
         key = mix(keys[birth])
@@ -145,9 +151,11 @@ def mutate_shuffle(strings, keys, salt, rates):
 
 @njit
 def forward(x, sizes, weights, out):
-    """Fill out f32[n, last] with the output of tanh layers for x f32[n, first] and weights f32[n, size], or f32[1, size] for all rows.
+    """Fill out f32[n, last] with the output of tanh layers for x f32[n, first] and weights f32[n, size], or
+    f32[1, size] for all rows.
 
-    Each layer's weights are its matrix (in, out) by rows, then its bias. The sum of a unit has the same order in every row.
+    Each layer's weights are its matrix (in, out) by rows, then its bias. The sum
+    of a unit has the same order in every row.
     """
     widest = 0
     for s in sizes:

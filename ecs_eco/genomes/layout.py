@@ -17,7 +17,8 @@ if TYPE_CHECKING:
     from ecs_eco.genomes.traits import Shapes, Trait
 
 class Piece(NamedTuple):
-    """A part of a genome's text: its string, its gene ("" where it is neutral), its first locus, its letters."""
+    """A part of a genome's text: its string, its gene ("" where it is neutral), its first locus, its letters.
+    """
 
     string: int
     gene: str
@@ -26,10 +27,12 @@ class Piece(NamedTuple):
 
 
 class Layout:
-    """Genes on a string of letters, or on two with ploidy 2: a row u8[row] holds the first string, then the second.
+    """Genes on a string of letters, or on two with ploidy 2: a row u8[row] holds the first string,
+    then the second.
 
-    `traits` are those that the genes may code for (`traits_of(species, dims)`; None: any name), `shapes` the shapes of
-    networks by trait or gene. Every row of letters decodes to valid values. Raises ConfigError with all that is wrong.
+    `traits` are those that the genes may code for (`traits_of(species, dims)`; None: any name), `shapes` the
+    shapes of networks by trait or gene. Every row of letters decodes to valid values. Raises ConfigError with
+    all that is wrong.
     """
 
     def __init__(
@@ -45,7 +48,8 @@ class Layout:
         self.alphabet = alphabet if isinstance(alphabet, Alphabet) else Alphabet(alphabet)
         shapes, size = shapes or {}, len(self.alphabet)
         wrong = list(problems(genes, size, loci, traits, shapes))
-        for key, value, allowed in (("ploidy", ploidy, (1, 2)), ("dominance", dominance, get_args(Dominance))):
+        for key, value, allowed in (("ploidy", ploidy, (1, 2)),
+                                    ("dominance", dominance, get_args(Dominance))):
             if value not in allowed:
                 wrong.append(Problem((key,), "not possible", value, listed(allowed)))
         if wrong:
@@ -60,12 +64,15 @@ class Layout:
 
     @classmethod
     def from_config(
-        cls, section: GenomeSection, traits: Mapping[str, Trait] | None = None, shapes: Mapping[str, Shapes] | Shapes | None = None
+        cls, section: GenomeSection, traits: Mapping[str, Trait] | None = None,
+        shapes: Mapping[str, Shapes] | Shapes | None = None
     ) -> Layout:
-        """Return the layout of a world file's genome; `shapes` given as a list are those of policy.weights."""
+        """Return the layout of a world file's genome; `shapes` given as a list are those of policy.weights.
+        """
         if shapes is not None and not isinstance(shapes, Mapping):
             shapes = {"policy.weights": shapes}
-        return cls(section.genes, section.alphabet, section.ploidy, section.dominance, section.loci, traits, shapes)
+        return cls(section.genes, section.alphabet, section.ploidy, section.dominance, section.loci,
+                   traits, shapes)
 
     def __getitem__(self, name: str) -> Code:
         """Return the gene of this name; raises UnknownName."""
@@ -76,7 +83,8 @@ class Layout:
     def __str__(self) -> str:
         rows = [list(self.table()[0]), *([str(v) for v in row.values()] for row in self.table())]
         widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
-        return "\n".join("  ".join(cell.ljust(w) for cell, w in zip(row, widths, strict=True)).rstrip() for row in rows)
+        return "\n".join("  ".join(cell.ljust(w) for cell, w in zip(row, widths, strict=True)).rstrip()
+                         for row in rows)
 
     def table(self) -> list[dict[str, Any]]:
         """Return a row for each gene: gene, loci, trait, codes for, resolution."""
@@ -84,12 +92,14 @@ class Layout:
         for code in self.genes:
             unit = code.trait.unit if code.trait and code.trait.unit not in ("1", "own") else ""
             fine = f"{code.resolution:.3g} {unit}".strip() if code.resolution else "exact"
-            out.append({"gene": code.name, "loci": f"{code.first}-{code.stop - 1}", "trait": code.gene.trait or "none",
+            out.append({"gene": code.name, "loci": f"{code.first}-{code.stop - 1}",
+                        "trait": code.gene.trait or "none",
                         "codes for": code.text, "resolution": fine})  # fmt: skip
         return out
 
     def decode(self, loci: np.ndarray, names: Collection[str] | None = None) -> dict[str, np.ndarray]:
-        """Return the values that rows u8[n, loci] code for, by gene: f32[n], i32[n] for whole numbers, f32[n, weights].
+        """Return the values that rows u8[n, loci] code for, by gene: f32[n], i32[n] for whole numbers,
+        f32[n, weights].
 
         `names` are the genes asked for; None: all.
         """
@@ -100,48 +110,57 @@ class Layout:
     def alleles(self, loci: np.ndarray, name: str) -> np.ndarray:
         """Return each string's value of one gene, before dominance: [n, ploidy, …]."""
         code, loci = self[name], self.check(loci)
-        return np.stack([code.values(code.codons.read(loci, s * self.length)) for s in range(self.ploidy)], axis=1).astype(code.dtype)
+        return np.stack([code.values(code.codons.read(loci, s * self.length)) for s in range(self.ploidy)],
+                        axis=1).astype(code.dtype)
 
     def encode(self, values: Mapping[str, Any], clip: bool = False) -> np.ndarray:
-        """Return rows u8[n, loci] that code for these values, one or n for each gene, the same in both strings; neutral loci are 0.
+        """Return rows u8[n, loci] that code for these values, one or n for each gene, the same in both
+        strings; neutral loci are 0.
 
         Neutral markers may be left out, and are 0 then.
-        A value comes back from `decode` within half a resolution, one of a list exactly. Raises ValueError for a value
-        beyond a gene's range, unless `clip` takes the nearest; UnknownName for another gene's; ValueError for one missing.
+        A value comes back from `decode` within half a resolution, one of a list exactly. Raises ValueError
+        for a value beyond a gene's range, unless `clip` takes the nearest; UnknownName for another gene's;
+        ValueError for one missing.
         """
         for name in values:
             self[name]
-        arrays = {code.name: self._array(code, values) for code in self.genes if code.name in values or code.gene.trait}
+        arrays = {code.name: self._array(code, values)
+                  for code in self.genes if code.name in values or code.gene.trait}
         n = max((len(a) for a in arrays.values()), default=1)
         out = np.zeros((n, self.row), np.uint8)
         for code in (c for c in self.genes if c.name in arrays):
             array = arrays[code.name]
             if len(array) not in (1, n):
-                raise ValueError(f"gene {code.name!r}: {len(array)} values, and {n} of another gene; allowed are 1 or {n}")
+                raise ValueError(f"gene {code.name!r}: {len(array)} values, and {n} of another gene; "
+                                 f"allowed are 1 or {n}")
             numbers = np.broadcast_to(code.numbers(array, clip), (n, code.codons.n))
             for string in range(self.ploidy):
                 code.codons.write(numbers, out, string * self.length)
         return out
 
     def own(self, n: int = 1) -> np.ndarray:
-        """Return n equal rows u8[n, loci] that code for the species' own values; letters that code for none are drawn.
+        """Return n equal rows u8[n, loci] that code for the species' own values;
+        letters that code for none are drawn.
 
-        Weights of a network and neutral markers have no such value. Raises ValueError if no codon of a gene means the
-        species' own value.
+        Weights of a network and neutral markers have no such value. Raises ValueError if no codon of a gene
+        means the species' own value.
         """
         out = self.random(np.zeros(n, np.uint64))
         for code in self.genes:
             if code.trait is not None and not isinstance(code, Weights):
-                numbers = np.broadcast_to(code.numbers(np.array([code.trait.default]), clip=False), (n, code.codons.n))
+                numbers = np.broadcast_to(code.numbers(np.array([code.trait.default]), clip=False),
+                                          (n, code.codons.n))
                 for string in range(self.ploidy):
                     code.codons.write(numbers, out, string * self.length)
         return out
 
     def coded(self) -> np.ndarray:
-        """Return which letters of an organism code for a value of its species: bool[loci]; not neutral ones, nor those of a network."""
+        """Return which letters of an organism code for a value of its species: bool[loci];
+        not neutral ones, nor those of a network."""
         out = np.zeros(self.row, np.bool_)
         for code in self.genes:
-            for string in range(self.ploidy if code.trait is not None and not isinstance(code, Weights) else 0):
+            for string in range(self.ploidy if code.trait is not None
+                                and not isinstance(code, Weights) else 0):
                 out[string * self.length + code.first : string * self.length + code.stop] = True
         return out
 
@@ -162,7 +181,8 @@ class Layout:
         return out
 
     def mark(self, genome: str | np.ndarray) -> list[Piece]:
-        """Return the pieces of one genome, text or u8[loci], in order: its genes and what is neutral between them."""
+        """Return the pieces of one genome, text or u8[loci], in order:
+        its genes and what is neutral between them."""
         text = genome if isinstance(genome, str) else self.alphabet.decode(genome)
         self.check(self.alphabet.encode(text)[None])
         pieces = []
@@ -171,21 +191,26 @@ class Layout:
             for code in sorted(self.genes, key=lambda c: c.first):
                 if code.first > at:
                     pieces.append(Piece(string, "", at, text[start + at : start + code.first]))
-                pieces.append(Piece(string, code.name, code.first, text[start + code.first : start + code.stop]))
+                pieces.append(Piece(string, code.name, code.first,
+                                    text[start + code.first : start + code.stop]))
                 at = code.stop
             if at < self.length:
                 pieces.append(Piece(string, "", at, text[start + at : start + self.length]))
         return pieces
 
     def check(self, loci: np.ndarray) -> np.ndarray:
-        """Return rows as they are; raises ValueError for another width or type, or a number that is no letter's."""
-        if not isinstance(loci, np.ndarray) or loci.dtype != np.uint8 or loci.ndim != 2 or loci.shape[1] != self.row:
-            given = f"an array of {getattr(loci, 'dtype', type(loci).__name__)} with the shape {np.shape(loci)}"
+        """Return rows as they are; raises ValueError for another width or type,
+        or a number that is no letter's."""
+        if (not isinstance(loci, np.ndarray) or loci.dtype != np.uint8 or loci.ndim != 2
+            or loci.shape[1] != self.row):
+            given = (f"an array of {getattr(loci, 'dtype', type(loci).__name__)} with the shape "
+                     f"{np.shape(loci)}")
             raise ValueError(f"genome: {given}; allowed are rows of u8[n, {self.row}]")
         size = len(self.alphabet)
         if size < 256 and loci.size and loci.max() >= size:
             row, place = np.argwhere(loci >= size)[0]
-            raise ValueError(f"genome {row}: {loci[row, place]} at place {place} is no letter's number; allowed are 0 to {size - 1}")
+            raise ValueError(f"genome {row}: {loci[row, place]} at place {place} is no letter's number; "
+                             f"allowed are 0 to {size - 1}")
         return loci
 
     def _expressed(self, code: Code, loci: np.ndarray) -> np.ndarray:

@@ -14,27 +14,38 @@ OperatorName = Annotated[str, Field(pattern=r"^[A-Za-z_][\w.]*(:[A-Za-z_]\w*)?$"
 
 
 class Gene(Section):
-    """Loci that code for one value of the organism: by a table of values, by a range, or as the weights of a network."""
+    """Loci that code for one value of the organism: by a table of values, by a range,
+    or as the weights of a network."""
 
     name: Name = about("name of the gene")
-    trait: str | None = about("key of the species' value that it replaces; absent: none, a neutral marker", None)
+    trait: str | None = about("key of the species' value that it replaces; absent: none, a neutral marker",
+                              None)
     letters: Annotated[int, Field(ge=1, le=64)] = quantity("letters of one codon", "1")
-    at: Annotated[int, Field(ge=0, le=50_000_000)] | None = quantity("first locus; absent: after the gene before", "1", None)
+    at: Annotated[int, Field(ge=0, le=50_000_000)] | None = quantity(
+        "first locus; absent: after the gene before", "1", None
+    )
     values: list[Real] | None = about("a value for each codon in their order; several may be the same", None)
     low: Real | None = quantity("the value of the first codon", "unit of the trait", None)
     high: Real | None = quantity("the value of the last codon", "unit of the trait", None)
     code: Literal["positional", "gray", "additive"] = about(
-        "positional: digits of a number; gray: so that neighbouring values differ in one letter; additive: codons add up", "positional"
+        "positional: digits of a number; gray: so that neighbouring values differ in one letter; additive: "
+        "codons add up", "positional"
     )
-    codons: Annotated[int, Field(ge=1, le=10_000)] = quantity('codons that add up, for code = "additive"', "1", 1)
+    codons: Annotated[int, Field(ge=1, le=10_000)] = quantity('codons that add up, for code = "additive"',
+                                                              "1", 1)
     scale: Literal["linear", "log"] = about("log: equal steps are equal factors", "linear")
-    whole: bool = about("whether values are rounded to whole numbers; a trait of whole numbers always is", False)
+    whole: bool = about("whether values are rounded to whole numbers; a trait of whole numbers always is",
+                        False)
     form: Literal["direct", "cosine"] | None = about(
-        "of a network's weights: each its codon, or low-frequency coefficients of a cosine transform of every matrix", None
+        "of a network's weights: each its codon, or low-frequency coefficients of a cosine transform of "
+        "every matrix", None
     )
     coefficients: Count | None = quantity('most coefficients for each matrix, for form = "cosine"', "1", None)
-    mutation: Share | None = quantity("its own chance of a letter to mutate (indpb); absent: that of mutate", "1", None)
-    dominance: Dominance | None = about("with two strings, how two alleles make the value; absent: that of the genome", None)
+    mutation: Share | None = quantity("its own chance of a letter to mutate (indpb); absent: that of mutate",
+                                      "1", None)
+    dominance: Dominance | None = about(
+        "with two strings, how two alleles make the value; absent: that of the genome", None
+    )
 
 
 def _deaps_name(function: Any) -> str:
@@ -48,9 +59,11 @@ def _deaps_name(function: Any) -> str:
 
 
 class Operator(Section):
-    """An operator of DEAP by name, "module:name" of a similar function, or the function itself, and its keyword arguments.
+    """An operator of DEAP by name, "module:name" of a similar function, or the function itself,
+    and its keyword arguments.
 
-    In Python what a DEAP toolbox has registered, `toolbox.mate`, may replace the whole section, or `operator`.
+    In Python what a DEAP toolbox has registered, `toolbox.mate`, may replace the whole section,
+    or `operator`.
     """
 
     model_config = ConfigDict(extra="allow")
@@ -71,8 +84,10 @@ class Operator(Section):
                 name = getattr(function.func, "__name__", repr(function.func))
                 raise ValueError(f"{name} is registered with {function.args!r}; give its arguments by name")
             if twice := [k for k, v in function.keywords.items() if arguments.setdefault(k, v) != v]:
-                conflict = f"{twice[0]} = {function.keywords[twice[0]]!r} in the toolbox, and {arguments[twice[0]]!r} beside it"
-                raise ValueError(f"{conflict}; give it once: toolbox.{cls.__name__.lower()} may stand for the section")
+                conflict = (f"{twice[0]} = {function.keywords[twice[0]]!r} in the toolbox, "
+                            f"and {arguments[twice[0]]!r} beside it")
+                raise ValueError(f"{conflict}; give it once: "
+                                 f"toolbox.{cls.__name__.lower()} may stand for the section")
             function = function.func
         return {"operator": _deaps_name(function) or function, **arguments}
 
@@ -98,10 +113,15 @@ class Mutate(Operator):
 class GenomeSection(Section):
     """The genome of a species."""
 
-    alphabet: Annotated[str, Field(min_length=2, max_length=256)] = about("letters, in an order of your choice", "ACGT")
+    alphabet: Annotated[str, Field(min_length=2, max_length=256)] = about(
+        "letters, in an order of your choice", "ACGT"
+    )
     ploidy: Literal[1, 2] = quantity("strings of an organism", "1", 1)
-    dominance: Dominance = about("with two strings: the first one's value, the mean, or the greater one", "first")
-    loci: Count | None = quantity("length of a string; absent: that of the genes; loci that no gene uses are neutral", "1", None)
+    dominance: Dominance = about("with two strings: the first one's value, the mean, or the greater one",
+                                 "first")
+    loci: Count | None = quantity(
+        "length of a string; absent: that of the genes; loci that no gene uses are neutral", "1", None
+    )
     founders: Literal["own", "random"] = about(
         "letters at the start: those that code for the species' own values, or all random", "random"
     )

@@ -1,7 +1,7 @@
 """DEAP's operators on genomes: a toolbox with `mate`, `mutate` and `select_mate`, and many births at once.
 
-An operator of DEAP that has a kernel here runs as that kernel for all births at once; any other function in the toolbox
-is called birth by birth, with lists of whole numbers, as DEAP calls it.
+An operator of DEAP that has a kernel here runs as that kernel for all births at once; any other function in
+the toolbox is called birth by birth, with lists of whole numbers, as DEAP calls it.
 """
 
 from __future__ import annotations
@@ -26,28 +26,32 @@ if TYPE_CHECKING:
 TRIALS = 20
 PREFIX = {"mate": "cx", "mutate": "mut"}
 LONGEST_TRIED = 10_000  # loci of the strings on which an operator is tried
-SAFE: dict[str, dict[str, tuple[str, ...]]] = {  # the only operators of DEAP that data may name, and the arguments of each
+# the only operators of DEAP that data may name, and the arguments of each
+SAFE: dict[str, dict[str, tuple[str, ...]]] = {
     "mate": {"cxOnePoint": (), "cxTwoPoint": (), "cxUniform": ("indpb",)},
-    "mutate": {"mutFlipBit": ("indpb",), "mutInversion": (), "mutShuffleIndexes": ("indpb",), "mutUniformInt": ("low", "up", "indpb")},
+    "mutate": {"mutFlipBit": ("indpb",), "mutInversion": (), "mutShuffleIndexes": ("indpb",),
+               "mutUniformInt": ("low", "up", "indpb")},
 }
 _NUMBERS = "it makes numbers between letters"
 _STRATEGY = "it needs a strategy besides the genome"
 _ORDER = "it permutes, and needs a genome that has every letter once"
 REFUSED = {  # operators of DEAP that cannot work on letters
-    "cxBlend": _NUMBERS, "cxSimulatedBinary": _NUMBERS, "cxSimulatedBinaryBounded": _NUMBERS, "mutGaussian": _NUMBERS,
-    "mutPolynomialBounded": _NUMBERS, "cxESBlend": _STRATEGY, "cxESTwoPoint": _STRATEGY, "cxESTwoPoints": _STRATEGY,
-    "mutESLogNormal": _STRATEGY, "cxPartialyMatched": _ORDER, "cxUniformPartialyMatched": _ORDER, "cxOrdered": _ORDER,
+    "cxBlend": _NUMBERS, "cxSimulatedBinary": _NUMBERS, "cxSimulatedBinaryBounded": _NUMBERS,
+    "mutGaussian": _NUMBERS, "mutPolynomialBounded": _NUMBERS, "cxESBlend": _STRATEGY,
+    "cxESTwoPoint": _STRATEGY, "cxESTwoPoints": _STRATEGY, "mutESLogNormal": _STRATEGY,
+    "cxPartialyMatched": _ORDER, "cxUniformPartialyMatched": _ORDER, "cxOrdered": _ORDER,
     "cxMessyOnePoint": "it changes the length of a genome", "cxTwoPoints": "its name is now cxTwoPoint",
 }  # fmt: skip
 
 
 def toolbox_of(section: GenomeSection | Mapping[str, Any], layout: Layout, select_mate: str = "nearest",
                find: Callable[[Any], Any] = handed_over) -> Toolbox:
-    """Return a DEAP toolbox with `mate` and `mutate` from a section, or a dict with these keys, and a rule as `select_mate`.
+    """Return a DEAP toolbox with `mate` and `mutate` from a section, or a dict with these keys,
+    and a rule as `select_mate`.
 
-    mutUniformInt draws among all letters by default. `find` returns the function of "module:name", as `WorldConfig.function`
-    does; without it a user's function must be passed itself. Raises ValueError for an operator that cannot work on these
-    genomes, UnknownName for one that DEAP does not have.
+    mutUniformInt draws among all letters by default. `find` returns the function of "module:name", as
+    `WorldConfig.function` does; without it a user's function must be passed itself. Raises ValueError for an
+    operator that cannot work on these genomes, UnknownName for one that DEAP does not have.
     """
     from deap.base import Toolbox
 
@@ -55,7 +59,8 @@ def toolbox_of(section: GenomeSection | Mapping[str, Any], layout: Layout, selec
     section = _section(section)
     for word in ("mate", "mutate"):
         entry = getattr(section, word)
-        toolbox.register(word, operator_of(word, entry.operator, find), **defaults(entry.operator, layout) | entry.arguments)
+        toolbox.register(word, operator_of(word, entry.operator, find),
+                         **defaults(entry.operator, layout) | entry.arguments)
     if select_mate not in RULES:
         raise UnknownName(unknown_name("select_mate", "rule", select_mate, RULES))
     toolbox.register("select_mate", RULES[select_mate])
@@ -86,7 +91,8 @@ def check_name(word: str, name: str) -> None:
     """Raise ValueError or UnknownName for a name that is not one of DEAP's operators on letters."""
     known = SAFE[word]
     if name in REFUSED and name.startswith(PREFIX[word]):
-        raise ValueError(f"{word}: {name} does not work on genomes: {REFUSED[name]}; allowed are {listed(known, 30)}")
+        raise ValueError(f"{word}: {name} does not work on genomes: {REFUSED[name]}; "
+                         f"allowed are {listed(known, 30)}")
     if name not in known:
         raise UnknownName(unknown_name(word, "operator", name, known))
 
@@ -97,18 +103,21 @@ def defaults(name: Any, layout: Layout) -> dict[str, Any]:
 
 
 def check_entry(word: str, name: str, given: Mapping[str, Any], layout: Layout) -> None:
-    """Raise ValueError or UnknownName where DEAP's operator cannot work on these genomes with these arguments; nothing is called."""
+    """Raise ValueError or UnknownName where DEAP's operator cannot work on these genomes with these
+    arguments; nothing is called."""
     check_name(word, name)
     takes, given = SAFE[word][name], defaults(name, layout) | dict(given)
     if wrong := [k for k in given if k not in takes]:
-        raise ValueError(f"{word}: {name}: got an unexpected keyword argument '{wrong[0]}'; {_takes(takes, wrong[0])}")
+        raise ValueError(f"{word}: {name}: got an unexpected keyword argument '{wrong[0]}'; "
+                         f"{_takes(takes, wrong[0])}")
     if missing := [k for k in takes if k not in given]:
         raise ValueError(f"{word}: {name}: missing a required argument: '{missing[0]}'; {_takes(takes)}")
     _check_values(word, name, given, layout)
 
 
 def check_operator(word: str, operator: Callable[..., Any], layout: Layout) -> None:
-    """Raise ValueError with the reason if a registered operator cannot work on these genomes; a user's own is tried on samples."""
+    """Raise ValueError with the reason if a registered operator cannot work on these genomes;
+    a user's own is tried on samples."""
     from deap import tools
 
     function, arguments = taken_apart(word, operator)
@@ -125,7 +134,8 @@ def _check_values(word: str, name: str, arguments: Mapping[str, Any], layout: La
     """Raise ValueError where these arguments, or this operator, do not fit genomes of the layout."""
     if name == "mutFlipBit" and len(layout.alphabet) > 2:
         letters = layout.alphabet.letters
-        raise ValueError(f"{word}: mutFlipBit turns 0 and 1 into each other, and {letters!r} has {len(letters)} letters; use mutUniformInt")
+        raise ValueError(f"{word}: mutFlipBit turns 0 and 1 into each other, "
+                         f"and {letters!r} has {len(letters)} letters; use mutUniformInt")
     if layout.length < 2 and name in ("cxOnePoint", "cxTwoPoint", "mutShuffleIndexes"):
         raise ValueError(f"{word}: {name} needs at least two loci, and the genome has {layout.length}")
     if name == "mutUniformInt":
@@ -139,24 +149,30 @@ def _check_values(word: str, name: str, arguments: Mapping[str, Any], layout: La
 
 
 def _check_letters(word: str, arguments: Mapping[str, Any], layout: Layout) -> None:
-    """Raise ValueError where `low` and `up` of mutUniformInt are no letters of the genome, or low is above up."""
+    """Raise ValueError where `low` and `up` of mutUniformInt are no letters of the genome,
+    or low is above up."""
     for key in ("low", "up"):
         if not _letters(arguments[key], len(layout.alphabet)):
-            raise ValueError(f"{word}: mutUniformInt with {key} = {arguments[key]}; allowed are 0 to {len(layout.alphabet) - 1}")
+            raise ValueError(f"{word}: mutUniformInt with {key} = {arguments[key]}; "
+                             f"allowed are 0 to {len(layout.alphabet) - 1}")
         if isinstance(arguments[key], list | tuple) and len(arguments[key]) < layout.length:
             n = len(arguments[key])
-            raise ValueError(f"{word}: mutUniformInt with {n} numbers as {key}; allowed is one, or {layout.length}: one each locus")
+            raise ValueError(f"{word}: mutUniformInt with {n} numbers as {key}; allowed is one, "
+                             f"or {layout.length}: one each locus")
     low, up = (np.atleast_1d(arguments[key])[: layout.length] for key in ("low", "up"))
     if (low > up).any():
-        raise ValueError(f"{word}: mutUniformInt with low = {arguments['low']} above up = {arguments['up']}; allowed is low at most up")
+        raise ValueError(f"{word}: mutUniformInt with low = {arguments['low']} above up = {arguments['up']}; "
+                         "allowed is low at most up")
 
 
 def taken_apart(word: str, operator: Callable[..., Any]) -> tuple[Callable[..., Any], dict[str, Any]]:
-    """Return the function that is registered, and its arguments besides the genomes by name; ValueError where one is missing."""
+    """Return the function that is registered, and its arguments besides the genomes by name;
+    ValueError where one is missing."""
     function, named = getattr(operator, "func", operator), dict(getattr(operator, "keywords", {}))
     name = getattr(function, "__name__", repr(function))
     if getattr(operator, "args", ()):
-        raise ValueError(f"{word}: {name} is registered with {operator.args!r}; give its arguments by name")  # type: ignore[attr-defined]
+        raise ValueError(f"{word}: "
+                         f"{name} is registered with {operator.args!r}; give its arguments by name")  # type: ignore[attr-defined]
     signature = inspect.signature(function)
     genomes = 2 if word == "mate" else 1
     takes = list(signature.parameters)[genomes:]
@@ -175,24 +191,28 @@ def _takes(takes: Iterable[str], wrong: str = "") -> str:
 
 
 def choice_of(toolbox: Toolbox) -> int:
-    """Return the number in CHOICES of the rule registered as `select_mate`, −1 for a function of the user's own."""
+    """Return the number in CHOICES of the rule registered as `select_mate`,
+    −1 for a function of the user's own."""
     rules = list(RULES.values())
     function = getattr(toolbox.select_mate, "func", toolbox.select_mate)
     return rules.index(function) if function in rules else -1
 
 
 def strings_of(word: str, name: str, result: Any, length: int, size: int) -> list[np.ndarray]:
-    """Return the genomes u8[length] that an operator gave back; raises ValueError that names what is wrong with them, and where."""
+    """Return the genomes u8[length] that an operator gave back;
+    raises ValueError that names what is wrong with them, and where."""
     n = 2 if word == "mate" else 1
     if not isinstance(result, tuple) or len(result) != n:
         allowed = f"a tuple of {'two genomes' if n == 2 else 'one genome'}, as DEAP's operators return"
-        raise ValueError(f"{word}: {name} returns {type(result).__name__} {str(result)[:60]}; allowed is {allowed}")
+        raise ValueError(f"{word}: {name} returns {type(result).__name__} {str(result)[:60]}; "
+                         f"allowed is {allowed}")
     return [_string(word, name, genome, length, size) for genome in result]
 
 
 def _string(word: str, name: str, genome: Any, length: int, size: int) -> np.ndarray:
     if len(genome) != length:
-        raise ValueError(f"{word}: {name} returns a genome of {len(genome)} loci; allowed are {length}: genomes keep their length")
+        raise ValueError(f"{word}: {name} returns a genome of {len(genome)} loci; allowed are {length}: "
+                         "genomes keep their length")
     try:
         letters = np.frombuffer(bytes(list(genome)), np.uint8)  # the fastest check of a list of whole numbers
         if letters.max() < size:
@@ -201,7 +221,8 @@ def _string(word: str, name: str, genome: Any, length: int, size: int) -> np.nda
         pass
     at, letter = next((i, x) for i, x in enumerate(genome) if not (_is_whole(x) and 0 <= x < size))
     allowed = f"whole numbers from 0 to {size - 1}"
-    raise ValueError(f"{word}: {name} puts {letter!r} at place {at}, which is no letter; allowed are {allowed}")
+    raise ValueError(f"{word}: {name} puts {letter!r} at place {at}, which is no letter; "
+                     f"allowed are {allowed}")
 
 
 def _is_whole(letter: Any) -> bool:
@@ -223,12 +244,15 @@ def _try(word: str, name: str, operator: Callable[..., Any], layout: Layout) -> 
     try:
         for trial in range(TRIALS):
             random.seed(trial)
-            pair = [[random.randrange(size) for _ in range(length)] for _ in range(2 if word == "mate" else 1)]
+            pair = [[random.randrange(size) for _ in range(length)]
+                    for _ in range(2 if word == "mate" else 1)]
             strings_of(word, name, operator(*pair), length, size)
     except (TypeError, AttributeError, IndexError, KeyError, ZeroDivisionError, OverflowError) as error:
-        raise ValueError(f"{word}: {name} fails on a list of letters' numbers: {type(error).__name__}: {error}") from error
+        raise ValueError(f"{word}: {name} fails on a list of letters' numbers: "
+                         f"{type(error).__name__}: {error}") from error
     finally:
         random.setstate(chance)
     if str(np.random.get_state()) != numbers:  # noqa: NPY002
-        raise ValueError(f"{word}: {name} draws from numpy's global random numbers; use Python's random, which is seeded for each birth")
+        raise ValueError(f"{word}: {name} draws from numpy's global random numbers; use Python's random, "
+                         "which is seeded for each birth")
 

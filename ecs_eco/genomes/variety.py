@@ -1,4 +1,5 @@
-"""Genetic variation of a population: allele frequencies, diversity, and DEAP's statistics of the coded values."""
+"""Genetic variation of a population: allele frequencies, diversity,
+and DEAP's statistics of the coded values."""
 
 from __future__ import annotations
 
@@ -14,7 +15,10 @@ if TYPE_CHECKING:
 
 
 def frequencies(layout: Layout, loci: np.ndarray) -> dict[str, dict[float, float]]:
-    """Return for each gene the share of strings with each value, by value; u8[n, loci]. Genes of whole networks are left out."""
+    """Return for each gene the share of strings with each value, by value; u8[n, loci].
+
+    Genes of whole networks are left out.
+    """
     out = {}
     for code in layout.genes:
         if not isinstance(code, Weights):
@@ -24,7 +28,8 @@ def frequencies(layout: Layout, loci: np.ndarray) -> dict[str, dict[float, float
 
 
 def diversity(layout: Layout, loci: np.ndarray) -> np.ndarray:
-    """Return the expected heterozygosity of each locus of a string, f64[length]: 1 − Σ p², p the shares of letters (Nei 1973)."""
+    """Return the expected heterozygosity of each locus of a string, f64[length]: 1 − Σ p²,
+    p the shares of letters (Nei 1973)."""
     strings = layout.check(loci).reshape(-1, layout.length)
     if not len(strings):
         return np.zeros(layout.length)
@@ -33,7 +38,8 @@ def diversity(layout: Layout, loci: np.ndarray) -> np.ndarray:
 
 
 class GenomeStatistics(tools.MultiStatistics):
-    """DEAP's MultiStatistics over genomes: registered functions are applied to each gene's values, and to the diversity of the loci."""
+    """DEAP's MultiStatistics over genomes: registered functions are applied to each gene's values,
+    and to the diversity of the loci."""
 
     def __init__(self, layout: Layout) -> None:
         names = [code.name for code in layout.genes if not isinstance(code, Weights)]
@@ -48,7 +54,8 @@ class GenomeStatistics(tools.MultiStatistics):
 
 
 def statistics(layout: Layout) -> GenomeStatistics:
-    """Return statistics of genomes with mean, std, min and max; register more as with any tools.Statistics."""
+    """Return statistics of genomes with mean, std, min and max; register more as with any tools.Statistics.
+    """
     per_gene = GenomeStatistics(layout)
     for name, function in {"mean": np.mean, "std": np.std, "min": np.min, "max": np.max}.items():
         per_gene.register(name, function)

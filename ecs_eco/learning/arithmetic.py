@@ -1,4 +1,5 @@
-"""Elementary functions in float32 that become vector instructions: about 10 times as fast as torch's and libm's."""
+"""Elementary functions in float32 that become vector instructions:
+about 10 times as fast as torch's and libm's."""
 
 from __future__ import annotations
 
@@ -9,8 +10,9 @@ import numpy as np
 
 from ecs_eco.engine.jit import njit
 
-# The numpy error model lets loops become vectors: Python's division by zero would need a branch. "contract" permits
-# a * b + c in one instruction, everywhere alike: a row's result does not depend on where in a block it stands.
+# The numpy error model lets loops become vectors: Python's division by zero would need a branch. "contract"
+# permits a * b + c in one instruction, everywhere alike: a row's result does not depend on where in a block
+# it stands.
 fused_njit: Any = partial(njit, fastmath={"contract"})
 _f32, _i32 = np.float32, np.int32
 _LN2_HIGH = _f32(0.693359375)  # 10 bits: n * _LN2_HIGH is exact
@@ -20,7 +22,8 @@ _ROOT_HALF = _i32(np.float32(np.sqrt(0.5)).view(np.int32))
 
 @fused_njit
 def tanh(x):
-    """Return tanh(x) to 4e-7, never beyond 1: a ratio of polynomials, fitted for least relative error up to 7.9."""
+    """Return tanh(x) to 4e-7, never beyond 1: a ratio of polynomials,
+    fitted for least relative error up to 7.9."""
     x = _f32(-7.9) if x < _f32(-7.9) else (_f32(7.9) if x > _f32(7.9) else x)
     s = x * x
     p = s * _f32(1.542802782871051e-08) + _f32(2.202328341591487e-05)
@@ -36,7 +39,8 @@ def tanh(x):
 
 @fused_njit
 def exp(x):
-    """Return e**x to a relative 2e-7, x held in [-87, 88]: 2**n by exponent bits, Taylor's polynomial of the rest."""
+    """Return e**x to a relative 2e-7, x held in [-87, 88]: 2**n by exponent bits,
+    Taylor's polynomial of the rest."""
     x = _f32(-87.0) if x < _f32(-87.0) else (_f32(88.0) if x > _f32(88.0) else x)
     n = np.floor(x * _f32(1 / np.log(2)) + _f32(0.5))
     r = x - n * _LN2_HIGH - n * _LN2_LOW  # |r| <= ln(2) / 2
@@ -50,7 +54,8 @@ def exp(x):
 
 @fused_njit
 def log(x):
-    """Return ln(x) to 2e-7 for normal x > 0: exponent bits, and 2 artanh((m - 1) / (m + 1)) of the mantissa m."""
+    """Return ln(x) to 2e-7 for normal x > 0: exponent bits,
+    and 2 artanh((m - 1) / (m + 1)) of the mantissa m."""
     bits = _i32(_f32(x).view(np.int32))
     e = _i32(bits - _ROOT_HALF) >> _i32(23)
     m = _i32(bits - _i32(e << _i32(23))).view(np.float32)  # 0.7 to 1.4
@@ -65,7 +70,8 @@ def log(x):
 
 @fused_njit
 def softmax(logits, low, high, p, log_sum_exp, entropy):
-    """Write each column's probabilities p[low:high, n], log_sum_exp = log(sum(exp(logits))) and `entropy` [nat]."""
+    """Write each column's probabilities p[low:high, n], log_sum_exp = log(sum(exp(logits)))
+    and `entropy` [nat]."""
     total = np.zeros_like(log_sum_exp)
     log_sum_exp[:] = logits[low]
     entropy[:] = 0

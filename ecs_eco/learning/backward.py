@@ -1,7 +1,9 @@
-"""The pass of a brain there and back again, as learning needs it: activations are kept, and turned into a gradient by hand.
+"""The pass of a brain there and back again, as learning needs it: activations are kept,
+and turned into a gradient by hand.
 
-A layer's product is one torch call into a buffer that exists already; everything between the products is a numba
-kernel. Autograd spends most of its time on launching, on new tensors and on tanh (benchmarks/ppo.py has the ratio).
+A layer's product is one torch call into a buffer that exists already; everything between the products is a
+numba kernel. Autograd spends most of its time on launching, on new tensors and on tanh (benchmarks/ppo.py has
+the ratio).
 """
 
 from __future__ import annotations
@@ -15,11 +17,13 @@ from ecs_eco.learning.arithmetic import fused_njit, tanh
 from ecs_eco.learning.brain import Brain
 from ecs_eco.learning.brain import Layer as BrainLayer
 
-CHUNK = 2048  # rows that go through the network at once: fixed, so that sums do not depend on the number of workers
+# rows that go through the network at once: fixed, so that sums do not depend on the number of workers
+CHUNK = 2048
 
 
 class Layer(NamedTuple):
-    """Weights, or their gradient, of one layer, as torch sees them: the bias is (b,), that of a head (b, 1)."""
+    """Weights, or their gradient, of one layer, as torch sees them: the bias is (b,), that of a head (b, 1).
+    """
 
     matrix: torch.Tensor
     bias: torch.Tensor
@@ -39,7 +43,8 @@ class Passes:
 
     def views(self, row: np.ndarray) -> Towers:
         """Return the layers of each tower as torch's views of a row of the brain's `size` numbers."""
-        return [[_as_torch(layer, head=layer is tower[-1]) for layer in tower] for tower in self.brain.views(row)]
+        return [[_as_torch(layer, head=layer is tower[-1]) for layer in tower]
+                for tower in self.brain.views(row)]
 
     def rows(self, worker: int, n: int) -> Rows:
         """Return the buffers of a worker for n <= CHUNK rows; what they held for another n is lost."""
@@ -63,7 +68,8 @@ class Passes:
             torch.addmm(layers[-1].bias, layers[-1].matrix, below.t(), out=out)
 
     def back(self, rows: Rows, gradient: Towers) -> None:
-        """Turn the slopes of the loss in `rows.d_logits` and `rows.d_values` into the gradient of every weight."""
+        """Turn the slopes of the loss in `rows.d_logits` and `rows.d_values` into the gradient
+        of every weight."""
         for layers, into, levels, d_out in zip(self.layers, gradient, rows.towers, rows.d_outs, strict=True):
             d, matrix = d_out.t(), layers[-1].matrix
             torch.mm(d_out, levels[-1].h, out=into[-1].matrix)
@@ -82,7 +88,8 @@ def _as_torch(layer: BrainLayer, head: bool) -> Layer:
 
 
 class _Level(NamedTuple):
-    """Activations h of one hidden layer and the slopes d of the loss, f32[n, width], as torch and numpy see them."""
+    """Activations h of one hidden layer and the slopes d of the loss, f32[n, width],
+    as torch and numpy see them."""
 
     h: torch.Tensor
     h_numpy: np.ndarray
@@ -91,7 +98,8 @@ class _Level(NamedTuple):
 
 
 class Rows:
-    """The buffers of n rows on their way through the network; outputs are (out, n), so that kernels run along the rows.
+    """The buffers of n rows on their way through the network; outputs are (out, n),
+    so that kernels run along the rows.
 
     With `whole`, they are views of another's memory.
     """

@@ -1,4 +1,7 @@
-"""Brain: an actor-critic network of small tanh layers. It thinks without torch; how it learns is in backward.py and ppo.py."""
+"""Brain: an actor-critic network of small tanh layers.
+
+It thinks without torch; how it learns is in backward.py and ppo.py.
+"""
 
 from __future__ import annotations
 
@@ -10,11 +13,13 @@ import numpy as np
 from ecs_eco.engine.threads import one_blas_thread
 from ecs_eco.learning.inference import infer
 
-Split = Callable[..., None]  # World.split: calls kernel(first, last, *arguments) for parts of 0…n, on all threads
+# World.split: calls kernel(first, last, *arguments) for parts of 0…n, on all threads
+Split = Callable[..., None]
 
 
 class Layer(NamedTuple):
-    """Weights, or their gradient, of one layer: hidden layers are (in, out), heads (out, in), as each is fastest."""
+    """Weights, or their gradient, of one layer: hidden layers are (in, out), heads (out, in),
+    as each is fastest."""
 
     matrix: np.ndarray
     bias: np.ndarray
@@ -24,8 +29,8 @@ class Brain:
     """A policy with one categorical choice per action group, and a value, over the same observations.
 
     `trunk` is "shared" (policy and value read the same hidden layers) or "separate" (each has its own).
-    Weights are orthogonal, drawn from Philox keyed by (seed, layer), with gain sqrt(2); 0.01 for the policy's head and
-    1 for the value's.
+    Weights are orthogonal, drawn from Philox keyed by (seed, layer), with gain sqrt(2); 0.01 for the policy's
+    head and 1 for the value's.
     """
 
     memory = 0  # numbers that it keeps from one decision to the next
@@ -39,8 +44,10 @@ class Brain:
         trunk: str = "shared",
     ) -> None:
         _check(n_observations, groups, hidden, trunk)
-        self.n_observations, self.groups, self.hidden, self.trunk = n_observations, tuple(groups), tuple(hidden), trunk
-        self.offsets = np.cumsum((0, *groups)).astype(np.int64)  # group g's logits are offsets[g]:offsets[g + 1]
+        self.n_observations, self.groups, self.hidden, self.trunk = (n_observations, tuple(groups),
+                                                                     tuple(hidden), trunk)
+        # group g's logits are offsets[g]:offsets[g + 1]
+        self.offsets = np.cumsum((0, *groups)).astype(np.int64)
         self.n_logits = int(self.offsets[-1])
         heads = (self.n_logits + 1,) if trunk == "shared" else (self.n_logits, 1)
         self.towers = [list(zip((n_observations, *hidden), (*hidden, head), strict=True)) for head in heads]
@@ -71,7 +78,8 @@ class Brain:
         for layers, name in zip(self.layers, towers, strict=True):
             for level, layer in enumerate(layers[:-1]):
                 names[f"{name}.{level}.weight"], names[f"{name}.{level}.bias"] = layer.matrix.T, layer.bias
-            parts = {"policy": slice(0, n), "value": slice(n, n + 1)} if name == "trunk" else {name: slice(None)}
+            parts = ({"policy": slice(0, n), "value": slice(n, n + 1)}
+                     if name == "trunk" else {name: slice(None)})
             for part, rows in parts.items():
                 names[f"{part}.head.weight"] = layers[-1].matrix[rows]
                 names[f"{part}.head.bias"] = layers[-1].bias[rows]
@@ -82,24 +90,29 @@ class Brain:
         return {name: np.array(weights, order="C") for name, weights in self.named().items()}
 
     def load(self, state: dict[str, np.ndarray]) -> None:
-        """Take the weights of `state()`; raises ValueError that names what is missing, unknown or of another shape."""
+        """Take the weights of `state()`; raises ValueError that names what is missing,
+        unknown or of another shape."""
         mine = self.named()
         if wrong := sorted(set(state) ^ set(mine)):
-            raise ValueError(f"weights {', '.join(wrong)}: missing or unknown; this brain has {', '.join(mine)}")
+            raise ValueError(f"weights {', '.join(wrong)}: missing or unknown; "
+                             f"this brain has {', '.join(mine)}")
         for name, weights in mine.items():
             if np.shape(state[name]) != weights.shape:
-                raise ValueError(f"{name} has shape {np.shape(state[name])}; this brain needs {weights.shape}")
+                raise ValueError(f"{name} has shape {np.shape(state[name])}; "
+                                 f"this brain needs {weights.shape}")
         for name, weights in mine.items():
             weights[...] = state[name]
 
     def forward(self, observations: np.ndarray, split: Split | None = None) -> tuple[np.ndarray, np.ndarray]:
         """Return logits f32[n, sum(groups)] and values f32[n] of f32[n, n_observations].
 
-        A row's bits depend neither on the other rows, nor on its place among them, nor on the threads of `split`.
+        A row's bits depend neither on the other rows, nor on its place among them,
+        nor on the threads of `split`.
         """
         n = len(observations)
         if np.shape(observations) != (n, self.n_observations):
-            raise ValueError(f"observations have shape {np.shape(observations)}; allowed is (n, {self.n_observations})")
+            raise ValueError(f"observations have shape {np.shape(observations)}; allowed is (n, "
+                             f"{self.n_observations})")
         x = np.ascontiguousarray(observations, np.float32)
         logits, values = np.empty((n, self.n_logits), np.float32), np.empty(n, np.float32)
         for out, (widths, starts) in zip((logits, logits[:, :0].copy()), self._plans, strict=False):
@@ -141,7 +154,8 @@ def _padded(n: int) -> int:
 
 
 def _orthogonal(generator: np.random.Generator, n_out: int, n_in: int) -> np.ndarray:
-    """Return a random f64[n_out, n_in] with orthonormal rows or columns, whichever are fewer (Saxe et al. 2014)."""
+    """Return a random f64[n_out, n_in] with orthonormal rows or columns,
+    whichever are fewer (Saxe et al. 2014)."""
     with one_blas_thread():
         q, r = np.linalg.qr(generator.standard_normal((max(n_out, n_in), min(n_out, n_in))))
     q *= np.sign(np.diag(r))
@@ -152,7 +166,8 @@ def _check(n_observations: int, groups: tuple[int, ...], hidden: tuple[int, ...]
     if n_observations < 1:
         raise ValueError(f"n_observations = {n_observations}: allowed is a whole number >= 1")
     if not groups or min(groups) < 1:
-        raise ValueError(f"groups = {groups}: allowed is a tuple of one or more sizes >= 1, one per action group")
+        raise ValueError(f"groups = {groups}: allowed is a tuple of one or more sizes >= 1, "
+                         "one per action group")
     if not hidden or min(hidden) < 1:
         raise ValueError(f"hidden = {hidden}: allowed is a tuple of one or more layer widths >= 1")
     if trunk not in ("shared", "separate"):

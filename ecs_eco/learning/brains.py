@@ -1,4 +1,5 @@
-"""Which brain and which learner belong to a species: the built-in network with its kernels, or any torch module."""
+"""Which brain and which learner belong to a species: the built-in network with its kernels,
+or any torch module."""
 
 from __future__ import annotations
 
@@ -14,9 +15,10 @@ if TYPE_CHECKING:
     from ecs_eco.learning.torch_ppo import TorchLearner
 
 
-def brain_of(network: Callable[..., Any] | None, n_observations: int, groups: tuple[int, ...], hidden: tuple[int, ...], seed: int,
-             device: str = "cpu") -> Brain | ModuleBrain:
-    """Return a fresh brain: of `network(n_observations, groups)`, or the built-in one; without torch where that thinks on the CPU.
+def brain_of(network: Callable[..., Any] | None, n_observations: int, groups: tuple[int, ...],
+             hidden: tuple[int, ...], seed: int, device: str = "cpu") -> Brain | ModuleBrain:
+    """Return a fresh brain: of `network(n_observations, groups)`, or the built-in one;
+    without torch where that thinks on the CPU.
 
     Raises ValueError for a module that cannot be a brain, and for a device that is not there.
     """
@@ -32,9 +34,10 @@ def brain_of(network: Callable[..., Any] | None, n_observations: int, groups: tu
     return brain
 
 
-def individuals_of(network: Callable[..., Any] | None, n_observations: int, groups: tuple[int, ...], hidden: tuple[int, ...], ppo: PPO,
-                   seed: int, device: str = "cpu") -> Individuals:
-    """Return the networks of a species whose members each have their own: by kernels for the built-in one, by torch.func for others."""
+def individuals_of(network: Callable[..., Any] | None, n_observations: int, groups: tuple[int, ...],
+                   hidden: tuple[int, ...], ppo: PPO, seed: int, device: str = "cpu") -> Individuals:
+    """Return the networks of a species whose members each have their own: by kernels for the built-in one,
+    by torch.func for others."""
     from ecs_eco.learning.individual import Individuals
 
     if network is None and device == "cpu":
@@ -44,11 +47,13 @@ def individuals_of(network: Callable[..., Any] | None, n_observations: int, grou
     from ecs_eco.learning.individual_modules import IndividualModules
     from ecs_eco.learning.mlp import MLP
 
-    return IndividualModules(network or partial(MLP, hidden=hidden), n_observations, groups, ppo, seed, device)
+    return IndividualModules(network or partial(MLP, hidden=hidden), n_observations, groups, ppo,
+                             seed, device)
 
 
 def learner_of(brain: Brain | ModuleBrain, ppo: PPO, seed: int, workers: int = 1) -> TorchLearner:
-    """Return what trains a brain: kernels where it is a plain network, autograd elsewhere; one behaves as the other."""
+    """Return what trains a brain: kernels where it is a plain network, autograd elsewhere;
+    one behaves as the other."""
     if isinstance(brain, Brain):
         from ecs_eco.learning.ppo import Learner
 

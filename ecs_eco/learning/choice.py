@@ -13,8 +13,8 @@ BLOCK = 128  # rows that are turned on their side at once
 def choose(logits, offsets, uniforms, choice, log_probability):
     """Draw each row's choice int[n, G], and its log-probability f32[n], where the uniforms f32[n, G] fall.
 
-    `offsets` are the brain's; uniforms are in [0, 1). Rows go in blocks turned on their side, so that loops along them
-    become vectors.
+    `offsets` are the brain's; uniforms are in [0, 1). Rows go in blocks turned on their side, so that loops
+    along them become vectors.
     """
     n, width = logits.shape
     side, p = np.zeros((width, BLOCK), np.float32), np.empty((width, BLOCK), np.float32)

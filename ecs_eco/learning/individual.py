@@ -1,8 +1,9 @@
-"""A brain for every animal: each has its own weights, its own Adam and its own hyperparameters, and learns from its own life.
+"""A brain for every animal: each has its own weights, its own Adam and its own hyperparameters,
+and learns from its own life.
 
-Nothing is kept here: weights and rollouts are columns of the animals' table, in blocks of rows (components Policy and
-Experience), so that a brain is born and dies with its animal. The loss is that of ppo.py; the kernels are in
-individual_kernels.py.
+Nothing is kept here: weights and rollouts are columns of the animals' table, in blocks of rows (components
+Policy and Experience), so that a brain is born and dies with its animal. The loss is that of ppo.py; the
+kernels are in individual_kernels.py.
 """
 
 from __future__ import annotations
@@ -16,36 +17,45 @@ import numpy as np
 from ecs_eco.learning import individual_kernels as kernels
 from ecs_eco.learning.settings import PPO
 
-Split = Callable[..., None]  # World.split: calls kernel(first, last, *arguments) for parts of 0…n, on all threads
+# World.split: calls kernel(first, last, *arguments) for parts of 0…n, on all threads
+Split = Callable[..., None]
 
 
 class Individuals:
-    """The networks of all individuals of a species: a shared trunk of tanh layers, heads for policy and value, and PPO.
+    """The networks of all individuals of a species: a shared trunk of tanh layers,
+    heads for policy and value, and PPO.
 
-    `policy` and `experience` are the columns of these components. Rows come in canonical order; what an animal thinks and
-    learns depends, bit for bit, neither on its row, nor on the others, nor on threads. A tick is: sense; credit; learn,
-    for those that are `due`; forward; choose; store.
+    `policy` and `experience` are the columns of these components. Rows come in canonical order; what an
+    animal thinks and learns depends, bit for bit, neither on its row, nor on the others, nor on threads. A
+    tick is: sense; credit; learn, for those that are `due`; forward; choose; store.
     """
 
     memory = 0  # numbers that each keeps from one decision to the next
 
-    def __init__(self, n_observations: int, groups: tuple[int, ...], hidden: tuple[int, ...], ppo: PPO, seed: int) -> None:
+    def __init__(self, n_observations: int, groups: tuple[int, ...], hidden: tuple[int, ...],
+                 ppo: PPO, seed: int) -> None:
         _check(n_observations, groups, hidden)
-        self.n_observations, self.groups, self.hidden, self.ppo, self.seed = n_observations, tuple(groups), tuple(hidden), ppo, seed
-        self.offsets = np.cumsum((0, *groups)).astype(np.int64)  # group g's logits are offsets[g]:offsets[g + 1]
+        self.n_observations, self.groups, self.hidden, self.ppo, self.seed = (
+            n_observations, tuple(groups), tuple(hidden), ppo, seed
+        )
+        # group g's logits are offsets[g]:offsets[g + 1]
+        self.offsets = np.cumsum((0, *groups)).astype(np.int64)
         self.n_logits = int(self.offsets[-1])
         self.widths = np.array([n_observations, *hidden, self.n_logits + 1])
         layers = list(pairwise(self.widths.tolist()))
-        self.shapes: list[tuple[int, ...]] = [shape for a, b in layers for shape in ((a, b), (b,))]  # matrix (in, out), bias, …
+        # matrix (in, out), bias, …
+        self.shapes: list[tuple[int, ...]] = [shape for a, b in layers for shape in ((a, b), (b,))]
         self.size = sum(a * b + b for a, b in layers)
-        self.dims = {"weights": self.size, "horizon": ppo.horizon, "channels": n_observations, "groups": len(groups)}
+        self.dims = {"weights": self.size, "horizon": ppo.horizon, "channels": n_observations,
+                     "groups": len(groups)}
         self.reset(ppo)
 
     def reset(self, ppo: PPO) -> None:
         """Take other hyperparameters; the horizon stays."""
         self.ppo = ppo
         self._settings = np.array([
-            ppo.gae_lambda, ppo.clip, ppo.clip_value, ppo.value_weight, ppo.adam_epsilon, ppo.max_grad_norm, ppo.weight_decay,
+            ppo.gae_lambda, ppo.clip, ppo.clip_value, ppo.value_weight, ppo.adam_epsilon, ppo.max_grad_norm,
+            ppo.weight_decay,
         ])  # fmt: skip
 
     def flat(self, brain: Any) -> np.ndarray:
@@ -61,10 +71,12 @@ class Individuals:
         return weights
 
     def views(self, weights: np.ndarray) -> list[np.ndarray]:
-        """Return the parts of weights [..., size] in the order of `shapes`; the value is the last output of the last layer."""
+        """Return the parts of weights [..., size] in the order of `shapes`;
+        the value is the last output of the last layer."""
         ends = np.cumsum([int(np.prod(shape)) for shape in self.shapes])
         parts = np.split(weights, ends[:-1], axis=-1)
-        return [part.reshape(*weights.shape[:-1], *shape) for part, shape in zip(parts, self.shapes, strict=True)]
+        return [part.reshape(*weights.shape[:-1], *shape)
+                for part, shape in zip(parts, self.shapes, strict=True)]
 
     def module(self, weights: np.ndarray) -> Any:
         """Return one organism's network, of weights f32[size], as a torch module."""
@@ -84,8 +96,8 @@ class Individuals:
     def draw(self, who: np.ndarray, key: int | np.uint64) -> np.ndarray:
         """Return random networks f32[k, size] for newborn, each the same for the same key and `who` u64[k].
 
-        Weights are normal with deviation gain / sqrt(inputs), the gain sqrt(2), 0.01 of the logits, 1 of the value;
-        biases are zero.
+        Weights are normal with deviation gain / sqrt(inputs), the gain sqrt(2), 0.01 of the logits,
+        1 of the value; biases are zero.
         """
         deviations = np.zeros(self.size, np.float32)
         for matrix in self.views(deviations)[::2]:
@@ -95,8 +107,10 @@ class Individuals:
         kernels.draw_newborn(np.uint64(key), np.asarray(who, np.uint64), deviations, weights)
         return weights
 
-    def forward(self, policy: Any, rows: np.ndarray, x: np.ndarray, split: Split) -> tuple[np.ndarray, np.ndarray]:
-        """Return the logits f32[n, n_logits] and values f32[n] of what the animals of `rows` i64[n] observe, f32[n, c]."""
+    def forward(self, policy: Any, rows: np.ndarray, x: np.ndarray,
+                split: Split) -> tuple[np.ndarray, np.ndarray]:
+        """Return the logits f32[n, n_logits] and values f32[n] of what the animals
+        of `rows` i64[n] observe, f32[n, c]."""
         n = len(rows)
         if x.shape != (n, self.n_observations):
             raise ValueError(f"observations have shape {x.shape}; allowed is {(n, self.n_observations)}")
@@ -112,8 +126,8 @@ class Individuals:
         split(part, n, work=n * self.size // 256)
         return logits, values
 
-    def store(self, experience: Any, rows: np.ndarray, x: np.ndarray, choice: np.ndarray, log_probability: np.ndarray,
-              values: np.ndarray) -> None:
+    def store(self, experience: Any, rows: np.ndarray, x: np.ndarray, choice: np.ndarray,
+              log_probability: np.ndarray, values: np.ndarray) -> None:
         """Append a transition to the rollout of each row i64[n]: f32[n, c], int[n, groups], f32[n], f32[n].
 
         Raises ValueError where a rollout is full: `learn` empties it.
@@ -121,24 +135,28 @@ class Individuals:
         x, full = np.ascontiguousarray(x, np.float32), 0
         for block, inner, places in experience.reward.parts(rows):
             full += kernels.record(
-                experience.observations.blocks[block], experience.choices.blocks[block], experience.log_probability.blocks[block],
-                experience.value.blocks[block], experience.reward.blocks[block], inner, places, rows, experience.length, x, choice,
-                log_probability, values,
+                experience.observations.blocks[block], experience.choices.blocks[block],
+                experience.log_probability.blocks[block],
+                experience.value.blocks[block], experience.reward.blocks[block], inner, places, rows,
+                experience.length, x, choice, log_probability, values,
             )  # fmt: skip
         if full:
             horizon = self.ppo.horizon
-            raise ValueError(f"{full} of {len(rows)} rollouts have their {horizon} transitions already: `learn` from those `due` first")
+            raise ValueError(f"{full} of {len(rows)} rollouts have their {horizon} transitions already: "
+                             "`learn` from those `due` first")
 
     def credit(self, experience: Any, rows: np.ndarray, reward: np.ndarray) -> None:
-        """Add rewards f32[n] to the last transition of each row; rows without one (newborn) are passed over."""
+        """Add rewards f32[n] to the last transition of each row; rows without one (newborn) are passed over.
+        """
         for block, inner, places in experience.reward.parts(rows):
             kernels.credit(experience.reward.blocks[block], inner, places, rows, experience.length, reward)
 
-    def due(self, experience: Any, rows: np.ndarray, uid: np.ndarray, born: np.ndarray, tick: int) -> np.ndarray:
+    def due(self, experience: Any, rows: np.ndarray, uid: np.ndarray,
+            born: np.ndarray, tick: int) -> np.ndarray:
         """Return whose rollout is at an end, bool[n].
 
-        The first rollout of a life ends at an age drawn from the uid, the later ones when they are full: about
-        1 / horizon of the animals learn in a tick, even when all were born in the same one.
+        The first rollout of a life ends at an age drawn from the uid, the later ones when they are full:
+        about 1 / horizon of the animals learn in a tick, even when all were born in the same one.
         """
         due = np.empty(len(rows), np.bool_)
         kernels.full_rollouts(experience.length, rows, uid, born, tick, self.ppo.horizon, due)
@@ -146,12 +164,13 @@ class Individuals:
 
     def learn(self, policy: Any, experience: Any, rows: np.ndarray, uid: np.ndarray, bootstrap: np.ndarray,
               plasticity: tuple[Any, Any, Any] | None, split: Split) -> dict[str, float]:
-        """Let the animals of `rows` i64[n] learn from their rollouts and empty these; they expect `bootstrap` f32[n] of what comes.
+        """Let the animals of `rows` i64[n] learn from their rollouts and empty these;
+        they expect `bootstrap` f32[n] of what comes.
 
-        `plasticity` has their learning rates, discounts and weights of the entropy, each f32[n] or one number for all;
-        None: those of `ppo`. With a learning rate of 0 an animal forgets its rollout and stays as it is. Returns the means
-        over those that learnt, named as those of `Learner.update`, and their number n_animals.
-        Raises FloatingPointError where a gradient is not finite.
+        `plasticity` has their learning rates, discounts and weights of the entropy, each f32[n] or one number
+        for all; None: those of `ppo`. With a learning rate of 0 an animal forgets its rollout and stays as it
+        is. Returns the means over those that learnt, named as those of `Learner.update`, and their number
+        n_animals. Raises FloatingPointError where a gradient is not finite.
         """
         ppo, n = self.ppo, len(rows)
         settings = np.empty((3, n), np.float32)
@@ -163,12 +182,14 @@ class Individuals:
             here = slice(first, last)
             for block, inner, places in experience.reward.parts(rows[here]):
                 kernels.train(
-                    policy.weights.blocks[block], policy.moment_1.blocks[block], policy.moment_2.blocks[block],
+                    policy.weights.blocks[block], policy.moment_1.blocks[block],
+                    policy.moment_2.blocks[block],
                     experience.observations.blocks[block], experience.choices.blocks[block],
-                    experience.log_probability.blocks[block], experience.value.blocks[block], experience.reward.blocks[block],
-                    inner, places, rows[here], uid[here], policy.steps, policy.updates, experience.length, bootstrap[here],
-                    np.ascontiguousarray(settings[:, here]), self._settings, ppo.epochs, ppo.minibatch, ppo.normalise_advantage,
-                    np.uint64(self.seed), self.widths, self.offsets, report[here],
+                    experience.log_probability.blocks[block], experience.value.blocks[block],
+                    experience.reward.blocks[block], inner, places, rows[here], uid[here], policy.steps,
+                    policy.updates, experience.length, bootstrap[here],
+                    np.ascontiguousarray(settings[:, here]), self._settings, ppo.epochs, ppo.minibatch,
+                    ppo.normalise_advantage, np.uint64(self.seed), self.widths, self.offsets, report[here],
                 )  # fmt: skip
 
         split(part, n, work=int(lengths.sum()) * ppo.epochs)
@@ -181,15 +202,16 @@ def require_finite(report: np.ndarray, uid: np.ndarray) -> None:
     """Raise FloatingPointError that names an animal whose gradient is not finite."""
     if (lost := np.flatnonzero(~np.isfinite(report[:, 5]))).size:
         raise FloatingPointError(
-            f"the gradient of animal {uid[lost[0]]} is {report[lost[0], 5]} ({lost.size} such in all); observations, rewards and "
-            "values must be finite"
+            f"the gradient of animal {uid[lost[0]]} is {report[lost[0], 5]} ({lost.size} such in all); "
+            "observations, rewards and values must be finite"
         )
 
 
 def summary(report: np.ndarray, lengths: np.ndarray, rates: np.ndarray) -> dict[str, float]:
     """Return means over animals; of the reward over transitions; NaN where nobody learnt."""
     n = len(report)
-    means = dict(zip(kernels.TERMS, report.mean(axis=0).tolist() if n else [np.nan] * len(kernels.TERMS), strict=True))
+    means = dict(zip(kernels.TERMS, report.mean(axis=0).tolist() if n else [np.nan] * len(kernels.TERMS),
+                     strict=True))
     known = report[:, 6][np.isfinite(report[:, 6])]
     means["explained_variance"] = float(known.mean()) if known.size else float("nan")
     means["reward"] = float((report[:, 7] * lengths).sum() / lengths.sum()) if n else float("nan")
@@ -201,6 +223,7 @@ def _check(n_observations: int, groups: tuple[int, ...], hidden: tuple[int, ...]
     if n_observations < 1:
         raise ValueError(f"n_observations = {n_observations}: allowed is a whole number >= 1")
     if not groups or min(groups) < 1:
-        raise ValueError(f"groups = {groups}: allowed is a tuple of one or more sizes >= 1, one per action group")
+        raise ValueError(f"groups = {groups}: allowed is a tuple of one or more sizes >= 1, "
+                         "one per action group")
     if min(hidden, default=1) < 1:
         raise ValueError(f"hidden = {hidden}: allowed is a tuple of layer widths >= 1, or ()")

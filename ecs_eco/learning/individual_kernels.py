@@ -1,10 +1,12 @@
-"""Kernels over animals that each have a network of their own: newborn weights, one thought, one update of PPO.
+"""Kernels over animals that each have a network of their own: newborn weights, one thought,
+one update of PPO.
 
-A kernel works on one block of the columns: animal `places[j]` of the arguments is row `inner[j]` of the block's arrays.
-A network is one row of numbers: of each layer the matrix (in, out), then the bias; the last layer has all logits, then
-the value. `widths` i64[layers + 1] are those of the observations, the hidden layers and the output. While an animal
-learns, a layer's activations are (units, transitions), padded to a multiple of LANES, so that all loops run along the
-transitions, as vectors. Each animal's numbers are summed in an order that depends on nothing but its own rollout.
+A kernel works on one block of the columns: animal `places[j]` of the arguments is row `inner[j]` of the
+block's arrays. A network is one row of numbers: of each layer the matrix (in, out), then the bias; the last
+layer has all logits, then the value. `widths` i64[layers + 1] are those of the observations, the hidden
+layers and the output. While an animal learns, a layer's activations are (units, transitions), padded to a
+multiple of LANES, so that all loops run along the transitions, as vectors. Each animal's numbers are summed
+in an order that depends on nothing but its own rollout.
 """
 
 from __future__ import annotations
@@ -19,13 +21,15 @@ from ecs_eco.learning.ppo_kernels import adam, loss_slopes, summing_njit
 from ecs_eco.learning.rollout import STEP
 
 LANES = 32
-TERMS = ("policy_loss", "value_loss", "entropy", "approx_kl", "clip_fraction", "gradient_norm", "explained_variance", "reward")
+TERMS = ("policy_loss", "value_loss", "entropy", "approx_kl", "clip_fraction", "gradient_norm",
+         "explained_variance", "reward")
 _BIRTH = 1 << 32  # purposes of the numbers drawn for newborn weights begin here
 
 
 @fused_njit
 def draw_newborn(key, who, deviations, weights):
-    """Fill f32[k, size] with normal numbers (Box and Muller 1958) of these deviations f32[size]; 0 stays 0."""
+    """Fill f32[k, size] with normal numbers (Box and Muller 1958) of these deviations f32[size]; 0 stays 0.
+    """
     for j in range(len(who)):
         for i in range(len(deviations)):
             weights[j, i] = 0
@@ -74,7 +78,8 @@ def _through(matrix, bias, below, above):
 
 @fused_njit
 def record(
-    observations, choices, log_probabilities, values, rewards, inner, places, rows, length, x, choice, log_probability, value,
+    observations, choices, log_probabilities, values, rewards, inner, places, rows, length, x, choice,
+    log_probability, value,
 ):  # fmt: skip
     """Append a transition to each animal's rollout; return how many had no room."""
     full = 0
@@ -104,7 +109,8 @@ def credit(rewards, inner, places, rows, length, reward):
 
 @fused_njit
 def full_rollouts(length, rows, uid, born, tick, horizon, due):
-    """Write whose rollout is at an end: full, or the first of a life, which ends at an age drawn from the uid."""
+    """Write whose rollout is at an end: full, or the first of a life,
+    which ends at an age drawn from the uid."""
     for i in range(len(rows)):
         n = length[rows[i]]
         due[i] = n >= horizon or (n > 0 and np.uint64(tick - born[i]) == mix(uid[i]) % np.uint64(horizon))
@@ -113,16 +119,20 @@ def full_rollouts(length, rows, uid, born, tick, horizon, due):
 @fused_njit
 def train(
     weights, moments_1, moments_2, observations, choices, log_probabilities, values, rewards, inner, places,
-    rows, uid, steps, updates, length, bootstrap, plasticity, settings, epochs, minibatch, normalise, seed, widths, offsets, report,
+    rows, uid, steps, updates, length, bootstrap, plasticity, settings, epochs, minibatch, normalise, seed,
+    widths, offsets, report,
 ):  # fmt: skip
-    """Let each animal learn from its rollout and empty it; `report` f64[n, TERMS] gets the means over its steps.
+    """Let each animal learn from its rollout and empty it; `report` f64[n,
+    TERMS] gets the means over its steps.
 
-    `plasticity` f32[3, n]: learning rate, discount, weight of the entropy; with a learning rate of 0 nothing changes.
+    `plasticity` f32[3, n]: learning rate, discount, weight of the entropy;
+    with a learning rate of 0 nothing changes.
     """
     horizon, size = rewards.shape[1], weights.shape[1]
     room = widths.sum() * ((horizon + LANES - 1) // LANES * LANES)
     activations, slopes = np.zeros(room, np.float32), np.zeros(room, np.float32)
-    gradient, lived, index = np.zeros((1, size), np.float32), np.empty(horizon, STEP), np.empty(horizon, np.int64)
+    gradient, lived, index = (np.zeros((1, size), np.float32), np.empty(horizon, STEP),
+                              np.empty(horizon, np.int64))
     for j in range(len(inner)):
         at, place, row = inner[j], places[j], rows[places[j]]
         n, rate, terms = max(0, min(length[row], horizon)), plasticity[0, place], report[place]
@@ -133,7 +143,8 @@ def train(
             lived[:n], log_probabilities[at], values[at], rewards[at], bootstrap[place], plasticity[1, place],
             np.float32(settings[0]), normalise, terms,
         )  # fmt: skip
-        parts, chance = max(1, (n + minibatch - 1) // minibatch), mix(mix(seed ^ uid[place]) + np.uint64(updates[row]))
+        parts, chance = (max(1, (n + minibatch - 1) // minibatch),
+                         mix(mix(seed ^ uid[place]) + np.uint64(updates[row])))
         updates[row] += 1
         for i in range(n):
             index[i] = i
@@ -150,7 +161,8 @@ def train(
                     settings, widths, offsets, activations, slopes, terms,
                 )  # fmt: skip
                 terms[5] += adam(
-                    weights[at], gradient, moments_1[at], moments_2[at], steps[row], rate, settings[4], settings[5], settings[6],
+                    weights[at], gradient, moments_1[at], moments_2[at], steps[row], rate, settings[4],
+                    settings[5], settings[6],
                 )  # fmt: skip
         for i in range(6):
             terms[i] /= epochs * parts
@@ -158,7 +170,8 @@ def train(
 
 @fused_njit
 def _look_back(lived, log_probability, value, reward, bootstrap, discount, gae_lambda, normalise, terms):
-    """Fill in what an animal lived through, advantages too (Schulman et al. 2016, eq. 16); return their shift and scale."""
+    """Fill in what an animal lived through, advantages too (Schulman et al. 2016, eq. 16);
+    return their shift and scale."""
     n, later, gain = len(lived), bootstrap, np.float32(0)
     mean = target_mean = variance = target_variance = total = 0.0
     for t in range(n - 1, -1, -1):
@@ -199,19 +212,23 @@ def _fetch(observations, chosen, activations):
 
 @fused_njit
 def _slope(
-    w, gradient, choices, lived, chosen, shift, scale, entropy, settings, widths, offsets, activations, slopes, terms,
+    w, gradient, choices, lived, chosen, shift, scale, entropy, settings, widths, offsets, activations,
+    slopes, terms,
 ):  # fmt: skip
-    """Write the gradient [size] of the mean loss over the chosen transitions; add its terms' means to `terms`."""
+    """Write the gradient [size] of the mean loss over the chosen transitions;
+    add its terms' means to `terms`."""
     n, k = len(chosen), widths[len(widths) - 1]
     lanes = (n + LANES - 1) // LANES * LANES
     _forward(w, widths, activations, lanes)
     last = (widths.sum() - k) * lanes
-    out, d_out = activations[last : last + k * lanes].reshape(k, lanes), slopes[last : last + k * lanes].reshape(k, lanes)
+    out, d_out = (activations[last : last + k * lanes].reshape(k, lanes),
+                  slopes[last : last + k * lanes].reshape(k, lanes))
     logits, d, sums = np.empty((k, n), np.float32), np.empty((k, n), np.float32), np.empty(6)
     for o in range(k):
         logits[o] = out[o, :n]
     loss_slopes(
-        logits[: k - 1], logits[k - 1], offsets, choices, lived, chosen, np.float32(settings[1]), np.float32(settings[2]), entropy,
+        logits[: k - 1], logits[k - 1], offsets, choices, lived, chosen, np.float32(settings[1]),
+        np.float32(settings[2]), entropy,
         np.float32(settings[3]), shift, scale, np.float32(1 / n), d[: k - 1], d[k - 1], sums,
     )  # fmt: skip
     for o in range(k):
@@ -242,14 +259,16 @@ def _forward(w, widths, activations, lanes):
 
 @fused_njit
 def _backward(w, gradient, widths, activations, slopes, lanes):
-    """Fill the gradient of all weights from the slopes by the last layer's output; `slopes` of the others are used up."""
+    """Fill the gradient of all weights from the slopes by the last layer's output;
+    `slopes` of the others are used up."""
     at, unit = len(w), widths.sum()
     for layer in range(len(widths) - 2, -1, -1):
         a, b = widths[layer], widths[layer + 1]
         at, unit = at - a * b - b, unit - b
         d = slopes[unit * lanes : (unit + b) * lanes].reshape(b, lanes)
         h = activations[(unit - a) * lanes : unit * lanes]
-        _dots(h.reshape(a, lanes), d, gradient[at : at + a * b].reshape(a, b), gradient[at + a * b : at + a * b + b])
+        _dots(h.reshape(a, lanes), d, gradient[at : at + a * b].reshape(a, b),
+              gradient[at + a * b : at + a * b + b])
         if layer > 0:
             d_below = slopes[(unit - a) * lanes : unit * lanes]
             d_below[:] = 0
@@ -260,7 +279,8 @@ def _backward(w, gradient, widths, activations, slopes, lanes):
 
 @fused_njit
 def _add_product(matrix, below, above):
-    """Add matrix.T @ below to above: four units of it and two of those below at a time, so that loads are shared."""
+    """Add matrix.T @ below to above: four units of it and two of those below at a time,
+    so that loads are shared."""
     n_in, n_out = matrix.shape
     pairs = n_in // 2 * 2
     for o in range(0, n_out // 4 * 4, 4):
@@ -268,7 +288,8 @@ def _add_product(matrix, below, above):
         for i in range(0, pairs, 2):
             x0, x1 = below[i], below[i + 1]
             a0, a1, a2, a3 = matrix[i, o], matrix[i, o + 1], matrix[i, o + 2], matrix[i, o + 3]
-            b0, b1, b2, b3 = matrix[i + 1, o], matrix[i + 1, o + 1], matrix[i + 1, o + 2], matrix[i + 1, o + 3]
+            b0, b1, b2, b3 = (matrix[i + 1, o], matrix[i + 1, o + 1], matrix[i + 1, o + 2],
+                              matrix[i + 1, o + 3])
             for t in range(len(x0)):
                 y0[t] += a0 * x0[t] + b0 * x1[t]
                 y1[t] += a1 * x0[t] + b1 * x1[t]

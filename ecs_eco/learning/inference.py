@@ -1,7 +1,9 @@
-"""What a plain network says, without torch: a kernel over blocks of organisms, whose sums no library takes in an order of its own.
+"""What a plain network says, without torch: a kernel over blocks of organisms,
+whose sums no library takes in an order of its own.
 
-Observations of a block are turned on their side, (units, organisms), so that all loops run along the organisms, as
-vectors. A row's bits depend neither on the other rows, nor on its place among them, nor on the number of threads.
+Observations of a block are turned on their side, (units, organisms), so that all loops run along the
+organisms, as vectors. A row's bits depend neither on the other rows, nor on its place among them, nor on the
+number of threads.
 """
 
 from __future__ import annotations
@@ -15,11 +17,12 @@ BLOCK = 64  # organisms: four vectors of the widest kind
 
 @fused_njit
 def infer(first, last, observations, weights, widths, starts, logits, values):
-    """Write the outputs of a tower for rows first to last of the observations f32[n, widths[0]]: logits f32[n, k], values f32[n].
+    """Write the outputs of a tower for rows first to last of the observations f32[n, widths[0]]:
+    logits f32[n, k], values f32[n].
 
-    `widths` i64[layers + 1] are those of the observations, the hidden layers and the output; `starts` i64[2 * layers]
-    where each layer's matrix and bias begin in the weights: hidden matrices are (in, out), the last one (out, in).
-    Output k is the value; a tower may have fewer.
+    `widths` i64[layers + 1] are those of the observations, the hidden layers and the output; `starts` i64[2 *
+    layers] where each layer's matrix and bias begin in the weights: hidden matrices are (in, out), the last
+    one (out, in). Output k is the value; a tower may have fewer.
     """
     n_layers, widest = len(widths) - 1, widths.max()
     below, above = np.zeros((widest, BLOCK), np.float32), np.zeros((widest, BLOCK), np.float32)

@@ -1,8 +1,9 @@
 """A brain that is any torch module: what it has to be, and how a world thinks with it.
 
-`Net(n_observations, groups)` is an ordinary `torch.nn.Module` with `forward(observations f32[n, d]) → (logits f32[n, k],
-values f32[n])`, k = sum(groups). One with a memory says how many numbers each organism keeps, `self.memory = 64`, and has
-`forward(observations, state f32[n, memory]) → (logits, values, state)`. It is always in evaluation mode, and draws no random numbers.
+`Net(n_observations, groups)` is an ordinary `torch.nn.Module` with `forward(observations f32[n, d]) → (logits
+f32[n, k], values f32[n])`, k = sum(groups). One with a memory says how many numbers each organism keeps,
+`self.memory = 64`, and has `forward(observations, state f32[n, memory]) → (logits, values, state)`. It is
+always in evaluation mode, and draws no random numbers.
 """
 
 from __future__ import annotations
@@ -20,20 +21,24 @@ from ecs_eco.learning.brain import Brain, Split
 from ecs_eco.learning.mlp import MLP, plain
 
 CHUNK = 2048  # rows that go through a module at once
-LANES = 16  # rows are filled up to a multiple of so many: products of fewer take another way, with other last bits
+# rows are filled up to a multiple of so many: products of fewer take another way, with other last bits
+LANES = 16
 
 
 class ModuleBrain:
-    """A torch module in the place of a `Brain`. Raises ValueError where it is none that can be: with what it gave and what it should give.
+    """A torch module in the place of a `Brain`.
 
-    `device` is "cpu", "cuda" or "cuda:1" …; on the CPU results are the same bits for any number of threads.
+    Raises ValueError where it is none that can be: with what it gave and what it should give. `device` is
+    "cpu", "cuda" or "cuda:1" …; on the CPU results are the same bits for any number of threads.
     """
 
-    def __init__(self, module: torch.nn.Module, n_observations: int, groups: tuple[int, ...], device: str = "cpu") -> None:
+    def __init__(self, module: torch.nn.Module, n_observations: int, groups: tuple[int, ...],
+                 device: str = "cpu") -> None:
         if not isinstance(module, torch.nn.Module):
             raise ValueError(f"gives {type(module).__name__}; allowed: a torch.nn.Module")
         self.n_observations, self.groups, self.device = n_observations, tuple(groups), device
-        self.offsets = np.cumsum((0, *groups)).astype(np.int64)  # group g's logits are offsets[g]:offsets[g + 1]
+        # group g's logits are offsets[g]:offsets[g + 1]
+        self.offsets = np.cumsum((0, *groups)).astype(np.int64)
         self.n_logits = int(self.offsets[-1])
         try:
             self.module = module.to(device).eval()
@@ -48,46 +53,57 @@ class ModuleBrain:
 
     def named(self) -> dict[str, np.ndarray]:
         """Return the parameters that learning changes, by name; on the CPU they are views."""
-        return {name: p.detach().cpu().numpy() for name, p in self.module.named_parameters() if p.requires_grad}
+        return {name: p.detach().cpu().numpy()
+                for name, p in self.module.named_parameters() if p.requires_grad}
 
     def state(self) -> dict[str, np.ndarray]:
         """Return a copy of the module's parameters and buffers by name."""
-        return {name: tensor.detach().cpu().numpy().copy() for name, tensor in self.module.state_dict().items()}
+        return {name: tensor.detach().cpu().numpy().copy()
+                for name, tensor in self.module.state_dict().items()}
 
     def load(self, state: dict[str, np.ndarray]) -> None:
-        """Take the weights of `state()`; raises ValueError that names what is missing, unknown or of another shape."""
+        """Take the weights of `state()`; raises ValueError that names what is missing,
+        unknown or of another shape."""
         mine = self.module.state_dict()
         if wrong := sorted(set(state) ^ set(mine)):
-            raise ValueError(f"weights {', '.join(wrong)}: missing or unknown; this network has {', '.join(mine)}")
+            raise ValueError(f"weights {', '.join(wrong)}: missing or unknown; "
+                             f"this network has {', '.join(mine)}")
         for name, tensor in mine.items():
             if np.shape(state[name]) != tuple(tensor.shape):
-                raise ValueError(f"{name} has shape {np.shape(state[name])}; this network needs {tuple(tensor.shape)}")
+                raise ValueError(f"{name} has shape {np.shape(state[name])}; "
+                                 f"this network needs {tuple(tensor.shape)}")
         self.module.load_state_dict({name: torch.from_numpy(np.array(state[name])) for name in mine})
 
     def forward(self, observations: np.ndarray, split: Split | None = None) -> tuple[np.ndarray, np.ndarray]:
-        """Return logits f32[n, sum(groups)] and values f32[n] of f32[n, n_observations]; one with a memory begins without any."""
+        """Return logits f32[n, sum(groups)] and values f32[n] of f32[n, n_observations];
+        one with a memory begins without any."""
         memory = np.zeros((len(observations), self.memory), np.float32)
         return self.recall(observations, memory, split)[:2]
 
-    def recall(self, observations: np.ndarray, memory: np.ndarray, split: Split | None = None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return logits, values, and the memory f32[n, memory] from here on, of organisms with this memory."""
+    def recall(self, observations: np.ndarray, memory: np.ndarray,
+               split: Split | None = None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return logits, values, and the memory f32[n, memory] from here on, of organisms with this memory.
+        """
         n = len(observations)
         if np.shape(observations) != (n, self.n_observations):
-            raise ValueError(f"observations have shape {np.shape(observations)}; allowed is (n, {self.n_observations})")
+            raise ValueError(f"observations have shape {np.shape(observations)}; allowed is (n, "
+                             f"{self.n_observations})")
         logits, values = np.empty((n, self.n_logits), np.float32), np.empty(n, np.float32)
         later = np.empty((n, self.memory), np.float32)
         with self.reproducible(), torch.inference_mode(), one_torch_thread():
             for start in range(0, n, CHUNK):
                 here = slice(start, min(start + CHUNK, n))
                 size = here.stop - start
-                out = self.run(_filled(observations[here]), self.tensor(_filled(memory[here])) if self.memory else None)
+                out = self.run(_filled(observations[here]),
+                               self.tensor(_filled(memory[here])) if self.memory else None)
                 logits[here], values[here] = out[0][:size].cpu().numpy(), out[1][:size].cpu().numpy()
                 if self.memory:
                     later[here] = out[2][:size].cpu().numpy()
         return logits, values, later
 
     def run(self, observations: np.ndarray, state: torch.Tensor | None = None) -> tuple[torch.Tensor, ...]:
-        """Call the module: logits, values and, with a memory, the state that follows, as tensors that gradients flow through."""
+        """Call the module: logits, values and, with a memory, the state that follows,
+        as tensors that gradients flow through."""
         x = self.tensor(observations)
         out = self.module(x) if state is None else self.module(x, state)
         return out
@@ -98,8 +114,10 @@ class ModuleBrain:
 
     @contextmanager
     def reproducible(self) -> Iterator[None]:
-        """Within, torch takes deterministic algorithms alone; raises RuntimeError where an operation has none."""
-        before, warns = torch.are_deterministic_algorithms_enabled(), torch.is_deterministic_algorithms_warn_only_enabled()
+        """Within, torch takes deterministic algorithms alone;
+        raises RuntimeError where an operation has none."""
+        before, warns = (torch.are_deterministic_algorithms_enabled(),
+                         torch.is_deterministic_algorithms_warn_only_enabled())
         torch.use_deterministic_algorithms(self.device == "cpu" or before, warn_only=warns and before)
         try:
             yield
@@ -107,7 +125,8 @@ class ModuleBrain:
             torch.use_deterministic_algorithms(before, warn_only=warns)
 
     def _check(self) -> None:
-        """Raise ValueError unless the module gives what it should for 3 and for 16 organisms, the same each time, and can learn."""
+        """Raise ValueError unless the module gives what it should for 3 and for 16 organisms,
+        the same each time, and can learn."""
         wrong = {str(p.dtype) for p in self.module.parameters() if p.dtype != torch.float32}
         if wrong:
             raise ValueError(f"has parameters of type {', '.join(sorted(wrong))}; allowed: torch.float32")
@@ -118,54 +137,69 @@ class ModuleBrain:
             before = torch.get_rng_state()
             first, second = self._outputs(x, state), self._outputs(x, state)
             if not torch.equal(before, torch.get_rng_state()):
-                raise ValueError("draws random numbers in forward; allowed: what follows from the observations alone")
+                raise ValueError("draws random numbers in forward; allowed: "
+                                 "what follows from the observations alone")
             if not all(torch.equal(a, b) for a, b in zip(first, second, strict=True)):
-                raise ValueError("gives two different answers to the same observations; what it remembers belongs into its state")
+                raise ValueError("gives two different answers to the same observations; "
+                                 "what it remembers belongs into its state")
         if not (first[0].requires_grad and self.parameters()):
             raise ValueError("has logits that depend on no parameter; allowed: a module that can learn")
 
     def _outputs(self, x: np.ndarray, state: torch.Tensor | None) -> tuple[torch.Tensor, ...]:
         n = len(x)
-        need = {"logits": (n, self.n_logits), "values": (n,)} | ({"state": (n, self.memory)} if self.memory else {})
+        need = {"logits": (n, self.n_logits), "values": (n,)} | (
+            {"state": (n, self.memory)} if self.memory else {}
+        )
         wanted = " and ".join(f"{name} f32{list(shape)}" for name, shape in need.items())
-        given = f"forward(observations f32{list(x.shape)}{f', state f32[{n}, {self.memory}]' if self.memory else ''})"
+        given = ("forward(observations "
+                 f"f32{list(x.shape)}{f', state f32[{n}, {self.memory}]' if self.memory else ''})")
         try:
             with one_torch_thread(), self.reproducible():
                 out: Any = self.run(x, state)
         except Exception as error:
-            raise ValueError(f"{given} raises {type(error).__name__}: {_first_line(error)}; it should give {wanted}") from error
-        if not isinstance(out, tuple) or len(out) != len(need) or not all(isinstance(o, torch.Tensor) for o in out):
+            raise ValueError(f"{given} raises {type(error).__name__}: {_first_line(error)}; "
+                             f"it should give {wanted}") from error
+        if (not isinstance(out, tuple) or len(out) != len(need)
+            or not all(isinstance(o, torch.Tensor) for o in out)):
             raise ValueError(f"{given} gives {_described(out)}; it should give {wanted}")
         for (name, shape), tensor in zip(need.items(), out, strict=True):
             if tuple(tensor.shape) != shape or tensor.dtype != torch.float32:
                 raise ValueError(f"{given} gives {name} {_described(tensor)}; it should give {wanted}")
             if tensor.device.type != torch.device(self.device).type:
-                raise ValueError(f"{given} gives {name} on {tensor.device}; its species thinks on {self.device!r}")
+                raise ValueError(f"{given} gives {name} on {tensor.device}; "
+                                 f"its species thinks on {self.device!r}")
             if not bool(torch.isfinite(tensor).all()):
                 raise ValueError(f"{given} gives {name} that are not finite; it should give {wanted}")
         return out
 
 
-def make(network: Callable[..., Any], n_observations: int, groups: tuple[int, ...], seed: int, device: str = "cpu") -> Brain | ModuleBrain:
-    """Return the brain of a network's class, or of a function that makes one: a `Brain` where it is a plain MLP and on the CPU.
+def make(network: Callable[..., Any], n_observations: int, groups: tuple[int, ...], seed: int,
+         device: str = "cpu") -> Brain | ModuleBrain:
+    """Return the brain of a network's class, or of a function that makes one:
+    a `Brain` where it is a plain MLP and on the CPU.
 
-    Its random weights follow from the seed. Raises ValueError where it cannot be made or is not what it has to be.
+    Its random weights follow from the seed. Raises ValueError where it cannot be made
+    or is not what it has to be.
     """
     return as_brain(made(network, n_observations, groups, seed), n_observations, groups, device)
 
 
 def made(network: Callable[..., Any], n_observations: int, groups: tuple[int, ...], seed: int) -> Any:
-    """Return `network(n_observations, groups)`, whose random weights follow from the seed; raises ValueError where it raises."""
+    """Return `network(n_observations, groups)`, whose random weights follow from the seed;
+    raises ValueError where it raises."""
     with torch.random.fork_rng(devices=[]), one_torch_thread():
         torch.manual_seed(seed)
         try:
             return network(n_observations, groups)
         except Exception as error:
-            raise ValueError(f"({n_observations}, {groups}) raises {type(error).__name__}: {_first_line(error)}") from error
+            raise ValueError(f"({n_observations}, {groups}) raises {type(error).__name__}: "
+                             f"{_first_line(error)}") from error
 
 
-def as_brain(module: Any, n_observations: int, groups: tuple[int, ...], device: str = "cpu") -> Brain | ModuleBrain:
-    """Return a module as the brain of a species: a `Brain` with its weights where it is a plain MLP on the CPU, else a `ModuleBrain`."""
+def as_brain(module: Any, n_observations: int, groups: tuple[int, ...],
+             device: str = "cpu") -> Brain | ModuleBrain:
+    """Return a module as the brain of a species: a `Brain` with its weights where it is a plain MLP on the
+    CPU, else a `ModuleBrain`."""
     if device == "cpu" and (weights := plain(module, n_observations, sum(groups))) is not None:
         brain = Brain(n_observations, groups, weights.hidden, 0, weights.trunk)
         brain.load(weights.state)
@@ -191,14 +225,18 @@ def memory_of(module: torch.nn.Module) -> int:
     except (TypeError, ValueError):
         return int(getattr(module, "memory", 0))
     positional = [p for p in taken if p.kind in (p.POSITIONAL_ONLY, p.POSITIONAL_OR_KEYWORD)]
-    takes_state = len([p for p in positional if p.default is p.empty]) > 1 or any(p.kind is p.VAR_POSITIONAL for p in taken)
+    takes_state = (len([p for p in positional if p.default is p.empty]) > 1
+                   or any(p.kind is p.VAR_POSITIONAL for p in taken))
     memory = getattr(module, "memory", 0)
     if isinstance(memory, bool) or not isinstance(memory, int) or memory < 0:
-        raise ValueError(f"has memory = {memory!r}; allowed: how many numbers each organism keeps, a whole number >= 0")
+        raise ValueError(f"has memory = {memory!r}; allowed: how many numbers each organism keeps, "
+                         "a whole number >= 0")
     if takes_state and not memory:
-        raise ValueError("takes a state in forward and says not how large it is: set self.memory to the numbers that each organism keeps")
+        raise ValueError("takes a state in forward and says not how large it is: "
+                         "set self.memory to the numbers that each organism keeps")
     if memory and len(positional) < 2 and not takes_state:
-        raise ValueError(f"has memory = {memory}, and its forward takes no state; allowed: forward(observations, state)")
+        raise ValueError(f"has memory = {memory}, and its forward takes no state; allowed: "
+                         "forward(observations, state)")
     return memory
 
 
@@ -212,7 +250,9 @@ def _filled(rows: np.ndarray) -> np.ndarray:
 
 def _described(value: Any) -> str:
     if isinstance(value, torch.Tensor):
-        return f"{str(value.dtype).removeprefix('torch.').replace('float', 'f').replace('int', 'i')}{list(value.shape)}"
+        return (
+            f"{str(value.dtype).removeprefix('torch.').replace('float', 'f').replace('int', 'i')}{list(value.shape)}"  # noqa: E501
+        )
     if isinstance(value, tuple):
         return f"({', '.join(_described(v) for v in value)})"
     return type(value).__name__

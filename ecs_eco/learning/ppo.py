@@ -1,6 +1,8 @@
-"""PPO for plain networks, several times as fast as autograd: the loss's slopes are a kernel, and the way back is by hand.
+"""PPO for plain networks, several times as fast as autograd: the loss's slopes are a kernel,
+and the way back is by hand.
 
-torch_ppo.py says what is done here, and decides all but the gradient and the optimiser's step; both are tested equal.
+torch_ppo.py says what is done here, and decides all but the gradient and the optimiser's step;
+both are tested equal.
 """
 
 from __future__ import annotations
@@ -18,7 +20,8 @@ from ecs_eco.learning.torch_ppo import TERMS, TorchLearner
 
 
 class Learner(TorchLearner):
-    """Trains a brain on what the population lived through; `store`, `credit`, `end`, `cut` are those of `rollout`.
+    """Trains a brain on what the population lived through; `store`, `credit`, `end`,
+    `cut` are those of `rollout`.
 
     A tick is: sense; credit, end, cut; if `full`, update with the values of what is sensed; decide; store.
     Results are the same bits for any number of `workers` (threads).
@@ -38,19 +41,23 @@ class Learner(TorchLearner):
         return None  # Adam is a kernel here
 
     def _optimiser_state(self) -> dict[str, np.ndarray]:
-        return {"moment_1": self.moment_1.copy(), "moment_2": self.moment_2.copy(), "steps": np.array(self.steps)}
+        return {"moment_1": self.moment_1.copy(), "moment_2": self.moment_2.copy(),
+                "steps": np.array(self.steps)}
 
     def _load_optimiser(self, state: dict[str, np.ndarray]) -> None:
         self.moment_1[...], self.moment_2[...] = state["moment_1"], state["moment_2"]
         self.steps = int(state["steps"])
 
     def _step(self, chosen: np.ndarray, rate: float, clip: float, shift: float, scale: float) -> np.ndarray:
-        """Take one step of Adam down the mean loss over transitions; return the terms and the gradient's norm."""
+        """Take one step of Adam down the mean loss over transitions;
+        return the terms and the gradient's norm."""
         brain, passes, ppo, rollout = self.brain, self._passes, self.ppo, self.rollout
         n_chunks = -(-len(chosen) // CHUNK)
         self._reserve(n_chunks)
         terms = np.zeros((n_chunks, len(TERMS) + 1))
-        weights = np.array([clip, ppo.clip_value, ppo.entropy, ppo.value_weight, shift, scale, 1 / len(chosen)], "f4")
+        weights = np.array(
+            [clip, ppo.clip_value, ppo.entropy, ppo.value_weight, shift, scale, 1 / len(chosen)], "f4"
+        )
 
         def work(worker: int) -> None:
             for chunk in range(worker, n_chunks, self.workers):

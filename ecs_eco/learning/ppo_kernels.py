@@ -1,4 +1,5 @@
-"""PPO's loss and Adam's step as kernels: what torch_ppo.py says in autograd, for networks whose slopes are known by hand."""
+"""PPO's loss and Adam's step as kernels: what torch_ppo.py says in autograd,
+for networks whose slopes are known by hand."""
 
 from __future__ import annotations
 
@@ -16,10 +17,11 @@ summing_njit: Any = partial(njit, fastmath={"contract", "reassoc"})
 
 @fused_njit
 def loss_slopes(
-    logits, values, offsets, choices, steps, index, clip, clip_value, entropy_weight, value_weight, shift, scale, share,
-    d_logits, d_values, terms,
+    logits, values, offsets, choices, steps, index, clip, clip_value, entropy_weight, value_weight, shift,
+    scale, share, d_logits, d_values, terms,
 ):  # fmt: skip
-    """Write the slope of the loss by each logit [k, n] and value [n], `share` per transition; add up the loss's terms.
+    """Write the slope of the loss by each logit [k, n] and value [n], `share` per transition;
+    add up the loss's terms.
 
     Loss = -min(r A, clip(r) A) - entropy_weight H + value_weight (V - R)^2, with r the ratio of the choice's
     probabilities now and then, A the advantage, R = A + V then (Schulman et al. 2017, eq. 7 and 9).
@@ -28,7 +30,8 @@ def loss_slopes(
     taken, lived = np.empty((n_groups, n), np.int64), np.empty((3, n), np.float32)
     log_sum_exp, entropy = np.empty((n_groups, n), np.float32), np.empty((n_groups, n), np.float32)
     ratio, log_ratio = np.zeros(n, np.float32), np.empty(n, np.float32)
-    for i in range(n):  # from all over memory: nothing else happens here, so that the next is fetched meanwhile
+    # from all over memory: nothing else happens here, so that the next is fetched meanwhile
+    for i in range(n):
         step = steps[index[i]]
         lived[0, i], lived[1, i], lived[2, i] = step.log_probability, step.value, step.advantage
         for g in range(n_groups):
@@ -66,7 +69,8 @@ def loss_slopes(
 
 @fused_njit
 def _value_slope(value, old, target, clip_value):
-    """Return slope and size of the squared error; with clip_value, that of the worse of the free and the held value."""
+    """Return slope and size of the squared error; with clip_value,
+    that of the worse of the free and the held value."""
     error = value - target
     if 0 < clip_value < abs(value - old):
         held = old + (clip_value if value > old else -clip_value)
@@ -77,9 +81,11 @@ def _value_slope(value, old, target, clip_value):
 
 @summing_njit
 def adam(weights, gradients, moment_1, moment_2, step, rate, epsilon, max_norm, decay=0.0):
-    """Take Adam's step (Kingma and Ba 2015, algorithm 1) down the sum of the gradients' rows; return its length.
+    """Take Adam's step (Kingma and Ba 2015, algorithm 1) down the sum of the gradients' rows;
+    return its length.
 
-    Weights decay apart from the gradient (Loshchilov and Hutter 2019). If the gradient is not finite, nothing changes.
+    Weights decay apart from the gradient (Loshchilov and Hutter 2019). If the gradient is not finite,
+    nothing changes.
     """
     gradient = gradients[0]
     for c in range(1, len(gradients)):
@@ -98,5 +104,7 @@ def adam(weights, gradients, moment_1, moment_2, step, rate, epsilon, max_norm, 
         slope = gradient[i] * hold
         moment_1[i] += np.float32(0.1) * (slope - moment_1[i])
         moment_2[i] += np.float32(0.001) * (slope * slope - moment_2[i])
-        weights[i] = weights[i] * keep - scale * moment_1[i] / (np.sqrt(moment_2[i]) * root + np.float32(epsilon))
+        weights[i] = weights[i] * keep - scale * moment_1[i] / (
+            np.sqrt(moment_2[i]) * root + np.float32(epsilon)
+        )
     return norm

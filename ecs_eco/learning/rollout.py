@@ -1,4 +1,5 @@
-"""Rollout: the transitions of a population that changes while they are collected, one flat log in order of time."""
+"""Rollout: the transitions of a population that changes while they are collected,
+one flat log in order of time."""
 
 from __future__ import annotations
 
@@ -38,7 +39,8 @@ class Rollout:
         self.last = np.empty(0, np.int64)  # row -> its open record, -1: none
 
     observations = property(lambda self: self._observations[: self.n], doc="f32[n, n_observations]")
-    memory = property(lambda self: self._memory[: self.n], doc="f32[n, memory] that the decision was made with")
+    memory = property(lambda self: self._memory[: self.n],
+                      doc="f32[n, memory] that the decision was made with")
     choices = property(lambda self: self._choices[: self.n], doc="i16[n, n_groups]")
     steps = property(lambda self: self._steps[: self.n], doc="STEP[n]")
     ended = property(lambda self: self._ended[: self.n], doc="bool[n]")
@@ -57,7 +59,8 @@ class Rollout:
         values: np.ndarray,
         memory: np.ndarray | None = None,
     ) -> None:
-        """Append one tick: i64[n] rows that act, f32[n, n_observations], int[n, n_groups], f32[n], f32[n], f32[n, memory]."""
+        """Append one tick: i64[n] rows that act, f32[n, n_observations], int[n, n_groups], f32[n],
+        f32[n], f32[n, memory]."""
         start, stop = self.n, self.n + len(rows)
         if stop > len(self._ended):
             self._grow(stop)
@@ -75,7 +78,8 @@ class Rollout:
         self.ticks += 1
 
     def credit(self, rows: np.ndarray, rewards: np.ndarray) -> None:
-        """Add rewards f32[n] to the open records of rows i64[n]; rows without one (newborn) are passed over."""
+        """Add rewards f32[n] to the open records of rows i64[n]; rows without one (newborn) are passed over.
+        """
         self._cover(rows)
         _credit(self._steps, self.last, rows, rewards)
 
@@ -85,11 +89,13 @@ class Rollout:
         _end(self._steps, self._ended, self.last, rows, rewards)
 
     def cut(self, rows: np.ndarray, rewards: np.ndarray, values: np.ndarray) -> None:
-        """Add the last rewards f32[n] of rows that a time limit takes away; they expected values f32[n] of the rest."""
+        """Add the last rewards f32[n] of rows that a time limit takes away;
+        they expected values f32[n] of the rest."""
         self.end(rows, rewards + np.float32(self.discount) * values)
 
     def advantages(self, rows: np.ndarray, values: np.ndarray, gae_lambda: float) -> None:
-        """Fill in the advantages (Schulman et al. 2016, eq. 16); rows now alive expect values f32[n] of what comes."""
+        """Fill in the advantages (Schulman et al. 2016, eq. 16);
+        rows now alive expect values f32[n] of what comes."""
         self._cover(rows)
         later = np.full(len(self.last), np.nan, np.float32)
         later[rows] = values
@@ -104,22 +110,26 @@ class Rollout:
     def joined(cls, parts: Sequence[Rollout]) -> Rollout:
         """Return one log of several whose advantages are known; its rows mean nothing."""
         first = parts[0]
-        out = cls(first._observations.shape[1], first._choices.shape[1], first.discount, first._memory.shape[1])
+        out = cls(first._observations.shape[1], first._choices.shape[1], first.discount,
+                  first._memory.shape[1])
         columns = ((p.observations, p.choices, p.memory, p.steps, p.ended) for p in parts)
         out._observations, out._choices, out._memory, out._steps, out._ended = (
             np.concatenate(column) for column in zip(*columns, strict=True)
         )
         row = 0
-        for part, n in zip(parts, np.cumsum([p.n for p in parts]), strict=True):  # no two animals of different parts have one row
+        # no two animals of different parts have one row
+        for part, n in zip(parts, np.cumsum([p.n for p in parts]), strict=True):
             out._steps["row"][n - part.n : n] += row
             row += int(part.steps["row"].max(initial=-1)) + 1
         out.n, out.ticks = len(out._ended), max(p.ticks for p in parts)
         return out
 
     def stretches(self, longest: int) -> tuple[np.ndarray, np.ndarray]:
-        """Return the transitions i64[n], life by life in order of time, and where in them each stretch of a life begins.
+        """Return the transitions i64[n], life by life in order of time,
+        and where in them each stretch of a life begins.
 
-        The latter, i64[stretches + 1], ends with n; a stretch has `longest` transitions, the last one of a life fewer.
+        The latter, i64[stretches + 1], ends with n; a stretch has `longest` transitions,
+        the last one of a life fewer.
         """
         order, follows = _lives(self.steps["row"], self.ended)
         begins = np.concatenate([[True], ~follows])[: self.n]
@@ -153,11 +163,13 @@ class Rollout:
                 raise ValueError(f"{name} of the rollout have {have} columns; this one needs {need}")
         n, last, row = len(state["ended"]), np.array(state["last"]), state["row"]
         if wrong := [name for name in (*flat, *_FIELDS) if len(state[name]) != n]:
-            raise ValueError(f"{wrong[0]} of the rollout has {len(state[wrong[0]])} transitions, and ended has {n}")
+            raise ValueError(f"{wrong[0]} of the rollout has {len(state[wrong[0]])} transitions, "
+                             f"and ended has {n}")
         if last.dtype != np.int64 or (last.size and not -1 <= last.min() <= last.max() < n):
             raise ValueError(f"last of the rollout points beyond its {n} transitions, or back before them")
         if n and not 0 <= row.min() <= row.max() < len(last):
-            raise ValueError(f"row of the rollout is {row.min()} to {row.max()}; allowed: 0 to {len(last) - 1}")
+            raise ValueError(f"row of the rollout is {row.min()} to {row.max()}; allowed: "
+                             f"0 to {len(last) - 1}")
         self.n, self.ticks = 0, int(state["ticks"])
         if n > len(self._ended):
             self._grow(n)
@@ -169,7 +181,8 @@ class Rollout:
             self.steps[name] = state[name]
 
     def by_uid(self, rows: np.ndarray) -> dict[str, np.ndarray]:
-        """Return a `state()` that says who did what next instead of rows; `rows` i64[n] are the living in the order of uids.
+        """Return a `state()` that says who did what next instead of rows;
+        `rows` i64[n] are the living in the order of uids.
 
         `next` is the record that follows each in one life, `open` the last of each of the living; -1 is none.
         """
@@ -178,7 +191,8 @@ class Rollout:
         order, follows = _lives(row, ended)
         state["next"] = np.full(len(row), -1, np.int64)
         state["next"][order[:-1][follows]] = order[1:][follows]
-        state["open"] = np.concatenate([last, np.full(max(0, int(rows.max(initial=-1)) + 1 - len(last)), -1)])[rows]
+        state["open"] = np.concatenate([last,
+                                        np.full(max(0, int(rows.max(initial=-1)) + 1 - len(last)), -1)])[rows]
         return state
 
     def reorder(self, order: np.ndarray) -> None:
@@ -210,7 +224,8 @@ class Rollout:
 
 
 def _lives(row: np.ndarray, ended: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the records i64[n] ordered by row, then time, and whether each but the first goes on with the life before it, bool[n - 1]."""
+    """Return the records i64[n] ordered by row, then time, and whether each but the first goes on with the
+    life before it, bool[n - 1]."""
     order = np.argsort(row, kind="stable")
     return order, (row[order[1:]] == row[order[:-1]]) & ~ended[order[:-1]]
 

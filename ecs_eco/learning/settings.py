@@ -22,19 +22,26 @@ class PPO:
     horizon: int = _setting(64, 1, math.inf, "ticks of one rollout")
     learning_rate: float = _setting(3e-4, 0, math.inf, "step size of Adam", above=True)
     discount: float = _setting(0.99, 0, 1, "weight of a reward one tick later")
-    gae_lambda: float = _setting(0.95, 0, 1, "0: one-step advantages; 1: Monte Carlo (Schulman et al. 2016, eq. 16)")
+    gae_lambda: float = _setting(0.95, 0, 1,
+                                 "0: one-step advantages; 1: Monte Carlo (Schulman et al. 2016, eq. 16)")
     epochs: int = _setting(3, 1, math.inf, "how often each transition is used")
     minibatch: int = _setting(8192, 1, math.inf, "most transitions per gradient step; parts are equal")
     unroll: int = _setting(16, 1, math.inf, "ticks that gradients go back, of a network with a memory")
-    clip: float = _setting(0.2, 0, math.inf, "how far the ratio of probabilities may leave 1 with profit", above=True)
-    clip_value: float = _setting(0.0, 0, math.inf, "how far the value may leave its old one with profit; 0: any way")
+    clip: float = _setting(0.2, 0, math.inf, "how far the ratio of probabilities may leave 1 with profit",
+                           above=True)
+    clip_value: float = _setting(0.0, 0, math.inf,
+                                 "how far the value may leave its old one with profit; 0: any way")
     entropy: float = _setting(0.01, 0, math.inf, "weight of the entropy bonus")
     value_weight: float = _setting(0.5, 0, math.inf, "weight of the mean squared error of the value")
     max_grad_norm: float = _setting(0.5, 0, math.inf, "longest gradient of a minibatch; 0: any length")
-    normalise_advantage: bool = _setting(True, False, True, "bring a rollout's advantages to mean 0, deviation 1")
-    anneal: int = _setting(0, 0, math.inf, "ticks over which learning rate and clip fall linearly to 0; 0: constant")
+    normalise_advantage: bool = _setting(True, False, True,
+                                         "bring a rollout's advantages to mean 0, deviation 1")
+    anneal: int = _setting(0, 0, math.inf,
+                           "ticks over which learning rate and clip fall linearly to 0; 0: constant")
     adam_epsilon: float = _setting(1e-5, 0, math.inf, "added to the root of Adam's second moment", above=True)
-    weight_decay: float = _setting(0.0, 0, math.inf, "share of each weight lost per step, in units of the learning rate (AdamW)")
+    weight_decay: float = _setting(
+        0.0, 0, math.inf, "share of each weight lost per step, in units of the learning rate (AdamW)"
+    )
 
     def __post_init__(self) -> None:
         for f in fields(self):

@@ -1,6 +1,7 @@
 """One learner for several worlds: each collects a rollout of its own, and one update learns from all of them.
 
-What a policy meets in one world alone (one density of prey, one hour of the day) is then never all that an update sees.
+What a policy meets in one world alone (one density of prey,
+one hour of the day) is then never all that an update sees.
 """
 
 from __future__ import annotations
@@ -19,7 +20,8 @@ class SharedLearner:
         self.shares = [Share(self) for _ in range(worlds)]
 
     def meet(self) -> dict[str, float] | None:
-        """Learn if all that take part are ready; return what `Learner.update` does, None while others still collect."""
+        """Learn if all that take part are ready; return what `Learner.update` does,
+        None while others still collect."""
         taking = [share for share in self.shares if share.active]
         if any(share.ready is None for share in taking):
             return None
@@ -35,7 +37,9 @@ class Share:
     def __init__(self, together: SharedLearner) -> None:
         brain, ppo = together.learner.brain, together.learner.ppo
         self.together, self.active = together, True
-        self.rollout, self._spare = (Rollout(brain.n_observations, len(brain.groups), ppo.discount, brain.memory) for _ in range(2))
+        self.rollout, self._spare = (
+            Rollout(brain.n_observations, len(brain.groups), ppo.discount, brain.memory) for _ in range(2)
+        )
         self.ready: Rollout | None = None  # with advantages, waiting for the others
 
     @property
@@ -56,7 +60,8 @@ class Share:
             self._spare, self.ready = self.ready, None
 
     def renew(self, active: bool) -> None:
-        """Begin in another world: what was not learnt from is forgotten; whether it takes part from here on."""
+        """Begin in another world: what was not learnt from is forgotten; whether it takes part from here on.
+        """
         self.forget()
         self.rollout.clear()
         self.active = active

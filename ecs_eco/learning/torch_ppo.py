@@ -1,9 +1,11 @@
-"""Proximal policy optimisation (Schulman et al. 2017) for any torch module, in a population that is born and dies while it learns.
+"""Proximal policy optimisation (Schulman et al. 2017) for any torch module,
+in a population that is born and dies while it learns.
 
-Read from top to bottom: `TorchLearner.update` fills in the advantages and calls `fit`; `fit` goes through the rollout in epochs of
-minibatches; `_step` takes one step of the optimiser; `_replay` lets the module decide again, along stored sequences where
-it has a memory; `ppo_loss` is the loss. The hyperparameters are in settings.py, the log of transitions, with the sweep
-that makes its advantages, in rollout.py, and what a module must be in module_brain.py.
+Read from top to bottom: `TorchLearner.update` fills in the advantages and calls `fit`; `fit` goes through the
+rollout in epochs of minibatches; `_step` takes one step of the optimiser; `_replay` lets the module decide
+again, along stored sequences where it has a memory; `ppo_loss` is the loss. The hyperparameters are in
+settings.py, the log of transitions, with the sweep that makes its advantages, in rollout.py, and what a
+module must be in module_brain.py.
 """
 
 from __future__ import annotations
@@ -19,12 +21,14 @@ from ecs_eco.engine.threads import in_parallel
 from ecs_eco.learning.rollout import Rollout
 from ecs_eco.learning.settings import PPO
 
-CHUNK = 2048  # transitions that go through a module at once: fixed, so that sums do not depend on the number of workers
+# transitions that go through a module at once: fixed, so that sums do not depend on the number of workers
+CHUNK = 2048
 TERMS = ("policy_loss", "value_loss", "entropy", "approx_kl", "clip_fraction")
 
 
 class TorchLearner:
-    """Trains a brain on what the population lived through; `store`, `credit`, `end`, `cut` are those of `rollout`.
+    """Trains a brain on what the population lived through; `store`, `credit`, `end`,
+    `cut` are those of `rollout`.
 
     A tick is: sense; credit, end, cut; if `full`, update with the values of what is sensed; decide; store.
     Results on the CPU are the same bits for any number of `workers` (threads).
@@ -42,10 +46,12 @@ class TorchLearner:
         return self.rollout.ticks >= self.ppo.horizon
 
     def update(self, rows: np.ndarray, values: np.ndarray) -> dict[str, float] | None:
-        """Learn from the rollout and clear it; `values` f32[n] are those of what the living `rows` i64[n] sense now.
+        """Learn from the rollout and clear it; `values` f32[n] are those
+        of what the living `rows` i64[n] sense now.
 
-        Returns means over all gradient steps: policy_loss, value_loss, entropy [nat], approx_kl [nat], clip_fraction,
-        gradient_norm; and explained_variance, reward (per transition), learning_rate, n_transitions.
+        Returns means over all gradient steps: policy_loss, value_loss, entropy [nat], approx_kl [nat],
+        clip_fraction, gradient_norm; and explained_variance, reward (per transition), learning_rate,
+        n_transitions.
         """
         self.rollout.advantages(rows, values, self.ppo.gae_lambda)
         return self.fit()
@@ -75,7 +81,8 @@ class TorchLearner:
                     steps += 1
                     if not np.isfinite(terms[-1]):
                         raise FloatingPointError(
-                            f"update {self.updates}: the gradient is {terms[-1]}; observations, rewards and values must be finite"
+                            f"update {self.updates}: the gradient is {terms[-1]}; observations, "
+                            "rewards and values must be finite"
                         )
         terms /= max(1, steps)
         rollout.clear()
@@ -83,10 +90,13 @@ class TorchLearner:
         return dict(zip((*TERMS, "gradient_norm"), terms.tolist(), strict=True)) | report
 
     def _optimiser(self) -> torch.optim.Optimizer:
-        """Return Adam (Kingma and Ba 2015); weights decay apart from the gradient (Loshchilov and Hutter 2019)."""
+        """Return Adam (Kingma and Ba 2015); weights decay apart from the gradient (Loshchilov
+        and Hutter 2019)."""
         ppo, parameters = self.ppo, self.brain.parameters()
-        optimiser = torch.optim.AdamW(parameters, ppo.learning_rate, eps=ppo.adam_epsilon, weight_decay=ppo.weight_decay)
-        for p in parameters:  # torch would do so at the first step: a checkpoint has the same parts before and after
+        optimiser = torch.optim.AdamW(parameters, ppo.learning_rate, eps=ppo.adam_epsilon,
+                                      weight_decay=ppo.weight_decay)
+        # torch would do so at the first step: a checkpoint has the same parts before and after
+        for p in parameters:
             zeros = torch.zeros_like(p.detach())
             optimiser.state[p] = {"step": torch.tensor(0.0), "exp_avg": zeros, "exp_avg_sq": zeros.clone()}
         return optimiser
@@ -94,7 +104,8 @@ class TorchLearner:
     def _step(self, chosen: np.ndarray, rate: float, clip: float, shift: float, scale: float) -> np.ndarray:
         """Take one step of the optimiser down the mean loss over transitions, or stretches, `chosen` i64[k].
 
-        Returns the means of the loss's terms and the gradient's norm; where that is not finite nothing changes.
+        Returns the means of the loss's terms and the gradient's norm;
+        where that is not finite nothing changes.
         """
         parameters = self.brain.parameters()
         pieces = list(self._pieces(chosen))
@@ -110,32 +121,38 @@ class TorchLearner:
         with self.brain.reproducible():
             in_parallel(work, self.workers if self.brain.device == "cpu" else 1)
             for parameter, *parts in zip(parameters, *gradients, strict=True):
-                parameter.grad = sum(part if part is not None else torch.zeros_like(parameter) for part in parts)
+                parameter.grad = sum(part if part is not None else torch.zeros_like(parameter)
+                                     for part in parts)
             norm = float(torch.nn.utils.clip_grad_norm_(parameters, self.ppo.max_grad_norm or np.inf))
             if np.isfinite(norm):
                 for group in self.optimiser.param_groups:
-                    group.update({"lr": rate, "eps": self.ppo.adam_epsilon, "weight_decay": self.ppo.weight_decay})
+                    group.update({"lr": rate, "eps": self.ppo.adam_epsilon,
+                                  "weight_decay": self.ppo.weight_decay})
                 self.optimiser.step()
         total: np.ndarray = terms.sum(axis=0) / n
         total[-1] = norm
         return total
 
-    def _loss(self, piece: np.ndarray, clip: float, shift: float, scale: float) -> tuple[torch.Tensor, list[float]]:
+    def _loss(self, piece: np.ndarray, clip: float, shift: float,
+              scale: float) -> tuple[torch.Tensor, list[float]]:
         """Return the summed loss of a piece of a minibatch, and the sums of its terms."""
         logits, values, index = self._replay(piece)
         rollout, device = self.rollout, self.brain.device
         step = rollout.steps[index]
-        old = {name: torch.from_numpy(step[name].copy()).to(device) for name in ("log_probability", "value", "advantage")}
+        old = {name: torch.from_numpy(step[name].copy()).to(device)
+               for name in ("log_probability", "value", "advantage")}
         choices = torch.from_numpy(rollout.choices[index].astype(np.int64)).to(device)
-        loss, terms = ppo_loss(logits, values, choices, self.brain.groups, old, self.ppo, clip, self.ppo.entropy, shift, scale)
+        loss, terms = ppo_loss(logits, values, choices, self.brain.groups, old, self.ppo, clip,
+                               self.ppo.entropy, shift, scale)
         return loss.sum(), [float(term.detach().sum()) for term in terms]
 
     def _replay(self, piece: np.ndarray) -> tuple[torch.Tensor, torch.Tensor, np.ndarray]:
-        """Return logits [n, k] and values [n] of a piece as the module sees it now, and its transitions i64[n].
+        """Return logits [n, k] and values [n] of a piece as the module sees it now,
+        and its transitions i64[n].
 
-        A module with a memory starts each stretch from the state that was stored there, and gradients go back to the
-        stretch's beginning: truncated backpropagation through time (Williams and Peng 1990). Longer stretches come first, so that those
-        which are still going on in step t are the first so many.
+        A module with a memory starts each stretch from the state that was stored there, and gradients go back
+        to the stretch's beginning: truncated backpropagation through time (Williams and Peng 1990). Longer
+        stretches come first, so that those which are still going on in step t are the first so many.
         """
         rollout = self.rollout
         if not self.brain.memory:
@@ -161,7 +178,8 @@ class TorchLearner:
             yield chosen[start : start + size]
 
     def by_uid(self, rows: np.ndarray) -> dict[str, np.ndarray]:
-        """Return a `state()` in which organisms stand by uid, not by row; `rows` i64[n] are the living in the order of uids."""
+        """Return a `state()` in which organisms stand by uid, not by row;
+        `rows` i64[n] are the living in the order of uids."""
         kept = {key: array for key, array in self.state().items() if not key.startswith("rollout.")}
         return kept | {f"rollout.{key}": array for key, array in self.rollout.by_uid(rows).items()}
 
@@ -189,7 +207,8 @@ class TorchLearner:
         """Return the optimiser's numbers as "optimiser.PARAMETER.WHAT"."""
         names = list(self.brain.named())
         return {f"optimiser.{names[i]}.{word}": torch.as_tensor(value).detach().cpu().numpy().copy()
-                for i, held in self.optimiser.state_dict()["state"].items() for word, value in held.items()}  # fmt: skip
+                for i, held in self.optimiser.state_dict()["state"].items()
+                for word, value in held.items()}  # fmt: skip
 
     def _load_optimiser(self, state: dict[str, np.ndarray]) -> None:
         numbers: dict[int, dict[str, torch.Tensor]] = {}
@@ -198,9 +217,11 @@ class TorchLearner:
             if key.startswith("optimiser."):
                 name, _, word = key.removeprefix("optimiser.").rpartition(".")
                 if name not in names:
-                    raise ValueError(f"{key}: this network has no parameter {name}; it has {', '.join(names)}")
+                    raise ValueError(f"{key}: this network has no parameter {name}; "
+                                     f"it has {', '.join(names)}")
                 numbers.setdefault(names.index(name), {})[word] = torch.from_numpy(np.array(array))
-        self.optimiser.load_state_dict({"state": numbers, "param_groups": self.optimiser.state_dict()["param_groups"]})
+        self.optimiser.load_state_dict({"state": numbers,
+                                        "param_groups": self.optimiser.state_dict()["param_groups"]})
 
 
 def ppo_loss(
@@ -215,10 +236,12 @@ def ppo_loss(
     shift: float | torch.Tensor = 0.0,
     scale: float | torch.Tensor = 1.0,
 ) -> tuple[torch.Tensor, tuple[torch.Tensor, ...]]:
-    """Return PPO's loss of each transition, f32[n], and its `TERMS`, each f32[n] (Schulman et al. 2017, eq. 7 and 9).
+    """Return PPO's loss of each transition, f32[n], and its `TERMS`, each f32[n] (Schulman et al. 2017,
+    eq. 7 and 9).
 
-    `logits` f32[n, sum(groups)] and `values` f32[n] are those of now; `choices` i64[n, len(groups)] and `old` (log_probability,
-    value, advantage, each f32[n]) those of then. Advantages are taken as (A - shift) * scale.
+    `logits` f32[n, sum(groups)] and `values` f32[n] are those of now; `choices` i64[n, len(groups)] and `old`
+    (log_probability, value, advantage, each f32[n]) those of then. Advantages are taken as (A - shift) *
+    scale.
     """
     log_probability, entropy = torch.zeros_like(values), torch.zeros_like(values)
     for g, group in enumerate(torch.split(logits, list(groups), dim=1)):

@@ -23,7 +23,8 @@ if TYPE_CHECKING:
 
 @dataclass
 class Training:
-    """What a training leaves: the brain, each finished episode's return, and the environment steps taken by its end."""
+    """What a training leaves: the brain, each finished episode's return,
+    and the environment steps taken by its end."""
 
     brain: Brain | ModuleBrain
     returns: list[float] = field(default_factory=list)
@@ -31,7 +32,8 @@ class Training:
     reports: list[dict[str, float]] = field(default_factory=list)  # of each update
 
     def steps_to(self, threshold: float, episodes: int = 100) -> int | None:
-        """Return the environment steps at which the mean return of the last `episodes` first reached the threshold."""
+        """Return the environment steps at which the mean return of the last `episodes` first reached the
+        threshold."""
         if len(self.returns) < episodes:
             return None
         sums = np.cumsum([0.0, *self.returns])
@@ -51,12 +53,14 @@ def train(
     network: Callable[..., Any] | None = None,
     device: str = "cpu",
 ) -> Training:
-    """Train a new brain for `total_steps` steps of all environments together, or until an update after which `stop`.
+    """Train a new brain for `total_steps` steps of all environments together,
+    or until an update after which `stop`.
 
     It is the built-in network, or `network(n_observations, groups)`, any torch module (see module_brain.py).
-    Takes Discrete or MultiDiscrete actions and array observations, with autoreset in the next or in the same step.
-    A time limit is no death: what would have followed is estimated by the value of the final observation.
-    Every step of every environment counts, also those that only reset it. Raises ValueError for other spaces or modes.
+    Takes Discrete or MultiDiscrete actions and array observations, with autoreset in the next or in the same
+    step. A time limit is no death: what would have followed is estimated by the value of the final
+    observation. Every step of every environment counts, also those that only reset it. Raises ValueError for
+    other spaces or modes.
     """
     groups, first = _groups(envs)
     resets_itself = _resets_in_same_step(envs)
@@ -75,9 +79,11 @@ def train(
             if stop and stop(training):
                 break
             logits, values, later = _think(brain, seen, memory, split)
-        choose(logits, brain.offsets, generator.random(choice.shape, dtype=np.float32), choice, log_probability)
+        choose(logits, brain.offsets, generator.random(choice.shape, dtype=np.float32), choice,
+               log_probability)
         live = everyone[~over]  # the others only reset in this step, and ignore their action
-        rollout.store(live, seen[live], choice[live], log_probability[live], values[live], memory[live] if brain.memory else None)
+        rollout.store(live, seen[live], choice[live], log_probability[live], values[live],
+                      memory[live] if brain.memory else None)
         observed, rewards, dead, late, info = envs.step((choice + first).reshape(envs.action_space.shape))
         seen, rewards = _flat(observed), np.asarray(rewards, np.float32)
         score[live] += rewards[live]
@@ -96,8 +102,8 @@ def train(
     return training
 
 
-def _brain(network: Callable[..., Any] | None, n_observations: int, groups: tuple[int, ...], hidden: tuple[int, ...], trunk: str,
-           seed: int, device: str) -> Brain | ModuleBrain:
+def _brain(network: Callable[..., Any] | None, n_observations: int, groups: tuple[int, ...],
+           hidden: tuple[int, ...], trunk: str, seed: int, device: str) -> Brain | ModuleBrain:
     if network is None and device == "cpu":
         return Brain(n_observations, groups, hidden, seed, trunk)
     from ecs_eco.learning.mlp import MLP
@@ -106,7 +112,8 @@ def _brain(network: Callable[..., Any] | None, n_observations: int, groups: tupl
     return make(network or partial(MLP, hidden=hidden, trunk=trunk), n_observations, groups, seed, device)
 
 
-def _think(brain: Any, seen: np.ndarray, memory: np.ndarray, split: Split | None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _think(brain: Any, seen: np.ndarray, memory: np.ndarray,
+           split: Split | None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return logits, values and the memories that follow."""
     if brain.memory:
         recalled: tuple[np.ndarray, np.ndarray, np.ndarray] = brain.recall(seen, memory, split)
@@ -139,7 +146,8 @@ def _groups(envs: Any) -> tuple[tuple[int, ...], np.ndarray]:
 
 def _resets_in_same_step(envs: VectorEnv) -> bool:
     if envs.single_observation_space.shape is None:
-        raise ValueError(f"observation space {envs.single_observation_space}: allowed are arrays (Box); flatten others")
+        raise ValueError(f"observation space {envs.single_observation_space}: allowed are arrays (Box); "
+                         "flatten others")
     mode = getattr(envs.metadata.get("autoreset_mode"), "name", None)
     if mode not in ("NEXT_STEP", "SAME_STEP"):
         raise ValueError(f"metadata['autoreset_mode'] of {envs} is {mode}: allowed is NEXT_STEP or SAME_STEP")

@@ -1,4 +1,5 @@
-"""Files of trained policies: safetensors with a seal, a SHA-256 of all weights, so that no damaged policy lives in a world.
+"""Files of trained policies: safetensors with a seal, a SHA-256 of all weights,
+so that no damaged policy lives in a world.
 
 Files of other origin have none, and are taken as they are.
 """
@@ -25,7 +26,8 @@ def save(path: str | Path, weights: Weights) -> Path:
 
 
 def load(path: str | Path) -> dict[str, np.ndarray]:
-    """Return the weights in a file; raises ValueError where they are not those that were sealed, or no weights, OSError."""
+    """Return the weights in a file; raises ValueError where they are not those that were sealed,
+    or no weights, OSError."""
     return read(Path(path).read_bytes())
 
 
@@ -36,7 +38,8 @@ def read(content: bytes) -> dict[str, np.ndarray]:
 
     try:
         weights = parsed(content)
-        metadata = json.loads(content[8 : 8 + int.from_bytes(content[:8], "little")]).get("__metadata__") or {}
+        metadata = (json.loads(content[8 : 8 + int.from_bytes(content[:8], "little")]).get("__metadata__")
+                    or {})
     except (SafetensorError, TypeError, KeyError, AttributeError, OverflowError, ValueError) as error:
         raise ValueError(f"is no file of weights: {error}") from None
     if SEAL in metadata and metadata[SEAL] != seal_of(weights):

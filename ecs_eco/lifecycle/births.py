@@ -26,7 +26,8 @@ TRIES = 8  # places tried before a birth fails for lack of room
 
 
 def life_history(table: Table, way: Any) -> tuple[Any, ...]:
-    """Return (own, age_min, energy_min, energy_given, litter, choice): each a column, or the species' value as an array of one.
+    """Return (own, age_min, energy_min, energy_given, litter, choice): each a column,
+    or the species' value as an array of one.
 
     `own` says which: the value of a row is at [row] where it is true, at [0] where it is not.
     """
@@ -35,24 +36,28 @@ def life_history(table: Table, way: Any) -> tuple[Any, ...]:
         return True, h.age_min, h.energy_min, h.energy_given, h.litter, h.choice
     known = table.species.life_history
     if known is None or known[0] is not way:
-        values = (np.array([v], np.float32) for v in (way.age_min, way.energy_min, way.energy_given, way.litter))
+        values = (np.array([v], np.float32)
+                  for v in (way.age_min, way.energy_min, way.energy_given, way.litter))
         choice = np.array([CHOICES.index(getattr(way, "choice", "nearest"))], np.uint8)
         known = table.species.life_history = (way, (False, *values, choice))
     return known[1]
 
 
 def room(table: Table, wanted: int) -> int:
-    """Return how many of `wanted` newborn there is room for: `max_count` minus the living and the births pending."""
+    """Return how many of `wanted` newborn there is room for:
+    `max_count` minus the living and the births pending."""
     most = table.species.max_count
     return wanted if most is None else max(0, min(wanted, most - table.n - table.waiting))
 
 
-def bring_forth(table: Table, world: SpatialWorld, way: Any, parents: np.ndarray, number: np.ndarray, given: np.ndarray,
+def bring_forth(table: Table, world: SpatialWorld, way: Any, parents: np.ndarray, number: np.ndarray,
+                given: np.ndarray,
                 fathers: np.ndarray | None = None, sperm: np.ndarray | None = None) -> np.ndarray:
-    """Request `number` i64[k] newborn of each parent (rows i64[k] in the order of uids); return how many there was room for.
+    """Request `number` i64[k] newborn of each parent (rows i64[k] in the order of uids);
+    return how many there was room for.
 
-    Each newborn gets the energy `given` f32[k]; the caller takes it from the parent. `fathers` are uids u64[k], dead or
-    alive, `sperm` u8[k, loci] their genomes.
+    Each newborn gets the energy `given` f32[k]; the caller takes it from the parent. `fathers` are uids
+    u64[k], dead or alive, `sperm` u8[k, loci] their genomes.
     """
     n = room(table, int(number.sum()))
     which = np.repeat(np.arange(parents.size), number)[:n]
@@ -70,7 +75,8 @@ def bring_forth(table: Table, world: SpatialWorld, way: Any, parents: np.ndarray
         second = None if fathers is None else fathers[which]
         if (heredity := table.species.heredity) is not None:
             living = None if second is None else rows_of(table, second)
-            values |= heredity.offspring(world, table, mothers, living, identity, **({} if sperm is None else {"sperm": sperm[which]}))
+            values |= heredity.offspring(world, table, mothers, living, identity,
+                                         **({} if sperm is None else {"sperm": sperm[which]}))
         table.request(table.uid[mothers], values, second)
     return np.bincount(which, minlength=parents.size)
 
@@ -82,10 +88,12 @@ def newborn(table: Table, world: SpatialWorld, places: np.ndarray, identity: np.
     `identity` u64[k] identifies each one's random draws.
     """
     turn = random.draw_many(world.key, identity, random.SEX + (1 << 8))
-    values: dict[tuple[type, str], np.ndarray] = {(Position, axis): places[:, i] for i, axis in enumerate("xyz")}
+    values: dict[tuple[type, str], np.ndarray] = {(Position, axis): places[:, i]
+                                                  for i, axis in enumerate("xyz")}
     values |= {(Position, "heading"): turn * np.float32(6.2831855), (Metabolism, "energy"): energy}
     if table.species.sex == "random":
-        values[Biology, "sex"] = np.where(random.draw_many(world.key, identity, random.SEX) < 0.5, 1, 2).astype(np.uint8)
+        values[Biology, "sex"] = np.where(random.draw_many(world.key, identity, random.SEX) < 0.5, 1,
+                                          2).astype(np.uint8)
     return values
 
 
@@ -97,8 +105,10 @@ def rows_of(table: Table, uids: np.ndarray) -> np.ndarray:
     return np.where(known[at] == uids, rows[at], -1)
 
 
-def find_places(table: Table, world: SpatialWorld, parents: np.ndarray, identity: np.ndarray, way: Any) -> np.ndarray:
-    """Return (x, y, z, whether there is room) for each newborn of `parents` i64[k], drawn for `identity` u64[k]: f32[k, 4]."""
+def find_places(table: Table, world: SpatialWorld, parents: np.ndarray,
+                identity: np.ndarray, way: Any) -> np.ndarray:
+    """Return (x, y, z, whether there is room) for each newborn of `parents` i64[k],
+    drawn for `identity` u64[k]: f32[k, 4]."""
     space, p, own = world.space, table[Position], world.index(table)
     out = np.zeros((parents.size, 4), np.float32)
     radius = float(table.defaults[Body]["radius"])
@@ -107,16 +117,17 @@ def find_places(table: Table, world: SpatialWorld, parents: np.ndarray, identity
     homeless = np.arange(parents.size)
     for attempt in range(TRIES):
         out[homeless, 3] = 0
-        _place(homeless, identity, p.x[parents], p.y[parents], p.z[parents], near, np.float32(way.spacing), own.x, own.y, own.z, own.start,
-               space.reach(max(way.spacing, 1e-3)), *space.shape, space.inverse, space.lengths, space.torus, space.volume, ground, inverse,
-               world.key, attempt, out)
+        _place(homeless, identity, p.x[parents], p.y[parents], p.z[parents], near, np.float32(way.spacing),
+               own.x, own.y, own.z, own.start,
+               space.reach(max(way.spacing, 1e-3)), *space.shape, space.inverse, space.lengths, space.torus,
+               space.volume, ground, inverse, world.key, attempt, out)
         taken = np.zeros(parents.size, np.bool_)
         for other in world.tables.values():
             if other.n and other.species.opaque and Body in other:
                 index = world.index(other)
                 s = np.float32(radius + other.species.radius)
-                _occupied(out, index.x, index.y, index.z, index.start, s, space.reach(float(s)), *space.shape, space.inverse,
-                          space.lengths, space.torus, taken)
+                _occupied(out, index.x, index.y, index.z, index.start, s, space.reach(float(s)), *space.shape,
+                          space.inverse, space.lengths, space.torus, taken)
         homeless = np.flatnonzero(taken)
         if not homeless.size:
             return out
@@ -126,7 +137,8 @@ def find_places(table: Table, world: SpatialWorld, parents: np.ndarray, identity
 
 @njit
 def name(uid, nth, identity):
-    """Write the identity of each newborn of a tick: its parent's uid for the first of a litter, a hash of it for the others."""
+    """Write the identity of each newborn of a tick: its parent's uid for the first of a litter,
+    a hash of it for the others."""
     for i in range(uid.size):
         identity[i] = uid[i] if nth[i] == 0 else mix(mix(uid[i]) + np.uint64(nth[i]))
 
@@ -153,18 +165,22 @@ def affordable(energy, given, n):
 @njit
 def _place(homeless, identity, px, py, pz, dispersal, spacing, ox, oy, oz, start, reach, nx, ny, nz, inverse,
            lengths, torus, volume, ground, ground_inverse, key, attempt, out):
-    """Draw a place for each newborn i of `homeless`; out[i, 3] is 1 where neither rock nor one of its kind within `spacing` forbids it."""
+    """Draw a place for each newborn i of `homeless`; out[i, 3] is 1 where neither rock nor one of its kind
+    within `spacing` forbids it."""
     near = np.empty(ox.size, np.int64)
     salt = attempt << 10
     for i in homeless:
-        u, v, w = (draw(key, identity[i], random.PLACE + salt), draw(key, identity[i], random.PLACE + (1 << 8) + salt),
+        u, v, w = (draw(key, identity[i], random.PLACE + salt),
+                   draw(key, identity[i], random.PLACE + (1 << 8) + salt),
                    draw(key, identity[i], random.PLACE + (2 << 8) + salt))
         if dispersal < 0:
             x, y, z = u * lengths[0], v * lengths[1], w * lengths[2]
         else:
             r, a = dispersal * np.sqrt(u), np.float32(6.2831855) * v
-            x, y = into(px[i] + r * np.cos(a), lengths[0], torus), into(py[i] + r * np.sin(a), lengths[1], torus)
-            z = into(pz[i] + dispersal * (np.float32(2) * w - np.float32(1)), lengths[2], False) if volume else pz[i]
+            x, y = (into(px[i] + r * np.cos(a), lengths[0], torus),
+                    into(py[i] + r * np.sin(a), lengths[1], torus))
+            z = (into(pz[i] + dispersal * (np.float32(2) * w - np.float32(1)), lengths[2], False)
+                 if volume else pz[i])
         free = True
         if ground.size > 1:  # fences leave a place free
             kind = ground_at(ground, ground_inverse, x, y)

@@ -13,11 +13,13 @@ if TYPE_CHECKING:
 
 
 def left_by_defence(table: Table, high: int) -> np.ndarray | np.float32:
-    """Return the share of growth and of sprouting seeds that defence leaves to each: f32[high], or one for all."""
+    """Return the share of growth and of sprouting seeds that defence leaves to each: f32[high],
+    or one for all."""
     defence = table.species.config.defence
     if defence.cost == 0:
         return np.float32(1.0)
     if Defence not in table:
         return np.float32(max(0.0, 1 - defence.cost * (defence.toughness + defence.poison)))
     own = table[Defence]
-    return np.maximum(np.float32(1) - np.float32(defence.cost) * (own.toughness[:high] + own.poison[:high]), np.float32(0))
+    return np.maximum(np.float32(1) - np.float32(defence.cost) * (own.toughness[:high] + own.poison[:high]),
+                      np.float32(0))

@@ -17,10 +17,11 @@ if TYPE_CHECKING:
 
 @dataclass(slots=True)
 class Species:
-    """What systems read of a species or object type: set when a world is built, changed by `worlds.reconfigure` and interventions.
+    """What systems read of a species or object type: set when a world is built, changed by
+    `worlds.reconfigure` and interventions.
 
-    What differs between organisms is a component. An object type has a body and nothing else; a table that was made by hand
-    has the defaults.
+    What differs between organisms is a component. An object type has a body and nothing else; a table that
+    was made by hand has the defaults.
     """
 
     config: SpeciesConfig | None = None
@@ -30,7 +31,8 @@ class Species:
 
     # the body
     radius: float | None = None
-    """Radius of the largest body [m]: genes, and the dead that become objects, may make it larger than the file's."""
+    """Radius of the largest body [m]: genes, and the dead that become objects,
+    may make it larger than the file's."""
     opaque: bool | None = None
     """Whether sight stops at its bodies; None, if unset: it does, and newborn may still be placed there."""
     solid: bool = False

@@ -1,4 +1,5 @@
-"""The decision: H(y + z), with y from the reflex and z from the policy (the paper's section on decision-making)."""
+"""The decision: H(y + z), with y from the reflex and z from the policy (the paper's section on
+decision-making)."""
 
 import numpy as np
 
@@ -19,8 +20,8 @@ def uniforms(first, last, key, uid, out):
 def decide(first, last, choice, offsets, targets, has_policy, y, has_reflex, automatic, rows, decision):
     """Write H(y + z) of organism i to decision[rows[i]]: u8[capacity, actions].
 
-    z is 1 for the chosen action of each group (choice[i, g] indexes the group's options, targets maps options to
-    actions) and for automatic actions; y is −1, 0 or 1; H(v) = 1 where v > 0.
+    z is 1 for the chosen action of each group (choice[i, g] indexes the group's options, targets maps options
+    to actions) and for automatic actions; y is −1, 0 or 1; H(v) = 1 where v > 0.
     """
     n_actions = decision.shape[1]
     for i in range(first, last):
@@ -39,7 +40,8 @@ def decide(first, last, choice, offsets, targets, has_policy, y, has_reflex, aut
 
 @njit
 def first_on(decision, row, start, n, neutral):
-    """Return which action of a group is done: the first that is on, in declared order; the neutral one where none is."""
+    """Return which action of a group is done: the first that is on, in declared order;
+    the neutral one where none is."""
     for a in range(n):
         if decision[row, start + a]:
             return a

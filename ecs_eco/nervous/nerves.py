@@ -1,4 +1,5 @@
-"""The nervous system of a species: what its members sense, and the three networks over it (the paper's Definition 3)."""
+"""The nervous system of a species: what its members sense, and the three networks over it (the paper's
+Definition 3)."""
 
 from __future__ import annotations
 
@@ -24,26 +25,32 @@ if TYPE_CHECKING:
 class Nerves:
     """Senses, actions and networks of one species, and this tick's readings of all its members.
 
-    `groups` maps a group to its actions; their order in `actions` is that of y, z and the decision. `rows` i64[n] and
-    `x` f32[n, channels] are who sensed, in canonical order, and what. Networks may be missing: no reflex is y = 0, no
-    policy is z = 0, no happiness is 0 always. The policy is one `brain` for all, trained by `learner`, or one for each of
-    the `individuals`, in the columns of Policy and Experience.
+    `groups` maps a group to its actions; their order in `actions` is that of y, z and the decision. `rows`
+    i64[n] and `x` f32[n, channels] are who sensed, in canonical order, and what. Networks may be missing: no
+    reflex is y = 0, no policy is z = 0, no happiness is 0 always. The policy is one `brain` for all, trained
+    by `learner`, or one for each of the `individuals`, in the columns of Policy and Experience.
     """
 
-    def __init__(self, channels: Sequence[str], senses: Sequence[tuple[Sense, int]], groups: dict[str, list[str]],
-                 neutral: dict[str, str], automatic: Sequence[str], readings: dict[str, tuple[int, ...]]) -> None:
-        self.channels, self.senses, self.groups, self.readings = tuple(channels), list(senses), dict(groups), dict(readings)
+    def __init__(self, channels: Sequence[str], senses: Sequence[tuple[Sense, int]],
+                 groups: dict[str, list[str]], neutral: dict[str, str], automatic: Sequence[str],
+                 readings: dict[str, tuple[int, ...]]) -> None:
+        self.channels, self.senses, self.groups, self.readings = (tuple(channels), list(senses), dict(groups),
+                                                                  dict(readings))
         self.actions = [(g, a) for g, actions in groups.items() for a in actions]
-        self.columns = {g: (sum(len(v) for v in list(groups.values())[:i]), len(a)) for i, (g, a) in enumerate(groups.items())}
-        self.neutral = {g: (actions.index(neutral[g]) if g in neutral else -1) for g, actions in groups.items()}
-        self.automatic = np.array([a in automatic or f"{g}.{a}" in automatic for g, a in self.actions], np.bool_)
+        self.columns = {g: (sum(len(v) for v in list(groups.values())[:i]), len(a))
+                        for i, (g, a) in enumerate(groups.items())}
+        self.neutral = {g: (actions.index(neutral[g]) if g in neutral else -1)
+                        for g, actions in groups.items()}
+        self.automatic = np.array([a in automatic or f"{g}.{a}" in automatic for g, a in self.actions],
+                                  np.bool_)
         self.reflex: Network | None = None
         self.happiness: Network | None = None
         self.minimum = np.float32(0.0)
         self.brain: Brain | ModuleBrain | None = None
         self.learner: TorchLearner | None = None
         self.individuals: Individuals | None = None
-        self.policy = False  # whether there is a policy network; one without a brain draws every action with equal chance
+        # whether there is a policy network; one without a brain draws every action with equal chance
+        self.policy = False
         self.learning = False
         self.heads()
         self.rows = np.zeros(0, np.int64)
@@ -54,7 +61,8 @@ class Nerves:
         self.reports: list[dict[str, float]] = []
 
     def heads(self) -> None:
-        """Lay out the policy's choices: one per group that is not automatic; a lone action gets "not" as alternative."""
+        """Lay out the policy's choices: one per group that is not automatic;
+        a lone action gets "not" as alternative."""
         sizes, targets = [], []
         for start, n in self.columns.values():
             if self.automatic[start : start + n].all():
@@ -78,7 +86,8 @@ class Nerves:
         if len(columns) != 1:
             from ecs_eco.engine.errors import UnknownName, unknown_name
 
-            raise UnknownName(unknown_name("nerves", "or ambiguous action", action, [f"{g}.{a}" for g, a in self.actions]))
+            raise UnknownName(unknown_name("nerves", "or ambiguous action", action,
+                                           [f"{g}.{a}" for g, a in self.actions]))
         return columns[0]
 
     def doing(self, table: Table, action: str) -> np.ndarray:
@@ -99,10 +108,11 @@ class Nerves:
         rows = self.readings[name]
         return x[:, rows[0]] if len(rows) == 1 else x[:, list(rows)].mean(axis=1, dtype=np.float32)
 
-    # --- thinking and learning, together or alone -------------------------------------------------------------------
+    # --- thinking and learning, together or alone -----------------------------------------------------------
 
     def think(self, table: Table, world: SpatialWorld) -> tuple[np.ndarray, np.ndarray]:
-        """Return the policy's logits f32[n, options] and values f32[n] of what is sensed now; zeros where there is no network.
+        """Return the policy's logits f32[n, options] and values f32[n] of what is sensed now;
+        zeros where there is no network.
 
         Raises FloatingPointError with species, tick and organism where a number is not finite.
         """
@@ -111,8 +121,10 @@ class Nerves:
         elif self.brain is not None:
             thought = self._ask(table, world)
         else:
-            return np.zeros((len(self.rows), int(self.offsets[-1])), np.float32), np.zeros(len(self.rows), np.float32)
-        if not np.isfinite(thought[0].sum() + thought[1].sum()):  # a sum is quick, and not finite where one number is not
+            return (np.zeros((len(self.rows), int(self.offsets[-1])), np.float32),
+                    np.zeros(len(self.rows), np.float32))
+        # a sum is quick, and not finite where one number is not
+        if not np.isfinite(thought[0].sum() + thought[1].sum()):
             self._complain(table, world, thought)
         return thought
 
@@ -122,16 +134,19 @@ class Nerves:
         assert brain is not None
         if not brain.memory:
             return brain.forward(self.x, world.split)
-        logits, values, self._later = brain.recall(self.x, table[Memory].state[self.rows], world.split)  # type: ignore[union-attr]
+        logits, values, self._later = brain.recall(self.x,  # type: ignore[union-attr]
+                                                   table[Memory].state[self.rows], world.split)
         return logits, values
 
-    def _ask_each(self, table: Table, world: SpatialWorld, rows: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def _ask_each(self, table: Table, world: SpatialWorld, rows: np.ndarray,
+                  x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Let individuals of these rows think about x, each with its own network and memory."""
         minds = self.individuals
         assert minds is not None
         if not minds.memory:
             return minds.forward(table[Policy], rows, x, world.split)
-        logits, values, self._later = minds.recall(table[Policy], rows, x, table[Memory].state[rows])  # type: ignore[attr-defined]
+        logits, values, self._later = minds.recall(table[Policy], rows, x,  # type: ignore[attr-defined]
+                                                   table[Memory].state[rows])
         return logits, values
 
     def keep(self, table: Table) -> None:
@@ -147,18 +162,22 @@ class Nerves:
             why = "its senses are finite: its weights are not"
             if blind.size:
                 why = f"it senses {self.channels[blind[0]]} = {self.x[i, blind[0]]}"
-            raise FloatingPointError(f"{table.name}, tick {world.tick}: the policy of organism {table.uid[self.rows[i]]} gives "
-                                     f"{[float(v) for v in logits[i]]} ({mad.size} such of {len(self.rows)}); {why}")  # fmt: skip
+            raise FloatingPointError(f"{table.name}, tick {world.tick}: the policy of organism "
+                                     f"{table.uid[self.rows[i]]} gives {[float(v) for v in logits[i]]} "
+                                     f"({mad.size} such of {len(self.rows)}); {why}")  # fmt: skip
 
     def react(self, table: Table) -> np.ndarray | None:
         """Return y of the reflex network for what is sensed now: i8[n, actions]; None where there is none."""
-        return None if self.reflex is None else self._read(self.reflex, table, "reflex", (len(self.rows), len(self.actions)))
+        return None if self.reflex is None else self._read(self.reflex, table, "reflex",
+                                                           (len(self.rows), len(self.actions)))
 
     def feel(self, table: Table) -> np.ndarray | None:
         """Return the happiness that what is sensed now gives: f32[n]; None where there is no such network."""
-        return None if self.happiness is None else self._read(self.happiness, table, "happiness", (len(self.rows),))
+        return None if self.happiness is None else self._read(self.happiness, table, "happiness",
+                                                              (len(self.rows),))
 
-    def remember(self, table: Table, choice: np.ndarray, log_probability: np.ndarray, values: np.ndarray) -> None:
+    def remember(self, table: Table, choice: np.ndarray, log_probability: np.ndarray,
+                 values: np.ndarray) -> None:
         """Keep what was sensed and chosen, for learning: i16[n, groups], f32[n], f32[n]."""
         if self.individuals is not None:
             if Memory in table:
@@ -177,7 +196,8 @@ class Nerves:
             self.learner.rollout.credit(self.rows, reward)
 
     def end(self, rows: np.ndarray, reward: np.ndarray) -> None:
-        """Reward f32[k] the last decisions of the dying rows i64[k]; who learns alone takes its experience along."""
+        """Reward f32[k] the last decisions of the dying rows i64[k];
+        who learns alone takes its experience along."""
         if self.individuals is None and self.learner is not None:
             self.learner.rollout.end(rows, reward)
 
@@ -190,7 +210,8 @@ class Nerves:
 
     def _learn(self, table: Table, world: SpatialWorld) -> None:
         if self.individuals is not None:
-            due = self.individuals.due(table[Experience], self.rows, table.uid[self.rows], table.born[self.rows], world.tick)
+            due = self.individuals.due(table[Experience], self.rows, table.uid[self.rows],
+                                       table.born[self.rows], world.tick)
             if due.any():
                 self._learn_alone(table, world, np.flatnonzero(due))
         elif self.learner is not None and self.learner.full:
@@ -199,7 +220,8 @@ class Nerves:
                 self.reports.append({"tick": world.tick, **report})
 
     def _learn_alone(self, table: Table, world: SpatialWorld, due: np.ndarray) -> None:
-        """Let some of those that sense now learn, each from its own experience; due i64[k] are their places among them."""
+        """Let some of those that sense now learn, each from its own experience;
+        due i64[k] are their places among them."""
         minds = self.individuals
         assert minds is not None
         rows = self.rows[due]
@@ -209,16 +231,19 @@ class Nerves:
             own = table[Plasticity]
             settings = own.learning_rate[rows], own.discount[rows], own.entropy[rows]
         began = {"memory": table[Memory].began[rows]} if Memory in table else {}
-        minds.learn(table[Policy], table[Experience], rows, table.uid[rows], values, settings, world.split, **began)
+        minds.learn(table[Policy], table[Experience], rows, table.uid[rows], values, settings,
+                    world.split, **began)
 
     def _read(self, network: Network, table: Table, name: str, shape: tuple[int, ...]) -> np.ndarray:
         out = network(self.x, table, self.rows) if getattr(network, "individual", False) else network(self.x)
         if np.shape(out) != shape or not isinstance(out, np.ndarray):
-            raise ValueError(f"{table.name}: the {name} network gives {type(out).__name__} {np.shape(out)}; allowed: an array {shape}")
+            raise ValueError(f"{table.name}: the {name} network gives {type(out).__name__} {np.shape(out)}; "
+                             f"allowed: an array {shape}")
         return out
 
     def by_uid(self, rows: np.ndarray) -> dict[str, np.ndarray]:
-        """Return a `state()` in which organisms stand by uid, not by row; `rows` i64[n] are the living in the order of uids."""
+        """Return a `state()` in which organisms stand by uid, not by row;
+        `rows` i64[n] are the living in the order of uids."""
         if self.learner is None:
             return self.state()
         return {f"learner.{k}": v for k, v in self.learner.by_uid(rows).items()}

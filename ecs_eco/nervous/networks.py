@@ -1,4 +1,5 @@
-"""Reflex and happiness networks as the configuration of a species declares them; their weights may be each organism's own."""
+"""Reflex and happiness networks as the configuration of a species declares them;
+their weights may be each organism's own."""
 
 from collections.abc import Callable
 from typing import Any
@@ -12,7 +13,8 @@ from ecs_eco.engine.jit import njit
 Network = Callable[..., np.ndarray]
 """network(x f32[n, channels]) -> f32[n] (happiness) or [n, actions] (reflex); each may be a plain function.
 
-One with a true attribute `individual` is called as network(x, table, rows): it reads weights of the rows i64[n].
+One with a true attribute `individual` is called as network(x, table, rows):
+it reads weights of the rows i64[n].
 """
 
 
@@ -24,22 +26,26 @@ class ReflexNetwork:
         from ecs_eco.config import compile_formula
 
         self.individual, self.nerves = individual, nerves
-        self.formulas = {action_rows[a]: compile_formula(text, nerves.readings) for a, text in config.formulas.items()}
+        self.formulas = {action_rows[a]: compile_formula(text, nerves.readings)
+                         for a, text in config.formulas.items()}
         self.function = find(config.function) if config.function else None
         connections = config.connections
         self.channels, self.starts = _readings([nerves.readings[c.sensor] for c in connections])
         self.actions = np.array([action_rows[c.action] for c in connections], np.int64)
         self.above = np.array([c.above is not None for c in connections], np.bool_)
         self.weight = np.array([[c.weight for c in connections]], np.int8).reshape(1, -1)
-        self.threshold = np.array([[c.above if c.above is not None else c.below for c in connections]], np.float32).reshape(1, -1)
+        self.threshold = np.array([[c.above if c.above is not None else c.below for c in connections]],
+                                  np.float32).reshape(1, -1)
 
     def __call__(self, x: np.ndarray, table: Any = None, rows: np.ndarray | None = None) -> np.ndarray:
-        """React to x f32[n, channels]; of `rows` i64[n] of a table where weights or thresholds are individual."""
+        """React to x f32[n, channels]; of `rows` i64[n] of a table where weights
+        or thresholds are individual."""
         nerves = self.nerves
         total = np.zeros((len(x), len(nerves.actions)), np.float32)
         if self.actions.size:
             own = self.individual and table is not None
-            weight, threshold = (table[Reflexes].weight, table[Reflexes].threshold) if own else (self.weight, self.threshold)
+            weight, threshold = ((table[Reflexes].weight, table[Reflexes].threshold)
+                                 if own else (self.weight, self.threshold))
             which = rows if own and rows is not None else np.zeros(len(x), np.int64)
             connect(x, self.channels, self.starts, self.actions, self.above, weight, threshold, which, total)
         for column, formula in self.formulas.items():
@@ -52,7 +58,8 @@ class ReflexNetwork:
 class HappinessNetwork:
     """Happiness f32[n] from weights, a formula or a function; never less than the declared minimum."""
 
-    def __init__(self, config: Any, nerves: Any, individual: bool = False, find: Callable[[Any], Any] = handed_over) -> None:
+    def __init__(self, config: Any, nerves: Any, individual: bool = False,
+                 find: Callable[[Any], Any] = handed_over) -> None:
         from ecs_eco.config import compile_formula
 
         self.individual, self.nerves, self.least = individual, nerves, np.float32(config.minimum)
@@ -66,7 +73,8 @@ class HappinessNetwork:
         if self.function is not None:
             felt = self.function(x)
         elif self.formula is not None:
-            felt = np.broadcast_to(self.formula({n: self.nerves.reading(n, x) for n in self.formula.names}), len(x))
+            felt = np.broadcast_to(self.formula({n: self.nerves.reading(n, x) for n in self.formula.names}),
+                                   len(x))
         else:
             own = self.individual and table is not None
             felt = np.empty(len(x), np.float32)
@@ -76,7 +84,8 @@ class HappinessNetwork:
 
 
 def _readings(rows: list[tuple[int, ...]]) -> tuple[np.ndarray, np.ndarray]:
-    """Return the channels of several readings one after the other, and where each begins: i64[…], i64[readings + 1]."""
+    """Return the channels of several readings one after the other, and where each begins:
+    i64[…], i64[readings + 1]."""
     flat = [channel for reading in rows for channel in reading]
     return np.array(flat, np.int64), np.cumsum([0, *(len(reading) for reading in rows)]).astype(np.int64)
 

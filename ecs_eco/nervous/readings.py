@@ -18,7 +18,8 @@ FIELDS = ("readings", "radius", "forward", "left")
 class Readings(Columns):
     """Stands for the columns of Sensor in one table; nothing of it is saved, and none of it decides anything.
 
-    `take` is called in each tick and keeps references; the columns f32[capacity, …] are made when they are read, and can only be read.
+    `take` is called in each tick and keeps references; the columns f32[capacity, …] are made when they are
+    read, and can only be read.
     """
 
     __slots__ = ("_column", "_table", "_uid", "_version", "_x")
@@ -45,7 +46,8 @@ class Readings(Columns):
         raise TypeError(f"Sensor.{name} is read, not written; `Sense` fills it")
 
     def _readings(self) -> np.ndarray:
-        """Return the readings of all rows, f32[capacity, channels]: NaN in those whose owner has not sensed."""
+        """Return the readings of all rows, f32[capacity, channels]: NaN in those whose owner has not sensed.
+        """
         table = self._table
         column = self._column
         if column is None or self._version != table.version or len(column) != table.capacity:

@@ -1,4 +1,5 @@
-"""What nervous systems made of what they sensed in the last tick, for whoever looks on: recordings, viewers, drawings."""
+"""What nervous systems made of what they sensed in the last tick, for whoever looks on: recordings,
+viewers, drawings."""
 
 from __future__ import annotations
 
@@ -13,7 +14,8 @@ if TYPE_CHECKING:
 
 
 class Thoughts(NamedTuple):
-    """What `Decide` leaves of a tick: who sensed, in the order of `nerves.rows`, and what their networks said."""
+    """What `Decide` leaves of a tick: who sensed, in the order of `nerves.rows`,
+    and what their networks said."""
 
     tick: int
     uid: np.ndarray  # u64[n]
@@ -33,7 +35,8 @@ class Minds(NamedTuple):
 
 
 def thinkers(table: Table, who: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
-    """Return who lives and sensed in the last tick, as rows i64[k] in the order of uids and places i64[k] in `nerves.rows`.
+    """Return who lives and sensed in the last tick, as rows i64[k] in the order of uids
+    and places i64[k] in `nerves.rows`.
 
     `who` u64[…] are the uids of those asked for; None: all.
     """
@@ -48,16 +51,19 @@ def thinkers(table: Table, who: np.ndarray | None = None) -> tuple[np.ndarray, n
 
 
 def minds(table: Table, rows: np.ndarray, at: np.ndarray) -> Minds:
-    """Return what organisms of a table sensed, weighed and decided: rows and places as `thinkers` gives them."""
+    """Return what organisms of a table sensed, weighed and decided: rows and places as `thinkers` gives them.
+    """
     nerves = table.species.nerves
     thoughts = nerves.thoughts
-    y = np.zeros((len(at), len(nerves.actions)), np.int8) if thoughts.y is None else thoughts.y[at].astype(np.int8)
+    y = (np.zeros((len(at), len(nerves.actions)), np.int8)
+         if thoughts.y is None else thoughts.y[at].astype(np.int8))
     p, z = weighed(nerves, None if thoughts.logits is None else thoughts.logits[at], thoughts.choice[at])
     return Minds(nerves.x[at], y, p, z, table[Nervous].decision[rows])
 
 
 def weighed(nerves: Any, logits: np.ndarray | None, choice: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the probabilities p f32[k, actions] and the choices z u8[k, actions] of logits [k, options] and choices [k, groups]."""
+    """Return the probabilities p f32[k, actions] and the choices z u8[k, actions] of logits [k,
+    options] and choices [k, groups]."""
     k, n = len(choice), len(nerves.actions)
     z = np.repeat(nerves.automatic[None].astype(np.uint8), k, axis=0)
     p = np.full((k, n), np.nan, np.float32)

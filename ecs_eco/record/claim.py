@@ -1,7 +1,9 @@
-"""Folders that one process at a time writes to: claimed before anything else, by a lock that ends with the process.
+"""Folders that one process at a time writes to: claimed before anything else,
+by a lock that ends with the process.
 
-The lock is the system's (flock) on the file `.lock`, which names its owner: the system releases it when the process ends, in whatever
-way, so no claim is ever stale. Files of a process that was killed before its run began are recognised, and the next one may replace them.
+The lock is the system's (flock) on the file `.lock`, which names its owner: the system releases it when the
+process ends, in whatever way, so no claim is ever stale. Files of a process that was killed before its run
+began are recognised, and the next one may replace them.
 """
 
 from __future__ import annotations
@@ -25,7 +27,8 @@ except ImportError:  # Windows
     fcntl = None  # type: ignore[assignment]
 
 LOCK = ".lock"
-BEGUN = {"checkpoints": "tick-*.safetensors", "policies": "*.safetensors", "code": "*.py"}  # files written before the manifest, by folder
+# files written before the manifest, by folder
+BEGUN = {"checkpoints": "tick-*.safetensors", "policies": "*.safetensors", "code": "*.py"}
 WITHOUT = (errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP)  # on file systems without locks
 AGAIN = 1000  # attempts at a lock that other processes keep removing
 
@@ -42,9 +45,11 @@ class Claim:
         self._handle = _locked(self.path)
 
     def check(self) -> None:
-        """Raise FolderInUse if the folder is no longer the one that was claimed: it was removed, moved or replaced."""
+        """Raise FolderInUse if the folder is no longer the one that was claimed: it was removed,
+        moved or replaced."""
         if not _same(self._handle, self.path / LOCK):
-            raise FolderInUse(f"{self.path}: was removed or replaced while it was being written; nothing more is written there")
+            raise FolderInUse(f"{self.path}: was removed or replaced while it was being written; "
+                              "nothing more is written there")
 
     def release(self) -> None:
         """Release the folder; remove it if it was made for the claim and is empty."""
@@ -197,7 +202,8 @@ def _locked(folder: Path) -> int:
         handle = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
         try:
             if not _lock(handle):
-                raise FolderInUse(f"{folder}: is being written by {_owner(handle)}; wait for its end, or name another folder")
+                raise FolderInUse(f"{folder}: is being written by {_owner(handle)}; wait for its end, "
+                                  "or name another folder")
             if _same(handle, path):
                 os.ftruncate(handle, 0)
                 os.lseek(handle, 0, os.SEEK_SET)
@@ -263,7 +269,8 @@ def _myself() -> dict[str, Any]:
 
 
 def _started(pid: int) -> int | None:
-    """The start time of a process, in ticks of the system's clock; None if there is no such process, or it is unknown."""
+    """The start time of a process, in ticks of the system's clock; None if there is no such process,
+    or it is unknown."""
     try:
         return int(Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[19])
     except (OSError, ValueError, IndexError):

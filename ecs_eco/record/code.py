@@ -1,4 +1,5 @@
-"""The code that a run needs: its sources are kept in the run's folder, their hashes in manifest and checkpoints."""
+"""The code that a run needs: its sources are kept in the run's folder,
+their hashes in manifest and checkpoints."""
 
 from __future__ import annotations
 
@@ -46,24 +47,28 @@ def keep_beside(sources: Iterable[Source], folder: Path) -> None:
 
 
 def check_code(listed: Any, places: Sequence[Path], where: str, trust: bool = False) -> Code:
-    """The code that a checkpoint or manifest notes; raises CheckpointError if it is missing, or changed and not allowed."""
+    """The code that a checkpoint or manifest notes; raises CheckpointError if it is missing,
+    or changed and not allowed."""
     try:
         wanted = {str(n["entry"]): str(n["sha256"]) for n in listed}
     except (TypeError, KeyError):
         raise CheckpointError(f"{where}: its list of code is damaged") from None
     code, problems = read(wanted, places, wanted)
     if problems:
-        raise CheckpointError(f"{where}: needs code that is not here: {problems[0].value}: {problems[0].what}")
+        raise CheckpointError(f"{where}: needs code that is not here: {problems[0].value}: "
+                              f"{problems[0].what}")
     if trust:
         code.allow()
     elif changed := [s for s in code.sources if s.sha256 != wanted[s.entry] and not allowed_here(s.sha256)]:
-        raise CheckpointError(f"{where}: {changed[0].entry} has changed: {changed[0].path} has the SHA-256 {changed[0].sha256}, "
-                              f"and it was {wanted[changed[0].entry]}; put it back, or use this one: --trust")  # fmt: skip
+        raise CheckpointError(f"{where}: {changed[0].entry} has changed: {changed[0].path} has the SHA-256 "
+                              f"{changed[0].sha256}, and it was {wanted[changed[0].entry]}; put it back, "
+                              "or use this one: --trust")  # fmt: skip
     return code
 
 
 def recorded(path: Path, manifest: Mapping[str, Any], config: Any = None, trust: bool = False) -> WorldConfig:
-    """The world of a recorded run, or `config` in its place, with the code that the run kept; raises ConfigError, RecordingError."""
+    """The world of a recorded run, or `config` in its place, with the code that the run kept; raises
+    ConfigError, RecordingError."""
     try:
         check_code(manifest.get("code", []), [path / FOLDER], str(path), trust)
     except CheckpointError as error:

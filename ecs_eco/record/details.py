@@ -1,4 +1,5 @@
-"""Details: the senses, weights, decisions and happiness of single organisms in every tick of a run, for `--record focal=N` or `full`."""
+"""Details: the senses, weights, decisions and happiness of single organisms in every tick of a run, for
+`--record focal=N` or `full`."""
 
 from __future__ import annotations
 
@@ -30,15 +31,17 @@ def how_many(record: str | None, source: str = "--record") -> int | None:
     if word == "focal" and number.isdecimal() and 1 <= int(number) <= 1_000_000:
         return int(number)
     near = "full" if record.startswith("fu") else "focal=50"
-    raise ConfigError([Problem((), "not possible", record, "focal=N with N from 1 to 1000000, or full", near, source)])
+    raise ConfigError([Problem((), "not possible", record, "focal=N with N from 1 to 1000000, or full",
+                               near, source)])
 
 
 def columns_of(nerves: Any) -> list[str]:
     """Return the names of the columns that a species' details have, in their order."""
     actions = [f"{group}.{name}" for group, name in nerves.actions]
     free = [action for action, has in zip(actions, has_probability(nerves), strict=True) if has]
-    return ["tick", "uid", *PLACE, "energy", "happiness", "reward", *(f"sensor: {name}" for name in nerves.channels),
-            *(f"reflex: {a}" for a in actions), *(f"probability: {a}" for a in free), *(f"chosen: {a}" for a in actions),
+    return ["tick", "uid", *PLACE, "energy", "happiness", "reward",
+            *(f"sensor: {name}" for name in nerves.channels), *(f"reflex: {a}" for a in actions),
+            *(f"probability: {a}" for a in free), *(f"chosen: {a}" for a in actions),
             *(f"decision: {a}" for a in actions)]  # fmt: skip
 
 
@@ -51,19 +54,24 @@ def has_probability(nerves: Any) -> np.ndarray:
 
 
 class Details:
-    """Collects the details of every species that has a nervous system: of all its members, or of a focal sample.
+    """Collects the details of every species that has a nervous system: of all its members,
+    or of a focal sample.
 
-    The sample of a species is the first `most` of those that live at the start, by uid; the dead are replaced by the next
-    newborn, in the order of uids, so that all but the first are followed from birth to death. The last tick of the dying is
-    kept too. Rows are passed to `sink("details-SPECIES", columns)`.
+    The sample of a species is the first `most` of those that live at the start, by uid; the dead are replaced
+    by the next newborn, in the order of uids, so that all but the first are followed from birth to death. The
+    last tick of the dying is kept too. Rows are passed to `sink("details-SPECIES", columns)`.
     """
 
     def __init__(self, world: SpatialWorld, most: int | None, sink: Any) -> None:
         self.most, self.sink = most, sink
-        self.species = [name for name, t in world.tables.items() if t.species.nerves is not None and not t.species.is_object]
-        self.focal = {name: world.tables[name].uid[world.tables[name].by_uid()[: self.most]] for name in self.species}
-        self._born: dict[str, list[np.ndarray]] = {name: [] for name in self.species}  # since the last tick was noted
-        self._dying: dict[str, list[tuple[np.ndarray, ...]]] = {name: [] for name in self.species}  # in the tick that is not over
+        self.species = [name for name, t in world.tables.items()
+                        if t.species.nerves is not None and not t.species.is_object]
+        self.focal = {name: world.tables[name].uid[world.tables[name].by_uid()[: self.most]]
+                      for name in self.species}
+        # since the last tick was noted
+        self._born: dict[str, list[np.ndarray]] = {name: [] for name in self.species}
+        # in the tick that is not over
+        self._dying: dict[str, list[tuple[np.ndarray, ...]]] = {name: [] for name in self.species}
         self._blocks: dict[str, list[tuple[np.ndarray, ...]]] = {name: [] for name in self.species}
         self._rows = dict.fromkeys(self.species, 0)
 
@@ -87,7 +95,8 @@ class Details:
     def note(self, world: SpatialWorld) -> None:
         """Note a tick that is over."""
         for name in self.species:
-            blocks = [*self._dying[name], self._of(world.tables[name], world, None if self.most is None else self.focal[name])]
+            blocks = [*self._dying[name],
+                      self._of(world.tables[name], world, None if self.most is None else self.focal[name])]
             self._dying[name] = []
             self._admit(name)
             self._blocks[name] += blocks
@@ -101,7 +110,8 @@ class Details:
             self._hand_over(name, world)
 
     def state(self) -> dict[str, np.ndarray]:
-        """Return the state from which the recording continues, after `flush`: the sample, and those born since the last tick."""
+        """Return the state from which the recording continues, after `flush`: the sample,
+        and those born since the last tick."""
         out = {f"focal/{name}": uids for name, uids in self.focal.items()} if self.most is not None else {}
         return out | {f"waiting/{name}": np.concatenate(born) for name, born in self._born.items() if born}
 
@@ -119,17 +129,21 @@ class Details:
             self.focal[name] = np.union1d(self.focal[name], np.sort(np.concatenate(born))[:room])
 
     def _of(self, table: Table, world: SpatialWorld, uids: np.ndarray | None) -> tuple[np.ndarray, ...]:
-        """Return the details of this tick: a row for each of these uids (None: for all), in the order of uids."""
+        """Return the details of this tick: a row for each of these uids (None: for all),
+        in the order of uids."""
         nerves, felt, p = table.species.nerves, table[Nervous], table[Position]
         thoughts = nerves.thoughts
-        rows, at = thinkers(table, uids) if thoughts is not None and thoughts.tick == world.tick else (NOBODY, NOBODY)
+        rows, at = (thinkers(table, uids) if thoughts is not None
+                    and thoughts.tick == world.tick else (NOBODY, NOBODY))
         if not rows.size:
             return (NOBODY,)
         energy = table[Metabolism].energy[rows] if Metabolism in table else np.zeros(rows.size, np.float32)
-        y = np.zeros((rows.size, len(nerves.actions)), np.int8) if thoughts.y is None else thoughts.y[at].astype(np.int8)
+        y = (np.zeros((rows.size, len(nerves.actions)), np.int8)
+             if thoughts.y is None else thoughts.y[at].astype(np.int8))
         logits = np.zeros((rows.size, 0), np.float32) if thoughts.logits is None else thoughts.logits[at]
-        return (np.full(rows.size, world.tick), table.uid[rows], *(getattr(p, axis)[rows] for axis in PLACE), energy, felt.happiness[rows],
-                felt.reward[rows], nerves.x[at], y, logits, thoughts.choice[at], felt.decision[rows])  # fmt: skip
+        return (np.full(rows.size, world.tick), table.uid[rows], *(getattr(p, axis)[rows] for axis in PLACE),
+                energy, felt.happiness[rows], felt.reward[rows], nerves.x[at], y, logits, thoughts.choice[at],
+                felt.decision[rows])  # fmt: skip
 
     def _hand_over(self, name: str, world: SpatialWorld) -> None:
         """Hand over what was noted of a species, by tick, then uid."""

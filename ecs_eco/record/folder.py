@@ -1,4 +1,5 @@
-"""A run that leaves a folder: manifest, Parquet series, births, deaths and snapshots, figures and a report."""
+"""A run that leaves a folder: manifest, Parquet series, births, deaths and snapshots, figures and a report.
+"""
 
 from __future__ import annotations
 
@@ -29,7 +30,8 @@ class Folder:
     `run` is the run's identity in every part: its id, world and seed. `claim` is checked before each part.
     """
 
-    def __init__(self, path: Path, world: SpatialWorld, run: Mapping[str, Any] | None = None, claim: Claim | None = None) -> None:
+    def __init__(self, path: Path, world: SpatialWorld, run: Mapping[str, Any] | None = None,
+                 claim: Claim | None = None) -> None:
         from ecs_eco.record.parquet import to_arrow, write_part
 
         self.path, self.world, self.run, self.claim = path, world, run, claim
@@ -47,48 +49,57 @@ class Folder:
             self.claim.check()
         folder, number = self.path / kind, self.parts.setdefault(kind, 0)
         folder.mkdir(exist_ok=True)
-        mark = None if self.run is None else Mark(**self.run, kind=kind, number=number, after=self.heads.get(kind, ""))
+        mark = None if self.run is None else Mark(**self.run, kind=kind, number=number,
+                                                  after=self.heads.get(kind, ""))
         self.heads[kind] = self._write_part(self._to_arrow(columns, words), folder / name_of(number), mark)
         self.parts[kind] += 1
 
     @property
     def written(self) -> dict[str, Any]:
-        """The number of parts of each kind, and the seals of the last ones, as in manifest and checkpoints."""
+        """The number of parts of each kind, and the seals of the last ones, as in manifest and checkpoints.
+        """
         return {"parts": dict(self.parts), "heads": dict(self.heads)}
 
     def go_on_from(self, written: Mapping[str, Any], manifest: Mapping[str, Any]) -> None:
-        """Continue from the state in a checkpoint; raises ForeignFile, RecordingError if the parts there do not lead to it."""
+        """Continue from the state in a checkpoint; raises ForeignFile,
+        RecordingError if the parts there do not lead to it."""
         try:
             self.parts = {kind: int(n) for kind, n in written["parts"].items()}
             self.heads = dict(written["heads"])
         except (KeyError, ValueError, TypeError, AttributeError) as error:
-            raise RecordingError(f"{self.path / 'checkpoints'}: the last one does not say where its run stood: {error}") from None
+            raise RecordingError(f"{self.path / 'checkpoints'}: "
+                                 f"the last one does not say where its run stood: {error}") from None
         for kind in self._kinds():
             parts(self.path, kind, {**manifest, **written, "finished": False})
 
     def forget_later(self) -> None:
-        """Remove parts from the next number on, and half-written files of this package: the ticks will be recorded again."""
+        """Remove parts from the next number on, and half-written files of this package:
+        the ticks will be recorded again."""
         for kind in self._kinds():
-            for part in reversed(listed(self.path / kind)[self.parts.get(kind, 0) :]):  # from the last: no gap, whenever it is killed
+            # from the last: no gap, whenever it is killed
+            for part in reversed(listed(self.path / kind)[self.parts.get(kind, 0) :]):
                 part.unlink()
         for half in leftovers(self.path):
             half.unlink(missing_ok=True)
 
     def _kinds(self) -> list[str]:
-        return list(dict.fromkeys([*self.parts, *(folder.name for folder in sorted(self.path.glob("details-*")))]))
+        return list(dict.fromkeys([*self.parts,
+                                   *(folder.name for folder in sorted(self.path.glob("details-*")))]))
 
 
 PARTS = "part-*.parquet"
 OURS = {  # what a run writes, by folder
-    "": ("manifest.json", "report.html", "why.html", "why.json"), "series": (PARTS,), "births": (PARTS,), "deaths": (PARTS,),
-    "snapshots": (PARTS,), "details-*": (PARTS,), "checkpoints": ("tick-*.safetensors",), "policies": ("*.safetensors",),
-    "figures": ("*.png",),
+    "": ("manifest.json", "report.html", "why.html", "why.json"), "series": (PARTS,), "births": (PARTS,),
+    "deaths": (PARTS,), "snapshots": (PARTS,), "details-*": (PARTS,), "checkpoints": ("tick-*.safetensors",),
+    "policies": ("*.safetensors",), "figures": ("*.png",),
 }  # fmt: skip
 
 
 def leftovers(path: Path) -> list[Path]:
-    """Return the half-written files that a killed run left in its folder: those that bear the name that this package gives them."""
-    return [p for folder, _ in _folders(path) for p in folder.glob(".*.tmp") if files.written_beside(p) is not None and p.is_file()]
+    """Return the half-written files that a killed run left in its folder:
+    those that bear the name that this package gives them."""
+    return [p for folder, _ in _folders(path)
+            for p in folder.glob(".*.tmp") if files.written_beside(p) is not None and p.is_file()]
 
 
 def remove_run(path: Path) -> None:
@@ -106,7 +117,8 @@ def remove_run(path: Path) -> None:
 
 def _folders(path: Path) -> list[tuple[Path, tuple[str, ...]]]:
     """Return the folders of a run that are there, and what it writes in them."""
-    return [(folder, patterns) for name, patterns in OURS.items() for folder in ([path] if not name else path.glob(name))]
+    return [(folder, patterns) for name, patterns in OURS.items()
+            for folder in ([path] if not name else path.glob(name))]
 
 
 def versions() -> dict[str, str]:
@@ -125,8 +137,8 @@ def versions() -> dict[str, str]:
 def git_commit() -> str | None:
     """Return the commit of the checkout that the package runs from; None outside of one."""
     try:
-        done = subprocess.run(["git", "rev-parse", "HEAD"], cwd=Path(__file__).parent, capture_output=True, text=True,
-                              timeout=5, check=False)
+        done = subprocess.run(["git", "rev-parse", "HEAD"], cwd=Path(__file__).parent, capture_output=True,
+                              text=True, timeout=5, check=False)
     except (OSError, subprocess.SubprocessError):
         return None
     return done.stdout.strip() or None if done.returncode == 0 else None
@@ -135,13 +147,14 @@ def git_commit() -> str | None:
 def genes_of(table: Table) -> dict[str, Any] | None:
     """Describe a species' genome: alphabet, strings (ploidy), genes; None if it has none.
 
-    A gene has its name, first locus `at`, number of `letters`, `trait` (null for a neutral marker), and `values` where it
-    lists them: one for each codon in their order.
+    A gene has its name, first locus `at`, number of `letters`, `trait` (null for a neutral marker), and
+    `values` where it lists them: one for each codon in their order.
     """
     layout: Any = getattr(table.species.heredity, "layout", None)
     if layout is None:
         return None
-    genes = [{"name": code.name, "at": int(code.first), "letters": int(code.stop - code.first), "trait": code.gene.trait}
+    genes = [{"name": code.name, "at": int(code.first), "letters": int(code.stop - code.first),
+              "trait": code.gene.trait}
              for code in layout.genes]  # fmt: skip
     for gene, code in zip(genes, layout.genes, strict=True):
         if code.gene.values is not None:

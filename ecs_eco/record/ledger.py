@@ -6,7 +6,8 @@ from typing import Any
 import numpy as np
 
 FLOWS = {"taken_in": "taken", "burnt": "burnt", "given": "given"}
-"""The columns that sum flows of the living in a tick → the fields of `Metabolism` that hold them for one organism."""
+"""The columns that sum flows of the living in a tick → the fields of `Metabolism` that hold them
+for one organism."""
 
 LEDGER = ("stock_before", "endowed", *FLOWS, "lost", "stock_after")
 """The columns of the ledger, in the order in which recordings and checkpoints hold them."""

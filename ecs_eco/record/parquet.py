@@ -17,7 +17,8 @@ from ecs_eco.record.belonging import Mark
 
 
 def to_arrow(columns: Mapping[str, np.ndarray], words: Mapping[str, Sequence[str]]) -> pa.Table:
-    """Return a table; a column named in `words` holds indices into its list of words and becomes a dictionary column.
+    """Return a table; a column named in `words` holds indices into its list of words
+    and becomes a dictionary column.
 
     Text (bytes of ASCII, or str) becomes a column of strings, null where it is empty.
     """
@@ -36,17 +37,20 @@ def to_arrow(columns: Mapping[str, np.ndarray], words: Mapping[str, Sequence[str
 def write_part(table: pa.Table, path: Path, mark: Mark | None = None) -> str:
     """Write one Parquet part with its mark and seal, completely or not at all; return the seal."""
     floats = [f.name for f in table.schema if pa.types.is_floating(f.type)]
-    words = [f.name for f in table.schema if pa.types.is_dictionary(f.type) or (pa.types.is_string(f.type) and _repeats(table[f.name]))]
-    deltas = {f.name: "DELTA_BINARY_PACKED" for f in table.schema if pa.types.is_integer(f.type) and f.type.bit_width >= 32}
+    words = [f.name for f in table.schema
+             if pa.types.is_dictionary(f.type) or (pa.types.is_string(f.type) and _repeats(table[f.name]))]
+    deltas = {f.name: "DELTA_BINARY_PACKED"
+              for f in table.schema if pa.types.is_integer(f.type) and f.type.bit_width >= 32}
     deltas |= dict.fromkeys(floats, "BYTE_STREAM_SPLIT")
     memory = pa.BufferOutputStream()
     with pq.ParquetWriter(
-        memory, table.schema, compression="zstd", compression_level=3, use_dictionary=words, column_encoding=deltas or None,
-        write_page_checksum=True,
+        memory, table.schema, compression="zstd", compression_level=3, use_dictionary=words,
+        column_encoding=deltas or None, write_page_checksum=True,
     ) as writer:  # fmt: skip
         writer.write_table(table)
         metadata = {} if mark is None else {belonging.KEY: mark.text()}
-        writer.add_key_value_metadata(metadata | {seal.KEY: seal.BLANK})  # the seal last: it is searched from the end
+        # the seal last: it is searched from the end
+        writer.add_key_value_metadata(metadata | {seal.KEY: seal.BLANK})
     part, own = seal.sealed(memory.getvalue().to_pybytes())
     files.write(path, part)
     return own
@@ -60,10 +64,11 @@ def _repeats(texts: pa.ChunkedArray) -> bool:
 
 
 def open_part(path: Path, needed: bool = False) -> pq.ParquetFile:
-    """Open a part after checking its seal (`needed`: it must have one); raises RecordingError that says what is wrong.
+    """Open a part after checking its seal (`needed`: it must have one);
+    raises RecordingError that says what is wrong.
 
-    Arrow owns the bytes, and they are read in the calling thread (`read_part`, `read_group`, `each_batch`): a thread of
-    Arrow that frees a Python object while the interpreter ends would abort the process.
+    Arrow owns the bytes, and they are read in the calling thread (`read_part`, `read_group`, `each_batch`): a
+    thread of Arrow that frees a Python object while the interpreter ends would abort the process.
     """
     try:
         files.require_regular(path)
@@ -88,8 +93,10 @@ def read_group(path: Path, file: pq.ParquetFile, number: int, columns: Sequence[
         return file.read_row_group(number, columns=columns, use_threads=False)
 
 
-def each_batch(path: Path, columns: Sequence[str], needed: bool = False, rows: int = 1 << 17) -> Iterator[pa.Table]:
-    """Yield columns of a part, so many rows at a time, as tables; raises RecordingError that says what is wrong with it."""
+def each_batch(path: Path, columns: Sequence[str], needed: bool = False,
+               rows: int = 1 << 17) -> Iterator[pa.Table]:
+    """Yield columns of a part, so many rows at a time, as tables;
+    raises RecordingError that says what is wrong with it."""
     file = open_part(path, needed)
     with _named(path):
         for batch in file.iter_batches(rows, columns=columns, use_threads=False):

@@ -1,4 +1,5 @@
-"""The recorder: a row per tick and species, with the energy ledger and the causes of death; every birth and death on demand."""
+"""The recorder: a row per tick and species, with the energy ledger and the causes of death;
+every birth and death on demand."""
 
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -26,24 +27,26 @@ NOTHING = np.zeros(0, np.float32)
 class Recorder(System):
     """Counts and adds up, at the end of every tick, what happened to each species.
 
-    The ledger closes: stock_after = stock_before + endowed + taken_in − burnt − given − lost, in sums of float64.
-    `sink(kind, columns)` receives finished blocks of "series", "births", "deaths" and "snapshots"; without one the
-    series stay in memory, and so do single events with `keep_events`: see `events`. Organisms that live when the recording
-    begins are births too, of parent 0 and at the tick of their birth. `record` adds details of single organisms, "focal=N"
-    or "full": see `ecs_eco.record.details`.
+    The ledger closes: stock_after = stock_before + endowed + taken_in − burnt − given − lost, in sums of
+    float64. `sink(kind, columns)` receives finished blocks of "series", "births", "deaths" and "snapshots";
+    without one the series stay in memory, and so do single events with `keep_events`: see `events`. Organisms
+    that live when the recording begins are births too, of parent 0 and at the tick of their birth. `record`
+    adds details of single organisms, "focal=N" or "full": see `ecs_eco.record.details`.
     """
 
     phase = "record"
     world: "SpatialWorld"
 
-    def __init__(self, world: "SpatialWorld", sink: Callable[[str, dict[str, np.ndarray]], None] | None = None, *, block: int = 1000,
+    def __init__(self, world: "SpatialWorld",
+                 sink: Callable[[str, dict[str, np.ndarray]], None] | None = None, *, block: int = 1000,
                  snapshot_every: int = 0, keep_events: bool = False, record: str | None = None) -> None:
         require_whole(world, "record")
         most = how_many(record, "Recorder: record")
         if most != 0 and sink is None:
             raise ValueError(f"Recorder: record is {record!r}, but there is no sink to take the details")
         if keep_events and sink is not None:
-            raise ValueError("Recorder: keep_events is True, but a sink takes the events; allowed is one of the two")
+            raise ValueError("Recorder: keep_events is True, but a sink takes the events; "
+                             "allowed is one of the two")
         self.sink, self.block, self.snapshot_every = sink, block, snapshot_every
         self.keeps = keep_events or sink is not None
         self.names = [name for name, t in world.tables.items() if not t.species.is_object]
@@ -65,7 +68,8 @@ class Recorder(System):
         self._at, self._last = 0, -1  # the row to write next; the last tick that is over
         self._blocks: list[dict[str, np.ndarray]] = []
         self._events: dict[str, list[tuple[np.ndarray, ...]]] = {"births": [], "deaths": [], "snapshots": []}
-        self._letters: dict[str, np.ndarray] = {}  # of each species with a genome: a letter per number, "S1" or "U1"
+        # of each species with a genome: a letter per number, "S1" or "U1"
+        self._letters: dict[str, np.ndarray] = {}
         self.details = None if most == 0 else Details(world, most, sink)
         world.on_birth.append(self.born)
         world.on_death.append(self.died)
@@ -95,7 +99,8 @@ class Recorder(System):
         if energy is not None:
             self._ledger["endowed"][self._at, s] += energy.sum(dtype=np.float64)
         if self.keeps:
-            self._events["births"].append((*self._where(table, s, rows, energy), parents, second, self._genomes(table, rows)))
+            self._events["births"].append((*self._where(table, s, rows, energy), parents, second,
+                                           self._genomes(table, rows)))
 
     def died(self, table: "Table", rows: np.ndarray) -> None:
         """Note the dying, before their rows are free: their flows of this tick, and what they still held."""
@@ -112,15 +117,18 @@ class Recorder(System):
             m = table[Metabolism]
             energy = m.energy[rows]
             page = self._ledger[self._at, s]
-            for name, field in FLOWS.items() if self.world.ticking else ():  # between ticks their flows are in the ledger already
+            # between ticks their flows are in the ledger already
+            for name, field in FLOWS.items() if self.world.ticking else ():
                 page[name] += getattr(m, field)[rows].sum(dtype=np.float64)
             page["lost"] += energy.sum(dtype=np.float64)
         if self.keeps:
             age = ((self.world.tick - table.born[rows]) * self.world.dt).astype(np.float32)
-            self._events["deaths"].append(self._where(table, s, rows, energy) + (causes, table.killer[rows], age))
+            self._events["deaths"].append(self._where(table, s, rows, energy)
+                                          + (causes, table.killer[rows], age))
 
     def _genomes(self, table: "Table", rows: np.ndarray) -> np.ndarray:
-        """Return the genomes of rows as text: bytes[k], or str[k] where a letter is none of ASCII; "" without a genome."""
+        """Return the genomes of rows as text: bytes[k], or str[k] where a letter is none of ASCII;
+        "" without a genome."""
         if Genome not in table or not table[Genome].loci.shape[1]:
             return np.zeros(rows.size, "S1")
         if table.name not in self._letters:
@@ -145,7 +153,8 @@ class Recorder(System):
             table = world.tables[name]
             self._counts["n"][at, s] = table.n
             if world.space.volume and Position in table and table.n:
-                self._means["depth_mean"][at, s] = mean_depth(table.alive[: table.high], table[Position].z, float(world.space.size[2]))
+                self._means["depth_mean"][at, s] = mean_depth(table.alive[: table.high], table[Position].z,
+                                                              float(world.space.size[2]))
             if Metabolism not in table:
                 continue
             m = table[Metabolism]
@@ -156,7 +165,8 @@ class Recorder(System):
             for flow in FLOWS:
                 page[flow] += getattr(total, flow)
             page["stock_after"] = self._stock[s] = total.energy
-            means["energy_mean"], means["happiness_mean"] = total.energy / max(table.n, 1), total.happiness / max(table.n, 1)
+            means["energy_mean"], means["happiness_mean"] = (total.energy / max(table.n, 1),
+                                                             total.happiness / max(table.n, 1))
         if self.snapshot_every and world.tick % self.snapshot_every == 0:
             self._snapshot()
         if self.details is not None:
@@ -173,7 +183,8 @@ class Recorder(System):
                 zero = np.zeros(rows.size, np.float32)
                 energy = table[Metabolism].energy[rows] if Metabolism in table else zero
                 mood = table[Nervous].happiness[rows] if Nervous in table else zero
-                self._events["snapshots"].append(self._where(table, s, rows, energy) + (table[Position].heading[rows], mood))
+                self._events["snapshots"].append(self._where(table, s, rows, energy)
+                                                 + (table[Position].heading[rows], mood))
 
     def flush(self) -> None:
         """Pass on what has been recorded since the last time, of all ticks that are over."""
@@ -184,7 +195,8 @@ class Recorder(System):
             else:
                 self._blocks.append(block)
             for array in (self._counts, self._means, self._ledger, self._died):
-                begun = array[self._at].copy() if self._at < self.block else 0  # the page of a tick that is not over
+                # the page of a tick that is not over
+                begun = array[self._at].copy() if self._at < self.block else 0
                 array[...] = 0
                 array[0] = begun
             self._at = 0
@@ -199,17 +211,20 @@ class Recorder(System):
                     self.sink(kind, dict(zip(names, columns, strict=True)))
 
     def state(self) -> dict[str, np.ndarray]:
-        """Return the state from which the recording continues, after `flush`: stocks, the open page, pending events, series in memory."""
+        """Return the state from which the recording continues, after `flush`: stocks, the open page,
+        pending events, series in memory."""
         out = {"stock": self._stock.copy(), "last": np.array(self._last)}
         out |= {f"page/{name}": _as_plain(getattr(self, f"_{name}")[0]) for name in PAGES}
         for kind, names in EVENTS.items():
             if self._events[kind]:
                 columns = [np.concatenate(c) for c in zip(*self._events[kind], strict=True)]
-                out |= {f"{kind}/{name}": _as_numbers(column) for name, column in zip(names, columns, strict=True)}
+                out |= {f"{kind}/{name}": _as_numbers(column)
+                        for name, column in zip(names, columns, strict=True)}
         if self.details is not None:
             out |= {f"details/{name}": column for name, column in self.details.state().items()}
         for name in dict.fromkeys(n for b in self._blocks for n in b):
-            out[f"series/{name}"] = np.concatenate([b.get(name, np.zeros(b["tick"].size, np.int32)) for b in self._blocks])
+            out[f"series/{name}"] = np.concatenate([b.get(name, np.zeros(b["tick"].size, np.int32))
+                                                    for b in self._blocks])
         return out
 
     def load(self, state: dict[str, np.ndarray]) -> None:
@@ -222,19 +237,24 @@ class Recorder(System):
         self._events = {kind: [] for kind in EVENTS}
         for kind, names in EVENTS.items():
             if f"{kind}/tick" in state:
-                self._events[kind] = [tuple(_as_text(state[f"{kind}/{n}"]) if n == "genome" else state[f"{kind}/{n}"] for n in names)]
+                self._events[kind] = [tuple(_as_text(state[f"{kind}/{n}"])
+                                            if n == "genome" else state[f"{kind}/{n}"] for n in names)]
         if self.details is not None:
-            self.details.load({key.removeprefix("details/"): array for key, array in state.items() if key.startswith("details/")})
-        series = {key.removeprefix("series/"): array for key, array in state.items() if key.startswith("series/")}
+            self.details.load({key.removeprefix("details/"): array
+                               for key, array in state.items() if key.startswith("details/")})
+        series = {key.removeprefix("series/"): array
+                  for key, array in state.items() if key.startswith("series/")}
         self._blocks = [series] if series else []
 
     def events(self, kind: str) -> dict[str, np.ndarray]:
         """Return the "births" or "deaths" kept in memory, a row each in the order in which they happened.
 
-        `species` and `cause` hold indices into `names` and, from 1, `world.causes`. RuntimeError without `keep_events`.
+        `species` and `cause` hold indices into `names` and, from 1,
+        `world.causes`. RuntimeError without `keep_events`.
         """
         if self.sink is not None or not self.keeps:
-            raise RuntimeError("this recorder keeps no events in memory; make it with Recorder(world, keep_events=True)")
+            raise RuntimeError("this recorder keeps no events in memory; make it with Recorder(world, "
+                               "keep_events=True)")
         empty = [tuple(np.zeros(0, np.int64) for _ in EVENTS[kind])]
         columns = [np.concatenate(c) for c in zip(*(self._events[kind] or empty), strict=True)]
         return dict(zip(EVENTS[kind], columns, strict=True))
@@ -242,10 +262,12 @@ class Recorder(System):
     def _columns(self, n: int) -> dict[str, np.ndarray]:
         """Return copies of the first n ticks as flat columns, by tick, then species."""
         s = len(self.names)
-        out: dict[str, np.ndarray] = {"tick": self._tick[:n].ravel().copy(), "species": np.tile(np.arange(s, dtype=np.int8), n)}
+        out: dict[str, np.ndarray] = {"tick": self._tick[:n].ravel().copy(),
+                                      "species": np.tile(np.arange(s, dtype=np.int8), n)}
         for array in (self._counts, self._means, self._ledger):
             out |= {name: array[name][:n].ravel() for name in array.dtype.names or ()}
-        return out | {f"died: {cause}": self._died[:n, :, i + 1].ravel() for i, cause in enumerate(self.world.causes)}
+        return out | {f"died: {cause}": self._died[:n, :, i + 1].ravel()
+                      for i, cause in enumerate(self.world.causes)}
 
     def series(self) -> Any:
         """Return all ticks that are still in memory as a pyarrow.Table."""
@@ -253,7 +275,9 @@ class Recorder(System):
 
         blocks = [*self._blocks, *([self._columns(self._at)] if self._at else [])]
         names = list(dict.fromkeys(n for b in blocks for n in b)) or list(self._columns(0))
-        columns = {n: np.concatenate([b.get(n, np.zeros(b["tick"].size, np.int32)) for b in blocks] or [np.zeros(0)]) for n in names}
+        columns = {n: np.concatenate([b.get(n, np.zeros(b["tick"].size, np.int32)) for b in blocks]
+                                     or [np.zeros(0)])
+                   for n in names}
         return to_arrow(columns, {"species": self.names})
 
 
@@ -266,7 +290,8 @@ EVENTS = {
 
 
 def _as_plain(rows: np.ndarray) -> np.ndarray:
-    """Return a copy of rows with named columns as an array with a last axis of columns; other arrays as a plain copy."""
+    """Return a copy of rows with named columns as an array with a last axis of columns;
+    other arrays as a plain copy."""
     return structured_to_unstructured(rows, copy=True) if rows.dtype.names else rows.copy()
 
 
@@ -288,7 +313,8 @@ def _as_text(numbers: np.ndarray) -> np.ndarray:
 
 
 def letters_of(table: "Table") -> np.ndarray:
-    """Return the letter of each number in a table's genomes: "S1"[256], "U1"[256] beyond ASCII; "?" where there is none."""
+    """Return the letter of each number in a table's genomes: "S1"[256], "U1"[256] beyond ASCII;
+    "?" where there is none."""
     from ecs_eco.genomes import DNA
 
     alphabet: Any = getattr(getattr(table.species.heredity, "layout", None), "alphabet", DNA)

@@ -1,7 +1,8 @@
-"""Seals: a SHA-256 of the content in each file of a recording, so that damaged files are not taken for results.
+"""Seals: a SHA-256 of the content in each file of a recording,
+so that damaged files are not taken for results.
 
-In a Parquet part it is an entry of the footer, computed with zeros in its place; in the manifest the key `seal`, computed without it.
-Files without a seal can be read unless their manifest says that they had one.
+In a Parquet part it is an entry of the footer, computed with zeros in its place; in the manifest the key
+`seal`, computed without it. Files without a seal can be read unless their manifest says that they had one.
 """
 
 import hashlib
@@ -37,7 +38,8 @@ def check(path: Path, part: memoryview, needed: bool) -> None:
 
 
 def _place(part: memoryview) -> int | None:
-    """Return where the 64 digits of the seal are; they stand after the key, a byte for the type and one for the length."""
+    """Return where the 64 digits of the seal are; they stand after the key,
+    a byte for the type and one for the length."""
     start = max(0, len(part) - (1 << 20))  # the footer is at the end
     at = bytes(part[start:]).rfind(KEY.encode())
     place = start + at + len(KEY) + 2
@@ -60,11 +62,14 @@ def write_manifest(folder: Path, manifest: Mapping[str, Any]) -> None:
 
 
 def read_manifest(folder: Path) -> dict[str, Any]:
-    """Return the manifest of a run; FileNotFoundError where there is none, RecordingError where it is damaged or was changed."""
+    """Return the manifest of a run; FileNotFoundError where there is none,
+    RecordingError where it is damaged or was changed."""
     file = folder / "manifest.json"
     if not file.is_file():
         fault = "has no manifest.json" if folder.is_dir() else "no such folder"
-        raise FileNotFoundError(f"{folder} is no run folder: {fault} (a folder written by `ecs-eco run --out`)")
+        raise FileNotFoundError(
+            f"{folder} is no run folder: {fault} (a folder written by `ecs-eco run --out`)"
+        )
     try:
         manifest = json.loads(file.read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError) as error:
@@ -72,7 +77,8 @@ def read_manifest(folder: Path) -> dict[str, Any]:
     if not isinstance(manifest, dict):
         raise RecordingError(f"{file}: is no manifest of a run")
     content = {key: value for key, value in manifest.items() if key != WORD}
-    if WORD not in manifest and "snapshot_every" in manifest:  # every manifest of a version with seals has this key
+    # every manifest of a version with seals has this key
+    if WORD not in manifest and "snapshot_every" in manifest:
         raise RecordingError(f"{file}: is damaged: its seal is missing")
     if WORD in manifest and manifest[WORD] != _of(content):
         raise RecordingError(f"{file}: is damaged, or was changed: its seal does not fit")

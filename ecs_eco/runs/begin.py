@@ -1,4 +1,5 @@
-"""The start of a recorded run: its policies and first checkpoint are written, then its manifest; and how it starts again."""
+"""The start of a recorded run: its policies and first checkpoint are written, then its manifest;
+and how it starts again."""
 
 from __future__ import annotations
 
@@ -41,7 +42,8 @@ def begin(world: World, claim: Claim, manifest: dict[str, Any], weights: Mapping
     """Begin a recording in a claimed folder: write policies, a first checkpoint and, last, the manifest."""
     from ecs_eco.record.recorder import Recorder
 
-    manifest["weights"] = {name: _copy(file, claim.path / POLICIES / f"{name}.safetensors") for name, file in weights.items()}
+    manifest["weights"] = {name: _copy(file, claim.path / POLICIES / f"{name}.safetensors")
+                           for name, file in weights.items()}
     manifest["id"] = belonging.identity(manifest)
     folder = folder_of(claim, world, manifest)
     Recorder(world, folder.sink, snapshot_every=manifest["snapshot_every"], record=manifest.get("record"))
@@ -62,7 +64,8 @@ def begin(world: World, claim: Claim, manifest: dict[str, Any], weights: Mapping
 
 def folder_of(claim: Claim, world: World, manifest: Mapping[str, Any]) -> Folder:
     """Return the folder of a run, whose parts name it."""
-    return Folder(claim.path, world, {"run": manifest["id"], "world": manifest["world"], "seed": manifest["seed"]}, claim)
+    return Folder(claim.path, world,
+                  {"run": manifest["id"], "world": manifest["world"], "seed": manifest["seed"]}, claim)
 
 
 def keep_checkpoint(world: World, folder: Folder, manifest: Mapping[str, Any]) -> None:
@@ -71,7 +74,8 @@ def keep_checkpoint(world: World, folder: Folder, manifest: Mapping[str, Any]) -
     place = folder.path / "checkpoints"
     if folder.claim is not None:
         folder.claim.check()
-    checkpoint.write(place / checkpoint.name_of(world.tick), meta | {"run": {"id": manifest["id"], **folder.written}}, arrays)
+    checkpoint.write(place / checkpoint.name_of(world.tick),
+                     meta | {"run": {"id": manifest["id"], **folder.written}}, arrays)
     for old in sorted(place.glob(f"tick-*{checkpoint.SUFFIX}"))[: -max(1, manifest["keep"])]:
         old.unlink(missing_ok=True)
 
@@ -85,9 +89,11 @@ def keep_manifest(folder: Folder, manifest: Mapping[str, Any]) -> None:
 
 def start_of(path: Path, manifest: Mapping[str, Any], config: Mapping[str, Any] | None = None,
              trust: bool = False) -> dict[str, Any]:
-    """Return what `World.from_config` takes to begin a recorded run again, with its own policies, wherever its folder is now.
+    """Return what `World.from_config` takes to begin a recorded run again, with its own policies,
+    wherever its folder is now.
 
-    `config` replaces that of the manifest. Raises RecordingError if a policy is not the one that the run began with, ConfigError.
+    `config` replaces that of the manifest. Raises RecordingError if a policy is not the one
+    that the run began with, ConfigError.
     """
     policies, weights = manifest["policies"], manifest.get("weights", {})
     for name, wanted in weights.items():
@@ -95,24 +101,30 @@ def start_of(path: Path, manifest: Mapping[str, Any], config: Mapping[str, Any] 
     if weights:
         names = manifest["config"]["species"]
         others = policies if isinstance(policies, dict) else dict.fromkeys(names, policies)
-        policies = {name: str(path / POLICIES) if name in weights else others.get(name, "trained") for name in names}
-    return {"config": config_of(manifest, config, path, trust), "seed": manifest["seed"], "policies": policies, "learn": manifest["learn"],
+        policies = {name: str(path / POLICIES) if name in weights else others.get(name, "trained")
+                    for name in names}
+    return {"config": config_of(manifest, config, path, trust), "seed": manifest["seed"],
+            "policies": policies, "learn": manifest["learn"],
             "controls": manifest.get("controls", ())}  # fmt: skip
 
 
-def config_of(manifest: Mapping[str, Any], config: Mapping[str, Any] | None = None, path: Path = Path(), trust: bool = False) -> Any:
-    """Return the configuration of a recorded run, which names no files of policies: they are in the run's folder. Raises ConfigError."""
+def config_of(manifest: Mapping[str, Any], config: Mapping[str, Any] | None = None, path: Path = Path(),
+              trust: bool = False) -> Any:
+    """Return the configuration of a recorded run, which names no files of policies: they are in the run's
+    folder. Raises ConfigError."""
     from ecs_eco.record.code import recorded
 
     data = dict(manifest["config"] if config is None else config)
     if "id" in manifest:
-        data["species"] = {name: species | {"policy": species["policy"] | {"file": None}} for name, species in data["species"].items()}
+        data["species"] = {name: species | {"policy": species["policy"] | {"file": None}}
+                           for name, species in data["species"].items()}
     return recorded(path, manifest, data, trust)
 
 
 def said_policies(policies: Any) -> Any:
     """Return what policies start from as JSON holds it: a word or a folder, or these by species."""
-    return {name: str(source) for name, source in policies.items()} if isinstance(policies, Mapping) else str(policies)
+    return ({name: str(source) for name, source in policies.items()}
+            if isinstance(policies, Mapping) else str(policies))
 
 
 def _copy(file: Path, into: Path) -> str:
@@ -129,6 +141,8 @@ def _check_policy(file: Path, wanted: str) -> None:
     try:
         actual = hash_of(file)
     except OSError as error:
-        raise RecordingError(f"{file}: the policy that this run began with cannot be read: {error.strerror}") from None
+        raise RecordingError(f"{file}: the policy that this run began with cannot be read: "
+                             f"{error.strerror}") from None
     if actual != wanted:
-        raise RecordingError(f"{file}: is not the policy that this run began with: its SHA-256 is {actual[:12]}…, not {wanted[:12]}…")
+        raise RecordingError(f"{file}: is not the policy that this run began with: "
+                             f"its SHA-256 is {actual[:12]}…, not {wanted[:12]}…")

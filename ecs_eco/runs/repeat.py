@@ -17,46 +17,54 @@ from ecs_eco.runs.run import read_manifest, run_to_folder
 def repeatable(manifest: dict[str, Any]) -> dict[str, Any]:
     """Return the world file of a recorded run as a dict, with what was carried out as its interventions.
 
-    Interventions of the world file that were still to come are kept, since the digest covers them. Run with the manifest's
-    seed, policies, learn and controls it ends with the manifest's digest.
+    Interventions of the world file that were still to come are kept, since the digest covers them. Run with
+    the manifest's seed, policies, learn and controls it ends with the manifest's digest.
     """
     done = [dict(intervention) | {"at": tick} for tick, intervention in manifest.get("intervened", [])]
-    return manifest["config"] | {"interventions": done + _to_come(manifest), "ticks": max(1, manifest["done"])}
+    return manifest["config"] | {"interventions": done + _to_come(manifest),
+                                 "ticks": max(1, manifest["done"])}
 
 
 def _to_come(manifest: dict[str, Any]) -> list[dict[str, Any]]:
-    """Return the interventions of the world file that are due after what was recorded, each from its next tick on."""
+    """Return the interventions of the world file that are due after what was recorded,
+    each from its next tick on."""
     from pydantic import TypeAdapter
 
     from ecs_eco.config.models.interventions import AnyIntervention
 
     planned = TypeAdapter(list[AnyIntervention]).validate_python(manifest["config"].get("interventions", []))
-    return [intervention.model_dump(mode="json", exclude_none=True) for intervention in coming(planned, manifest["done"])]
+    return [intervention.model_dump(mode="json", exclude_none=True)
+            for intervention in coming(planned, manifest["done"])]
 
 
-def repeat(path: str | Path, out: str | Path | Claim | None = None, progress: Callable[[int, int], None] | None = None, *,
+def repeat(path: str | Path, out: str | Path | Claim | None = None,
+           progress: Callable[[int, int], None] | None = None, *,
            threads: int = 1, trust: bool = False) -> dict[str, Any]:
     """Run a recorded run again up to where its recording ends, into a folder or into none, and compare.
 
-    Returns world, ticks, interventions, digest, recorded (the digest of the record), same, and why they may differ.
-    `trust` allows the code that its folder keeps to run in this process.
+    Returns world, ticks, interventions, digest, recorded (the digest of the record), same, and why they may
+    differ. `trust` allows the code that its folder keeps to run in this process.
     Raises RecordingError for a fork, whose start is not in its folder, and for a folder without a run.
     """
     from ecs_eco.ecosystem import World
 
     manifest = read_manifest(Path(path))
     if "forked" in manifest:
-        raise RecordingError(f"{path}: is a fork of {manifest['forked']['from']}; repeat that one, then fork it again")
+        raise RecordingError(f"{path}: is a fork of {manifest['forked']['from']}; repeat that one, "
+                             "then fork it again")
     if not manifest.get("digest"):
-        raise RecordingError(f"{path}: was killed before it could note its end; go on with: ecs-eco resume {path}")
+        raise RecordingError(f"{path}: was killed before it could note its end; go on with: "
+                             f"ecs-eco resume {path}")
     how, done = start_of(Path(path), manifest, repeatable(manifest), trust), manifest["done"]
     config = how.pop("config")
     if out is None:
         world = World.from_config(config, threads=threads, record=False, **how).run(done, progress)
         digest = world.digest()
     else:
-        digest = run_to_folder(config, ticks=done, out=out, progress=progress, threads=threads, report=False, **how)["digest"]
+        digest = run_to_folder(config, ticks=done, out=out, progress=progress, threads=threads,
+                               report=False, **how)["digest"]
     other = {k: v for k, v in versions().items() if manifest["versions"].get(k) != v}
-    why = f"; it was recorded with other versions: {', '.join(f'{k} {v}' for k, v in other.items())}" if other else ""
+    why = (f"; it was recorded with other versions: {', '.join(f'{k} {v}' for k, v in other.items())}"
+           if other else "")
     return {"world": config.name, "ticks": done, "interventions": len(config.interventions), "digest": digest,
             "recorded": manifest["digest"], "same": digest == manifest["digest"], "why": why}  # fmt: skip

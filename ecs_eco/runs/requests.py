@@ -1,4 +1,5 @@
-"""Interventions requested by hand during a run: noted in its manifest before they are carried out, and repeated when ticks are rerun."""
+"""Interventions requested by hand during a run: noted in its manifest before they are carried out, and
+repeated when ticks are rerun."""
 
 from __future__ import annotations
 
@@ -25,8 +26,10 @@ def forget(world: World) -> None:
 
 
 def repeat_requests(world: World, manifest: dict[str, Any]) -> None:
-    """Request again what the manifest notes for the next tick, except what is pending already, from a checkpoint."""
-    for request in _without([request for tick, request in manifest.get("asked", []) if tick == world.tick], waiting(world)):
+    """Request again what the manifest notes for the next tick, except what is pending already,
+    from a checkpoint."""
+    for request in _without([request for tick, request in manifest.get("asked", []) if tick == world.tick],
+                            waiting(world)):
         world.intervene({key: value for key, value in request.items() if key != "at"})
 
 

@@ -1,4 +1,5 @@
-"""A run that writes a folder, can be stopped at any moment, and continues from its last checkpoint bit for bit."""
+"""A run that writes a folder, can be stopped at any moment,
+and continues from its last checkpoint bit for bit."""
 
 from __future__ import annotations
 
@@ -20,7 +21,15 @@ from ecs_eco.record import belonging, seal
 from ecs_eco.record.claim import Claim, stopped_early
 from ecs_eco.record.details import how_many
 from ecs_eco.record.folder import Folder, git_commit, versions
-from ecs_eco.runs.begin import begin, begun, folder_of, keep_checkpoint, keep_manifest, said_policies, start_of
+from ecs_eco.runs.begin import (
+    begin,
+    begun,
+    folder_of,
+    keep_checkpoint,
+    keep_manifest,
+    said_policies,
+    start_of,
+)
 from ecs_eco.runs.requests import RequestLog, forget, repeat_requests
 
 if TYPE_CHECKING:
@@ -38,21 +47,26 @@ class Stopped(KeyboardInterrupt):
         self.tick, self.folder = tick, folder
 
 
-def run_to_folder(config: Any, seed: int | None = None, ticks: int | None = None, out: str | Path | Claim = "run",
-                  policies: Any = "trained", learn: bool | None = None, progress: Progress | None = None, *, threads: int = 1,
-                  snapshot_every: int | None = None, report: bool = True, command: str | None = None, controls: Sequence[str] = (),
+def run_to_folder(config: Any, seed: int | None = None, ticks: int | None = None,
+                  out: str | Path | Claim = "run", policies: Any = "trained", learn: bool | None = None,
+                  progress: Progress | None = None, *, threads: int = 1, snapshot_every: int | None = None,
+                  report: bool = True, command: str | None = None, controls: Sequence[str] = (),
                   checkpoint_every: int | None = None, keep: int = KEEP, record: str | None = None,
                   prepare: Callable[[Any], None] | None = None, trust: bool = False) -> dict[str, Any]:
-    """Run a world, with these treatments of `ecs_eco.worlds.treatments`, and leave a folder; return its manifest.
+    """Run a world, with these treatments of `ecs_eco.worlds.treatments`, and leave a folder;
+    return its manifest.
 
-    `trust` allows the code that the world lists in `code` to run in this process; the folder keeps a copy of its files.
+    `trust` allows the code that the world lists in `code` to run in this process;
+    the folder keeps a copy of its files.
 
-    `record` asks for details of single organisms: "focal=N" of each species, or "full" (see `ecs_eco.record.details`).
+    `record` asks for details of single organisms: "focal=N" of each species, or "full" (see
+    `ecs_eco.record.details`).
 
-    A checkpoint is written at tick 0, every `checkpoint_every` ticks if set, and at the end; the last `keep` are kept. Ctrl-C
-    and SIGTERM stop at the end of the tick with a checkpoint and raise Stopped; a second one stops at once. `prepare(world)`
-    is called before the first tick, for a viewer, say. Raises FileExistsError if `out` is not empty, FolderInUse if another
-    process writes there, RecordingError if nothing can be written any more.
+    A checkpoint is written at tick 0, every `checkpoint_every` ticks if set, and at the end; the last `keep`
+    are kept. Ctrl-C and SIGTERM stop at the end of the tick with a checkpoint and raise Stopped; a second one
+    stops at once. `prepare(world)` is called before the first tick, for a viewer, say. Raises FileExistsError
+    if `out` is not empty, FolderInUse if another process writes there, RecordingError if nothing can be
+    written any more.
     """
     from ecs_eco.config import WorldConfig, load
     from ecs_eco.worlds.policies import weights_files
@@ -65,25 +79,28 @@ def run_to_folder(config: Any, seed: int | None = None, ticks: int | None = None
     with begun(out) as claim:
         world = _build(config, seed, policies, threads, learn, controls)
         manifest = {
-            "format": belonging.FORMAT, "world": config.name, "title": config.title, "config": config.resolved(),
-            "config_hash": config.config_hash, "seed": world.seed, "ticks": ticks, "dt": config.dt, "policies": said_policies(policies),
-            "learn": learn, "controls": list(controls), "command": command, "versions": versions(), "git_commit": git_commit(),
-            "snapshot_every": every, "checkpoint_every": checkpoint_every, "keep": keep, "record": record, "wall_seconds": 0.0,
+            "format": belonging.FORMAT, "world": config.name, "title": config.title,
+            "config": config.resolved(),
+            "config_hash": config.config_hash, "seed": world.seed, "ticks": ticks, "dt": config.dt,
+            "policies": said_policies(policies), "learn": learn, "controls": list(controls),
+            "command": command, "versions": versions(), "git_commit": git_commit(), "snapshot_every": every,
+            "checkpoint_every": checkpoint_every, "keep": keep, "record": record, "wall_seconds": 0.0,
         }  # fmt: skip
         folder = begin(world, claim, manifest, weights_files(config, policies), prepare)
         return _go(world, folder, manifest, ticks, progress, report, start)
 
 
-def resume(path: str | Path, until: int | None = None, progress: Progress | None = None, *, threads: int = 1, report: bool = True,
-           complain: Callable[[str], None] = print, prepare: Callable[[Any], None] | None = None, trust: bool = False) -> dict[str, Any]:
+def resume(path: str | Path, until: int | None = None, progress: Progress | None = None, *, threads: int = 1,
+           report: bool = True, complain: Callable[[str], None] = print,
+           prepare: Callable[[Any], None] | None = None, trust: bool = False) -> dict[str, Any]:
     """Resume the run in a folder, from its last intact checkpoint to tick `until`; return its manifest.
 
-    `prepare(world)` is called before the first tick that follows. `trust` allows the code in its folder `code` to run in this
-    process, as it is now.
+    `prepare(world)` is called before the first tick that follows. `trust` allows the code in its folder
+    `code` to run in this process, as it is now.
 
-    Everything after that checkpoint is recorded again, with the same result. Raises RecordingError for a folder without a
-    run, or whose run is past `until`; FolderInUse if another process writes there; ForeignFile if a checkpoint or a part
-    belongs to another run; CheckpointError.
+    Everything after that checkpoint is recorded again, with the same result. Raises RecordingError for a
+    folder without a run, or whose run is past `until`; FolderInUse if another process writes there;
+    ForeignFile if a checkpoint or a part belongs to another run; CheckpointError.
     """
     start, path = time.perf_counter(), Path(path)
     read_manifest(path)
@@ -92,10 +109,13 @@ def resume(path: str | Path, until: int | None = None, progress: Progress | None
         until = manifest["ticks"] if until is None else until
         newest = checkpoint.latest(path / "checkpoints", complain=complain, check=partial(_of_run, manifest))
         if newest is None and "forked" in manifest:
-            raise CheckpointError(f"{path}: is a fork of {manifest['forked']['from']} without a checkpoint; fork that one again")
-        world, folder = _begin_anew(claim, manifest, threads, trust) if newest is None else _from(newest, claim, manifest, threads, trust)
+            raise CheckpointError(f"{path}: is a fork of {manifest['forked']['from']} without a checkpoint; "
+                                  "fork that one again")
+        world, folder = (_begin_anew(claim, manifest, threads, trust)
+                         if newest is None else _from(newest, claim, manifest, threads, trust))
         if until < world.tick:
-            raise RecordingError(f"{path}: is at tick {world.tick} already; --until {until} lies before that. A fork goes on from an "
+            raise RecordingError(f"{path}: is at tick {world.tick} already; "
+                                 f"--until {until} lies before that. A fork goes on from an "
                                  f"earlier one: --from-tick {until} --out NEW")  # fmt: skip
         manifest |= {"ticks": until, "finished": False, **folder.written}
         keep_manifest(folder, manifest)  # before parts that it counts are deleted
@@ -105,16 +125,17 @@ def resume(path: str | Path, until: int | None = None, progress: Progress | None
         return _go(world, folder, manifest, until, progress, report, start)
 
 
-def fork(path: str | Path, out: str | Path | Claim, from_tick: int | None = None, changes: Any = (), until: int | None = None,
-         progress: Progress | None = None, *, threads: int = 1, report: bool = True, command: str | None = None,
-         complain: Callable[[str], None] = print, prepare: Callable[[Any], None] | None = None, trust: bool = False) -> dict[str, Any]:
+def fork(path: str | Path, out: str | Path | Claim, from_tick: int | None = None, changes: Any = (),
+         until: int | None = None, progress: Progress | None = None, *, threads: int = 1, report: bool = True,
+         command: str | None = None, complain: Callable[[str], None] = print,
+         prepare: Callable[[Any], None] | None = None, trust: bool = False) -> dict[str, Any]:
     """Continue from a tick of a recorded run in a new folder, with changed values; return the new manifest.
 
     `prepare(world)` is called before the first tick of the fork; `trust` is as in `resume`.
 
-    The world is restored from the last checkpoint at or before `from_tick` (None: the last one) and runs exactly as it did up
-    to that tick; then `changes` ("key=value", or a dict) take effect. Interventions requested by hand in that tick or later are
-    not carried out. The recording begins there.
+    The world is restored from the last checkpoint at or before `from_tick` (None: the last one) and runs
+    exactly as it did up to that tick; then `changes` ("key=value", or a dict) take effect. Interventions
+    requested by hand in that tick or later are not carried out. The recording begins there.
     """
     start, path = time.perf_counter(), Path(path)
     manifest = _with_id(path, read_manifest(path))
@@ -128,25 +149,30 @@ def fork(path: str | Path, out: str | Path | Claim, from_tick: int | None = None
             reconfigure(world, changed(world.config, changes))
         until = max(manifest["ticks"], world.tick) if until is None else until
         if until < world.tick:
-            raise RecordingError(f"{path}: the fork begins at tick {world.tick}; --until {until} lies before that")
+            raise RecordingError(f"{path}: the fork begins at tick {world.tick}; "
+                                 f"--until {until} lies before that")
         listed = dict(changes) if isinstance(changes, dict) else list(changes)
         manifest |= {
-            "config": world.config.resolved(), "config_hash": world.config.config_hash, "ticks": until, "command": command,
-            "wall_seconds": 0.0, "versions": versions(), "git_commit": git_commit(), "asked": [], "parts": {}, "heads": {},
-            "forked": {"from": str(path), "id": manifest["id"], "tick": world.tick, "changes": listed, "digest": world.digest()},
+            "config": world.config.resolved(), "config_hash": world.config.config_hash, "ticks": until,
+            "command": command,
+            "wall_seconds": 0.0, "versions": versions(), "git_commit": git_commit(), "asked": [], "parts": {},
+            "heads": {}, "forked": {"from": str(path), "id": manifest["id"], "tick": world.tick,
+                                    "changes": listed, "digest": world.digest()},
         }  # fmt: skip
         folder = begin(world, claim, manifest, {}, prepare)
         return _go(world, folder, manifest, until, progress, report, start)
 
 
-def _world_at(path: Path, manifest: dict[str, Any], tick: int | None, threads: int, complain: Callable[[str], None],
-              trust: bool) -> Any:
+def _world_at(path: Path, manifest: dict[str, Any], tick: int | None, threads: int,
+              complain: Callable[[str], None], trust: bool) -> Any:
     """Return the world of a recorded run at a tick, at its last checkpoint where that is None."""
     from ecs_eco.ecosystem import World
 
-    file = checkpoint.latest(path / "checkpoints", before=tick, complain=complain, check=partial(_of_run, manifest))
+    file = checkpoint.latest(path / "checkpoints", before=tick, complain=complain,
+                             check=partial(_of_run, manifest))
     if file is None:
-        raise CheckpointError(f"{path}: has no checkpoint at or before tick {tick}; run it with --checkpoint-every N")
+        raise CheckpointError(f"{path}: has no checkpoint at or before tick {tick}; "
+                              "run it with --checkpoint-every N")
     world = World.restore(file, threads=threads, record=False, trust=trust)
     if tick is not None and tick > world.tick:
         with listening(world.before_tick, partial(repeat_requests, world, manifest)):
@@ -159,17 +185,21 @@ def read_manifest(path: Path) -> dict[str, Any]:
     try:
         manifest = {key: value for key, value in seal.read_manifest(path).items() if key != seal.WORD}
     except FileNotFoundError as error:
-        early = "; a run was killed there before it began: run it again with --out" if stopped_early(path) else ""
+        early = ("; a run was killed there before it began: run it again with --out"
+                 if stopped_early(path) else "")
         raise RecordingError(f"{error}{early} {path}" if early else str(error)) from None
-    if manifest.get("format") not in (1, belonging.FORMAT) or not {"config", "seed", "ticks"} <= set(manifest):
-        raise RecordingError(f"{path / 'manifest.json'}: is no manifest of a run, or of another version of ecs-eco")
+    if (manifest.get("format") not in (1, belonging.FORMAT)
+        or not {"config", "seed", "ticks"} <= set(manifest)):
+        raise RecordingError(f"{path / 'manifest.json'}: is no manifest of a run, "
+                             "or of another version of ecs-eco")
     return manifest
 
 
 def _with_id(path: Path, manifest: dict[str, Any]) -> dict[str, Any]:
     """Return a manifest that lists the files of its run; RecordingError for one of an older format."""
     if "id" not in manifest:
-        raise RecordingError(f"{path / 'manifest.json'}: was written in format {manifest['format']}, by an older version of ecs-eco: "
+        raise RecordingError(f"{path / 'manifest.json'}: was written in format {manifest['format']}, "
+                             "by an older version of ecs-eco: "
                              "such a run can be read and repeated, but not resumed")  # fmt: skip
     return manifest
 
@@ -182,11 +212,13 @@ def _build(config: Any, seed: Any, policies: Any, threads: int, learn: Any, cont
     """Return the world of a run, built without a recorder."""
     from ecs_eco.ecosystem import World
 
-    return World.from_config(config, seed=seed, policies=policies, threads=threads, learn=learn, controls=controls, record=False)
+    return World.from_config(config, seed=seed, policies=policies, threads=threads, learn=learn,
+                             controls=controls, record=False)
 
 
 def snapshots(config: Any, ticks: int) -> int:
-    """Return the ticks between snapshots, about 100 in a run; under a sun they fall on all hours of the day."""
+    """Return the ticks between snapshots, about 100 in a run; under a sun they fall on all hours of the day.
+    """
     every, sun = max(1, ticks // 100), config.sun
     day = round(sun.day / config.dt) if sun is not None else 0
     while day > 1 and math.gcd(every, day) > 1:
@@ -194,8 +226,10 @@ def snapshots(config: Any, ticks: int) -> int:
     return every
 
 
-def _from(file: Path, claim: Claim, manifest: dict[str, Any], threads: int, trust: bool) -> tuple[Any, Folder]:
-    """Restore a checkpoint of a run, and its recorder as it was then, after checking that all parts up to there are the run's."""
+def _from(file: Path, claim: Claim, manifest: dict[str, Any], threads: int,
+          trust: bool) -> tuple[Any, Folder]:
+    """Restore a checkpoint of a run, and its recorder as it was then,
+    after checking that all parts up to there are the run's."""
     from ecs_eco.ecosystem import World
     from ecs_eco.record.recorder import Recorder
 
@@ -205,7 +239,8 @@ def _from(file: Path, claim: Claim, manifest: dict[str, Any], threads: int, trus
 
     def record(world: World) -> None:
         folders.append(folder_of(claim, world, manifest))
-        Recorder(world, folders[0].sink, snapshot_every=manifest["snapshot_every"], record=manifest.get("record"))
+        Recorder(world, folders[0].sink, snapshot_every=manifest["snapshot_every"],
+                 record=manifest.get("record"))
 
     world = World.restore(file, threads=threads, prepare=record, record=False, trust=trust)
     folders[0].go_on_from(written, manifest)
@@ -224,8 +259,8 @@ def _begin_anew(claim: Claim, manifest: dict[str, Any], threads: int, trust: boo
     return world, folder
 
 
-def _go(world: World, folder: Folder, manifest: dict[str, Any], until: int, progress: Progress | None, report: bool,
-        begin: float) -> dict[str, Any]:
+def _go(world: World, folder: Folder, manifest: dict[str, Any], until: int, progress: Progress | None,
+        report: bool, begin: float) -> dict[str, Any]:
     """Let a recorded world run to a tick, with checkpoints; leave a consistent folder whatever happens."""
     every, path = manifest.get("checkpoint_every") or 0, folder.path
     first, spent, whole = world.tick, float(manifest.get("wall_seconds", 0.0)), False
@@ -234,7 +269,8 @@ def _go(world: World, folder: Folder, manifest: dict[str, Any], until: int, prog
     try:
         with _stopping(world), listening(world.before_tick, requests.look):
             while world.tick < until and not world.stopped:
-                goal = min(until, (world.tick // every + 1) * every if every else until, first + 1 if world.tick == first else until)
+                goal = min(until, (world.tick // every + 1) * every if every else until,
+                           first + 1 if world.tick == first else until)
                 at = world.tick
                 world.run(goal - at, None if progress is None else _of_all(progress, at, until))
                 if at == first:
@@ -264,7 +300,8 @@ def _of_all(progress: Progress, at: int, until: int) -> Progress:
 
 
 def _close(world: World, folder: Folder, manifest: dict[str, Any], finished: bool, last: bool) -> None:
-    """Write the rest of the records, a last checkpoint if the tick is complete, and the manifest; say so if that is not possible."""
+    """Write the rest of the records, a last checkpoint if the tick is complete, and the manifest;
+    say so if that is not possible."""
     try:
         world.recorder.flush()
         if last:
@@ -277,14 +314,17 @@ def _close(world: World, folder: Folder, manifest: dict[str, Any], finished: boo
 
 
 def _state(world: World) -> dict[str, Any]:
-    return {"done": world.tick, "causes": world.causes, "intervened": [list(done) for done in world.intervened]}
+    return {"done": world.tick, "causes": world.causes,
+            "intervened": [list(done) for done in world.intervened]}
 
 
 def _cannot_write(error: OSError, world: World, path: Path) -> str:
     kept = sorted((path / "checkpoints").glob(f"tick-*{checkpoint.SUFFIX}"))
-    last = f"; the last checkpoint is of tick {checkpoint.tick_of(kept[-1])}: make room, then ecs-eco resume {path}" if kept else ""
+    last = (f"; the last checkpoint is of tick {checkpoint.tick_of(kept[-1])}: make room, "
+            f"then ecs-eco resume {path}" if kept else "")
     why = error.strerror or error
-    return f"{path}: nothing more can be written at tick {world.tick}: {why}; what was recorded until then is whole{last}"
+    return (f"{path}: nothing more can be written at tick {world.tick}: {why}; "
+            f"what was recorded until then is whole{last}")
 
 
 @contextmanager

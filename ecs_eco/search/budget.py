@@ -11,7 +11,8 @@ from ecs_eco.engine.errors import ConfigError, Problem
 from ecs_eco.search.journal import Journal
 from ecs_eco.search.plan import Plan
 
-FIRST_RESERVE = 0.25  # share of the time kept for finals and confirmation, before any run at full length was timed
+# share of the time kept for finals and confirmation, before any run at full length was timed
+FIRST_RESERVE = 0.25
 MOST_RESERVE = 0.6  # share of the time kept at most, however long such runs take
 
 
@@ -27,7 +28,8 @@ class Budget:
         self._begun = time.monotonic()
 
     def begin(self, plan: Plan, journal: Journal, finalists: Callable[[], int]) -> None:
-        """Start the clock, with the time of earlier calls from the journal; `finalists` returns the number of finalists."""
+        """Start the clock, with the time of earlier calls from the journal;
+        `finalists` returns the number of finalists."""
         self._plan, self._journal, self._finalists = plan, journal, finalists
         self._before = max((float(e["at"]) for e in journal.entries), default=0.0)
         self._begun = time.monotonic()

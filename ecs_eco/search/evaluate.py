@@ -1,6 +1,7 @@
 """The evaluation of a candidate, in its own process: stage after stage, dropped once it is hopeless.
 
-Its outcomes depend on the candidate's values and seeds alone; the stage that it reaches, also on earlier candidates.
+Its outcomes depend on the candidate's values and seeds alone; the stage that it reaches,
+also on earlier candidates.
 """
 
 from __future__ import annotations
@@ -104,7 +105,8 @@ class Life:
             score += goal
         self.seconds += time.perf_counter() - begin
         return {
-            "training": self.cell[0], "world": self.cell[1], "lived": lived, "extinct": self.died and self.died[1],
+            "training": self.cell[0], "world": self.cell[1], "lived": lived,
+            "extinct": self.died and self.died[1],
             "score": score, "goal": goal, "seconds": round(self.seconds, 3),
         }  # fmt: skip
 

@@ -2,8 +2,8 @@
 
 An incomplete line at the end is ignored.
 
-Each line ends with its seal, a SHA-256 of itself and the seal before it, which reveals lines that were changed, removed
-or inserted.
+Each line ends with its seal, a SHA-256 of itself and the seal before it, which reveals lines that were
+changed, removed or inserted.
 """
 
 from __future__ import annotations
@@ -60,7 +60,8 @@ class Journal:
                 file.flush()
                 os.fsync(file.fileno())
         except OSError as error:
-            kept = f"{len(self.entries)} evaluations are kept: make room, then the same command with --out {self.path.parent} goes on"
+            kept = (f"{len(self.entries)} evaluations are kept: make room, "
+                    f"then the same command with --out {self.path.parent} goes on")
             raise RecordingError(
                 f"{self.path}: nothing more can be written: {error.strerror or error}; {kept}"
             ) from error

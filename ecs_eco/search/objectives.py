@@ -1,7 +1,8 @@
-"""The score of a run: the share of its time in which all species lived; plus the objective if they lived to the end.
+"""The score of a run: the share of its time in which all species lived;
+plus the objective if they lived to the end.
 
-Late extinction is thus better than early extinction, and any world without extinction better than one with, for
-objectives of 0 or more.
+Late extinction is thus better than early extinction, and any world without extinction better than one with,
+for objectives of 0 or more.
 """
 
 from __future__ import annotations

@@ -31,12 +31,13 @@ def space_of(parameters: Sequence[Parameter]) -> dict[str, BaseDistribution]:
     """The ranges as Optuna distributions, by name."""
     from optuna.distributions import FloatDistribution, IntDistribution
 
-    return {p.name: IntDistribution(int(p.low), int(p.high), log=p.log) if p.whole else FloatDistribution(p.low, p.high, log=p.log)
-            for p in parameters}  # fmt: skip
+    return {p.name: IntDistribution(int(p.low), int(p.high), log=p.log)
+            if p.whole else FloatDistribution(p.low, p.high, log=p.log) for p in parameters}  # fmt: skip
 
 
 class Optimiser:
-    """Proposes numbers within the ranges, and learns from merits: what it proposes follows from seed and history."""
+    """Proposes numbers within the ranges, and learns from merits:
+    what it proposes follows from seed and history."""
 
     def __init__(self, parameters: Sequence[Parameter], kind: str, seed: int) -> None:
         import optuna

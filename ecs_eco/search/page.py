@@ -27,7 +27,8 @@ def write_page(search: Outcome, result: dict[str, Any]) -> None:
         figures.history(search.journal.of("candidate"), len(search.plan.stages) - 1), folder / "history.png"
     )
     caption = "Each candidate: the stage that it reached, and its score there squeezed into one unit."
-    blocks = [f"<p>{escape(_opening(result))}</p>", *_confirmed(result, folder), "<h2>The best worlds</h2>", _best_table(search, result),
+    blocks = [f"<p>{escape(_opening(result))}</p>", *_confirmed(result, folder), "<h2>The best worlds</h2>",
+              _best_table(search, result),
               "<h2>How the search went</h2>", picture(path, caption), "<h2>Which numbers were important</h2>",
               *_important(search, result, folder)]  # fmt: skip
     title = search.plan.config.title or search.plan.config.name
@@ -54,17 +55,21 @@ def _confirmed(result: dict[str, Any], folder: Path) -> list[str]:
     both = {world: c for world, c in both.items() if c["runs"]}
     if not both:
         return []
-    curves = {world: kaplan_meier([r["lived"] for r in c["lives"]], [r["extinct"] is not None for r in c["lives"]])
+    curves = {world: kaplan_meier([r["lived"] for r in c["lives"]],
+                                  [r["extinct"] is not None for r in c["lives"]])
               for world, c in both.items()}  # fmt: skip
     drawn = survival(
         curves, result["confirmation"]["ticks"], "all species, on seeds that the search did not use"
     )
     path = save(drawn, folder / "survival.png")
-    rows = [[world, c["runs"], c["persisted"], number(c["share"]), f"{number(c['low'])} … {number(c['high'])}",
-             ", ".join(f"{a}/{b}" for a, b in c["by_training_seed"].values()), _lost(c["lives"])] for world, c in both.items()]  # fmt: skip
+    rows = [[world, c["runs"], c["persisted"], number(c["share"]),
+             f"{number(c['low'])} … {number(c['high'])}",
+             ", ".join(f"{a}/{b}" for a, b in c["by_training_seed"].values()), _lost(c["lives"])]
+            for world, c in both.items()]  # fmt: skip
     caption = "Share of runs in which all species still live, with 95 % bands (Kaplan–Meier)."
     return ["<h2>Confirmation</h2>", picture(path, caption),
-            table(["world", "runs", "all persist", "share", "95 % (Wilson)", "by training seed", "died out first"], rows)]  # fmt: skip
+            table(["world", "runs", "all persist", "share", "95 % (Wilson)", "by training seed",
+                   "died out first"], rows)]  # fmt: skip
 
 
 def _lost(lives: Runs) -> str:
@@ -75,7 +80,8 @@ def _lost(lives: Runs) -> str:
 
 def _best_table(search: Outcome, result: dict[str, Any]) -> str:
     plan, best = search.plan, result["best"]
-    rows = [[p.name, f"{number(p.low)} … {number(p.high)}", number(plan.start[p.name]), *(number(b["values"][p.name]) for b in best)]
+    rows = [[p.name, f"{number(p.low)} … {number(p.high)}", number(plan.start[p.name]),
+             *(number(b["values"][p.name]) for b in best)]
             for p in plan.parameters]  # fmt: skip
     rows.append(["score", "", "", *(number(b["score"]) for b in best)])
     rows.append(
@@ -95,13 +101,15 @@ def _important(search: Outcome, result: dict[str, Any], folder: Path) -> list[st
     plan, entries = search.plan, search.evaluated()
     shares = [Importance(name, **numbers) for name, numbers in result["importance"]["numbers"].items()]
     worse, best, start = ranks([merit(e) for e in entries]), search.ranked[0]["values"], plan.start
-    text = (f"Read from {len(entries)} candidates: a number is important if the best of them are distributed over its range "
+    text = (f"Read from {len(entries)} candidates: a number is important if the best of them are distributed "
+            "over its range "
         "differently from all. A bar that does not pass its line may be chance.")  # fmt: skip
     blocks = [
         f"<p>{text}</p>",
         picture(save(figures.importance(shares), folder / "importance.png"),
                 "Share of all importance (PED-ANOVA); chance stays below the line in 19 of 20 cases."),
-        picture(save(figures.scatter(plan.parameters, entries, worse, start, best), folder / "dependence.png"),
+        picture(save(figures.scatter(plan.parameters, entries, worse, start, best),
+                     folder / "dependence.png"),
                 "Each candidate over each of its numbers: the higher, the more of the others are worse."),
     ]  # fmt: skip
     if len(plan.parameters) > 1:

@@ -64,10 +64,14 @@ class Plan:
 
 
 def plan_of(config: WorldConfig) -> Plan:
-    """The plan of a world's [search]. Raises ConfigError where nothing varies or an end of a range is refused."""
+    """The plan of a world's [search].
+
+    Raises ConfigError where nothing varies or an end of a range is refused.
+    """
     search = config.search
     if not search.ranges:
-        allowed = "a number written { value = 0.014, search = [0.004, 0.02] }, an entry of [search.ranges], or --range KEY=LOW:HIGH"
+        allowed = ("a number written { value = 0.014, search = [0.004, 0.02] }, an entry of [search.ranges], "
+                   "or --range KEY=LOW:HIGH")
         raise ConfigError(
             [Problem(("search", "ranges"), "nothing to vary", {}, allowed, source=config._source)]
         )
@@ -91,7 +95,8 @@ def plan_of(config: WorldConfig) -> Plan:
     cells = crossed(trainings, search.world_seeds, 0)
     retrained = search.confirm.training_seeds if search.policies in TRAINED else 1
     return Plan(config, parameters, ticks, stages(ticks, len(cells), search.stages, search.first), cells,
-                crossed(trainings, search.world_seeds, FINALS), crossed(retrained, search.confirm.world_seeds, CONFIRMATION),
+                crossed(trainings, search.world_seeds, FINALS),
+                crossed(retrained, search.confirm.world_seeds, CONFIRMATION),
                 search.confirm.ticks or ticks)  # fmt: skip
 
 
@@ -136,7 +141,8 @@ def crossed(trainings: int, worlds: int, offset: int) -> tuple[Cell, ...]:
 
 
 def stages(ticks: int, runs: int, n: int, first: float) -> tuple[Stage, ...]:
-    """Length and number of runs grow by equal factors, from one of `first` of the ticks to all at full length."""
+    """Length and number of runs grow by equal factors, from one of `first` of the ticks to all
+    at full length."""
     if n == 1:
         return ((ticks, runs),)
     steps = [i / (n - 1) for i in range(n)]

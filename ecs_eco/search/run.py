@@ -42,10 +42,10 @@ def search(
 ) -> dict[str, Any]:
     """Search the ranges in a world's [search]; write a folder, return the content of its search.json.
 
-    `overrides` are as for `load`, "search.ticks" and the like included. It ends after `budget` minutes, `trials`
-    candidates, or `cpu` CPU seconds of candidates, earlier calls included: a folder with a journal is continued.
-    `trust` allows the code that the world lists to run in this process and its workers. Raises ConfigError; FolderInUse
-    if another process searches there.
+    `overrides` are as for `load`, "search.ticks" and the like included. It ends after `budget` minutes,
+    `trials` candidates, or `cpu` CPU seconds of candidates, earlier calls included: a folder with a journal
+    is continued. `trust` allows the code that the world lists to run in this process and its workers. Raises
+    ConfigError; FolderInUse if another process searches there.
     """
     config = load(world, overrides, trust=trust)
     with ours(out) as claim:
@@ -188,7 +188,10 @@ class Search:
         self.running[self.pool.submit(evaluate, job)] = tag
 
     def _results(self) -> Iterator[tuple[Any, dict[str, Any]]]:
-        """Results that arrive within a second: (tag, result). Raises BrokenProcessPool if a worker was killed."""
+        """Results that arrive within a second: (tag, result).
+
+        Raises BrokenProcessPool if a worker was killed.
+        """
         done, _ = wait(self.running, 1.0, FIRST_COMPLETED)
         for future in done:
             yield self.running.pop(future), future.result()

@@ -31,7 +31,8 @@ def check_surroundings(world: Any) -> None:
             raise ValueError(f"ambient has no {quantity!r}; it needs {', '.join(AMBIENT)}")
 
 
-def _check_map(name: str, values: np.ndarray, shape: tuple[int, ...], limits: tuple[np.ndarray, np.ndarray], allowed: str) -> None:
+def _check_map(name: str, values: np.ndarray, shape: tuple[int, ...], limits: tuple[np.ndarray, np.ndarray],
+               allowed: str) -> None:
     low, high = limits
     _check_form(name, values, shape, low.dtype)
     if first_outside((values.reshape(-1),), 0, values.size, ONE, low, high) >= 0:
@@ -42,4 +43,5 @@ def _check_map(name: str, values: np.ndarray, shape: tuple[int, ...], limits: tu
 def _check_form(name: str, values: Any, shape: tuple[int, ...], dtype: Any) -> None:
     if getattr(values, "dtype", None) != dtype or values.shape != shape or not values.flags.c_contiguous:
         given = f"{values.dtype}{list(values.shape)}" if isinstance(values, np.ndarray) else repr(values)
-        raise ValueError(f"{name} is {given}; allowed: {np.dtype(dtype)}{list(shape)} without gaps; write into it: [...] = …")
+        raise ValueError(f"{name} is {given}; allowed: {np.dtype(dtype)}{list(shape)} without gaps; "
+                         "write into it: [...] = …")

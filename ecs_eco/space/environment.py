@@ -1,4 +1,5 @@
-"""The surroundings of the organisms: light, temperature and pressure, the sun, the water, and functions of place."""
+"""The surroundings of the organisms: light, temperature and pressure, the sun, the water,
+and functions of place."""
 
 from __future__ import annotations
 
@@ -15,7 +16,8 @@ Quantity = Callable[..., np.ndarray]
 
 
 class Environment(dict[str, Quantity]):
-    """Functions of places by what they give ("light", "temperature" [K], "pressure" [Pa]); each replaces a constant in `ambient`.
+    """Functions of places by what they give ("light", "temperature" [K], "pressure" [Pa]);
+    each replaces a constant in `ambient`.
 
     A sun and a water bring functions of their own; a function set by the user takes precedence.
     """

@@ -9,7 +9,8 @@ from ecs_eco.space.geometry import Space, cell_of, floor_between
 
 
 class Field:
-    """Concentrations on a lattice, f32[nz, ny, nx] [amount/cell]; diffusion [m^2/s] and decay [1/s] as in Fick's second law."""
+    """Concentrations on a lattice, f32[nz, ny, nx] [amount/cell];
+    diffusion [m^2/s] and decay [1/s] as in Fick's second law."""
 
     def __init__(self, space: Space, cell: float, diffusion: float = 0.0, decay: float = 0.0) -> None:
         self.space = space
@@ -19,14 +20,17 @@ class Field:
         self.value = np.zeros(self.shape[::-1], np.float32)
         self.source = np.zeros_like(self.value)
         self._next = np.zeros_like(self.value)
-        self.inverse = np.array([n[i] / space.size[i] if i < len(space.size) else 0.0 for i in range(3)], np.float32)
+        self.inverse = np.array([n[i] / space.size[i] if i < len(space.size) else 0.0 for i in range(3)],
+                                np.float32)
 
     def emit(self, x: np.ndarray, y: np.ndarray, z: np.ndarray, amount: np.ndarray) -> None:
-        """Put `amount` f32[n] into the cells of places (x, y, z) f32[n] [m], in the order given, with the next `pass_time`."""
+        """Put `amount` f32[n] into the cells of places (x, y, z) f32[n] [m], in the order given,
+        with the next `pass_time`."""
         _deposit(self.source, x, y, z, amount, self.inverse)
 
     def pass_time(self, dt: float) -> None:
-        """Let sources flow in and the field diffuse and decay for `dt` seconds, in as many explicit steps as are stable."""
+        """Let sources flow in and the field diffuse and decay for `dt` seconds,
+        in as many explicit steps as are stable."""
         rates = [self.diffusion * float(i) ** 2 for i in self.inverse]
         steps = max(1, math.ceil(dt * sum(rates) * 2 / 0.9))
         a = np.array([dt * r / steps for r in rates], np.float32)
@@ -47,7 +51,8 @@ class Field:
 def _deposit(source, x, y, z, amount, inverse):
     nz, ny, nx = source.shape
     for i in range(x.size):
-        cx, cy, cz = cell_of(x[i] * inverse[0], nx), cell_of(y[i] * inverse[1], ny), cell_of(z[i] * inverse[2], nz)
+        cx, cy, cz = (cell_of(x[i] * inverse[0], nx), cell_of(y[i] * inverse[1], ny),
+                      cell_of(z[i] * inverse[2], nz))
         source[cz, cy, cx] += amount[i]
 
 
@@ -59,7 +64,8 @@ def _diffuse(now, new, ax, ay, az, keep, torus):
         for j in range(ny):
             south = j - 1 if j > 0 else (ny - 1 if torus else 0)
             north = j + 1 if j < ny - 1 else (0 if torus else ny - 1)
-            lower, upper, row, front, back, out = now[below, j], now[above, j], now[k, j], now[k, south], now[k, north], new[k, j]
+            lower, upper, row, front, back, out = (now[below, j], now[above, j], now[k, j], now[k, south],
+                                                   now[k, north], new[k, j])
             for i in range(1, nx - 1):  # without branches: this becomes vector code
                 c = row[i]
                 flow = ax * (row[i - 1] + row[i + 1] - c - c) + ay * (front[i] + back[i] - c - c)
@@ -78,7 +84,8 @@ def _diffuse(now, new, ax, ay, az, keep, torus):
 def at(value, x, y, z, inverse, torus):
     """Return the field at one place, linear between the centres of cells."""
     nz, ny, nx = value.shape
-    gx, gy, gz = x * inverse[0] - np.float32(0.5), y * inverse[1] - np.float32(0.5), z * inverse[2] - np.float32(0.5)
+    gx, gy, gz = (x * inverse[0] - np.float32(0.5), y * inverse[1] - np.float32(0.5),
+                  z * inverse[2] - np.float32(0.5))
     i0, j0 = floor_between(gx, -1, nx - 1), floor_between(gy, -1, ny - 1)
     fx, fy = gx - np.float32(i0), gy - np.float32(j0)
     i1, j1 = i0 + 1, j0 + 1
@@ -86,20 +93,25 @@ def at(value, x, y, z, inverse, torus):
         i0, i1 = (i0 + nx if i0 < 0 else i0), (i1 - nx if i1 >= nx else i1)
         j0, j1 = (j0 + ny if j0 < 0 else j0), (j1 - ny if j1 >= ny else j1)
     else:
-        i0, i1, j0, j1 = min(max(i0, 0), nx - 1), min(max(i1, 0), nx - 1), min(max(j0, 0), ny - 1), min(max(j1, 0), ny - 1)
+        i0, i1, j0, j1 = (min(max(i0, 0), nx - 1), min(max(i1, 0), nx - 1), min(max(j0, 0), ny - 1),
+                          min(max(j1, 0), ny - 1))
     one = np.float32(1.0)
     if nz == 1:
         return _plane(value[0], i0, i1, j0, j1, fx, fy)
     k0 = floor_between(gz, -1, nz - 1)
     fz = gz - np.float32(k0)
     low, high = min(max(k0, 0), nz - 1), min(max(k0 + 1, 0), nz - 1)
-    return (one - fz) * _plane(value[low], i0, i1, j0, j1, fx, fy) + fz * _plane(value[high], i0, i1, j0, j1, fx, fy)
+    return (one - fz) * _plane(value[low], i0, i1, j0, j1, fx, fy) + fz * _plane(
+        value[high], i0, i1, j0, j1, fx, fy
+    )
 
 
 @njit
 def _plane(v, i0, i1, j0, j1, fx, fy):
     one = np.float32(1.0)
-    return (one - fy) * ((one - fx) * v[j0, i0] + fx * v[j0, i1]) + fy * ((one - fx) * v[j1, i0] + fx * v[j1, i1])
+    return (one - fy) * ((one - fx) * v[j0, i0] + fx * v[j0, i1]) + fy * (
+        (one - fx) * v[j1, i0] + fx * v[j1, i1]
+    )
 
 
 @njit

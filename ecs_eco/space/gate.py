@@ -1,9 +1,10 @@
-"""The gate: what comes into a world from outside is a finite number within its limits, is brought there, or is refused by name.
+"""The gate: what comes into a world from outside is a finite number within its limits, is brought there,
+or is refused by name.
 
-Outside is everything that no system of a tick wrote: spawned organisms, what was written to columns, handles, fields and
-ground between ticks, checkpoints, interventions. A place beyond the edge of a torus is wrapped around it, one on a wall moved
-to just before it. Within a tick nothing is checked: kernels stay within their arrays whatever the numbers are, and the debug
-mode says which system wrote a bad one.
+Outside is everything that no system of a tick wrote: spawned organisms, what was written to columns, handles,
+fields and ground between ticks, checkpoints, interventions. A place beyond the edge of a torus is wrapped
+around it, one on a wall moved to just before it. Within a tick nothing is checked: kernels stay within their
+arrays whatever the numbers are, and the debug mode says which system wrote a bad one.
 """
 
 import math
@@ -19,12 +20,14 @@ from ecs_eco.space.geometry import back_into
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
 
-FURTHEST = 1000  # lengths of the world from which a place is wrapped around a torus: float32 still resolves places there
+# lengths of the world from which a place is wrapped around a torus: float32 still resolves places there
+FURTHEST = 1000
 WIDTH = 8  # columns of a group: more would save little, and stay empty in small tables
 
 
 class Limits(NamedTuple):
-    """What a field of a component may hold in one table: low to high, both allowed; `length` [m] is that of an axis of the space."""
+    """What a field of a component may hold in one table: low to high, both allowed;
+    `length` [m] is that of an axis of the space."""
 
     component: type[Any]
     field: str
@@ -42,7 +45,8 @@ class Limits(NamedTuple):
     def allowed(self) -> str:
         """The limits in words."""
         if self.length:
-            back = f"; up to ±{FURTHEST * self.length:g} m is brought back around the torus" if self.around else ""
+            back = (f"; up to ±{FURTHEST * self.length:g} m is brought back around the torus"
+                    if self.around else "")
             return f"0 to {self.length:g} m{back}"
         if self.high in (np.finfo(np.float32).max, np.finfo(np.float64).max):
             return "finite numbers"
@@ -59,21 +63,25 @@ class Limits(NamedTuple):
             can = np.abs(values) <= FURTHEST * np.float32(self.length)
         else:
             can = values == np.float32(self.length)
-        return np.where(can, back_into(np.where(can, values, 0), self.length, self.around), values).astype(np.float32)
+        return np.where(can, back_into(np.where(can, values, 0), self.length, self.around),
+                        values).astype(np.float32)
 
     def refuse(self, label: str, values: np.ndarray) -> None:
-        """Raise ValueError if a value is outside; `label` says whose it is, with {} for the row of the first one."""
+        """Raise ValueError if a value is outside; `label` says whose it is,
+        with {} for the row of the first one."""
         rows = np.flatnonzero(self.outside(values))
         if rows.size:
             bad = np.atleast_1d(values[rows[0]])
             inside = np.atleast_1d((bad >= self.low) & (bad <= self.high)).ravel()
             value = bad.ravel()[np.flatnonzero(~inside)[0]]
             more = f" ({rows.size - 1} more)" if rows.size > 1 else ""
-            raise ValueError(f"{label.format(int(rows[0]))}: {self.name} is {value}{more}; allowed: {self.allowed}")
+            raise ValueError(f"{label.format(int(rows[0]))}: {self.name} is {value}{more}; allowed: "
+                             f"{self.allowed}")
 
 
 class Group(NamedTuple):
-    """Limits of up to WIDTH columns of one type, looked at in one call; the rest of a group repeats the first, with no values."""
+    """Limits of up to WIDTH columns of one type, looked at in one call;
+    the rest of a group repeats the first, with no values."""
 
     limits: list[Limits]
     each: np.ndarray  # i64[k] values of one organism
@@ -119,11 +127,13 @@ def _limits(world: Any, table: "Table", heavy: bool) -> Iterator[Limits]:
     lengths = dict(zip("xyz", world.space.size, strict=False))
     for component in table.columns:
         for field, (kind, default) in component.fields.items():
-            if (kind.blocked and not heavy) or not np.isfinite(default).all():  # its default is not finite: any number is allowed
+            # its default is not finite: any number is allowed
+            if (kind.blocked and not heavy) or not np.isfinite(default).all():
                 continue
             if component.__name__ == "Position" and (length := lengths.get(field)) is not None:
                 near = np.nextafter(np.float32(length), np.float32(0))
-                yield Limits(component, field, np.float32(0), near, length, world.space.torus and field != "z")
+                yield Limits(component, field, np.float32(0), near, length,
+                             world.space.torus and field != "z")
             elif kind.limits is not None:
                 low, high = kind.limits
                 high = table.dims.get(high) if isinstance(high, str) else high
@@ -134,9 +144,11 @@ def _limits(world: Any, table: "Table", heavy: bool) -> Iterator[Limits]:
 
 
 def admit(world: Any, refuse: bool = True) -> None:
-    """Wrap or refuse what was written since the last tick: columns of the living, fields, ground, ambient values, requested births.
+    """Wrap or refuse what was written since the last tick: columns of the living, fields, ground,
+    ambient values, requested births.
 
-    Raises ValueError that names the organism, the field, the value and the limits; does not raise where the debug mode will.
+    Raises ValueError that names the organism, the field, the value and the limits;
+    does not raise where the debug mode will.
     """
     if refuse:
         check_surroundings(world)
@@ -155,8 +167,8 @@ def _admit_living(world: Any, table: "Table", refuse: bool) -> None:
             _admit_column(table, group.limits[at], arrays[at], refuse)
     if refuse and table.cause[: table.high].max(initial=0) > len(world.causes):
         row = int(np.flatnonzero(table.cause > len(world.causes))[0])
-        raise ValueError(f"{table.name}, uid {int(table.uid[row])}: cause of death {int(table.cause[row])}; allowed: 0 to "
-                         f"{len(world.causes)}, as world.cause(name) gives them")
+        raise ValueError(f"{table.name}, uid {int(table.uid[row])}: cause of death {int(table.cause[row])}; "
+                         f"allowed: 0 to {len(world.causes)}, as world.cause(name) gives them")
 
 
 def _admit_column(table: "Table", limits: Limits, column: np.ndarray, refuse: bool) -> None:
@@ -170,8 +182,10 @@ def _admit_column(table: "Table", limits: Limits, column: np.ndarray, refuse: bo
         limits.refuse(f"{table.name}, uid {int(table.uid[rows[wrong][0]])}", column[rows[wrong]])
 
 
-def newborn(world: Any, table: "Table", values: Mapping[tuple[type, str], Any], label: str) -> dict[tuple[type, str], np.ndarray]:
-    """Return the columns of newborn with their places brought into the space; ValueError for what is beyond its limits.
+def newborn(world: Any, table: "Table", values: Mapping[tuple[type, str], Any],
+            label: str) -> dict[tuple[type, str], np.ndarray]:
+    """Return the columns of newborn with their places brought into the space;
+    ValueError for what is beyond its limits.
 
     `label` says in the message who they are, with {} for the number of the first one.
     """
@@ -188,8 +202,10 @@ def newborn(world: Any, table: "Table", values: Mapping[tuple[type, str], Any], 
 
 
 def one_each(value: Any, n: int, where: str) -> np.ndarray:
-    """Return what a function of a user's own gave for n places as an array of n numbers, one for all repeated; ValueError otherwise."""
+    """Return what a function of a user's own gave for n places as an array of n numbers, one for all
+    repeated; ValueError otherwise."""
     array = np.asarray(value)
     if array.dtype.kind not in "fiub" or array.shape not in ((), (n,)):
-        raise ValueError(f"{where} gives {array.dtype}{list(array.shape)}; allowed: {n} numbers, one for each place")
+        raise ValueError(f"{where} gives {array.dtype}{list(array.shape)}; allowed: {n} numbers, "
+                         "one for each place")
     return array if array.ndim else np.full(n, array, np.float32)

@@ -9,9 +9,11 @@ from ecs_eco.engine.jit import njit
 
 
 class Space:
-    """A plane or a volume, [m], with edges that wrap around ("torus") or stop ("walls"); a volume has walls below and above.
+    """A plane or a volume, [m], with edges that wrap around ("torus") or stop ("walls");
+    a volume has walls below and above.
 
-    `cell` [m] is the wished side of a cell of the neighbour index. Cells are a little larger, so that whole ones fit.
+    `cell` [m] is the wished side of a cell of the neighbour index. Cells are a little larger,
+    so that whole ones fit.
     """
 
     def __init__(self, size: Sequence[float], edges: str = "torus", cell: float | None = None) -> None:
@@ -35,23 +37,30 @@ class Space:
         """Choose the side of the index cells [m]; at most 4 million cells are made."""
         if not cell > 0:
             raise ValueError(f"space.cell is {cell}; it must be a positive length [m]")
-        cell = max(cell, 1e-300)  # a smaller cell would not grow, and no length would hold a whole number of them
-        while math.prod(max(1.0, min(s / cell, 1e18) // 1) for s in self.size) > 4_000_000:  # in floats: whole numbers of numpy wrap around
+        # a smaller cell would not grow, and no length would hold a whole number of them
+        cell = max(cell, 1e-300)
+        # in floats: whole numbers of numpy wrap around
+        while math.prod(max(1.0, min(s / cell, 1e18) // 1) for s in self.size) > 4_000_000:
             cell *= 1.25
         self.cell = float(cell)
         n = [max(1, int(s / cell)) for s in self.size] + [1]
         self.shape = (n[0], n[1], n[2] if self.volume else 1)  # cells along x, y, z
-        self.inverse = np.array([n[0] / self.size[0], n[1] / self.size[1], n[2] / self.size[2] if self.volume else 0.0], np.float32)
+        self.inverse = np.array([n[0] / self.size[0], n[1] / self.size[1],
+                                 n[2] / self.size[2] if self.volume else 0.0],
+                                np.float32)
         self.n_cells = self.shape[0] * self.shape[1] * self.shape[2]
 
     def reach(self, radius: float) -> int:
         """Return how many cells a search of `radius` [m] spans to each side."""
-        cells, most = radius / min(s / n for s, n in zip(self.size, self.shape, strict=False)), max(self.shape)
-        return max(math.ceil(cells - 1e-6), 0) if cells < most else most * (cells >= most)  # none for what is no number
+        cells, most = (radius / min(s / n for s, n in zip(self.size, self.shape, strict=False)),
+                       max(self.shape))
+        # none for what is no number
+        return max(math.ceil(cells - 1e-6), 0) if cells < most else most * (cells >= most)
 
     @property
     def largest_radius(self) -> float:
-        """The largest radius of a sensor [m]: half the shorter side of a torus, the diagonal between walls."""
+        """The largest radius of a sensor [m]: half the shorter side of a torus, the diagonal between walls.
+        """
         return min(self.size[:2]) / 2 if self.torus else math.dist([0.0] * len(self.size), self.size)
 
 
@@ -69,7 +78,8 @@ def back_into(v: np.ndarray, length: float, torus: bool) -> np.ndarray:
 
 @njit
 def into(v, length, torus):
-    """Return a coordinate brought back into [0, length): around a torus, or to the wall; 0 for what is no number."""
+    """Return a coordinate brought back into [0, length): around a torus, or to the wall;
+    0 for what is no number."""
     zero = np.float32(0.0)
     if torus:
         v = v - length * np.float32(np.floor(v / length))
@@ -80,7 +90,8 @@ def into(v, length, torus):
 
 @njit
 def cell_of(place, n):
-    """Return in which of n cells a place lies, in units of cells: in the nearest where it lies beyond them, 0 for what is no number."""
+    """Return in which of n cells a place lies, in units of cells: in the nearest where it lies beyond them,
+    0 for what is no number."""
     zero, end = np.float32(0.0), np.float32(n)
     place = place if place > zero else zero
     place = place if place < end else end
@@ -89,7 +100,8 @@ def cell_of(place, n):
 
 @njit
 def floor_between(place, low, high):
-    """Return the floor of a place in units of cells, no less than low and no more than high; low for what is no number."""
+    """Return the floor of a place in units of cells, no less than low and no more than high;
+    low for what is no number."""
     least, most = np.float32(low), np.float32(high)
     place = place if place > least else least
     place = place if place < most else most
@@ -106,5 +118,6 @@ def half_cells(way, inverse, lengths):
 
 
 def cells_of(v: np.ndarray, inverse: float, n: int) -> np.ndarray:
-    """Return in which of n cells, `inverse` to the metre, coordinates f32[k] [m] lie: i64[k], as `cell_of` does."""
+    """Return in which of n cells, `inverse` to the metre, coordinates f32[k] [m] lie: i64[k],
+    as `cell_of` does."""
     return np.nan_to_num(v * inverse, nan=0.0, posinf=n, neginf=0.0).clip(0, n - 1).astype(np.int64)

@@ -9,9 +9,10 @@ from ecs_eco.space.geometry import Space, cell_of
 
 
 class Index:
-    """The living sorted by place. Entry i is row `rows[i]`, at (x[i], y[i], z[i]) [m]; cell c holds entries start[c] to start[c+1].
+    """The living sorted by place.
 
-    The order of the entries follows from places and uids alone: it is the canonical order of all sums and ties.
+    Entry i is row `rows[i]`, at (x[i], y[i], z[i]) [m]; cell c holds entries start[c] to start[c+1]. The
+    order of the entries follows from places and uids alone: it is the canonical order of all sums and ties.
     """
 
     def __init__(self, space: Space) -> None:
@@ -28,7 +29,8 @@ class Index:
         self._uid = np.empty(n, np.uint64)
 
     def build(self, alive: np.ndarray, x: np.ndarray, y: np.ndarray, z: np.ndarray, uid: np.ndarray) -> None:
-        """Sort the rows that are alive; all arrays are [rows], places in [0, size): others count as in the nearest cell."""
+        """Sort the rows that are alive; all arrays are [rows], places in [0, size):
+        others count as in the nearest cell."""
         if alive.size > self._cell.size:
             self._allocate(max(alive.size, 2 * self._cell.size))
         if self.start.size != self.space.n_cells + 1:
@@ -37,7 +39,9 @@ class Index:
         sort_cells(alive, x, y, z, uid, nx, ny, nz, self.space.inverse, self._cell, self.start,
                    self._rows, self._x, self._y, self._z, self._uid)
         self.n = n = int(self.start[-1])
-        self.rows, self.x, self.y, self.z, self.uid = (a[:n] for a in (self._rows, self._x, self._y, self._z, self._uid))
+        self.rows, self.x, self.y, self.z, self.uid = (
+            a[:n] for a in (self._rows, self._x, self._y, self._z, self._uid)
+        )
 
 
 @njit
@@ -47,7 +51,8 @@ def sort_cells(alive, x, y, z, uid, nx, ny, nz, inverse, cell, start, rows, sx, 
     start[:] = 0
     for row in range(alive.size):
         if alive[row]:
-            cx, cy, cz = cell_of(x[row] * inverse[0], nx), cell_of(y[row] * inverse[1], ny), cell_of(z[row] * inverse[2], nz)
+            cx, cy, cz = (cell_of(x[row] * inverse[0], nx), cell_of(y[row] * inverse[1], ny),
+                          cell_of(z[row] * inverse[2], nz))
             c = (cz * ny + cy) * nx + cx
             cell[row] = c
             start[c + 1] += 1

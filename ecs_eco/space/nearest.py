@@ -1,7 +1,8 @@
 """Nearest neighbours of all entries of one index among those of another: 16 seekers in cell order at a time.
 
-The lanes of a block are neighbours in a row of cells, so they share their candidates; the inner loop over lanes is
-what LLVM turns into vector instructions. About 45 ns a seeker with ten candidates in reach, a quarter of the obvious loop.
+The lanes of a block are neighbours in a row of cells, so they share their candidates; the inner loop over
+lanes is what LLVM turns into vector instructions. About 45 ns a seeker with ten candidates in reach, a
+quarter of the obvious loop.
 """
 
 from collections.abc import Callable
@@ -16,16 +17,18 @@ LANES = 16
 
 def nearest(seekers: Index, targets: Index, radius: float, target: np.ndarray, distance2: np.ndarray,
             split: Callable[..., None] | None = None) -> None:
-    """Write for each seeker the entry of the nearest target closer than `radius` [m], −1 if none, and its distance squared.
+    """Write for each seeker the entry of the nearest target closer than `radius` [m], −1 if none,
+    and its distance squared.
 
-    `target` is i32[n seekers], exact up to 2^24 targets; `distance2` f32[n seekers] [m^2], radius^2 where none is. A
-    seeker is not its own target where both indexes are the same. `split(kernel, n, *arguments)` runs a kernel over 0…n in parts.
+    `target` is i32[n seekers], exact up to 2^24 targets; `distance2` f32[n seekers] [m^2], radius^2 where
+    none is. A seeker is not its own target where both indexes are the same. `split(kernel, n, *arguments)`
+    runs a kernel over 0…n in parts.
     """
     space = seekers.space
     nx, ny, nz = space.shape
-    arguments = (seekers.x, seekers.y, seekers.z, seekers.start, targets.x, targets.y, targets.z, targets.start,
-                 seekers is targets, space.reach(radius), nx, ny, nz, space.lengths, space.torus, np.float32(radius * radius),
-                 target, distance2)
+    arguments = (seekers.x, seekers.y, seekers.z, seekers.start, targets.x, targets.y, targets.z,
+                 targets.start, seekers is targets, space.reach(radius), nx, ny, nz, space.lengths,
+                 space.torus, np.float32(radius * radius), target, distance2)
     if split is None:
         seek(0, ny * nz, *arguments)
     else:
@@ -64,9 +67,11 @@ def _compare_wrapped(a, b, i0, same, tx, ty, tz, shift_x, shift_y, Lx, Ly, block
 
 
 @njit
-def seek(first, last, ox, oy, oz, ostart, tx, ty, tz, tstart, same, k, nx, ny, nz, lengths, torus, radius2, target, distance2):
+def seek(first, last, ox, oy, oz, ostart, tx, ty, tz, tstart, same, k, nx, ny, nz, lengths, torus, radius2,
+         target, distance2):
     """`nearest` for the seekers in the rows of cells first … last − 1."""
-    block = np.empty(5 * LANES, np.float32)  # x, y, z, least distance, its target: one array, so that no check for overlap is compiled in
+    # x, y, z, least distance, its target: one array, so that no check for overlap is compiled in
+    block = np.empty(5 * LANES, np.float32)
     Lx, Ly = lengths[0], lengths[1]
     all_rows = torus and 2 * k + 1 >= ny
     y_low, y_high = (0, ny) if all_rows else (-k, k + 1)
@@ -119,6 +124,7 @@ def seek(first, last, ox, oy, oz, ostart, tx, ty, tz, tstart, same, k, nx, ny, n
                         else:
                             _compare(a, b, i0, same, tx, ty, tz, shift_x, shift_y, block)
             for lane in range(m):
-                target[i0 + lane] = min(int(block[4 * LANES + lane]), tx.size - 1)  # float32 rounds beyond 2^24
+                # float32 rounds beyond 2^24
+                target[i0 + lane] = min(int(block[4 * LANES + lane]), tx.size - 1)
                 distance2[i0 + lane] = block[3 * LANES + lane]
             i0 += m

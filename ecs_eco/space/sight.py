@@ -13,11 +13,13 @@ NO_GROUND = np.zeros((1, 1), np.uint8)
 
 
 class Bodies:
-    """Spheres of several tables in one index: entry i of table `kind[i]` at (x, y, z)[i] [m], of radius[i] [m]."""
+    """Spheres of several tables in one index: entry i of table `kind[i]` at (x, y, z)[i] [m],
+    of radius[i] [m]."""
 
     def __init__(self, space: Space, tables: Sequence[tuple[np.ndarray, ...]]) -> None:
         """Sort `tables`: a sequence of (x, y, z, radius, uid), each over the living of one table."""
-        x, y, z, radius, uid = (np.concatenate([t[i] for t in tables]) if tables else np.zeros(0, np.float32) for i in range(5))
+        x, y, z, radius, uid = (np.concatenate([t[i] for t in tables]) if tables else np.zeros(0, np.float32)
+                                for i in range(5))
         kinds = np.repeat(np.arange(len(tables)), [t[0].size for t in tables]).astype(np.int32)
         n = x.size
         self.start = np.zeros(space.n_cells + 1, np.int64)
@@ -25,15 +27,16 @@ class Bodies:
         self.x, self.y, self.z = (np.empty(n, np.float32) for _ in range(3))
         self.uid = np.empty(n, np.uint64)
         nx, ny, nz = space.shape
-        sort_cells(np.ones(n, np.bool_), x, y, z, uid.astype(np.uint64), nx, ny, nz, space.inverse, np.empty(n, np.int32), self.start,
-                   rows, self.x, self.y, self.z, self.uid)
+        sort_cells(np.ones(n, np.bool_), x, y, z, uid.astype(np.uint64), nx, ny, nz, space.inverse,
+                   np.empty(n, np.int32), self.start, rows, self.x, self.y, self.z, self.uid)
         self.radius, self.kind = radius[rows].astype(np.float32), kinds[rows]
         self.largest = float(radius.max()) if n else 0.0
 
 
 @njit
 def gather(x, y, z, reach, start, bx, by, bz, nx, ny, nz, inverse, lengths, torus, out):
-    """Write the entries in cells within `reach` cells of a place, each once, in a fixed order; return their number."""
+    """Write the entries in cells within `reach` cells of a place, each once, in a fixed order;
+    return their number."""
     cx, cy, cz = cell_of(x * inverse[0], nx), cell_of(y * inverse[1], ny), cell_of(z * inverse[2], nz)
     x0, x1, y0, y1 = cx - reach, cx + reach, cy - reach, cy + reach
     if torus:
@@ -86,20 +89,24 @@ def rock_between(x, y, dx, dy, ground, ground_inverse, lengths, torus):
 
 @njit
 def hidden(x, y, z, dx, dy, dz, me, it, margin, bx, by, bz, br, bu, start, nx, ny, nz, lengths, torus):
-    """Return whether a body cuts the line from (x, y, z) along (dx, dy, dz), other than its two ends, `me` and `it`.
+    """Return whether a body cuts the line from (x, y, z) along (dx, dy, dz), other than its two ends,
+    `me` and `it`.
 
     Looks at the cells of the box around the line, widened by `margin` [m], the largest radius of a body.
     """
     zero, half = np.float32(0.0), np.float32(0.5)
     ax, ay = nx / lengths[0], ny / lengths[1]
-    i0, i1 = floor_between((x + min(dx, zero) - margin) * ax, -nx, nx), floor_between((x + max(dx, zero) + margin) * ax, -nx, 2 * nx - 1)
-    j0, j1 = floor_between((y + min(dy, zero) - margin) * ay, -ny, ny), floor_between((y + max(dy, zero) + margin) * ay, -ny, 2 * ny - 1)
+    i0, i1 = (floor_between((x + min(dx, zero) - margin) * ax, -nx, nx),
+              floor_between((x + max(dx, zero) + margin) * ax, -nx, 2 * nx - 1))
+    j0, j1 = (floor_between((y + min(dy, zero) - margin) * ay, -ny, ny),
+              floor_between((y + max(dy, zero) + margin) * ay, -ny, 2 * ny - 1))
     k0, k1 = 0, 0
     if nz > 1:
         az = nz / lengths[2]
         k0 = floor_between((z + min(dz, zero) - margin) * az, 0, nz)
         k1 = floor_between((z + max(dz, zero) + margin) * az, -1, nz - 1)
-    around = torus and (i1 - i0 >= nx or j1 - j0 >= ny)  # the box wraps around: use the image nearest to the line's middle
+    # the box wraps around: use the image nearest to the line's middle
+    around = torus and (i1 - i0 >= nx or j1 - j0 >= ny)
     if torus:
         i1, j1 = min(i1, i0 + nx - 1), min(j1, j0 + ny - 1)
     else:
@@ -125,18 +132,22 @@ def hidden(x, y, z, dx, dy, dz, me, it, margin, bx, by, bz, br, bu, start, nx, n
                         ex = wrapped(ex - half * dx, lengths[0]) + half * dx
                         ey = wrapped(ey - half * dy, lengths[1]) + half * dy
                     along = ex * dx + ey * dy + ez * dz
-                    if along > 0 and along < d2 and (ex * ex + ey * ey + ez * ez - br[e] * br[e]) * d2 < along * along:
+                    if (along > 0 and along < d2
+                        and (ex * ex + ey * ey + ez * ez - br[e] * br[e]) * d2 < along * along):
                         if bu[e] != me and bu[e] != it:
                             return True
     return False
 
 
 @njit
-def nearest_visible(first, last, ox, oy, oz, ou, cos, sin, tx, ty, tz, tu, tstart, bx, by, bz, br, bu, bstart, occlusion, largest,
-                    nx, ny, nz, inverse, lengths, torus, reach, radius, cos_half_fov, ground, ground_inverse, target, distance2):
-    """Replace target[i] by the nearest target that is in the field of view and not hidden by a body or rock, −1 if none.
+def nearest_visible(first, last, ox, oy, oz, ou, cos, sin, tx, ty, tz, tu, tstart, bx, by, bz, br, bu, bstart,
+                    occlusion, largest, nx, ny, nz, inverse, lengths, torus, reach, radius, cos_half_fov,
+                    ground, ground_inverse, target, distance2):
+    """Replace target[i] by the nearest target that is in the field of view and not hidden by a body
+    or rock, −1 if none.
 
-    Seekers without any target in reach (target[i] < 0) are left as they are. Kernel over seekers first … last − 1.
+    Seekers without any target in reach (target[i] < 0) are left as they are. Kernel over seekers first … last
+    − 1.
     """
     close = np.empty(tx.size, np.int64)
     for i in range(first, last):
@@ -148,7 +159,8 @@ def nearest_visible(first, last, ox, oy, oz, ou, cos, sin, tx, ty, tz, tu, tstar
         dx, dy, dz = offset(x, y, z, tx[j], ty[j], tz[j], lengths, torus)
         seen = ahead(dx, dy, dz, cos[i], sin[i], cos_half_fov)
         if seen and occlusion:
-            seen = not hidden(x, y, z, dx, dy, dz, ou[i], tu[j], largest, bx, by, bz, br, bu, bstart, nx, ny, nz, lengths, torus)
+            seen = not hidden(x, y, z, dx, dy, dz, ou[i], tu[j], largest, bx, by, bz, br, bu, bstart, nx, ny,
+                              nz, lengths, torus)
             seen = seen and rock_between(x, y, dx, dy, ground, ground_inverse, lengths, torus) > 1
         if seen:
             continue
@@ -162,7 +174,8 @@ def nearest_visible(first, last, ox, oy, oz, ou, cos, sin, tx, ty, tz, tu, tstar
             if d2 >= best or not ahead(dx, dy, dz, cos[i], sin[i], cos_half_fov):
                 continue
             if occlusion:
-                if hidden(x, y, z, dx, dy, dz, ou[i], tu[e], largest, bx, by, bz, br, bu, bstart, nx, ny, nz, lengths, torus):
+                if hidden(x, y, z, dx, dy, dz, ou[i], tu[e], largest, bx, by, bz, br, bu, bstart, nx, ny, nz,
+                          lengths, torus):
                     continue
                 if rock_between(x, y, dx, dy, ground, ground_inverse, lengths, torus) <= 1:
                     continue
@@ -180,11 +193,13 @@ def ahead(dx, dy, dz, cos, sin, cos_half_fov):
 
 
 @njit
-def cast(first, last, ox, oy, oz, ou, cos, sin, orad, bx, by, bz, br, bu, bkind, bstart, nx, ny, nz, inverse, lengths, torus,
-         reach, radius, ray_cos, ray_sin, ground, ground_inverse, hit, distance):
-    """Write for each seeker and ray the kind of the first body hit within `radius` (−1 none, −2 rock or wall) and how far.
+def cast(first, last, ox, oy, oz, ou, cos, sin, orad, bx, by, bz, br, bu, bkind, bstart, nx, ny, nz, inverse,
+         lengths, torus, reach, radius, ray_cos, ray_sin, ground, ground_inverse, hit, distance):
+    """Write for each seeker and ray the kind of the first body hit within `radius` (−1 none,
+    −2 rock or wall) and how far.
 
-    Rays start at the centre of the seeker and lie in the horizontal plane; `hit` i32[n, rays], `distance` f32[n, rays] [m].
+    Rays start at the centre of the seeker and lie in the horizontal plane; `hit` i32[n, rays],
+    `distance` f32[n, rays] [m].
     """
     near = np.empty(bx.size, np.int64)
     for i in range(first, last):
@@ -205,7 +220,8 @@ def cast(first, last, ox, oy, oz, ou, cos, sin, orad, bx, by, bz, br, bu, bkind,
                     t = max(along - np.sqrt(r2 - away2), np.float32(0.0))
                     if t < best:
                         best, kind = t, bkind[e]
-            rock = radius * rock_between(x, y, ux * radius, uy * radius, ground, ground_inverse, lengths, torus)
+            rock = radius * rock_between(x, y, ux * radius, uy * radius, ground, ground_inverse,
+                                         lengths, torus)
             if rock < best:
                 best, kind = rock, -2
             if not torus:

@@ -6,16 +6,19 @@ HALF_DAY = 0.5
 
 
 class Sun:
-    """Light at the surface as a share of that under a sun in the zenith; see `ecs_eco.config.models.water.Sun` for the values."""
+    """Light at the surface as a share of that under a sun in the zenith; see
+    `ecs_eco.config.models.water.Sun` for the values."""
 
-    def __init__(self, kind: str = "natural", day: float = 86_400.0, start: float = 0.0, latitude: float = 0.0, declination: float = 0.0,
+    def __init__(self, kind: str = "natural", day: float = 86_400.0, start: float = 0.0,
+                 latitude: float = 0.0, declination: float = 0.0,
                  year: float | None = None, moon: float = 0.0) -> None:
         self.kind, self.day, self.start, self.year, self.moon = kind, day, start, year, moon
         self.latitude, self.declination = math.radians(latitude), math.radians(declination)
 
     def season(self, time: float) -> float:
         """Return the declination of the sun [rad] at a time [s]: sinusoidal over a year (Cooper 1969)."""
-        return self.declination if self.year is None else self.declination * math.sin(2 * math.pi * time / self.year)
+        return (self.declination
+                if self.year is None else self.declination * math.sin(2 * math.pi * time / self.year))
 
     def light(self, time: float) -> float:
         """Return the light at a time [s]; a year's seasons come also where days do not."""
@@ -28,14 +31,18 @@ class Sun:
 
 
 def sine_of_elevation(share: float, latitude: float, declination: float) -> float:
-    """Return the sine of the sun's elevation [rad, rad] at a share of the day since midnight (Iqbal 1983, eq. 1.5.1)."""
+    """Return the sine of the sun's elevation [rad, rad] at a share of the day since midnight (Iqbal 1983,
+    eq. 1.5.1)."""
     hour_angle = 2 * math.pi * (share - HALF_DAY)
-    return math.sin(latitude) * math.sin(declination) + math.cos(latitude) * math.cos(declination) * math.cos(hour_angle)
+    return (math.sin(latitude) * math.sin(declination)
+            + math.cos(latitude) * math.cos(declination) * math.cos(hour_angle))
 
 
 def daily_mean(latitude: float, declination: float) -> float:
-    """Return the mean over a day of the sine of the elevation while the sun is up (Iqbal 1983, eq. 4.2.15)."""
+    """Return the mean over a day of the sine of the elevation while the sun is up (Iqbal 1983, eq. 4.2.15).
+    """
     up = math.sin(latitude) * math.sin(declination)
     swing = math.cos(latitude) * math.cos(declination)
-    sunset = math.pi if up >= swing else (0.0 if up <= -swing else math.acos(-up / swing))  # [rad] hour angle; polar day and night
+    # [rad] hour angle; polar day and night
+    sunset = math.pi if up >= swing else (0.0 if up <= -swing else math.acos(-up / swing))
     return (sunset * up + swing * math.sin(sunset)) / math.pi

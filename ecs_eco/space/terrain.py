@@ -14,11 +14,12 @@ OPEN, WATER, ROCK, FENCE = 0, 1, 2, 3
 
 
 class Terrain:
-    """Heights f32[ny, nx] [m] and ground u8[ny, nx] (0 open, 1 water, 2 rock, 3 fence) on cells of side `cell` [m].
+    """Heights f32[ny, nx] [m] and ground u8[ny, nx] (0 open, 1 water, 2 rock,
+    3 fence) on cells of side `cell` [m].
 
-    Water stops walkers, rock stops walkers and sight; a fence stops walkers, but those who stand where it is put up can walk
-    off it to either side. `slope_cost` is the extra cost of locomotion per unit of upward slope, as a share of the cost on
-    the flat.
+    Water stops walkers, rock stops walkers and sight; a fence stops walkers, but those who stand where it is
+    put up can walk off it to either side. `slope_cost` is the extra cost of locomotion per unit of upward
+    slope, as a share of the cost on the flat.
     """
 
     def __init__(self, space: Space, cell: float = 1.0, *, hills: Mapping[str, float] | None = None,
@@ -36,7 +37,9 @@ class Terrain:
             self.height += _hills(space, nx, ny, **hills)
         for mountain in mountains:
             share = self._closeness(mountain)
-            self.height += (np.float32(mountain.get("height", 10.0)) * share * share * (3 - 2 * share)).astype(np.float32)
+            self.height += (
+                np.float32(mountain.get("height", 10.0)) * share * share * (3 - 2 * share)
+            ).astype(np.float32)
         for kind, places in ((ROCK, rocks), (WATER, lakes)):
             for place in places:
                 self.ground[self._closeness(place) > 0] = kind
@@ -58,15 +61,18 @@ class Terrain:
         return (self.ground[j, i] == OPEN) | (self.ground[j, i] == FENCE)
 
     def fence(self, corners: np.ndarray) -> None:
-        """Put up a fence along a line f64[k, 2] [m], on open ground; beyond the edge of a torus it goes on at the other side."""
+        """Put up a fence along a line f64[k, 2] [m], on open ground;
+        beyond the edge of a torus it goes on at the other side."""
         self.fences.append(np.asarray(corners, float))
         self._draw_fences()
 
     def unfence(self, corners: np.ndarray | None = None) -> None:
         """Take a fence away, or all of them; raises ValueError where none stands along this line."""
-        same = [i for i, f in enumerate(self.fences) if corners is None or (f.shape == np.shape(corners) and (f == corners).all())]
+        same = [i for i, f in enumerate(self.fences)
+                if corners is None or (f.shape == np.shape(corners) and (f == corners).all())]
         if corners is not None and not same:
-            raise ValueError(f"no fence stands along {np.asarray(corners).tolist()}; there are {len(self.fences)} others")
+            raise ValueError(f"no fence stands along {np.asarray(corners).tolist()}; "
+                             f"there are {len(self.fences)} others")
         gone = same if corners is None else same[:1]
         self.fences = [f for i, f in enumerate(self.fences) if i not in gone]
         self._draw_fences()
@@ -83,13 +89,15 @@ class Terrain:
             self.ground[j, i] = np.where(self.ground[j, i] == OPEN, FENCE, self.ground[j, i])
 
     def state(self) -> dict[str, np.ndarray]:
-        """Return what a run can change: the ground and the fences on it; nothing of ground that is kept elsewhere."""
+        """Return what a run can change: the ground and the fences on it;
+        nothing of ground that is kept elsewhere."""
         return self.fenced() if self.declared else {}
 
     def fenced(self) -> dict[str, np.ndarray]:
         """Return the ground, and the corners of all fences with the number of each one's."""
         corners = np.concatenate([np.zeros((0, 2)), *self.fences])
-        return {"ground": self.ground.copy(), "corners": corners, "lengths": np.array([len(f) for f in self.fences], np.int64)}
+        return {"ground": self.ground.copy(), "corners": corners,
+                "lengths": np.array([len(f) for f in self.fences], np.int64)}
 
     def load(self, state: Mapping[str, np.ndarray]) -> None:
         """Take a `state()`; raises ValueError for ground of another size."""
@@ -97,23 +105,26 @@ class Terrain:
             raise ValueError(f"terrain has {self.ground.shape} cells, its state {state['ground'].shape}")
         corners, lengths, far = state["corners"], state["lengths"], 4 * max(self.space.size)
         if corners.shape != (lengths.sum(), 2) or (lengths < 1).any() or not (np.abs(corners) <= far).all():
-            raise ValueError(f"fences have corners {corners.tolist()[:4]} …, {lengths.tolist()[:4]} … of each; allowed are two finite "
-                             f"numbers each, up to {far:g} m")
+            raise ValueError(f"fences have corners {corners.tolist()[:4]} …, {lengths.tolist()[:4]} … of "
+                             f"each; allowed are two finite numbers each, up to {far:g} m")
         self.ground[...] = state["ground"]
-        self.fences = [f.copy() for f in np.split(state["corners"], np.cumsum(state["lengths"])[:-1])] if len(state["lengths"]) else []
+        self.fences = ([f.copy() for f in np.split(state["corners"], np.cumsum(state["lengths"])[:-1])]
+                       if len(state["lengths"]) else [])
 
 
 def cells_along(corners: np.ndarray) -> np.ndarray:
     """Return the cells (i, j) that a line through corners f64[k, 2] passes, in units of cells: i64[n, 2].
 
-    Each shares a side with the next, never a corner alone: there is no way through between them (Amanatides & Woo 1987).
+    Each shares a side with the next, never a corner alone: there is no way through between them (Amanatides &
+    Woo 1987).
     """
     x, y = (int(np.floor(v)) for v in corners[0])
     cells = [(x, y)]
     for (ax, ay), (bx, by) in pairwise(corners.tolist()):
         dx, dy, ends = bx - ax, by - ay, (int(np.floor(bx)), int(np.floor(by)))
         for _ in range(abs(ends[0] - x) + abs(ends[1] - y)):
-            at_x = ((x + (dx > 0)) - ax) / dx if x != ends[0] else np.inf  # the share of the way at which it leaves this cell
+            # the share of the way at which it leaves this cell
+            at_x = ((x + (dx > 0)) - ax) / dx if x != ends[0] else np.inf
             at_y = ((y + (dy > 0)) - ay) / dy if y != ends[1] else np.inf
             if at_x <= at_y:
                 x += 1 if dx > 0 else -1
@@ -123,26 +134,32 @@ def cells_along(corners: np.ndarray) -> np.ndarray:
     return np.array(cells, np.int64)
 
 
-def _hills(space: Space, nx: int, ny: int, seed: float = 0, amplitude: float = 5.0, scale: float = 30.0) -> np.ndarray:
-    """Return smooth hills: a sum of 32 plane waves of random direction and phase that close around the torus."""
-    u = random.draw_many(random.tick_key(int(seed), 0), np.arange(96, dtype=np.uint64), random.PLACE).reshape(3, 32)
+def _hills(space: Space, nx: int, ny: int, seed: float = 0, amplitude: float = 5.0,
+           scale: float = 30.0) -> np.ndarray:
+    """Return smooth hills: a sum of 32 plane waves of random direction and phase that close around the torus.
+    """
+    u = random.draw_many(random.tick_key(int(seed), 0), np.arange(96, dtype=np.uint64),
+                         random.PLACE).reshape(3, 32)
     x, y = (np.arange(nx) + 0.5) / nx, (np.arange(ny) + 0.5) / ny
     height = np.zeros((ny, nx))
     for angle, phase, stretch in u.T:
         waves = (0.5 + stretch) * np.array(space.size[:2]) / scale
-        kx, ky = np.round(waves[0] * np.cos(2 * np.pi * angle)), np.round(waves[1] * np.sin(2 * np.pi * angle))
+        kx, ky = (np.round(waves[0] * np.cos(2 * np.pi * angle)),
+                  np.round(waves[1] * np.sin(2 * np.pi * angle)))
         height += np.sin(2 * np.pi * (kx * x[None, :] + ky * y[:, None] + phase))
     return (amplitude * height / np.sqrt(16)).astype(np.float32)
 
 
 @njit
 def fence_between(x, y, dx, dy, ground, inverse, lengths, torus):
-    """Return whether a fence begins on the way (dx, dy), for one who does not stand on it; looks at every half cell."""
+    """Return whether a fence begins on the way (dx, dy), for one who does not stand on it;
+    looks at every half cell."""
     on = ground_at(ground, inverse, x, y) == FENCE
     steps = half_cells(np.sqrt(dx * dx + dy * dy), inverse, lengths)
     for s in range(1, steps + 1):
         way = np.float32(s) / np.float32(steps)
-        fenced = ground_at(ground, inverse, into(x + way * dx, lengths[0], torus), into(y + way * dy, lengths[1], torus)) == FENCE
+        fenced = ground_at(ground, inverse, into(x + way * dx, lengths[0], torus),
+                           into(y + way * dy, lengths[1], torus)) == FENCE
         if fenced and not on:
             return True
         on = on and fenced
@@ -166,7 +183,8 @@ def height_at(height, inverse, x, y, torus):
     if torus:
         i0, i1, j0, j1 = i0 % nx, i1 % nx, j0 % ny, j1 % ny
     else:
-        i0, i1, j0, j1 = min(max(i0, 0), nx - 1), min(max(i1, 0), nx - 1), min(max(j0, 0), ny - 1), min(max(j1, 0), ny - 1)
+        i0, i1, j0, j1 = (min(max(i0, 0), nx - 1), min(max(i1, 0), nx - 1), min(max(j0, 0), ny - 1),
+                          min(max(j1, 0), ny - 1))
     one = np.float32(1.0)
     west = (one - fy) * height[j0, i0] + fy * height[j1, i0]
     east = (one - fy) * height[j0, i1] + fy * height[j1, i1]

@@ -1,4 +1,7 @@
-"""A column of water: light, warmth and pressure with depth, and its currents. The surface is at z = height."""
+"""A column of water: light, warmth and pressure with depth, and its currents.
+
+The surface is at z = height.
+"""
 
 from collections.abc import Iterable, Sequence
 
@@ -11,11 +14,14 @@ GRAVITY = 9.81  # [m/s^2]
 
 
 class Water:
-    """Profiles over depth. `optical` f64[layers + 1] is the optical depth at the borders of the layers, from the surface down."""
+    """Profiles over depth.
 
-    def __init__(self, size: Sequence[float], attenuation: float = 0.0, layer: float = 1.0, density: float = 1025.0,
-                 deep_temperature: float | None = None, thermocline: float = 0.0, thermocline_width: float = 1.0,
-                 current: Iterable[tuple[float, float, float]] = ()) -> None:
+    `optical` f64[layers + 1] is the optical depth at the borders of the layers, from the surface down.
+    """
+
+    def __init__(self, size: Sequence[float], attenuation: float = 0.0, layer: float = 1.0,
+                 density: float = 1025.0, deep_temperature: float | None = None, thermocline: float = 0.0,
+                 thermocline_width: float = 1.0, current: Iterable[tuple[float, float, float]] = ()) -> None:
         self.area, self.height = float(size[0] * size[1]), float(size[2])
         self.n = max(1, round(self.height / layer))
         self.layer = self.height / self.n
@@ -25,9 +31,11 @@ class Water:
         self.optical = attenuation * self.layer * np.arange(self.n + 1)
 
     def shade(self, shadows: Iterable[tuple[np.ndarray, np.ndarray, float]]) -> None:
-        """Let bodies dim what is below them: (alive bool[n], z f32[n] [m], area of the shade of one [m^2]) of each kind.
+        """Let bodies dim what is below them: (alive bool[n], z f32[n] [m],
+        area of the shade of one [m^2]) of each kind.
 
-        The optical depth of a layer is attenuation × thickness + bodies × shade / area of the water (Beer-Lambert).
+        The optical depth of a layer is attenuation × thickness + bodies × shade / area
+        of the water (Beer-Lambert).
         """
         added = np.zeros(self.n)
         for alive, z, shade in shadows:
@@ -43,7 +51,8 @@ class Water:
         return out
 
     def temperature(self, surface: float, z: np.ndarray) -> np.ndarray:
-        """Return the temperature [K] at heights z f32[n] [m]: a tanh from that of the surface to that of the deep."""
+        """Return the temperature [K] at heights z f32[n] [m]:
+        a tanh from that of the surface to that of the deep."""
         if self.deep_temperature is None:
             return np.full(z.size, surface, np.float32)
         share = 0.5 * (1 + np.tanh((np.float32(self.height) - z - self.thermocline) / self.width))
@@ -75,7 +84,8 @@ def dim(surface, z, height, optical, inverse, out):
 
 @njit
 def drift(first, last, alive, current, height, sinking, dt, lengths, torus, volume, x, y, z):
-    """Carry the living with a current f32[k, 3] of (depth, u, v) and let them sink; nobody leaves through surface or bottom."""
+    """Carry the living with a current f32[k, 3] of (depth, u, v) and let them sink;
+    nobody leaves through surface or bottom."""
     for row in range(first, last):
         if not alive[row]:
             continue
@@ -88,7 +98,8 @@ def drift(first, last, alive, current, height, sinking, dt, lengths, torus, volu
             share = (depth - current[low, 0]) / span if span > 0 else np.float32(0.0)
             u = current[low, 1] + share * (current[high, 1] - current[low, 1])
             v = current[low, 2] + share * (current[high, 2] - current[low, 2])
-            x[row], y[row] = into(x[row] + u * dt, lengths[0], torus), into(y[row] + v * dt, lengths[1], torus)
+            x[row], y[row] = (into(x[row] + u * dt, lengths[0], torus),
+                              into(y[row] + v * dt, lengths[1], torus))
         if volume:
             z[row] = into(z[row] - sinking * dt, lengths[2], False)
 
@@ -98,5 +109,6 @@ def carry(alive, u, v, w, dt, lengths, torus, x, y, z):
     """Carry the living with velocities of their own: f32[n] each."""
     for row in range(alive.size):
         if alive[row]:
-            x[row], y[row] = into(x[row] + u[row] * dt, lengths[0], torus), into(y[row] + v[row] * dt, lengths[1], torus)
+            x[row], y[row] = (into(x[row] + u[row] * dt, lengths[0], torus),
+                              into(y[row] + v[row] * dt, lengths[1], torus))
             z[row] = into(z[row] + w[row] * dt, lengths[2], False)

@@ -1,4 +1,5 @@
-"""A world with places: its space, its surroundings and its neighbour indexes, which sensors and systems read."""
+"""A world with places: its space, its surroundings and its neighbour indexes, which sensors and systems read.
+"""
 
 from __future__ import annotations
 
@@ -23,13 +24,13 @@ from ecs_eco.space.terrain import Terrain
 class SpatialWorld(World):
     """Entities in one space, and the systems that act on them.
 
-    `size` [m] and `edges` describe the space, `cell` [m] the side of the cells of the neighbour index. The rest is that of
-    `ecs_eco.engine.world.World`. What is attached to a world from above, its configuration and its recorder, has its place here,
-    since systems ask for it.
+    `size` [m] and `edges` describe the space, `cell` [m] the side of the cells of the neighbour index. The
+    rest is that of `ecs_eco.engine.world.World`. What is attached to a world from above, its configuration
+    and its recorder, has its place here, since systems ask for it.
     """
 
-    def __init__(self, size: Sequence[float] = (100.0, 100.0), *, edges: str = "torus", dt: float = 1.0, seed: int = 0,
-                 cell: float | None = None, threads: int = 1, name: str = "world") -> None:
+    def __init__(self, size: Sequence[float] = (100.0, 100.0), *, edges: str = "torus", dt: float = 1.0,
+                 seed: int = 0, cell: float | None = None, threads: int = 1, name: str = "world") -> None:
         self.space = Space(size, edges, cell)
         self.environment = Environment()
         self.fields: dict[str, Field] = {}
@@ -58,14 +59,17 @@ class SpatialWorld(World):
         """Bring back or refuse what was written between ticks; see `ecs_eco.space.gate`."""
         gate.admit(self, refuse)
 
-    def admit_newborn(self, table: Table, values: dict[tuple[type, str], Any], label: str) -> dict[tuple[type, str], Any]:
-        """Return the values of newborn with their places brought into the space; ValueError for what is beyond its limits."""
+    def admit_newborn(self, table: Table,
+                      values: dict[tuple[type, str], Any], label: str) -> dict[tuple[type, str], Any]:
+        """Return the values of newborn with their places brought into the space;
+        ValueError for what is beyond its limits."""
         return gate.newborn(self, table, values, label)
 
-    # --- who is near whom ------------------------------------------------------------------------------------------
+    # --- who is near whom -----------------------------------------------------------------------------------
 
     def index(self, table: Table) -> Index:
-        """Return the neighbour index of a table that has Position, as things stand now; any thread may ask."""
+        """Return the neighbour index of a table that has Position, as things stand now; any thread may ask.
+        """
         if self.threads > 1 and not self._workers.all_busy and self._index_of(table).version != table.version:
             stale = [t for t in self.tables.values() if Position in t and t is not table]
             self.together(*(lambda t=t: self._build(t) for t in [table, *stale]))
@@ -92,7 +96,8 @@ class SpatialWorld(World):
         return index
 
     def merged(self, names: tuple[str, ...], build: Any) -> Bodies:
-        """Return the bodies of several tables in one index, as things stand now: those that `build()` returned, or does now."""
+        """Return the bodies of several tables in one index, as things stand now:
+        those that `build()` returned, or does now."""
         with self.lock:  # several threads may want it at once
             version = tuple(self.tables[name].version for name in names)
             kept = self._merged.get(names)

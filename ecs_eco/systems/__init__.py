@@ -7,11 +7,12 @@ Systems never import each other; what two of them share belongs to `ecs_eco.life
 from ecs_eco._lazy import lazy
 
 _HOME = {
-    "Intervene": "intervene", "ResetFlows": "reset_flows", "Shade": "shade", "Grow": "grow", "Diffuse": "diffuse",
-    "Sense": "sense", "Feel": "feel",
-    "Learn": "learn", "Decide": "decide", "Move": "move", "Drift": "drift", "Collide": "collide", "Feed": "feed", "Mate": "mate",
+    "Intervene": "intervene", "ResetFlows": "reset_flows", "Shade": "shade", "Grow": "grow",
+    "Diffuse": "diffuse", "Sense": "sense", "Feel": "feel", "Learn": "learn", "Decide": "decide",
+    "Move": "move", "Drift": "drift", "Collide": "collide", "Feed": "feed", "Mate": "mate",
     "Metabolise": "metabolise", "Age": "age", "Perish": "perish",
-    "LeaveRemains": "leave_remains", "Reproduce": "reproduce", "GiveBirth": "give_birth", "Spread": "spread", "Respawn": "respawn",
+    "LeaveRemains": "leave_remains", "Reproduce": "reproduce", "GiveBirth": "give_birth", "Spread": "spread",
+    "Respawn": "respawn",
 }  # fmt: skip
 __all__ = list(_HOME)
 __getattr__ = lazy(__name__, {name: f"{__name__}.{module}" for name, module in _HOME.items()})

@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 class Age(System):
     """Every organism is `dt` seconds older after a tick.
 
-    Age follows from the tick of birth, rounded once: a sum of steps in float32 would drift. If an age was set, it is
-    counted from there.
+    Age follows from the tick of birth, rounded once: a sum of steps in float32 would drift. If an age was
+    set, it is counted from there.
     """
 
     needs = (Biology,)
@@ -36,7 +36,8 @@ def grow_old(alive, born, tick, dt, age, head_start):
     """Give the living their age at the end of a tick [s]; `head_start` follows an age that was set."""
     for row in range(alive.size):
         if alive[row]:
-            before = (tick - born[row] - 1) * dt  # a newborn has age 0 in its tick of birth, which comes after this system
+            # a newborn has age 0 in its tick of birth, which comes after this system
+            before = (tick - born[row] - 1) * dt
             if age[row] != np.float32(before + head_start[row]):
                 head_start[row] = age[row] - before
             age[row] = np.float32((tick - born[row]) * dt + head_start[row])

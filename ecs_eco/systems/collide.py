@@ -15,7 +15,8 @@ from ecs_eco.space.world import SpatialWorld
 
 
 class Collide(System):
-    """Overlapping spheres push each other apart, each by half of the overlap; a body that cannot move pushes by all of it.
+    """Overlapping spheres push each other apart, each by half of the overlap;
+    a body that cannot move pushes by all of it.
 
     All pushes are computed from the places before any push: the outcome does not depend on the order.
     """
@@ -38,21 +39,24 @@ class Collide(System):
                 bodies = merged(world, [other.name])
                 share = np.float32(0.5 if Velocity in other else 1.0)
                 reach = world.space.reach(largest + bodies.largest)
-                world.split(push_apart, index.n, index.x, index.y, index.z, index.uid, index.rows, table[Body].radius, bodies.x, bodies.y,
-                            bodies.z, bodies.radius, bodies.uid, bodies.start, *world.space.shape, world.space.inverse,
+                world.split(push_apart, index.n, index.x, index.y, index.z, index.uid, index.rows,
+                            table[Body].radius, bodies.x, bodies.y, bodies.z, bodies.radius, bodies.uid,
+                            bodies.start, *world.space.shape, world.space.inverse,
                             world.space.lengths, world.space.torus, reach, share, push)
             pushes.append((table, index.rows.copy(), push))
         ground, inverse = rocks(world)
         for table, rows, push in pushes:
             p = table[Position]
-            _displace(rows, push, world.space.lengths, world.space.torus, world.space.volume, ground, inverse, p.x, p.y, p.z)
+            _displace(rows, push, world.space.lengths, world.space.torus, world.space.volume, ground, inverse,
+                      p.x, p.y, p.z)
             table.version += 1
 
 
 @njit
-def push_apart(first, last, ox, oy, oz, ou, rows, radius, bx, by, bz, br, bu, bstart, nx, ny, nz, inverse, lengths, torus,
-               reach, share, push):
-    """Add to push[i] the displacement out of every body that overlaps i; concentric ones part in a direction set by their uids."""
+def push_apart(first, last, ox, oy, oz, ou, rows, radius, bx, by, bz, br, bu, bstart, nx, ny, nz, inverse,
+               lengths, torus, reach, share, push):
+    """Add to push[i] the displacement out of every body that overlaps i;
+    concentric ones part in a direction set by their uids."""
     near = np.empty(bx.size, np.int64)
     for i in range(first, last):
         r = radius[rows[i]]
@@ -83,7 +87,8 @@ def _displace(rows, push, lengths, torus, volume, ground, inverse, x, y, z):
         row = rows[i]
         nx, ny = into(x[row] + push[i, 0], lengths[0], torus), into(y[row] + push[i, 1], lengths[1], torus)
         if ground.size == 1 or (ground_at(ground, inverse, nx, ny) == OPEN
-                                and not fence_between(x[row], y[row], push[i, 0], push[i, 1], ground, inverse, lengths, torus)):
+                                and not fence_between(x[row], y[row], push[i, 0], push[i, 1], ground, inverse,
+                                                      lengths, torus)):
             x[row] = nx
             y[row] = ny
         if volume:

@@ -21,7 +21,8 @@ NO_THOUGHT = np.zeros((0, 0), np.float32), np.zeros(0, np.float32)
 
 
 class Decide(System):
-    """The reflex network blocks (−1), leaves (0) or forces (+1) each action; the policy picks one of each group."""
+    """The reflex network blocks (−1), leaves (0) or forces (+1) each action;
+    the policy picks one of each group."""
 
     needs = (Nervous,)
     phase = "decide"
@@ -43,8 +44,8 @@ class Decide(System):
                 uniforms(first, last, key, uid, chance)
                 here = slice(first, last)
                 choose(logits[here], nerves.offsets, chance[here], choice[here], log_probability[here])
-            decide(first, last, choice, nerves.offsets, nerves.targets, nerves.policy, y, reacts, nerves.automatic,
-                   nerves.rows, decision)
+            decide(first, last, choice, nerves.offsets, nerves.targets, nerves.policy, y, reacts,
+                   nerves.automatic, nerves.rows, decision)
 
         world.split(part, n)
         nerves.thoughts = Thoughts(world.tick, uid, logits if thinks else None, y if reacts else None, choice)

@@ -19,24 +19,27 @@ STILL = np.zeros((0, 3), np.float32)
 
 
 class Drift(System):
-    """Currents carry all bodies in the water; heavy ones sink to the bottom, light ones rise to the surface."""
+    """Currents carry all bodies in the water; heavy ones sink to the bottom, light ones rise to the surface.
+    """
 
     needs = (Position,)
     phase = "move"
 
     def update(self, table: Table, world: SpatialWorld) -> None:
         """Carry one kind of bodies."""
-        water, space, p, sinking = world.environment.water, world.space, table[Position], table.species.sinking
+        water, space, p, sinking = (world.environment.water, world.space, table[Position],
+                                    table.species.sinking)
         own = None if water is None or world.config is None else world.config.water.current_function
         current = STILL if water is None else water.current
         if own is not None:
             high = table.high
             flow = world.config.function(own)(world, p.x[:high], p.y[:high], p.z[:high])
             u, v, w = (one_each(a, high, own).astype(np.float32, copy=False) for a in flow)
-            carry(table.alive[:high], u, v, w, np.float32(world.dt), space.lengths, space.torus, p.x, p.y, p.z)
+            carry(table.alive[:high], u, v, w, np.float32(world.dt), space.lengths, space.torus,
+                  p.x, p.y, p.z)
         if len(current) or sinking:
             height = np.float32(space.lengths[2])
-            world.split(drift, table.high, table.alive, current, height, np.float32(sinking), np.float32(world.dt), space.lengths,
-                        space.torus, space.volume, p.x, p.y, p.z)
+            world.split(drift, table.high, table.alive, current, height, np.float32(sinking),
+                        np.float32(world.dt), space.lengths, space.torus, space.volume, p.x, p.y, p.z)
         if own is not None or len(current) or sinking:
             table.version += 1

@@ -23,11 +23,12 @@ NOTHING = np.zeros(0, np.float32)
 
 
 class Feed(System):
-    """An animal that eats, and digests nothing, takes the nearest food within reach, with the diet's chance of success.
+    """An animal that eats, and digests nothing, takes the nearest food within reach,
+    with the diet's chance of success.
 
-    Each proposes one item; an item goes to the nearest of those that want it, ties to the lower uid; the eaten die.
-    An animal with an action `eat` eats when it decides to; one without eats whenever it can. Tough food resists some
-    bites, poison costs the eater energy, and deadly food kills it.
+    Each proposes one item; an item goes to the nearest of those that want it, ties to the lower uid; the
+    eaten die. An animal with an action `eat` eats when it decides to; one without eats whenever it can. Tough
+    food resists some bites, poison costs the eater energy, and deadly food kills it.
     """
 
     needs = (Position, Body, Metabolism)
@@ -56,23 +57,26 @@ class Feed(System):
         widest = float(b.radius[: table.high].max() + prey[Body].radius[: prey.high].max()) + food.reach
         target, distance2 = np.empty(eaters.n, np.int32), np.empty(eaters.n, np.float32)
         nearest(eaters, foods, widest, target, distance2, world.split)
-        column = -1 if nerves is None else next((i for i, (_, a) in enumerate(nerves.actions) if a == "eat"), -1)
+        column = -1 if nerves is None else next((i for i, (_, a) in enumerate(nerves.actions) if a == "eat"),
+                                                -1)
         decision = NO_DECISION if nerves is None else table[Nervous].decision
         chance = np.float32(1 - (1 - min(food.chance, 1.0)) ** world.dt)
         ceiling = species.metabolism.energy_max if food.until is None else food.until
         best = np.full(foods.n, -1, np.int32)
         toughness, poison = defences(prey)
         held = prey[Metabolism].energy if Metabolism in prey else NOTHING
-        ingest(target, distance2, eaters.rows, eaters.uid, foods.rows, b.radius, prey[Body].radius, np.float32(food.reach),
-               decision, column, chance, np.float32(ceiling), np.float32(food.gain), np.float32(food.efficiency), held,
+        ingest(target, distance2, eaters.rows, eaters.uid, foods.rows, b.radius, prey[Body].radius,
+               np.float32(food.reach), decision, column, chance, np.float32(ceiling), np.float32(food.gain),
+               np.float32(food.efficiency), held,
                np.float32(species.metabolism.energy_max), np.float32(species.metabolism.digestion), world.key,
                random.FEED + (number << 8), toughness, poison, world.cause(f"eaten by {table.name}"),
-               world.cause(f"poisoned by {food.eats}") if food.deadly else 0, table.cause, table.killer, table.uid, best,
-               m.energy, m.digesting, m.taken, prey.cause, prey.killer, prey.uid)
+               world.cause(f"poisoned by {food.eats}") if food.deadly else 0, table.cause, table.killer,
+               table.uid, best, m.energy, m.digesting, m.taken, prey.cause, prey.killer, prey.uid)
 
 
 def defences(prey: Any) -> tuple[np.ndarray, np.ndarray]:
-    """Return toughness and poison of each row, f32[capacity], or arrays of one for all; empty if it has no defence."""
+    """Return toughness and poison of each row, f32[capacity], or arrays of one for all;
+    empty if it has no defence."""
     defence = getattr(prey.species.config, "defence", None)
     if Defence in prey:
         return prey[Defence].toughness, prey[Defence].poison
@@ -82,13 +86,15 @@ def defences(prey: Any) -> tuple[np.ndarray, np.ndarray]:
 
 
 @njit
-def ingest(target, distance2, rows, uid, food_rows, radius, food_radius, reach, decision, column, chance, until, gain, efficiency, held,
-           ceiling, digestion, key, purpose, toughness, poison, cause, deadly, eater_cause, eater_killer, uids, best, energy, digesting,
+def ingest(target, distance2, rows, uid, food_rows, radius, food_radius, reach, decision, column, chance,
+           until, gain, efficiency, held, ceiling, digestion, key, purpose, toughness, poison, cause, deadly,
+           eater_cause, eater_killer, uids, best, energy, digesting,
            taken, food_cause, food_killer, food_uids):
     """Resolve the proposals of all eaters, in canonical order, and apply them."""
     for i in range(target.size):
         j, row = target[i], rows[i]
-        if j < 0 or eater_cause[row] or food_cause[food_rows[j]] or digesting[row] > 0 or energy[row] >= until:
+        if (j < 0 or eater_cause[row] or food_cause[food_rows[j]] or digesting[row] > 0
+            or energy[row] >= until):
             continue
         if column >= 0 and not decision[row, column]:
             continue
@@ -99,7 +105,8 @@ def ingest(target, distance2, rows, uid, food_rows, radius, food_radius, reach, 
         if distance2[i] > s * s or draw(key, uid[i], purpose) >= succeeds:
             continue
         other = best[j]
-        if other < 0 or distance2[i] < distance2[other] or (distance2[i] == distance2[other] and uid[i] < uid[other]):
+        if (other < 0 or distance2[i] < distance2[other]
+            or (distance2[i] == distance2[other] and uid[i] < uid[other])):
             best[j] = i
     for j in range(best.size):
         i = best[j]

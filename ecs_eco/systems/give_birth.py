@@ -19,9 +19,9 @@ if TYPE_CHECKING:
 class GiveBirth(System):
     """At term a mother gives birth to her litter and pays the share that the father has not paid.
 
-    The litter is limited by the energy that she can spend, by `max_count` and by the free places. She keeps what the
-    father gave for the others, up to her capacity, and it is deducted from what parents gave. An unborn litter dies with
-    its mother.
+    The litter is limited by the energy that she can spend, by `max_count` and by the free places. She keeps
+    what the father gave for the others, up to her capacity, and it is deducted from what parents gave. An
+    unborn litter dies with its mother.
     """
 
     needs = (Position, Body, Metabolism, Biology, Gestation)
@@ -35,7 +35,8 @@ class GiveBirth(System):
         m, g = table[Metabolism], table[Gestation]
         own, _, _, energy_given, _, _ = life_history(table, way)
         mothers, number = np.empty(table.high, np.int64), np.empty(table.high, np.int64)
-        n = at_term(table.alive[: table.high], g.carrying, g.due, world.tick, m.energy, g.energy, own, energy_given, mothers, number)
+        n = at_term(table.alive[: table.high], g.carrying, g.due, world.tick, m.energy, g.energy, own,
+                    energy_given, mothers, number)
         if n == 0:
             return
         order = np.argsort(table.uid[mothers[:n]])
@@ -43,7 +44,8 @@ class GiveBirth(System):
         given = energy_given[mothers] if own else np.full(n, energy_given[0], np.float32)
         born = bring_forth(table, world, way, mothers, number, given, g.father[mothers], g.sperm[mothers])
         deliver(mothers, born, given, np.float32(table.species.config.metabolism.energy_max),
-                world.tick + ticks(way.rest, world.dt), m.energy, m.given, g.carrying, g.energy, g.father, g.rest)
+                world.tick + ticks(way.rest, world.dt), m.energy, m.given, g.carrying, g.energy,
+                g.father, g.rest)
         g.sperm[mothers] = 0
 
 

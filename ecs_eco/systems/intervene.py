@@ -26,10 +26,11 @@ CORNERS = 64  # of a round fence
 
 
 class Intervene(System):
-    """Carries out the world file's interventions, and those requested with `World.intervene`, at the start of their tick.
+    """Carries out the world file's interventions, and those requested with `World.intervene`,
+    at the start of their tick.
 
-    The culled die at the end of the phase die of this tick, newcomers live from the end of the phase reproduce on, all
-    else takes effect at once. Those carried out are listed in `world.intervened`.
+    The culled die at the end of the phase die of this tick, newcomers live from the end of the phase
+    reproduce on, all else takes effect at once. Those carried out are listed in `world.intervened`.
     """
 
     phase = "environment"
@@ -49,7 +50,8 @@ class Intervene(System):
             world.intervened.append((world.tick, intervention.once(world.tick)))
 
     def ask(self, intervention: Any) -> None:
-        """Carry out an intervention in the next tick: a dict or a model; raises ConfigError as a world file does."""
+        """Carry out an intervention in the next tick: a dict or a model;
+        raises ConfigError as a world file does."""
         self.requests.append(checked(self.world, intervention, [x.once(x.at) for x in self.requests]))
 
     def cull(self, world: SpatialWorld, order: Any) -> None:
@@ -105,7 +107,8 @@ class Intervene(System):
 
     def switch(self, world: Any, order: Any) -> None:
         """Let births or learning stop, or go on."""
-        names = [order.species] if order.species else [n for n, t in world.tables.items() if not t.species.is_object]
+        names = ([order.species]
+                 if order.species else [n for n, t in world.tables.items() if not t.species.is_object])
         if order.reproduction is not None:
             for name in names:
                 world.table(name).species.switch_reproduction(order.reproduction)
@@ -114,15 +117,21 @@ class Intervene(System):
             from ecs_eco.config.loading import changed
 
             can = [n for n in names if learns(world.config.species[n])]
-            world.reconfigure(changed(world.config, {f"species.{n}.policy.learn": order.learning for n in can}), learners=can)
+            world.reconfigure(changed(world.config,
+                                      {f"species.{n}.policy.learn": order.learning for n in can}),
+                              learners=can)
 
     def state(self) -> dict[str, np.ndarray]:
-        """Return the state that is nowhere else: species that do not reproduce, requests, and ground made for fences."""
+        """Return the state that is nowhere else: species that do not reproduce, requests,
+        and ground made for fences."""
         tables = self.world.tables.values()
-        text = json.dumps([x.once(self.world.tick) for x in self.requests]).encode()  # requests made within a tick wait for the next
-        out = {"barren": np.array([bool(t.species.barren) for t in tables], np.uint8), "asked": np.frombuffer(text, np.uint8)}
+        # requests made within a tick wait for the next
+        text = json.dumps([x.once(self.world.tick) for x in self.requests]).encode()
+        out = {"barren": np.array([bool(t.species.barren) for t in tables], np.uint8),
+               "asked": np.frombuffer(text, np.uint8)}
         ground = self.world.terrain.fenced() if self.made_ground else {}
-        none = {"ground": np.zeros((0, 0), np.uint8), "corners": np.zeros((0, 2)), "lengths": np.zeros(0, np.int64)}
+        none = {"ground": np.zeros((0, 0), np.uint8), "corners": np.zeros((0, 2)),
+                "lengths": np.zeros(0, np.int64)}
         return out | {f"ground.{key}": array for key, array in (none | ground).items()}
 
     def load(self, state: dict[str, np.ndarray]) -> None:
@@ -143,7 +152,8 @@ class Intervene(System):
 
 
 class Region:
-    """A circle [x, y, radius] or a rectangle [x0, y0, x1, y1] on the ground [m]; a circle wraps around a torus."""
+    """A circle [x, y, radius] or a rectangle [x0, y0, x1, y1] on the ground [m];
+    a circle wraps around a torus."""
 
     def __init__(self, space: Any, numbers: Sequence[float]) -> None:
         self.space, self.numbers, self.round = space, [float(v) for v in numbers], len(numbers) == 3
@@ -159,7 +169,8 @@ class Region:
         return np.hypot(*away) <= self.numbers[2]
 
     def places(self, u: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Return the places in it that two numbers in [0, 1) each stand for, all equally likely: f32[n, 2]."""
+        """Return the places in it that two numbers in [0, 1) each stand for, all equally likely: f32[n, 2].
+        """
         if self.round:
             x, y, radius = self.numbers
             r, angle = radius * np.sqrt(u), 2 * np.pi * v
@@ -192,26 +203,31 @@ def flat_ground(space: Any) -> Any:
 
 
 def checked(world: SpatialWorld, order: Any, requests: Sequence[dict[str, Any]]) -> Any:
-    """Return an intervention for the next tick, from a dict or a model, that is to follow the `requests` made already."""
+    """Return an intervention for the next tick, from a dict or a model,
+    that is to follow the `requests` made already."""
     from pydantic import TypeAdapter, ValidationError
 
     from ecs_eco.config.loading import intervention
     from ecs_eco.config.models.interventions import AnyIntervention
 
-    fields = order if isinstance(order, dict) else {k: v for k, v in order.model_dump().items() if v is not None}
+    fields = order if isinstance(order, dict) else {k: v
+                                                    for k, v in order.model_dump().items() if v is not None}
     data = {"at": world.tick} | fields
     if data["at"] != world.tick or "every" in data or "until" in data:
-        raise ValueError(f"intervene: it is tick {world.tick} now; leave out at, every and until, or put it into the world file")
+        raise ValueError(f"intervene: it is tick {world.tick} now; leave out at, every and until, "
+                         "or put it into the world file")
     if world.config is not None:
         fences = [done for _, done in world.intervened if done["kind"] == "fence"]
-        waiting = [done for done in requests if done["kind"] in ("fence", "set")]  # that it depends on; values set so far are in the config
+        # that it depends on; values set so far are in the config
+        waiting = [done for done in requests if done["kind"] in ("fence", "set")]
         return intervention(world.config, data, [*fences, *waiting])
     try:
         model = TypeAdapter(AnyIntervention).validate_python(data)
     except ValidationError as error:
         raise ValueError(f"intervene: {error}") from None
     if model.kind == "set" or getattr(model, "learning", None) is not None:
-        raise ValueError("intervene: this world was made by hand, without a configuration that values could be set in")
+        raise ValueError("intervene: this world was made by hand, "
+                         "without a configuration that values could be set in")
     if (name := getattr(model, "species", None)) is not None and name not in world.tables:
         raise ValueError(unknown_name("intervene", "table", name, world.tables))
     if model.kind == "add" and model.at_place is not None:

@@ -15,7 +15,8 @@ if TYPE_CHECKING:
 
 
 class LeaveRemains(System):
-    """The dead leave an object of the type that their species names, where they died, with their mass and substances.
+    """The dead leave an object of the type that their species names, where they died,
+    with their mass and substances.
 
     The eaten leave nothing: their bodies are in their eaters.
     """
@@ -37,7 +38,8 @@ class LeaveRemains(System):
             eaten[: len(world.causes)] = [c.startswith("eaten") for c in world.causes]
             rows = rows[~eaten[table.cause[rows] - 1]]
             if rows.size:
-                kept: list[tuple[Any, str]] = [(Position, f) for f in ("x", "y", "z", "heading")] + [(Body, "radius"), (Body, "mass")]
+                kept: list[tuple[Any, str]] = ([(Position, f) for f in ("x", "y", "z", "heading")]
+                                               + [(Body, "radius"), (Body, "mass")])
                 kept += [(Chemistry, "molarity")]
                 kept += [(Physical, f) for f in Physical.fields]  # type: ignore[attr-defined]
                 into = world.tables[remains]

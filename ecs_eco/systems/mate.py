@@ -27,12 +27,13 @@ WILLING = {"none": 0, "one": 1, "both": 2}
 
 
 class Mate(System):
-    """Each female that is ready and willing chooses one ready and willing male within reach, and may conceive by him.
+    """Each female that is ready and willing chooses one ready and willing male within reach,
+    and may conceive by him.
 
-    An organism is ready if it is old enough, fed enough, rested and not pregnant; a male must also be able to pay his
-    share, and pays it at once. In a species without sexes any two mate, and the chooser bears the young. No organism mates
-    twice in a tick: nearer pairs go first, ties by the uid of the chooser. Conception has the `chance` per second of
-    contact, times the fertility of both.
+    An organism is ready if it is old enough, fed enough, rested and not pregnant; a male must also be able to
+    pay his share, and pays it at once. In a species without sexes any two mate, and the chooser bears the
+    young. No organism mates twice in a tick: nearer pairs go first, ties by the uid of the chooser.
+    Conception has the `chance` per second of contact, times the fertility of both.
     """
 
     needs = (Position, Body, Metabolism, Biology, Gestation)
@@ -47,7 +48,8 @@ class Mate(System):
         own, age_min, energy_min, energy_given, litter, choice = life_history(table, way)
         can = np.empty(table.high, np.uint8)
         column, decision = action(table)
-        n_chooses, n_sires = ready(table.alive[: table.high], table.cause, b.sex, b.age, m.energy, g.carrying, g.rest, world.tick, own,
+        n_chooses, n_sires = ready(table.alive[: table.high], table.cause, b.sex, b.age, m.energy, g.carrying,
+                                   g.rest, world.tick, own,
                                    age_min, energy_min, litter, decision, column, WILLING[way.consent], can)
         if n_chooses == 0 or n_sires == 0:
             return
@@ -57,23 +59,26 @@ class Mate(System):
             choice = np.array([max(rule[0], 0)], np.uint8)
         widest = 2 * float(radius[: table.high].max()) + way.reach
         partner, distance2 = np.empty(i.n, np.int64), np.empty(i.n, np.float32)
-        world.split(propose, i.n, i.rows, i.x, i.y, i.z, i.uid, i.start, can, radius, np.float32(way.reach), space.reach(widest),
-                    *space.shape, space.inverse, space.lengths, space.torus, decision, column, WILLING[way.consent], m.energy, b.age, own,
+        world.split(propose, i.n, i.rows, i.x, i.y, i.z, i.uid, i.start, can, radius, np.float32(way.reach),
+                    space.reach(widest), *space.shape, space.inverse, space.lengths, space.torus, decision,
+                    column, WILLING[way.consent], m.energy, b.age, own,
                     energy_given, litter, choice, np.float32(way.father_share), world.key, partner, distance2)
         choosers = np.flatnonzero(partner >= 0)
         if choosers.size == 0:
             return
         if rule is not None and rule[0] < 0 and not own:
-            near = np.float32(way.reach), space.reach(widest), *space.shape, space.inverse, space.lengths, space.torus
+            near = (np.float32(way.reach), space.reach(widest), *space.shape, space.inverse, space.lengths,
+                    space.torus)
             pay = np.float32(way.father_share), energy_given, litter
-            self.ask(table, rule[1], i, choosers, can, near, (decision, column, WILLING[way.consent]), pay, partner, distance2, world)
+            self.ask(table, rule[1], i, choosers, can, near, (decision, column, WILLING[way.consent]), pay,
+                     partner, distance2, world)
         order = choosers[np.lexsort((i.uid[choosers], distance2[choosers]))]
         pairs = np.empty((order.size, 2), np.int64)
         n = pair(order, partner, i.rows, np.zeros(i.n, np.bool_), pairs)
         self.conceive(table, world, way, pairs[:n])
 
-    def ask(self, table: Table, rule: Any, i: Any, choosers: np.ndarray, can: np.ndarray, near: tuple[Any, ...], wants: tuple[Any, ...],
-            pay: tuple[Any, ...],
+    def ask(self, table: Table, rule: Any, i: Any, choosers: np.ndarray, can: np.ndarray,
+            near: tuple[Any, ...], wants: tuple[Any, ...], pay: tuple[Any, ...],
             partner: np.ndarray, distance2: np.ndarray, world: SpatialWorld) -> None:
         """Let a function of the user's own choose, one chooser after the other, in the order of uids."""
         chosen, far = np.empty(i.n, np.int64), np.empty(i.n, np.float32)
@@ -81,12 +86,15 @@ class Mate(System):
         state = pyrandom.getstate()
         try:
             for me in choosers[np.argsort(i.uid[choosers])]:
-                n = suitors(me, i.rows, i.x, i.y, i.z, i.start, can, radius, *near, *wants, energy, *pay, chosen, far)
+                n = suitors(me, i.rows, i.x, i.y, i.z, i.start, can, radius, *near, *wants, energy, *pay,
+                            chosen, far)
                 rows, uids = i.rows[chosen[:n]], i.uid[chosen[:n]].tolist()
                 pyrandom.seed(int(world.key) ^ int(i.uid[me]))
-                it = rule(int(i.uid[me]), uids, np.sqrt(far[:n]).tolist(), energy[rows].tolist(), age[rows].tolist())
+                it = rule(int(i.uid[me]), uids, np.sqrt(far[:n]).tolist(), energy[rows].tolist(),
+                          age[rows].tolist())
                 if it not in uids:
-                    raise ValueError(f"select_mate of {table.name!r} returns {it!r} for {int(i.uid[me])}; allowed is one of {uids[:9]}")
+                    raise ValueError(f"select_mate of {table.name!r} returns {it!r} for {int(i.uid[me])}; "
+                                     f"allowed is one of {uids[:9]}")
                 partner[me], distance2[me] = chosen[uids.index(it)], far[uids.index(it)]
         finally:
             pyrandom.setstate(state)
@@ -97,23 +105,27 @@ class Mate(System):
         own, _, _, energy_given, litter, _ = life_history(table, way)
         chance = np.float32(1 - (1 - way.chance) ** world.dt)
         conceived = np.zeros(len(pairs), np.bool_)
-        join(pairs, table.uid, b.fertility, own, energy_given, litter, np.float32(way.father_share), chance, world.key,
-             world.tick + ticks(way.gestation, world.dt), world.tick + ticks(way.father_rest, world.dt), conceived,
-             m.energy, m.given, g.carrying, g.due, g.father, g.energy, g.rest)
+        join(pairs, table.uid, b.fertility, own, energy_given, litter, np.float32(way.father_share), chance,
+             world.key,
+             world.tick + ticks(way.gestation, world.dt), world.tick + ticks(way.father_rest, world.dt),
+             conceived, m.energy, m.given, g.carrying, g.due, g.father, g.energy, g.rest)
         if Genome in table:
             mothers, fathers = pairs[conceived].T
             g.sperm[mothers] = table[Genome].loci[fathers]
 
 
 def action(table: Table) -> tuple[int, np.ndarray]:
-    """Return the column of the action mate in the decision, and the decision; −1 where a species has no such action."""
+    """Return the column of the action mate in the decision, and the decision;
+    −1 where a species has no such action."""
     nerves = table.species.nerves
-    column = -1 if nerves is None else next((i for i, (group, _) in enumerate(nerves.actions) if group == "mate"), -1)
+    column = (-1 if nerves is None
+              else next((i for i, (group, _) in enumerate(nerves.actions) if group == "mate"), -1))
     return column, table[Nervous].decision if column >= 0 else NO_DECISION
 
 
 def select_mate(table: Table) -> tuple[int, Any] | None:
-    """Return the rule in the species' toolbox: its number (−1: the user's own function) and its function; None without a toolbox."""
+    """Return the rule in the species' toolbox: its number (−1:
+    the user's own function) and its function; None without a toolbox."""
     operators = getattr(table.species.heredity, "operators", None)
     return None if operators is None else (operators.choice, operators.toolbox.select_mate)
 
@@ -125,13 +137,16 @@ def wills(decision, column, row):
 
 
 @njit
-def ready(alive, cause, sex, age, energy, carrying, rest, tick, own, age_min, energy_min, litter, decision, column, consent, can):
-    """Write the roles of each row, can u8[rows]; return the numbers of those that can choose and that can sire."""
+def ready(alive, cause, sex, age, energy, carrying, rest, tick, own, age_min, energy_min, litter, decision,
+          column, consent, can):
+    """Write the roles of each row, can u8[rows]; return the numbers of those that can choose and
+    that can sire."""
     n_chooses, n_sires = 0, 0
     for row in range(can.size):
         i = row if own else 0
         can[row] = 0
-        if not alive[row] or cause[row] or carrying[row] or rest[row] > tick or age[row] < age_min[i] or energy[row] < energy_min[i]:
+        if (not alive[row] or cause[row] or carrying[row] or rest[row] > tick or age[row] < age_min[i]
+            or energy[row] < energy_min[i]):
             continue
         if consent == 2 and not wills(decision, column, row):
             continue
@@ -146,9 +161,11 @@ def ready(alive, cause, sex, age, energy, carrying, rest, tick, own, age_min, en
 
 @njit
 def suits(i, j, rows, x, y, z, can, radius, near, lengths, torus, decision, column, want, energy, share, pay):
-    """Return the squared distance from entry i to entry j where j can sire, pay, is willing and in reach; else −1."""
+    """Return the squared distance from entry i to entry j where j can sire, pay,
+    is willing and in reach; else −1."""
     it = rows[j]
-    if j == i or not can[it] & SIRES or (share > 0 and not energy[it] > pay) or wills(decision, column, it) < want:
+    if (j == i or not can[it] & SIRES or (share > 0 and not energy[it] > pay)
+        or wills(decision, column, it) < want):
         return np.float32(-1)
     dx, dy, dz = offset(x[i], y[i], z[i], x[j], y[j], z[j], lengths, torus)
     d2, s = dx * dx + dy * dy + dz * dz, radius[rows[i]] + radius[it] + near
@@ -156,13 +173,16 @@ def suits(i, j, rows, x, y, z, can, radius, near, lengths, torus, decision, colu
 
 
 @njit
-def suitors(i, rows, x, y, z, start, can, radius, near, reach, nx, ny, nz, inverse, lengths, torus, decision, column, consent, energy,
-            share, energy_given, litter, chosen, far):
+def suitors(i, rows, x, y, z, start, can, radius, near, reach, nx, ny, nz, inverse, lengths, torus, decision,
+            column, consent, energy, share, energy_given, litter, chosen, far):
     """List the entries that suit entry i, and their squared distances; return how many."""
     close, n = np.empty(x.size, np.int64), 0
-    pay, want = share * energy_given[0] * np.float32(whole(litter[0])), consent - wills(decision, column, rows[i])
-    for c in range(gather(x[i], y[i], z[i], reach, start, x, y, z, nx, ny, nz, inverse, lengths, torus, close)):
-        d2 = suits(i, close[c], rows, x, y, z, can, radius, near, lengths, torus, decision, column, want, energy, share, pay)
+    pay, want = (share * energy_given[0] * np.float32(whole(litter[0])),
+                 consent - wills(decision, column, rows[i]))
+    for c in range(gather(x[i], y[i], z[i], reach, start, x, y, z, nx, ny, nz, inverse, lengths,
+                          torus, close)):
+        d2 = suits(i, close[c], rows, x, y, z, can, radius, near, lengths, torus, decision, column, want,
+                   energy, share, pay)
         if d2 >= 0:
             chosen[n], far[n] = close[c], d2
             n += 1
@@ -170,11 +190,14 @@ def suitors(i, rows, x, y, z, start, can, radius, near, reach, nx, ny, nz, inver
 
 
 @njit
-def propose(first, last, rows, x, y, z, uid, start, can, radius, near, reach, nx, ny, nz, inverse, lengths, torus, decision, column,
+def propose(first, last, rows, x, y, z, uid, start, can, radius, near, reach, nx, ny, nz, inverse, lengths,
+            torus, decision, column,
             consent, energy, age, own, energy_given, litter, choice, share, key, partner, distance2):
-    """Write the father that each of the entries first … last − 1 of the index chooses (−1: none), and his squared distance.
+    """Write the father that each of the entries first … last − 1 of the index chooses (−1: none),
+    and his squared distance.
 
-    The choice is the nearest, a random one, the richest or the oldest; ties go by distance, then by the lower uid.
+    The choice is the nearest, a random one, the richest or the oldest; ties go by distance,
+    then by the lower uid.
     """
     close = np.empty(x.size, np.int64)
     for i in range(first, last):
@@ -182,12 +205,14 @@ def propose(first, last, rows, x, y, z, uid, start, can, radius, near, reach, nx
         if not can[me] & CHOOSES:
             continue
         life, best = me if own else 0, np.float32(np.inf)
-        pay, want = share * energy_given[life] * np.float32(whole(litter[life])), consent - wills(decision, column, me)
+        pay, want = (share * energy_given[life] * np.float32(whole(litter[life])),
+                     consent - wills(decision, column, me))
         n = gather(x[i], y[i], z[i], reach, start, x, y, z, nx, ny, nz, inverse, lengths, torus, close)
         for c in range(n):
             j = close[c]
             it = rows[j]
-            d2 = suits(i, j, rows, x, y, z, can, radius, near, lengths, torus, decision, column, want, energy, share, pay)
+            d2 = suits(i, j, rows, x, y, z, can, radius, near, lengths, torus, decision, column, want,
+                       energy, share, pay)
             if d2 < 0:
                 continue
             score = d2
@@ -198,13 +223,15 @@ def propose(first, last, rows, x, y, z, uid, start, can, radius, near, reach, nx
             elif choice[life] == 3:
                 score = -age[it]
             k = partner[i]
-            if k < 0 or score < best or (score == best and (d2 < distance2[i] or (d2 == distance2[i] and uid[j] < uid[k]))):
+            if k < 0 or score < best or (score == best
+                                         and (d2 < distance2[i] or (d2 == distance2[i] and uid[j] < uid[k]))):
                 best, partner[i], distance2[i] = score, j, d2
 
 
 @njit
 def pair(order, partner, rows, taken, pairs):
-    """List the pairs that mate, as rows of chooser and chosen; `order` lists the choosers, in order of precedence."""
+    """List the pairs that mate, as rows of chooser and chosen; `order` lists the choosers,
+    in order of precedence."""
     n = 0
     for i in order:
         j = partner[i]
@@ -216,8 +243,8 @@ def pair(order, partner, rows, taken, pairs):
 
 
 @njit
-def join(pairs, uid, fertility, own, energy_given, litter, share, chance, key, due, rested, conceived, energy, given, carrying, due_at,
-         father, stored, rest):
+def join(pairs, uid, fertility, own, energy_given, litter, share, chance, key, due, rested, conceived, energy,
+         given, carrying, due_at, father, stored, rest):
     """Let each pair conceive by chance: the mother carries, the father pays his share and rests."""
     for p in range(len(pairs)):
         she, he = pairs[p, 0], pairs[p, 1]

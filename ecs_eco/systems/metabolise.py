@@ -19,9 +19,11 @@ NO_SCALE = np.zeros(0, np.float32)
 
 
 class Metabolise(System):
-    """An organism burns its basal rate and the cost of its locomotion; energy may fall below 0, until it starves.
+    """An organism burns its basal rate and the cost of its locomotion; energy may fall below 0,
+    until it starves.
 
-    If mass is heritable, the basal rate scales with mass to the power 3/4 (Kleiber 1932): large bodies burn more, but less per kg.
+    If mass is heritable, the basal rate scales with mass to the power 3/4 (Kleiber 1932):
+    large bodies burn more, but less per kg.
     """
 
     needs = (Metabolism,)
@@ -34,9 +36,11 @@ class Metabolise(System):
         basal = species.metabolism.basal if species is not None else 0.0
         scale = NO_SCALE
         if (standard := table.species.standard_mass) is not None:
-            scale = ((table[Body].mass[: table.high] / np.float32(standard)) ** np.float32(0.75)).astype(np.float32)
-        world.split(burn, table.high, table.alive, scale, cost, cost is not STILL, np.float32(basal), np.float32(world.dt),
-                    m.energy, m.digesting, m.burnt)
+            scale = (
+                (table[Body].mass[: table.high] / np.float32(standard)) ** np.float32(0.75)
+            ).astype(np.float32)
+        world.split(burn, table.high, table.alive, scale, cost, cost is not STILL, np.float32(basal),
+                    np.float32(world.dt), m.energy, m.digesting, m.burnt)
 
 
 @njit

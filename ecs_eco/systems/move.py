@@ -24,10 +24,10 @@ FLAT, OPEN_GROUND = np.zeros((1, 1), np.float32), np.zeros((1, 1), np.uint8)
 class Move(System):
     """An animal turns, then goes ahead at the speed of its gait, and pays for it; uphill costs more.
 
-    Vigour multiplies the speed of every gait, and the cost by its square. Water, rock, fences and walls stop it where they
-    begin. In a volume the group `climb` moves it up and down: at a speed of its own, or along a slope at that of its gait.
-    With drag, speed approaches that of the gait by dv/dt = drag (v_gait − v), the balance of thrust and Stokes' drag
-    (Stokes 1851), solved exactly.
+    Vigour multiplies the speed of every gait, and the cost by its square. Water, rock, fences and walls stop
+    it where they begin. In a volume the group `climb` moves it up and down: at a speed of its own, or along a
+    slope at that of its gait. With drag, speed approaches that of the gait by dv/dt = drag (v_gait − v), the
+    balance of thrust and Stokes' drag (Stokes 1851), solved exactly.
     """
 
     needs = (Position, Velocity, Nervous)
@@ -43,16 +43,19 @@ class Move(System):
             (FLAT, OPEN_GROUND, np.zeros(2, np.float32), 0.0) if terrain is None
             else (terrain.height, terrain.ground, terrain.inverse, terrain.slope_cost))
         pace = table[Vigour].pace if Vigour in table else NO_VIGOUR
-        world.split(move, table.high, table.alive, table[Nervous].decision, *gaits, pace, np.float32(world.dt), space.lengths, space.torus,
-                    space.volume, height, ground, inverse, np.float32(slope_cost), p.x, p.y, p.z, p.heading, v.speed, v.climb, v.cost)
+        world.split(move, table.high, table.alive, table[Nervous].decision, *gaits, pace,
+                    np.float32(world.dt), space.lengths, space.torus, space.volume, height, ground, inverse,
+                    np.float32(slope_cost), p.x, p.y, p.z, p.heading, v.speed, v.climb, v.cost)
         table.version += 1
 
 
 @njit
-def move(first, last, alive, decision, layout, speeds, costs, turns, climbs, pitches, drag, pace, dt, lengths, torus, volume, height,
-         ground, inverse, slope_cost, x, y, z, heading, speed, climb, cost):
-    """Move the living rows first … last − 1; layout i64[3, 3] is (start, n, neutral) of speed, turn and climb."""
-    left = np.exp(-drag * dt) if drag > 0 else np.float32(0.0)  # of the old speed, after this tick and in its mean
+def move(first, last, alive, decision, layout, speeds, costs, turns, climbs, pitches, drag, pace, dt, lengths,
+         torus, volume, height, ground, inverse, slope_cost, x, y, z, heading, speed, climb, cost):
+    """Move the living rows first … last − 1; layout i64[3, 3] is (start, n, neutral) of speed,
+    turn and climb."""
+    # of the old speed, after this tick and in its mean
+    left = np.exp(-drag * dt) if drag > 0 else np.float32(0.0)
     mean_left = (np.float32(1.0) - left) / (drag * dt) if drag > 0 else np.float32(0.0)
     for row in range(first, last):
         if not alive[row]:
@@ -87,7 +90,9 @@ def move(first, last, alive, decision, layout, speeds, costs, turns, climbs, pit
             ny = into(y[row] + v * dt * np.sin(heading[row]), lengths[1], torus)
             if v > 0:
                 if height.size > 1:
-                    rise = height_at(height, inverse, nx, ny, torus) - height_at(height, inverse, x[row], y[row], torus)
+                    rise = height_at(height, inverse, nx, ny, torus) - height_at(
+                        height, inverse, x[row], y[row], torus
+                    )
                     c += c * slope_cost * max(rise, np.float32(0.0)) / (v * dt)
                 x[row] = nx
                 y[row] = ny
@@ -97,7 +102,8 @@ def move(first, last, alive, decision, layout, speeds, costs, turns, climbs, pit
 
 @njit
 def free_way(x, y, heading, v, dt, ground, inverse, lengths, torus):
-    """Return the speed at which a step of dt [s] ends before water, rock or a fence begins; looks at every half cell of the way.
+    """Return the speed at which a step of dt [s] ends before water, rock or a fence begins;
+    looks at every half cell of the way.
 
     An animal that stands where a fence is put up can walk off it.
     """

@@ -41,14 +41,18 @@ class Perish(System):
                 low, high = limit.min, limit.max
                 column = own_column(table, limit.property, self.world.substances)
                 if limit.property == "age" and high is not None and LifeHistory in table:
-                    column, high = table[Biology].age - table[LifeHistory].age_max, 0.0  # the limit is individual
+                    # the limit is individual
+                    column, high = table[Biology].age - table[LifeHistory].age_max, 0.0
                     low = None
                 perish(table.alive[: table.high], column,
-                       np.float32(-np.inf if low is None else low), np.float32(np.inf if high is None else high),
-                       0 if low is None else self.world.cause(limit.low), 0 if high is None else self.world.cause(limit.high), table.cause)
+                       np.float32(-np.inf if low is None else low),
+                       np.float32(np.inf if high is None else high),
+                       0 if low is None else self.world.cause(limit.low),
+                       0 if high is None else self.world.cause(limit.high), table.cause)
 
     def mourn(self, table: Table, rows: np.ndarray) -> None:
-        """Give the dying of one species their last reward, whatever they die of; rows i64[k] in the order of uids."""
+        """Give the dying of one species their last reward, whatever they die of;
+        rows i64[k] in the order of uids."""
         nerves = table.species.nerves
         if nerves is None or nerves.happiness is None:
             return

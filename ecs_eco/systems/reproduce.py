@@ -22,9 +22,9 @@ if TYPE_CHECKING:
 class Reproduce(System):
     """A fed and grown parent gives birth with a probability per second, and pays the newborn's energy.
 
-    The newborn appears at a random place that no body occupies (`anywhere`, or within `dispersal` of the parent);
-    where another of its kind lives within `spacing`, the birth fails and costs nothing. A litter is cut to the number
-    that the parent can pay for without falling to 0. Immigrants come in addition.
+    The newborn appears at a random place that no body occupies (`anywhere`, or within `dispersal` of the
+    parent); where another of its kind lives within `spacing`, the birth fails and costs nothing. A litter is
+    cut to the number that the parent can pay for without falling to 0. Immigrants come in addition.
     """
 
     needs = (Position, Body, Metabolism, Biology)
@@ -33,7 +33,8 @@ class Reproduce(System):
     def update(self, table: Table, world: SpatialWorld) -> None:
         """Let one species reproduce."""
         way = table.species.reproduction
-        if way is None or way.kind not in ("simplified", "asexual") or not (world.reproduction or table.species.nerves is None):
+        if (way is None or way.kind not in ("simplified", "asexual")
+            or not (world.reproduction or table.species.nerves is None)):
             return  # animals do not reproduce while they are pre-trained; plants do
         self.bear(table, world, way)
         self.immigrate(table, world, way)
@@ -43,7 +44,8 @@ class Reproduce(System):
         m, b = table[Metabolism], table[Biology]
         own, age_min, energy_min, energy_given, litter, _ = life_history(table, way)
         parents, number = np.empty(table.high, np.int64), np.empty(table.high, np.int64)
-        n = ready(table.alive[: table.high], m.energy, b.age, b.fertility, table.uid, own, energy_min, age_min, energy_given, litter,
+        n = ready(table.alive[: table.high], m.energy, b.age, b.fertility, table.uid, own, energy_min,
+                  age_min, energy_given, litter,
                   np.float32(1 - np.exp(-way.rate * world.dt)), world.key, parents, number)
         if n == 0:
             return
@@ -56,7 +58,8 @@ class Reproduce(System):
         m.given[parents] += before - m.energy[parents]
 
     def immigrate(self, table: Table, world: SpatialWorld, way: Any) -> None:
-        """Add immigrants like the founders: the integer part of rate × dt, and one more by chance for the rest."""
+        """Add immigrants like the founders: the integer part of rate × dt,
+        and one more by chance for the rest."""
         wanted = way.immigration * world.dt
         if wanted == 0:
             return
@@ -69,7 +72,8 @@ class Reproduce(System):
 
 
 @njit
-def ready(alive, energy, age, fertility, uid, own, energy_min, age_min, energy_given, litter, chance, key, parents, number):
+def ready(alive, energy, age, fertility, uid, own, energy_min, age_min, energy_given, litter, chance, key,
+          parents, number):
     """List the parents and the largest number of newborn of each; return the number of parents."""
     n = 0
     for row in range(alive.size):

@@ -40,7 +40,8 @@ SCHEDULE: dict[str, tuple[type[System], ...]] = {
 """The shipped systems by phase. A world's own systems come after those of their phase."""
 
 RESPAWNING = SCHEDULE | {"reproduce": (Respawn, Reproduce, Spread)}
-"""The schedule of training worlds that hold numbers constant: the dead are replaced, and nobody gives birth."""
+"""The schedule of training worlds that hold numbers constant: the dead are replaced, and nobody gives birth.
+"""
 
 
 def schedule(respawn: bool = False) -> list[System]:

@@ -30,14 +30,16 @@ class Sense(System):
         seen: Any = table.derived.get(Sensor)  # Readings, which only keeps what it is handed
         if seen is not None:
             seen.take(seekers.index.uid[:0], out[:0])
-        shares: list[list[tuple[Any, int]]] = [[] for _ in range(world.threads)]  # whole senses for each thread, wide ones first
+        # whole senses for each thread, wide ones first
+        shares: list[list[tuple[Any, int]]] = [[] for _ in range(world.threads)]
         columns: list[tuple[Any, int, int]] = []
         for sense, width in nerves.senses:
             columns.append((sense, width, column))
             column += width
         for place, (sense, _, first) in enumerate(sorted(columns, key=lambda c: -c[1])):
             # functions of the user's own run on the world's thread
-            own = not sense.__module__.startswith(SHIPPED) or sense.__qualname__.startswith("ambient") or getattr(sense, "by_light", False)
+            own = (not sense.__module__.startswith(SHIPPED) or sense.__qualname__.startswith("ambient")
+                   or getattr(sense, "by_light", False))
             shares[0 if own else place % world.threads].append((sense, first))
 
         def read(share: list[tuple[Any, int]]) -> None:

@@ -8,7 +8,8 @@ from ecs_eco.space.world import SpatialWorld
 
 
 class Shade(System):
-    """Bodies that cast shade are counted, layer by layer from the surface down, before anything uses the light of this tick."""
+    """Bodies that cast shade are counted, layer by layer from the surface down,
+    before anything uses the light of this tick."""
 
     phase = "environment"
     world: SpatialWorld

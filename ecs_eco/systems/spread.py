@@ -25,11 +25,13 @@ EVEN = np.zeros(0, np.float32)
 
 
 class Spread(System):
-    """The ground is divided into sites of side `spacing`, one plant each: growth is logistic though no rule says so.
+    """The ground is divided into sites of side `spacing`, one plant each:
+    growth is logistic though no rule says so.
 
-    In a tick a free site receives a seed from a random other site, anywhere or within `dispersal`, with probability
-    rate·dt, which sprouts if a plant stands there; and one from the seed rain with probability seed_rain·dt. The share of
-    a plant's seeds that sprout is that of its genes, and smaller the more it spends on its defence.
+    In a tick a free site receives a seed from a random other site, anywhere or within `dispersal`, with
+    probability rate·dt, which sprouts if a plant stands there; and one from the seed rain with probability
+    seed_rain·dt. The share of a plant's seeds that sprout is that of its genes, and smaller the more it
+    spends on its defence.
     """
 
     needs = (Position, Metabolism)
@@ -51,7 +53,8 @@ class Spread(System):
         ground, ground_inverse = rocks(world)
         reach = 0 if way.place == "anywhere" else max(1, round((way.dispersal or way.spacing) / way.spacing))
         rate, vigour = seeds(table, way.rate)
-        n = sprout(taken, np.float32(rate * world.dt), np.float32(way.seed_rain * world.dt), reach, space.torus, ground, ground_inverse,
+        n = sprout(taken, np.float32(rate * world.dt), np.float32(way.seed_rain * world.dt), reach,
+                   space.torus, ground, ground_inverse,
                    inverse, vigour, world.key, table.place << 20, site, parent)
         n = room(table, n)
         if n == 0:
@@ -59,12 +62,16 @@ class Spread(System):
         site, parent = site[:n], parent[:n]
         identity = site.astype(np.uint64)
         salt = random.SPREAD + (table.place << 20)
-        u, v = random.draw_many(world.key, identity, salt + (3 << 8)), random.draw_many(world.key, identity, salt + (4 << 8))
-        x = np.minimum(((site % nx) + u) / inverse[0], np.nextafter(space.lengths[0], np.float32(0))).astype(np.float32)
-        y = np.minimum(((site // nx) + v) / inverse[1], np.nextafter(space.lengths[1], np.float32(0))).astype(np.float32)
+        u, v = (random.draw_many(world.key, identity, salt + (3 << 8)),
+                random.draw_many(world.key, identity, salt + (4 << 8)))
+        x = np.minimum(((site % nx) + u) / inverse[0],
+                       np.nextafter(space.lengths[0], np.float32(0))).astype(np.float32)
+        y = np.minimum(((site // nx) + v) / inverse[1],
+                       np.nextafter(space.lengths[1], np.float32(0))).astype(np.float32)
         z = np.zeros(n, np.float32)
         parents = np.where(parent >= 0, table.uid[np.maximum(parent, 0)], np.uint64(0))
-        values: dict[tuple[type, str], np.ndarray] = {(Position, "x"): x, (Position, "y"): y, (Position, "z"): z}
+        values: dict[tuple[type, str], np.ndarray] = {(Position, "x"): x, (Position, "y"): y,
+                                                      (Position, "z"): z}
         if (heredity := table.species.heredity) is not None:
             own, grown = parent < 0, np.flatnonzero(parent >= 0)
             fresh = heredity.founders(world, table, identity[own])
@@ -76,11 +83,14 @@ class Spread(System):
 
 
 def seeds(table: Table, rate: float) -> tuple[float, np.ndarray]:
-    """Return the highest rate [1/s] at which a plant takes free sites, and each one's share of it f32[high]; empty if all are equal."""
+    """Return the highest rate [1/s] at which a plant takes free sites,
+    and each one's share of it f32[high]; empty if all are equal."""
     left = left_by_defence(table, table.high)
     if Growth not in table and np.ndim(left) == 0:
         return rate * float(left), EVEN
-    each = np.asarray(np.float32(rate) * (table[Growth].spread[: table.high] if Growth in table else np.float32(1)) * left)
+    each = np.asarray(
+        np.float32(rate) * (table[Growth].spread[: table.high] if Growth in table else np.float32(1)) * left
+    )
     highest = float(each[table.alive[: table.high]].max(initial=0.0))
     return highest, np.broadcast_to(each / np.float32(highest or 1.0), table.high).astype(np.float32)
 
@@ -91,12 +101,15 @@ def stands(alive, x, y, inverse, taken):
     taken[:] = -1
     for row in range(alive.size):
         if alive[row]:
-            taken[cell_of(y[row] * inverse[1], taken.shape[0]), cell_of(x[row] * inverse[0], taken.shape[1])] = row
+            taken[cell_of(y[row] * inverse[1], taken.shape[0]), cell_of(
+                x[row] * inverse[0], taken.shape[1]
+            )] = row
 
 
 @njit
 def sprout(taken, rate, rain, reach, torus, ground, ground_inverse, inverse, vigour, key, salt, site, parent):
-    """List the free sites on which a seed sprouts, and the row of its parent (−1: seed rain); return how many."""
+    """List the free sites on which a seed sprouts, and the row of its parent (−1: seed rain);
+    return how many."""
     ny, nx = taken.shape
     n = 0
     for s in range(taken.size):
@@ -107,12 +120,14 @@ def sprout(taken, rate, rain, reach, torus, ground, ground_inverse, inverse, vig
         if u >= rate + rain:
             continue
         if ground.size > 1:
-            kind = ground_at(ground, ground_inverse, (i + np.float32(0.5)) / inverse[0], (j + np.float32(0.5)) / inverse[1])
+            kind = ground_at(ground, ground_inverse, (i + np.float32(0.5)) / inverse[0],
+                             (j + np.float32(0.5)) / inverse[1])
             if kind in (WATER, ROCK):
                 continue
         row = np.int64(-1)
         if u < rate:
-            a, b = draw(key, s, random.SPREAD + salt + (1 << 8)), draw(key, s, random.SPREAD + salt + (2 << 8))
+            a, b = (draw(key, s, random.SPREAD + salt + (1 << 8)),
+                    draw(key, s, random.SPREAD + salt + (2 << 8)))
             if reach == 0:
                 row = taken[min(int(a * ny), ny - 1), min(int(b * nx), nx - 1)]
             else:

@@ -1,4 +1,7 @@
-"""The viewer's page in a headless browser: for tests, screenshots and benchmarks. Needs playwright, and Chromium on the path."""
+"""The viewer's page in a headless browser: for tests, screenshots and benchmarks.
+
+Needs playwright, and Chromium on the path.
+"""
 
 from __future__ import annotations
 
@@ -16,8 +19,9 @@ from typing import Any
 from urllib.parse import urlsplit
 
 COMMAND = [sys.executable, "-c", "from ecs_eco.cli import main; main()"]
-FLAGS = ["--headless=new", "--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist",
-         "--disable-quic", "--no-first-run", "--disable-background-networking", "--disable-component-update", "--disable-sync"]  # fmt: skip
+FLAGS = ["--headless=new", "--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
+         "--ignore-gpu-blocklist", "--disable-quic", "--no-first-run", "--disable-background-networking",
+         "--disable-component-update", "--disable-sync"]  # fmt: skip
 
 
 def chromium() -> str | None:
@@ -27,7 +31,8 @@ def chromium() -> str | None:
 
 @contextmanager
 def launched() -> Iterator[Any]:
-    """A Chromium that draws in software, so that pictures are the same everywhere: a Browser of playwright."""
+    """A Chromium that draws in software, so that pictures are the same everywhere: a Browser of playwright.
+    """
     from playwright.sync_api import sync_playwright
 
     with sync_playwright() as playwright:
@@ -39,14 +44,17 @@ def launched() -> Iterator[Any]:
 
 
 class Served:
-    """A command that shows a world: its `process`, and the addresses that it prints, each of which admits one page."""
+    """A command that shows a world: its `process`, and the addresses that it prints,
+    each of which admits one page."""
 
     def __init__(self, words: tuple[str, ...]) -> None:
         command, environment = [*COMMAND, *words, "--no-browser"], os.environ | {"OMP_NUM_THREADS": "1"}
-        self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment)
+        self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+                                        env=environment)
 
     def address(self) -> str:
-        """Return the next address that is printed: the first at the start, another as soon as the last was used."""
+        """Return the next address that is printed: the first at the start,
+        another as soon as the last was used."""
         assert self.process.stdout is not None
         lines = []
         for line in self.process.stdout:
@@ -72,7 +80,8 @@ def entered(address: str) -> tuple[str, str]:
     place = urlsplit(address)
     connection = http.client.HTTPConnection(place.netloc, timeout=180)
     try:
-        connection.request("POST", "/enter", headers={"authorization": f"Code {place.fragment.removeprefix('code=')}"})
+        connection.request("POST", "/enter",
+                           headers={"authorization": f"Code {place.fragment.removeprefix('code=')}"})
         answer = connection.getresponse()
         body = answer.read().decode()
     finally:
@@ -83,7 +92,8 @@ def entered(address: str) -> tuple[str, str]:
 
 
 def until(page: Any, condition: str, seconds: float = 180.0) -> None:
-    """Wait until something is true on the page, an expression of `ecs` (docs/watching_page.md); TimeoutError after so long.
+    """Wait until something is true on the page, an expression of `ecs` (docs/watching_page.md);
+    TimeoutError after so long.
 
     (`wait_for_function` of playwright would need eval, which the page forbids.)
     """

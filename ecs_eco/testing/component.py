@@ -9,7 +9,8 @@ from ecs_eco.engine.table import Table
 
 
 def check_component(kind: Any) -> None:
-    """Check that a component is declared with @component and a docstring, and that its columns keep what is written to them."""
+    """Check that a component is declared with @component and a docstring,
+    and that its columns keep what is written to them."""
     if not (isinstance(kind, type) and issubclass(kind, Handle) and kind.fields):
         raise AssertionError(f"{kind!r} is not a component; declare it with @component")
     if not (kind.__doc__ or "").strip():
@@ -20,12 +21,14 @@ def check_component(kind: Any) -> None:
     for name, (type_, default) in kind.fields.items():
         where, column = f"{kind.__name__}.{name}", table.field(kind, name)
         if np.issubdtype(type_.dtype, np.floating) and not np.isfinite(column).all():
-            raise AssertionError(f"{where}: the default {default!r} is not finite; a newborn needs a value to live with")
+            raise AssertionError(f"{where}: the default {default!r} is not finite; "
+                                 "a newborn needs a value to live with")
         if not np.array_equal(column[:3], np.broadcast_to(default, column[:3].shape).astype(column.dtype)):
             raise AssertionError(f"{where}: newborn have {column[0]!r} instead of the default {default!r}")
         _check_writing(kind, name, table)
     if len(kind.__slots__) or hasattr(kind(), "__dict__"):
-        raise AssertionError(f"{kind.__name__}: handles must be small; keep nothing in them besides the fields")
+        raise AssertionError(f"{kind.__name__}: handles must be small; "
+                             "keep nothing in them besides the fields")
 
 
 def _check_writing(kind: Any, name: str, table: Table) -> None:

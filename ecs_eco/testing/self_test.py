@@ -1,4 +1,5 @@
-"""Short runs of the shipped worlds: are results the same for any number of threads, across a checkpoint, and as in the release?"""
+"""Short runs of the shipped worlds: are results the same for any number of threads, across a checkpoint,
+and as in the release?"""
 
 from __future__ import annotations
 
@@ -27,7 +28,8 @@ class Case(NamedTuple):
 
 
 class Outcome(NamedTuple):
-    """Digests of a case at the end of one run, of one with two threads, and of one continued from a checkpoint."""
+    """Digests of a case at the end of one run, of one with two threads,
+    and of one continued from a checkpoint."""
 
     case: Case
     digest: str
@@ -62,7 +64,8 @@ def examine(case: Case) -> Outcome:
     return Outcome(case, digest, two_threads, resumed)
 
 
-def examine_all(chosen: Iterable[Case], done: Callable[[int, int], None] = lambda done, total: None) -> list[Outcome]:
+def examine_all(chosen: Iterable[Case],
+                done: Callable[[int, int], None] = lambda done, total: None) -> list[Outcome]:
     """Run some cases; `done` is called with the numbers of finished and of all cases."""
     waiting = list(chosen)
     results: list[Outcome] = []
@@ -88,6 +91,7 @@ def released() -> dict[str, dict[str, str]]:
 
 
 def differing(outcomes: Iterable[Outcome], target: Target) -> list[str] | None:
-    """Return the names of the cases whose digests differ from the release; None for a target that was not tested."""
+    """Return the names of the cases whose digests differ from the release;
+    None for a target that was not tested."""
     known = released().get(target.key)
     return None if known is None else [o.case.name for o in outcomes if o.digest != known.get(o.case.name)]

@@ -1,4 +1,5 @@
-"""What results depend on besides world and seed: the processor that kernels are compiled for, and versions of packages."""
+"""What results depend on besides world and seed: the processor that kernels are compiled for,
+and versions of packages."""
 
 from __future__ import annotations
 
@@ -9,7 +10,8 @@ from importlib.metadata import PackageNotFoundError, version
 from typing import NamedTuple
 
 COMPUTING = ("numpy", "numba", "llvmlite", "torch", "deap", "scipy")  # whose versions results may depend on
-OTHERS = ("esper", "pyarrow", "pydantic", "safetensors", "optuna", "starlette", "uvicorn", "websockets", "matplotlib", "typer", "rich")
+OTHERS = ("esper", "pyarrow", "pydantic", "safetensors", "optuna", "starlette", "uvicorn", "websockets",
+          "matplotlib", "typer", "rich")
 
 
 class Target(NamedTuple):
@@ -40,7 +42,8 @@ def versions(names: tuple[str, ...]) -> dict[str, str]:
 
 
 def instructions() -> tuple[str, str, list[str]]:
-    """Return the triple, the processor's name and the features that numba compiles for; NUMBA_CPU_NAME changes them."""
+    """Return the triple, the processor's name and the features that numba compiles for;
+    NUMBA_CPU_NAME changes them."""
     from numba.core.registry import cpu_target
 
     triple, name, features = cpu_target.target_context.codegen().magic_tuple()
@@ -55,5 +58,6 @@ def target() -> Target:
     digest = hashlib.sha256(" ".join(features).encode()).hexdigest()[:8]
     python = ".".join(platform.python_version_tuple()[:2])
     compiled = " without compilation" if os.environ.get("NUMBA_DISABLE_JIT", "0") != "0" else ""
-    return Target(f"{platform.system()} {platform.machine()}", name + compiled, digest, torch.backends.cpu.get_cpu_capability(),
+    return Target(f"{platform.system()} {platform.machine()}", name + compiled, digest,
+                  torch.backends.cpu.get_cpu_capability(),
                   {"python": python, **versions(COMPUTING)})  # fmt: skip

@@ -22,10 +22,11 @@ PAGE = """<!doctype html>
 
 
 class Entrance:
-    """The addresses of a running server: `announce` gets the first one now, the next when one was used or has expired.
+    """The addresses of a running server: `announce` gets the first one now,
+    the next when one was used or has expired.
 
-    Each address admits one page, so that it is of no use to anybody who reads it later, on the terminal or in the
-    browser's history.
+    Each address admits one page, so that it is of no use to anybody who reads it later,
+    on the terminal or in the browser's history.
     """
 
     def __init__(self, server: Server, announce: Callable[[str], None]) -> None:
@@ -38,10 +39,11 @@ class Entrance:
     def open_browser(self) -> bool:
         """Open a page in a graphical browser; return whether there is one.
 
-        All users of a machine can read a browser's command line. So it gets the name of a file that only this user may
-        read, which redirects it to the address.
+        All users of a machine can read a browser's command line. So it gets the name of a file that only this
+        user may read, which redirects it to the address.
         """
-        if sys.platform.startswith("linux") and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
+        if sys.platform.startswith("linux") and not (os.environ.get("DISPLAY")
+                                                     or os.environ.get("WAYLAND_DISPLAY")):
             return False  # a text browser would occupy the terminal
         try:
             return webbrowser.open(self._file(self.server.address(OPENING)).as_uri())
@@ -60,8 +62,10 @@ class Entrance:
         self._announce(address)
 
     def _came(self, code: str, good: bool) -> None:
-        """Announce another address if the last one is no longer valid, and somebody used it or an earlier one."""
-        if not self.server.credentials.is_good(self._code) and (good or self.server.credentials.was_good(code)):
+        """Announce another address if the last one is no longer valid,
+        and somebody used it or an earlier one."""
+        if (not self.server.credentials.is_good(self._code)
+            and (good or self.server.credentials.was_good(code))):
             with suppress(OSError, ValueError):  # the output is closed: the page is admitted all the same
                 self._say()
 

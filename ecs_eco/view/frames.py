@@ -1,4 +1,5 @@
-"""Frames: all organisms of a tick in one binary message, 12 bytes each; docs/watching.md describes the bytes."""
+"""Frames: all organisms of a tick in one binary message, 12 bytes each; docs/watching.md describes the bytes.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +20,8 @@ WORDS = 3  # u32 an organism: x and y; z, heading and value; uid
 class Encoder:
     """A reusable buffer for frames of a world.
 
-    `size` [m] is that of the world, two numbers or three; `kinds` are the species and object types of a frame, in order.
+    `size` [m] is that of the world, two numbers or three; `kinds` are the species and object types
+    of a frame, in order.
     """
 
     def __init__(self, size: Sequence[float], kinds: int) -> None:
@@ -31,19 +33,23 @@ class Encoder:
         self._kind, self._end = 0, self._head
 
     def begin(self, number: int, tick: int, light: float = 1.0, sun: float = math.pi / 2) -> None:
-        """Begin a frame: its number, its tick, light at the surface (0 to 1) and the sun's elevation [rad]."""
+        """Begin a frame: its number, its tick, light at the surface (0 to 1) and the sun's elevation [rad].
+        """
         head = HEADER.pack(MAGIC, number & 0xFFFFFFFF, tick & 0xFFFFFFFF, 0, light, sun, self._counts.size)
         self._words[: HEADER.size // 4] = np.frombuffer(head, "<u4")
         self._counts[:] = 0
         self._kind, self._end = 0, self._head
 
-    def add(self, x: np.ndarray, y: np.ndarray, z: np.ndarray, heading: np.ndarray, value: np.ndarray, uid: np.ndarray,
-            alive: np.ndarray | None = None) -> None:
-        """Add the next kind: places f32[n] [m], heading f32[n] [rad], value u8[n], uid u64[n]; only rows that are `alive` bool[n]."""
+    def add(self, x: np.ndarray, y: np.ndarray, z: np.ndarray, heading: np.ndarray, value: np.ndarray,
+            uid: np.ndarray, alive: np.ndarray | None = None) -> None:
+        """Add the next kind: places f32[n] [m], heading f32[n] [rad], value u8[n], uid u64[n];
+        only rows that are `alive` bool[n]."""
         alive = np.ones(x.size, np.bool_) if alive is None else alive
         needed = self._end + WORDS * x.size
         if needed > self._words.size:
-            self._words = np.concatenate([self._words, np.zeros(max(needed, 2 * self._words.size) - self._words.size, np.uint32)])
+            self._words = np.concatenate(
+                [self._words, np.zeros(max(needed, 2 * self._words.size) - self._words.size, np.uint32)]
+            )
         end = pack(alive, x, y, z, heading, value, uid, self._share, self._words, self._end)
         self._counts[self._kind] = (end - self._end) // WORDS
         self._kind, self._end = self._kind + 1, end
@@ -84,7 +90,8 @@ def grade(alive, column, low, high, out):
     for row in range(alive.size):
         if alive[row]:
             v = (column[row] - low) * span
-            out[row] = np.uint8(0) if np.isnan(v) else np.uint8(min(max(v, np.float32(0.0)), np.float32(254.0)) + np.float32(1.5))
+            out[row] = (np.uint8(0) if np.isnan(v)
+                        else np.uint8(min(max(v, np.float32(0.0)), np.float32(254.0)) + np.float32(1.5)))
 
 
 @njit

@@ -1,4 +1,5 @@
-"""Access control of the viewer's server: requests from its own pages on this machine, data for pages with its credential."""
+"""Access control of the viewer's server: requests from its own pages on this machine,
+data for pages with its credential."""
 
 from __future__ import annotations
 
@@ -15,10 +16,11 @@ ANSWERS = {
     "x-content-type-options": "nosniff",
     "x-frame-options": "DENY",
 }
-"""Headers of every response, beside the Content-Security-Policy; a response's own cache-control takes precedence."""
+"""Headers of every response, beside the Content-Security-Policy;
+a response's own cache-control takes precedence."""
 POLICY = (
-    "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; font-src 'self'; "
-    "worker-src 'self' blob:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+    "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; "
+    "font-src 'self'; worker-src 'self' blob:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
 )
 
 
@@ -31,12 +33,13 @@ def headers_of(scope: Any) -> dict[str, list[str]]:
 
 
 class Guard:
-    """An ASGI application before another one: 403 for another Host, for another Origin, and for a WebSocket without the credential.
+    """An ASGI application before another one: 403 for another Host, for another Origin,
+    and for a WebSocket without the credential.
 
-    The Host must be one of ours because a foreign page can make its own name resolve to 127.0.0.1 (DNS rebinding). The
-    page's files hold no data and need no credential. WebSockets carry data: they must name their Origin, and send the
-    credential as a subprotocol, the only header that a page may set there. Cookies are not used, because they ignore
-    ports: another server on this machine would get them too.
+    The Host must be one of ours because a foreign page can make its own name resolve to 127.0.0.1 (DNS
+    rebinding). The page's files hold no data and need no credential. WebSockets carry data: they must name
+    their Origin, and send the credential as a subprotocol, the only header that a page may set there. Cookies
+    are not used, because they ignore ports: another server on this machine would get them too.
     """
 
     def __init__(self, app: Any, credentials: Credentials, port: int) -> None:
@@ -55,7 +58,8 @@ class Guard:
         if why and scope["type"] == "websocket":
             await send({"type": "websocket.close", "code": 1008, "reason": why})  # before it is accepted: 403
         elif why:
-            await send({"type": "http.response.start", "status": 403, "headers": self._headers([(b"content-type", b"text/plain")])})
+            await send({"type": "http.response.start", "status": 403,
+                        "headers": self._headers([(b"content-type", b"text/plain")])})
             await send({"type": "http.response.body", "body": f"403: {why}\n".encode()})
         else:
             await self.app(scope, receive, self._adding(send) if scope["type"] == "http" else send)
@@ -66,14 +70,16 @@ class Guard:
         if len(headers.get("host", [])) != 1 or headers["host"][0].lower() not in self.hosts:
             return "another Host"
         origins = headers.get("origin", [])
-        if any(origin.lower() not in self.origins for origin in origins) or (scope["type"] == "websocket" and len(origins) != 1):
+        if (any(origin.lower() not in self.origins for origin in origins)
+            or (scope["type"] == "websocket" and len(origins) != 1)):
             return "another Origin"
         if scope["type"] == "websocket" and not self._shown(scope["subprotocols"]):
             return "no credential, or another one: open the address that ecs-eco printed"
         return ""
 
     def _shown(self, subprotocols: list[str]) -> bool:
-        return len(subprotocols) == 2 and subprotocols[0] == SUBPROTOCOL and self.credentials.admits(subprotocols[1])
+        return (len(subprotocols) == 2 and subprotocols[0] == SUBPROTOCOL
+                and self.credentials.admits(subprotocols[1]))
 
     def _adding(self, send: Any) -> Any:
         """Return `send` with our headers on the response."""
@@ -87,5 +93,7 @@ class Guard:
 
     def _headers(self, own: Any) -> list[tuple[bytes, bytes]]:
         given = {n.decode("latin-1").lower() for n, _ in own}
-        ours = {n: v for n, v in {**ANSWERS, "content-security-policy": self.policy}.items() if n != "cache-control" or n not in given}
-        return [*((n, v) for n, v in own if n.decode("latin-1").lower() not in ours), *((n.encode(), v.encode()) for n, v in ours.items())]
+        ours = {n: v for n, v in {**ANSWERS, "content-security-policy": self.policy}.items()
+                if n != "cache-control" or n not in given}
+        return [*((n, v) for n, v in own if n.decode("latin-1").lower() not in ours),
+                *((n.encode(), v.encode()) for n, v in ours.items())]

@@ -1,23 +1,27 @@
-"""Colours of kinds that colour-blind readers can distinguish: the same in pictures as on the viewer's page."""
+"""Colours of kinds that colour-blind readers can distinguish: the same in pictures as on the viewer's page.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
 
-SAFE = {"#009E73": 125, "#E69F00": 38, "#D55E00": 2, "#56B4E9": 198, "#CC79A7": 308, "#F0E442": 58, "#0072B2": 225}
+SAFE = {"#009E73": 125, "#E69F00": 38, "#D55E00": 2, "#56B4E9": 198, "#CC79A7": 308, "#F0E442": 58,
+        "#0072B2": 225}
 """Okabe and Ito's colours (2008) and the hue [degrees] that each represents."""
 GREY = "#9aa3a8"
 
 
 def safe(colours: Mapping[str, str]) -> dict[str, str]:
-    """Return for each name the safe colour nearest to the hue of its own, the best pairs first; greys stay grey."""
+    """Return for each name the safe colour nearest to the hue of its own, the best pairs first;
+    greys stay grey."""
     safe_of = {name: GREY for name, colour in colours.items() if max(_rgb(colour)) - min(_rgb(colour)) < 24}
     offers: list[tuple[str, float]] = list(SAFE.items())
     while remaining := [name for name in colours if name not in safe_of]:
         if not offers:
             offers = [(_lighter(colour), hue) for colour, hue in SAFE.items()]
-        name, offer = min(((n, o) for n in remaining for o in offers), key=lambda pair: _gap(_hue(colours[pair[0]]), pair[1][1]))
+        name, offer = min(((n, o) for n in remaining for o in offers),
+                          key=lambda pair: _gap(_hue(colours[pair[0]]), pair[1][1]))
         safe_of[name] = offer[0]
         offers.remove(offer)
     return {name: safe_of[name] for name in colours}

@@ -19,7 +19,8 @@ WIDEST = 64  # values of a gene that are listed
 
 
 class Known(Protocol):
-    """A source of life histories: `ecs_eco.view.pedigree.PedigreeLog` of a living world, a recording of a run."""
+    """A source of life histories: `ecs_eco.view.pedigree.PedigreeLog` of a living world,
+    a recording of a run."""
 
     def species(self, uid: int) -> str | None:
         """Return the name of its species; None where it is not known."""
@@ -43,9 +44,9 @@ class Known(Protocol):
 def state_of(world: World, uid: int, lives: Known | None = None) -> dict[str, Any]:
     """Return the state of one organism between two ticks: the message "organism" of the viewer.
 
-    Parents, children and what is known of the dead come from `lives`. Raises KeyError for one that never was, or is forgotten.
-    Draws no random number and changes nothing. Its readings and decision are those of the last tick; they are missing before
-    its first one.
+    Parents, children and what is known of the dead come from `lives`. Raises KeyError for one that never was,
+    or is forgotten. Draws no random number and changes nothing. Its readings and decision are those of the
+    last tick; they are missing before its first one.
     """
     out = {"kind": "organism", "uid": int(uid), "detail": "full", "note": ""} | pedigree(uid, lives)
     try:
@@ -61,28 +62,34 @@ def state_of(world: World, uid: int, lives: Known | None = None) -> dict[str, An
 def nothing_of(out: dict[str, Any]) -> dict[str, Any]:
     """Return a message with an organism's pedigree only."""
     nothing = dict.fromkeys(("age", "sex", "energy", "energy_max", "place", "heading", "genome", "nerves"))
-    return nothing | {"trace": {"tick": [], "happiness": [], "energy": []}, "alive": False} | out | {"detail": "record"}
+    return (nothing | {"trace": {"tick": [], "happiness": [], "energy": []}, "alive": False} | out
+            | {"detail": "record"})
 
 
 def pedigree(uid: int, lives: Known | None) -> dict[str, Any]:
     """Return species, birth, death, parents, children and generation as far as they are known."""
     if lives is None:
-        return {"species": None, "born": None, "died": None, "parents": [], "children": [], "generation": None}
-    return {"species": lives.species(uid), "born": lives.born(uid), "died": lives.died(uid), "parents": lives.parents(uid),
+        return {"species": None, "born": None, "died": None, "parents": [], "children": [],
+                "generation": None}
+    return {"species": lives.species(uid), "born": lives.born(uid), "died": lives.died(uid),
+            "parents": lives.parents(uid),
             "children": lives.children(uid), "generation": lives.generation(uid)}  # fmt: skip
 
 
 def body(world: World, table: Table, row: int) -> dict[str, Any]:
-    """Return place, age, sex and energy of a living organism, None for those it lacks, also as a trace of one tick."""
+    """Return place, age, sex and energy of a living organism, None for those it lacks,
+    also as a trace of one tick."""
     out: dict[str, Any] = dict.fromkeys(("place", "heading", "age", "sex", "energy", "energy_max"))
     if Position in table:
         p = table[Position]
-        out |= {"place": [number(p.x[row]), number(p.y[row]), number(p.z[row])], "heading": number(p.heading[row])}
+        out |= {"place": [number(p.x[row]), number(p.y[row]), number(p.z[row])],
+                "heading": number(p.heading[row])}
     if Biology in table:
         out |= {"age": number(table[Biology].age[row]), "sex": SEXES[table[Biology].sex[row]]}
     if Metabolism in table:
         species = table.species.config
-        out |= {"energy": number(table[Metabolism].energy[row]), "energy_max": None if species is None else species.metabolism.energy_max}
+        out |= {"energy": number(table[Metabolism].energy[row]),
+                "energy_max": None if species is None else species.metabolism.energy_max}
     happiness = number(table[Nervous].happiness[row]) if Nervous in table else None
     return out | {"trace": {"tick": [world.tick], "happiness": [happiness], "energy": [out["energy"]]}}
 
@@ -96,18 +103,21 @@ def genome(table: Table, row: int) -> dict[str, Any] | None:
 
 
 def marked(layout: Any, loci: np.ndarray) -> dict[str, Any]:
-    """Return a genome u8[loci] as text, with the place and the value of each gene; a network's weights are counted, not listed."""
+    """Return a genome u8[loci] as text, with the place and the value of each gene;
+    a network's weights are counted, not listed."""
     decoded, length = layout.decode(loci[None]), layout.length
     text = layout.alphabet.decode(loci)
     genes = []
     for code in layout.genes:
         value = decoded[code.name][0]
-        gene = {"name": code.name, "trait": code.gene.trait, "from": int(code.first), "to": int(code.stop), "value": _listed(value),
+        gene = {"name": code.name, "trait": code.gene.trait, "from": int(code.first), "to": int(code.stop),
+                "value": _listed(value),
                 "text": f"{np.size(value):,} weights" if np.ndim(value) else code.text}  # fmt: skip
         if layout.ploidy == 2:
             gene["alleles"] = [_listed(v) for v in layout.alleles(loci[None], code.name)[0]]
         genes.append(gene)
-    return {"alphabet": layout.alphabet.letters, "strings": [text[s * length : (s + 1) * length] for s in range(layout.ploidy)],
+    return {"alphabet": layout.alphabet.letters,
+            "strings": [text[s * length : (s + 1) * length] for s in range(layout.ploidy)],
             "genes": genes}  # fmt: skip
 
 
@@ -119,13 +129,15 @@ def _listed(value: Any) -> Any:
 
 
 def nerves(table: Table, row: int) -> dict[str, Any] | None:
-    """Return the readings, probabilities, decision and happiness of a living organism in the last tick; None if it had none."""
+    """Return the readings, probabilities, decision and happiness of a living organism in the last tick;
+    None if it had none."""
     rows, at = thinkers(table, table.uid[row : row + 1])
     if not rows.size:
         return None
     own = table.species.nerves
     felt = table[Nervous].happiness[row], table[Nervous].reward[row]
-    return described(own.channels, own.actions, minds(table, rows, at), *(felt if own.happiness is not None else (None, None)))
+    return described(own.channels, own.actions, minds(table, rows, at),
+                     *(felt if own.happiness is not None else (None, None)))
 
 
 def described(channels: Any, actions: Any, mind: Minds, happiness: Any, reward: Any) -> dict[str, Any]:
@@ -133,7 +145,8 @@ def described(channels: Any, actions: Any, mind: Minds, happiness: Any, reward: 
     rows = zip(actions, mind.y[0], mind.p[0], mind.z[0], mind.decision[0], strict=True)
     return {
         "sensors": [{"name": name, "value": number(v)} for name, v in zip(channels, mind.x[0], strict=True)],
-        "actions": [{"group": group, "name": name, "reflex": int(y), "probability": number(p), "chosen": int(z), "decision": int(h)}
+        "actions": [{"group": group, "name": name, "reflex": int(y), "probability": number(p),
+                     "chosen": int(z), "decision": int(h)}
                     for (group, name), y, p, z, h in rows],
         "happiness": number(happiness), "reward": number(reward),
     }  # fmt: skip
@@ -144,7 +157,8 @@ def drawable(nerves: dict[str, Any] | None) -> dict[str, Any]:
     if nerves is None:
         return {}
     column = {"y": "reflex", "probabilities": "probability", "decision": "decision"}
-    values: dict[str, Any] = {"readings": [math.nan if s["value"] is None else s["value"] for s in nerves["sensors"]]}
+    values: dict[str, Any] = {"readings": [math.nan if s["value"] is None else s["value"]
+                                           for s in nerves["sensors"]]}
     for name, key in column.items():
         values[name] = [math.nan if a[key] is None else a[key] for a in nerves["actions"]]
     return values | {"happiness": nerves["happiness"]}
@@ -154,4 +168,5 @@ def number(value: Any) -> float | None:
     """Return a number for JSON, as short as its single precision allows; None for NaN."""
     if value is None or not math.isfinite(value):
         return None
-    return float(np.format_float_positional(np.float32(value), unique=True)) if abs(value) < 1e15 else float(value)
+    return (float(np.format_float_positional(np.float32(value), unique=True))
+            if abs(value) < 1e15 else float(value))

@@ -37,12 +37,13 @@ class Lives:
     def organism(self, uid: int, tick: int) -> dict[str, Any]:
         """Return the message "organism" of a tick. KeyError for one that was never born.
 
-        `detail` is "full" if its readings and decision are known, "snapshot" if its state is that of the nearest snapshot,
-        "record" if only birth and death are known; `note` explains it.
+        `detail` is "full" if its readings and decision are known, "snapshot" if its state is that of the
+        nearest snapshot, "record" if only birth and death are known; `note` explains it.
         """
         life = self.life(uid)
         out = life.message | {"alive": life.born <= tick and (life.died is None or tick < life.died)}
-        out |= {"age": number(max(0, min(tick, tick if life.died is None else life.died) - life.born) * self.recording.dt)}
+        out |= {"age": number(max(0, min(tick, tick if life.died is None else life.died) - life.born)
+                              * self.recording.dt)}
         detail = self._detail(life, uid, tick)
         if detail is not None:
             return out | detail
@@ -65,12 +66,15 @@ class Lives:
         species, born = r.species[birth["species"]], int(birth["tick"])
         death = r.death(uid, born)
         parents = [int(p) for p in (birth["parent"], birth["parent2"]) if p]
-        message = nothing_of({"kind": "organism", "uid": uid, "species": species, "born": born, "died": death, "parents": parents,
-                              "note": "", "children": r.children(uid), "generation": r.generation(uid),
-                              "genome": self._genome(species, birth["genome"]),
-                              "energy_max": r.manifest["config"]["species"][species]["metabolism"]["energy_max"]})  # fmt: skip
+        message = nothing_of(
+            {"kind": "organism", "uid": uid, "species": species, "born": born, "died": death,
+             "parents": parents, "note": "", "children": r.children(uid), "generation": r.generation(uid),
+             "genome": self._genome(species, birth["genome"]),
+             "energy_max": r.manifest["config"]["species"][species]["metabolism"]["energy_max"]}
+        )  # fmt: skip
         until = r.last if death is None else death["tick"]
-        return Life(message, species, born, None if death is None else death["tick"], birth, self._seen(uid, max(born, r.first), until))
+        return Life(message, species, born, None if death is None else death["tick"], birth,
+                    self._seen(uid, max(born, r.first), until))
 
     def _seen(self, uid: int, first: int, last: int) -> Columns:
         names = ("tick", "uid", "x", "y", "z", "heading", "energy", "happiness")
@@ -79,25 +83,28 @@ class Lives:
             if group.ticks[0] <= last and group.ticks[1] >= first:
                 at = self.recording.snapshots.read(group, ("uid",))["uid"] == uid
                 if at.any():
-                    blocks.append({n: column[at] for n, column in self.recording.snapshots.read(group, names).items()})
+                    blocks.append({n: column[at]
+                                   for n, column in self.recording.snapshots.read(group, names).items()})
         return {n: np.concatenate([f[n] for f in blocks]) if blocks else np.zeros(0) for n in names}
 
     def _genome(self, species: str, text: Any) -> dict[str, Any] | None:
         r = self.recording
         if not isinstance(text, str) or not text:
             return None
-        if r.scene is not None and (heredity := r.scene.tables[species].species.heredity) is not None and heredity.layout is not None:
+        if (r.scene is not None and (heredity := r.scene.tables[species].species.heredity) is not None
+            and heredity.layout is not None):
             return marked(heredity.layout, heredity.layout.alphabet.encode(text))
         known = r.manifest.get("genomes", {}).get(species)
         if known is None:
             return None
         length = len(text) // known["ploidy"]
-        genes = [{"name": g["name"], "trait": g["trait"], "from": g["at"], "to": g["at"] + g["letters"], "value": None}
+        genes = [{"name": g["name"], "trait": g["trait"], "from": g["at"], "to": g["at"] + g["letters"],
+                  "value": None}
                  for g in known["genes"]]  # fmt: skip
         strings = [text[s * length : (s + 1) * length] for s in range(known["ploidy"])]
         return {"alphabet": known["alphabet"], "strings": strings, "genes": genes}
 
-    # --- at a tick ----------------------------------------------------------------------------------------------------
+    # --- at a tick ------------------------------------------------------------------------------------------
 
     def _detail(self, life: Life, uid: int, tick: int) -> dict[str, Any] | None:
         """Return the state at a tick from details, recorded or rerun; None if there are none."""
@@ -137,14 +144,18 @@ class Lives:
             return out | {"detail": "record", "note": "Not born yet." if tick < life.born else ""}
         fill = "“Fill in” runs the stretch around this tick again."
         near = int(np.argmin(np.abs(seen["tick"] - tick))) if seen["tick"].size else -1
-        if near < 0 or abs(seen["tick"][near] - tick) >= tick - life.born:  # nothing was recorded nearer to this tick than its birth
+        # nothing was recorded nearer to this tick than its birth
+        if near < 0 or abs(seen["tick"][near] - tick) >= tick - life.born:
             b = life.birth
             state = {"place": [number(b[axis]) for axis in "xyz"], "energy": number(b["energy"])}
             return out | state | {"detail": "record", "note": f"As it was born, at tick {life.born}. {fill}"}
         row = {n: column[near] for n, column in seen.items()}
         when = "" if row["tick"] == tick else f"As of tick {int(row['tick'])}. "
-        nerves = ", without nerves" if self.recording.manifest["config"]["species"][life.species].get("actions") else ""
-        return out | _state(row, out["trace"]) | {"detail": "snapshot", "note": f"{when}Recorded every {every} ticks{nerves}. {fill}"}
+        nerves = (", without nerves"
+                  if self.recording.manifest["config"]["species"][life.species].get("actions") else "")
+        return out | _state(row, out["trace"]) | {
+            "detail": "snapshot", "note": f"{when}Recorded every {every} ticks{nerves}. {fill}"
+        }
 
 
 def _row(columns: Columns, uid: int, tick: int) -> dict[str, Any] | None:
@@ -154,20 +165,24 @@ def _row(columns: Columns, uid: int, tick: int) -> dict[str, Any] | None:
 
 def _trace(columns: Columns, uid: int, tick: int) -> dict[str, list[Any]]:
     at = np.flatnonzero((columns["uid"] == uid) & (columns["tick"] <= tick))
-    return {"tick": columns["tick"][at].tolist(), **{n: [number(v) for v in columns[n][at]] for n in ("happiness", "energy")}}
+    return {"tick": columns["tick"][at].tolist(),
+            **{n: [number(v) for v in columns[n][at]] for n in ("happiness", "energy")}}
 
 
 def _state(row: dict[str, Any], trace: dict[str, list[Any]]) -> dict[str, Any]:
     place = [number(row[axis]) for axis in "xyz"]
-    return {"place": place, "heading": number(row["heading"]), "energy": number(row["energy"]), "trace": trace}
+    return {"place": place, "heading": number(row["heading"]), "energy": number(row["energy"]),
+            "trace": trace}
 
 
 def _full(row: dict[str, Any], trace: dict[str, list[Any]], note: str) -> dict[str, Any]:
     """Return a row of details in the form of the message."""
     actions = [name.removeprefix("decision: ") for name in row if name.startswith("decision: ")]
     nerves = {
-        "sensors": [{"name": n.removeprefix("sensor: "), "value": number(v)} for n, v in row.items() if n.startswith("sensor: ")],
-        "actions": [{"group": a.partition(".")[0], "name": a.partition(".")[2], "reflex": int(row[f"reflex: {a}"]),
+        "sensors": [{"name": n.removeprefix("sensor: "), "value": number(v)}
+                    for n, v in row.items() if n.startswith("sensor: ")],
+        "actions": [{"group": a.partition(".")[0], "name": a.partition(".")[2],
+                     "reflex": int(row[f"reflex: {a}"]),
                      "probability": number(row.get(f"probability: {a}")), "chosen": int(row[f"chosen: {a}"]),
                      "decision": int(row[f"decision: {a}"])} for a in actions],
         "happiness": number(row["happiness"]), "reward": number(row["reward"]),

@@ -29,8 +29,8 @@ FOLLOWED = 16  # organisms whose traces are kept
 class Live:
     """A world that lives in this thread, to be watched; see `ecs_eco.view.source.Source`.
 
-    `last` is the tick at which it ends, None for never. Watching changes nothing: pages act on the world by interventions
-    only, at the start of the next tick.
+    `last` is the tick at which it ends, None for never. Watching changes nothing: pages act on the world by
+    interventions only, at the start of the next tick.
     """
 
     def __init__(self, world: World, last: int | None = None) -> None:
@@ -77,7 +77,8 @@ class Live:
         """Return what a page needs to know of the world."""
         genes = dict.fromkeys(f"gene:{gene}" for names in self._genes.values() for gene in names)
         scene = describe(self.world, self.species, self.objects, self._genes)
-        return {"kind": "hello", "mode": "live", "first": 0, "last": self.last, "tick": self.tick, "acts": True,
+        return {"kind": "hello", "mode": "live", "first": 0, "last": self.last, "tick": self.tick,
+                "acts": True,
                 "colours": ["species", "energy", "happiness", "age", *genes], **scene}  # fmt: skip
 
     def greeting(self) -> list[Message]:
@@ -94,29 +95,33 @@ class Live:
     def _marks(self) -> Message:
         from ecs_eco.config.models.interventions import describe as words
 
-        done = [{"tick": tick, "text": words(intervention)} for tick, intervention in self.world.intervened[-1000:]]
-        return {"kind": "marks", "births": None, "deaths": None, "interventions": done, "fences": fences(self.world)}
+        done = [{"tick": tick, "text": words(intervention)}
+                for tick, intervention in self.world.intervened[-1000:]]
+        return {"kind": "marks", "births": None, "deaths": None, "interventions": done,
+                "fences": fences(self.world)}
 
     def counts(self) -> dict[str, int]:
         """Return the number of each kind."""
         return {name: int(self.world.tables[name].n) for name in self.names}
 
-    # --- frames -----------------------------------------------------------------------------------------------------
+    # --- frames ---------------------------------------------------------------------------------------------
 
     def frame(self, number: int, colour: str) -> bytes:
-        """Return the frame of this tick: value 0 for organisms without one, 1 to 255 from the low to the high of `scales`."""
+        """Return the frame of this tick: value 0 for organisms without one,
+        1 to 255 from the low to the high of `scales`."""
         light, elevation = sky(self.world)
         self._encoder.begin(number, self.tick, light, elevation)
         for name in self.names:
             table = self.world.tables[name]
             high, p = table.high, table[Position]
-            self._encoder.add(p.x[:high], p.y[:high], p.z[:high], p.heading[:high], self._value(table, colour)[:high], table.uid[:high],
-                              table.alive[:high])
+            self._encoder.add(p.x[:high], p.y[:high], p.z[:high], p.heading[:high],
+                              self._value(table, colour)[:high], table.uid[:high], table.alive[:high])
         return self._encoder.bytes()
 
     def scales(self, colour: str) -> dict[str, tuple[float, float]]:
         """Return low and high of a colour, by kind."""
-        return {name: (float(f"{low:.5g}"), float(f"{high:.5g}")) for (c, name), (low, high) in self._ranges.items() if c == colour}
+        return {name: (float(f"{low:.5g}"), float(f"{high:.5g}"))
+                for (c, name), (low, high) in self._ranges.items() if c == colour}
 
     def _value(self, table: Table, colour: str) -> np.ndarray:
         """Return the value of each row: u8[capacity]."""
@@ -135,15 +140,18 @@ class Live:
         return value
 
     def _column(self, table: Table, colour: str) -> tuple[Any, float | None, float | None]:
-        """Return the values behind a colour: a column or None, and their range as far as it is known beforehand."""
+        """Return the values behind a colour: a column or None,
+        and their range as far as it is known beforehand."""
         if colour == "energy" and Metabolism in table:
             species = table.species.config
-            return table[Metabolism].energy, 0.0, None if species is None else float(species.metabolism.energy_max)
+            return (table[Metabolism].energy, 0.0,
+                    None if species is None else float(species.metabolism.energy_max))
         if colour == "happiness" and Nervous in table and table.species.nerves.happiness is not None:
             return table[Nervous].happiness, None, None
         if colour == "age" and Biology in table:
             return table[Biology].age, 0.0, None
-        code = self._genes.get(table.name, {}).get(colour.removeprefix("gene:")) if colour.startswith("gene:") else None
+        code = (self._genes.get(table.name, {}).get(colour.removeprefix("gene:"))
+                if colour.startswith("gene:") else None)
         if code is None:
             return None, None, None
         return self._expressed(table, code.name), float(code.low), float(code.high)
@@ -153,8 +161,10 @@ class Live:
         out[rows] = table.species.heredity.layout.decode(table[Genome].loci[rows], [gene])[gene]
         return out
 
-    def _range(self, name: str, colour: str, low: float | None, high: float | None, least: float, most: float) -> tuple[float, float]:
-        """Return the range of a colour: wide enough for all now, and only slowly narrower, so that colours do not jump."""
+    def _range(self, name: str, colour: str, low: float | None, high: float | None, least: float,
+               most: float) -> tuple[float, float]:
+        """Return the range of a colour: wide enough for all now, and only slowly narrower,
+        so that colours do not jump."""
         if not least <= most:
             return self._ranges.get((colour, name), (0.0, 1.0))
         before = self._ranges.get((colour, name), (least, most))
@@ -162,7 +172,7 @@ class Live:
         high = max(most, before[1] + 0.02 * (most - before[1])) if high is None else high
         return low, high
 
-    # --- curves -----------------------------------------------------------------------------------------------------
+    # --- curves ---------------------------------------------------------------------------------------------
 
     def sample(self) -> None:
         """Note numbers, mean happiness, mean values of genes, and the light."""
@@ -185,7 +195,7 @@ class Live:
         """Return the points since a tick."""
         return self._curves.after(after)
 
-    # --- one organism -----------------------------------------------------------------------------------------------
+    # --- one organism ---------------------------------------------------------------------------------------
 
     def organism(self, uid: int) -> Message:
         """Return one organism, living or dead; KeyError for an unknown one."""
@@ -196,7 +206,8 @@ class Live:
         return state | {"kind": "organism", "trace": self._trace(uid, happy, state.get("energy"))}
 
     def _trace(self, uid: int, happiness: float | None, energy: float | None) -> Message:
-        """Add a point to an organism's trace and return the trace; those of the last few organisms selected are kept."""
+        """Add a point to an organism's trace and return the trace;
+        those of the last few organisms selected are kept."""
         points = self._traces.pop(uid, None)
         points = self._traces[uid] = deque(maxlen=TRACED) if points is None else points
         while len(self._traces) > FOLLOWED:
@@ -204,9 +215,11 @@ class Live:
         if energy is not None and (not points or points[-1][0] < self.tick):
             points.append((self.tick, _number(happiness), _number(energy)))
         names = ("tick", "happiness", "energy")
-        return {name: list(values) for name, values in zip(names, zip(*points, strict=True) if points else ([], [], []), strict=True)}
+        return {name: list(values) for name, values in zip(
+            names, zip(*points, strict=True) if points else ([], [], []), strict=True
+        )}
 
-    # --- what pages ask for -----------------------------------------------------------------------------------------
+    # --- what pages ask for ---------------------------------------------------------------------------------
 
     def handle(self, request: Message) -> list[Message]:
         """Intervene, or list the values that may be changed."""
@@ -216,8 +229,10 @@ class Live:
         if kind == "params":
             from ecs_eco.view.params import parameters
 
-            return [{"kind": "params", "list": [] if self.world.config is None else parameters(self.world.config)}]
-        return [{"kind": "said", "level": "warning", "text": f"{kind} is for recorded runs; this world is alive", "field": kind}]
+            return [{"kind": "params",
+                     "list": [] if self.world.config is None else parameters(self.world.config)}]
+        return [{"kind": "said", "level": "warning",
+                 "text": f"{kind} is for recorded runs; this world is alive", "field": kind}]
 
     def _act(self, request: Any) -> Message:
         from ecs_eco.config.models.interventions import describe as words

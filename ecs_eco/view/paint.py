@@ -1,4 +1,5 @@
-"""Pictures of a recorded run without a browser: a plane from above, a volume from the side; numbers of each species beside it."""
+"""Pictures of a recorded run without a browser: a plane from above, a volume from the side;
+numbers of each species beside it."""
 
 from __future__ import annotations
 
@@ -17,7 +18,8 @@ from ecs_eco.view.replay import Replay
 INK, SOFT, PAPER = "#22282e", "#7a838c", "#ffffff"
 LAND, WATER, ROCK, NIGHT = (0.955, 0.955, 0.925), (0.66, 0.80, 0.90), (0.60, 0.59, 0.57), (0.05, 0.07, 0.16)
 DEEP, BRIGHT = (0.03, 0.06, 0.15), (0.72, 0.87, 0.95)  # of the sea without light, in full light
-DART = np.array([[1.0, 0.0], [-0.75, 0.58], [-0.4, 0.0], [-0.75, -0.58]])  # of length 1 ahead, as the page draws who moves
+# of length 1 ahead, as the page draws who moves
+DART = np.array([[1.0, 0.0], [-0.75, 0.58], [-0.4, 0.0], [-0.75, -0.58]])
 LEAST = {"moves": 5.5, "stays": 1.5}  # [px] of a picture 720 px high: smaller bodies are drawn as large
 LEVELS = 128  # of the light by depth
 
@@ -32,7 +34,8 @@ class Place(NamedTuple):
 
 
 class Painter:
-    """Paints the ticks of a run, one after the other, as u8[height, width, 3]; what stays the same is drawn once."""
+    """Paints the ticks of a run, one after the other, as u8[height, width, 3];
+    what stays the same is drawn once."""
 
     def __init__(self, replay: Replay, size: tuple[int, int] = (1280, 720)) -> None:
         from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -47,7 +50,8 @@ class Painter:
         self.extent = (replay.recording.size[0], replay.recording.size[2 if self.volume else 1])
         self.unit = size[1] / 720
         with as_delivered({"font.size": 10.0, "text.parse_math": False, "path.simplify_threshold": 0.5}):
-            self.figure = Figure(figsize=(size[0] / 100 / self.unit, size[1] / 100 / self.unit), dpi=100 * self.unit, facecolor=PAPER)
+            self.figure = Figure(figsize=(size[0] / 100 / self.unit, size[1] / 100 / self.unit),
+                                 dpi=100 * self.unit, facecolor=PAPER)
             self.canvas = FigureCanvasAgg(self.figure)
             self._lay_out(hello)
             self.moving = [artist for artist in self._moving() if artist is not None]
@@ -81,27 +85,33 @@ class Painter:
             Image.fromarray(self.paint(tick)).save(beside, format="png")
         return path
 
-    # --- what stays -----------------------------------------------------------------------------------------------------
+    # --- what stays -----------------------------------------------------------------------------------------
 
     def _lay_out(self, hello: dict[str, Any]) -> None:
-        """Make the axes: the world at the left and a strip for each species at the right, or below where the world is wide."""
+        """Make the axes: the world at the left and a strip for each species at the right,
+        or below where the world is wide."""
         wide, high = self.size[0] / self.unit / 100, self.size[1] / self.unit / 100  # inches
         beside = self.extent[0] / self.extent[1] < 1.6
-        room = (0.55, 0.45, 0.56 * wide - 0.55, high - 0.95) if beside else (0.55, 0.3 * high + 0.5, wide - 0.8, 0.7 * high - 1.1)
+        room = ((0.55, 0.45, 0.56 * wide - 0.55, high - 0.95)
+                if beside else (0.55, 0.3 * high + 0.5, wide - 0.8, 0.7 * high - 1.1))
         scale = min(room[2] / self.extent[0], room[3] / self.extent[1])
         w, h = scale * self.extent[0], scale * self.extent[1]
         left, bottom = room[0] + (0 if beside else (room[2] - w) / 2), room[1] + (room[3] - h) / 2
         self.ax = self.figure.add_axes((left / wide, bottom / high, w / wide, h / high))
         self.scale = scale * 100  # px of a picture 720 px high, a metre
         self._world()
-        self.figure.text(0.35 / wide, 1 - 0.27 / high, hello["title"], size=13, weight="bold", color=INK, va="center")
+        self.figure.text(0.35 / wide, 1 - 0.27 / high, hello["title"], size=13, weight="bold", color=INK,
+                         va="center")
         k = len(self.kinds)
         if beside:
             x, top, each = (left + w + 0.5) / wide, 1 - 0.7 / high, (high - 1.25) / high / max(k, 2)
-            places = [Place(x, top - (i + 1) * each + 0.12 / high, 1 - x - 0.25 / wide, each - 0.5 / high) for i in range(k)]
+            places = [Place(x, top - (i + 1) * each + 0.12 / high, 1 - x - 0.25 / wide, each - 0.5 / high)
+                      for i in range(k)]
         else:
             each = (wide - 0.5) / wide / max(k, 2)
-            places = [Place(0.55 / wide + i * each, 0.42 / high, each - 0.45 / wide, 0.3 * high / high - 0.75 / high) for i in range(k)]
+            places = [Place(0.55 / wide + i * each, 0.42 / high, each - 0.45 / wide,
+                            0.3 * high / high - 0.75 / high)
+                      for i in range(k)]
         curves = self.replay.recording.curves
         self.cursors: list[Any] = []
         self.counts: list[Any] = []
@@ -111,9 +121,12 @@ class Painter:
             self._strip(kind, place, curves["tick"], curves["n"][kind["name"]], last)
         for i, (name, places_of) in enumerate(self.replay.recording.objects.items()):
             x = (left + w + 0.5 if beside else 0.55) / wide + i * 1.2 / wide
-            self.figure.text(x, 0.1 / high, f"● {len(places_of)} {name}", size=8.5, color=self.hues[name], va="center")
-        self.clock = self.figure.text(1 - 0.25 / wide, 1 - 0.27 / high, "", size=11, color=INK, ha="right", va="center")
-        self.hint = self.figure.text(1 - 0.25 / wide, 0.1 / high, "", size=7.5, color=SOFT, ha="right", va="center")
+            self.figure.text(x, 0.1 / high, f"● {len(places_of)} {name}", size=8.5, color=self.hues[name],
+                             va="center")
+        self.clock = self.figure.text(1 - 0.25 / wide, 1 - 0.27 / high, "", size=11, color=INK, ha="right",
+                                      va="center")
+        self.hint = self.figure.text(1 - 0.25 / wide, 0.1 / high, "", size=7.5, color=SOFT, ha="right",
+                                     va="center")
 
     def _world(self) -> None:
         ax, (w, h) = self.ax, self.extent
@@ -134,7 +147,8 @@ class Painter:
             self._discs(ax, places[:, 0], places[:, 2 if self.volume else 1], size, self.hues[name], 0.6)
 
     def _ground(self) -> np.ndarray | None:
-        """Return the ground as colours f64[ny, nx, 3]: shaded hills, water, rock; None where the world is flat and open."""
+        """Return the ground as colours f64[ny, nx, 3]: shaded hills, water, rock;
+        None where the world is flat and open."""
         terrain = getattr(self.replay.recording.scene, "terrain", None)
         if terrain is None:
             return None
@@ -142,13 +156,16 @@ class Painter:
         dy, dx = np.gradient(np.pad(height, 1, mode="wrap" if self.replay.recording.torus else "edge"))
         slope = (dx - dy)[1:-1, 1:-1] * float(terrain.inverse[0]) * 0.7  # light comes from the upper left
         high = (height - height.min()) / max(float(np.ptp(height)), 1e-9)
-        colour = np.array(LAND) - 0.16 * high[..., None] * np.array([0.55, 0.75, 1.3]) - np.clip(slope, -0.12, 0.2)[..., None]
+        colour = (np.array(LAND) - 0.16 * high[..., None] * np.array([0.55, 0.75, 1.3])
+                  - np.clip(slope, -0.12, 0.2)[..., None])
         for code, hue in ((1, WATER), (2, ROCK)):
             colour[terrain.ground == code] = hue
         return np.clip(colour, 0, 1)
 
-    def _strip(self, kind: dict[str, Any], place: Place, ticks: np.ndarray, n: np.ndarray, labelled: bool) -> None:
-        """The numbers of a species over time: all of them pale, those so far strong; its sign and name above."""
+    def _strip(self, kind: dict[str, Any], place: Place, ticks: np.ndarray, n: np.ndarray,
+               labelled: bool) -> None:
+        """The numbers of a species over time: all of them pale, those so far strong; its sign and name above.
+        """
         name, hue = kind["name"], self.hues[kind["name"]]
         ax = self.figure.add_axes(place[:4])
         ax.plot(ticks, n, color=hue, lw=1.0, alpha=0.35)
@@ -176,9 +193,10 @@ class Painter:
         shape = DART.T if kind["moves"] else 0.6 * np.array([np.cos(around), np.sin(around)])
         sign.fill(*shape, facecolor=hue, **self.rims[name])
         self.figure.text(place.left + 22 / wide, y, name, size=10.5, color=INK, va="center")
-        self.counts.append(self.figure.text(place.left + place.width, y, "", size=10.5, color=INK, va="center", ha="right"))
+        self.counts.append(self.figure.text(place.left + place.width, y, "", size=10.5, color=INK,
+                                            va="center", ha="right"))
 
-    # --- what moves -----------------------------------------------------------------------------------------------------
+    # --- what moves -----------------------------------------------------------------------------------------
 
     def _moving(self) -> list[Any]:
         from matplotlib.collections import LineCollection, PolyCollection
@@ -189,25 +207,31 @@ class Painter:
         (w, h), none = self.extent, np.zeros(0)
         if self.volume:
             dark = np.zeros((LEVELS, 1, 3))
-            self.light = self.ax.imshow(dark, extent=(0, w, 0, h), origin="lower", aspect="auto", interpolation="bilinear")
+            self.light = self.ax.imshow(dark, extent=(0, w, 0, h), origin="lower", aspect="auto",
+                                        interpolation="bilinear")
         elif self.replay.hello()["day"] is not None:
             self.shade = self.ax.imshow(np.zeros((1, 1, 4)), extent=(0, w, 0, h), aspect="auto", zorder=1.5)
         self.bodies: dict[str, Any] = {}
         for kind in sorted(self.kinds, key=lambda kind: kind["moves"]):
             hue = self.hues[kind["name"]]
             if kind["moves"]:
-                self.bodies[kind["name"]] = PolyCollection([], facecolor=hue, clip_on=True, **self.rims[kind["name"]])
+                self.bodies[kind["name"]] = PolyCollection([], facecolor=hue, clip_on=True,
+                                                           **self.rims[kind["name"]])
                 self.ax.add_collection(self.bodies[kind["name"]])
             else:
                 radius = max(kind["radius"] * self.scale, LEAST["stays"])
-                self.bodies[kind["name"]] = self._discs(self.ax, none, none, radius, hue, 0.9, **self.rims[kind["name"]])
+                self.bodies[kind["name"]] = self._discs(self.ax, none, none, radius, hue, 0.9,
+                                                        **self.rims[kind["name"]])
         ordered = [self.bodies[kind["name"]] for kind in sorted(self.kinds, key=lambda kind: kind["moves"])]
         frame = list(self.ax.spines.values())
         pasts = [line for line, _, _ in self.pasts]
-        return [self.light, self.shade, self.fences, *ordered, *frame, *pasts, *self.cursors, *self.counts, self.clock, self.hint]
+        return [self.light, self.shade, self.fences, *ordered, *frame, *pasts, *self.cursors, *self.counts,
+                self.clock, self.hint]
 
-    def _discs(self, ax: Any, x: np.ndarray, y: np.ndarray, radius: float, hue: str, alpha: float, **rim: Any) -> Any:
-        return ax.scatter(x, y, s=(2 * radius * 0.72) ** 2, facecolor=hue, alpha=alpha, marker="o", **(rim or {"linewidth": 0}))
+    def _discs(self, ax: Any, x: np.ndarray, y: np.ndarray, radius: float, hue: str,
+               alpha: float, **rim: Any) -> Any:
+        return ax.scatter(x, y, s=(2 * radius * 0.72) ** 2, facecolor=hue, alpha=alpha, marker="o",
+                          **(rim or {"linewidth": 0}))
 
     def _organisms(self, kind: dict[str, Any], organisms: Organisms) -> None:
         places = np.stack([organisms.x, organisms.z if self.volume else organisms.y], axis=1).astype(float)
@@ -220,10 +244,13 @@ class Painter:
         if self.volume:  # seen from the side: what goes away from us looks short
             sin = np.zeros_like(sin)
             cos = np.where(np.abs(cos) < 0.35, np.copysign(0.35, cos), cos)
-            turned = np.stack([DART[None, :, 0] * cos[:, None], np.broadcast_to(DART[None, :, 1], (cos.size, 4))], axis=2)
+            turned = np.stack(
+                [DART[None, :, 0] * cos[:, None], np.broadcast_to(DART[None, :, 1], (cos.size, 4))], axis=2
+            )
         else:
             turned = np.stack([DART[None, :, 0] * cos[:, None] - DART[None, :, 1] * sin[:, None],
-                               DART[None, :, 0] * sin[:, None] + DART[None, :, 1] * cos[:, None]], axis=2)  # fmt: skip
+                               DART[None, :, 0] * sin[:, None] + DART[None, :, 1] * cos[:, None]],
+                              axis=2)  # fmt: skip
         body.set_verts(places[:, None] + size * turned)
 
     def _light(self, tick: int, light: float) -> None:
@@ -245,7 +272,8 @@ class Painter:
 
     def _strips(self, tick: int) -> None:
         numbers = self.replay.recording.numbers(tick)
-        for kind, cursor, count, (line, ticks, n) in zip(self.kinds, self.cursors, self.counts, self.pasts, strict=True):
+        for kind, cursor, count, (line, ticks, n) in zip(self.kinds, self.cursors, self.counts, self.pasts,
+                                                         strict=True):
             cursor.set_xdata([tick, tick])
             so_far = ticks <= tick
             line.set_data(ticks[so_far], n[so_far])
@@ -254,13 +282,16 @@ class Painter:
     def _words(self, tick: int) -> None:
         r = self.replay.recording
         self.clock.set_text(f"tick {tick:,}  ·  {clock(tick * r.dt, self.replay.hello()['day'])}")
-        between = tick % r.every != 0 and not all(r.details[kind["name"]].rows and r.manifest.get("record") == "full"
-                                                  for kind in self.kinds if kind["moves"])  # fmt: skip
-        self.hint.set_text(f"places between snapshots (every {r.every} ticks) are on straight lines" if between else "")
+        between = (tick % r.every != 0
+                   and not all(r.details[kind["name"]].rows and r.manifest.get("record") == "full"
+                               for kind in self.kinds if kind["moves"]))  # fmt: skip
+        self.hint.set_text(f"places between snapshots (every {r.every} ticks) are on straight lines"
+                           if between else "")
 
 
 def rims(kinds: Sequence[dict[str, Any]], hues: dict[str, str]) -> dict[str, dict[str, Any]]:
-    """Return how each kind is edged: every second one that moves in black, so that not hue alone tells kinds apart."""
+    """Return how each kind is edged: every second one that moves in black,
+    so that not hue alone tells kinds apart."""
     styles: dict[str, dict[str, Any]] = {}
     movers = [kind["name"] for kind in kinds if kind["moves"]]
     for kind in kinds:
@@ -277,7 +308,8 @@ def clock(seconds: float, day: dict[str, float] | None = None) -> str:
     """Return a time of a world in words: "1 h 5 min"; where it has a sun, the day and the hour."""
     if day is not None:
         since = seconds / day["length"] + day.get("start", 0.0)
-        return f"day {math.floor(since) + 1}, {math.floor(since % 1 * 24):02d}:{math.floor(since * 24 % 1 * 60):02d}"
+        return (f"day {math.floor(since) + 1}, "
+                f"{math.floor(since % 1 * 24):02d}:{math.floor(since * 24 % 1 * 60):02d}")
     parts = []
     for word, length in (("d", 86_400), ("h", 3600), ("min", 60)):
         if seconds >= length:

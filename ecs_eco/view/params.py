@@ -14,13 +14,16 @@ NOT_NOW = frozenset({"ticks", "seed", "training", "interventions"})
 
 
 def parameters(config: Any) -> list[dict[str, Any]]:
-    """Return every number and switch that an intervention of kind "set" may change: key, value, unit, low, high, about.
+    """Return every number and switch that an intervention of kind "set" may change: key, value, unit,
+    low, high, about.
 
     `low` and `high` are null if the file sets no bound. Values that genes code for are left out.
     """
-    coded = {f"species.{name}.{gene.trait}" for name, s in config.species.items() if s.genome for gene in s.genome.genes if gene.trait}
+    coded = {f"species.{name}.{gene.trait}" for name, s in config.species.items() if s.genome
+             for gene in s.genome.genes if gene.trait}
     rows = _walk(config, (), {})
-    return [row for row in rows if row["key"] not in coded and row["key"].split(".")[0] not in NOT_NOW and may_change(row["key"])]
+    return [row for row in rows if row["key"] not in coded and row["key"].split(".")[0] not in NOT_NOW
+            and may_change(row["key"])]
 
 
 def _walk(value: Any, key: tuple[str, ...], field: dict[str, Any]) -> Iterator[dict[str, Any]]:
@@ -48,4 +51,5 @@ def _field(info: Any) -> dict[str, Any]:
                 bound = getattr(rule, word, None)
                 if bound is not None and abs(bound) < LARGEST:
                     bounds[name] = bound
-    return {"unit": str(extra.get("unit", "")), **bounds, "about": (info.description or "").rpartition(" [")[0] or info.description or ""}
+    return {"unit": str(extra.get("unit", "")), **bounds,
+            "about": (info.description or "").rpartition(" [")[0] or info.description or ""}

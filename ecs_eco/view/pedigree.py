@@ -12,26 +12,29 @@ if TYPE_CHECKING:
 
 MOST = 500_000  # lives kept; beyond that the oldest quarter is dropped
 LATER = 20_000  # pending births and deaths: entered one by one they would cost a large world some percent
-FIELDS = {"uid": np.uint64, "parent": np.uint64, "second": np.uint64, "born": np.int64, "kind": np.int16, "generation": np.int32,
-          "died": np.int64, "cause": np.uint8, "killer": np.uint64}  # fmt: skip
+FIELDS = {"uid": np.uint64, "parent": np.uint64, "second": np.uint64, "born": np.int64, "kind": np.int16,
+          "generation": np.int32, "died": np.int64, "cause": np.uint8, "killer": np.uint64}  # fmt: skip
 
 
 class PedigreeLog:
     """The lives of a world from now on, in columns by uid; those who live already have no known parents.
 
-    It listens to births and deaths, changes nothing, and enters them only when it is queried, or when many are pending. Lives
-    are in the order of uids, which are given in the order of births and never reused.
+    It listens to births and deaths, changes nothing, and enters them only when it is queried, or when many
+    are pending. Lives are in the order of uids, which are given in the order of births and never reused.
     """
 
     def __init__(self, world: World, most: int = MOST) -> None:
         self.world, self.most, self.n = world, most, 0
         self.names = list(world.tables)
         self._columns = {name: np.zeros(1024, kind) for name, kind in FIELDS.items()}
-        self._births: list[tuple[int, np.ndarray, np.ndarray, int, int]] = []  # first uid, parents, second parents, tick, kind
+        # first uid, parents, second parents, tick, kind
+        self._births: list[tuple[int, np.ndarray, np.ndarray, int, int]] = []
         self._deaths: list[tuple[np.ndarray, np.ndarray, np.ndarray, int]] = []  # uids, causes, killers, tick
         self._waiting = 0
-        columns = [(t.uid[rows], t.born[rows], np.full(rows.size, i)) for i, t in enumerate(world.tables.values()) for rows in [t.rows()]]
-        uid, born, kind = (np.concatenate(part) for part in zip(*columns, strict=True)) if columns else (np.zeros(0, np.int64),) * 3
+        columns = [(t.uid[rows], t.born[rows], np.full(rows.size, i))
+                   for i, t in enumerate(world.tables.values()) for rows in [t.rows()]]
+        uid, born, kind = ((np.concatenate(part) for part in zip(*columns, strict=True))
+                           if columns else (np.zeros(0, np.int64),) * 3)
         order = np.argsort(uid)
         nobody = np.zeros(uid.size, np.uint64)
         self._since, self._at = int(world.next_uid), uid.size  # the next uid, and its row
@@ -47,7 +50,8 @@ class PedigreeLog:
     def parents(self, uid: int) -> list[int]:
         """Return the uids of its known parents, none, one or two."""
         row = self._row(uid)
-        return [] if row is None else [int(p) for p in (self._columns["parent"][row], self._columns["second"][row]) if p]
+        return ([] if row is None
+                else [int(p) for p in (self._columns["parent"][row], self._columns["second"][row]) if p])
 
     def children(self, uid: int, most: int = 200) -> list[int]:
         """Return the uids of its children, in the order of birth; the last `most` of them."""
@@ -61,7 +65,8 @@ class PedigreeLog:
         return None if row is None else int(self._columns["born"][row])
 
     def generation(self, uid: int) -> int | None:
-        """Return its generation: one more than that of its parents; 0 for those whose parents are not known."""
+        """Return its generation: one more than that of its parents; 0 for those whose parents are not known.
+        """
         row = self._row(uid)
         return None if row is None else int(self._columns["generation"][row])
 
@@ -77,7 +82,8 @@ class PedigreeLog:
             return None
         c = self._columns
         killer = int(c["killer"][row])
-        return {"tick": int(c["died"][row]), "cause": self.world.causes[c["cause"][row] - 1], "killer": killer or None}
+        return {"tick": int(c["died"][row]), "cause": self.world.causes[c["cause"][row] - 1],
+                "killer": killer or None}
 
     def _row(self, uid: int) -> int | None:
         self._settle()
@@ -86,7 +92,10 @@ class PedigreeLog:
         return row if row < self.n and uids[row] == uid else None
 
     def _rows(self, uid: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the rows of these uids, and which of them are known. The uids of births since the start have no gaps."""
+        """Return the rows of these uids, and which of them are known.
+
+        The uids of births since the start have no gaps.
+        """
         if not self.n:
             return np.zeros(uid.size, np.int64), np.zeros(uid.size, np.bool_)
         uids = self._columns["uid"][: self.n]
@@ -98,7 +107,8 @@ class PedigreeLog:
         return rows, uids[rows] == uid
 
     def _was_born(self, table: Table, rows: np.ndarray, parents: np.ndarray, second: np.ndarray) -> None:
-        self._births.append((int(table.uid[rows[0]]), parents, second, self.world.tick, self.names.index(table.name)))
+        self._births.append((int(table.uid[rows[0]]), parents, second, self.world.tick,
+                             self.names.index(table.name)))
         self._wait(rows.size)
 
     def _has_died(self, table: Table, rows: np.ndarray) -> None:
@@ -115,10 +125,12 @@ class PedigreeLog:
         births, deaths, self._births, self._deaths, self._waiting = self._births, self._deaths, [], [], 0
         if births:
             sizes = [parents.size for _, parents, _, _, _ in births]
-            first, born, kind = (np.repeat(np.array([birth[i] for birth in births]), sizes) for i in (0, 3, 4))
+            first, born, kind = (np.repeat(np.array([birth[i] for birth in births]), sizes)
+                                 for i in (0, 3, 4))
             place = np.arange(first.size) - np.repeat(np.cumsum([0, *sizes[:-1]]), sizes)
             uid = (first + place).astype(np.uint64)
-            self._add(uid, np.concatenate([b[1] for b in births]), np.concatenate([b[2] for b in births]), born, kind)
+            self._add(uid, np.concatenate([b[1] for b in births]), np.concatenate([b[2] for b in births]),
+                      born, kind)
         if deaths:
             uid, cause, killer = (np.concatenate([death[i] for death in deaths]) for i in (0, 1, 2))
             at, known = self._rows(uid)
@@ -126,7 +138,8 @@ class PedigreeLog:
             for name, values in (("died", when), ("cause", cause), ("killer", killer)):
                 self._columns[name][at[known]] = values[known]
 
-    def _add(self, uid: np.ndarray, parent: np.ndarray, second: np.ndarray, born: np.ndarray, kind: np.ndarray) -> None:
+    def _add(self, uid: np.ndarray, parent: np.ndarray, second: np.ndarray, born: np.ndarray,
+             kind: np.ndarray) -> None:
         self._reserve(uid.size)
         new = slice(self.n, self.n + uid.size)
         for name, values in zip(FIELDS, (uid, parent, second, born, kind, 0, -1, 0, 0), strict=True):

@@ -1,7 +1,8 @@
 """The player: it lets time pass as the pages request, and sends them what they show.
 
-All of it runs in the thread of the world. Requests of pages arrive in `inbox`, from the server's thread, and are read
-between ticks. No frame is queued: the next one is made from the current state once the page has acknowledged the last.
+All of it runs in the thread of the world. Requests of pages arrive in `inbox`, from the server's thread, and
+are read between ticks. No frame is queued: the next one is made from the current state once the page has
+acknowledged the last.
 """
 
 from __future__ import annotations
@@ -47,7 +48,10 @@ class View:
 
 
 class Player:
-    """Plays a source to any number of pages. `speed` [ticks/s], None for as fast as possible; `halted()` says when to stop."""
+    """Plays a source to any number of pages.
+
+    `speed` [ticks/s], None for as fast as possible; `halted()` says when to stop.
+    """
 
     def __init__(self, source: Source, speed: float | None = USUAL, playing: bool = True,
                  halted: Callable[[], bool] = lambda: False) -> None:
@@ -61,13 +65,14 @@ class Player:
         self._next = time.monotonic()  # when the next tick is due
         self._looks = -math.inf, -math.inf  # when pages are served next: if the tick stays, if it changes
         self._served = -1  # the tick when they were last served
-        self._made: dict[str, tuple[int, int, bytes]] = {}  # the last frame of each colour: tick, number, bytes
+        # the last frame of each colour: tick, number, bytes
+        self._made: dict[str, tuple[int, int, bytes]] = {}
         self._cost = {"frame": 0.0, "sample": 0.0}  # [s] of one
         self._sampled, self._sample_at, self._state_at = -1, -math.inf, -math.inf
         self._ticked, self._rate = (time.monotonic(), source.tick), 0.0
         self._colours: list[str] = source.hello()["colours"]
 
-    # --- from the server's thread -----------------------------------------------------------------------------------
+    # --- from the server's thread ---------------------------------------------------------------------------
 
     def say(self, page: Page, request: Message) -> None:
         """Deliver a page's message: {"kind": …}; "join" and "leave" mark its presence."""
@@ -79,7 +84,7 @@ class Player:
         self.closing = True
         self._wake.set()
 
-    # --- from the world's thread ------------------------------------------------------------------------------------
+    # --- from the world's thread ----------------------------------------------------------------------------
 
     def turn(self) -> bool:
         """Serve the pages until the next tick is due; False when it is time to end."""
@@ -144,7 +149,8 @@ class Player:
                 new = min(new, view.frame_at + self._period())
                 if view.awaits is None and not self._whole(view):
                     same = min(same, max(now, min(view.frame_at, view.panel_at) + FASTEST_FRAMES))
-            if due or (shown or ("", ""))[1] != (view.seen or ("", ""))[1]:  # after the frame: a new colour's range follows from it
+            # after the frame: a new colour's range follows from it
+            if due or (shown or ("", ""))[1] != (view.seen or ("", ""))[1]:
                 view.news, view.sent_tick = False, tick
                 out.append(self._state(view))
             if out:
@@ -154,29 +160,37 @@ class Player:
     def _period(self) -> float:
         """Return the time from frame to frame [s]: longer if frames cost a running world too much."""
         busy = self.playing and self.speed is None
-        return max(FASTEST_FRAMES, self._cost["frame"] * max(1, len(self._views)) / SHARE) if busy else FASTEST_FRAMES
+        return (max(FASTEST_FRAMES, self._cost["frame"] * max(1, len(self._views)) / SHARE)
+                if busy else FASTEST_FRAMES)
 
     def _timed(self, part: str, work: Callable[[], Any]) -> float:
-        """Do some work and return its usual time [s]: the first time, which includes loading, counts little."""
+        """Do some work and return its usual time [s]: the first time, which includes loading, counts little.
+        """
         begin = time.perf_counter()
         if work() is not False:
             spent, usual = time.perf_counter() - begin, self._cost[part]
-            self._cost[part] = min(spent, max(1.5 * usual, 0.0005)) if spent > usual else 0.5 * (spent + usual)
+            self._cost[part] = (min(spent, max(1.5 * usual, 0.0005))
+                                if spent > usual else 0.5 * (spent + usual))
         return self._cost[part]
 
     def _whole(self, view: View) -> bool:
         """Whether a page has all of this tick."""
         tick = self.source.tick
-        return view.seen == (tick, view.colour) and (view.selected is None or view.panel == (tick, view.selected))
+        return (view.seen == (tick, view.colour)
+                and (view.selected is None or view.panel == (tick, view.selected)))
 
     def _show(self, view: View, out: list[str | bytes], now: float) -> bool:
-        """Make what a page lacks: increments of the series, the panel of the selected organism, the frame. Return whether any."""
+        """Make what a page lacks: increments of the series, the panel of the selected organism, the frame.
+
+        Return whether any.
+        """
         tick, n = self.source.tick, len(out)
         series = self.source.series(view.series)
         if series is not None:
             view.series = series["tick"][-1]
             out.append(_text(series))
-        if view.selected is not None and view.panel != (tick, view.selected) and now >= view.panel_at + 2 * FASTEST_FRAMES:
+        if (view.selected is not None and view.panel != (tick, view.selected)
+            and now >= view.panel_at + 2 * FASTEST_FRAMES):
             self._panel(view, out, now)
         if view.seen != (tick, view.colour) and now >= view.frame_at + self._period():
             if self._made.get(view.colour, (-1,))[0] != tick:
@@ -202,16 +216,18 @@ class Player:
     def _measure(self, now: float) -> None:
         before, tick = self._ticked
         if now - before > 0.2:
-            self._rate, self._ticked = max(0.0, (self.source.tick - tick) / (now - before)), (now, self.source.tick)
+            self._rate, self._ticked = (max(0.0, (self.source.tick - tick) / (now - before)),
+                                        (now, self.source.tick))
         self._state_at = now + PATIENCE
 
     def _state(self, view: View) -> str:
         source = self.source
         rate = round(self._rate, 2) if self.playing and not source.done else 0.0
-        return _text({"kind": "state", "playing": self.playing, "speed": self.speed, "tick": source.tick, "rate": rate, "done": source.done,
-                      "n": source.counts(), "scales": source.scales(view.colour), "pages": len(self._views)})  # fmt: skip
+        return _text({"kind": "state", "playing": self.playing, "speed": self.speed, "tick": source.tick,
+                      "rate": rate, "done": source.done, "n": source.counts(),
+                      "scales": source.scales(view.colour), "pages": len(self._views)})  # fmt: skip
 
-    # --- what pages ask for -----------------------------------------------------------------------------------------
+    # --- what pages ask for ---------------------------------------------------------------------------------
 
     def _answer(self, page: Page, request: Message) -> None:
         kind = request.get("kind")
@@ -230,7 +246,8 @@ class Player:
             elif kind in REQUESTS:
                 REQUESTS[kind](self, view, request)
             else:
-                raise ValueError(f"unknown request {str(kind)[:40]!r}; did you mean {nearest(kind, [*REQUESTS, *ELSEWHERE])!r}?")
+                raise ValueError(f"unknown request {str(kind)[:40]!r}; "
+                                 f"did you mean {nearest(kind, [*REQUESTS, *ELSEWHERE])!r}?")
         except ValueError as error:  # ConfigError too
             page.send([_refusal(str(error), str(kind)[:40])])
         except Exception as error:  # no message of a page may end the run
@@ -270,7 +287,8 @@ class Player:
         value = request.get("value")
         number = isinstance(value, int | float) and not isinstance(value, bool)
         if value is not None and not (number and SPEEDS[0] <= value <= SPEEDS[1]):
-            raise ValueError(f"speed: value = {_short(value)}; allowed: {SPEEDS[0]:g} to {SPEEDS[1]:g} ticks a second, or null")
+            raise ValueError(f"speed: value = {_short(value)}; allowed: "
+                             f"{SPEEDS[0]:g} to {SPEEDS[1]:g} ticks a second, or null")
         self.speed = None if value is None else float(value)
         self._next = time.monotonic()
         self._refresh_all()
@@ -284,14 +302,15 @@ class Player:
     def _colour(self, view: View, request: Message) -> None:
         by, known = request.get("by"), self._colours
         if by not in known:
-            raise ValueError(f"colour: by = {_short(by)}; allowed: {', '.join(known)}; did you mean {nearest(by, known)!r}?")
+            raise ValueError(f"colour: by = {_short(by)}; allowed: {', '.join(known)}; "
+                             f"did you mean {nearest(by, known)!r}?")
         view.colour = by
         view.news = True
 
 
 REQUESTS: dict[str, Callable[[Player, View, Message], None]] = {
-    "ack": Player._ack, "play": Player._play, "pause": Player._play, "step": Player._step, "speed": Player._speed,
-    "select": Player._select, "colour": Player._colour,
+    "ack": Player._ack, "play": Player._play, "pause": Player._play, "step": Player._step,
+    "speed": Player._speed, "select": Player._select, "colour": Player._colour,
 }  # fmt: skip
 
 
@@ -300,7 +319,8 @@ def _text(message: Message) -> str:
 
 
 def _refusal(text: str, field: str | None = None) -> str:
-    return _text({"kind": "said", "level": "error", "text": text} | ({} if field is None else {"field": field}))
+    return _text({"kind": "said", "level": "error", "text": text}
+                 | ({} if field is None else {"field": field}))
 
 
 def _short(value: Any) -> str:

@@ -26,11 +26,12 @@ BINS = 400  # of births and deaths on the timeline
 
 
 class Recording:
-    """A folder written by `ecs-eco run`, read lazily; damaged files are refused when they are needed, by name.
+    """A folder written by `ecs-eco run`, read lazily; damaged files are refused when they are needed,
+    by name.
 
-    `first` and `last` are the ticks that were recorded. `scene` is a world built like the recorded one, without organisms:
-    it holds what does not change, and is None if it cannot be built here (`why` gives the reason). Raises
-    FileNotFoundError for a folder without a run, RecordingError for one without a tick.
+    `first` and `last` are the ticks that were recorded. `scene` is a world built like the recorded one,
+    without organisms: it holds what does not change, and is None if it cannot be built here (`why` gives the
+    reason). Raises FileNotFoundError for a folder without a run, RecordingError for one without a tick.
     """
 
     def __init__(self, path: str | Path) -> None:
@@ -39,7 +40,9 @@ class Recording:
         self.species: list[str] = self.manifest["species"]
         self.dt, self.every = float(self.manifest["dt"]), int(self.manifest["snapshot_every"])
         self._sealed, self._cache = seal.has_seals(self.path), Cache()
-        self.series, self.births, self.deaths, self.snapshots = (self.parts(k) for k in ("series", "births", "deaths", "snapshots"))
+        self.series, self.births, self.deaths, self.snapshots = (
+            self.parts(k) for k in ("series", "births", "deaths", "snapshots")
+        )
         span = self.series.ticks()
         if span is None:
             raise RecordingError(f"{self.path}: no tick of this run was recorded")
@@ -49,8 +52,10 @@ class Recording:
         self.size, self.torus = [float(s) for s in space["size"]], space.get("edges", "torus") == "torus"
         self._chapters: OrderedDict[int, Chapter] = OrderedDict()
         self.scene, self.why = self._build()
-        if self.scene is not None and (strange := [name for name in self.species if name not in self.scene.tables]):
-            raise RecordingError(f"{self.path / 'manifest.json'}: lists the species {strange[0]!r}, which its world does not have")
+        if self.scene is not None and (strange := [name for name in self.species
+                                                   if name not in self.scene.tables]):
+            raise RecordingError(f"{self.path / 'manifest.json'}: lists the species {strange[0]!r}, "
+                                 "which its world does not have")
 
     def parts(self, kind: str, cache: Cache | None = None) -> Parts:
         """Return the parts of one kind; another thread has a cache of its own."""
@@ -63,22 +68,25 @@ class Recording:
 
         try:
             config = config_of(self.manifest, path=self.path)
-            return World.from_config(config, seed=self.manifest["seed"], policies="random", populate=False, record=False), ""
-        except (ConfigError, ImportError, AttributeError, ValueError, TypeError, LookupError) as error:  # a missing file, say
+            return World.from_config(config, seed=self.manifest["seed"], policies="random", populate=False,
+                                     record=False), ""
+        except (ConfigError, ImportError, AttributeError, ValueError, TypeError, LookupError) as error:
+            # a missing file, say
             return None, str(error)
 
-    # --- who is where -----------------------------------------------------------------------------------------------
+    # --- who is where ---------------------------------------------------------------------------------------
 
     def organisms(self, tick: int, species: str) -> Organisms:
-        """Return the living of a species at the end of a tick: from its details if there are any; else between snapshots."""
+        """Return the living of a species at the end of a tick: from its details if there are any;
+        else between snapshots."""
         organisms = self._chapter(tick).organisms(tick, self.species.index(species))
         return overlaid(organisms, self.details_at(tick, species))
 
     def _chapter(self, tick: int) -> Chapter:
         number = tick // self.every
         if number not in self._chapters:
-            self._chapters[number] = chapter(tick, self.first, self.last, self.every, self.snapshots, self.births, self.deaths, self.size,
-                                             self.torus)  # fmt: skip
+            self._chapters[number] = chapter(tick, self.first, self.last, self.every, self.snapshots,
+                                             self.births, self.deaths, self.size, self.torus)  # fmt: skip
             while len(self._chapters) > CHAPTERS:
                 self._chapters.popitem(last=False)
         self._chapters.move_to_end(number)
@@ -97,21 +105,25 @@ class Recording:
         names = [name for name in declared if name not in remains]
         kept = sorted((self.path / "checkpoints").glob(f"tick-*{checkpoint.SUFFIX}"))
         if not names or not kept:
-            return {n: np.array([[*at, 0.0][:3] for at in declared[n].get("at", [])], np.float32).reshape(-1, 3) for n in names}
+            return {n: np.array([[*at, 0.0][:3] for at in declared[n].get("at", [])],
+                                np.float32).reshape(-1, 3)
+                    for n in names}
         from safetensors import SafetensorError, safe_open
 
         try:
             files.require_regular(kept[0])
             with safe_open(str(kept[0]), framework="numpy") as file:
-                return {n: np.stack([file.get_tensor(f"table/{n}/Position.{axis}") for axis in "xyz"], axis=1) for n in names}
+                return {n: np.stack([file.get_tensor(f"table/{n}/Position.{axis}") for axis in "xyz"], axis=1)
+                        for n in names}
         except (SafetensorError, OSError) as error:
             raise CheckpointError(f"{kept[0]}: is no whole checkpoint: {error}") from None
 
-    # --- one life ---------------------------------------------------------------------------------------------------
+    # --- one life -------------------------------------------------------------------------------------------
 
     def birth(self, uid: int) -> dict[str, Any] | None:
         """Return the row of births of an organism, None where it was never born."""
-        return self.births.find(uid, ("tick", "species", "uid", "x", "y", "z", "energy", "parent", "parent2", "genome"))
+        return self.births.find(uid, ("tick", "species", "uid", "x", "y", "z", "energy", "parent",
+                                      "parent2", "genome"))
 
     def death(self, uid: int, since: int = 0) -> dict[str, Any] | None:
         """Return tick, cause and killer of an organism's death; None where it survived the recording."""
@@ -120,7 +132,8 @@ class Recording:
             return None
         cause = int(row["cause"])
         words = self.manifest.get("causes", [])
-        return {"tick": int(row["tick"]), "cause": words[cause] if cause >= 0 else "unknown", "killer": int(row["killer"]) or None}
+        return {"tick": int(row["tick"]), "cause": words[cause] if cause >= 0 else "unknown",
+                "killer": int(row["killer"]) or None}
 
     def children(self, uid: int, most: int = 200) -> list[int]:
         """Return the uids of an organism's children, the last `most` of them."""
@@ -132,7 +145,8 @@ class Recording:
         return sorted(young)[-most:]
 
     def generation(self, uid: int, most: int = 5000) -> int | None:
-        """Return how many ancestors an organism has in its longest line, founders 0; None where there are too many to follow."""
+        """Return how many ancestors an organism has in its longest line, founders 0;
+        None where there are too many to follow."""
         known: dict[int, int] = {}
         waiting = [uid]
         while waiting:
@@ -158,33 +172,38 @@ class Recording:
             starts = np.flatnonzero(np.diff(t, prepend=-(2**62)))
             uid.append(u[starts])
             tick.append(t[starts])
-        return np.concatenate(uid or [np.zeros(0, np.uint64)]), np.concatenate(tick or [np.zeros(0, np.int64)])
+        return (np.concatenate(uid or [np.zeros(0, np.uint64)]),
+                np.concatenate(tick or [np.zeros(0, np.int64)]))
 
     def born(self, uid: np.ndarray) -> np.ndarray:
         """Return the ticks at which organisms were born: i64[n]."""
         starts, ticks = self._births_by_uid
-        return ticks[np.maximum(np.searchsorted(starts, uid, side="right") - 1, 0)] if ticks.size else np.zeros(uid.size, np.int64)
+        return (ticks[np.maximum(np.searchsorted(starts, uid, side="right") - 1, 0)]
+                if ticks.size else np.zeros(uid.size, np.int64))
 
     def genomes(self, uid: np.ndarray) -> list[str]:
         """Return the genomes of organisms (uids ascending) as text, "" where there is none."""
         out = [""] * uid.size
         for group in self.births.groups:
-            if group.uids is not None and uid.size and group.uids[0] <= uid[-1] and group.uids[1] >= uid[0] and "genome" in group.names:
+            if (group.uids is not None and uid.size and group.uids[0] <= uid[-1] and group.uids[1] >= uid[0]
+                and "genome" in group.names):
                 columns = self.births.read(group, ("uid", "genome"))
                 for i in np.flatnonzero(np.isin(columns["uid"], uid)):
                     out[int(np.searchsorted(uid, columns["uid"][i]))] = columns["genome"][i] or ""
         return out
 
-    # --- curves -----------------------------------------------------------------------------------------------------
+    # --- curves ---------------------------------------------------------------------------------------------
 
     @cached_property
     def curves(self) -> dict[str, Any]:
-        """`tick` and, by species, `n` and `happiness`, at most POINTS of each; `births` and `deaths` in BINS of all ticks."""
+        """`tick` and, by species, `n` and `happiness`, at most POINTS of each;
+        `births` and `deaths` in BINS of all ticks."""
         step = max(1, -(-(self.last + 1 - self.first) // POINTS))
         width = max(1, -(-(self.last + 1 - self.first) // BINS))  # ticks of a bin
         bins = -(-(self.last + 1 - self.first) // width)
         out: dict[str, Any] = {"tick": np.arange(self.first, self.last + 1, step)}
-        out |= {kind: {name: np.zeros(out["tick"].size) for name in self.species} for kind in ("n", "happiness")}
+        out |= {kind: {name: np.zeros(out["tick"].size) for name in self.species}
+                for kind in ("n", "happiness")}
         out |= {kind: np.zeros(bins, np.int64) for kind in ("births", "deaths")}
         for c in self.series.each(("tick", "species", "n", "happiness_mean", "births", "deaths")):
             since = c["tick"] - self.first
@@ -199,7 +218,8 @@ class Recording:
     def numbers(self, tick: int) -> dict[str, int]:
         """Return how many of each species live at the end of a tick."""
         rows = self.series.between(tick, tick, ("species", "n"))
-        return dict.fromkeys(self.species, 0) | {self.species[s]: int(n) for s, n in zip(rows["species"], rows["n"], strict=True)}
+        return dict.fromkeys(self.species, 0) | {self.species[s]: int(n)
+                                                 for s, n in zip(rows["species"], rows["n"], strict=True)}
 
     def recorded(self, tick: int) -> Columns:
         """Return the series of a tick, a row for each species, with which a rerun is compared."""
@@ -212,21 +232,24 @@ class Recording:
         return [{"tick": tick, "text": describe(done)} for tick, done in self.manifest.get("intervened", [])]
 
     def fences(self, tick: int) -> list[np.ndarray]:
-        """Return the corners f64[k, 2] [m] of the fences that stand at the end of a tick; puts them up in the scene."""
+        """Return the corners f64[k, 2] [m] of the fences that stand at the end of a tick;
+        puts them up in the scene."""
         from pydantic import TypeAdapter
 
         from ecs_eco.config.models.interventions import AnyIntervention
         from ecs_eco.systems.intervene import Intervene
 
         intervened = self.manifest.get("intervened", [])
-        done = [(when, order) for when, order in intervened if isinstance(order, dict) and order["kind"] == "fence"]
+        done = [(when, order) for when, order in intervened
+                if isinstance(order, dict) and order["kind"] == "fence"]
         if self.scene is None or not done:
             return []
         if self.scene.terrain is not None and self.scene.terrain.fences:
             self.scene.terrain.unfence()
         for when, order in done:
             if when <= tick:
-                Intervene().fence(self.scene, TypeAdapter(AnyIntervention).validate_python(dict(order) | {"at": when}))
+                Intervene().fence(self.scene,
+                                  TypeAdapter(AnyIntervention).validate_python(dict(order) | {"at": when}))
         return [] if self.scene.terrain is None else list(self.scene.terrain.fences)
 
 

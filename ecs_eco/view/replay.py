@@ -33,13 +33,16 @@ class Replay:
         self.stretches: list[Stretch] = []
         self.lives = Lives(r, self.stretches)
         self._tick = r.first
-        self._genes = {} if r.scene is None else {name: coloured_genes(r.scene.tables[name]) for name in r.species}
+        self._genes = {} if r.scene is None else {name: coloured_genes(r.scene.tables[name])
+                                                  for name in r.species}
         self._genes = {name: genes for name, genes in self._genes.items() if genes}
-        self._gene_values: dict[str, tuple[np.ndarray, dict[str, np.ndarray]]] = {}  # values of genes, by species, of the uids shown lately
+        # values of genes, by species, of the uids shown lately
+        self._gene_values: dict[str, tuple[np.ndarray, dict[str, np.ndarray]]] = {}
         self._ranges: dict[tuple[str, str], tuple[float, float]] = {}
         self._encoder = Encoder(r.size, len(r.species) + len(r.objects))
         self._rerun = Rerun(r.path, r.manifest, r.last)
-        self._fences = any(done["kind"] == "fence" for _, done in r.manifest.get("intervened", []) if isinstance(done, dict))
+        self._fences = any(done["kind"] == "fence"
+                           for _, done in r.manifest.get("intervened", []) if isinstance(done, dict))
         self._fenced: list[np.ndarray] = r.fences(r.first) if self._fences else []
         self._hello: Message | None = None
         self._curves: Message | None = None
@@ -63,15 +66,17 @@ class Replay:
         finally:
             self._rerun.halt()
 
-    # --- what a page has to know ----------------------------------------------------------------------------------------
+    # --- what a page has to know ----------------------------------------------------------------------------
 
     def hello(self) -> Message:
         """Return what a page needs to know of the run."""
         if self._hello is None:
             r = self.recording
             genes = dict.fromkeys(f"gene:{gene}" for names in self._genes.values() for gene in names)
-            self._hello = {"kind": "hello", "mode": "replay", "first": r.first, "last": r.last, "acts": False, "snapshot_every": r.every,
-                           "colours": ["species", "energy", "happiness", "age", *genes], "note": self.note(), **self._scene()}  # fmt: skip
+            self._hello = {"kind": "hello", "mode": "replay", "first": r.first, "last": r.last, "acts": False,
+                           "snapshot_every": r.every,
+                           "colours": ["species", "energy", "happiness", "age", *genes], "note": self.note(),
+                           **self._scene()}  # fmt: skip
         return self._hello | {"tick": self._tick}
 
     def note(self) -> str:
@@ -80,28 +85,35 @@ class Replay:
         detailed = [name for name in r.species if r.details[name].rows]
         text = "Recorded in every tick."
         if r.every > 1:
-            text = f"Recorded every {r.every} ticks; in between, births and deaths are exact and places are on straight lines."
+            text = (f"Recorded every {r.every} ticks; in between, "
+                    "births and deaths are exact and places are on straight lines.")
         return text + (f" Details of {', '.join(detailed)}: {r.manifest.get('record')}." if detailed else "")
 
     def _scene(self) -> Message:
         r = self.recording
         colors, config = own_colors(r.manifest.get("colors")), r.manifest["config"]
         if r.scene is not None:
-            message = describe(r.scene, r.species, list(r.objects), {name: dict.fromkeys(g) for name, g in self._genes.items()})
+            message = describe(r.scene, r.species, list(r.objects),
+                               {name: dict.fromkeys(g) for name, g in self._genes.items()})
             learn = r.manifest.get("learn")
             for kind in message["species"]:
                 policy = config["species"][kind["name"]]["policy"]
-                kind["learns"] = policy["kind"] != "none" and bool(policy["learn"] if learn is None else learn)
+                kind["learns"] = (policy["kind"] != "none"
+                                  and bool(policy["learn"] if learn is None else learn))
                 kind["color"] = colors.get(kind["name"], kind["color"])
             return message
-        kinds = [{"name": n, "color": colors.get(n, "#888888"), "radius": config["species"][n]["body"]["radius"],
-                  "moves": bool(config["species"][n].get("locomotion")), "sessile": not config["species"][n].get("locomotion"), "genes": [],
-                  "learns": False} for n in r.species]  # fmt: skip
-        things = [{"name": n, "color": config["objects"][n].get("color", "#888888"), "radius": config["objects"][n]["body"]["radius"],
+        kinds = [{"name": n, "color": colors.get(n, "#888888"),
+                  "radius": config["species"][n]["body"]["radius"],
+                  "moves": bool(config["species"][n].get("locomotion")),
+                  "sessile": not config["species"][n].get("locomotion"), "genes": [], "learns": False}
+                 for n in r.species]  # fmt: skip
+        things = [{"name": n, "color": config["objects"][n].get("color", "#888888"),
+                   "radius": config["objects"][n]["body"]["radius"],
                    "moves": False, "sessile": True, "genes": [], "learns": False, "inanimate": True,
                    "solid": config["objects"][n]["body"]["solid"]} for n in r.objects]  # fmt: skip
         world = r.manifest["world"]
-        return {"world": world, "title": r.manifest.get("title") or world, "dt": r.dt, "seed": r.manifest["seed"], "size": r.size,
+        return {"world": world, "title": r.manifest.get("title") or world, "dt": r.dt,
+                "seed": r.manifest["seed"], "size": r.size,
                 "edges": "torus" if r.torus else "walls", "day": None, "usual_speed": 10.0,
                 "species": kinds, "objects": things, "terrain": None}  # fmt: skip
 
@@ -120,7 +132,8 @@ class Replay:
     def _stand(self) -> list[Message]:
         """Return the marks again if fences differ from those at the tick shown before."""
         fences = self.recording.fences(self._tick) if self._fences else []
-        same = len(fences) == len(self._fenced) and all(np.array_equal(a, b) for a, b in zip(fences, self._fenced, strict=True))
+        same = (len(fences) == len(self._fenced)
+                and all(np.array_equal(a, b) for a, b in zip(fences, self._fenced, strict=True)))
         self._fenced = fences
         return [] if same else [self._marks()]
 
@@ -140,7 +153,8 @@ class Replay:
         if stretch.wrong is None:
             message = _message("info", text, "fill")
         else:
-            differs = f"but it differs from the recording from tick {stretch.wrong} on: other versions, or another machine?"
+            differs = (f"but it differs from the recording from tick {stretch.wrong} on: other versions, "
+                       "or another machine?")
             message = _message("warning", f"{text}; {differs}", "fill")
         try:
             return [message, self.organism(self._rerun.uid)]
@@ -149,9 +163,10 @@ class Replay:
 
     def counts(self) -> dict[str, int]:
         """Return the number of each kind."""
-        return self.recording.numbers(self._tick) | {name: len(places) for name, places in self.recording.objects.items()}
+        return self.recording.numbers(self._tick) | {name: len(places)
+                                                     for name, places in self.recording.objects.items()}
 
-    # --- frames ---------------------------------------------------------------------------------------------------------
+    # --- frames ---------------------------------------------------------------------------------------------
 
     def organisms(self, species: str) -> Organisms:
         """Return the living of a species at this tick, as exactly as possible."""
@@ -171,22 +186,26 @@ class Replay:
         return sky(scene)
 
     def frame(self, number: int, colour: str) -> bytes:
-        """Return the frame of this tick: value 0 where it is unknown, 1 to 255 from the low to the high of `scales`."""
+        """Return the frame of this tick: value 0 where it is unknown,
+        1 to 255 from the low to the high of `scales`."""
         self._encoder.begin(number, self._tick, *self.sky(self._tick))
         for name in self.recording.species:
             organisms = self.organisms(name)
-            self._encoder.add(organisms.x, organisms.y, organisms.z, organisms.heading, self._value(name, organisms, colour), organisms.uid)
+            self._encoder.add(organisms.x, organisms.y, organisms.z, organisms.heading,
+                              self._value(name, organisms, colour), organisms.uid)
         first = OBJECT_UID
         for places in self.recording.objects.values():
             none = np.zeros(len(places), np.float32)
             x, y, z = (np.ascontiguousarray(places[:, i]) for i in range(3))
-            self._encoder.add(x, y, z, none, none.astype(np.uint8), np.arange(first, first + len(places), dtype=np.uint64))
+            self._encoder.add(x, y, z, none, none.astype(np.uint8),
+                              np.arange(first, first + len(places), dtype=np.uint64))
             first += len(places)
         return self._encoder.bytes()
 
     def scales(self, colour: str) -> dict[str, tuple[float, float]]:
         """Return low and high of a colour, by kind."""
-        return {name: (float(f"{low:.5g}"), float(f"{high:.5g}")) for (c, name), (low, high) in self._ranges.items() if c == colour}
+        return {name: (float(f"{low:.5g}"), float(f"{high:.5g}"))
+                for (c, name), (low, high) in self._ranges.items() if c == colour}
 
     def _value(self, name: str, organisms: Organisms, colour: str) -> np.ndarray:
         out = np.zeros(organisms.uid.size, np.uint8)
@@ -204,15 +223,20 @@ class Replay:
         return out
 
     def _column(self, name: str, organisms: Organisms, colour: str) -> tuple[Any, float | None, float | None]:
-        """Return the values behind a colour: f32[n] or None, and their range as far as it is known beforehand."""
+        """Return the values behind a colour: f32[n] or None,
+        and their range as far as it is known beforehand."""
         species = self.recording.manifest["config"]["species"][name]
         if colour == "energy":
             return organisms.energy, 0.0, float(species["metabolism"]["energy_max"])
         if colour == "happiness" and species.get("happiness"):
             return organisms.happiness, None, None
         if colour == "age":
-            return ((self._tick - self.recording.born(organisms.uid)) * self.recording.dt).astype(np.float32), 0.0, None
-        code = self._genes.get(name, {}).get(colour.removeprefix("gene:")) if colour.startswith("gene:") else None
+            return (
+                ((self._tick - self.recording.born(organisms.uid)) * self.recording.dt).astype(np.float32),
+                0.0, None
+            )
+        code = (self._genes.get(name, {}).get(colour.removeprefix("gene:"))
+                if colour.startswith("gene:") else None)
         if code is None:
             return None, None, None
         return self._expressed(name, organisms.uid, code.name), float(code.low), float(code.high)
@@ -225,7 +249,9 @@ class Replay:
             values = self._decoded(name, fresh)
             old = np.isin(kept, uid)
             order = np.argsort(np.concatenate([kept[old], fresh]), kind="stable")
-            decoded = {g: np.concatenate([decoded[g][old] if g in decoded else np.zeros(0, np.float32), values[g]])[order] for g in values}
+            decoded = {g: np.concatenate([decoded[g][old] if g in decoded else np.zeros(0, np.float32),
+                                          values[g]])[order]
+                       for g in values}
             kept = np.concatenate([kept[old], fresh])[order]
             self._gene_values[name] = kept, decoded
         return decoded[gene][np.searchsorted(kept, uid)]
@@ -241,7 +267,7 @@ class Replay:
                 out[gene][known] = values
         return out
 
-    # --- curves ---------------------------------------------------------------------------------------------------------
+    # --- curves ---------------------------------------------------------------------------------------------
 
     def sample(self) -> None:
         """Do nothing: the series were recorded."""
@@ -255,7 +281,8 @@ class Replay:
     def _all(self) -> Message:
         r = self.recording
         tick = r.curves["tick"]
-        out: Message = {"kind": "series", "tick": tick.tolist(), "n": {n: v.astype(int).tolist() for n, v in r.curves["n"].items()}}
+        out: Message = {"kind": "series", "tick": tick.tolist(),
+                        "n": {n: v.astype(int).tolist() for n, v in r.curves["n"].items()}}
         feels = [name for name in r.species if r.manifest["config"]["species"][name].get("happiness")]
         out["happiness"] = {name: [float(f"{v:.5g}") for v in r.curves["happiness"][name]] for name in feels}
         out["genes"] = self._mean_genes(tick) if self._genes and r.births.rows <= GENOMES else {}
@@ -280,7 +307,7 @@ class Replay:
                 out[f"{name}.{gene}"] = [float(f"{v:.5g}") if math.isfinite(v) else None for v in mean]
         return out
 
-    # --- one organism, and what pages ask for -----------------------------------------------------------------------------
+    # --- one organism, and what pages ask for ---------------------------------------------------------------
 
     def organism(self, uid: int) -> Message:
         """Return the state of one organism at this tick; KeyError for one that was never born."""
@@ -312,9 +339,11 @@ class Replay:
             return [_message("info", f"still running: {100 * self._rerun.share:.0f} %", "fill")]
         if any(s.first <= self._tick <= s.last for s in self.stretches):
             return [self.organism(uid)]
-        series = self.recording.parts("series", Cache())  # its own files and cache: the recording's belong to this thread
+        # its own files and cache: the recording's belong to this thread
+        series = self.recording.parts("series", Cache())
         self._rerun.begin(uid, self._tick, lambda tick: series.between(tick, tick, COMPARED))
-        return [_message("info", f"running again from the last checkpoint before tick {self._tick + 1}", "fill")]
+        return [_message("info", f"running again from the last checkpoint before tick {self._tick + 1}",
+                         "fill")]
 
 
 def _message(level: str, text: str, field: str = "") -> Message:

@@ -1,4 +1,5 @@
-"""Reruns a stretch of a recorded run, from the nearest checkpoint, to see what was not recorded; in a thread of its own."""
+"""Reruns a stretch of a recorded run, from the nearest checkpoint, to see what was not recorded;
+in a thread of its own."""
 
 from __future__ import annotations
 
@@ -33,24 +34,31 @@ class Stretch:
     `wrong` is the first tick at which the numbers differ from the recorded ones, None if none does.
     """
 
-    def __init__(self, first: int, last: int, blocks: dict[str, list[Columns]], sexes: dict[int, int], wrong: int | None) -> None:
-        joined = {kind: {n: np.concatenate([b[n] for b in pieces]) for n in pieces[0]} for kind, pieces in blocks.items()}
+    def __init__(self, first: int, last: int, blocks: dict[str, list[Columns]], sexes: dict[int, int],
+                 wrong: int | None) -> None:
+        joined = {kind: {n: np.concatenate([b[n] for b in pieces]) for n in pieces[0]}
+                  for kind, pieces in blocks.items()}
         self.first, self.last, self.sexes, self.wrong = first, last, sexes, wrong
-        self.details = {kind.removeprefix(KIND): columns for kind, columns in joined.items() if kind.startswith(KIND)}
+        self.details = {kind.removeprefix(KIND): columns
+                        for kind, columns in joined.items() if kind.startswith(KIND)}
         self.states = joined.get("snapshots", {})
 
     def at(self, tick: int, species: int) -> Columns:
-        """Return the state of all of a species (by its number) at a tick: uid, x, y, z, heading, energy, happiness."""
+        """Return the state of all of a species (by its number) at a tick: uid, x, y, z, heading,
+        energy, happiness."""
         chosen = (self.states["tick"] == tick) & (self.states["species"] == species)
         return {name: column[chosen] for name, column in self.states.items()}
 
 
-def compute(path: Path, manifest: dict[str, Any], tick: int, end: int, recorded: Callable[[int], dict[str, np.ndarray]],
-            progress: Callable[[int, int], None] | None = None, halt: Callable[[], bool] = lambda: False) -> Stretch:
-    """Rerun the recorded run around a tick with all details; `end` is its last tick, `recorded(tick)` returns its series.
+def compute(path: Path, manifest: dict[str, Any], tick: int, end: int,
+            recorded: Callable[[int], dict[str, np.ndarray]],
+            progress: Callable[[int, int], None] | None = None,
+            halt: Callable[[], bool] = lambda: False) -> Stretch:
+    """Rerun the recorded run around a tick with all details; `end` is its last tick,
+    `recorded(tick)` returns its series.
 
-    Called in the thread that will own the world. Raises CheckpointError, RecordingError, ConfigError for a run that cannot be
-    repeated here, InterruptedError once `halt()` is true.
+    Called in the thread that will own the world. Raises CheckpointError, RecordingError, ConfigError for a
+    run that cannot be repeated here, InterruptedError once `halt()` is true.
     """
     from ecs_eco.record.recorder import Recorder
 
@@ -69,7 +77,8 @@ def compute(path: Path, manifest: dict[str, Any], tick: int, end: int, recorded:
     world.before_tick.append(look)
     world.run(first - at, None if progress is None else lambda done, _: progress(done, last + 1 - at))
     blocks: dict[str, list[Columns]] = {}
-    recorder = Recorder(world, lambda kind, columns: blocks.setdefault(kind, []).append(columns), snapshot_every=1, record="full")
+    recorder = Recorder(world, lambda kind, columns: blocks.setdefault(kind, []).append(columns),
+                        snapshot_every=1, record="full")
     sexes: dict[int, int] = {}
     while world.tick <= last and not halt():
         world.run(1)
@@ -83,7 +92,8 @@ def compute(path: Path, manifest: dict[str, Any], tick: int, end: int, recorded:
 
 
 def _near(path: Path, manifest: dict[str, Any], tick: int) -> Any:
-    """Return the world of the last checkpoint before the end of a tick, or of the start if that can be repeated."""
+    """Return the world of the last checkpoint before the end of a tick,
+    or of the start if that can be repeated."""
     from ecs_eco.ecosystem import World
 
     file = checkpoint.latest(path / "checkpoints", before=tick, check=partial(_of_run, manifest))
@@ -153,7 +163,8 @@ class Rerun:
             self._thread.join(patience)
 
     def _is_over(self) -> bool:
-        """Whether the result is no longer needed: at exit Python waits for this thread, and nothing else can stop it."""
+        """Whether the result is no longer needed: at exit Python waits for this thread,
+        and nothing else can stop it."""
         return self._halted or not threading.main_thread().is_alive()
 
     def _work(self, tick: int, recorded: Callable[[int], dict[str, np.ndarray]]) -> None:
@@ -162,10 +173,12 @@ class Rerun:
 
         try:
             with apart():  # no other thread uses its world, which takes turns with that of the main thread
-                self._result = compute(self.path, self.manifest, tick, self.end, recorded, progress, self._is_over)
+                self._result = compute(self.path, self.manifest, tick, self.end, recorded, progress,
+                                       self._is_over)
         except InterruptedError:
             self._result = "given up"
-        except (CheckpointError, RecordingError, ConfigError, ImportError, OSError, ValueError, FloatingPointError) as error:
+        except (CheckpointError, RecordingError, ConfigError, ImportError, OSError, ValueError,
+                FloatingPointError) as error:
             self._result = str(error)
         except MemoryError:
             self._result = "there is not enough memory to run it again"

@@ -19,7 +19,8 @@ CELLS = 65_536  # of the ground that is sent; larger grounds are sent coarser
 
 
 def kinds_of(world: World) -> tuple[list[str], list[str]]:
-    """Return the names of the species and of the object types that have places; landmarks of the ground are not among them."""
+    """Return the names of the species and of the object types that have places;
+    landmarks of the ground are not among them."""
     placed = [name for name, table in world.tables.items() if Position in table]
     species = [name for name in placed if not world.tables[name].species.is_object]
     declared = placed if world.config is None else world.config.objects
@@ -27,26 +28,31 @@ def kinds_of(world: World) -> tuple[list[str], list[str]]:
 
 
 def coloured_genes(table: Table) -> dict[str, Any]:
-    """Return the genes of a species that code for one number each, by name: an `ecs_eco.genomes` code each."""
+    """Return the genes of a species that code for one number each, by name: an `ecs_eco.genomes` code each.
+    """
     layout: Any = getattr(table.species.heredity, "layout", None)
-    return {} if layout is None else {code.name: code for code in layout.genes if code.trait is not None and not code.width}
+    return {} if layout is None else {code.name: code
+                                      for code in layout.genes if code.trait is not None and not code.width}
 
 
-def describe(world: World, species: list[str], objects: list[str], genes: dict[str, dict[str, Any]]) -> dict[str, Any]:
+def describe(world: World, species: list[str], objects: list[str],
+             genes: dict[str, dict[str, Any]]) -> dict[str, Any]:
     """Return the part of hello that follows from the world: names, sizes, kinds, ground, day."""
     return {
-        "world": world.name, "title": getattr(world.config, "title", "") or world.name, "dt": world.dt, "seed": world.seed,
+        "world": world.name, "title": getattr(world.config, "title", "") or world.name, "dt": world.dt,
+        "seed": world.seed,
         "size": list(world.space.size), "edges": world.space.edges, "day": day(world), "usual_speed": 10.0,
         "species": [_kind(world, name, list(genes.get(name, ()))) for name in species],
-        "objects": [_kind(world, name, []) | {"inanimate": True} for name in objects], "terrain": ground(world),
+        "objects": [_kind(world, name, []) | {"inanimate": True} for name in objects],
+        "terrain": ground(world),
     }  # fmt: skip
 
 
 def _kind(world: World, name: str, genes: list[str]) -> dict[str, Any]:
     table = world.tables[name]
     nerves, moves = table.species.nerves, Velocity in table
-    return {"name": name, "color": table.species.color, "radius": float(table.species.radius or 0.5), "moves": moves,
-            "sessile": not moves, "solid": bool(table.species.solid), "genes": genes,
+    return {"name": name, "color": table.species.color, "radius": float(table.species.radius or 0.5),
+            "moves": moves, "sessile": not moves, "solid": bool(table.species.solid), "genes": genes,
             "learns": bool(nerves is not None and nerves.learning)}  # fmt: skip
 
 
@@ -69,9 +75,11 @@ def fences(world: World) -> list[list[list[float]]]:
 
 
 def day(world: World) -> dict[str, float] | None:
-    """Return the length of a day [s] and the time of the day at tick 0, a share since midnight; None where there are no days."""
+    """Return the length of a day [s] and the time of the day at tick 0, a share since midnight;
+    None where there are no days."""
     sun = _moving(world)
-    return None if sun is None else {"length": float(sun.day), "start": (float(sun.start) + _shift(sun)) % 1.0}
+    return None if sun is None else {"length": float(sun.day),
+                                     "start": (float(sun.start) + _shift(sun)) % 1.0}
 
 
 def _moving(world: World) -> Sun | None:
@@ -83,12 +91,14 @@ def _shift(sun: Sun) -> float:
 
 
 def sky(world: World) -> tuple[float, float]:
-    """Return the light at the surface, 0 to 1, and the sun's elevation [rad]; without days it stands where it would give this light."""
+    """Return the light at the surface, 0 to 1, and the sun's elevation [rad];
+    without days it stands where it would give this light."""
     sun, full = _moving(world), float(world.ambient["light"])
     if sun is None:
         top = np.array([world.space.size[2] if world.space.volume else 0.0], np.float32)
         x, y = (np.array([s / 2], np.float32) for s in world.space.size[:2])
         light = float(world.surroundings("light", x, y, top)[0]) if "light" in world.environment else full
         return min(max(light, 0.0), 1.0), math.asin(min(max(light, 0.0), 1.0))
-    height = sine_of_elevation(world.time / sun.day + sun.start + _shift(sun), sun.latitude, sun.season(world.time))
+    height = sine_of_elevation(world.time / sun.day + sun.start + _shift(sun), sun.latitude,
+                               sun.season(world.time))
     return min(max(full * sun.light(world.time), 0.0), 1.0), math.asin(min(max(height, -1.0), 1.0))

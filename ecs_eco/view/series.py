@@ -31,7 +31,8 @@ class Curves:
         if first == len(self.ticks):
             return None
         points = self.points[first:]
-        out: dict[str, Any] = {"kind": "series", "tick": self.ticks[first:], "n": {}, "happiness": {}, "genes": {}}
+        out: dict[str, Any] = {"kind": "series", "tick": self.ticks[first:], "n": {}, "happiness": {},
+                               "genes": {}}
         for group, name in dict.fromkeys(key for point in points for key in point):
             values = [_plain(point.get((group, name))) for point in points]
             if name:

@@ -1,4 +1,7 @@
-"""The viewer's server: the page's files, and a WebSocket from each page to the player. It runs in a thread of its own."""
+"""The viewer's server: the page's files, and a WebSocket from each page to the player.
+
+It runs in a thread of its own.
+"""
 
 from __future__ import annotations
 
@@ -30,7 +33,8 @@ PAGES = 32  # at a time
 WAITING = 64  # pending messages of a page that does not read; beyond that it is disconnected
 ASKED = 200  # requests that may be pending until the end of a tick
 LARGEST = 1 << 18  # [bytes] of one message from a page
-TYPES = {".js": "text/javascript", ".css": "text/css", ".svg": "image/svg+xml", ".woff2": "font/woff2", ".html": "text/html"}
+TYPES = {".js": "text/javascript", ".css": "text/css", ".svg": "image/svg+xml", ".woff2": "font/woff2",
+         ".html": "text/html"}
 
 
 class Client:
@@ -60,7 +64,8 @@ class Client:
                     await self.socket.close(1013, "too far behind")
                     return
                 message = self._waiting.popleft()
-                await (self.socket.send_text(message) if isinstance(message, str) else self.socket.send_bytes(message))
+                await (self.socket.send_text(message)
+                       if isinstance(message, str) else self.socket.send_bytes(message))
 
 
 class Server:
@@ -82,11 +87,13 @@ class Server:
         self.port = self._socket.getsockname()[1]
         self.clients: set[Client] = set()
         self.app = Guard(self._pages(), self.credentials, self.port)
-        config = uvicorn.Config(self.app, lifespan="off", log_config=None, log_level="critical", access_log=False, ws="websockets-sansio",
-                                ws_per_message_deflate=False, ws_max_size=LARGEST, server_header=False, timeout_graceful_shutdown=1,
+        config = uvicorn.Config(self.app, lifespan="off", log_config=None, log_level="critical",
+                                access_log=False, ws="websockets-sansio", ws_per_message_deflate=False,
+                                ws_max_size=LARGEST, server_header=False, timeout_graceful_shutdown=1,
                                 proxy_headers=False)  # fmt: skip
         self._uvicorn = uvicorn.Server(config)
-        self._thread = threading.Thread(target=self._uvicorn.run, kwargs={"sockets": [self._socket]}, name="ecs-eco viewer", daemon=True)
+        self._thread = threading.Thread(target=self._uvicorn.run, kwargs={"sockets": [self._socket]},
+                                        name="ecs-eco viewer", daemon=True)
 
     def start(self) -> Server:
         """Listen; returns when pages can come."""
@@ -96,7 +103,8 @@ class Server:
         return self
 
     def address(self, minutes: float = MINUTES) -> str:
-        """Return an address that admits one page within these minutes: its code is in the fragment, which browsers do not send."""
+        """Return an address that admits one page within these minutes: its code is in the fragment,
+        which browsers do not send."""
         return f"http://{HOST}:{self.port}/#code={self.credentials.code(minutes)}"
 
     def stop(self) -> None:
@@ -113,7 +121,8 @@ class Server:
         self.stop()
 
     def _pages(self) -> Starlette:
-        for suffix, kind in TYPES.items():  # the machine's list of types may differ, and browsers then refuse scripts
+        # the machine's list of types may differ, and browsers then refuse scripts
+        for suffix, kind in TYPES.items():
             mimetypes.add_type(kind, suffix)
 
         async def page(_: Any) -> FileResponse:
@@ -124,7 +133,8 @@ class Server:
         return Starlette(routes=[Route("/", page), entrance, WebSocketRoute("/ws", self._speak), files])
 
     async def _enter(self, request: Request) -> Response:
-        """Exchange a page's code for the credential, or confirm the credential that it has; 403 for an invalid one."""
+        """Exchange a page's code for the credential, or confirm the credential that it has;
+        403 for an invalid one."""
         kind, _, word = request.headers.get("authorization", "").partition(" ")
         handed = None
         if kind == "Code":
@@ -133,7 +143,9 @@ class Server:
         elif kind == "Bearer" and self.credentials.admits(word):
             handed = self.credentials.credential
         if handed is None:
-            return PlainTextResponse("403: a code works once, and not for long: open the address that ecs-eco prints now\n", 403)
+            return PlainTextResponse(
+                "403: a code works once, and not for long: open the address that ecs-eco prints now\n", 403
+            )
         return JSONResponse({"credential": handed}, headers={"cache-control": "no-store"})
 
     async def _speak(self, websocket: WebSocket) -> None:

@@ -9,9 +9,10 @@ Message = dict[str, Any]
 
 
 class Source(Protocol):
-    """A source for the viewer. All methods are called in the thread that made it; messages are those of docs/watching.md.
+    """A source for the viewer.
 
-    `tick` is the one shown now, `done` whether it is the last.
+    All methods are called in the thread that made it; messages are those of docs/watching.md. `tick` is the
+    one shown now, `done` whether it is the last.
     """
 
     @property
@@ -25,8 +26,8 @@ class Source(Protocol):
     def run(self, turn: Callable[[], bool]) -> None:
         """Let time pass: call `turn()` before every tick and after the last, and end when it returns False.
 
-        `turn` serves the pages and returns when the next tick is due; while `done` it returns only when it has to end or
-        when a request (as `seek`) made `done` false.
+        `turn` serves the pages and returns when the next tick is due; while `done` it returns only when it
+        has to end or when a request (as `seek`) made `done` false.
         """
 
     def hello(self) -> Message:
@@ -36,7 +37,8 @@ class Source(Protocol):
         """Return further messages that a new page needs after hello, such as `marks`."""
 
     def news(self) -> list[Message]:
-        """Return messages for all pages since the last call, such as `marks` of a new intervention; cheap if there are none."""
+        """Return messages for all pages since the last call, such as `marks` of a new intervention;
+        cheap if there are none."""
 
     def counts(self) -> dict[str, int]:
         """Return the number of each species and object type, for `state`."""
@@ -45,16 +47,20 @@ class Source(Protocol):
         """Return the binary message of this tick: all organisms, coloured by one of `colours` of hello."""
 
     def scales(self, colour: str) -> dict[str, tuple[float, float]]:
-        """Return the values that 1 and 255 stand for in the last frame of this colour, for each species that has it."""
+        """Return the values that 1 and 255 stand for in the last frame of this colour,
+        for each species that has it."""
 
     def sample(self) -> None:
         """Add a point to the series, if they are not known beforehand; the player decides how often."""
 
     def series(self, after: int) -> Message | None:
-        """Return the points of later ticks than `after` (−1: all): {"kind": "series", …}; None where there are none."""
+        """Return the points of later ticks than `after` (−1: all): {"kind": "series", …};
+        None where there are none."""
 
     def organism(self, uid: int) -> Message:
-        """Return all that is known of one organism now: {"kind": "organism", …}; KeyError if it never existed."""
+        """Return all that is known of one organism now: {"kind": "organism", …};
+        KeyError if it never existed."""
 
     def handle(self, request: Message) -> list[Message]:
-        """Carry out `act`, `params`, `seek`, `fill` and return the answers to the page that asked; refusals are `said`."""
+        """Carry out `act`, `params`, `seek`, `fill` and return the answers to the page that asked;
+        refusals are `said`."""

@@ -27,7 +27,8 @@ def watch(
     playing: bool = True,
     browser: bool = False,
 ) -> None:
-    """Serve a source until Ctrl-C, in the thread that made it; `announce` gets an address, and another one after each use.
+    """Serve a source until Ctrl-C, in the thread that made it; `announce` gets an address,
+    and another one after each use.
 
     Raises OSError if the port is taken.
     """
@@ -44,12 +45,15 @@ def watch(
 
 
 class Window:
-    """A view of a world that other code runs: `open` is called with it before its first tick, `close` after the last.
+    """A view of a world that other code runs: `open` is called with it before its first tick,
+    `close` after the last.
 
-    The world waits between ticks while a page has paused it. It runs at full speed unless a page sets a lower one.
+    The world waits between ticks while a page has paused it. It runs at full speed unless a page sets a lower
+    one.
     """
 
-    def __init__(self, ticks: int, announce: Announce = print, *, port: int = 0, browser: bool = False) -> None:
+    def __init__(self, ticks: int, announce: Announce = print, *, port: int = 0,
+                 browser: bool = False) -> None:
         self.ticks, self.announce, self.port, self.browser = ticks, announce, port, browser
         self.world: Any = None
         self.player: Player | None = None

@@ -1,4 +1,5 @@
-"""Applies the values of a world file to tables, nerves and learners: when a world is built, and when it is reconfigured."""
+"""Applies the values of a world file to tables, nerves and learners: when a world is built,
+and when it is reconfigured."""
 
 from __future__ import annotations
 
@@ -61,7 +62,8 @@ def apply_species(table: Table, species: Any, substances: list[str]) -> None:
 
 
 def gaits(way: Any, nerves: Any) -> tuple[Any, ...]:
-    """Return layout i64[3, 3] and speeds, costs, turns, climbs and pitches of the actions that move a body, and its drag."""
+    """Return layout i64[3, 3] and speeds, costs, turns, climbs and pitches of the actions
+    that move a body, and its drag."""
     layout = np.zeros((3, 3), np.int64)
     rows = []
     for i, group in enumerate(("speed", "turn", "climb")):
@@ -73,13 +75,16 @@ def gaits(way: Any, nerves: Any) -> tuple[Any, ...]:
     turning = {"left": way.turn, "right": -way.turn}
     climbing, pitching = {"up": way.climb, "down": -way.climb}, {"up": way.pitch, "down": -way.pitch}
     arrays = ([way.speed.get(a, 0.0) for a in speeds], [way.cost.get(a, 0.0) for a in speeds],
-              [turning.get(a, 0.0) for a in turns], [climbing.get(a, 0.0) for a in climbs], [pitching.get(a, 0.0) for a in climbs])
+              [turning.get(a, 0.0) for a in turns], [climbing.get(a, 0.0) for a in climbs],
+              [pitching.get(a, 0.0) for a in climbs])
     return layout, *(np.array(a or [0.0], np.float32) for a in arrays), np.float32(way.drag)
 
 
 def networks(nerves: Any, species: Any, find: Callable[[Any], Any] = handed_over) -> None:
-    """Give nerves the reflex and the happiness network that the species declares, if any; `find` as `WorldConfig.function`."""
-    coded = {gene.trait.partition(".")[0] for gene in (species.genome.genes if species.genome else ()) if gene.trait}
+    """Give nerves the reflex and the happiness network that the species declares, if any;
+    `find` as `WorldConfig.function`."""
+    coded = {gene.trait.partition(".")[0]
+             for gene in (species.genome.genes if species.genome else ()) if gene.trait}
     nerves.reflex = nerves.happiness = None
     if species.reflex is not None:
         nerves.reflex = ReflexNetwork(species.reflex, nerves, species.action_rows(), "reflex" in coded, find)
@@ -93,7 +98,8 @@ def settings(values: Mapping[str, Any], training: bool) -> Any:
     from ecs_eco.learning import PPO
 
     ppo = PPO(**values)
-    return ppo if training else replace(ppo, anneal=0)  # annealing is for pre-training: a life has no planned end
+    # annealing is for pre-training: a life has no planned end
+    return ppo if training else replace(ppo, anneal=0)
 
 
 def learner_seed(seed: int, number: int) -> int:
@@ -102,7 +108,8 @@ def learner_seed(seed: int, number: int) -> int:
 
 
 def cell(config: WorldConfig) -> float:
-    """Choose the side of the index cells: half the largest sensor radius, so that a search covers about 5 × 5 of them."""
+    """Choose the side of the index cells: half the largest sensor radius,
+    so that a search covers about 5 × 5 of them."""
     radii = [getattr(s, "radius", 0.0) for sp in config.species.values() for s in sp.sensors]
     if not radii:
         radii = [getattr(sp.reproduction, "reach", 0.0) for sp in config.species.values()]

@@ -1,4 +1,5 @@
-"""From a world file to a World: tables with their species' values, nervous systems, and the list of systems in order."""
+"""From a world file to a World: tables with their species' values, nervous systems,
+and the list of systems in order."""
 
 from __future__ import annotations
 
@@ -8,7 +9,18 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ecs_eco.components import Biology, Body, Chemistry, Memory, Metabolism, Nervous, Physical, Position, Sensor, Velocity
+from ecs_eco.components import (
+    Biology,
+    Body,
+    Chemistry,
+    Memory,
+    Metabolism,
+    Nervous,
+    Physical,
+    Position,
+    Sensor,
+    Velocity,
+)
 from ecs_eco.config import WorldConfig, for_training, load
 from ecs_eco.config.memory import require_memory
 from ecs_eco.engine.arguments import by_species
@@ -19,7 +31,16 @@ from ecs_eco.nervous.readings import Readings
 from ecs_eco.nervous.sensors import senses_of
 from ecs_eco.space import Field, Terrain
 from ecs_eco.systems.schedule import schedule
-from ecs_eco.worlds.apply_species import apply_species, cell, climate, gaits, learner_seed, matter, networks, settings
+from ecs_eco.worlds.apply_species import (
+    apply_species,
+    cell,
+    climate,
+    gaits,
+    learner_seed,
+    matter,
+    networks,
+    settings,
+)
 from ecs_eco.worlds.heredity import add_heredity
 from ecs_eco.worlds.policies import (
     fresh_brain,
@@ -37,33 +58,39 @@ if TYPE_CHECKING:
 
 
 
-def build(cls: Any, config: Any, *, seed: int | None = None, policies: Any = "trained", threads: int = 1, learn: Any = None,
+def build(cls: Any, config: Any, *, seed: int | None = None, policies: Any = "trained", threads: int = 1,
+          learn: Any = None,
           training: bool = False, record: bool = True, populate: bool = True, systems: Sequence[Any] = (),
           controls: Sequence[str] = (), trust: bool = False) -> Any:
     """Return a new world.
 
-    `policies`: "trained" (the files that the world names; untrained where it names none), "random" (every action with
-    equal chance), "untrained" (fresh networks), a folder of <species>.safetensors, or a dict species → one of these, or a torch
-    module: one of the class that `policy.network` names, or a plain Sequential of Linear and Tanh (ecs_eco.learning.from_torch).
-    `learn` overrides the species' own `policy.learn`: true, false, or a dict species → these. `populate`: whether there
-    are organisms at the start. `training`: numbers held constant by respawn, no births.
-    `systems` are added to those of the world file, each at the end of its phase. `controls` are names of
-    `ecs_eco.worlds.treatments`: what is removed, to measure what it contributes.
+    `policies`: "trained" (the files that the world names; untrained where it names none), "random" (every
+    action with equal chance), "untrained" (fresh networks), a folder of <species>.safetensors, or a dict
+    species → one of these, or a torch module: one of the class that `policy.network` names, or a plain
+    Sequential of Linear and Tanh (ecs_eco.learning.from_torch). `learn` overrides the species' own
+    `policy.learn`: true, false, or a dict species → these. `populate`: whether there are organisms at the
+    start. `training`: numbers held constant by respawn, no births. `systems` are added to those of the world
+    file, each at the end of its phase. `controls` are names of `ecs_eco.worlds.treatments`: what is removed,
+    to measure what it contributes.
     `trust` allows the code that the world lists in `code` to run in this process.
     Raises ConfigError for a configuration that is wrong, and for one with code that nobody allowed.
     """
-    config = config if isinstance(config, WorldConfig) and not systems and not trust else load(config, systems=systems, trust=trust)
+    config = (config if isinstance(config, WorldConfig) and not systems
+              and not trust else load(config, systems=systems, trust=trust))
     config._code.require(config._source)
     require_policies(config, policies)
     by_species("learn", learn, config.species, (bool, np.bool_), "true or false")
     if training:
         config = for_training(config)
     require_memory(config)
-    world = cls(config.space.size, edges=config.space.edges, dt=config.dt, seed=config.seed if seed is None else seed,
+    world = cls(config.space.size, edges=config.space.edges, dt=config.dt,
+                seed=config.seed if seed is None else seed,
                 cell=config.space.cell or cell(config), threads=threads, name=config.name)
     world.config = config
-    sources = {name: policies.get(name, "trained") if isinstance(policies, dict) else policies for name in config.species}
-    texts = {name: str(source) if isinstance(source, str | Path) else "untrained" for name, source in sources.items()}
+    sources = {name: policies.get(name, "trained") if isinstance(policies, dict) else policies
+               for name in config.species}
+    texts = {name: str(source) if isinstance(source, str | Path) else "untrained"
+             for name, source in sources.items()}
     world.origin = {"policies": texts, "training": training, "controls": list(controls)}
     world.reproduction = not (training and config.training.respawn)
     _surroundings(world, config)
@@ -93,7 +120,8 @@ def _surroundings(world: SpatialWorld, config: WorldConfig) -> None:
     world.substances = list(config.substances)
     world.ambient = config.ambient.model_dump()
     climate(world, config)
-    world.fields = {name: Field(world.space, f.cell, f.diffusion, f.decay) for name, f in config.fields.items()}
+    world.fields = {name: Field(world.space, f.cell, f.diffusion, f.decay)
+                    for name, f in config.fields.items()}
     if config.terrain is not None:
         t = config.terrain.model_dump(exclude_none=True)
         world.terrain = Terrain(world.space, t.pop("cell"), **t)
@@ -118,23 +146,29 @@ def _own_systems(config: WorldConfig) -> list[Any]:
 
 
 def _landmarks(world: SpatialWorld, terrain: Any) -> None:
-    """Make an inanimate object of every mountain, rock and lake: a table for each kind, named after it if the name is free.
+    """Make an inanimate object of every mountain, rock and lake: a table for each kind,
+    named after it if the name is free.
 
-    The ground itself stops walkers and sight; these objects only give places, for `each`, viewers and user systems.
+    The ground itself stops walkers and sight; these objects only give places, for `each`,
+    viewers and user systems.
     """
     for kind in ("mountains", "rocks", "lakes"):
         places = getattr(terrain, kind)
         if not places or kind in world.config.objects or kind in world.config.species:
             continue
         table = world.add_table(kind, Position, Body, capacity=len(places))
-        table.species.is_object, table.species.opaque, table.species.radius = True, False, max(p.radius for p in places)
+        table.species.is_object, table.species.opaque, table.species.radius = (
+            True, False, max(p.radius for p in places)
+        )
         columns = {(Position, "x"): [p.at[0] for p in places], (Position, "y"): [p.at[1] for p in places],
                    (Body, "radius"): [p.radius for p in places]}
-        table.request(np.zeros(len(places), np.uint64), {k: np.array(v, np.float32) for k, v in columns.items()})
+        table.request(np.zeros(len(places), np.uint64),
+                      {k: np.array(v, np.float32) for k, v in columns.items()})
 
 
 def _object_table(world: SpatialWorld, name: str, kind: Any) -> None:
-    table = world.add_table(name, Position, Body, dims={"substances": len(world.substances)}, capacity=max(16, kind.count + len(kind.at)))
+    table = world.add_table(name, Position, Body, dims={"substances": len(world.substances)},
+                            capacity=max(16, kind.count + len(kind.at)))
     matter(table, kind, world.substances)
     table.species.is_object = True
 
@@ -151,15 +185,16 @@ def _remains(world: SpatialWorld, table: Table) -> None:
 
 def _species_table(world: SpatialWorld, name: str, species: Any) -> None:
     actions = species.action_list()
-    table = world.add_table(name, Position, Body, Metabolism, Biology, capacity=max(64, int(species.count * 1.5)),
+    table = world.add_table(name, Position, Body, Metabolism, Biology,
+                            capacity=max(64, int(species.count * 1.5)),
                             dims={"substances": len(world.substances), "actions": len(actions)})
     apply_species(table, species, world.substances)
     if species.sensors or actions:
         table.add_component(Nervous)
         dims = world.config.dims
         senses = senses_of(species, dims, world.substances, world.config.function)
-        table.species.nerves = Nerves(species.channels(dims), senses, species.actions, species.neutral, species.automatic,
-                                        species.readings(dims))
+        table.species.nerves = Nerves(species.channels(dims), senses, species.actions, species.neutral,
+                                        species.automatic, species.readings(dims))
         table.derived[Sensor] = Readings(table)
     if species.locomotion is not None and table.species.nerves is not None:
         table.add_component(Velocity)
@@ -168,7 +203,8 @@ def _species_table(world: SpatialWorld, name: str, species: Any) -> None:
 
 def _networks(world: SpatialWorld, table: Table, species: Any, policies: Any, learn: Any, number: int,
               training: bool) -> np.ndarray | None:
-    """Build the reflex, happiness and policy networks of one species; return the weights that all founders share, if any."""
+    """Build the reflex, happiness and policy networks of one species;
+    return the weights that all founders share, if any."""
     nerves = table.species.nerves
     if nerves is None:
         return None
@@ -180,7 +216,8 @@ def _networks(world: SpatialWorld, table: Table, species: Any, policies: Any, le
     if isinstance(source, str) and source == "random":
         return None
     seed = learner_seed(world.seed, number)
-    alone = species.policy.kind == "individual" and not training  # pre-training trains one policy for the whole species
+    # pre-training trains one policy for the whole species
+    alone = species.policy.kind == "individual" and not training
     shape = len(nerves.channels), nerves.choices, tuple(species.policy.hidden)
     path = weights_file(world.config, table.name, source) if isinstance(source, str | Path) else None
     brain = None

@@ -19,7 +19,8 @@ Targets = dict[str, tuple[type, str, int | None]]
 
 
 def add_heredity(world: SpatialWorld, table: Table, species: Any, founder: np.ndarray | None = None) -> None:
-    """Give a table its genome, the columns that its genes write, and those of individual brains, as far as it needs them."""
+    """Give a table its genome, the columns that its genes write, and those of individual brains,
+    as far as it needs them."""
     for name in species.components:
         table.add_component(world.config.function(name))
     nerves, section = table.species.nerves, species.genome
@@ -49,17 +50,20 @@ def add_heredity(world: SpatialWorld, table: Table, species: Any, founder: np.nd
         table.dims.setdefault("loci", 0)
         table.add_component(Gestation)
     if section is not None or minds is not None:
-        table.species.heredity = Heredity(layout, operators, targets, minds=minds, inherit=species.policy.inherit,
+        table.species.heredity = Heredity(layout, operators, targets, minds=minds,
+                                            inherit=species.policy.inherit,
                                             noise=species.policy.mutation, founder=founder, alike=alike)
 
 
 def _targets(table: Table, species: Any, layout: Any, traits: dict[str, Any]) -> Targets:
-    """Add the components that genes write to, with the species' own values as defaults; return where each gene writes."""
+    """Add the components that genes write to, with the species' own values as defaults;
+    return where each gene writes."""
     coded = [(code.gene, traits[code.gene.trait]) for code in layout.genes
              if code.gene.trait is not None and (code.gene.trait != "policy.weights" or Policy in table)]
     used = {trait.component for _, trait in coded}
     known = {c.__name__: c for c in (*table.columns, *(getattr(own, n) for n in own.__all__))}
-    table.dims |= {"sensors": len(species.sensors), "connections": len(species.reflex.connections if species.reflex else ()),
+    table.dims |= {"sensors": len(species.sensors),
+                   "connections": len(species.reflex.connections if species.reflex else ()),
                    "desires": len(species.happiness.weights if species.happiness else ())}
     for trait in traits.values():
         if trait.component in used and trait.component not in ("Policy", "Body"):
@@ -68,8 +72,10 @@ def _targets(table: Table, species: Any, layout: Any, traits: dict[str, Any]) ->
                 table.add_component(component)
             column = table.defaults[component][trait.field]
             column[... if trait.index is None else trait.index] = trait.default
-    table.species.own_ranges = frozenset(t.index for _, t in coded if (t.component, t.field) == ("Senses", "radius"))
-    table.species.own_places = frozenset(t.index for _, t in coded if t.component == "Senses" and t.field in ("forward", "left"))
+    table.species.own_ranges = frozenset(t.index
+                                         for _, t in coded if (t.component, t.field) == ("Senses", "radius"))
+    table.species.own_places = frozenset(t.index for _, t in coded
+                                         if t.component == "Senses" and t.field in ("forward", "left"))
     for gene, trait in coded:
         if trait.name == "body.radius":
             table.species.radius = max([species.body.radius, *(gene.values or [gene.low, gene.high])])

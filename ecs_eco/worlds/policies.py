@@ -1,4 +1,5 @@
-"""What policies a world begins with: fresh networks, weights in files, torch modules that were handed over; and how they are had again."""
+"""What policies a world begins with: fresh networks, weights in files, torch modules that were handed over;
+and how they are had again."""
 
 from __future__ import annotations
 
@@ -37,7 +38,8 @@ def fresh_individuals(config: WorldConfig, name: str, policy: Any, shape: Shape,
     from ecs_eco.learning.brains import individuals_of
 
     with _said_of(name, policy, shape):
-        return individuals_of(config.function(policy.network), *shape, ppo=ppo, seed=seed, device=policy.device)
+        return individuals_of(config.function(policy.network), *shape, ppo=ppo, seed=seed,
+                              device=policy.device)
 
 
 @contextmanager
@@ -48,7 +50,8 @@ def _said_of(name: str, policy: Any, shape: Shape) -> Iterator[None]:
     except (ValueError, AttributeError, ImportError) as error:
         key = ("species", name, "policy", "network" if policy.network else "device")
         given = function_name(policy.network) if policy.network else policy.device
-        raise ConfigError([Problem(key, str(error), given, f"a torch module for {shape[0]} observations and the groups of options "
+        raise ConfigError([Problem(key, str(error), given,
+                                   f"a torch module for {shape[0]} observations and the groups of options "
                                    f"{shape[1]} (docs/learning.md)")]) from None  # fmt: skip
 
 
@@ -59,8 +62,10 @@ def take_weights(brain: Any, module: Any, name: str) -> None:
     try:
         brain.load(as_brain(module, brain.n_observations, brain.groups).state())
     except ValueError as error:
-        allowed = "a module of the class that policy.network names, or a Sequential of Linear and Tanh for the built-in network"
-        raise ConfigError([Problem((name,), str(error), type(module).__name__, allowed, source="policies")]) from None
+        allowed = ("a module of the class that policy.network names, "
+                   "or a Sequential of Linear and Tanh for the built-in network")
+        raise ConfigError([Problem((name,), str(error), type(module).__name__, allowed,
+                                   source="policies")]) from None
 
 
 def load_weights(brain: Any, path: Path, name: str) -> None:
@@ -70,18 +75,25 @@ def load_weights(brain: Any, path: Path, name: str) -> None:
     try:
         brain.load(weights.read(read_bytes(path, MOST_BYTES_OF_WEIGHTS)))
     except (ValueError, OSError) as error:
-        raise ConfigError([Problem(("species", name, "policy"), str(error), str(path), "weights of this species' network")]) from None
+        raise ConfigError([Problem(("species", name, "policy"), str(error), str(path),
+                                   "weights of this species' network")]) from None
 
 
 def require_policies(config: WorldConfig, policies: Any) -> None:
-    """Raise ConfigError unless these are sources of policies: texts, folders, or a dict of these and of torch modules."""
-    torch = sys.modules.get("torch")  # a module is made of it: where nobody has loaded torch, nobody hands one over
+    """Raise ConfigError unless these are sources of policies: texts, folders,
+    or a dict of these and of torch modules."""
+    # a module is made of it: where nobody has loaded torch, nobody hands one over
+    torch = sys.modules.get("torch")
     kinds = (str, Path, *((torch.nn.Module,) if torch is not None and isinstance(policies, Mapping) else ()))
-    by_species("policies", policies, config.species, kinds, f"{listed(POLICIES)}, a folder, or in a dict a torch module")
+    by_species("policies", policies, config.species, kinds,
+               f"{listed(POLICIES)}, a folder, or in a dict a torch module")
 
 
 def weights_files(config: WorldConfig, policies: Any) -> dict[str, Path]:
-    """Return the files that a world's policies start from, by species; `policies` as in `build`. Raises ConfigError for a missing one."""
+    """Return the files that a world's policies start from, by species; `policies` as in `build`.
+
+    Raises ConfigError for a missing one.
+    """
     files = {}
     for name, species in config.species.items():
         source = policies.get(name, "trained") if isinstance(policies, dict) else policies
@@ -93,7 +105,8 @@ def weights_files(config: WorldConfig, policies: Any) -> dict[str, Path]:
 
 
 def weights_file(config: WorldConfig, name: str, source: Any) -> Path | None:
-    """Return the file that the policy of a species starts from, None for a fresh network; raises ConfigError."""
+    """Return the file that the policy of a species starts from, None for a fresh network; raises ConfigError.
+    """
     if source == "trained":
         file = config.species[name].policy.file
         return config.file(file) if file else None
@@ -102,7 +115,8 @@ def weights_file(config: WorldConfig, name: str, source: Any) -> Path | None:
     folder = Path(source)
     if not folder.is_dir():
         allowed = f"{listed(POLICIES)}, or a folder of <species>.safetensors"
-        raise ConfigError([Problem((), "unknown source of policies", str(source), allowed, nearest(source, POLICIES), "policies")])
+        raise ConfigError([Problem((), "unknown source of policies", str(source), allowed,
+                                   nearest(source, POLICIES), "policies")])
     path = folder / f"{name}.safetensors"
     if not path.is_file():
         needed = "<species>.safetensors for every species with a policy"
@@ -111,7 +125,8 @@ def weights_file(config: WorldConfig, name: str, source: Any) -> Path | None:
 
 
 def policy(world: SpatialWorld, species: str, uid: int | None = None) -> Any:
-    """Return a copy of a species' policy as a torch module in evaluation mode, or of the organism `uid` where each has its own.
+    """Return a copy of a species' policy as a torch module in evaluation mode,
+    or of the organism `uid` where each has its own.
 
     Raises UnknownName, and ConfigError where there is no network, or several and no `uid`.
     """
@@ -121,7 +136,8 @@ def policy(world: SpatialWorld, species: str, uid: int | None = None) -> Any:
     table = world.table(species)
     nerves = table.species.nerves
     if nerves is None or (nerves.brain is None and nerves.individuals is None):
-        raise ConfigError([Problem((species,), "has no policy network", allowed="a species with one", source="policy")])
+        raise ConfigError([Problem((species,), "has no policy network", allowed="a species with one",
+                                   source="policy")])
     if nerves.individuals is None:
         return as_module(nerves.brain)
     if uid is None:

@@ -10,7 +10,16 @@ from ecs_eco.config import WorldConfig, load
 from ecs_eco.config.mutable_keys import changes, refused
 from ecs_eco.engine.errors import ConfigError
 from ecs_eco.engine.interruption import require_whole, whole
-from ecs_eco.worlds.apply_species import apply_species, cell, climate, gaits, learner_seed, matter, networks, settings
+from ecs_eco.worlds.apply_species import (
+    apply_species,
+    cell,
+    climate,
+    gaits,
+    learner_seed,
+    matter,
+    networks,
+    settings,
+)
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
@@ -20,19 +29,22 @@ if TYPE_CHECKING:
 def reconfigure(world: SpatialWorld, config: Any, learners: Iterable[str] = ()) -> None:
     """Give a living world another configuration: from now on it behaves as if built with it.
 
-    Organisms keep the state that they were born with (energy, mass, sex, fertility, properties, substances); newborn get
-    the new values. A species that stops learning discards the experience not yet learnt from; one that begins starts with
-    none. `learners` are species whose `learn` follows the new configuration even if the world was built with another.
-    Raises ConfigError that names each value that cannot change in a living world, before anything changes.
+    Organisms keep the state that they were born with (energy, mass, sex, fertility, properties, substances);
+    newborn get the new values. A species that stops learning discards the experience not yet learnt from; one
+    that begins starts with none. `learners` are species whose `learn` follows the new configuration even if
+    the world was built with another. Raises ConfigError that names each value that cannot change in a living
+    world, before anything changes.
     """
     require_whole(world, "change values", within=True)
     if world.config is None:
-        raise RuntimeError("this world was made by hand, without a configuration: set what its systems read instead")
+        raise RuntimeError("this world was made by hand, without a configuration: "
+                           "set what its systems read instead")
     new, old = config if isinstance(config, WorldConfig) else load(config), world.config
     new._code.require(new._source)
     if problems := refused(old, new):
         n = len(problems)
-        raise ConfigError(problems, f"the world {world.name!r} lives: {n} value{'s' if n > 1 else ''} cannot change")
+        raise ConfigError(problems,
+                          f"the world {world.name!r} lives: {n} value{'s' if n > 1 else ''} cannot change")
     with whole(world, "a change of values"):
         _apply(world, old, new)
         for name in learners:
@@ -45,7 +57,8 @@ def _apply(world: SpatialWorld, old: WorldConfig, new: WorldConfig) -> None:
     for key in changed:
         _surroundings(world, key, new)
     for name in dict.fromkeys(str(key[1]) for key in changed if key[0] in ("objects", "species")):
-        mine = {".".join(map(str, key[2:])) for key in changed if key[:2] in (("species", name), ("objects", name))}
+        mine = {".".join(map(str, key[2:]))
+                for key in changed if key[:2] in (("species", name), ("objects", name))}
         if name in new.objects:
             matter(world.tables[name], new.objects[name], world.substances)
         else:
@@ -126,7 +139,8 @@ def learning(world: SpatialWorld, table: Table) -> None:
 
         number = list(world.config.species).index(table.name)
         ppo = settings(species.ppo, _trains(world))
-        nerves.learner = learner_of(nerves.brain, ppo, seed=learner_seed(world.seed, number), workers=world.threads)
+        nerves.learner = learner_of(nerves.brain, ppo, seed=learner_seed(world.seed, number),
+                                    workers=world.threads)
     else:
         nerves.learner = None
 

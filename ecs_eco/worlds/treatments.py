@@ -34,8 +34,8 @@ def neutral_drift(species: Iterable[Species]) -> None:
 def shuffled_genome(species: Iterable[Species]) -> None:
     """Genes and inherited weights of a newborn come from any of the living instead of its parents.
 
-    Genes that keep their owner alive are still more common among the living; those that make it breed more are not
-    passed on.
+    Genes that keep their owner alive are still more common among the living;
+    those that make it breed more are not passed on.
     """
     for heredity in _heredities(species):
         heredity.shuffled = True

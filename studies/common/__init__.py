@@ -1,1 +1,2 @@
-"""What several studies share: the harness (`study`), grids of seeds, how worlds are run, and statistics of their own."""
+"""What several studies share: the harness (`study`), grids of seeds, how worlds are run,
+and statistics of their own."""

@@ -1,7 +1,9 @@
-"""Worlds in which something goes wrong on purpose, and worlds in which nothing does: small food webs under random names.
+"""Worlds in which something goes wrong on purpose, and worlds in which nothing does:
+small food webs under random names.
 
-A healthy web is drawn first (size, numbers, costs, diets, births, spans of life, all at random, with policies that act at
-random); a disaster then changes one thing in it by a random factor. The label is what was changed, never how the run looks.
+A healthy web is drawn first (size, numbers, costs, diets, births, spans of life, all at random, with policies
+that act at random); a disaster then changes one thing in it by a random factor. The label is what was
+changed, never how the run looks.
 """
 
 from __future__ import annotations
@@ -13,8 +15,9 @@ import numpy as np
 DISASTERS = ("overgrazing", "predators too good", "predators too few", "newborns starve", "poisoned")
 CLASSES = (*DISASTERS, "healthy")
 WEBS = (  # producer, grazer, predator, a second producer
-    ("grass", "deer", "wolf", "fern"), ("algae", "snail", "fish", "moss"), ("phytoplankton", "copepod", "krill", "diatom"),
-    ("lichen", "mite", "spider", "fungus"), ("clover", "hare", "lynx", "thistle"), ("kelp", "urchin", "otter", "dulse"),
+    ("grass", "deer", "wolf", "fern"), ("algae", "snail", "fish", "moss"),
+    ("phytoplankton", "copepod", "krill", "diatom"), ("lichen", "mite", "spider", "fungus"),
+    ("clover", "hare", "lynx", "thistle"), ("kelp", "urchin", "otter", "dulse"),
     ("weed", "aphid", "ladybird", "nettle"), ("alpha", "beta", "gamma", "delta"), ("p1", "h1", "c1", "p2"),
     ("wolf", "grass", "deer", "otter"),  # names that would mislead whoever reads them
 )  # fmt: skip
@@ -23,7 +26,8 @@ OLD = ("too old", "old age", "age too high")
 
 
 def web(seed: int, label: str) -> tuple[dict[str, Any], dict[str, Any]]:
-    """A world of a label, as a dict for `ecs_eco.config.load`, and what was drawn for it: names, web, factors."""
+    """A world of a label, as a dict for `ecs_eco.config.load`, and what was drawn for it: names,
+    web, factors."""
     rng = np.random.default_rng([seed, CLASSES.index(label)])
     plant, grazer, predator, other = WEBS[int(rng.integers(1, len(WEBS))) if rng.random() < 0.7 else 0]
     levels = 3 if label in ("predators too good", "predators too few") or rng.random() < 0.6 else 2
@@ -32,7 +36,8 @@ def web(seed: int, label: str) -> tuple[dict[str, Any], dict[str, Any]]:
     species = {plant: _plant(rng, side), grazer: _grazer(rng, plant, side, words)}
     if levels == 3:
         species[predator] = _predator(rng, grazer, side, words)
-    drawn: dict[str, Any] = {"who": grazer, "plant": plant, "grazer": grazer, "predator": predator if levels == 3 else None, "levels": levels}
+    drawn: dict[str, Any] = {"who": grazer, "plant": plant, "grazer": grazer,
+                             "predator": predator if levels == 3 else None, "levels": levels}
     if label != "healthy":
         CHANGES[label](rng, species, drawn, other)
     config = {"format": 1, "name": "web", "space": {"size": [side, side]}, "species": species}
@@ -46,26 +51,31 @@ def about(rng: np.random.Generator, value: float, spread: float = 0.15) -> float
 
 def _plant(rng: np.random.Generator, side: float) -> dict[str, Any]:
     spacing = about(rng, 2.5, 0.08)
-    return {"count": round((side / spacing) ** 2 * rng.uniform(0.45, 0.7)), "body": {"radius": 0.3, "opaque": False},
-            "metabolism": {"energy": 0.1, "energy_max": 0.1},
-            "reproduction": {"kind": "spread", "rate": about(rng, 0.035), "seed_rain": about(rng, 0.0005, 0.3), "spacing": spacing}}  # fmt: skip
+    return {"count": round((side / spacing) ** 2 * rng.uniform(0.45, 0.7)),
+            "body": {"radius": 0.3, "opaque": False}, "metabolism": {"energy": 0.1, "energy_max": 0.1},
+            "reproduction": {"kind": "spread", "rate": about(rng, 0.035),
+                             "seed_rain": about(rng, 0.0005, 0.3), "spacing": spacing}}  # fmt: skip
 
 
 def _walker(rng: np.random.Generator, basal: float, low: str, high: str, age: float) -> dict[str, Any]:
     gaits = {"still": 0.0, "walk": about(rng, 0.7)}
     return {"body": {"radius": 0.4}, "metabolism": {"energy": 0.5, "energy_max": 1.0, "basal": basal},
             "locomotion": {"speed": gaits, "cost": {"still": 0.0, "walk": 0.004}, "turn": 0.6},
-            "actions": {"speed": ["still", "walk"], "turn": ["left", "none", "right"]}, "neutral": {"speed": "walk", "turn": "none"},
+            "actions": {"speed": ["still", "walk"], "turn": ["left", "none", "right"]},
+            "neutral": {"speed": "walk", "turn": "none"},
             "sensors": [{"kind": "own", "property": "energy"}], "policy": {"kind": "shared", "hidden": [2]},
             "happiness": {"weights": {"energy": 1.0}, "minimum": -1.0},
-            "lethal": [{"property": "energy", "min": 0.0, "low": low}, {"property": "age", "max": age, "high": high}]}  # fmt: skip
+            "lethal": [{"property": "energy", "min": 0.0, "low": low},
+                       {"property": "age", "max": age, "high": high}]}  # fmt: skip
 
 
 def _grazer(rng: np.random.Generator, plant: str, side: float, words: dict[str, str]) -> dict[str, Any]:
     return _walker(rng, about(rng, 0.006), **words, age=about(rng, 900)) | {
         "count": round(side**2 * about(rng, 0.022)),
-        "diet": [{"eats": plant, "reach": 0.4, "chance": about(rng, 0.4), "gain": about(rng, 0.19), "until": 0.9}],
-        "reproduction": {"kind": "simplified", "rate": about(rng, 0.012), "energy_min": 0.6, "energy_given": 0.3}}  # fmt: skip
+        "diet": [{"eats": plant, "reach": 0.4, "chance": about(rng, 0.4), "gain": about(rng, 0.19),
+                  "until": 0.9}],
+        "reproduction": {"kind": "simplified", "rate": about(rng, 0.012), "energy_min": 0.6,
+                         "energy_given": 0.3}}  # fmt: skip
 
 
 def _predator(rng: np.random.Generator, grazer: str, side: float, words: dict[str, str]) -> dict[str, Any]:
@@ -73,15 +83,18 @@ def _predator(rng: np.random.Generator, grazer: str, side: float, words: dict[st
     out["locomotion"]["speed"]["walk"] = about(rng, 1.0)
     return out | {
         "count": round(side**2 * about(rng, 0.0055)),
-        "diet": [{"eats": grazer, "reach": 0.6, "chance": about(rng, 0.25), "gain": about(rng, 0.45), "until": 0.65}],
-        "reproduction": {"kind": "simplified", "rate": about(rng, 0.006), "energy_min": 0.5, "energy_given": 0.25,
-                         "spacing": about(rng, 6.0, 0.1)}}  # fmt: skip
+        "diet": [{"eats": grazer, "reach": 0.6, "chance": about(rng, 0.25), "gain": about(rng, 0.45),
+                  "until": 0.65}],
+        "reproduction": {"kind": "simplified", "rate": about(rng, 0.006), "energy_min": 0.5,
+                         "energy_given": 0.25, "spacing": about(rng, 6.0, 0.1)}}  # fmt: skip
 
 
-def _overgrazing(rng: np.random.Generator, species: dict[str, Any], drawn: dict[str, Any], other: str) -> None:
+def _overgrazing(rng: np.random.Generator, species: dict[str, Any],
+                 drawn: dict[str, Any], other: str) -> None:
     """The grazer eats far faster than plants grow, and turns it into more grazers."""
     plant, grazer = species[drawn["plant"]], species[drawn["grazer"]]
-    drawn["grows"], drawn["eats"], drawn["births"] = rng.uniform(0.1, 0.4), rng.uniform(2.5, 5), rng.uniform(2, 4)
+    drawn["grows"], drawn["eats"], drawn["births"] = (rng.uniform(0.1, 0.4), rng.uniform(2.5, 5),
+                                                      rng.uniform(2, 4))
     plant["reproduction"]["rate"] *= drawn["grows"]
     plant["reproduction"]["seed_rain"] *= drawn["grows"] / 4
     grazer["diet"][0]["chance"] = min(1.0, grazer["diet"][0]["chance"] * drawn["eats"])
@@ -90,7 +103,8 @@ def _overgrazing(rng: np.random.Generator, species: dict[str, Any], drawn: dict[
 
 
 def _too_good(rng: np.random.Generator, species: dict[str, Any], drawn: dict[str, Any], other: str) -> None:
-    """The predator catches nearly what it touches, from further away, is never sated, and needs no room of its own."""
+    """The predator catches nearly what it touches, from further away, is never sated,
+    and needs no room of its own."""
     hunter = species[drawn["predator"]]
     drawn["reach"], drawn["births"] = rng.uniform(1.5, 4), rng.uniform(1.5, 4)
     hunter["diet"][0] |= {"chance": float(rng.uniform(0.8, 1)), "reach": drawn["reach"], "until": 1.0}
@@ -125,23 +139,28 @@ def _newborns(rng: np.random.Generator, species: dict[str, Any], drawn: dict[str
 
 
 def _poisoned(rng: np.random.Generator, species: dict[str, Any], drawn: dict[str, Any], other: str) -> None:
-    """What the grazer (or the predator) eats poisons it: it costs energy, or kills; or it takes a second, bad food for good."""
+    """What the grazer (or the predator) eats poisons it: it costs energy, or kills; or it takes a second,
+    bad food for good."""
     drawn["how"] = str(rng.choice(["poison", "deadly", "bad"]))
     plant, grazer = species[drawn["plant"]], species[drawn["grazer"]]
     if drawn["how"] == "poison":
         drawn["who"] = drawn["predator"] if drawn["levels"] == 3 and rng.random() < 0.4 else drawn["grazer"]
         eaten = grazer if drawn["who"] == drawn["predator"] else plant
-        eaten["defence"] = {"poison": species[drawn["who"]]["diet"][0]["gain"] * float(rng.uniform(0.75, 1.1))}
+        eaten["defence"] = {
+            "poison": species[drawn["who"]]["diet"][0]["gain"] * float(rng.uniform(0.75, 1.1))
+        }
         return
     drawn["who"] = drawn["grazer"]
-    species[other] = {"count": round(plant["count"] * rng.uniform(0.3, 0.8)), "body": plant["body"], "metabolism": plant["metabolism"],
+    species[other] = {"count": round(plant["count"] * rng.uniform(0.3, 0.8)), "body": plant["body"],
+                      "metabolism": plant["metabolism"],
                       "reproduction": plant["reproduction"] | {"seed_rain": 0.02}}  # fmt: skip
     if drawn["how"] == "deadly":
         bad = {"gain": 0.0, "deadly": True, "chance": float(rng.uniform(0.03, 0.3))}
     else:
-        bad = {"gain": -grazer["diet"][0]["gain"] * float(rng.uniform(0.6, 1.5)), "chance": grazer["diet"][0]["chance"]}
+        bad = {"gain": -grazer["diet"][0]["gain"] * float(rng.uniform(0.6, 1.5)),
+               "chance": grazer["diet"][0]["chance"]}
     grazer["diet"].append({"eats": other, "reach": 0.1, "until": 0.9} | bad)
 
 
-CHANGES = {"overgrazing": _overgrazing, "predators too good": _too_good, "predators too few": _too_few, "newborns starve": _newborns,
-           "poisoned": _poisoned}  # fmt: skip
+CHANGES = {"overgrazing": _overgrazing, "predators too good": _too_good, "predators too few": _too_few,
+           "newborns starve": _newborns, "poisoned": _poisoned}  # fmt: skip

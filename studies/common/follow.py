@@ -17,7 +17,8 @@ if TYPE_CHECKING:
 
 def follow(world: World, ticks: int, prey: str, predator: str, within: float = 10.0,
            each: Callable[[World], None] | None = None) -> Tracks:
-    """Let a world live for some ticks and record what each of the prey does, and where the nearest predator within 10 m is.
+    """Let a world live for some ticks and record what each of the prey does,
+    and where the nearest predator within 10 m is.
 
     `each(world)` is called before each tick: an experimenter who moves things.
     """
@@ -42,12 +43,15 @@ def _where(world: World, name: str) -> Placed:
 
 
 def _nearest(world: World, prey: str, predator: str, within: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return distance f64[n] and offset f64[n, 3] to the nearest predator of each of the prey, in the order of uids."""
+    """Return distance f64[n] and offset f64[n, 3] to the nearest predator of each of the prey,
+    in the order of uids."""
     mine, other = world.index(world.tables[prey]), world.index(world.tables[predator])
     target, square = np.empty(mine.n, np.int32), np.empty(mine.n, np.float32)
     nearest(mine, other, within, target, square)
     order = np.argsort(mine.uid[: mine.n])
     target, j = target[order], np.maximum(target[order], 0)
-    d = np.stack([t[j] - o[order] for t, o in ((other.x, mine.x), (other.y, mine.y), (other.z, mine.z))], 1).astype(float) \
-        if other.n else np.zeros((mine.n, 3))
+    d = np.zeros((mine.n, 3))
+    if other.n:
+        axes = ((other.x, mine.x), (other.y, mine.y), (other.z, mine.z))
+        d = np.stack([t[j] - o[order] for t, o in axes], 1).astype(float)
     return np.where(target >= 0, np.sqrt(square[order]), np.inf), shortest(world.space, d)

@@ -1,7 +1,8 @@
-"""Files that do not belong where they lie, one kind a function: what each puts into a copy of whole folders, and who must refuse it.
+"""Files that do not belong where they lie, one kind a function:
+what each puts into a copy of whole folders, and who must refuse it.
 
-A kind changes the folder it is given and returns the name that the refusal must say, and what reads it. Everything is refused by an error
-that names the file; nothing is removed.
+A kind changes the folder it is given and returns the name that the refusal must say, and what reads it.
+Everything is refused by an error that names the file; nothing is removed.
 """
 
 from __future__ import annotations
@@ -16,7 +17,8 @@ Read = Callable[[], Any]
 Kind = Callable[[Path], tuple[str, Read]]
 KINDS: dict[str, Kind] = {}
 TICKS = 30
-LIVES = {"species.grass.count": 60, "species.deer.count": 12, "species.wolf.count": 3, "space.size": [60.0, 60.0]}
+LIVES = {"species.grass.count": 60, "species.deer.count": 12, "species.wolf.count": 3,
+         "space.size": [60.0, 60.0]}
 POLICIES = ("deer", "wolf")
 
 
@@ -40,7 +42,8 @@ def make(place: Path) -> None:
     config = load("predator-prey", LIVES)
 
     def run(name: str, seed: int, **more: Any) -> None:
-        run_to_folder(config, seed, TICKS, place / name, report=False, checkpoint_every=10, snapshot_every=5, **more)
+        run_to_folder(config, seed, TICKS, place / name, report=False, checkpoint_every=10,
+                      snapshot_every=5, **more)
 
     run("a", 1, record="focal=2")
     run("b", 2, record="focal=2")
@@ -52,7 +55,8 @@ def make(place: Path) -> None:
         pretrain(short, seed, out=place / "trained" / f"seed-{seed}")
         journal = Journal(place / f"search-{seed}", {"world": "fell", "format": 1})
         for number in range(4):
-            journal.add("candidate", candidate=number, score=seed / (number + 1), stage=0, stages=[], values={}, at=1.0, seconds=1.0)
+            journal.add("candidate", candidate=number, score=seed / (number + 1), stage=0, stages=[],
+                        values={}, at=1.0, seconds=1.0)
 
 
 def _ask(world: Any) -> None:
@@ -171,19 +175,22 @@ def _all_parts(kind_: str) -> Callable[[Path], Read]:
 
 for _kind in ("series", "births", "deaths", "snapshots"):
     kind(f"a part of {_kind} of another seed")(_part("b", part(_kind), read=_all_parts(_kind)))
-kind("a part of the details of another seed")(_part("b", part("details-deer"), read=_all_parts("details-deer")))
+kind("a part of the details of another seed")(_part("b", part("details-deer"),
+                                                    read=_all_parts("details-deer")))
 kind("a part of the details of another species")(
     _part("a", part("details-wolf"), part("details-deer"), _all_parts("details-deer"))
 )
 kind("a part of another seed, where a run goes on")(_part("b", part("series", 1), read=resuming))
 kind("a part of a fork")(_part("fork", part("series")))
 kind("a part of the same run, of which something else was asked by hand")(_part("asked", part("series", 1)))
-kind("the last part of the same run, of which something else was asked by hand")(_part("asked", part("series", 2)))
+kind("the last part of the same run, "
+     "of which something else was asked by hand")(_part("asked", part("series", 2)))
 kind("a part of another kind")(_part("a", part("births"), part("deaths"), _all_parts("deaths")))
 kind("an earlier part in place of a later one")(_part("a", part("series", 0), part("series", 2)))
 kind("one part too many, of another seed")(_part("b", part("series", 2), part("series", 3)))
 kind("one part too many, of the same run")(_part("a", part("series", 2), part("series", 3)))
-kind("one part too many, of another seed, where a run goes on")(_part("b", part("series", 2), part("series", 3), resuming))
+kind("one part too many, of another seed, where a run goes on")(_part("b", part("series", 2),
+                                                                      part("series", 3), resuming))
 
 
 @kind("a file of one's own that is named like a part, where a run goes on")
@@ -248,7 +255,8 @@ def _policy(place: Path) -> tuple[str, Read]:
 
 @kind("the policy of another training in a run's folder")
 def _policy_trained(place: Path) -> tuple[str, Read]:
-    shutil.copy(place / "trained" / "seed-2" / "deer.safetensors", place / "a" / "policies" / "deer.safetensors")
+    shutil.copy(place / "trained" / "seed-2" / "deer.safetensors",
+                place / "a" / "policies" / "deer.safetensors")
     return "deer.safetensors", repeating(place / "a")
 
 
@@ -293,7 +301,8 @@ def _trained(place: Path) -> tuple[str, Read]:
 
 @kind("a policy of another training in a comparison's training")
 def _trained_policy(place: Path) -> tuple[str, Read]:
-    shutil.copy(place / "trained" / "seed-2" / "deer.safetensors", place / "trained" / "seed-1" / "deer.safetensors")
+    shutil.copy(place / "trained" / "seed-2" / "deer.safetensors",
+                place / "trained" / "seed-1" / "deer.safetensors")
     return "deer.safetensors", lambda: _trained_already(place / "trained" / "seed-1", 1)
 
 
@@ -322,16 +331,19 @@ def _journal(change: Callable[[list[str], list[str]], list[str]]) -> Kind:
 kind("a journal with a line that was edited")(
     _journal(lambda mine, other: [*mine[:2], json.dumps(json.loads(mine[2]) | {"score": 9.0}), *mine[3:]])
 )
-kind("a journal with a line of another search")(_journal(lambda mine, other: [*mine[:2], other[2], *mine[3:]]))
+kind("a journal with a line of "
+     "another search")(_journal(lambda mine, other: [*mine[:2], other[2], *mine[3:]]))
 kind("a journal without one of its lines")(_journal(lambda mine, other: [*mine[:2], *mine[3:]]))
-kind("a journal with lines that changed places")(_journal(lambda mine, other: [*mine[:2], mine[3], mine[2], *mine[4:]]))
+kind("a journal with lines that "
+     "changed places")(_journal(lambda mine, other: [*mine[:2], mine[3], mine[2], *mine[4:]]))
 
 
 # --- the test of one kind
 
 
 def refused(name: str, whole: Path, place: Path) -> str:
-    """Put a foreign file of this kind into a copy of `whole` at `place`, and read it; return what is wrong, "" where it was refused by name.
+    """Put a foreign file of this kind into a copy of `whole` at `place`, and read it; return what is wrong,
+    "" where it was refused by name.
 
     What is there must be the same before and after.
     """

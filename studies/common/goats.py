@@ -1,4 +1,5 @@
-"""What the studies of goats share: the world with one thing changed, who lived and carried what, and what the genes did."""
+"""What the studies of goats share: the world with one thing changed, who lived and carried what,
+and what the genes did."""
 
 from typing import Any
 
@@ -57,7 +58,8 @@ class Family:
             known = np.isin(dead, uid)
             at = np.searchsorted(uid, dead[known])
             died[at], cause[at] = tick[known], why[known]
-        return Lineage(uid, first, second, np.full(len(uid), self.table.name), born, died, np.array(["", *self.world.causes])[cause],
+        return Lineage(uid, first, second, np.full(len(uid), self.table.name), born, died,
+                       np.array(["", *self.world.causes])[cause],
                        genome.astype(str).astype(object), end=self.world.tick - 1, dt=self.world.dt,
                        genomes={self.table.name: genes_of(self.table)})  # fmt: skip
 
@@ -72,12 +74,16 @@ def identity() -> str:
 
 
 def live(seed: int, ticks: int, arm: str = "goats", also: dict[str, Any] | None = None) -> Family:
-    """Let the world of an arm live; it ends early where the goats die out. `also` are further changes of the world file."""
+    """Let the world of an arm live; it ends early where the goats die out.
+
+    `also` are further changes of the world file.
+    """
     from ecs_eco import World
     from ecs_eco.config import load
 
     change = dict(ARMS[arm])
-    world = World.from_config(load("reflexes", change.pop("set", {}) | (also or {})), seed=seed, record=False, **change)
+    world = World.from_config(load("reflexes", change.pop("set", {}) | (also or {})), seed=seed,
+                              record=False, **change)
     family = Family(world, "goat")
     while world.tick < ticks and family.table.n:
         world.run(min(100, ticks - world.tick))
@@ -87,20 +93,25 @@ def live(seed: int, ticks: int, arm: str = "goats", also: dict[str, Any] | None 
 def carriers(lineage: Any, every: int) -> dict[str, Any]:
     """Ticks, numbers of the living, their mean generation, and carriers of each gene: arrays [samples]."""
     by_gene = {gene: lineage.frequencies("goat", gene, every) for gene in GENES}
-    out = {"tick": by_gene["blue"].ticks, "n": by_gene["blue"].n, "generation": lineage.mean_generation("goat", every)}
+    out = {"tick": by_gene["blue"].ticks, "n": by_gene["blue"].n,
+           "generation": lineage.mean_generation("goat", every)}
     return out | {gene: carry(f) for gene, f in by_gene.items()}
 
 
 def carry(frequencies: Any) -> np.ndarray:
     """Who has another value than 0 (a gene that can say only 0 is told by its letter): i64[samples]."""
-    return frequencies.count[:, -1] if len(frequencies.values) == 2 else np.zeros(len(frequencies.ticks), np.int64)
+    return (frequencies.count[:, -1]
+            if len(frequencies.values) == 2 else np.zeros(len(frequencies.ticks), np.int64))
 
 
-def drift_free(k: np.ndarray, n: np.ndarray, generation: np.ndarray, mutation: float, share: float = 0.25) -> float:
-    """Selection coefficient per generation, with the pull of mutation taken off; NaN where a gene has no variance.
+def drift_free(k: np.ndarray, n: np.ndarray, generation: np.ndarray, mutation: float,
+               share: float = 0.25) -> float:
+    """Selection coefficient per generation, with the pull of mutation taken off;
+    NaN where a gene has no variance.
 
-    sum (dp − m (q − p) dt) / sum p (1 − p) dt over samples: the least-squares estimate where a generation of drift has the
-    variance p (1 − p) / N. m is the rate at which letters are drawn anew, q the share of them that are the gene.
+    sum (dp − m (q − p) dt) / sum p (1 − p) dt over samples: the least-squares estimate where a generation of
+    drift has the variance p (1 − p) / N. m is the rate at which letters are drawn anew, q the share of them
+    that are the gene.
     """
     p = k / np.maximum(n, 1)
     dt, dp, before = np.diff(generation), np.diff(p), p[:-1]

@@ -22,12 +22,14 @@ def kernels() -> dict[str, Any]:
         if "njit" in path.read_text(encoding="utf-8") and path.name not in OWN:
             name = ".".join(path.relative_to(root).with_suffix("").parts)
             held = vars(importlib.import_module(f"ecs_eco.{name}"))
-            dispatchers |= {f"{name}.{word}": one for word, one in held.items() if isinstance(one, Dispatcher) and one.__module__ == f"ecs_eco.{name}"}
+            dispatchers |= {f"{name}.{word}": one for word, one in held.items()
+                            if isinstance(one, Dispatcher) and one.__module__ == f"ecs_eco.{name}"}
     return dispatchers
 
 
 def reached() -> set[str]:
-    """The kernels that were called, and those that these call: a kernel from the cache on disk brings them along."""
+    """The kernels that were called, and those that these call:
+    a kernel from the cache on disk brings them along."""
     called = [one for one in kernels().values() if one.signatures]
     names, seen = {id(one): name for name, one in kernels().items()}, set()
     while called:
@@ -35,5 +37,6 @@ def reached() -> set[str]:
         if id(one) in names and names[id(one)] not in seen:
             seen.add(names[id(one)])
             held = one.py_func.__globals__
-            called += [held[word] for word in one.py_func.__code__.co_names if hasattr(held.get(word), "py_func")]
+            called += [held[word] for word in one.py_func.__code__.co_names
+                       if hasattr(held.get(word), "py_func")]
     return seen

@@ -27,7 +27,8 @@ class Remembering(nn.Module):
         nn.init.orthogonal_(self.policy.weight, 0.01)
         nn.init.zeros_(self.policy.bias)
 
-    def forward(self, observations: torch.Tensor, state: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:
+    def forward(self, observations: torch.Tensor,
+                state: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:
         """Return logits, values and the state that follows."""
         state = self.cell(torch.tanh(self.encoder(observations)), state)
         return self.policy(state), self.value(state)[:, 0], state

@@ -11,7 +11,8 @@ from typing import Any
 
 
 def trained(config: Any, seed: int, ticks: int | None = None) -> Path:
-    """Train the policies of a seed, or find those of an earlier case; return the folder of <species>.safetensors.
+    """Train the policies of a seed, or find those of an earlier case;
+    return the folder of <species>.safetensors.
 
     They are kept by configuration, seed, length and the sources of ecs_eco, so that they are never stale.
     """

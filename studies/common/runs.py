@@ -1,4 +1,5 @@
-"""What the studies of runs on disk share: worlds made small, and what a run folder holds, whatever the parts."""
+"""What the studies of runs on disk share: worlds made small, and what a run folder holds, whatever the parts.
+"""
 
 from __future__ import annotations
 
@@ -11,7 +12,8 @@ KINDS = ("series", "births", "deaths", "snapshots")
 
 
 def small(name: str, share: float = 0.25, kind: str | None = None) -> dict[str, Any]:
-    """A shipped world with a share of its organisms on a share of its ground; policies learn, and start untrained.
+    """A shipped world with a share of its organisms on a share of its ground; policies learn,
+    and start untrained.
 
     `kind` "individual" or "shared" makes all policies such ones.
     """
@@ -34,7 +36,8 @@ def small(name: str, share: float = 0.25, kind: str | None = None) -> dict[str, 
 
 
 def content(folder: Path) -> str:
-    """A hash of all that a run recorded: rows and columns of each kind in their order, not how they are cut into parts."""
+    """A hash of all that a run recorded: rows and columns of each kind in their order,
+    not how they are cut into parts."""
     from ecs_eco.record.parquet import read_parts
 
     digest = hashlib.sha256()
@@ -50,4 +53,5 @@ def content(folder: Path) -> str:
 def summary(folder: Path) -> dict[str, Any]:
     """Where a run is, and the hashes of its world and of its recording."""
     manifest = json.loads((folder / "manifest.json").read_text(encoding="utf-8"))
-    return {"done": manifest["done"], "finished": manifest["finished"], "world": manifest["digest"], "recording": content(folder)}
+    return {"done": manifest["done"], "finished": manifest["finished"], "world": manifest["digest"],
+            "recording": content(folder)}

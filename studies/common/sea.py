@@ -1,4 +1,5 @@
-"""What the studies of the sea share: policies by training seed, and four measures of a world in which copepods live."""
+"""What the studies of the sea share: policies by training seed,
+and four measures of a world in which copepods live."""
 
 from dataclasses import replace
 from typing import Any
@@ -15,7 +16,8 @@ from studies.common.seed_grid import policies_of
 __all__ = ["approach", "chemotaxis", "encounters", "life", "policies_of"]
 CUE = 1.5  # [m] from a krill: an approach
 FAST = 1.4  # [m/s] of krill that chase, and of what is moved at copepods
-KRILL, AIM, UPPER = 16, 4.0, (22.0, 29.0)  # how many come at them, from how far [m], at which heights [m]: where they feed in the dark
+# how many come at them, from how far [m], at which heights [m]: where they feed in the dark
+KRILL, AIM, UPPER = 16, 4.0, (22.0, 29.0)
 CONTACT = 0.5  # [m] between the centres of a copepod and of a thing of the size of a krill that touch
 REACH, AFTER = 2.0, 6  # [m] an encounter; [ticks] who lives then has survived it
 PLUMES, NEAR, FAR = 12, 0.3, 4.0  # how many at a time, and who is counted, by distance [m]
@@ -23,7 +25,8 @@ STAY, SPREAD = 12, 2  # [ticks] that a plume stays at a place, and of these befo
 
 
 def life(world: Any, days: int) -> dict[str, Any]:
-    """How mean depth follows the day in so many days after the first: amplitude as a share of the water, phase, correlation with light.
+    """How mean depth follows the day in so many days after the first: amplitude as a share of the water,
+    phase, correlation with light.
 
     `cycle` is None where copepods did not live two whole days.
     """
@@ -34,10 +37,13 @@ def life(world: Any, days: int) -> dict[str, Any]:
         world.run(day)
         if not world.tables["copepod"].n:
             break
-    series = replace(load_series(world.series()), manifest={"config": world.config.resolved(), "dt": world.dt})
+    series = replace(load_series(world.series()),
+                     manifest={"config": world.config.resolved(), "dt": world.dt})
     alive = series.of("copepod") > 0
-    died = {c: float(series.of("copepod", f"died: {c}").sum() * day / max(series.of("copepod").sum(), 1)) for c in series.causes}
-    out = {"copepods": int(series.of("copepod")[-1]), "mean number": float(series.of("copepod").mean()), "days lived": float(alive.sum() / day),
+    died = {c: float(series.of("copepod", f"died: {c}").sum() * day / max(series.of("copepod").sum(), 1))
+            for c in series.causes}
+    out = {"copepods": int(series.of("copepod")[-1]), "mean number": float(series.of("copepod").mean()),
+           "days lived": float(alive.sum() / day),
            "deaths per copepod and day": {c: v for c, v in died.items() if v}}  # fmt: skip
     cycle = depths.depth_cycle(series, "copepod")
     if cycle is None:
@@ -45,18 +51,22 @@ def life(world: Any, days: int) -> dict[str, Any]:
     hours, depth = depths.hours_of(series, series.ticks), series.of("copepod", "depth_mean")
     lived = alive & (series.ticks >= series.ticks[0] + day)
     eighths = [float(depth[lived & ((hours * 8).astype(int) == k)].mean()) for k in range(8)]
-    return out | {"cycle": {"amplitude": cycle.share, "vector": (cycle.fit.vector / cycle.height).tolist(), "lag [days]": cycle.lag, "p": cycle.p,
-                            "r": cycle.r, "mean depth": cycle.fit.mesor, "depth by eighths of a day from midnight": eighths}}  # fmt: skip
+    return out | {"cycle": {"amplitude": cycle.share, "vector": (cycle.fit.vector / cycle.height).tolist(),
+                            "lag [days]": cycle.lag, "p": cycle.p,
+                            "r": cycle.r, "mean depth": cycle.fit.mesor,
+                            "depth by eighths of a day from midnight": eighths}}  # fmt: skip
 
 
 def approach(build: Any, kind: str, ticks: int = 300) -> dict[str, Any]:
-    """What copepods in the dark do when something of the size of a krill comes straight at them at the speed of a chase.
+    """What copepods in the dark do when something of the size of a krill comes straight at them
+    at the speed of a chase.
 
-    `build(changes)` makes a world. `kind`: "swimming", krill that hunt by their reflex, and see 4 m in the dark here; "drifting", krill
-    that are moved by the experimenter, smell as any krill and do not swim; "object", a thing without smell, moved so. Nothing is
-    eaten; all are put elsewhere every 20 ticks.
+    `build(changes)` makes a world. `kind`: "swimming", krill that hunt by their reflex, and see 4 m in the
+    dark here; "drifting", krill that are moved by the experimenter, smell as any krill and do not swim;
+    "object", a thing without smell, moved so. Nothing is eaten; all are put elsewhere every 20 ticks.
     """
-    changes: dict[str, Any] = {"ambient.light": 0.0, "species.krill.count": KRILL, "species.krill.diet.0.chance": 0.0,
+    changes: dict[str, Any] = {"ambient.light": 0.0, "species.krill.count": KRILL,
+                               "species.krill.diet.0.chance": 0.0,
                                "species.krill.sensors.1.blind": AIM}  # fmt: skip
     if kind == "drifting":
         changes |= {"species.krill.locomotion.speed": {"wander": 0.0, "chase": 0.0}}
@@ -124,8 +134,8 @@ class Movers:
 def escaped(tracks: Tracks, dt: float) -> dict[str, Any]:
     """Speed and direction around approaches, as numbers.
 
-    `way` is the mean direction over the tick of the approach and the next two: its parts away from what comes, and level to the left
-    of that.
+    `way` is the mean direction over the tick of the approach and the next two: its parts away from what
+    comes, and level to the left of that.
     """
     summary = escapes(tracks, CUE)
     if summary is None:
@@ -134,15 +144,17 @@ def escaped(tracks: Tracks, dt: float) -> dict[str, Any]:
     before = float(np.nanmean(summary.speed[:k]))
     events = approaches(tracks.distance, CUE, REST)
     way = [float(np.nanmean(event_average(c, events, 0, 2))) for c in (tracks.away, tracks.aside)]
-    return {"n": summary.n, "speed": summary.speed.tolist(), "away": summary.away.tolist(), "before": before, "gain": summary.gain,
-            "way": way, "latency": summary.latency,
+    return {"n": summary.n, "speed": summary.speed.tolist(), "away": summary.away.tolist(), "before": before,
+            "gain": summary.gain, "way": way, "latency": summary.latency,
             "latency [s]": None if summary.latency is None else summary.latency * dt}  # fmt: skip
 
 
 def encounters(world: Any, days: int) -> dict[str, Any]:
-    """How many of those whom a krill came near to are alive some ticks later, and how many krill kill; from the second day on.
+    """How many of those whom a krill came near to are alive some ticks later, and how many krill kill;
+    from the second day on.
 
-    A kill without an encounter before it (a newborn, or one that a krill never left) is an encounter that was not survived.
+    A kill without an encounter before it (a newborn, or one that a krill never left) is an encounter
+    that was not survived.
     """
     day = round(world.config.sun.day / world.dt)
     world.run(day)
@@ -160,22 +172,27 @@ def encounters(world: Any, days: int) -> dict[str, Any]:
     met = {(animal, tick + k) for tick, animal in events.tolist() for k in range(AFTER + 1)}
     place = {int(uid): k for k, uid in enumerate(tracks.uids)}
     missed = sum((place.get(uid, -1), tick) not in met for tick, uid in killed)
-    alive = np.array([np.isfinite(tracks.depth[tick + AFTER, animal]) for tick, animal in events.tolist()], bool)
+    alive = np.array([np.isfinite(tracks.depth[tick + AFTER, animal]) for tick, animal in events.tolist()],
+                     bool)
     n, lived = len(events) + missed, max(float(np.isfinite(tracks.depth).sum()) / day, 1e-9)
     return {"n": n, "without an encounter before": missed, "survived": float(alive.sum()) / n if n else None,
-            "encounters per copepod and day": n / lived, "killed per copepod and day": len(killed) / lived}  # fmt: skip
+            "encounters per copepod and day": n / lived,
+            "killed per copepod and day": len(killed) / lived}  # fmt: skip
 
 
 def chemotaxis(build: Any, rounds: int) -> dict[str, Any]:
-    """Whether copepods leave smells of krill without a krill, in the dark, at places where they are: index of moves, and mean cosine.
+    """Whether copepods leave smells of krill without a krill, in the dark, at places where they are:
+    index of moves, and mean cosine.
 
-    Plumes are at random places of the depths of copepods drawn at random, for some ticks, and then with all smell at others: so those who
-    are near did not choose to be. Up and down, copepods gather at the depths where plumes are put, whatever they smell; `level` leaves
-    that out: the index of the level parts of the ways, of which without a nose as many come nearer as go.
+    Plumes are at random places of the depths of copepods drawn at random, for some ticks, and then with all
+    smell at others: so those who are near did not choose to be. Up and down, copepods gather at the depths
+    where plumes are put, whatever they smell; `level` leaves that out: the index of the level parts of the
+    ways, of which without a nose as many come nearer as go.
     """
     body = {"radius": 0.4, "opaque": False}
     at = [[1.0 + i, 1.0, 1.0] for i in range(PLUMES)]
-    world = build({"ambient.light": 0.0, "species.krill.count": 0, "objects.plume": {"at": at, "body": body, "emits": {"krill_smell": 1.0}}})
+    world = build({"ambient.light": 0.0, "species.krill.count": 0,
+                   "objects.plume": {"at": at, "body": body, "emits": {"krill_smell": 1.0}}})
     world.run(60)  # those below come up
     random, cosines, ways = np.random.default_rng(world.seed), [np.zeros(0)], [np.zeros(0)]
     for _ in range(rounds):
@@ -183,7 +200,8 @@ def chemotaxis(build: Any, rounds: int) -> dict[str, Any]:
             break
         _put_among(world, random)
         places: list[dict[int, np.ndarray]] = []
-        tracks = follow(world, STAY, "copepod", "plume", within=FAR, each=lambda w, places=places: places.append(_places(w)))
+        tracks = follow(world, STAY, "copepod", "plume", within=FAR,
+                        each=lambda w, places=places: places.append(_places(w)))
         places.append(_places(world))
         counted = (tracks.distance > NEAR) & (tracks.distance < FAR) & np.isfinite(tracks.away)
         counted[:SPREAD] = False
@@ -195,7 +213,8 @@ def chemotaxis(build: Any, rounds: int) -> dict[str, Any]:
 
 
 def _index(parts: np.ndarray) -> float | None:
-    """The chemotaxis index (N away − N toward)/N: 1 where all leave the source, 0 where as many come nearer."""
+    """The chemotaxis index (N away − N toward)/N: 1 where all leave the source, 0 where as many come nearer.
+    """
     toward = int((parts < 0).sum())
     return (parts.size - 2 * toward) / parts.size if parts.size else None
 
@@ -203,10 +222,12 @@ def _index(parts: np.ndarray) -> float | None:
 def _places(world: Any) -> dict[int, np.ndarray]:
     table = world.tables["copepod"]
     rows, p = table.by_uid(), table[Position]
-    return dict(zip(table.uid[rows].tolist(), np.stack([p.x[rows], p.y[rows], p.z[rows]], 1).astype(float), strict=True))
+    return dict(zip(table.uid[rows].tolist(), np.stack([p.x[rows], p.y[rows], p.z[rows]], 1).astype(float),
+                    strict=True))
 
 
-def _level(world: Any, uids: np.ndarray, places: list[dict[int, np.ndarray]], counted: np.ndarray) -> np.ndarray:
+def _level(world: Any, uids: np.ndarray, places: list[dict[int, np.ndarray]],
+           counted: np.ndarray) -> np.ndarray:
     """The level parts of counted ways (tick, animal), as far as they lead away from the nearest plume [m]."""
     table = world.tables["plume"]
     rows, p = table.by_uid(), table[Position]

@@ -43,7 +43,8 @@ class IncrementTest(NamedTuple):
 
 
 class AgeRates(NamedTuple):
-    """Deaths of a cause per organism and second in classes of age above edges[i], up to edges[i + 1] [s]; exact intervals."""
+    """Deaths of a cause per organism and second in classes of age above edges[i],
+    up to edges[i + 1] [s]; exact intervals."""
 
     edges: np.ndarray
     deaths: np.ndarray
@@ -53,14 +54,15 @@ class AgeRates(NamedTuple):
     high: np.ndarray
 
 
-def selection_coefficient(carriers: Numbers, reference: Numbers, n: Numbers, generation: Numbers, pseudo: float = 0.5) -> float:
+def selection_coefficient(carriers: Numbers, reference: Numbers, n: Numbers, generation: Numbers,
+                          pseudo: float = 0.5) -> float:
     """Selection coefficient per generation of a gene against a neutral reference.
 
-    The least-squares slope over `generation` [samples] of logit(p_gene) − logit(p_reference), with p of the counts
-    `carriers` and `reference` among `n` living, `pseudo` added to carriers and to the others. A gene with the
-    fitness 1 + s of the others' gains ln(1 + s) in logit(p) per generation (Crow and Kimura 1970, chapter 5), where
-    reproduction is asexual or genes are inherited independently. Samples without living are left out; NaN with fewer
-    than two different generations.
+    The least-squares slope over `generation` [samples] of logit(p_gene) − logit(p_reference), with p of the
+    counts `carriers` and `reference` among `n` living, `pseudo` added to carriers and to the others. A gene
+    with the fitness 1 + s of the others' gains ln(1 + s) in logit(p) per generation (Crow and Kimura 1970,
+    chapter 5), where reproduction is asexual or genes are inherited independently. Samples without living are
+    left out; NaN with fewer than two different generations.
     """
     k, r, n, x = (np.asarray(v, float) for v in (carriers, reference, n, generation))
     _same(carriers=k, reference=r, n=n, generation=x)
@@ -101,7 +103,8 @@ def equivalence(values: Numbers, margin: float, alpha: float = 0.05) -> Equivale
 def increments(share: Numbers, generation: Numbers) -> np.ndarray:
     """Rescaled frequency increments of Feder, Kryazhimskiy and Plotkin (2014): f64[increments].
 
-    (v_i − v_{i−1}) / √(2 v_{i−1} (1 − v_{i−1}) (t_i − t_{i−1})); without those that begin or end at a share of 0 or 1.
+    (v_i − v_{i−1}) / √(2 v_{i−1} (1 − v_{i−1}) (t_i − t_{i−1}));
+    without those that begin or end at a share of 0 or 1.
     """
     v, x = np.asarray(share, float), np.asarray(generation, float)
     _same(share=v, generation=x)
@@ -117,10 +120,11 @@ def increments(share: Numbers, generation: Numbers) -> np.ndarray:
 
 
 def frequency_increment_test(share: Numbers, generation: Numbers) -> IncrementTest:
-    """Frequency increment test (Feder, Kryazhimskiy and Plotkin 2014): is the mean increment different from 0?
+    """Frequency increment test (Feder, Kryazhimskiy and Plotkin 2014):
+    is the mean increment different from 0?
 
-    t = mean / √(S² / n) of the n rescaled increments, with n − 1 degrees of freedom. It assumes a population of constant
-    size, shares that are known well, and small increments. NaN with fewer than 2 increments.
+    t = mean / √(S² / n) of the n rescaled increments, with n − 1 degrees of freedom. It assumes a population
+    of constant size, shares that are known well, and small increments. NaN with fewer than 2 increments.
     """
     y = increments(share, generation)
     if len(y) < 2 or not y.std():
@@ -136,11 +140,12 @@ def reappearances(carriers: Numbers) -> int:
     return int(((k[1:] > 0) & (k[:-1] == 0) & seen[:-1]).sum())
 
 
-def deaths_by_age(lineage: Lineage, cause: str | None, edges: Numbers, species: str | None = None, level: float = 0.95) -> AgeRates:
+def deaths_by_age(lineage: Lineage, cause: str | None, edges: Numbers, species: str | None = None,
+                  level: float = 0.95) -> AgeRates:
     """Deaths of a cause (None: of any) per organism and second of life, by class of age [s].
 
-    Everybody's life counts in the classes that it passed through; those alive at the end are censored. Who dies at the edge
-    of two classes lived in the younger one, and is counted there. Intervals are those
+    Everybody's life counts in the classes that it passed through; those alive at the end are censored. Who
+    dies at the edge of two classes lived in the younger one, and is counted there. Intervals are those
     of a Poisson number (Garwood 1936); rates are NaN where nobody reached a class.
     """
     edges = np.asarray(edges, float)
@@ -150,7 +155,8 @@ def deaths_by_age(lineage: Lineage, cause: str | None, edges: Numbers, species: 
     dead = lineage.died[who] >= 0
     age = (np.where(dead, lineage.died[who], lineage.end) - lineage.born[who]) * lineage.dt
     dead &= True if cause is None else lineage.cause[who] == cause
-    at = np.searchsorted(edges, np.maximum(age[dead], 1e-9)) - 1  # who dies as soon as born belongs to the first class
+    # who dies as soon as born belongs to the first class
+    at = np.searchsorted(edges, np.maximum(age[dead], 1e-9)) - 1
     deaths = np.bincount(at[(at >= 0) & (at < len(edges) - 1)], minlength=len(edges) - 1)
     lived = np.array([(np.clip(age, a, b) - a).sum() for a, b in zip(edges, edges[1:], strict=False)])
     low, high = poisson_interval(deaths, level)
@@ -182,4 +188,5 @@ def _finite(what: str, values: Numbers) -> np.ndarray:
 def _same(**arrays: Any) -> None:
     shapes = {name: a.shape for name, a in arrays.items()}
     if len(set(shapes.values())) != 1 or len(next(iter(shapes.values()))) != 1:
-        raise ValueError(f"samples must be flat and equally many, got {', '.join(f'{n} {s}' for n, s in shapes.items())}")
+        raise ValueError("samples must be flat and equally many, "
+                         f"got {', '.join(f'{n} {s}' for n, s in shapes.items())}")

@@ -1,15 +1,18 @@
-"""What every study script shares: run the cases that are missing, keep each at once, sum up, write the result.
+"""What every study script shares: run the cases that are missing, keep each at once, sum up,
+write the result.
 
 A script names a claim and how to test it:
 
-    STUDY = Study(name="cycles", claim="…", config={…}, cases=[{"arm": "trained", "seed": 1}, …], run=run, summarise=summarise)
+    STUDY = Study(name="cycles", claim="…", config={…}, cases=[{"arm": "trained", "seed": 1}, …],
+                  run=run, summarise=summarise)
 
     if __name__ == "__main__":
         STUDY.main()
 
-`run(config, case) -> dict` computes one case; `summarise(cases) -> list of verdict(…)`, or a dict that also holds
-"table" ({"head": […], "rows": [[…], …]}), draws the conclusion. `python -m studies.cycles` writes studies/results/cycles.json;
-stopped at any moment, it goes on where it was. `--short` is the form for CI: few small cases, its own file, never this one.
+`run(config, case) -> dict` computes one case; `summarise(cases) -> list of verdict(…)`, or a dict that also
+holds "table" ({"head": […], "rows": [[…], …]}), draws the conclusion. `python -m studies.cycles` writes
+studies/results/cycles.json; stopped at any moment, it goes on where it was. `--short` is the form for CI: few
+small cases, its own file, never this one.
 """
 
 from __future__ import annotations
@@ -38,7 +41,8 @@ Case = Mapping[str, Any]
 
 
 def verdict(statement: str, value: Any, goal: str, met: bool) -> dict[str, Any]:
-    """One line of the conclusion: what is stated, what was measured, what had been asked for, and whether it holds."""
+    """One line of the conclusion: what is stated, what was measured, what had been asked for,
+    and whether it holds."""
     return {"statement": statement, "value": value, "goal": goal, "met": bool(met)}
 
 
@@ -54,7 +58,8 @@ class Study:
     summarise: Callable[[list[dict[str, Any]]], dict[str, Any] | list[dict[str, Any]]]
     short_cases: Sequence[Case] = field(default_factory=list)  # the first two cases where empty
     short_config: dict[str, Any] = field(default_factory=dict)  # what differs from config
-    depends: Callable[[dict[str, Any], Case], Any] | None = None  # what of config a case depends on; absent: all of it
+    # what of config a case depends on; absent: all of it
+    depends: Callable[[dict[str, Any], Case], Any] | None = None
 
     def main(self, argv: Sequence[str] | None = None) -> None:
         """The command line of a study script; exits with 1 where a case failed."""
@@ -66,17 +71,20 @@ class Study:
             "--workers", type=int, default=1, metavar="N", help="cases at a time, each in its own process"
         )
         parser.add_argument("--fresh", action="store_true", help="forget the cases that are there already")
-        parser.add_argument("--results", type=Path, metavar="DIR", help="where to write (default: studies/results)")
+        parser.add_argument("--results", type=Path, metavar="DIR",
+                            help="where to write (default: studies/results)")
         asked = parser.parse_args(argv)
         if asked.workers < 1:
             parser.error(f"--workers must be 1 or more, got {asked.workers}")
-        result = self.execute(short=asked.short, workers=asked.workers, fresh=asked.fresh, results=asked.results)
+        result = self.execute(short=asked.short, workers=asked.workers, fresh=asked.fresh,
+                              results=asked.results)
         sys.exit(0 if result["complete"] else 1)
 
     def execute(
         self, *, short: bool = False, workers: int = 1, fresh: bool = False, results: Path | None = None
     ) -> dict[str, Any]:
-        """Run the missing cases, write the result and return it; incomplete results stay in NAME.partial.json."""
+        """Run the missing cases, write the result and return it;
+        incomplete results stay in NAME.partial.json."""
         config = {**self.config, **self.short_config} if short else dict(self.config)
         cases = list(self.short_cases or self.cases[:2]) if short else list(self.cases)
         _check(self.name, cases)
@@ -89,7 +97,8 @@ class Study:
         done = {} if fresh else _kept([path, partial], hashes)
         missing = [case for key, case in wanted.items() if key not in done]
         print(
-            f"{self.name}: {self.claim}\n{len(cases)} cases, {len(cases) - len(missing)} there already → {path}",
+            f"{self.name}: {self.claim}\n"
+            f"{len(cases)} cases, {len(cases) - len(missing)} there already → {path}",
             flush=True,
         )
         failed = 0
@@ -111,7 +120,8 @@ class Study:
         partial.unlink(missing_ok=True)
         for line in record["verdicts"]:
             print(
-                f"{'met    ' if line['met'] else 'NOT MET'}  {line['statement']}: {line['value']} (goal: {line['goal']})"
+                f"{'met    ' if line['met'] else 'NOT MET'}  {line['statement']}: {line['value']} (goal: "
+                f"{line['goal']})"
             )
         return record
 
@@ -165,12 +175,14 @@ def versions() -> dict[str, str]:
 
 
 def commit() -> dict[str, Any]:
-    """The git commit that the study runs at and whether files that git knows differ from it (results and docs aside)."""
+    """The git commit that the study runs at and whether files that git knows differ from it (results
+    and docs aside)."""
 
     def git(*words: str) -> str | None:
         try:
             done = subprocess.run(
-                ["git", *words], cwd=Path(__file__).parent, capture_output=True, text=True, timeout=30, check=True
+                ["git", *words], cwd=Path(__file__).parent, capture_output=True, text=True,
+                timeout=30, check=True
             )
         except (OSError, subprocess.SubprocessError):
             return None
@@ -227,7 +239,8 @@ def _key(case: Case) -> str:
 
 
 def _kept(paths: Sequence[Path], hashes: Mapping[str, str]) -> dict[str, dict[str, Any]]:
-    """Finished cases of earlier runs, by key: those still wanted, with the hash that they would have today."""
+    """Finished cases of earlier runs, by key: those still wanted, with the hash that they would have today.
+    """
     entries: dict[str, dict[str, Any]] = {}
     for path in paths:
         if path.is_file():
@@ -295,7 +308,8 @@ def _run_all(
         task = progress.add_task("cases", total=len(cases), rate="")
         for count, (case, entry) in enumerate(_each(run, config, cases, workers), 1):
             if "error" in entry:
-                progress.console.print(f"case {dict(case)} failed:\n{entry['error']}", markup=False, highlight=False)
+                progress.console.print(f"case {dict(case)} failed:\n{entry['error']}", markup=False,
+                                       highlight=False)
             rate = count / (time.perf_counter() - start)
             progress.update(task, advance=1, rate=f"{rate:.2f}/s" if rate > 1 else f"{1 / rate:.1f} s each")
             yield case, entry

@@ -1,4 +1,5 @@
-"""What studies say over training seeds: means over world seeds, intervals, contrasts, and how they are in_words."""
+"""What studies say over training seeds: means over world seeds, intervals, contrasts,
+and how they are in_words."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -10,7 +11,8 @@ from studies.common.study import verdict
 
 
 def interval(values: list[float]) -> list[float]:
-    """Mean of values by training seed and its 95 % interval by Student's t: [mean, low, high]; of one value the interval is not known."""
+    """Mean of values by training seed and its 95 % interval by Student's t: [mean, low, high]; of one value
+    the interval is not known."""
     from scipy.stats import t
 
     mean, n = float(np.mean(values)), len(values)
@@ -19,7 +21,8 @@ def interval(values: list[float]) -> list[float]:
 
 
 def contrast(a: list[float], b: list[float]) -> tuple[list[float], float]:
-    """Difference of the means of two sets of training seeds with its 95 % interval, and p, one-sided, by Welch's t."""
+    """Difference of the means of two sets of training seeds with its 95 % interval, and p, one-sided,
+    by Welch's t."""
     from scipy.stats import ttest_ind
 
     gap = round(float(np.mean(a) - np.mean(b)), 3)
@@ -33,7 +36,8 @@ def contrast(a: list[float], b: list[float]) -> tuple[list[float], float]:
 
 def in_words(interval_: list[float], n: int, p: float | None = None) -> str:
     """An interval in words, over how many training seeds, and a p."""
-    words = f"{interval_[0]:.3g}" + (f" ({interval_[1]:.3g} … {interval_[2]:.3g})" if np.isfinite(interval_[1]) else "") + f", {n} training seeds"
+    words = f"{interval_[0]:.3g}" + (f" ({interval_[1]:.3g} … {interval_[2]:.3g})"
+                                     if np.isfinite(interval_[1]) else "") + f", {n} training seeds"
     return words if p is None else f"{words}, p = {p:.2g}"
 
 
@@ -57,7 +61,8 @@ def swing(result: dict[str, Any]) -> float | None:
 
 
 def p_common_phase(fits: Sequence[Cosinor], n: int = 9999, seed: int = 1) -> float:
-    """Return how often runs of random phases have a mean vector as long as these: runs are the replicates; at least 1/(n + 1)."""
+    """Return how often runs of random phases have a mean vector as long as these: runs are the replicates;
+    at least 1/(n + 1)."""
     vectors = np.array([f.vector for f in fits])
     angle = np.random.default_rng(seed).uniform(0, 2 * np.pi, (n, len(fits)))
     length, turn = np.hypot(*vectors.T), np.arctan2(vectors[:, 1], vectors[:, 0])

@@ -1,4 +1,5 @@
-"""Kernels that no tick of the small worlds calls: those of the viewer, of fitted networks, of operators, of water; on the numbers of a world."""
+"""Kernels that no tick of the small worlds calls: those of the viewer, of fitted networks, of operators, of
+water; on the numbers of a world."""
 
 from __future__ import annotations
 
@@ -22,7 +23,8 @@ def call_others(world: Any, chance: random.Random, odd: Any) -> None:
 
 
 def show(world: Any, table: Any) -> None:
-    """Pack the living into a frame of the viewer, coloured by each of their numbers, and read the fields where they are."""
+    """Pack the living into a frame of the viewer, coloured by each of their numbers,
+    and read the fields where they are."""
     from ecs_eco.components import Position
     from ecs_eco.view.frames import Encoder, extent, grade
 
@@ -49,7 +51,8 @@ def carry(world: Any, table: Any, odd: Any) -> None:
     x, y, z = (column[:high].copy() for column in (p.x, p.y, p.z))
     alive, still, dt = table.alive[:high], odd(np.float32, (3, 3)), np.float32(world.dt)
     water.carry(alive, *odd(np.float32, (3, high)), dt, space.lengths, space.torus, x, y, z)
-    water.drift(0, high, alive, still, space.lengths[2], odd(np.float32, ())[()], dt, space.lengths, space.torus, space.volume, x, y, z)
+    water.drift(0, high, alive, still, space.lengths[2], odd(np.float32, ())[()], dt, space.lengths,
+                space.torus, space.volume, x, y, z)
 
 
 def breed(table: Any, odd: Any) -> None:
@@ -80,7 +83,8 @@ def breed(table: Any, odd: Any) -> None:
 
 
 def think(chance: random.Random, odd: Any) -> None:
-    """Let networks answer odd readings, with odd weights, and odd logits become choices; add noise and up coefficients."""
+    """Let networks answer odd readings, with odd weights, and odd logits become choices;
+    add noise and up coefficients."""
     from ecs_eco.genomes.codes import cosines
     from ecs_eco.genomes.fit import Fitted
     from ecs_eco.genomes.heredity import blur, draws

@@ -35,7 +35,8 @@ def test_persistence_and_extinction_are_counted(compared: tuple[dict, Path]) -> 
     assert arms["random"]["persistence"] == [0.0, 0.0, pytest.approx(0.434, abs=1e-3)]
     assert arms["random"]["seeds"] == [0, 1, 2, 3, 4]
     wolf = arms["random"]["per_species"]["wolf"]
-    assert (wolf["extinctions"], wolf["median_extinction"]) == (5, 699.0)  # from tick 1 to 700, the third of five
+    # from tick 1 to 700, the third of five
+    assert (wolf["extinctions"], wolf["median_extinction"]) == (5, 699.0)
     assert arms["random"]["per_species"]["deer"]["median_extinction"] is None
 
 
@@ -99,7 +100,9 @@ def test_a_species_that_was_never_there_did_not_die_out_and_is_compared_with_nob
     for n in without:
         n[:, 2] = 0
     arms = {"world": numbers, "no-wolf": without}
-    comparison = compare({arm: [chains.series_table(n, i) for i, n in enumerate(runs)] for arm, runs in arms.items()}, tmp_path, n_boot=19)
+    comparison = compare({arm: [chains.series_table(n, i) for i, n in enumerate(runs)]
+                          for arm, runs in arms.items()},
+                         tmp_path, n_boot=19)
     wolf = comparison["arms"]["no-wolf"]["per_species"]["wolf"]
     assert (wolf["extinctions"], wolf["median_extinction"], wolf["mean_time"]) == (0, None, None)
     assert set(comparison["effects"]["no-wolf"]["per_species"]) == {"grass", "deer"}

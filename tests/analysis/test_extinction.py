@@ -7,13 +7,15 @@ from ecs_eco.analysis.extinction import decline, declines, lifetime, multiplies,
 from ecs_eco.analysis.runs import Series
 
 
-def run(deer: list[int], wolf: list[int], starved: list[int], eaten: list[int], births: list[int], **manifest: object) -> Series:
+def run(deer: list[int], wolf: list[int], starved: list[int], eaten: list[int], births: list[int],
+        **manifest: object) -> Series:
     """A run of deer and wolves; deaths and births are those of the deer."""
     zero = np.zeros(len(deer))
     died = np.add(starved, eaten)
     columns = {"n": (deer, wolf), "births": (births, zero), "deaths": (died, zero)}
     columns |= {"died: starved": (starved, zero), "died: eaten by wolf": (eaten, zero)}
-    return Series(np.arange(1, len(deer) + 1), ("deer", "wolf"), {k: np.array(v, float).T for k, v in columns.items()}, dict(manifest))
+    return Series(np.arange(1, len(deer) + 1), ("deer", "wolf"),
+                  {k: np.array(v, float).T for k, v in columns.items()}, dict(manifest))
 
 
 @pytest.fixture
@@ -35,7 +37,8 @@ def test_an_end_is_told_from_the_last_tick_with_half_of_the_greatest_number(lost
 def test_a_report_opens_with_who_persisted(lost: Series) -> None:
     assert opening(lost) == [
         "1 of 2 species died out; wolf persisted to tick 6.",
-        "deer died out at tick 5. From tick 2, when there were 8, 9 deaths against 1 birth: starved 67%, eaten by wolf 33%.",
+        "deer died out at tick 5. From tick 2, when there were 8, 9 deaths against 1 birth: starved 67%, "
+        "eaten by wolf 33%.",
     ]
     alive = run([5] * 4, [2] * 4, [0] * 4, [0] * 4, [0] * 4)
     assert opening(alive) == ["All 2 species persisted to tick 4."]
@@ -57,7 +60,8 @@ def test_an_end_that_was_to_be_expected_is_called_so() -> None:
 def test_a_species_that_dies_within_the_first_tick_is_not_hidden() -> None:
     gone = run([0, 0], [2, 2], [7, 0], [0, 0], [0, 0])
     assert not gone.persisted
-    assert opening(gone)[1] == "deer died out at tick 1. From tick 1, when there were 7, 7 deaths against 0 births: starved 100%."
+    assert (opening(gone)[1] == "deer died out at tick 1. From tick 1, when there were 7, "
+                                "7 deaths against 0 births: starved 100%.")
 
 
 def test_several_runs_open_with_the_share_that_persisted(lost: Series) -> None:
@@ -65,5 +69,6 @@ def test_several_runs_open_with_the_share_that_persisted(lost: Series) -> None:
     later = run([10, 10, 10, 10, 9, 0], [2] * 6, [0] * 6, [0, 0, 0, 0, 1, 9], [0] * 6)
     assert shared([alive]) == "All species persisted in 1 of 1 run (100%)."
     assert shared([alive, lost, later]) == (
-        "All species persisted in 1 of 3 runs (33%). deer died out in 2 of 3, at ticks 5 to 6 (eaten by wolf 67%, starved 33%)."
+        "All species persisted in 1 of 3 runs (33%). deer died out in 2 of 3, "
+        "at ticks 5 to 6 (eaten by wolf 67%, starved 33%)."
     )

@@ -28,8 +28,9 @@ from ecs_eco.record.parquet import write_part
 from ecs_eco.record.seal import write_manifest
 
 #         uid, mother, father, born, died, genome
-FAMILY = [(1, 0, 0, 0, 4, "AA"), (2, 0, 0, 0, 7, "CA"), (3, 1, 0, 2, 6, "AA"), (4, 1, 2, 3, 9, "CA"), (5, 3, 4, 5, ALIVE, "AC"),
-          (6, 5, 0, 8, ALIVE, "TA"), (7, 0, 0, 8, ALIVE, "CG"), (8, 6, 7, 9, ALIVE, "TT"), (9, 0, 0, 9, 10, "AA")]  # fmt: skip
+FAMILY = [(1, 0, 0, 0, 4, "AA"), (2, 0, 0, 0, 7, "CA"), (3, 1, 0, 2, 6, "AA"), (4, 1, 2, 3, 9, "CA"),
+          (5, 3, 4, 5, ALIVE, "AC"), (6, 5, 0, 8, ALIVE, "TA"), (7, 0, 0, 8, ALIVE, "CG"),
+          (8, 6, 7, 9, ALIVE, "TT"), (9, 0, 0, 9, 10, "AA")]  # fmt: skip
 GENES = {"finch": {"alphabet": "ACGT", "ploidy": 1, "genes": [
     {"name": "beak", "at": 0, "letters": 1, "trait": "body.mass"},
     {"name": "red", "at": 0, "letters": 1, "trait": "reflex.red.weight", "values": [0.0, 0.0, 0.0, -1.0]},
@@ -40,30 +41,36 @@ GENES = {"finch": {"alphabet": "ACGT", "ploidy": 1, "genes": [
 def family(rows=FAMILY, species="finch", end=10, genomes=GENES):
     uid, parent, parent2, born, died, genome = zip(*rows, strict=True)
     names = [species] * len(rows) if isinstance(species, str) else species
-    return Lineage(np.array(uid, np.uint64), np.array(parent, np.uint64), np.array(parent2, np.uint64), np.array(names), np.array(born),
-                   np.array(died), np.where(np.array(died) < 0, "", "starved"), np.array(genome, object), end, 1.0, genomes)
+    return Lineage(np.array(uid, np.uint64), np.array(parent, np.uint64), np.array(parent2, np.uint64),
+                   np.array(names), np.array(born), np.array(died),
+                   np.where(np.array(died) < 0, "", "starved"), np.array(genome, object), end, 1.0, genomes)
 
 
 def write_folder(folder, rows=FAMILY, genome=True, genomes=GENES):
     """A run folder with the births and deaths of a family, and no more than that."""
     uid, parent, parent2, born, died, letters = (np.array(c) for c in zip(*rows, strict=True))
-    births = {"tick": born, "species": pa.array(["finch"] * len(uid)).dictionary_encode(), "uid": uid.astype(np.uint64),
-              "parent": parent.astype(np.uint64), "parent2": parent2.astype(np.uint64)} | ({"genome": letters} if genome else {})
+    births = {"tick": born, "species": pa.array(["finch"] * len(uid)).dictionary_encode(),
+              "uid": uid.astype(np.uint64), "parent": parent.astype(np.uint64),
+              "parent2": parent2.astype(np.uint64)} | ({"genome": letters} if genome else {})
     gone = np.argsort(died, kind="stable")[(died < 0).sum() :]
-    deaths = {"tick": died[gone], "species": pa.array(["finch"] * len(gone)).dictionary_encode(), "uid": uid[gone].astype(np.uint64),
+    deaths = {"tick": died[gone], "species": pa.array(["finch"] * len(gone)).dictionary_encode(),
+              "uid": uid[gone].astype(np.uint64),
               "cause": pa.array(["starved"] * len(gone)).dictionary_encode()}
     for kind, columns in (("births", births), ("deaths", deaths)):
         (folder / kind).mkdir(parents=True)
         for part in range(2):  # in two parts
             half = len(columns["uid"]) // 2
             rows_of_part = slice(0, half) if part == 0 else slice(half, None)
-            pq.write_table(pa.table({k: v[rows_of_part] for k, v in columns.items()}), folder / kind / f"part-{part:05d}.parquet")
-    (folder / "manifest.json").write_text(json.dumps({"done": 11, "dt": 1.0, "species": ["finch"], "genomes": genomes}))
+            pq.write_table(pa.table({k: v[rows_of_part] for k, v in columns.items()}),
+                           folder / kind / f"part-{part:05d}.parquet")
+    (folder / "manifest.json").write_text(json.dumps({"done": 11, "dt": 1.0, "species": ["finch"],
+                                                      "genomes": genomes}))
     return folder
 
 
 def parsed(newick):
-    """The parent's name ("" for the root without a name) and branch length of each node, read letter by letter."""
+    """The parent's name ("" for the root without a name) and branch length of each node,
+    read letter by letter."""
     found, open_, at = {}, [], len(newick) - 2
     assert newick.endswith(";")
     while at >= 0:  # from the end: a name stands behind its children
@@ -94,8 +101,8 @@ def forest(seed, n=60):
         able = [j for j in range(i) if born[j] < born[i] and (died[j] < 0 or died[j] >= born[i])]
         two = [*rng.permutation(able)[:2], -1, -1][:2] if able and rng.random() < 0.8 else [-1, -1]
         mother, father = two[0], two[1] if rng.random() < 0.5 else -1
-        rows.append((3 * i + 1, *(3 * int(p) + 1 if p >= 0 else 0 for p in (mother, father)), int(born[i]), int(min(died[i], 30)),
-                     "".join(rng.choice(list("ACGT"), 2))))
+        rows.append((3 * i + 1, *(3 * int(p) + 1 if p >= 0 else 0 for p in (mother, father)), int(born[i]),
+                     int(min(died[i], 30)), "".join(rng.choice(list("ACGT"), 2))))
     return rows
 
 
@@ -170,8 +177,10 @@ def test_a_gene_may_be_given_by_its_place():
 
 
 def test_one_of_two_strings_is_enough_to_carry_a_value():
-    rows = [(1, 0, 0, 0, ALIVE, "ATTT"), (2, 0, 0, 0, ALIVE, "CTAT"), (3, 0, 0, 0, ALIVE, "CGCG")]  # strings of two loci
-    found = family(rows, genomes={"finch": GENES["finch"] | {"ploidy": 2}}, end=0).frequencies("finch", "beak", 1)
+    # strings of two loci
+    rows = [(1, 0, 0, 0, ALIVE, "ATTT"), (2, 0, 0, 0, ALIVE, "CTAT"), (3, 0, 0, 0, ALIVE, "CGCG")]
+    found = family(rows, genomes={"finch": GENES["finch"] | {"ploidy": 2}},
+                   end=0).frequencies("finch", "beak", 1)
     assert dict(zip(found.values, found.count[0].tolist(), strict=True)) == {"A": 2, "C": 2, "T": 1}
     assert found.n.tolist() == [3]
 
@@ -230,7 +239,8 @@ def test_one_species_is_a_lineage_of_its_own():
 @pytest.mark.parametrize(
     ("row", "message"),
     [
-        ((10, 10, 0, 9, ALIVE, "A"), "the organism 10 has the parent 10; allowed are 0 and the uids of those born before it: no loops"),
+        ((10, 10, 0, 9, ALIVE, "A"),
+         "the organism 10 has the parent 10; allowed are 0 and the uids of those born before it: no loops"),
         ((10, 1, 12, 9, ALIVE, "A"), "the organism 10 has the parent 12; allowed .* no loops"),
         ((19, 0, 11, 9, ALIVE, "A"), "the organism 19 has the parent 11, of whom no birth is recorded"),
         ((9, 0, 0, 9, ALIVE, "A"), "the uid 9 is there twice or out of order"),
@@ -282,7 +292,8 @@ def test_an_old_folder_without_genomes_and_founders_is_readable(tmp_path):
     old = [row for row in FAMILY if row[1]]  # 9 left nothing but its death, which these rows lack, too
     folder = write_folder(tmp_path / "run", old, genome=False, genomes={})
     pq.write_table(
-        pa.table({"tick": [4, 10], "species": ["finch", "finch"], "uid": pa.array([1, 9], pa.uint64()), "cause": ["old", "old"]}),
+        pa.table({"tick": [4, 10], "species": ["finch", "finch"], "uid": pa.array([1, 9], pa.uint64()),
+                  "cause": ["old", "old"]}),
         folder / "deaths" / "part-00002.parquet",
     )
     lineage = Lineage.read(folder)
@@ -297,7 +308,8 @@ def test_an_old_folder_without_genomes_and_founders_is_readable(tmp_path):
 def test_the_csv_keeps_the_standard(tmp_path):
     path = family().to_csv(tmp_path / "finch.csv")
     rows = list(csv.DictReader(path.read_text(encoding="utf-8").splitlines()))
-    assert list(rows[0]) == ["id", "ancestor_list", "origin_time", "destruction_time", "taxon_label", "genome"]
+    assert list(rows[0]) == ["id", "ancestor_list", "origin_time", "destruction_time",
+                             "taxon_label", "genome"]
     assert [r["id"] for r in rows] == [str(row[0]) for row in FAMILY]
     assert [r["ancestor_list"] for r in rows][:5] == ["[none]", "[none]", "[1]", "[1,2]", "[3,4]"]
     assert [r["destruction_time"] for r in rows] == ["4", "7", "6", "9", "inf", "inf", "inf", "inf", "10"]
@@ -342,7 +354,8 @@ def test_a_chain_of_100_000_births_is_no_matter_of_recursion():
     n = 100_000
     uid = np.arange(1, n + 1, dtype=np.uint64)
     none, text = np.zeros(n, np.uint64), np.full(n, "", object)
-    chain = Lineage(uid, uid - np.uint64(1), none, np.full(n, "finch"), np.arange(n), np.full(n, ALIVE), np.full(n, ""), text, n)
+    chain = Lineage(uid, uid - np.uint64(1), none, np.full(n, "finch"), np.arange(n), np.full(n, ALIVE),
+                    np.full(n, ""), text, n)
     tree = chain.to_newick()
     assert tree.startswith("(" * (n - 1) + f"{n}:1)")
     assert tree.endswith(")2:1)1;")
@@ -364,7 +377,8 @@ def run(menagerie, tmp_path_factory):
 def test_the_living_of_a_real_run_are_those_of_its_series_at_every_tick(run):
     lineage, series = Lineage.read(run), load_series(run)
     for species in series.species:
-        assert lineage.living_sums(series.ticks, mask=lineage.species == species).tolist() == series.of(species).tolist()
+        assert (lineage.living_sums(series.ticks, mask=lineage.species == species).tolist()
+                == series.of(species).tolist())
     assert (lineage.generation() > 1).any()
 
 
@@ -381,7 +395,9 @@ def test_a_world_in_memory_has_the_lineage_that_a_folder_has(run, menagerie):
 def test_genomes_of_a_real_run_are_those_of_its_organisms(menagerie, tmp_path):
     genes = [{"name": "red", "letters": 1, "values": [0, 0, 0, 1]},
              {"name": "age", "trait": "life.age_max", "letters": 4, "low": 50, "high": 90}]
-    config = menagerie(species={"ram": {"genome": {"ploidy": 2, "mutate": {"operator": "mutUniformInt", "indpb": 0.2}, "genes": genes}}})
+    config = menagerie(species={"ram": {
+        "genome": {"ploidy": 2, "mutate": {"operator": "mutUniformInt", "indpb": 0.2}, "genes": genes}
+    }})
     run_to_folder(config, seed=7, ticks=60, out=tmp_path / "run", policies="untrained", report=False)
     world = World.from_config(config, seed=7, policies="untrained").run(60)
     table, lineage = world.tables["ram"], Lineage.read(tmp_path / "run").of_species("ram")
@@ -389,7 +405,8 @@ def test_genomes_of_a_real_run_are_those_of_its_organisms(menagerie, tmp_path):
     assert lineage.uid[alive].tolist() == table.uid[table.by_uid()].tolist()
     assert lineage.genome[alive].tolist() == [layout.alphabet.decode(row) for row in loci]
     red = lineage.frequencies("ram", "red", 1)
-    assert [red.of(v)[-1] for v in ("0", "1")] == [(layout.alleles(loci, "red") == v).any(1).sum() for v in (0, 1)]
+    assert [red.of(v)[-1] for v in ("0", "1")] == [(layout.alleles(loci, "red") == v).any(1).sum()
+                                                   for v in (0, 1)]
     assert 0 < red.of("1")[-1] < table.n == red.n[-1]
     born = np.flatnonzero(lineage.mother >= 0)
     assert any(lineage.genome[i] != lineage.genome[lineage.mother[i]] for i in born)  # they mutate
@@ -405,15 +422,18 @@ def test_a_world_that_keeps_no_events_has_no_lineage(menagerie):
 
 def test_csv_and_tree_of_a_real_run_agree_with_its_births_and_deaths(run, tmp_path):
     result = CliRunner().invoke(
-        app, ["lineage", str(run), "--csv", str(tmp_path / "ram.csv"), "--newick", str(tmp_path / "ram.nwk"), "--species", "ram"]
+        app, ["lineage", str(run), "--csv", str(tmp_path / "ram.csv"), "--newick", str(tmp_path / "ram.nwk"),
+              "--species", "ram"]
     )
     assert result.exit_code == 0, result.output
-    births, deaths = (pa.concat_tables([pq.read_table(p) for p in sorted((run / kind).glob("*.parquet"))]) for kind in ("births", "deaths"))
+    births, deaths = (pa.concat_tables([pq.read_table(p) for p in sorted((run / kind).glob("*.parquet"))])
+                      for kind in ("births", "deaths"))
     births = {b["uid"]: b for b in births.to_pylist() if b["species"] == "ram"}
     died = {d["uid"]: d["tick"] for d in deaths.to_pylist() if d["species"] == "ram"}
     rows = list(csv.DictReader((tmp_path / "ram.csv").read_text(encoding="utf-8").splitlines()))
     assert [int(r["id"]) for r in rows] == sorted(births)
-    assert {int(r["id"]): r["ancestor_list"] for r in rows} == {u: f"[{b['parent'] or 'none'}]" for u, b in births.items()}
+    assert {int(r["id"]): r["ancestor_list"] for r in rows} == {u: f"[{b['parent'] or 'none'}]"
+                                                                for u, b in births.items()}
     assert {int(r["id"]): int(r["destruction_time"]) for r in rows if r["destruction_time"] != "inf"} == died
     assert {int(r["id"]): int(r["origin_time"]) for r in rows} == {u: b["tick"] for u, b in births.items()}
     tree = parsed((tmp_path / "ram.nwk").read_text().strip())
@@ -421,14 +441,16 @@ def test_csv_and_tree_of_a_real_run_agree_with_its_births_and_deaths(run, tmp_pa
     assert len(died) > 5
     assert any(b["parent"] for b in births.values())
     alive = len(births) - len(died)
-    assert f"ram\n  without parents: 40\n  born of parents: {len(births) - 40}\n  alive at tick 59: {alive}\n" in result.output
+    assert (f"ram\n  without parents: 40\n  born of parents: {len(births) - 40}\n  alive at tick 59: "
+            f"{alive}\n" in result.output)
     assert "moss" not in result.output
 
 
 def test_the_command_says_every_species_and_prunes_to_the_living(run, tmp_path):
     result = CliRunner().invoke(app, ["lineage", str(run), "--newick", str(tmp_path / "all.nwk"), "--living"])
     assert result.exit_code == 0, result.output
-    assert [line for line in result.output.splitlines() if not line.startswith(" ")][:3] == ["moss", "ram", "lynx"]
+    assert [line for line in result.output.splitlines()
+            if not line.startswith(" ")][:3] == ["moss", "ram", "lynx"]
     lineage = Lineage.read(run)
     assert len(parsed((tmp_path / "all.nwk").read_text().strip())) == len(lineage.living()) < len(lineage)
 
@@ -438,7 +460,8 @@ def test_the_command_says_every_species_and_prunes_to_the_living(run, tmp_path):
     [
         (["nowhere"], "DIR: \"nowhere\"\n  no such folder; allowed: a folder written by `ecs-eco run`"),
         (["."], "has no manifest.json"),
-        (["RUN", "--species", "rem"], 'no such species in this run; allowed: moss, ram, lynx; did you mean "ram"?'),
+        (["RUN", "--species", "rem"],
+         'no such species in this run; allowed: moss, ram, lynx; did you mean "ram"?'),
         (["RUN", "--csv", "missing/x.csv"], "--csv: \"missing/x.csv\"\n  its folder does not exist"),
         (["RUN", "--newick", "."], "is a folder; allowed: a file in a folder that exists"),
     ],
@@ -451,7 +474,9 @@ def test_the_command_refuses_what_cannot_be(run, tmp_path, monkeypatch, argument
 
 
 def test_the_command_says_what_does_not_fit_in_a_folder(tmp_path):
-    result = CliRunner().invoke(app, ["lineage", str(write_folder(tmp_path / "run", [*FAMILY, (12, 11, 0, 9, ALIVE, "AA")]))])
+    result = CliRunner().invoke(
+        app, ["lineage", str(write_folder(tmp_path / "run", [*FAMILY, (12, 11, 0, 9, ALIVE, "AA")]))]
+    )
     assert result.exit_code == 2
     assert "the organism 12 has the parent 11, of whom no birth is recorded" in result.output
 
@@ -469,7 +494,8 @@ def test_a_million_births_are_read_and_counted_in_seconds(tmp_path):
     rows = (np.arange(1, n + 1), parent, np.zeros(n, int), born, died, genome)
     folder = tmp_path / "run"
     columns = dict(zip(("uid", "parent", "parent2", "tick", "died", "genome"), rows, strict=True))
-    whole = pa.table({k: v for k, v in columns.items() if k != "died"} | {"species": pa.array(["finch"] * n).dictionary_encode()})
+    whole = pa.table({k: v for k, v in columns.items() if k != "died"}
+                     | {"species": pa.array(["finch"] * n).dictionary_encode()})
     gone = pa.table({"tick": died, "species": ["finch"] * n, "uid": rows[0], "cause": [""] * n})
     for kind, table in (("births", whole), ("deaths", gone)):
         (folder / kind).mkdir(parents=True)
@@ -508,7 +534,8 @@ def test_the_report_draws_genes_of_few_values_alone(run, tmp_path):
     head = write_part(births, first, mark_of(first)[0])
     manifest = json.loads((folder / "manifest.json").read_text())
     manifest["heads"]["births"] = head
-    genomes = {"ram": GENES["finch"], "moss": {"alphabet": "ACGT", "ploidy": 1, "genes": GENES["finch"]["genes"][:1]}}
+    genomes = {"ram": GENES["finch"],
+               "moss": {"alphabet": "ACGT", "ploidy": 1, "genes": GENES["finch"]["genes"][:1]}}
     write_manifest(folder, manifest | {"genomes": genomes})
     page = write_report(folder).read_text()
     assert "<h2>Genes</h2>" in page

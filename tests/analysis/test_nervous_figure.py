@@ -1,4 +1,5 @@
-"""Drawings of nervous systems: what is in them, hand-counted for deer and a lamb; where it is; what is refused."""
+"""Drawings of nervous systems: what is in them, hand-counted for deer and a lamb; where it is;
+what is refused."""
 
 from __future__ import annotations
 
@@ -73,11 +74,14 @@ def lamb(**changes: Any) -> WorldConfig:
 
 def many() -> WorldConfig:
     """A lamb of 40 channels with ten reflexes, four of them for one action, and lines of every kind."""
-    eye = {"kind": "rays", "name": "eye", "count": 32, "radius": 5.0, "targets": ["lamb"], "report": "per_ray"}
+    eye = {"kind": "rays", "name": "eye", "count": 32, "radius": 5.0, "targets": ["lamb"],
+           "report": "per_ray"}
     reflex = copy.deepcopy(LAMB["species"]["lamb"]["reflex"])
     for threshold in (0.1, 0.2, 0.3):
-        reflex["connections"] += [{"sensor": "glucose", "action": a, "weight": 1, "below": threshold} for a in ("suck", "walk")]
-    reflex["formulas"] = {"inhale": "0.3 - oxygen + min(eye_lamb_3, eye_lamb_30) * (lips > 0.5 or water_on_nose > 0.25) - milk_smell"}
+        reflex["connections"] += [{"sensor": "glucose", "action": a, "weight": 1, "below": threshold}
+                                  for a in ("suck", "walk")]
+    reflex["formulas"] = {"inhale": "0.3 - oxygen + min(eye_lamb_3, "
+                                    "eye_lamb_30) * (lips > 0.5 or water_on_nose > 0.25) - milk_smell"}
     reflex["connections"].append({"sensor": "sheep_smell", "action": "still", "weight": 0, "above": 0.5})
     happiness = {"formula": "tanh(glucose) - oxygen + (lips - milk_smell) ** 2", "minimum": -1.0}
     return lamb(sensors=[*LAMB["species"]["lamb"]["sensors"], eye], reflex=reflex, happiness=happiness)
@@ -111,8 +115,9 @@ def test_a_formula_rises_or_falls_with_a_reading(text: str, wanted: dict[str, in
     assert directions(text, {"smell", "energy"}) == wanted
 
 
-FORMULAS = ("a * b - c", "clip(c, -1, b)", "b / (a + 1) + c * c", "-a ** 2 * (c > 0)", "(a > 0.4) * (b < 0.6) - abs(a)",
-            "max(a, c) - exp(-b)", "c if a > 0.5 else b", "sqrt(a) * -b", "1 if c < 0 else -2", "a / c", "(a - c) * (b - 2)",
+FORMULAS = ("a * b - c", "clip(c, -1, b)", "b / (a + 1) + c * c", "-a ** 2 * (c > 0)",
+            "(a > 0.4) * (b < 0.6) - abs(a)", "max(a, c) - exp(-b)", "c if a > 0.5 else b", "sqrt(a) * -b",
+            "1 if c < 0 else -2", "a / c", "(a - c) * (b - 2)",
             "a and c > 0", "not a", "not c", "2 * (not c < b)")  # fmt: skip
 
 
@@ -150,7 +155,8 @@ def test_deer_have_these_senses_actions_and_networks() -> None:
         ("vision", "nearest deer within 6 m", 3),
         ("vision", "nearest wolf within 6 m, if in sight", 3),
     ]
-    assert [(a.section, a.name) for a in d.actions][:2] == [("homeostatic regulation", "eat"), ("locomotion", "still")]
+    assert [(a.section, a.name) for a in d.actions][:2] == [("homeostatic regulation", "eat"),
+                                                            ("locomotion", "still")]
     assert [a.name for a in d.actions if a.automatic] == ["eat"]
     assert [a.name for a in d.actions if a.neutral] == ["still", "none"]
     assert [a.name for a in d.actions if a.chosen] == ["still", "walk", "run", "left", "none", "right"]
@@ -182,7 +188,8 @@ def bounce(x):
 
 
 def test_formulas_are_connections_from_every_sensor_that_they_name() -> None:
-    reflex = {"formulas": {"suck": "(lips > 0.5) - (milk_smell < 0.1)", "walk": "glucose"}, "function": bounce}
+    reflex = {"formulas": {"suck": "(lips > 0.5) - (milk_smell < 0.1)", "walk": "glucose"},
+              "function": bounce}
     d = diagram(lamb(reflex=reflex), "lamb")
     assert [(channel, action, sign) for channel, action, sign, _ in d.edges] == [
         ("milk_smell_1", "suck", -1),
@@ -190,7 +197,8 @@ def test_formulas_are_connections_from_every_sensor_that_they_name() -> None:
         ("lips", "suck", 1),
         ("glucose", "walk", 1),
     ]
-    assert [(r.sign, r.label) for r in d.reflexes] == [(None, "(lips > 0.5) - (milk_smell < 0.1)"), (1, "glucose")]
+    assert [(r.sign, r.label) for r in d.reflexes] == [(None, "(lips > 0.5) - (milk_smell < 0.1)"),
+                                                       (1, "glucose")]
     assert d.function.endswith(":bounce")
 
 
@@ -238,7 +246,8 @@ def overlapping(figure: Any) -> list[tuple[str, str]]:
     texts = [t for ax in figure.axes for t in ax.texts if t.get_text()]
     boxes = [(t.get_text(), t.get_window_extent(renderer)) for t in texts]
     pairs = itertools.combinations(boxes, 2)
-    return [(a, b) for (a, p), (b, q) in pairs if min(p.x1, q.x1) - max(p.x0, q.x0) > 1 and min(p.y1, q.y1) - max(p.y0, q.y0) > 2]
+    return [(a, b) for (a, p), (b, q) in pairs
+            if min(p.x1, q.x1) - max(p.x0, q.x0) > 1 and min(p.y1, q.y1) - max(p.y0, q.y0) > 2]
 
 
 def outside(figure: Any) -> list[str]:
@@ -250,11 +259,14 @@ def outside(figure: Any) -> list[str]:
 @pytest.mark.parametrize("species", ["deer", "wolf", "lamb", "heritable", "many", "one"])
 @pytest.mark.parametrize("with_values", [False, True])
 def test_no_texts_overlap_and_none_leaves_the_page(species: str, with_values: bool) -> None:
-    one = {"sensors": [{"kind": "own", "property": "energy"}], "reflex": None, "happiness": None, "actions": {}}
-    config = {"lamb": lamb, "heritable": heritable, "many": many, "one": lambda: lamb(**one)}.get(species, lambda: load("predator-prey"))()
+    one = {"sensors": [{"kind": "own", "property": "energy"}], "reflex": None, "happiness": None,
+           "actions": {}}
+    config = {"lamb": lamb, "heritable": heritable, "many": many,
+              "one": lambda: lamb(**one)}.get(species, lambda: load("predator-prey"))()
     name = species if species in config.species else "lamb"
     d = diagram(config, name)
-    actions = {"y": [1] * len(d.actions), "probabilities": [0.5] * len(d.actions), "decision": [1] * len(d.actions)}
+    actions = {"y": [1] * len(d.actions), "probabilities": [0.5] * len(d.actions),
+               "decision": [1] * len(d.actions)}
     values = actions | {"readings": np.linspace(-1, 1, len(d.channels)), "happiness": -0.25}
     figure = draw_nervous_system(config, name, values if with_values else None)
     assert overlapping(figure) == []
@@ -284,7 +296,8 @@ def test_of_many_rays_those_are_drawn_that_a_network_names() -> None:
 
 
 def test_values_are_shown_as_numbers_and_the_decision_is_filled() -> None:
-    values = {"readings": np.arange(8) / 8, "y": [0, 0, 1, -1], "decision": [0, 1, 1, 0], "probabilities": [0.75, 0.25, 0.5, np.nan]}
+    values = {"readings": np.arange(8) / 8, "y": [0, 0, 1, -1], "decision": [0, 1, 1, 0],
+              "probabilities": [0.75, 0.25, 0.5, np.nan]}
     figure = draw_nervous_system(lamb(), "lamb", values | {"happiness": np.float32(-0.25)})
     (ax,) = figure.axes
     said = [t.get_text() for t in ax.texts]
@@ -297,7 +310,8 @@ def test_values_are_shown_as_numbers_and_the_decision_is_filled() -> None:
 
 def test_blocking_is_told_from_forcing_without_colour() -> None:
     assert nervous_figure.look(1)["ls"] != nervous_figure.look(-1)["ls"]
-    assert nervous_figure.look(1, dotted=True)["ls"] not in (nervous_figure.look(1)["ls"], nervous_figure.look(-1)["ls"])
+    assert nervous_figure.look(1, dotted=True)["ls"] not in (nervous_figure.look(1)["ls"],
+                                                             nervous_figure.look(-1)["ls"])
 
 
 # files and errors
@@ -305,7 +319,8 @@ def test_blocking_is_told_from_forcing_without_colour() -> None:
 
 @pytest.mark.parametrize(("ending", "begins"), [("png", b"\x89PNG"), ("svg", b"<?xml"), ("pdf", b"%PDF")])
 def test_the_same_drawing_gives_the_same_file(tmp_path: Path, ending: str, begins: bytes) -> None:
-    files = [save(draw_nervous_system(lamb(), "lamb"), tmp_path / f"{i}.{ending}", dpi=50).read_bytes() for i in range(2)]
+    files = [save(draw_nervous_system(lamb(), "lamb"), tmp_path / f"{i}.{ending}", dpi=50).read_bytes()
+             for i in range(2)]
     assert files[0].startswith(begins)
     assert files[0] == files[1]
 

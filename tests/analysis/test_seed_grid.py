@@ -27,7 +27,8 @@ from ecs_eco.analysis.survival import wilson
 chains = SimpleNamespace(**runpy.run_path(str(Path(__file__).with_name("chains.py"))))
 
 
-def simulated(rng: np.random.Generator, n: int, rows: int, columns: int, by_row: float, by_column: float) -> np.ndarray:
+def simulated(rng: np.random.Generator, n: int, rows: int, columns: int, by_row: float,
+              by_column: float) -> np.ndarray:
     """Tables (n, rows, columns) of variance 1 with known shares of rows and columns."""
     row, column = rng.standard_normal((n, rows, 1)), rng.standard_normal((n, 1, columns))
     rest = rng.standard_normal((n, rows, columns))
@@ -42,8 +43,8 @@ def test_the_components_of_a_small_table_are_those_counted_by_hand() -> None:
 
 
 def test_a_gap_leaves_what_the_sums_of_squares_say() -> None:
-    # 1 2 / 3 ·: within rows .5 of one degree (world + rest .5), within columns 2 of one (training + rest 2), in all 2.
-    # In all expects 4/3 a + 4/3 b + 2 e; with a = 2 − e, b = .5 − e: 10/3 − 2/3 e = 2, e = 2.
+    # 1 2 / 3 ·: within rows .5 of one degree (world + rest .5), within columns 2 of one (training + rest 2),
+    # in all 2. In all expects 4/3 a + 4/3 b + 2 e; with a = 2 − e, b = .5 − e: 10/3 − 2/3 e = 2, e = 2.
     assert components(np.array([[1.0, 2.0], [3.0, np.nan]])) == pytest.approx([0.0, -1.5, 2.0])
 
 
@@ -156,10 +157,12 @@ def test_a_crossed_comparison_opens_with_who_persisted_and_tells_the_variance(tm
     members, training, _ = runs({(8, 1): 101, (8, 2): 201})
     alone = runs({(7, 1): 51, (7, 2): 61})[0][:2]
     words = {"world": "policies trained"}
-    comparison = compare({"world": members, "random": alone}, tmp_path, n_boot=99, training={"world": training}, policies=words)
+    comparison = compare({"world": members, "random": alone}, tmp_path, n_boot=99,
+                         training={"world": training}, policies=words)
     arm = comparison["arms"]["world"]
     said = comparison["opening"]["world"]
-    assert said.startswith("All species persisted in 4 of 6 runs (67%). wolf died out in 2 of 6, at ticks 101 to 201 (")
+    assert said.startswith("All species persisted in 4 of 6 runs (67%). wolf died out in 2 of 6, "
+                           "at ticks 101 to 201 (")
     assert arm["persistence"] == pytest.approx(list(share_interval(np.array([[1, 1], [0, 0], [1, 1]]))))
     assert arm["crossed"]["world_seeds"] == [1, 2]
     assert comparison["effects"]["random"]["persistence"][0] == pytest.approx(-2 / 3)
@@ -167,4 +170,6 @@ def test_a_crossed_comparison_opens_with_who_persisted_and_tells_the_variance(tm
     assert page.index("All species persisted in 4 of 6 runs (67%)") < page.index("<h2>")
     assert "world: 3 training seeds × 2 world seeds" in page
     assert "world runs with policies trained." in page
-    assert {"persistence_world.png", "first_extinction_world.png"} <= {p.name for p in (tmp_path / "figures").iterdir()}
+    assert {"persistence_world.png", "first_extinction_world.png"} <= {
+        p.name for p in (tmp_path / "figures").iterdir()
+    }

@@ -19,7 +19,8 @@ def quasi_cycle(n: int, period: float, rng: np.random.Generator, memory: float =
     """A cycle kept going by noise, whose phase is forgotten within `memory` periods."""
     r = np.exp(-1 / (memory * period))
     return lfilter(
-        [1], [1, -2 * r * np.cos(2 * np.pi / period), r * r], rng.standard_normal(n + int(10 * memory * period))
+        [1], [1, -2 * r * np.cos(2 * np.pi / period), r * r],
+        rng.standard_normal(n + int(10 * memory * period))
     )[-n:]
 
 
@@ -31,7 +32,8 @@ def called(series: list[np.ndarray], null: str = "relaxation") -> float:
 @pytest.mark.parametrize("null", ["relaxation", "ar1"])
 def test_red_noise_is_called_periodic_in_about_five_percent(null: str) -> None:
     rng = np.random.default_rng(1)
-    rates = {phi: called([red((phi,), 256, rng) for _ in range(100)], null) for phi in (0.5, 0.7, 0.9, 0.95, 0.99)}
+    rates = {phi: called([red((phi,), 256, rng) for _ in range(100)], null)
+             for phi in (0.5, 0.7, 0.9, 0.95, 0.99)}
     assert 0.02 <= np.mean(list(rates.values())) <= 0.09, rates
     assert max(rates.values()) <= 0.11, rates
 

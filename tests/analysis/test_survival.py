@@ -3,9 +3,16 @@
 import numpy as np
 import pytest
 
-from ecs_eco.analysis.survival import bootstrap_difference, difference_of_shares, kaplan_meier, log_rank, wilson
+from ecs_eco.analysis.survival import (
+    bootstrap_difference,
+    difference_of_shares,
+    kaplan_meier,
+    log_rank,
+    wilson,
+)
 
-# Remission of leukaemia in weeks, Freireich et al. 1963, the textbook example: with 6-mercaptopurine and with a placebo.
+# Remission of leukaemia in weeks, Freireich et al. 1963, the textbook example:
+# with 6-mercaptopurine and with a placebo.
 DRUG = [6, 6, 6, 7, 10, 13, 16, 22, 23, 6, 9, 10, 11, 17, 19, 20, 25, 32, 32, 34, 35]
 RELAPSED = [True] * 9 + [False] * 12
 PLACEBO = [1, 1, 2, 2, 3, 4, 4, 5, 5, 8, 8, 8, 8, 11, 11, 12, 12, 15, 17, 22, 23]

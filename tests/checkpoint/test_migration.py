@@ -1,4 +1,5 @@
-"""A checkpoint of the former format, of goats with a brain each that learn and breed, made by version 0.1 at tick 30."""
+"""A checkpoint of the former format, of goats with a brain each that learn and breed,
+made by version 0.1 at tick 30."""
 
 import hashlib
 from pathlib import Path

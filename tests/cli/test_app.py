@@ -58,7 +58,8 @@ sys.argv = ["ecs-eco", *{arguments}]
 try:
     {MAIN.replace("; ", chr(10) + "    ")}
 except SystemExit:
-    heavy = ("torch", "numba", "matplotlib", "pyarrow", "numpy", "scipy", "rich", "ecs_eco.config.models.world")
+    heavy = ("torch", "numba", "matplotlib", "pyarrow", "numpy", "scipy", "rich",
+             "ecs_eco.config.models.world")
     print([m for m in heavy if m in sys.modules], file=sys.stderr)
 """
     seconds, bare = [], []
@@ -67,13 +68,16 @@ except SystemExit:
         used, output = _seconds(code)
         seconds.append(used)
         assert output == "[]"
-    assert min(seconds) < max(0.3, 6 * min(bare)), "seconds of a processor; or what loading typer alone takes, six times"
+    assert min(seconds) < max(0.3, 6 * min(bare)), (
+        "seconds of a processor; or what loading typer alone takes, six times"
+    )
 
 
 def _seconds(code: str) -> tuple[float, str]:
     """Seconds of a processor that a process with this code takes, and what it says on stderr."""
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=True, env=environment())
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60,
+                          check=True, env=environment())
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     return after.ru_utime - before.ru_utime + after.ru_stime - before.ru_stime, done.stderr.strip()
 
@@ -107,7 +111,8 @@ def test_check_says_what_is_in_a_world() -> None:
 
 
 def test_run_leaves_a_folder_with_what_was_asked_for(here: Path) -> None:
-    output = invoke("run", "predator-prey", *FEW, "--ticks", "3", "--seed", "5", "--out", "a/b", "--no-report", "--quiet")
+    output = invoke("run", "predator-prey", *FEW, "--ticks", "3", "--seed", "5", "--out", "a/b",
+                    "--no-report", "--quiet")
     manifest = json.loads((here / "a" / "b" / "manifest.json").read_text())
     assert (manifest["seed"], manifest["ticks"], manifest["finished"]) == (5, 3, True)
     assert manifest["config"]["species"]["deer"]["count"] == 12

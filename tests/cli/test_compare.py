@@ -84,7 +84,8 @@ def test_each_policy_is_trained_once_and_lives_in_every_world_and_nothing_is_don
     assert set(ran) == trained | {"random-policy/seed-1", "random-policy/seed-2"}
     assert ran["dt-0.5/training-2/seed-1"]["policies"] == "out/policies/dt-0.5/seed-2"
     content = json.loads((here / "out" / "compare.json").read_text())["arms"]
-    assert content["world"]["crossed"]["training_seeds"] == content["world"]["crossed"]["world_seeds"] == [1, 2]
+    assert (content["world"]["crossed"]["training_seeds"] == content["world"]["crossed"]["world_seeds"]
+            == [1, 2])
     assert "crossed" not in content["random-policy"]
     assert "dt-0.5 runs with policies trained anew under its own values, from 2 training seeds" in output
     assert "world: All species persisted in " in output

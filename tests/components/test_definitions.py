@@ -101,7 +101,8 @@ def test_definition_3_a_genome_is_a_string_over_a_finite_alphabet(world):
 
 
 @pytest.mark.parametrize(("name", "value", "cause"), LETHAL)
-def test_definition_3_each_property_that_leaves_its_interval_kills_by_a_cause_of_its_own(world, name, value, cause):
+def test_definition_3_each_property_that_leaves_its_interval_kills_by_a_cause_of_its_own(world, name,
+                                                                                         value, cause):
     ram = world.tables["ram"]
     uid = int(ram.uid[ram.by_uid()][3])
     _, row = world.locate(uid)
@@ -111,7 +112,8 @@ def test_definition_3_each_property_that_leaves_its_interval_kills_by_a_cause_of
         component = PROPERTIES[name][0]
         ram.field(component, name)[row] = value
     died = []
-    world.on_death.append(lambda t, rows: died.extend((int(t.uid[r]), world.causes[t.cause[r] - 1]) for r in rows if t.name == "ram"))
+    world.on_death.append(lambda t, rows: died.extend((int(t.uid[r]), world.causes[t.cause[r] - 1])
+                                                      for r in rows if t.name == "ram"))
     carcasses = world.tables["carcass"].n
     world.run(1)
     assert (uid, cause) in died

@@ -20,7 +20,8 @@ def test_the_resolution_is_that_of_float32(value):
 RICH = {"species.deer.metabolism.energy_max": 1e8}
 WIDE = {"space.size": [1e7, 1e7], "space.cell": 1e4}
 REFUSED = {
-    "species.deer.metabolism.basal": (RICH | {"species.deer.metabolism.basal": 3.0}, "at least 64 per second"),
+    "species.deer.metabolism.basal": (RICH | {"species.deer.metabolism.basal": 3.0},
+                                      "at least 64 per second"),
     "species.deer.locomotion.speed": (WIDE | {"species.deer.locomotion.speed.walk": 0.4}, "at least 8 m/s"),
     "species.deer.diet.0.gain": (RICH | {"species.deer.diet.0.gain": 3.0}, "at least 64;"),
 }
@@ -41,6 +42,7 @@ def test_debug_mode_says_where_energy_no_longer_falls(monkeypatch):
     world = World.from_config("predator-prey", policies="random")
     deer = world.tables["deer"]
     deer[Metabolism].energy[3] = 1e8
-    lost = r"Metabolism.energy of uid \d+ \(row 3\) is 100000000.0, and a step of .* is rounded away there; float32 holds steps of 8 and"
+    lost = (r"Metabolism.energy of uid \d+ \(row 3\) is 100000000.0, and a step of .* is rounded away there; "
+            r"float32 holds steps of 8 and")
     with pytest.raises(DebugError, match=lost):
         world.run(1)

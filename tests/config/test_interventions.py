@@ -24,7 +24,8 @@ def refusal(*interventions, **more):
 
 
 @pytest.mark.parametrize(("more", "ticks"), [
-    ({}, [5]), ({"every": 3}, [5, 8, 11, 14, 17]), ({"every": 3, "until": 12}, [5, 8, 11]), ({"every": 1, "until": 6}, [5, 6]),
+    ({}, [5]), ({"every": 3}, [5, 8, 11, 14, 17]), ({"every": 3, "until": 12}, [5, 8, 11]),
+    ({"every": 1, "until": 6}, [5, 6]),
 ])  # fmt: skip
 def test_an_intervention_is_due_at_its_tick_and_after_each_so_many_until_the_last(more, ticks):
     cull = Cull.model_validate(CULL | more)
@@ -32,7 +33,8 @@ def test_an_intervention_is_due_at_its_tick_and_after_each_so_many_until_the_las
 
 
 def test_a_plan_is_part_of_what_a_world_is_and_survives_json():
-    config = planned(CULL, FENCE, {"kind": "set", "at": 7, "set": {"species.deer.diet.0.chance": 0.5}}, ADD | {"at_place": [3.0, 4.0]})
+    config = planned(CULL, FENCE, {"kind": "set", "at": 7, "set": {"species.deer.diet.0.chance": 0.5}},
+                     ADD | {"at_place": [3.0, 4.0]})
     again = load(json.loads(json.dumps(config.resolved())))
     assert again.interventions == config.interventions
     assert again.config_hash == config.config_hash != planned(CULL).config_hash
@@ -67,7 +69,9 @@ share = 2
     text = str(caught.value)
     assert "park.toml, line 17: interventions.1.share = 2\n" in text
     assert "at most 1" in text
-    assert load(path, {"interventions.1.share": 0.5, "interventions.1.species": "moss"}).interventions[0].count == 1
+    assert load(
+        path, {"interventions.1.share": 0.5, "interventions.1.species": "moss"}
+    ).interventions[0].count == 1
 
 
 @pytest.mark.parametrize(("wrong", "said"), [
@@ -116,7 +120,8 @@ def test_a_wrong_cull_is_refused_with_what_is_allowed(wrong, said):
     ({"kind": "set", "at": 5, "set": {"species.wof.fertility": 0.5}}, 'did you mean "wolf"'),
     ({"kind": "set", "at": 5, "set": {"species.wolf.fertilty": 0.5}}, 'did you mean "fertility"'),
     ({"kind": "set", "at": 5, "set": {"species.wolf.fertility": 1.5}}, "at most 1"),
-    ({"kind": "set", "at": 5, "set": {"species.wolf.count": 5}}, 'allowed: an intervention of kind "add" or "cull"'),
+    ({"kind": "set", "at": 5, "set": {"species.wolf.count": 5}},
+     'allowed: an intervention of kind "add" or "cull"'),
     ({"kind": "set", "at": 5, "set": {"interventions.0.at": 7}}, "interventions cannot change others"),
 ])  # fmt: skip
 def test_wrong_newcomers_fences_switches_and_values_are_refused(wrong, said):
@@ -127,11 +132,13 @@ def test_wrong_newcomers_fences_switches_and_values_are_refused(wrong, said):
 
 def test_nobody_is_put_into_a_lake(menagerie):
     with pytest.raises(ConfigError, match=r"within terrain.lakes.0"):
-        load(menagerie(), {"interventions": [{"kind": "add", "at": 1, "species": "ram", "count": 1, "at_place": [31.0, 21.0]}]})
+        load(menagerie(), {"interventions": [{"kind": "add", "at": 1, "species": "ram", "count": 1,
+                                              "at_place": [31.0, 21.0]}]})
 
 
 def test_values_are_checked_in_the_order_of_time_each_with_those_before():
-    energy_max, energy = ({"kind": "set", "set": {f"species.deer.metabolism.{k}": v}} for k, v in (("energy_max", 3.0), ("energy", 2.0)))
+    energy_max, energy = ({"kind": "set", "set": {f"species.deer.metabolism.{k}": v}}
+                          for k, v in (("energy_max", 3.0), ("energy", 2.0)))
     planned(energy | {"at": 9}, energy_max | {"at": 4})
     text = refusal(energy | {"at": 4}, energy_max | {"at": 9})
     assert text.startswith("interventions.0.set")
@@ -140,14 +147,16 @@ def test_values_are_checked_in_the_order_of_time_each_with_those_before():
 
 def test_a_fence_may_be_taken_away_once_for_each_time_it_was_put_up():
     planned(FENCE, FENCE | {"at": 7, "remove": True})
-    assert refusal(FENCE, FENCE | {"at": 7, "remove": True}, FENCE | {"at": 8, "remove": True}).startswith("interventions.2.remove")
+    assert refusal(FENCE, FENCE | {"at": 7, "remove": True},
+                   FENCE | {"at": 8, "remove": True}).startswith("interventions.2.remove")
 
 
 @pytest.mark.parametrize(("what", "line"), [
     (CULL, "cull 50 % of deer"),
     (CULL | {"share": 0.125, "which": "oldest", "cause": "caught", "region": [1.0, 2.0, 3.5]},
      "cull 12.5 % of deer in [1, 2, 3.5], the oldest first (caught)"),
-    ({"kind": "cull", "species": "deer", "uids": [7, 12], "cause": "removed"}, "cull #7 and #12 deer (removed)"),
+    ({"kind": "cull", "species": "deer", "uids": [7, 12], "cause": "removed"},
+     "cull #7 and #12 deer (removed)"),
     ({"kind": "cull", "species": "deer", "uids": [1, 2, 3, 4]}, "cull 4 chosen deer"),
     (ADD, "add 3 deer"),
     (FENCE, "fence along [1, 1] [9, 9]"),

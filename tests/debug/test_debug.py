@@ -45,7 +45,8 @@ def debug(monkeypatch):
 
 @pytest.fixture
 def caught(debug, meadow):
-    """A function that lets a wrong system act on the two deer (uids 3 and 4) in the debug mode, and returns what it is told."""
+    """A function that lets a wrong system act on the two deer (uids 3 and 4) in the debug mode,
+    and returns what it is told."""
 
     def catch(work, *, setup=None, world=None, options=None, **deer):
         wrong = does(work)
@@ -61,7 +62,7 @@ def caught(debug, meadow):
     return catch
 
 
-# --- nothing is caught where nothing is wrong, and nothing changes -----------------------------------------------------
+# --- nothing is caught where nothing is wrong, and nothing changes ------------------------------------------
 
 
 def _in_both(monkeypatch, make, ticks):
@@ -135,7 +136,7 @@ def test_a_system_that_grows_a_table_by_a_flush_of_its_own_is_right(debug, meado
     assert world.table("deer").n == 201
 
 
-# --- not a number ------------------------------------------------------------------------------------------------------
+# --- not a number -------------------------------------------------------------------------------------------
 
 
 def test_nan_in_a_column_is_caught(caught):
@@ -153,8 +154,10 @@ def test_infinity_in_a_vector_and_in_a_heavy_column_is_caught(caught):
         table[Wool].weights[0] = [0, 0, -np.inf]
 
     message = caught(work, components=[Wool])
-    assert message == "species 'deer': Wool.length[1] of uid 3 (row 0) is inf (1 more); allowed are finite numbers"
-    assert caught(heavy, components=[Wool]) == "species 'deer': Wool.weights[2] of uid 3 (row 0) is -inf; allowed are finite numbers"
+    assert (message == "species 'deer': Wool.length[1] of uid 3 (row 0) is inf (1 more); "
+                       "allowed are finite numbers")
+    assert (caught(heavy, components=[Wool])
+            == "species 'deer': Wool.weights[2] of uid 3 (row 0) is -inf; allowed are finite numbers")
 
 
 def test_nan_in_a_field_is_caught(caught):
@@ -169,11 +172,12 @@ def test_nan_in_a_reading_is_caught_after_sense(debug, meadow):
     def broken(world, table, seekers, out, first):
         out[:, first] = np.where(table.uid[seekers.rows] == 4, np.nan, 0)
 
-    world = meadow(sensors=[{"kind": "own", "property": "energy"}, {"kind": "custom", "name": "ear", "function": broken, "width": 1}])
+    world = meadow(sensors=[{"kind": "own", "property": "energy"},
+                            {"kind": "custom", "name": "ear", "function": broken, "width": 1}])
     with pytest.raises(DebugError) as error:
         world.run(1)
-    assert str(error.value) == ("after Sense, tick 0, species 'deer': the reading 'ear' of uid 4 (row 1) is nan; "
-                                "allowed are finite numbers")
+    assert str(error.value) == ("after Sense, tick 0, species 'deer': "
+                                "the reading 'ear' of uid 4 (row 1) is nan; allowed are finite numbers")
 
 
 def test_nan_in_the_weights_of_a_shared_policy_is_caught(caught):
@@ -181,7 +185,8 @@ def test_nan_in_the_weights_of_a_shared_policy_is_caught(caught):
         table.species.nerves.brain.named()["policy.head.bias"][1] = np.nan
 
     message = caught(work, policy={"kind": "shared", "hidden": [4]}, options={"policies": "untrained"})
-    assert message == "species 'deer': weight policy.head.bias[1] of the policy is nan; allowed are finite numbers"
+    assert (message == "species 'deer': weight policy.head.bias[1] of the policy is nan; "
+                       "allowed are finite numbers")
 
 
 def test_nan_in_the_brain_of_one_is_caught(debug):
@@ -192,11 +197,12 @@ def test_nan_in_the_brain_of_one_is_caught(debug):
     goats[policy].weights[7] = np.nan
     with pytest.raises(DebugError) as error:
         world.run(1)
-    assert str(error.value).startswith("after what was done between ticks, tick 1, species 'goat': Policy.weights[0] of uid ")
+    assert str(error.value).startswith("after what was done between ticks, tick 1, species 'goat': "
+                                       "Policy.weights[0] of uid ")
     assert "(row 7) is nan; allowed" in str(error.value)
 
 
-# --- rows outside masks ------------------------------------------------------------------------------------------------
+# --- rows outside masks -------------------------------------------------------------------------------------
 
 
 def test_writing_to_a_free_row_is_caught(caught):
@@ -208,7 +214,8 @@ def test_writing_to_a_free_row_is_caught(caught):
 
     assert caught(work) == ("species 'deer': Body.mass of row 5, which is free, was 1.0 and is 7.0; "
                             "write to the living only: table.rows() or table.alive")
-    assert "Wool.weights of row 9, which is free, was [0. 0. 0.] and is [7. 7. 7.]" in caught(heavy, components=[Wool])
+    assert ("Wool.weights of row 9, which is free, was [0. 0. 0.] and is [7. 7. 7.]"
+            in caught(heavy, components=[Wool]))
 
 
 def test_writing_to_the_row_of_one_that_died_is_caught_and_clearing_it_is_not(caught, debug, meadow):
@@ -251,7 +258,8 @@ def test_columns_that_a_system_grows_or_replaces_are_caught(caught):
 
 
 def test_a_component_that_an_intervention_takes_away_is_right(debug, meadow):
-    world = meadow(components=[Wool], options={"systems": [does(lambda table, world: table.columns.pop(Wool))]}).run(4)
+    world = meadow(components=[Wool],
+                   options={"systems": [does(lambda table, world: table.columns.pop(Wool))]}).run(4)
     assert Wool not in world.table("deer")
 
 
@@ -271,10 +279,11 @@ def test_births_and_deaths_that_a_system_carries_out_itself_are_caught(caught):
     assert caught(lambda table, world: table.vacate(np.array([0]))).startswith(
         "species 'deer': alive of uid 3 (row 0) was True and is False; births and deaths are asked for")
     assert caught(lambda table, world: table.occupy(1, 5, 2, {})).startswith(
-        "species 'deer': alive of row 2, which is free, was False and is True; births and deaths are asked for")
+        "species 'deer': alive of row 2, which is free, was False and is True; "
+        "births and deaths are asked for")
 
 
-# --- who is who --------------------------------------------------------------------------------------------------------
+# --- who is who ---------------------------------------------------------------------------------------------
 
 
 def test_two_with_one_uid_are_caught(debug, meadow):
@@ -282,14 +291,15 @@ def test_two_with_one_uid_are_caught(debug, meadow):
     world.table("deer").uid[1] = 1
     with pytest.raises(DebugError) as error:
         world.run(1)
-    assert str(error.value) == ("after what was done between ticks, tick 1, species 'deer': uid 1 lives in row 1 and in row 0 of 'grass'; "
-                                "a uid is given once")
+    assert str(error.value) == ("after what was done between ticks, tick 1, species 'deer': "
+                                "uid 1 lives in row 1 and in row 0 of 'grass'; a uid is given once")
 
 
 def test_a_uid_that_was_never_given_is_caught(debug, meadow):
     world = meadow().run(1)
     world.table("deer").uid[1] = 50
-    with pytest.raises(DebugError, match=r"species 'deer': uid 50 lives in row 1, but the next to be given is 5"):
+    with pytest.raises(DebugError,
+                       match=r"species 'deer': uid 50 lives in row 1, but the next to be given is 5"):
         world.run(1)
 
 
@@ -324,8 +334,8 @@ def test_entities_that_a_processor_deletes_behind_the_table_are_caught(debug):
     world.spawn("mouse", Metabolism(energy=0.5))
     with pytest.raises(DebugError) as error:
         world.run(5)
-    assert str(error.value) == ("after Eraser, tick 2, species 'mouse': esper has no entity 1, but uid 1 (row 0) lives; "
-                                "to kill it, world.kill(uid, cause) or esper.delete_entity")
+    assert str(error.value) == ("after Eraser, tick 2, species 'mouse': esper has no entity 1, but uid 1 "
+                                "(row 0) lives; to kill it, world.kill(uid, cause) or esper.delete_entity")
 
 
 def test_components_that_a_processor_replaces_are_caught(debug):
@@ -341,7 +351,7 @@ def test_components_that_a_processor_replaces_are_caught(debug):
         world.run(1)
 
 
-# --- energy ------------------------------------------------------------------------------------------------------------
+# --- energy -------------------------------------------------------------------------------------------------
 
 
 def test_energy_from_nothing_is_caught_with_who_got_most(caught):
@@ -349,9 +359,9 @@ def test_energy_from_nothing_is_caught_with_who_got_most(caught):
         table[Metabolism].energy[table.rows()] += F([0.125, 0.25])
 
     message = caught(gift, setup=lambda world: arrange(world, "deer", energy=0.5), metabolism={"basal": 0.0})
-    assert message == ("species 'deer': energy came from nothing: that of all living changed by 0.375, but taken − burnt − given by 0, "
-                       "0.375 apart; the largest gap, 0.25, is that of uid 4 (row 1), Metabolism.energy 0.5 to 0.75; "
-                       "book it in taken, burnt or given")
+    assert message == ("species 'deer': energy came from nothing: that of all living changed by 0.375, "
+                       "but taken − burnt − given by 0, 0.375 apart; the largest gap, 0.25, is that of uid 4 "
+                       "(row 1), Metabolism.energy 0.5 to 0.75; book it in taken, burnt or given")
 
 
 def test_a_little_energy_from_nothing_among_many_is_caught(caught):
@@ -381,7 +391,9 @@ def test_energy_that_is_booked_or_passed_on_is_right(debug, meadow):
 def test_a_world_that_keeps_no_books_may_give_energy(debug):
     world = World((9.0, 9.0))
     world.add_table("mouse", Metabolism)
-    world.add_system(type("Manna", (System,), {"needs": (Metabolism,), "update": lambda s, t, w: t[Metabolism].energy.__iadd__(t.alive)})())
+    world.add_system(type("Manna", (System,), {
+        "needs": (Metabolism,), "update": lambda s, t, w: t[Metabolism].energy.__iadd__(t.alive)
+    })())
     world.spawn("mouse")
     assert world.run(3).get(1, Metabolism).energy == 4.0
 
@@ -390,7 +402,8 @@ def test_a_listener_that_takes_energy_from_the_living_is_caught_at_the_deaths(de
     world = meadow()
     world.on_death.append(lambda table, rows: table[Metabolism].energy.__setitem__(1, 0.125))
     world.kill(3)
-    with pytest.raises(DebugError, match=r"^after the deaths of the phase die, tick 0, species 'deer': energy went to nowhere.*uid 4"):
+    with pytest.raises(DebugError, match=r"^after the deaths of the phase die, tick 0, species 'deer': "
+                                         r"energy went to nowhere.*uid 4"):
         world.run(1)
 
 
@@ -399,7 +412,8 @@ def test_a_newborn_that_the_ledger_does_not_know_is_caught_at_its_end(debug, mea
     world = meadow().run(1)
     world.on_birth.append(lambda table, rows, *_: table[Metabolism].energy.__setitem__(rows, 0.75))
     world.spawn("deer", Position(x=3.0), Metabolism(energy=0.25))
-    with pytest.raises(DebugError, match=r"^after Recorder, tick 1, species 'deer': the energy ledger does not close: .* 0\.5 apart"):
+    with pytest.raises(DebugError, match=r"^after Recorder, tick 1, species 'deer': "
+                                         r"the energy ledger does not close: .* 0\.5 apart"):
         world.run(1)
 
 
@@ -409,7 +423,7 @@ def test_energy_given_between_ticks_is_not_held_against_a_system(debug, meadow):
     assert world.run(2).tick == 4
 
 
-# --- places ------------------------------------------------------------------------------------------------------------
+# --- places -------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(("field", "value", "said"), [
@@ -431,7 +445,8 @@ def test_moving_without_saying_so_is_caught(caught):
         table[Position].x[1] = 2.5
 
     message = caught(work, setup=lambda world: arrange(world, "deer", x=1.5))
-    assert message.startswith("species 'deer': Position.x of uid 4 (row 1) was 1.5 and is 2.5, but table.version is the same; say ")
+    assert message.startswith("species 'deer': Position.x of uid 4 (row 1) was 1.5 and is 2.5, "
+                              "but table.version is the same; say ")
 
 
 def test_an_index_that_a_system_disorders_is_caught(caught):
@@ -440,11 +455,13 @@ def test_an_index_that_a_system_disorders_is_caught(caught):
         index.rows[:2], index.uid[:2] = index.rows[1::-1].copy(), index.uid[1::-1].copy()
 
     message = caught(work, setup=lambda world: arrange(world, "deer", x=1.5, y=1.5))
-    assert message == "species 'deer': entry 1 of the index of neighbours, uid 3, follows uid 4 in one cell; systems only read it"
+    assert (message == "species 'deer': entry 1 of the index of neighbours, uid 3, "
+                       "follows uid 4 in one cell; systems only read it")
 
 
 def test_a_system_that_acts_outside_a_tick_is_checked_too(debug, meadow):
-    world = meadow(options={"systems": [type("Wrong", (System,), {"needs": (Nervous,), "update": _poison})()]})
+    world = meadow(options={"systems": [type("Wrong", (System,),
+                                             {"needs": (Nervous,), "update": _poison})()]})
     with pytest.raises(DebugError, match=r"after Wrong, tick 0, species 'deer': Nervous\.happiness of uid 3"):
         act(world, type(world.systems[-2]))
     assert world.debug.before is None

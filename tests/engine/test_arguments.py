@@ -12,7 +12,8 @@ from ecs_eco.engine.errors import ConfigError
 
 @pytest.mark.parametrize("seed", [-1, 1.9, True, 2**64 + 7, 2**63, "1", None, np.float64(2), np.bool_(True)])
 def test_a_wrong_seed_is_refused(seed):
-    with pytest.raises((TypeError, ValueError), match=r"seed is .*; allowed is a whole number from 0 to 9223372036854775807"):
+    with pytest.raises((TypeError, ValueError),
+                       match=r"seed is .*; allowed is a whole number from 0 to 9223372036854775807"):
         World(seed=seed)
 
 
@@ -23,7 +24,8 @@ def test_whole_numbers_of_numpy_are_seeds(seed):
 
 @pytest.mark.parametrize("dt", [math.inf, math.nan, 0, -1.0, True, "1", None])
 def test_a_wrong_dt_is_refused(dt):
-    with pytest.raises((TypeError, ValueError), match=r"dt is .*; allowed is a finite number of seconds above 0"):
+    with pytest.raises((TypeError, ValueError),
+                       match=r"dt is .*; allowed is a finite number of seconds above 0"):
         World(dt=dt)
 
 
@@ -40,12 +42,16 @@ def test_wrong_ticks_are_refused(ticks):
 
 
 WRONG = {
-    "policies.dear": ({"policies": {"dear": "random"}}, 'no such species; allowed: grass, deer, wolf; did you mean "deer"?'),
-    "learn.dear": ({"policies": "untrained", "learn": {"dear": True}}, 'no such species; allowed: grass, deer, wolf; did you mean "deer"?'),
+    "policies.dear": ({"policies": {"dear": "random"}},
+                      'no such species; allowed: grass, deer, wolf; did you mean "deer"?'),
+    "learn.dear": ({"policies": "untrained", "learn": {"dear": True}},
+                   'no such species; allowed: grass, deer, wolf; did you mean "deer"?'),
     "learn.deer": ({"policies": "untrained", "learn": {"deer": "yes"}}, "wrong type; allowed: true or false"),
     "learn": ({"policies": "untrained", "learn": "yes"}, "wrong type; allowed: true or false"),
-    "policies": ({"policies": 7}, "wrong type; allowed: trained, random, untrained, a folder, or in a dict a torch module"),
-    "policies.deer": ({"policies": {"deer": 7}}, "wrong type; allowed: trained, random, untrained, a folder, or in a dict a torch module"),
+    "policies": ({"policies": 7},
+                 "wrong type; allowed: trained, random, untrained, a folder, or in a dict a torch module"),
+    "policies.deer": ({"policies": {"deer": 7}}, "wrong type; allowed: trained, random, untrained, a folder, "
+                                                 "or in a dict a torch module"),
 }
 
 

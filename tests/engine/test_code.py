@@ -59,7 +59,8 @@ def test_a_misspelt_group_of_ones_own_is_refused_with_the_right_name() -> None:
     assert error.value.problems[0].nearest == "shelter"
 
 
-@pytest.mark.parametrize(("actions", "what"), [([], "is empty"), (["stay", "stay"], "named twice"), (["a b"], "not a name")])
+@pytest.mark.parametrize(("actions", "what"),
+                         [([], "is empty"), (["stay", "stay"], "named twice"), (["a b"], "not a name")])
 def test_wrong_actions_of_a_group_of_ones_own_are_refused(actions: list[str], what: str) -> None:
     with pytest.raises(ConfigError) as error:
         load(world_of(actions={"shelter": actions}), systems=[Shelter])
@@ -82,7 +83,8 @@ def test_systems_are_added_to_a_shipped_world_and_to_a_loaded_one() -> None:
 @pytest.mark.usefixtures("module")
 @pytest.mark.parametrize(
     ("system", "what"),
-    [("my_garden:Shelte", "has no function"), ("my_garden:content", "no system"), ("my_gardn:Shelter", "does not list")],
+    [("my_garden:Shelte", "has no function"), ("my_garden:content", "no system"),
+     ("my_gardn:Shelter", "does not list")],
 )
 def test_what_is_no_system_is_refused(system: str, what: str) -> None:
     with pytest.raises(ConfigError, match=what):
@@ -99,15 +101,18 @@ def test_systems_are_part_of_the_resolved_world_by_name() -> None:
 @pytest.mark.usefixtures("module")
 def test_a_function_in_a_dict_is_the_function_that_a_file_names() -> None:
     for function in (content, "my_garden:content"):
-        config = load(world_of(happiness={"function": function, "minimum": 0.0}) | {"code": ["my_garden"]}, systems=[Shelter], trust=True)
+        config = load(world_of(happiness={"function": function, "minimum": 0.0}) | {"code": ["my_garden"]},
+                      systems=[Shelter], trust=True)
         world = World.from_config(for_training(config), learn=False).run(1)
         table = world.table("snail")
         assert table[Nervous].happiness[:3].tolist() == table[Metabolism].energy[:3].tolist()
 
 
 def test_a_function_without_a_module_still_works_while_training() -> None:
-    config = load(world_of(happiness={"function": lambda x: x[:, 0] * 2, "minimum": 0.0}), systems=[Shelter()])
-    assert for_training(config).species["snail"].happiness.function is config.species["snail"].happiness.function
+    config = load(world_of(happiness={"function": lambda x: x[:, 0] * 2, "minimum": 0.0}),
+                  systems=[Shelter()])
+    assert (for_training(config).species["snail"].happiness.function
+            is config.species["snail"].happiness.function)
 
 
 def decided(*rows: tuple[int, int, int], **snail: Any) -> Any:

@@ -80,5 +80,6 @@ def test_a_half_written_file_is_known_by_its_name(tmp_path):
     with files.writing(tmp_path / "manifest.json") as beside:
         assert files.written_beside(beside) == "manifest.json"
         assert _names(tmp_path) == [beside.name]
-    for other in ("notes.tmp", ".notes.tmp", "manifest.tmp", ".manifest.json.1234", ".manifest.json.ecs-eco-12-ab.tmp"):
+    for other in ("notes.tmp", ".notes.tmp", "manifest.tmp", ".manifest.json.1234",
+                  ".manifest.json.ecs-eco-12-ab.tmp"):
         assert files.written_beside(tmp_path / other) is None

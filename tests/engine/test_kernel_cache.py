@@ -1,4 +1,5 @@
-"""Compiled kernels on disk: nobody else's are loaded, damaged ones are compiled again, and a full disk stops nothing."""
+"""Compiled kernels on disk: nobody else's are loaded, damaged ones are compiled again,
+and a full disk stops nothing."""
 
 import errno
 import os
@@ -31,7 +32,8 @@ pytestmark = pytest.mark.skipif(os.name != "posix", reason="owners and modes of 
 
 @pytest.fixture
 def start(tmp_path, monkeypatch):
-    """Import a kernel and call it, as a new process would: whether it was found or compiled, and what was warned of."""
+    """Import a kernel and call it, as a new process would: whether it was found or compiled,
+    and what was warned of."""
     script = tmp_path / "kernel.py"
     script.write_text(KERNEL)
 
@@ -51,9 +53,11 @@ def start(tmp_path, monkeypatch):
 def process(tmp_path, before="", **more):
     """The same in a process of its own; what it wrote to stderr."""
     (tmp_path / "kernel.py").write_text(KERNEL)
-    code = f"{before}\nimport runpy; found = runpy.run_path({str(tmp_path / 'kernel.py')!r}); print(found['value'], found['hits'])"
+    code = (f"{before}\nimport runpy; found = runpy.run_path({str(tmp_path / 'kernel.py')!r}); "
+            "print(found['value'], found['hits'])")
     environment = {**os.environ, "ECS_ECO_CACHE": str(tmp_path / "cache"), **more}
-    namespace = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, timeout=300)
+    namespace = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True,
+                               timeout=300)
     assert namespace.returncode == 0, namespace.stderr
     value, hits = namespace.stdout.split()
     assert value == "6.0"
@@ -91,7 +95,8 @@ def test_other_switches_of_the_compiler_are_other_kernels(tmp_path):
     lambda content: content[:-500] + bytes([content[-500] ^ 1]) + content[-499:],
     lambda content: bytes([content[0] ^ 1]) + content[1:],
     lambda content: b"\x80\x04N." * 100,
-], ids=["emptied", "half", "a byte less", "ten bytes", "a byte more", "zeros", "a bit of the code", "of the seal", "a pickle"])  # fmt: skip
+], ids=["emptied", "half", "a byte less", "ten bytes", "a byte more", "zeros", "a bit of the code",
+        "of the seal", "a pickle"])  # fmt: skip
 def test_a_damaged_file_is_compiled_again_without_a_word(start, damage):
     start()
     (file,) = start.files()
@@ -143,7 +148,8 @@ def fails(number):
 
 
 def test_a_process_that_may_write_no_more_bytes_goes_on(tmp_path):
-    where, warning = process(tmp_path, "import resource; resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000))")
+    where, warning = process(tmp_path,
+                             "import resource; resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000))")
     assert where == "compiled"
     assert warning.count("RuntimeWarning") == 1
     assert "File too large" in warning
@@ -230,8 +236,11 @@ def test_a_group_of_the_user_alone_is_nobody_else(monkeypatch):
     from types import SimpleNamespace
 
     monkeypatch.setattr(pwd, "getpwuid", lambda uid: SimpleNamespace(pw_name="ada"))
-    for name, members, own in (("ada", [], True), ("ada", ["ada"], True), ("ada", ["eve"], False), ("users", [], False)):
-        monkeypatch.setattr(grp, "getgrgid", lambda gid, name=name, members=members: SimpleNamespace(gr_name=name, gr_mem=members))
+    for name, members, own in (("ada", [], True), ("ada", ["ada"], True), ("ada", ["eve"], False),
+                               ("users", [], False)):
+        monkeypatch.setattr(grp, "getgrgid", lambda gid, name=name, members=members: SimpleNamespace(
+            gr_name=name, gr_mem=members
+        ))
         assert module._is_own_group(5) is own
 
 
@@ -245,8 +254,10 @@ def test_a_kernel_without_a_source_file_is_compiled_and_not_kept():
 
 
 def test_disabled_compilation_leaves_plain_python():
-    process_ = subprocess.run([sys.executable, "-c", "from ecs_eco.systems.move import njit\n@njit\ndef f(x):\n    return x\nprint(f(7))"],
-                           env={**os.environ, "NUMBA_DISABLE_JIT": "1"}, capture_output=True, text=True, check=True)  # fmt: skip
+    process_ = subprocess.run([sys.executable, "-c", "from ecs_eco.systems.move import njit\n@njit\n"
+                                                     "def f(x):\n    return x\nprint(f(7))"],
+                           env={**os.environ, "NUMBA_DISABLE_JIT": "1"}, capture_output=True,
+                           text=True, check=True)  # fmt: skip
     assert process_.stdout == "7\n"
 
 
@@ -261,7 +272,9 @@ def test_all_kernels_of_the_package_are_kept_in_it():
             name = ".".join(("ecs_eco", *path.relative_to(root).with_suffix("").parts))
             for kernel in vars(importlib.import_module(name)).values():
                 if isinstance(kernel, Dispatcher):
-                    assert isinstance(kernel._cache, KernelCache), f"{name}.{kernel.py_func.__name__}: compiled by numba's own njit"
+                    assert isinstance(kernel._cache, KernelCache), (
+                        f"{name}.{kernel.py_func.__name__}: compiled by numba's own njit"
+                    )
                     found += 1
     assert found > 50
 

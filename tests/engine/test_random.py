@@ -5,7 +5,8 @@ from ecs_eco.engine.random import draw, draw_many, mix, mix_int, tick_key
 
 
 def test_mix_is_the_finaliser_of_splitmix64():
-    # the first outputs of splitmix64 with seed 1234567 (Vigna's test vector): the generator's state grows by the golden ratio
+    # the first outputs of splitmix64 with seed 1234567 (Vigna's test vector):
+    # the generator's state grows by the golden ratio
     state, outputs = 1234567, [6457827717110365317, 3203168211198807973, 9817491932198370423]
     for expected in outputs:
         assert mix_int(state) == expected
@@ -23,7 +24,9 @@ def test_a_kernel_an_array_and_a_slow_twin_draw_the_same():
     for purpose in (random.PLACE, random.FEED + (3 << 8)):
         many = draw_many(key, who, purpose)
         assert many.dtype == np.float32
-        assert many.tolist() == [float(draw(key, w, purpose)) for w in who] == [slow(int(w), purpose) for w in who]
+        assert many.tolist() == [float(draw(key, w, purpose)) for w in who] == [
+            slow(int(w), purpose) for w in who
+        ]
 
 
 def test_every_part_of_the_key_counts():

@@ -90,7 +90,8 @@ def test_a_wrong_declaration_is_refused_at_once(fields, error, message):
 
 
 def test_a_component_inherits_nothing():
-    with pytest.raises(TypeError, match="Wet: a component inherits nothing; write its fields out instead of Fur"):
+    with pytest.raises(TypeError,
+                       match="Wet: a component inherits nothing; write its fields out instead of Fur"):
 
         @component
         class Wet(Fur):
@@ -107,13 +108,15 @@ def test_an_unknown_field_names_the_nearest():
 
 
 def test_a_size_that_nobody_gave_is_named():
-    with pytest.raises(ValueError, match=r"Fur.rings in table 'cat': the shape uint8\[legs\] needs the size 'legs'; declared are none"):
+    with pytest.raises(ValueError, match=r"Fur.rings in table 'cat': "
+                                         r"the shape uint8\[legs\] needs the size 'legs'; declared are none"):
         Table("cat", (Fur,))
 
 
 def test_annotations_written_as_text_are_understood():
     scope = {"__name__": __name__, "component": component}
-    exec("@component\nclass Late:\n    n: 'i64' = 4\n    v: 'f32[2]' = 1\n", scope)  # as `from __future__ import annotations` leaves them
+    # as `from __future__ import annotations` leaves them
+    exec("@component\nclass Late:\n    n: 'i64' = 4\n    v: 'f32[2]' = 1\n", scope)
     assert scope["Late"](n=5).n == 5
     assert i64 is not None
     assert scope["Late"].fields["v"][0].shape == (2,)

@@ -46,7 +46,8 @@ from ecs_eco.learning import Brain
 
 for array in Brain(495, (3,), hidden=(197, 200), seed=1).state().values():
     print(hashlib.sha256(array.tobytes()).hexdigest())
-print(hashlib.sha256(fit_network(lambda x: x[:, :1] - x[:, 1:2], 40, -1, 1, hidden=(256,), steps=20).weights.tobytes()).hexdigest())
+fitted = fit_network(lambda x: x[:, :1] - x[:, 1:2], 40, -1, 1, hidden=(256,), steps=20)
+print(hashlib.sha256(fitted.weights.tobytes()).hexdigest())
 """
 
 WORLDS = """
@@ -68,7 +69,8 @@ def run_all(*jobs):
     """Run (code, argument, environment) in processes of their own, all at once; what each printed."""
     bare = {name: value for name, value in os.environ.items() if name not in NUMBERS}
     started = [
-        subprocess.Popen([sys.executable, "-c", code, argument], env=bare | environment, stdout=subprocess.PIPE, text=True)
+        subprocess.Popen([sys.executable, "-c", code, argument], env=bare | environment,
+                         stdout=subprocess.PIPE, text=True)
         for code, argument, environment in jobs
     ]
     printed = [process.communicate()[0] for process in started]
@@ -89,7 +91,8 @@ def test_what_is_learnt_depends_neither_on_what_ran_before_nor_on_the_environmen
 
 
 def test_drawn_and_fitted_networks_do_not_depend_on_the_environment():
-    first, *others = run_all(*[(PRODUCTS, "", {"OMP_NUM_THREADS": n}) for n in ("1", "2", "4")], (PRODUCTS, "", {}))
+    first, *others = run_all(*[(PRODUCTS, "", {"OMP_NUM_THREADS": n}) for n in ("1", "2", "4")],
+                             (PRODUCTS, "", {}))
     assert others == [first] * len(others)
 
 

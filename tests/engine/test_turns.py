@@ -87,7 +87,8 @@ def test_a_second_world_apart_takes_turns(learn):
 
 
 def test_whoever_waits_has_the_next_turn_however_soon_the_other_wants_it_again():
-    """A thread that takes turns without a pause, a thousand times, leaves one to a thread that began to wait before."""
+    """A thread that takes turns without a pause, a thousand times,
+    leaves one to a thread that began to wait before."""
     waits, had = threading.Event(), []
 
     def other():

@@ -14,7 +14,8 @@ def trained(menagerie, tmp_path_factory):
     out = tmp_path_factory.mktemp("policies")
     shown = []
     changes = {"training": {"average": 0.5, "set": {"species.moss.reproduction.seed_rain": 0.2}}}
-    result = pretrain(menagerie(**changes), seed=5, ticks=40, out=out, progress=lambda *at: shown.append(at), points=4)
+    result = pretrain(menagerie(**changes), seed=5, ticks=40, out=out,
+                      progress=lambda *at: shown.append(at), points=4)
     return result, out, shown
 
 
@@ -45,7 +46,9 @@ def test_training_changes_the_weights_and_the_same_seed_gives_the_same(trained, 
     changes = {"training": {"average": 0.5, "set": {"species.moss.reproduction.seed_rain": 0.2}}}
     again = pretrain(menagerie(**changes), seed=5, ticks=40, points=4)
     assert all(np.array_equal(v, again["policies"]["ram"][k]) for k, v in result["policies"]["ram"].items())
-    fresh = World.from_config(menagerie(**changes), seed=5, policies="untrained").tables["ram"].species.nerves.brain.state()
+    fresh = World.from_config(
+        menagerie(**changes), seed=5, policies="untrained"
+    ).tables["ram"].species.nerves.brain.state()
     assert all((v != fresh[k]).any() for k, v in result["policies"]["ram"].items() if k.endswith("weight"))
 
 
@@ -63,7 +66,8 @@ def test_the_mean_of_weights_is_that_of_each_number():
 
 
 def test_what_an_update_could_not_say_is_written_as_null(menagerie, tmp_path):
-    dead = {"happiness": {"formula": "0 * energy", "minimum": 0.0}, "lethal": [], "ppo": {"gae_lambda": 0.0, "discount": 0.0}}
+    dead = {"happiness": {"formula": "0 * energy", "minimum": 0.0}, "lethal": [],
+            "ppo": {"gae_lambda": 0.0, "discount": 0.0}}
     result = pretrain(menagerie(species={"ram": dead}), ticks=30, out=tmp_path)
     assert json.loads((tmp_path / "training.json").read_text())["reports"] == result["reports"]
 
@@ -75,7 +79,8 @@ def test_numbers_ramp_while_training(menagerie):
     seen = []
 
     def look(done, _):
-        seen.append((done, sum(s.metabolism.basal for n, s in worlds[-1].config.species.items() if n == "ram")))
+        seen.append((done,
+                     sum(s.metabolism.basal for n, s in worlds[-1].config.species.items() if n == "ram")))
 
     worlds, made = [], World.from_config
 

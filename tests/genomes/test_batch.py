@@ -21,7 +21,8 @@ def layout_of(loci: int = 10, letters: str = "ACGT", **arguments) -> Layout:
     return Layout([Gene(name="g", letters=2, low=0, high=1, **arguments)], letters, loci=loci)
 
 
-def operators(layout: Layout, mate: tuple | None = None, mutate: tuple | None = None, twins: bool = True, chance: float = 1.0) -> Operators:
+def operators(layout: Layout, mate: tuple | None = None, mutate: tuple | None = None, twins: bool = True,
+              chance: float = 1.0) -> Operators:
     """Operators with functions of DEAP; without `twins` hidden in functions that no kernel stands for."""
     toolbox = toolbox_of({"mutate": {"operator": "mutUniformInt", "indpb": 0.0}}, layout)
     for word, given in (("mate", mate), ("mutate", mutate)):
@@ -33,7 +34,8 @@ def operators(layout: Layout, mate: tuple | None = None, mutate: tuple | None = 
 
 def hidden(function: Callable, word: str) -> Callable:
     if word == "mate":
-        return (lambda a, b, indpb: function(a, b, indpb)) if function is tools.cxUniform else lambda a, b: function(a, b)
+        return ((lambda a, b, indpb: function(a, b, indpb))
+                if function is tools.cxUniform else lambda a, b: function(a, b))
     if function is tools.mutUniformInt:
         return lambda a, low, up, indpb: function(a, low, up, indpb)
     return lambda a, indpb: function(a, indpb)
@@ -46,7 +48,8 @@ def origins(layout: Layout, mate: tuple, twins: bool, chance: float = 1.0) -> np
 
 
 def same_counts(a: np.ndarray, b: np.ndarray) -> None:
-    """Two samples of whole numbers of the same distribution, by a chi-square test with sparse cells put together."""
+    """Two samples of whole numbers of the same distribution,
+    by a chi-square test with sparse cells put together."""
     values = np.unique(np.concatenate([a, b]))
     table = np.array([[(x == v).sum() for v in values] for x in (a, b)])
     rare = table.sum(axis=0) < 20
@@ -94,7 +97,8 @@ def test_without_a_crossing_the_child_copies_one_parent(twins: bool) -> None:
     whole = (child == child[:, :1]).all(axis=1)
     assert whole.mean() == pytest.approx(0.75 + 0.25 * 2 / 2**10, abs=0.03)
     assert child[whole, 0].mean() == pytest.approx(0.5, abs=0.03)
-    assert (origins(layout_of(10), (tools.cxUniform, {"indpb": 0.5}), twins, chance=0.0)[:, :1] == child[:, :1]).mean() > 0.8
+    assert (origins(layout_of(10), (tools.cxUniform, {"indpb": 0.5}), twins, chance=0.0)[:, :1]
+            == child[:, :1]).mean() > 0.8
 
 
 MUTATIONS = [
@@ -111,7 +115,8 @@ def test_kernels_mutate_as_deap_does(mutate: tuple, letters: str) -> None:
     parent = np.tile(np.array([0, 1, 0, 1, 1, 0], np.uint8), (N, 1))
     if mutate[0] is tools.mutShuffleIndexes:
         parent = np.tile(np.array([0, 1, 2, 3, 3, 0], np.uint8), (N, 1))
-    at_once, each = (operators(layout, None, mutate, twins).offspring(parent, None, KEYS).astype(int) for twins in (True, False))
+    at_once, each = (operators(layout, None, mutate, twins).offspring(parent, None, KEYS).astype(int)
+                     for twins in (True, False))
     assert not np.array_equal(at_once, each)
     same_counts((at_once != parent).sum(axis=1), (each != parent).sum(axis=1))
     for locus in range(6):
@@ -124,7 +129,9 @@ def test_kernels_mutate_as_deap_does(mutate: tuple, letters: str) -> None:
 
 @pytest.mark.parametrize("twins", [True, False])
 def test_a_gene_may_mutate_at_a_rate_of_its_own(twins: bool) -> None:
-    layout = Layout([Gene(name="a", letters=3, low=0, high=1), Gene(name="b", letters=2, low=0, high=1, mutation=0.8)], "01", loci=7)
+    layout = Layout([Gene(name="a", letters=3, low=0, high=1),
+                     Gene(name="b", letters=2, low=0, high=1, mutation=0.8)],
+                    "01", loci=7)
     parent = np.zeros((N, 7), np.uint8)
     child = operators(layout, None, (tools.mutFlipBit, {"indpb": 0.1}), twins).offspring(parent, None, KEYS)
     assert child.mean(axis=0) == pytest.approx([0.1, 0.1, 0.1, 0.8, 0.8, 0.1, 0.1], abs=0.025)
@@ -134,21 +141,27 @@ def test_a_gene_may_mutate_at_a_rate_of_its_own(twins: bool) -> None:
 def test_bounds_of_each_locus_go_with_the_locus(twins: bool) -> None:
     layout = Layout([Gene(name="a", letters=2, low=0, high=1, mutation=1.0)], loci=4)
     arguments = {"low": [0, 1, 2, 3], "up": [0, 1, 2, 3], "indpb": 0.5}
-    child = operators(layout, None, (tools.mutUniformInt, arguments), twins).offspring(np.zeros((500, 4), np.uint8), None, KEYS[:500])
+    child = operators(layout, None, (tools.mutUniformInt, arguments),
+                      twins).offspring(np.zeros((500, 4), np.uint8), None, KEYS[:500])
     assert (child[:, :2] == [0, 1]).all()
     assert {tuple(c) for c in child[:, 2:].tolist()} == {(0, 0), (2, 0), (0, 3), (2, 3)}
 
 
-# --- each twin against DEAP's own function, called as DEAP calls it -----------------------------------------------------
+# --- each twin against DEAP's own function, called as DEAP calls it -----------------------------------------
 
 MATINGS = 100_000
-TWINS = {  # all that run as kernels: the operator's arguments, the alphabet, and what a wrong twin of it gets wrong
-    "cxOnePoint": ({}, "01", ("cross_points", lambda a: (a[0][:, :-1], a[1][:, :-1], *a[2:-1], a[-1][:, :-1]))),
-    "cxTwoPoint": ({}, "01", ("cross_points", lambda a: (a[0][:, :-1], a[1][:, :-1], *a[2:-1], a[-1][:, :-1]))),
+# all that run as kernels: the operator's arguments, the alphabet, and what a wrong twin of it gets wrong
+TWINS = {
+    "cxOnePoint": ({}, "01",
+                   ("cross_points", lambda a: (a[0][:, :-1], a[1][:, :-1], *a[2:-1], a[-1][:, :-1]))),
+    "cxTwoPoint": ({}, "01",
+                   ("cross_points", lambda a: (a[0][:, :-1], a[1][:, :-1], *a[2:-1], a[-1][:, :-1]))),
     "cxUniform": ({"indpb": 0.3}, "01", ("cross_uniform", lambda a: (*a[:6], np.float32(a[6] + 0.01), a[7]))),
-    "mutUniformInt": ({"low": 0, "up": 2, "indpb": 0.3}, "ACG", ("mutate_uniform", lambda a: (*a[:5], a[5] - 1))),
+    "mutUniformInt": ({"low": 0, "up": 2, "indpb": 0.3}, "ACG",
+                      ("mutate_uniform", lambda a: (*a[:5], a[5] - 1))),
     "mutFlipBit": ({"indpb": 0.3}, "01", ("mutate_flip", lambda a: (*a[:3], a[3] + 0.01))),
-    "mutShuffleIndexes": ({"indpb": 0.3}, "ACGT", ("mutate_shuffle", lambda a: (*a[:3], a[3] * 7 / 8))),  # with itself, too
+    # with itself, too
+    "mutShuffleIndexes": ({"indpb": 0.3}, "ACGT", ("mutate_shuffle", lambda a: (*a[:3], a[3] * 7 / 8))),
 }
 
 
@@ -156,7 +169,8 @@ def by_the_twin(name: str) -> np.ndarray:
     """Children u8[MATINGS, 8] of the kernel that stands for an operator."""
     arguments, letters, _ = TWINS[name]
     layout, keys = layout_of(8, letters), np.arange(MATINGS, dtype=np.uint64)
-    first = np.zeros((MATINGS, 8), np.uint8) + (np.arange(8, dtype=np.uint8) % len(letters) if name.startswith("mut") else np.uint8(0))
+    first = np.zeros((MATINGS, 8), np.uint8) + (np.arange(8, dtype=np.uint8) % len(letters)
+                                                if name.startswith("mut") else np.uint8(0))
     given = getattr(tools, name), arguments
     if name.startswith("cx"):
         return operators(layout, given, None).offspring(first, first + 1, keys)
@@ -164,7 +178,8 @@ def by_the_twin(name: str) -> np.ndarray:
 
 
 def by_deap(name: str) -> np.ndarray:
-    """Children u8[MATINGS, 8] of DEAP's own function; of a crossing the first, the parents' order being drawn."""
+    """Children u8[MATINGS, 8] of DEAP's own function; of a crossing the first,
+    the parents' order being drawn."""
     arguments, letters, _ = TWINS[name]
     function, children = getattr(tools, name), np.empty((MATINGS, 8), np.uint8)
     state = random.getstate()
@@ -180,7 +195,8 @@ def by_deap(name: str) -> np.ndarray:
 
 
 def chance_that_both_are_alike(one: np.ndarray, other: np.ndarray, size: int) -> float:
-    """Return p of a chi-square test of all patterns of eight letters, those seen fewer than twenty times put together."""
+    """Return p of a chi-square test of all patterns of eight letters,
+    those seen fewer than twenty times put together."""
     weights = size ** np.arange(8)
     _, number = np.unique(np.concatenate([one @ weights, other @ weights]), return_inverse=True)
     table = np.array([np.bincount(half, minlength=number.max() + 1) for half in np.split(number, 2)])
@@ -190,7 +206,9 @@ def chance_that_both_are_alike(one: np.ndarray, other: np.ndarray, size: int) ->
 
 
 @pytest.mark.parametrize("name", TWINS)
-def test_a_twin_makes_what_deaps_own_function_makes_and_a_wrong_twin_is_found_out(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_twin_makes_what_deaps_own_function_makes_and_a_wrong_twin_is_found_out(
+    name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
     _, letters, (kernel, wrong) = TWINS[name]
     deaps = by_deap(name).astype(np.int64)
     assert chance_that_both_are_alike(by_the_twin(name).astype(np.int64), deaps, len(letters)) > 0.001
@@ -209,14 +227,15 @@ def test_every_operator_of_the_closed_list_is_a_twin_or_deaps_own() -> None:
     assert {name for names in SAFE.values() for name in names} - set(TWINS) == {"mutInversion"}
 
 
-# --- two strings -----------------------------------------------------------------------------------------------------
+# --- two strings --------------------------------------------------------------------------------------------
 
 
 def diploid(twins: bool, chance: float = 1.0) -> np.ndarray:
     """Children [N, 2, 6] of parents with strings of 0 and 1, and of 2 and 3."""
     layout = Layout([Gene(name="g", letters=2, low=0, high=1)], loci=6, ploidy=2)
     parents = [np.repeat(np.array([[a, a + 1]], np.uint8), 6, axis=1).repeat(N, axis=0) for a in (0, 2)]
-    return operators(layout, (tools.cxTwoPoint, {}), None, twins, chance).offspring(*parents, KEYS).reshape(N, 2, 6)
+    return operators(layout, (tools.cxTwoPoint, {}), None,
+                     twins, chance).offspring(*parents, KEYS).reshape(N, 2, 6)
 
 
 @pytest.mark.parametrize("twins", [True, False])
@@ -232,7 +251,8 @@ def test_each_parent_gives_one_string_crossed_of_its_two(twins: bool) -> None:
 
 def test_kernels_make_gametes_as_deap_does() -> None:
     weights = 2 ** np.arange(6)
-    same_counts(*((diploid(twins)[:, 0] % 2) @ weights + 64 * (diploid(twins)[:, 0, 0] // 2) for twins in (True, False)))
+    same_counts(*((diploid(twins)[:, 0] % 2) @ weights + 64 * (diploid(twins)[:, 0, 0] // 2)
+                  for twins in (True, False)))
 
 
 def test_both_gametes_of_a_birth_are_crossed_on_their_own() -> None:
@@ -247,13 +267,14 @@ def test_a_diploid_without_mate_is_copied() -> None:
     assert np.array_equal(operators(layout).offspring(parent, None, KEYS[:50]), parent)
 
 
-# --- promises --------------------------------------------------------------------------------------------------------
+# --- promises -----------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("twins", [True, False])
 def test_a_child_depends_on_its_parents_and_its_key_alone(twins: bool) -> None:
     layout = layout_of(12)
-    births = operators(layout, (tools.cxTwoPoint, {}), (tools.mutUniformInt, {"low": 0, "up": 3, "indpb": 0.2}), twins)
+    births = operators(layout, (tools.cxTwoPoint, {}),
+                       (tools.mutUniformInt, {"low": 0, "up": 3, "indpb": 0.2}), twins)
     keys = KEYS[:60]
     first, second = layout.random(keys), layout.random(keys + np.uint64(1))
     before = first.copy()
@@ -271,7 +292,8 @@ def test_the_users_random_numbers_go_on_as_if_nobody_was_born() -> None:
     random.seed(5)
     expected = [random.random() for _ in range(3)]
     random.seed(5)
-    births = operators(layout, (tools.cxTwoPoint, {}), (tools.mutUniformInt, {"low": 0, "up": 3, "indpb": 0.2}), twins=False)
+    births = operators(layout, (tools.cxTwoPoint, {}),
+                       (tools.mutUniformInt, {"low": 0, "up": 3, "indpb": 0.2}), twins=False)
     first = layout.random(KEYS[:5])
     births.offspring(first, first[::-1].copy(), KEYS[:5])
     assert [random.random() for _ in range(3)] == expected
@@ -304,7 +326,8 @@ def test_a_letter_outside_the_alphabet_that_first_comes_in_a_birth_is_named() ->
         return ([*genome[:-1], 4] if genome == [1] * 8 else genome,)
 
     births = operators(layout, None, (rare, {}))
-    with pytest.raises(ValueError, match="mutate: rare puts 4 at place 7, which is no letter; allowed are whole numbers from 0 to 3"):
+    with pytest.raises(ValueError, match="mutate: rare puts 4 at place 7, which is no letter; "
+                                         "allowed are whole numbers from 0 to 3"):
         births.offspring(np.ones((1, 8), np.uint8), None, KEYS[:1])
 
 
@@ -325,7 +348,8 @@ def test_genomes_of_another_layout_are_refused() -> None:
 
 def test_the_forward_kernel_agrees_with_plain_matrices() -> None:
     rng = np.random.default_rng(1)
-    x, weights = rng.normal(size=(7, 3)).astype(np.float32), rng.normal(size=(7, 3 * 4 + 4 + 4 * 2 + 2)).astype(np.float32)
+    x, weights = (rng.normal(size=(7, 3)).astype(np.float32),
+                  rng.normal(size=(7, 3 * 4 + 4 + 4 * 2 + 2)).astype(np.float32))
     out = np.empty((7, 2), np.float32)
     forward(x, np.array([3, 4, 2]), weights, out)
     for i, w in enumerate(weights):

@@ -15,14 +15,19 @@ from ecs_eco.testing import check_genome as check_layout
 GOAT = {
     "count": 10, "body": {"radius": 0.4}, "locomotion": {"speed": {"sit": 0.0, "hop": 1.0}, "turn": 0.8},
     "diet": [{"eats": "goat", "gain": 0.1}],
-    "sensors": [{"kind": "own", "property": "energy"}, {"kind": "nearest", "name": "eye", "target": "goat", "radius": 5.0}],
+    "sensors": [{"kind": "own", "property": "energy"},
+                {"kind": "nearest", "name": "eye", "target": "goat", "radius": 5.0}],
     "actions": {"speed": ["sit", "hop"], "eat": ["eat"]},
-    "reflex": {"connections": [{"name": "red", "sensor": "eye_near", "action": "eat", "weight": -1, "above": 0.5}]},
-    "reproduction": {"kind": "asexual", "rate": 0.01, "energy_min": 0.6, "energy_given": 0.3, "dispersal": 2.0},
+    "reflex": {"connections": [{"name": "red", "sensor": "eye_near", "action": "eat", "weight": -1,
+                                "above": 0.5}]},
+    "reproduction": {"kind": "asexual", "rate": 0.01, "energy_min": 0.6, "energy_given": 0.3,
+                     "dispersal": 2.0},
     "genome": {
-        "mate": {"operator": "cxUniform", "chance": 0.9, "indpb": 0.5}, "mutate": {"operator": "mutUniformInt", "indpb": 0.005},
+        "mate": {"operator": "cxUniform", "chance": 0.9, "indpb": 0.5},
+        "mutate": {"operator": "mutUniformInt", "indpb": 0.005},
         "genes": [{"name": "red", "trait": "reflex.red.weight", "letters": 1, "values": [0, 0, 0, -1]},
-                  {"name": "size", "trait": "body.radius", "letters": 4, "low": 0.2, "high": 0.6, "code": "gray"}],
+                  {"name": "size", "trait": "body.radius", "letters": 4, "low": 0.2, "high": 0.6,
+                   "code": "gray"}],
     },
 }  # fmt: skip
 
@@ -30,7 +35,8 @@ GOAT = {
 def world(change=lambda goat: None) -> WorldConfig:
     goat = copy.deepcopy(GOAT)
     change(goat)
-    return WorldConfig.model_validate({"format": 1, "name": "w", "space": {"size": [50.0, 40.0]}, "species": {"goat": goat}})
+    return WorldConfig.model_validate({"format": 1, "name": "w", "space": {"size": [50.0, 40.0]},
+                                       "species": {"goat": goat}})
 
 
 def gene(number: int, **values):
@@ -76,7 +82,8 @@ def larger_than_own(goat: dict) -> None:
 
 def inherit(how: str):
     def change(goat: dict) -> None:
-        goat |= {"policy": {"kind": "individual", "inherit": how}, "happiness": {"weights": {"energy": 1.0}, "minimum": 0.0}}
+        goat |= {"policy": {"kind": "individual", "inherit": how},
+                 "happiness": {"weights": {"energy": 1.0}, "minimum": 0.0}}
         if how == "learned":
             brain = {"name": "brain", "trait": "policy.weights", "letters": 2, "low": -2.0, "high": 2.0}
             goat["genome"]["genes"].append(brain | {"form": "cosine", "coefficients": 5})
@@ -117,7 +124,9 @@ def test_a_brain_in_the_genome_has_as_many_codons_as_the_form_says() -> None:
     from ecs_eco.config.traits import policy_shapes
 
     layout = Layout.from_config(goat.genome, traits_of(goat, 2), policy_shapes(goat, 2))
-    assert (layout["brain"].codons.n, layout["brain"].width) == (6 * 5, ((4 * 64 + 64) + (64 * 64 + 64) + (64 * 5 + 5),))
+    assert (layout["brain"].codons.n, layout["brain"].width) == (
+        6 * 5, ((4 * 64 + 64) + (64 * 64 + 64) + (64 * 5 + 5),)
+    )
 
 
 @pytest.mark.parametrize("letters", ["A", "AA", "ACGTA"])
@@ -135,7 +144,9 @@ def test_the_conformance_check_finds_a_code_that_forgets(monkeypatch: pytest.Mon
         check_layout(layout)
 
 
-def test_the_conformance_check_finds_values_beyond_the_range_and_rows_that_mix(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_conformance_check_finds_values_beyond_the_range_and_rows_that_mix(
+    monkeypatch: pytest.MonkeyPatch
+) -> None:
     layout = Layout([Gene(name="g", letters=3, low=0, high=1)])
     right = Range.values
     monkeypatch.setattr(Range, "values", lambda self, numbers: right(self, numbers) + 1)

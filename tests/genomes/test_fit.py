@@ -69,7 +69,8 @@ def test_an_answer_does_not_depend_on_the_other_rows(diver) -> None:
 
 def test_the_weights_go_through_a_genome(diver) -> None:
     most = float(np.abs(diver.weights).max()) * 1.01
-    layout = Layout([Gene(name="reflex", letters=6, low=-most, high=most, form="direct")], shapes={"reflex": diver.shapes})
+    layout = Layout([Gene(name="reflex", letters=6, low=-most, high=most, form="direct")],
+                    shapes={"reflex": diver.shapes})
     again = diver.with_weights(layout.decode(layout.encode({"reflex": diver.weights}))["reflex"][0])
     assert again.weights == pytest.approx(diver.weights, abs=layout["reflex"].resolution)
     x = np.random.default_rng(9).uniform(LOW, HIGH, (5000, 3)).astype(np.float32)
@@ -86,7 +87,9 @@ def test_hidden_layers_may_be_none_or_many() -> None:
     linear = fit_network(lambda x: 3 * x[:, 0] - x[:, 1] + 2, 2, -1, 1, hidden=(), kind="happiness")
     assert linear.error < 1e-3
     assert linear.weights == pytest.approx([3, -1, 2], abs=0.01)
-    assert fit_network(dive, 3, LOW, HIGH, hidden=(5, 4), steps=5).shapes == [(3, 5), (5,), (5, 4), (4,), (4, 9), (9,)]
+    assert fit_network(dive, 3, LOW, HIGH, hidden=(5, 4), steps=5).shapes == [
+        (3, 5), (5,), (5, 4), (4,), (4, 9), (9,)
+    ]
 
 
 @pytest.mark.parametrize(("change", "words"), [

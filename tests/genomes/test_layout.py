@@ -22,15 +22,17 @@ def one(gene: Gene, letters: str = "ACGT", **arguments) -> Layout:
 
 
 def said(layout: Layout, text: str) -> dict[str, float]:
-    return {name: value[0].tolist() for name, value in layout.decode(layout.alphabet.encode(text)[None]).items()}
+    return {name: value[0].tolist()
+            for name, value in layout.decode(layout.alphabet.encode(text)[None]).items()}
 
 
-# --- what codons mean ------------------------------------------------------------------------------------------------
+# --- what codons mean ---------------------------------------------------------------------------------------
 
 
 def test_a_codon_is_a_number_with_its_first_letter_as_most_significant_digit() -> None:
     layout = one(Gene(name="n", letters=3, low=0, high=63, whole=True))
-    assert [said(layout, t)["n"] for t in ("AAA", "AAT", "ACA", "CAA", "TTT", "GCT")] == [0, 3, 4, 16, 63, 2 * 16 + 4 + 3]
+    assert [said(layout, t)["n"]
+            for t in ("AAA", "AAT", "ACA", "CAA", "TTT", "GCT")] == [0, 3, 4, 16, 63, 2 * 16 + 4 + 3]
 
 
 def test_several_codons_may_code_for_one_value() -> None:
@@ -59,7 +61,8 @@ def test_neighbours_in_positional_code_may_differ_in_every_letter() -> None:
 
 def test_additive_codons_add_up_wherever_they_are() -> None:
     layout = one(Gene(name="a", letters=1, codons=4, code="additive", low=0, high=12, whole=True))
-    assert [said(layout, t)["a"] for t in ("AAAA", "TAAA", "AAAT", "CCCC", "TTTT", "GACA")] == [0, 3, 3, 4, 12, 3]
+    assert [said(layout, t)["a"]
+            for t in ("AAAA", "TAAA", "AAAT", "CCCC", "TTTT", "GACA")] == [0, 3, 3, 4, 12, 3]
     assert np.array_equal(layout.decode(layout.encode({"a": np.arange(13)}))["a"], np.arange(13))
 
 
@@ -67,7 +70,8 @@ def test_equal_steps_of_a_logarithmic_scale_are_equal_factors() -> None:
     layout = one(Gene(name="l", letters=1, low=1, high=8, scale="log"))
     assert [said(layout, letter)["l"] for letter in "ACGT"] == pytest.approx([1, 2, 4, 8])
     assert layout["l"].resolution == pytest.approx(4)
-    assert said(layout, layout.alphabet.decode(layout.encode({"l": 2.9})[0]))["l"] == pytest.approx(2)  # nearer, if not in its logarithm
+    # nearer, if not in its logarithm
+    assert said(layout, layout.alphabet.decode(layout.encode({"l": 2.9})[0]))["l"] == pytest.approx(2)
 
 
 def test_the_resolution_is_the_range_over_the_steps() -> None:
@@ -83,7 +87,8 @@ def test_direct_weights_have_a_codon_each() -> None:
 
 
 def test_cosine_weights_are_the_sum_of_waves() -> None:
-    layout = one(Gene(name="w", letters=1, low=-3, high=3, form="cosine", coefficients=2), "AT", shapes={"w": [(2, 3), (2,)]})
+    layout = one(Gene(name="w", letters=1, low=-3, high=3, form="cosine", coefficients=2), "AT",
+                 shapes={"w": [(2, 3), (2,)]})
     assert layout.length == 4  # two of the matrix, two of the bias
     i, j = np.arange(3) + 0.5, np.arange(2) + 0.5
     wave = np.cos(np.pi * i / 3) * np.sqrt(2 / 3) / np.sqrt(2)  # along the outputs, the same for both inputs
@@ -107,7 +112,7 @@ def test_with_all_coefficients_any_weights_come_back() -> None:
     assert layout.decode(layout.encode({"w": w}))["w"] == pytest.approx(w, abs=layout["w"].resolution * 3)
 
 
-# --- round trips -----------------------------------------------------------------------------------------------------
+# --- round trips --------------------------------------------------------------------------------------------
 
 
 @st.composite
@@ -116,12 +121,15 @@ def layouts(draw) -> Layout:
     genes, shapes = [], {}
     for i in range(draw(st.integers(1, 5))):
         letters = draw(st.integers(1, 4))
-        kind, name = draw(st.sampled_from(["values", "range", "whole", "additive", "direct", "cosine"])), f"g{i}"
+        kind, name = (draw(st.sampled_from(["values", "range", "whole", "additive", "direct", "cosine"])),
+                      f"g{i}")
         low = draw(st.floats(-50, 50, width=32))
-        more: dict = {"low": low, "high": low + draw(st.floats(0.5, 100, width=32)), "code": draw(st.sampled_from(["positional", "gray"]))}
+        more: dict = {"low": low, "high": low + draw(st.floats(0.5, 100, width=32)),
+                      "code": draw(st.sampled_from(["positional", "gray"]))}
         if kind == "values":
             letters = min(letters, 2)
-            more = {"values": draw(st.lists(st.floats(-9, 9, width=16), min_size=size**letters, max_size=size**letters))}
+            more = {"values": draw(st.lists(st.floats(-9, 9, width=16), min_size=size**letters,
+                                            max_size=size**letters))}
         elif kind == "whole":
             more |= {"low": round(low), "high": round(low) + draw(st.integers(1, 30)), "whole": True}
         elif kind == "additive":
@@ -170,7 +178,8 @@ def test_a_value_comes_back_within_half_a_resolution(layout: Layout, seed: int) 
 def test_a_hundred_thousand_genomes_decode_in_well_under_a_second_and_stay() -> None:
     layout = Layout([RED, Gene(name="size", letters=6, low=0.2, high=0.6, code="gray"),
                      Gene(name="n", letters=2, low=0, high=9, whole=True),
-                     Gene(name="w", letters=3, low=-2, high=2, form="direct")], shapes={"w": [(4, 3), (3,)]})  # fmt: skip
+                     Gene(name="w", letters=3, low=-2, high=2, form="direct")],
+                    shapes={"w": [(4, 3), (3,)]})  # fmt: skip
     loci = layout.random(np.arange(100_000, dtype=np.uint64))
     layout.decode(loci[:2])
     start = time.perf_counter()
@@ -183,7 +192,7 @@ def test_a_hundred_thousand_genomes_decode_in_well_under_a_second_and_stay() -> 
         assert (loci == letter).mean() == pytest.approx(0.25, abs=0.002)
 
 
-# --- two strings -----------------------------------------------------------------------------------------------------
+# --- two strings --------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(("how", "value"), [("first", 1), ("mean", 2), ("greater", 3)])
@@ -194,7 +203,8 @@ def test_dominance_says_how_two_alleles_make_a_value(how: str, value: float) -> 
 
 
 def test_a_gene_may_have_a_dominance_of_its_own() -> None:
-    genes = [Gene(name="a", letters=1, low=0, high=3), Gene(name="b", letters=1, low=0, high=3, dominance="greater")]
+    genes = [Gene(name="a", letters=1, low=0, high=3),
+             Gene(name="b", letters=1, low=0, high=3, dominance="greater")]
     assert said(Layout(genes, ploidy=2, dominance="mean"), "CCTT") == {"a": 2, "b": 3}
 
 
@@ -210,7 +220,7 @@ def test_encoding_makes_both_strings_alike() -> None:
     assert layout.alphabet.decode(layout.encode({"n": 6})[0]) == "CGACGA"
 
 
-# --- places and pieces -----------------------------------------------------------------------------------------------
+# --- places and pieces --------------------------------------------------------------------------------------
 
 
 def test_genes_follow_one_another_and_the_rest_is_neutral() -> None:
@@ -218,11 +228,13 @@ def test_genes_follow_one_another_and_the_rest_is_neutral() -> None:
     layout = Layout([a, Gene(name="b", letters=1, low=0, high=1, at=4), c], loci=9)
     assert [(c.first, c.stop) for c in layout.genes] == [(0, 2), (4, 5), (5, 7)]
     pieces = layout.mark("ACGTACGTA")
-    assert [(p.gene, p.first, p.letters) for p in pieces] == [("a", 0, "AC"), ("", 2, "GT"), ("b", 4, "A"), ("c", 5, "CG"), ("", 7, "TA")]
+    assert [(p.gene, p.first, p.letters) for p in pieces] == [("a", 0, "AC"), ("", 2, "GT"), ("b", 4, "A"),
+                                                              ("c", 5, "CG"), ("", 7, "TA")]
 
 
 def test_genes_need_not_stand_in_the_order_of_their_loci() -> None:
-    layout = Layout([Gene(name="a", letters=1, low=0, high=3, at=2), Gene(name="b", letters=2, low=0, high=15, at=0)])
+    layout = Layout([Gene(name="a", letters=1, low=0, high=3, at=2),
+                     Gene(name="b", letters=2, low=0, high=15, at=0)])
     assert said(layout, "CAT") == {"a": 3, "b": 4}
     assert [p.gene for p in layout.mark("CAT")] == ["b", "a"]
 
@@ -232,9 +244,10 @@ def test_a_marked_pair_of_strings_says_which_is_which() -> None:
 
 
 def test_the_table_says_where_what_and_how_fine() -> None:
-    layout = one(Gene(name="size", trait="body.radius", letters=2, low=0.2, high=0.5), traits={RADIUS.name: RADIUS})
-    assert layout.table() == [{"gene": "size", "loci": "0-1", "trait": "body.radius", "codes for": "0.2 to 0.5 (positional)",
-                               "resolution": "0.02 m"}]  # fmt: skip
+    layout = one(Gene(name="size", trait="body.radius", letters=2, low=0.2, high=0.5),
+                 traits={RADIUS.name: RADIUS})
+    assert layout.table() == [{"gene": "size", "loci": "0-1", "trait": "body.radius",
+                               "codes for": "0.2 to 0.5 (positional)", "resolution": "0.02 m"}]  # fmt: skip
     assert "body.radius" in str(layout).splitlines()[1]
 
 
@@ -244,14 +257,15 @@ def test_rates_are_the_genes_own_where_they_have_one() -> None:
 
 
 def test_own_says_the_values_of_the_species_and_draws_the_rest() -> None:
-    genes = [Gene(name="size", trait="body.radius", letters=4, low=0.2, high=0.71), Gene(name="marker", letters=8, low=0, high=1)]
+    genes = [Gene(name="size", trait="body.radius", letters=4, low=0.2, high=0.71),
+             Gene(name="marker", letters=8, low=0, high=1)]
     rows = Layout(genes, traits={RADIUS.name: RADIUS}).own(3)
     assert (rows == rows[0]).all()
     assert len(set(rows[0, 4:].tolist())) > 1
     assert Layout(genes, traits={RADIUS.name: RADIUS}).decode(rows)["size"] == pytest.approx(0.4)
 
 
-# --- errors ----------------------------------------------------------------------------------------------------------
+# --- errors -------------------------------------------------------------------------------------------------
 
 G = {"name": "g", "letters": 1, "low": 0.0, "high": 1.0}
 REFUSED = [
@@ -259,7 +273,8 @@ REFUSED = [
     ([G | {"low": 1.0}], {}, "not below high"),
     ([G | {"low": None}], {}, "genes.0.low"),
     ([G | {"values": [1.0] * 4}], {}, "given together with values"),
-    ([{"name": "g", "letters": 1, "values": [1.0, 2.0]}], {}, "2 of them, and a codon of 1 of 4 letters has 4 values"),
+    ([{"name": "g", "letters": 1, "values": [1.0, 2.0]}], {},
+     "2 of them, and a codon of 1 of 4 letters has 4 values"),
     ([G | {"letters": 16}], {}, r"4\^16 values; allowed: at most 15"),
     ([G | {"scale": "log"}], {}, "no logarithm"),
     ([G | {"low": 0.5, "whole": True}], {}, "not a whole number"),
@@ -267,16 +282,20 @@ REFUSED = [
     ([G | {"code": "additive"}], {}, "at least 2"),
     ([G | {"codons": 2}], {}, 'of no use with code = "positional"'),
     ([G | {"coefficients": 3}], {}, "only for the weights"),
-    ([G, G | {"name": "h", "at": 0}], {}, "overlaps the gene g, which has the loci 0 to 0; allowed: at least 1"),
+    ([G, G | {"name": "h", "at": 0}], {},
+     "overlaps the gene g, which has the loci 0 to 0; allowed: at least 1"),
     ([G, G | {"name": "h", "letters": 3}], {"loci": 3}, "too short a string: the genes need 4 loci"),
     ([G | {"trait": "body.radus"}], {"traits": {"body.radius": RADIUS}}, 'did you mean "body.radius"'),
-    ([G | {"trait": "body.radius"}], {"traits": {"body.radius": RADIUS}}, "outside of what body.radius can be"),
+    ([G | {"trait": "body.radius"}], {"traits": {"body.radius": RADIUS}},
+     "outside of what body.radius can be"),
     ([G | {"trait": "a"}, G | {"name": "h", "trait": "a"}], {}, "the gene g codes for it too"),
-    ([G | {"trait": "reflex.red.weight", "low": -1, "high": 2}], {"traits": {SIGN.name: SIGN}}, "allowed: -1 to 1"),
+    ([G | {"trait": "reflex.red.weight", "low": -1, "high": 2}], {"traits": {SIGN.name: SIGN}},
+     "allowed: -1 to 1"),
     ([G | {"form": "direct"}], {}, "network that it codes for is not known"),
     ([G | {"form": "cosine"}], {"shapes": {"g": [(2, 2)]}}, "is missing: how many for each matrix"),
     ([G | {"form": "direct", "coefficients": 3}], {"shapes": {"g": [(2, 2)]}}, "every weight has a codon"),
-    ([G | {"form": "direct", "code": "additive", "codons": 2}], {"shapes": {"g": [(2, 2)]}}, "positional or gray"),
+    ([G | {"form": "direct", "code": "additive", "codons": 2}], {"shapes": {"g": [(2, 2)]}},
+     "positional or gray"),
     ([G | {"form": "direct", "low": 1.0, "high": 2.0, "scale": "log"}], {"shapes": {"g": [(2, 2)]}}, "scale"),
     ([G | {"form": "direct", "letters": 9}], {"shapes": {"g": [(2, 2)]}}, "at most 8"),
     ([G | {"trait": "policy.weights"}], {"shapes": {"policy.weights": [(2, 2)]}}, "direct or cosine"),
@@ -287,7 +306,8 @@ REFUSED = [
 
 
 @pytest.mark.parametrize(("genes", "arguments", "words"), REFUSED, ids=[w[:30] for _, _, w in REFUSED])
-def test_a_layout_that_cannot_be_is_refused_with_the_reason(genes: list[dict], arguments: dict, words: str) -> None:
+def test_a_layout_that_cannot_be_is_refused_with_the_reason(genes: list[dict],
+                                                            arguments: dict, words: str) -> None:
     with pytest.raises(ConfigError, match=words):
         Layout([Gene(**g) for g in genes], **arguments)
 
@@ -298,7 +318,8 @@ def test_all_that_is_wrong_is_said_at_once() -> None:
     assert len(caught.value.problems) == 4
 
 
-@pytest.mark.parametrize("loci", [np.zeros((2, 3), np.uint8), np.zeros((2, 2)), np.zeros(2, np.uint8), [[0, 0]]])
+@pytest.mark.parametrize("loci",
+                         [np.zeros((2, 3), np.uint8), np.zeros((2, 2)), np.zeros(2, np.uint8), [[0, 0]]])
 def test_rows_of_another_form_are_refused(loci: object) -> None:
     with pytest.raises(ValueError, match=r"allowed are rows of u8\[n, 2\]"):
         one(Gene(name="g", letters=2, low=0, high=1)).decode(loci)

@@ -14,17 +14,21 @@ from ecs_eco.config.traits import policy_shapes, traits_of
 from ecs_eco.genomes import Trait
 
 BEAST = {
-    "count": 3, "body": {"radius": 0.4, "mass": 7.0}, "metabolism": {"energy": 0.5, "growth": 0.1}, "sex": "random",
-    "locomotion": {"speed": {"sit": 0.0, "hop": 1.0}, "turn": 0.8}, "defence": {"toughness": 0.25, "poison": 2.0},
-    "sensors": [{"kind": "own", "property": "energy"}, {"kind": "nearest", "name": "eye", "target": "beast", "radius": 5.0},
-                {"kind": "smell", "name": "nose", "field": "musk", "at": [1.0, -0.5]}, {"kind": "light", "name": "pit", "at": [0.5, 0.0]},
+    "count": 3, "body": {"radius": 0.4, "mass": 7.0}, "metabolism": {"energy": 0.5, "growth": 0.1},
+    "sex": "random", "locomotion": {"speed": {"sit": 0.0, "hop": 1.0}, "turn": 0.8},
+    "defence": {"toughness": 0.25, "poison": 2.0},
+    "sensors": [{"kind": "own", "property": "energy"},
+                {"kind": "nearest", "name": "eye", "target": "beast", "radius": 5.0},
+                {"kind": "smell", "name": "nose", "field": "musk", "at": [1.0, -0.5]},
+                {"kind": "light", "name": "pit", "at": [0.5, 0.0]},
                 {"kind": "touch", "name": "skin", "at": [-1.0, 1.0]}],
     "actions": {"speed": ["sit", "hop"], "turn": ["left", "none", "right"]},
     "reflex": {"connections": [{"name": "flee", "sensor": "nose", "action": "hop", "weight": 1, "above": 0.5},
                                {"sensor": "energy", "action": "sit", "weight": -1, "below": 0.2}]},
     "happiness": {"weights": {"energy": 1.0, "nose": -0.3}, "minimum": -1.0},
     "policy": {"kind": "individual", "hidden": [8, 6]}, "ppo": {"discount": 0.9},
-    "reproduction": {"kind": "sexual", "energy_min": 0.6, "energy_given": 0.2, "age_min": 30.0, "litter": 2, "choice": "oldest"},
+    "reproduction": {"kind": "sexual", "energy_min": 0.6, "energy_given": 0.2, "age_min": 30.0, "litter": 2,
+                     "choice": "oldest"},
     "lethal": [{"property": "energy", "min": 0.0}, {"property": "age", "max": 900.0}],
 }  # fmt: skip
 
@@ -41,30 +45,40 @@ def test_every_heritable_value_of_a_species_is_listed_with_its_column_and_own_va
         "body.radius": ("Body", "radius", None, 0.4), "body.mass": ("Body", "mass", None, 7.0),
         "locomotion.pace": ("Vigour", "pace", None, 1.0),
         "metabolism.growth": ("Growth", "growth", None, 0.1),
-        "defence.toughness": ("Defence", "toughness", None, 0.25), "defence.poison": ("Defence", "poison", None, 2.0),
-        "sensors.eye.radius": ("Senses", "radius", 1, 5.0), "sensors.nose.forward": ("Senses", "forward", 2, 1.0),
-        "sensors.nose.left": ("Senses", "left", 2, -0.5), "sensors.pit.forward": ("Senses", "forward", 3, 0.5),
-        "sensors.pit.left": ("Senses", "left", 3, 0.0),
-        "reflex.flee.weight": ("Reflexes", "weight", 0, 1), "reflex.flee.threshold": ("Reflexes", "threshold", 0, 0.5),
-        "reflex.energy_sit.weight": ("Reflexes", "weight", 1, -1), "reflex.energy_sit.threshold": ("Reflexes", "threshold", 1, 0.2),
+        "defence.toughness": ("Defence", "toughness", None, 0.25),
+        "defence.poison": ("Defence", "poison", None, 2.0),
+        "sensors.eye.radius": ("Senses", "radius", 1, 5.0),
+        "sensors.nose.forward": ("Senses", "forward", 2, 1.0),
+        "sensors.nose.left": ("Senses", "left", 2, -0.5),
+        "sensors.pit.forward": ("Senses", "forward", 3, 0.5), "sensors.pit.left": ("Senses", "left", 3, 0.0),
+        "reflex.flee.weight": ("Reflexes", "weight", 0, 1),
+        "reflex.flee.threshold": ("Reflexes", "threshold", 0, 0.5),
+        "reflex.energy_sit.weight": ("Reflexes", "weight", 1, -1),
+        "reflex.energy_sit.threshold": ("Reflexes", "threshold", 1, 0.2),
         "happiness.energy": ("Desires", "weight", 0, 1.0), "happiness.nose": ("Desires", "weight", 1, -0.3),
-        "policy.weights": ("Policy", "weights", None, 0.0), "ppo.learning_rate": ("Plasticity", "learning_rate", None, 3e-4),
-        "ppo.discount": ("Plasticity", "discount", None, 0.9), "ppo.entropy": ("Plasticity", "entropy", None, 0.01),
-        "life.age_max": ("LifeHistory", "age_max", None, 900.0), "reproduction.age_min": ("LifeHistory", "age_min", None, 30.0),
+        "policy.weights": ("Policy", "weights", None, 0.0),
+        "ppo.learning_rate": ("Plasticity", "learning_rate", None, 3e-4),
+        "ppo.discount": ("Plasticity", "discount", None, 0.9),
+        "ppo.entropy": ("Plasticity", "entropy", None, 0.01),
+        "life.age_max": ("LifeHistory", "age_max", None, 900.0),
+        "reproduction.age_min": ("LifeHistory", "age_min", None, 30.0),
         "reproduction.energy_min": ("LifeHistory", "energy_min", None, 0.6),
         "reproduction.energy_given": ("LifeHistory", "energy_given", None, 0.2),
-        "reproduction.litter": ("LifeHistory", "litter", None, 2.0), "reproduction.choice": ("LifeHistory", "choice", None, 3.0),
+        "reproduction.litter": ("LifeHistory", "litter", None, 2.0),
+        "reproduction.choice": ("LifeHistory", "choice", None, 3.0),
     }  # fmt: skip
 
 
 def test_a_plant_has_no_more_than_its_own() -> None:
     grass = load("predator-prey").species["grass"]
-    own = ["body.mass", "body.radius", "defence.poison", "defence.toughness", "metabolism.growth", "reproduction.spread"]
+    own = ["body.mass", "body.radius", "defence.poison", "defence.toughness", "metabolism.growth",
+           "reproduction.spread"]
     assert sorted(traits_of(grass, 2)) == own
 
 
 def test_a_shared_brain_is_nobodys_own() -> None:
-    assert not [t for t in traits_of(species(policy={"kind": "shared"}), 2) if t.startswith(("policy", "ppo"))]
+    assert not [t for t in traits_of(species(policy={"kind": "shared"}), 2)
+                if t.startswith(("policy", "ppo"))]
 
 
 def test_every_trait_is_a_field_of_a_shipped_component_with_an_own_value_in_bounds() -> None:
@@ -89,8 +103,10 @@ class Wool:
 def test_numbers_of_a_component_of_ones_own_are_traits() -> None:
     traits = traits_of(species(), 2, [Wool])
     text = "The coat of one animal."
-    assert traits["Wool.length"] == Trait("Wool.length", "Wool", "length", None, 0.01, -1e30, 1e30, "number", "own", text)
-    assert (traits["Wool.color"].kind, traits["Wool.color"].low, traits["Wool.color"].high) == ("whole", 0.0, 255.0)
+    assert traits["Wool.length"] == Trait("Wool.length", "Wool", "length", None, 0.01, -1e30, 1e30, "number",
+                                          "own", text)
+    assert (traits["Wool.color"].kind, traits["Wool.color"].low,
+            traits["Wool.color"].high) == ("whole", 0.0, 255.0)
     assert "Wool.pattern" not in traits
 
 
@@ -106,7 +122,9 @@ def test_the_shapes_of_a_brain_are_known_before_there_is_one() -> None:
 
 
 def test_looking_at_genomes_for_the_configuration_loads_nothing_heavy() -> None:
-    code = ("import sys, ecs_eco.genomes.models, ecs_eco.config.checks.genome, ecs_eco.genomes.layout, ecs_eco.genomes.traits\n"
+    code = ("import sys, ecs_eco.genomes.models, ecs_eco.config.checks.genome, ecs_eco.genomes.layout, "
+            "ecs_eco.genomes.traits\n"
             "from ecs_eco.genomes import Layout, Gene; Layout([Gene(name='a', letters=2, low=0, high=1)])\n"
             "print([m for m in ('numba', 'torch', 'deap') if m in sys.modules])")  # fmt: skip
-    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.strip() == "[]"
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True,
+                          text=True, check=True).stdout.strip() == "[]"

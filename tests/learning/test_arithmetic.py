@@ -62,7 +62,8 @@ def test_result_does_not_depend_on_the_place_in_the_array(kernel):
 
 @pytest.mark.skipif(platform.machine() not in ("x86_64", "AMD64"), reason="looks for an instruction of x86")
 def test_loops_become_vectors():
-    fresh = numba.njit(nogil=True, error_model="numpy", fastmath={"contract"})(_each_tanh.py_func)  # cached code has none
+    # cached code has none
+    fresh = numba.njit(nogil=True, error_model="numpy", fastmath={"contract"})(_each_tanh.py_func)
     _of(fresh, np.zeros(1, np.float32))
     assert any("divps" in assembly for assembly in fresh.inspect_asm().values())
 

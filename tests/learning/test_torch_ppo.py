@@ -13,7 +13,10 @@ GROUPS = (3, 2)
 
 
 def live(learner, n=60, ticks=4, seed=0):
-    """Store ticks of n animals with random observations; some die, some are cut. Returns the living and their values."""
+    """Store ticks of n animals with random observations; some die, some are cut.
+
+    Returns the living and their values.
+    """
     rng, brain, rows = np.random.default_rng(seed), learner.brain, np.arange(n)
     memory = np.zeros((n, brain.memory), np.float32)
     for _ in range(ticks):
@@ -37,7 +40,8 @@ def live(learner, n=60, ticks=4, seed=0):
 def moved(brain):
     """Give a brain weights off its first ones, so that ratios leave the clip on both sides."""
     rng = np.random.default_rng(8)
-    brain.load({name: a + rng.normal(0, 0.2, a.shape).astype(np.float32) for name, a in brain.state().items()})
+    brain.load({name: a + rng.normal(0, 0.2, a.shape).astype(np.float32)
+                for name, a in brain.state().items()})
 
 
 def of_mlp(brain):
@@ -49,7 +53,8 @@ def of_mlp(brain):
 
 
 @pytest.mark.parametrize("trunk", ["shared", "separate"])
-@pytest.mark.parametrize("ppo", [PPO(minibatch=100), PPO(clip_value=0.3, max_grad_norm=0, weight_decay=0.1, anneal=1000, entropy=0.05)])
+@pytest.mark.parametrize("ppo", [PPO(minibatch=100), PPO(clip_value=0.3, max_grad_norm=0, weight_decay=0.1,
+                                                         anneal=1000, entropy=0.05)])
 def test_autograd_and_the_kernels_learn_the_same(trunk, ppo):
     ours = Learner(Brain(5, GROUPS, (16, 8), 3, trunk), ppo, seed=7)
     theirs = TorchLearner(of_mlp(ours.brain), ppo, seed=7)
@@ -81,7 +86,8 @@ def test_the_gradients_of_both_are_equal(trunk, clip_value):
     ours.brain.layers = layers
     for name, parameter in theirs.brain.module.named_parameters():
         size = np.abs(gradients[name]).max()
-        np.testing.assert_allclose(parameter.grad.numpy(), gradients[name], rtol=1e-3, atol=2e-5 * size, err_msg=name)
+        np.testing.assert_allclose(parameter.grad.numpy(), gradients[name], rtol=1e-3, atol=2e-5 * size,
+                                   err_msg=name)
 
 
 @pytest.mark.parametrize("network", [Plain, Gru])
@@ -91,7 +97,8 @@ def test_an_update_gives_the_same_bits_for_any_number_of_workers_and_torch_threa
     for workers, threads in ((1, 1), (2, 2), (3, 1)):
         torch.set_num_threads(threads)
         torch.manual_seed(1)
-        learner = TorchLearner(ModuleBrain(network(5, GROUPS), 5, GROUPS), PPO(minibatch=7000, epochs=2, unroll=2), 3, workers)
+        learner = TorchLearner(ModuleBrain(network(5, GROUPS), 5, GROUPS),
+                               PPO(minibatch=7000, epochs=2, unroll=2), 3, workers)
         for seed in range(2):
             learner.update(*live(learner, n=3000, seed=seed))
         digests.add(hashlib.sha256(b"".join(a.tobytes() for a in learner.state().values())).hexdigest())
@@ -139,7 +146,8 @@ def test_a_replay_of_a_memory_with_unchanged_weights_gives_what_was_decided():
 
 
 def test_gradients_go_back_in_time_as_far_as_a_stretch_and_no_farther():
-    """The last decision of each life alone is rewarded; what was seen a tick before matters to it through the memory."""
+    """The last decision of each life alone is rewarded; what was seen a tick before matters
+    to it through the memory."""
     slopes = []
     for unroll in (1, 2):
         torch.manual_seed(4)

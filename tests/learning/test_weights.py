@@ -11,8 +11,10 @@ WEIGHTS = {"b": np.arange(6, dtype=np.float32).reshape(2, 3), "a": np.ones(2, np
 
 
 def test_weights_come_back_as_they_were_saved(tmp_path):
-    found = weights.load(weights.save(tmp_path / "deer.safetensors", {"b": WEIGHTS["b"], "t": WEIGHTS["b"].T}))
-    assert {name: array.tolist() for name, array in found.items()} == {"b": WEIGHTS["b"].tolist(), "t": WEIGHTS["b"].T.tolist()}
+    found = weights.load(weights.save(tmp_path / "deer.safetensors",
+                                      {"b": WEIGHTS["b"], "t": WEIGHTS["b"].T}))
+    assert {name: array.tolist() for name, array in found.items()} == {"b": WEIGHTS["b"].tolist(),
+                                                                       "t": WEIGHTS["b"].T.tolist()}
 
 
 def test_one_flipped_bit_is_noticed_or_changes_no_weight(tmp_path):
@@ -40,7 +42,9 @@ def test_weights_of_other_origin_are_taken_and_can_be_sealed(tmp_path):
     assert load_file(path)["b"].tolist() == WEIGHTS["b"].tolist()
 
 
-@pytest.mark.parametrize("path", sorted(p for world in shipped().values() for p in world.parent.glob("*.safetensors")), ids=str)
+@pytest.mark.parametrize(
+    "path", sorted(p for world in shipped().values() for p in world.parent.glob("*.safetensors")), ids=str
+)
 def test_every_shipped_policy_has_a_seal(path):
     weights.load(path)
     assert b'"ecs-eco.seal"' in path.read_bytes()[:400]

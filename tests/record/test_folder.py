@@ -99,8 +99,11 @@ class _PowerCut(Exception):
     """Something from outside."""
 
 
-@pytest.mark.parametrize(("error", "where"), [(_PowerCut, "Feed"), (KeyboardInterrupt, "Spread")])  # before and after the dead are buried
-def test_an_interrupted_run_leaves_readable_parts_and_says_that_it_is_not_finished(menagerie, tmp_path, monkeypatch, error, where):
+# before and after the dead are buried
+@pytest.mark.parametrize(("error", "where"), [(_PowerCut, "Feed"), (KeyboardInterrupt, "Spread")])
+def test_an_interrupted_run_leaves_readable_parts_and_says_that_it_is_not_finished(
+    menagerie, tmp_path, monkeypatch, error, where
+):
     from ecs_eco import systems
 
     system = getattr(systems, where)
@@ -113,7 +116,8 @@ def test_an_interrupted_run_leaves_readable_parts_and_says_that_it_is_not_finish
 
     monkeypatch.setattr(system, "process", failing)
     with pytest.raises(error):
-        run_to_folder(menagerie(), seed=7, ticks=TICKS, out=tmp_path / "run", policies="untrained", report=False)
+        run_to_folder(menagerie(), seed=7, ticks=TICKS, out=tmp_path / "run", policies="untrained",
+                      report=False)
     manifest = json.loads((tmp_path / "run" / "manifest.json").read_text())
     assert (manifest["finished"], manifest["done"], manifest["ticks"]) == (False, 12, TICKS)
     series = read_parts(tmp_path / "run" / "series").to_pydict()
@@ -145,7 +149,8 @@ def test_a_part_is_whole_or_not_there(run, tmp_path, monkeypatch):
 def test_parts_of_a_long_run_are_read_as_one(tmp_path):
     from ecs_eco.record.parquet import to_arrow, write_part
 
-    for part, columns in enumerate([{"tick": np.arange(3)}, {"tick": np.arange(3, 5), "died: late": np.array([0, 1], np.int32)}]):
+    for part, columns in enumerate([{"tick": np.arange(3)},
+                                    {"tick": np.arange(3, 5), "died: late": np.array([0, 1], np.int32)}]):
         write_part(
             to_arrow(columns | {"species": np.zeros(len(columns["tick"]), np.int8)}, {"species": ["moss"]}),
             tmp_path / f"part-{part:05d}.parquet",
@@ -182,13 +187,16 @@ def test_a_run_goes_on_and_is_whole_after_an_extinction(tmp_path):
     from ecs_eco.record import run_to_folder
     from ecs_eco.record.parquet import read_parts
 
-    small = {"space.size": [60.0, 60.0], "species.grass.count": 100, "species.deer.count": 10, "species.wolf.count": 3,
+    small = {"space.size": [60.0, 60.0], "species.grass.count": 100, "species.deer.count": 10,
+             "species.wolf.count": 3,
              "species.deer.metabolism.basal": 0.05, "species.wolf.metabolism.basal": 0.05}
-    run_to_folder(load("predator-prey", small), seed=1, ticks=60, out=tmp_path / "run", policies="random", snapshot_every=5)
+    run_to_folder(load("predator-prey", small), seed=1, ticks=60, out=tmp_path / "run", policies="random",
+                  snapshot_every=5)
     manifest = json.loads((tmp_path / "run" / "manifest.json").read_text())
     series, snapshots = read_parts(tmp_path / "run" / "series"), read_parts(tmp_path / "run" / "snapshots")
     assert (manifest["finished"], manifest["done"]) == (True, 60)
-    assert [n for s, n in zip(series["species"].to_pylist(), series["n"].to_pylist(), strict=True) if s == "deer"][-1] == 0
+    assert [n for s, n in zip(series["species"].to_pylist(), series["n"].to_pylist(), strict=True)
+            if s == "deer"][-1] == 0
     assert max(snapshots["tick"].to_pylist()) == 55  # of the grass alone
     assert (tmp_path / "run" / "report.html").is_file()
 
@@ -204,7 +212,8 @@ def test_genomes_are_strings_that_repeat_or_do_not(tmp_path):
         found = pq.read_table(tmp_path / f"{name}.parquet")["genome"]
         assert found.type == pa.string()
         assert found.to_pylist() == [text.decode() or None for text in column.tolist()]
-    encodings = {name: pq.read_metadata(tmp_path / f"{name}.parquet").row_group(0).column(0).encodings for name in ("few", "many")}
+    encodings = {name: pq.read_metadata(tmp_path / f"{name}.parquet").row_group(0).column(0).encodings
+                 for name in ("few", "many")}
     assert ["RLE_DICTIONARY" in encodings[name] for name in ("few", "many")] == [True, False]
 
 
@@ -225,25 +234,30 @@ def test_the_manifest_names_the_genes_of_a_layout():
         "alphabet": "ACGU",
         "ploidy": 2,
         "genes": [
-            {"name": "red", "at": 0, "letters": 1, "trait": "reflex.red.weight", "values": [0.0, 0.0, 0.0, -1.0]},
+            {"name": "red", "at": 0, "letters": 1, "trait": "reflex.red.weight",
+             "values": [0.0, 0.0, 0.0, -1.0]},
             {"name": "size", "at": 1, "letters": 4, "trait": "body.radius"},
             {"name": "song", "at": 7, "letters": 2, "trait": None, "values": [float(v) for v in range(16)]},
         ],
     }
     row = layout.encode({"red": -1, "size": 0.2, "song": 11})[0]
-    assert codon_number("ACGU"[row[7]] + "ACGU"[row[8]], "ACGU") == 11  # codons mean the same to those who read a folder
+    # codons mean the same to those who read a folder
+    assert codon_number("ACGU"[row[7]] + "ACGU"[row[8]], "ACGU") == 11
     assert genes_of(SimpleNamespace(species=Species())) is None
     assert genes_of(SimpleNamespace(species=Species(heredity=SimpleNamespace(layout=None)))) is None
 
 
 def test_parts_are_read_from_memory_of_arrows_own(tmp_path):
-    """A thread of Arrow's that lets go of an object of Python's at the interpreter's end would abort the process."""
+    """A thread of Arrow's that lets go of an object of Python's at the interpreter's end would abort the
+    process."""
     from ecs_eco.record import parquet
 
-    parquet.write_part(pa.table({"tick": np.arange(10), "x": np.arange(10.0)}), tmp_path / "part-00000.parquet")
+    parquet.write_part(pa.table({"tick": np.arange(10), "x": np.arange(10.0)}),
+                       tmp_path / "part-00000.parquet")
     opened = []
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(parquet.pa, "BufferReader", lambda part, real=pa.BufferReader: opened.append(part) or real(part))
+        patch.setattr(parquet.pa, "BufferReader",
+                      lambda part, real=pa.BufferReader: opened.append(part) or real(part))
         assert parquet.read_part(tmp_path / "part-00000.parquet").num_rows == 10
     assert all(type(part) is pa.Buffer for part in opened)
     assert len(opened) == 1
@@ -254,5 +268,7 @@ def test_only_the_one_reader_reads_parquet():
 
     root = Path(ecs_eco.__file__).parent
     words = ("pyarrow.parquet", "pyarrow.dataset", "read_row_group(", "iter_batches(")
-    readers = {str(p.relative_to(root)) for p in root.rglob("*.py") if any(word in p.read_text() for word in words)}
-    assert readers == {"record/parquet.py", "record/belonging.py"}  # the latter reads footers alone, and keeps no bytes
+    readers = {str(p.relative_to(root))
+               for p in root.rglob("*.py") if any(word in p.read_text() for word in words)}
+    # the latter reads footers alone, and keeps no bytes
+    assert readers == {"record/parquet.py", "record/belonging.py"}

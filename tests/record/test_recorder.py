@@ -28,7 +28,8 @@ def _recorded(menagerie, ticks=60, **options):
     world = World.from_config(menagerie(), policies="untrained", record=False)
     sink = Sink()
     recorder = Recorder(world, sink, **options)
-    founders = [(0, name, u, 0) for name in recorder.names for u in sorted(world.tables[name].uid[world.tables[name].rows()].tolist())]
+    founders = [(0, name, u, 0) for name in recorder.names
+                for u in sorted(world.tables[name].uid[world.tables[name].rows()].tolist())]
     lives = {"births": founders, "deaths": []}
     world.on_birth.append(
         lambda t, rows, parents, _: lives["births"].extend(
@@ -36,7 +37,9 @@ def _recorded(menagerie, ticks=60, **options):
         )
     )
     world.on_death.append(
-        lambda t, rows: lives["deaths"].extend((world.tick, t.name, int(t.uid[r]), int(t.cause[r]), int(t.killer[r])) for r in rows)
+        lambda t, rows: lives["deaths"].extend(
+            (world.tick, t.name, int(t.uid[r]), int(t.cause[r]), int(t.killer[r])) for r in rows
+        )
     )
     world.run(ticks)
     recorder.flush()
@@ -109,9 +112,12 @@ def test_every_birth_and_death_is_recorded_once(menagerie):
     assert len(births) > 20
     assert len(deaths) > 20
     n_founders = 150 + 40 + 8
-    assert (sink.column("series", "births").sum(), sink.column("series", "deaths").sum()) == (len(births) - n_founders, len(deaths))
+    assert (sink.column("series", "births").sum(), sink.column("series", "deaths").sum()) == (
+        len(births) - n_founders, len(deaths)
+    )
     ages = sink.column("deaths", "age")
-    born = dict(zip(sink.column("births", "uid").tolist(), sink.column("births", "tick").tolist(), strict=True))
+    born = dict(zip(sink.column("births", "uid").tolist(), sink.column("births", "tick").tolist(),
+                    strict=True))
     expected = [(t - born.get(int(u), 0)) * world.dt for t, _, u, _, _ in deaths]
     assert ages.tolist() == expected
 
@@ -122,7 +128,8 @@ def test_blocks_change_nothing(menagerie):
     assert [len(b["tick"]) for b in small["series"]] == [21] * 8 + [12]
     for kind in ("series", "births", "deaths"):
         for name in large[kind][0]:
-            both = [np.concatenate([b.get(name, np.zeros(len(b["tick"]), int)) for b in sink[kind]]) for sink in (small, large)]
+            both = [np.concatenate([b.get(name, np.zeros(len(b["tick"]), int)) for b in sink[kind]])
+                    for sink in (small, large)]
             assert (both[0] == both[1]).all(), name
     plain = World.from_config(menagerie(), policies="untrained").run(60)
     assert plain.digest() == world.digest()  # nor does it matter who records

@@ -1,4 +1,5 @@
-"""A pipe, a device or a folder in the place of a file of a run or a search: refused by its name, and never waited for."""
+"""A pipe, a device or a folder in the place of a file of a run or a search: refused by its name,
+and never waited for."""
 
 import os
 import shutil
@@ -53,7 +54,8 @@ def test_in_the_place_of_a_checkpoint(run, put):
         with pytest.raises(CheckpointError, match=path.name):
             reader(path)
     complaints = []
-    assert latest(run / "checkpoints", complain=complaints.append) == sorted((run / "checkpoints").iterdir())[-2]
+    assert latest(run / "checkpoints",
+                  complain=complaints.append) == sorted((run / "checkpoints").iterdir())[-2]
     assert path.name in complaints[0]
 
 
@@ -61,7 +63,8 @@ def test_in_the_place_of_a_checkpoint(run, put):
 def test_in_the_place_of_a_part(run, put):
     path = put(run / "series" / "part-00000.parquet")
     for reader in (read_part, read_metadata, mark_of):
-        with pytest.raises(RecordingError, match=r"part-00000\.parquet: cannot be read.*(is a folder|is no regular file)"):
+        with pytest.raises(RecordingError,
+                           match=r"part-00000\.parquet: cannot be read.*(is a folder|is no regular file)"):
             reader(path)
 
 

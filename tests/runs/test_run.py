@@ -19,7 +19,8 @@ KINDS = ("series", "births", "deaths", "snapshots")
 
 
 def _run(config, out, ticks=TICKS, **options):
-    options = {"seed": 7, "policies": "untrained", "learn": True, "report": False, "snapshot_every": 5, **options}
+    options = {"seed": 7, "policies": "untrained", "learn": True, "report": False,
+               "snapshot_every": 5, **options}
     return run_to_folder(config, ticks=ticks, out=out, **options)
 
 
@@ -49,7 +50,9 @@ def _as_whole(folder, whole):
 def test_checkpoints_change_nothing_and_the_last_ones_stay(menagerie, tmp_path, whole):
     _run(menagerie(), tmp_path / "run", checkpoint_every=6, keep=2)
     _as_whole(tmp_path / "run", whole)
-    assert [p.name for p in sorted((tmp_path / "run" / "checkpoints").iterdir())] == [f"tick-{t:012d}.safetensors" for t in (36, 40)]
+    assert [p.name for p in sorted((tmp_path / "run" / "checkpoints").iterdir())] == [
+        f"tick-{t:012d}.safetensors" for t in (36, 40)
+    ]
 
 
 @pytest.mark.parametrize("first", [0, 1, 23])
@@ -82,14 +85,16 @@ def _cut(monkeypatch, tick, phase="Feed"):
 
 
 @pytest.mark.parametrize("tick", [0, 3, 12, 29])
-def test_after_a_power_cut_a_run_goes_on_from_its_last_checkpoint(menagerie, tmp_path, monkeypatch, whole, tick):
+def test_after_a_power_cut_a_run_goes_on_from_its_last_checkpoint(menagerie, tmp_path, monkeypatch,
+                                                                  whole, tick):
     with monkeypatch.context() as m:
         _cut(m, tick)
         with pytest.raises(_PowerCut):
             _run(menagerie(), tmp_path / "run", checkpoint_every=6)
     (tmp_path / "run" / "series").mkdir(exist_ok=True)
     (tmp_path / "run" / "series" / ".part-00090.parquet.ecs-eco-7-0123abcd.tmp").write_bytes(b"half")
-    (tmp_path / "run" / "checkpoints" / ".tick-000000000090.safetensors.ecs-eco-7-0123abcd.tmp").write_bytes(b"half")
+    (tmp_path / "run" / "checkpoints"
+     / ".tick-000000000090.safetensors.ecs-eco-7-0123abcd.tmp").write_bytes(b"half")
     resume(tmp_path / "run", report=False)
     _as_whole(tmp_path / "run", whole)
     assert list((tmp_path / "run").rglob("*.tmp")) == []
@@ -138,7 +143,9 @@ def test_the_first_signal_stops_after_the_tick_with_a_checkpoint(menagerie, tmp_
         _as_whole(tmp_path / "run", whole)
 
 
-def test_a_full_disk_ends_a_run_with_one_message_and_what_was_recorded_is_whole(menagerie, tmp_path, monkeypatch, whole):
+def test_a_full_disk_ends_a_run_with_one_message_and_what_was_recorded_is_whole(
+    menagerie, tmp_path, monkeypatch, whole
+):
     from ecs_eco.checkpoint import file as checkpoint
 
     write = checkpoint.write
@@ -150,7 +157,8 @@ def test_a_full_disk_ends_a_run_with_one_message_and_what_was_recorded_is_whole(
 
     with monkeypatch.context() as m:
         m.setattr(checkpoint, "write", full)
-        with pytest.raises(RecordingError, match=r"No space left on device.*last checkpoint is of tick 6.*ecs-eco resume"):
+        with pytest.raises(RecordingError,
+                           match=r"No space left on device.*last checkpoint is of tick 6.*ecs-eco resume"):
             _run(menagerie(), tmp_path / "run", checkpoint_every=6)
     resume(tmp_path / "run", report=False)
     _as_whole(tmp_path / "run", whole)
@@ -160,13 +168,15 @@ def test_a_fork_goes_on_exactly_and_then_otherwise(menagerie, tmp_path, whole):
     _run(menagerie(), tmp_path / "run", checkpoint_every=10, keep=9)
     same = fork(tmp_path / "run", tmp_path / "same", from_tick=17, report=False)
     assert same["digest"] == whole[0]["digest"]
-    other = fork(tmp_path / "run", tmp_path / "other", from_tick=17, changes=["species.ram.metabolism.basal=0.02"], report=False)
+    other = fork(tmp_path / "run", tmp_path / "other", from_tick=17,
+                 changes=["species.ram.metabolism.basal=0.02"], report=False)
     assert other["digest"] != whole[0]["digest"]
     assert other["forked"]["tick"] == 17
     assert other["config"]["species"]["ram"]["metabolism"]["basal"] == 0.02
     series = read_parts(tmp_path / "other" / "series").to_pydict()
     assert (min(series["tick"]), max(series["tick"])) == (17, TICKS - 1)
-    by_hand = fork(tmp_path / "run", tmp_path / "again", from_tick=20, changes={"species.ram.metabolism.basal": 0.02}, report=False)
+    by_hand = fork(tmp_path / "run", tmp_path / "again", from_tick=20,
+                   changes={"species.ram.metabolism.basal": 0.02}, report=False)
     assert by_hand["digest"] not in (other["digest"], same["digest"])
 
 
@@ -192,15 +202,16 @@ def test_a_killed_process_resumes(menagerie, tmp_path, whole):
         "import json, sys\nfrom ecs_eco.record import resume, run_to_folder\nfrom pathlib import Path\n"
         "out, config = Path(sys.argv[1]), json.loads(Path(sys.argv[2]).read_text())\n"
         "if (out / 'manifest.json').exists():\n    resume(out, report=False)\nelse:\n"
-        "    run_to_folder(config, seed=7, ticks=40, out=out, policies='untrained', learn=True, report=False, snapshot_every=5,\n"
-        "                  checkpoint_every=3)\n"
+        "    run_to_folder(config, seed=7, ticks=40, out=out, policies='untrained', learn=True, "
+        "report=False, snapshot_every=5,\n                  checkpoint_every=3)\n"
     )
     (tmp_path / "config.json").write_text(json.dumps(menagerie()))
     arguments = [sys.executable, "-c", script, str(tmp_path / "run"), str(tmp_path / "config.json")]
     for wait in (0.3, 0.1, 0.2):
         victim = subprocess.Popen(arguments)
         patience = time.monotonic() + 60
-        while not list((tmp_path / "run").glob("checkpoints/*")) and victim.poll() is None and time.monotonic() < patience:
+        while (not list((tmp_path / "run").glob("checkpoints/*")) and victim.poll() is None
+               and time.monotonic() < patience):
             time.sleep(0.01)
         time.sleep(wait)
         victim.kill()
@@ -217,7 +228,8 @@ def test_resumed_runs_take_any_number_of_threads(menagerie, tmp_path, whole):
 
 
 def test_the_world_of_a_run_is_that_of_the_library(menagerie, whole):
-    assert World.from_config(menagerie(), seed=7, policies="untrained", learn=True).run(TICKS).digest() == whole[0]["digest"]
+    assert (World.from_config(menagerie(), seed=7, policies="untrained", learn=True).run(TICKS).digest()
+            == whole[0]["digest"])
 
 
 def test_a_part_that_is_gone_is_missed(menagerie, tmp_path):

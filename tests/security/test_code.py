@@ -1,4 +1,5 @@
-"""Nothing that is loaded runs code: every key that can name code, each tried with a module that leaves a mark when it is run."""
+"""Nothing that is loaded runs code: every key that can name code,
+each tried with a module that leaves a mark when it is run."""
 
 import copy
 import json
@@ -27,7 +28,8 @@ from studies.common.malicious.templates import KEYS, PAYLOAD, fields_that_name_c
 
 @pytest.fixture
 def mark(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """What the module `evil`, beside the world file and on Python's own path, leaves when it is run; and a user who allowed nothing."""
+    """What the module `evil`, beside the world file and on Python's own path, leaves when it is run;
+    and a user who allowed nothing."""
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "config"))
     monkeypatch.setattr(trust, "_here", set())
     (tmp_path / "evil.py").write_text(PAYLOAD.format(mark=str(tmp_path / "mark")), encoding="utf-8")
@@ -77,7 +79,8 @@ def test_an_intervention_from_outside_names_no_code(pattern: str, mark: Path) ->
     value = KEYS[pattern]
     key = {"water.current_function": "water.current_function", "search.objective": "search.objective"}.get(
         pattern, pattern.replace("*", "snail", 1).removesuffix(".*"))  # fmt: skip
-    world = World.from_config(written(mark.parent, world_of("systems.*", code=["evil.py"])), trust=True, record=False)
+    world = World.from_config(written(mark.parent, world_of("systems.*", code=["evil.py"])), trust=True,
+                              record=False)
     mark.unlink(missing_ok=True)
     text = json.dumps(value).split('"evil:')[1].partition('"')[0]
     for name in (f"evil:{text}", "os:system", "pydoc:pipepager"):
@@ -96,7 +99,9 @@ def test_an_operator_set_from_outside_is_refused_for_naming_code(mark: Path) -> 
     world.intervene({"kind": "set", "set": {"species.snail.genome.mutate": {"operator": "mutInversion"}}})
 
 
-def test_operators_of_deap_are_named_from_a_closed_list_and_checked_without_a_call(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_operators_of_deap_are_named_from_a_closed_list_and_checked_without_a_call(
+    monkeypatch: pytest.MonkeyPatch
+) -> None:
     from deap import tools
 
     def called(*_: Any, **__: Any) -> Any:
@@ -107,15 +112,19 @@ def test_operators_of_deap_are_named_from_a_closed_list_and_checked_without_a_ca
             monkeypatch.setattr(tools, name, called)
     data = world_of("systems.*") | {"systems": []}
     load(data)
-    for operator, word in ((("mutUniformInt", {"indpd": 0.1}), "indpb"), (("mutUniformInt", {"indpb": 0.1, "low": 3, "up": 1}), "above up"),
-                           (("tools", {}), "unknown"), (("mutInversion", {"cmd": "ls"}), "unexpected")):  # fmt: skip
+    for operator, word in ((("mutUniformInt", {"indpd": 0.1}), "indpb"),
+                           (("mutUniformInt", {"indpb": 0.1, "low": 3, "up": 1}), "above up"),
+                           (("tools", {}), "unknown"),
+                           (("mutInversion", {"cmd": "ls"}), "unexpected")):  # fmt: skip
         data["species"]["snail"]["genome"]["mutate"] = {"operator": operator[0], **operator[1]}
         with pytest.raises(ConfigError, match=word):
             load(data)
 
 
-@pytest.mark.parametrize("entry", ["pydoc", "os", "os.path", "subprocess", "../evil.py", "/evil.py", "sub/evil.py", "no.py", "no.such"])
-def test_what_is_no_file_beside_the_world_nor_an_installed_module_of_ones_own_is_refused(entry: str, mark: Path) -> None:
+@pytest.mark.parametrize("entry", ["pydoc", "os", "os.path", "subprocess", "../evil.py", "/evil.py",
+                                   "sub/evil.py", "no.py", "no.such"])
+def test_what_is_no_file_beside_the_world_nor_an_installed_module_of_ones_own_is_refused(entry: str,
+                                                                                         mark: Path) -> None:
     with pytest.raises(ConfigError, match="code"):
         load(written(mark.parent, world_of("systems.*", code=[entry]) | {"systems": []}))
 
@@ -135,9 +144,11 @@ def test_packages_are_not_imported_to_find_a_module_in_them(mark: Path) -> None:
 def test_a_file_is_run_as_it_was_read_and_no_compiled_copy_is_taken(mark: Path) -> None:
     import py_compile
 
-    harmless = "from ecs_eco import System\nclass Wait(System):\n    phase = 'record'\n    def process(self, *_): pass\n"
+    harmless = ("from ecs_eco import System\n"
+                "class Wait(System):\n    phase = 'record'\n    def process(self, *_): pass\n")
     cached = mark.parent / "__pycache__" / f"evil.{sys.implementation.cache_tag}.pyc"
-    py_compile.compile(str(mark.parent / "evil.py"), str(cached), invalidation_mode=py_compile.PycInvalidationMode.UNCHECKED_HASH)
+    py_compile.compile(str(mark.parent / "evil.py"), str(cached),
+                       invalidation_mode=py_compile.PycInvalidationMode.UNCHECKED_HASH)
     (mark.parent / "evil.py").write_text(harmless, encoding="utf-8")
     config = load(written(mark.parent, world_of("systems.*", code=["evil.py"])), trust=True)
     (mark.parent / "evil.py").write_text(PAYLOAD.format(mark=str(mark)), encoding="utf-8")
@@ -154,8 +165,10 @@ def test_a_changed_file_is_asked_for_again_in_the_process_that_allowed_it(entry:
     kept = mark.parent / "run" / "code" / "evil.py"
     if kept.exists():
         kept.write_text(changed, encoding="utf-8")
-    for attempt in (lambda: World.from_config(path), lambda: resume(mark.parent / "run", 4), lambda: repeat(mark.parent / "run"),
-                    lambda: World.restore(sorted((mark.parent / "run" / "checkpoints").iterdir())[-1])):  # fmt: skip
+    for attempt in (lambda: World.from_config(path), lambda: resume(mark.parent / "run", 4),
+                    lambda: repeat(mark.parent / "run"), lambda: World.restore(
+                        sorted((mark.parent / "run" / "checkpoints").iterdir())[-1]
+                    )):  # fmt: skip
         with pytest.raises(ValueError, match=r"nobody has allowed|has changed"):
             attempt()
     assert not Path(f"{mark}-changed").exists()
@@ -192,7 +205,8 @@ def test_what_a_file_only_imports_cannot_be_named(mark: Path) -> None:
 
 def test_a_file_imports_those_listed_before_it_and_shadows_no_other_module(mark: Path) -> None:
     (mark.parent / "json.py").write_text("def dumps(x): return x * 0\n", encoding="utf-8")
-    (mark.parent / "later.py").write_text("def feel(x):\n    import json\n    return json.dumps(x)[:, 0]\n", encoding="utf-8")
+    (mark.parent / "later.py").write_text("def feel(x):\n    import json\n    return json.dumps(x)[:, 0]\n",
+                                          encoding="utf-8")
     data = world_of("species.*.happiness.function", code=["json.py", "later.py"])
     data["species"]["snail"]["happiness"]["function"] = "later:feel"
     World.from_config(written(mark.parent, data), trust=True, record=False).run(2)
@@ -200,8 +214,10 @@ def test_a_file_imports_those_listed_before_it_and_shadows_no_other_module(mark:
 
 
 @pytest.mark.parametrize(("name", "text", "word"), [
-    ("evil:feel", "def feel(x, y): return x", "is to take 1 arguments"), ("evil:fel", "def feel(x): return x", 'did you mean "feel"'),
-    ("evil:feel", "def feel(x) return", "cannot be imported: SyntaxError"), ("evil:feel", "feel = 3", "is no function"),
+    ("evil:feel", "def feel(x, y): return x", "is to take 1 arguments"),
+    ("evil:fel", "def feel(x): return x", 'did you mean "feel"'),
+    ("evil:feel", "def feel(x) return", "cannot be imported: SyntaxError"),
+    ("evil:feel", "feel = 3", "is no function"),
 ])  # fmt: skip
 def test_allowed_code_is_looked_at(name: str, text: str, word: str, mark: Path) -> None:
     (mark.parent / "evil.py").write_text(text, encoding="utf-8")
@@ -221,7 +237,7 @@ def test_shipped_code_needs_no_permission_and_is_a_closed_list(mark: Path) -> No
     assert load("lamb").resolved().get("code") is None
 
 
-# --- the command line ---------------------------------------------------------------------------------------------------
+# --- the command line ---------------------------------------------------------------------------------------
 
 
 def cli(*arguments: Any) -> Any:
@@ -245,16 +261,19 @@ def test_run_refuses_lists_and_remembers_until_the_file_changes(mark: Path) -> N
     path, out = written(mark.parent, world_of("systems.*", code=["evil.py"])), mark.parent / "out"
     refused = cli("run", path, "--ticks", "2", "--out", out, "-q", "--no-report")
     assert refused.exit_code == 2
-    assert [word for word in (str(mark.parent / "evil.py"), "SHA-256", "--trust") if word not in refused.output] == []
+    assert [word for word in (str(mark.parent / "evil.py"), "SHA-256", "--trust")
+            if word not in refused.output] == []
     assert not mark.exists()
     assert not out.exists()
     assert cli("run", path, "--ticks", "2", "--out", out, "-q", "--no-report", "--trust").exit_code == 0
     assert (out / "code" / "evil.py").read_bytes() == (mark.parent / "evil.py").read_bytes()
     trust._here.clear()  # a new process
-    assert cli("run", path, "--ticks", "2", "--out", mark.parent / "second", "-q", "--no-report").exit_code == 0
+    assert (cli("run", path, "--ticks", "2", "--out", mark.parent / "second", "-q", "--no-report").exit_code
+            == 0)
     with open(mark.parent / "evil.py", "a", encoding="utf-8") as file:
         file.write("\n# another\n")
-    assert cli("run", path, "--ticks", "2", "--out", mark.parent / "third", "-q", "--no-report").exit_code == 2
+    assert (cli("run", path, "--ticks", "2", "--out", mark.parent / "third", "-q", "--no-report").exit_code
+            == 2)
     assert trust.file().stat().st_mode & 0o777 == 0o600
     assert trust.file().parent.stat().st_mode & 0o777 == 0o700
 
@@ -270,14 +289,15 @@ def test_what_others_may_write_allows_nothing(mark: Path) -> None:
 def test_check_imports_nothing_but_this_package(mark: Path) -> None:
     path = written(mark.parent, world_of("systems.*", code=["evil.py"]))
     script = ("import sys; from ecs_eco.cli import app; from ecs_eco.config import load\n"
-              f"load({str(path)!r})\nprint(sorted(m for m in sys.modules if 'evil' in m or 'ecs_eco_code' in m))")  # fmt: skip
+              f"load({str(path)!r})\nprint(sorted(m for m in sys.modules if 'evil' in m or 'ecs_eco_code' "
+              "in m))")  # fmt: skip
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True,
                           env={**os.environ, "PYTHONPATH": str(mark.parent)})  # fmt: skip
     assert done.stdout.strip() == "[]"
     assert not mark.exists()
 
 
-# --- checkpoints, manifests, recordings ---------------------------------------------------------------------------------
+# --- checkpoints, manifests, recordings ---------------------------------------------------------------------
 
 
 @pytest.fixture
@@ -324,7 +344,8 @@ def test_a_manifest_that_names_other_code_is_refused(run: Path, mark: Path) -> N
     from ecs_eco.record import seal
 
     manifest = {k: v for k, v in seal.read_manifest(run).items() if k != seal.WORD}
-    manifest["config"]["species"]["snail"]["genome"]["mutate"] = {"operator": "pydoc:pipepager", "cmd": f"touch {mark}-too"}
+    manifest["config"]["species"]["snail"]["genome"]["mutate"] = {"operator": "pydoc:pipepager",
+                                                                  "cmd": f"touch {mark}-too"}
     seal.write_manifest(run, manifest)
     for attempt in (lambda: repeat(run), lambda: repeat(run, trust=True)):
         with pytest.raises(ConfigError, match="does not list"):
@@ -337,7 +358,8 @@ def test_a_sealed_checkpoint_that_names_other_code_is_refused_with_its_name(run:
 
     path = sorted((run / "checkpoints").iterdir())[-1]
     meta, arrays = file.read(path)
-    for change in ({"plain": [[1, "os:system"]]}, {"config": meta["config"] | {"systems": ["os:system"]}}, {"options": {}}, {"folder": 3}):
+    for change in ({"plain": [[1, "os:system"]]}, {"config": meta["config"] | {"systems": ["os:system"]}},
+                   {"options": {}}, {"folder": 3}):
         file.write(path, {**copy.deepcopy(meta), **change}, arrays)
         with pytest.raises((CodeError, CheckpointError), match=path.name):
             World.restore(path)
@@ -345,7 +367,8 @@ def test_a_sealed_checkpoint_that_names_other_code_is_refused_with_its_name(run:
 
 
 def test_workers_get_the_permission_with_the_world(mark: Path) -> None:
-    config = load(written(mark.parent, world_of("species.*.happiness.function", code=["evil.py"])), trust=True)
+    config = load(written(mark.parent, world_of("species.*.happiness.function", code=["evil.py"])),
+                  trust=True)
     carried = copy.copy(config._code)  # by the way that a pool of processes takes
     read_again = load(written(mark.parent, world_of("species.*.happiness.function", code=["evil.py"])))._code
     trust._here.clear()

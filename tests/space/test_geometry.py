@@ -7,7 +7,8 @@ from ecs_eco.space.geometry import back_into, into, wrapped
 F = np.float32
 
 
-@pytest.mark.parametrize(("v", "there"), [(3.0, 3.0), (10.0, 0.0), (-0.5, 9.5), (25.0, 5.0), (-20.0, 0.0), (-1e-9, 0.0), (0.0, 0.0)])
+@pytest.mark.parametrize(("v", "there"), [(3.0, 3.0), (10.0, 0.0), (-0.5, 9.5), (25.0, 5.0), (-20.0, 0.0),
+                                          (-1e-9, 0.0), (0.0, 0.0)])
 def test_around_a_torus(v, there):
     assert into(F(v), F(10), True) == F(there)
     assert back_into(np.array([v], F), F(10), True)[0] in (F(there), np.nextafter(F(10), F(0)))
@@ -64,8 +65,8 @@ def test_a_space_that_cannot_be_is_refused():
             Space(size)
 
 
-ODD = [np.nan, np.inf, -np.inf, -0.0, 0.0, 1e-45, -1e-45, 1e38, -1e38, 3.4e38, -3.4e38, 1e30, 9.3e18, 2147483648.0, -500.0, -1.0,
-       4.0, 4.5, 1e9]  # fmt: skip
+ODD = [np.nan, np.inf, -np.inf, -0.0, 0.0, 1e-45, -1e-45, 1e38, -1e38, 3.4e38, -3.4e38, 1e30, 9.3e18,
+       2147483648.0, -500.0, -1.0, 4.0, 4.5, 1e9]  # fmt: skip
 
 
 @pytest.mark.parametrize("v", ODD)
@@ -75,7 +76,9 @@ def test_every_number_has_a_cell(v):
     assert geometry.floor_between(v, -1, 5) == (-1 if np.isnan(v) else np.floor(np.clip(v, -1, 5)))
     assert geometry.cells_of(np.array([v]), 1.0, 5).tolist() == [geometry.cell_of(v, 5)]
     inverse, lengths = np.array([2.0, 1.0], np.float32), np.array([10.0, 20.0, 0.0], np.float32)
-    assert geometry.half_cells(v, inverse, lengths) == (0 if np.isnan(v) else int(np.clip(np.ceil(np.float64(v) * 4), 0, 120)))
+    assert geometry.half_cells(v, inverse, lengths) == (
+        0 if np.isnan(v) else int(np.clip(np.ceil(np.float64(v) * 4), 0, 120))
+    )
 
 
 @pytest.mark.parametrize("v", ODD)

@@ -11,7 +11,8 @@ def _slow(space, alive, x, y, z, uid):
     nx, ny, nz = space.shape
 
     def cell(row):
-        i, j, k = (min(int(v[row] * n), m - 1) for v, n, m in zip((x, y, z), space.inverse, (nx, ny, nz), strict=True))
+        i, j, k = (min(int(v[row] * n), m - 1)
+                   for v, n, m in zip((x, y, z), space.inverse, (nx, ny, nz), strict=True))
         return (k * ny + j) * nx + i
 
     rows = sorted((r for r in range(len(x)) if alive[r]), key=lambda r: (cell(r), uid[r]))

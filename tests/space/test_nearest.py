@@ -29,7 +29,8 @@ def _slow(space, seekers, targets, same, radius):
 
 
 CASES = list(
-    itertools.product([(50, 40), (30, 20, 25), (12, 9), (9, 30, 3)], ["torus", "walls"], [2.0, 4.4], [1.0, 2.0, 4.0, 50.0], [False, True])
+    itertools.product([(50, 40), (30, 20, 25), (12, 9), (9, 30, 3)], ["torus", "walls"], [2.0, 4.4],
+                      [1.0, 2.0, 4.0, 50.0], [False, True])
 )
 
 
@@ -46,7 +47,8 @@ def test_the_nearest_is_that_of_all_pairs(size, edges, radius, cell, clumped):
         assert ((target >= 0) == np.isfinite(best)).all()
         some = target >= 0
         chosen = all_pairs[some, targets.rows[target[some]]]
-        assert np.allclose(chosen, best[some], rtol=1e-5, atol=1e-6)  # which one of equals, is a matter of rounding
+        # which one of equals, is a matter of rounding
+        assert np.allclose(chosen, best[some], rtol=1e-5, atol=1e-6)
         assert np.allclose(distance2[some], best[some], rtol=1e-4, atol=1e-5)
         assert (distance2[~some] == np.float32(radius * radius)).all()
 

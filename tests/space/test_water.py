@@ -17,9 +17,12 @@ def test_light_falls_by_beer_lambert_and_integrates_to_the_analytic_value():
 def test_who_floats_above_shades_what_is_below():
     water = Water([4.0, 5.0, 3.0], attenuation=0.1, layer=1.0)
     z = np.array([2.5, 2.9, 1.5, 0.5, 2.2], F)
-    water.shade([(np.array([True, True, True, True, False]), z, 2.0)])  # 2, 1 and 1 in the layers; each 0.1 of optical depth
+    # 2, 1 and 1 in the layers; each 0.1 of optical depth
+    water.shade([(np.array([True, True, True, True, False]), z, 2.0)])
     assert water.optical == pytest.approx([0.0, 0.3, 0.5, 0.7])
-    assert water.light(1.0, np.array([3.0, 2.5, 2.0, 0.0], F)) == pytest.approx(np.exp([0.0, -0.15, -0.3, -0.7]), rel=1e-6)
+    assert water.light(1.0, np.array([3.0, 2.5, 2.0, 0.0], F)) == pytest.approx(
+        np.exp([0.0, -0.15, -0.3, -0.7]), rel=1e-6
+    )
     water.shade([])
     assert water.optical == pytest.approx([0.0, 0.1, 0.2, 0.3])
 
@@ -39,4 +42,6 @@ def test_temperature_falls_through_the_thermocline_and_pressure_rises_with_depth
     found = water.temperature(291.0, np.array([100.0, 70.0, 65.0, 0.0], F))
     assert found == pytest.approx([291.0, 284.0, 284.0 - 7.0 * np.tanh(1.0), 277.0], abs=1e-3)
     assert Water([9.0, 9.0, 100.0]).temperature(291.0, np.array([3.0], F)).tolist() == [291.0]
-    assert water.pressure(101_325.0, np.array([100.0, 90.0], F)) == pytest.approx([101_325.0, 101_325.0 + 1025 * 9.81 * 10])
+    assert water.pressure(101_325.0, np.array([100.0, 90.0], F)) == pytest.approx(
+        [101_325.0, 101_325.0 + 1025 * 9.81 * 10]
+    )

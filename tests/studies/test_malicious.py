@@ -1,4 +1,5 @@
-"""Some malicious files and messages of studies/malicious.py, which has the rest; and its controls, which are to leave their marks."""
+"""Some malicious files and messages of studies/malicious.py, which has the rest; and its controls,
+which are to leave their marks."""
 
 from collections.abc import Iterator
 
@@ -16,7 +17,8 @@ def place() -> Iterator[Ground]:
         yield prepared
 
 
-@pytest.mark.parametrize(("what", "number"), [("world", 3), ("checkpoint", 4), ("manifest", 2), ("message", 20)])
+@pytest.mark.parametrize(("what", "number"),
+                         [("world", 3), ("checkpoint", 4), ("manifest", 2), ("message", 20)])
 def test_malicious_files_and_messages_leave_no_mark(what: str, number: int, place: Ground) -> None:
     for attack in malicious.BY_MUTATION[what](place, 7, number):
         outcome = judged(place, attack)

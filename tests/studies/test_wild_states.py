@@ -1,4 +1,5 @@
-"""Some wild states of studies/wild_states.py, which has the rest, in a process whose kernels are compiled with bounds checks."""
+"""Some wild states of studies/wild_states.py, which has the rest,
+in a process whose kernels are compiled with bounds checks."""
 
 import json
 import os
@@ -22,7 +23,8 @@ print(json.dumps(wild_states.run({"states": 36}, {"source": sys.argv[1], "seed":
 @pytest.mark.parametrize("world", ["herd", "menagerie"])
 def test_no_kernel_leaves_its_arrays_in_wild_states(world):
     environment = {k: v for k, v in os.environ.items() if k != "ECS_ECO_DEBUG"}
-    done = subprocess.run([sys.executable, "-c", STATES, world], cwd=ROOT, env=environment, capture_output=True, text=True)
+    done = subprocess.run([sys.executable, "-c", STATES, world], cwd=ROOT, env=environment,
+                          capture_output=True, text=True)
     assert done.returncode == 0, done.stderr[-2000:]
     content = json.loads(done.stdout.splitlines()[-1])
     assert content["failures"] == []

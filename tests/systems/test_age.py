@@ -30,7 +30,8 @@ def test_an_age_of_many_small_steps_is_exact(meadow):
     for _ in range(1000):
         act(world, Age)
         world.tick += 1
-    assert deer[Biology].age[:2].tolist() == [np.float32(1_000_100.0)] * 2  # steps of .1 in float32 would be of .125 there
+    # steps of .1 in float32 would be of .125 there
+    assert deer[Biology].age[:2].tolist() == [np.float32(1_000_100.0)] * 2
 
 
 def test_an_age_that_was_set_is_counted_from_there(meadow):
@@ -50,8 +51,10 @@ def test_the_kernel_agrees_with_its_plain_twin():
     age, head_start = generator.random(50).astype(np.float32) * 50, generator.random(50) * 10
     known = generator.random(50) < 0.5
     age[known] = np.float32((100 - born - 1) * 0.3 + head_start)[known]
-    start = np.where(age == np.float32((100 - born - 1) * 0.3 + head_start), head_start, age - (100 - born - 1) * 0.3)
-    expected = np.where(alive, np.float32((100 - born) * 0.3 + start), age), np.where(alive, start, head_start)
+    start = np.where(age == np.float32((100 - born - 1) * 0.3 + head_start), head_start,
+                     age - (100 - born - 1) * 0.3)
+    expected = (np.where(alive, np.float32((100 - born) * 0.3 + start), age),
+                np.where(alive, start, head_start))
     grow_old(alive, born, 100, 0.3, age, head_start)
     assert np.array_equal(age, expected[0])
     assert np.array_equal(head_start, expected[1])

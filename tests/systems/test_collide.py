@@ -54,10 +54,12 @@ def test_concentric_bodies_part_by_their_uids(meadow):
 
 
 def test_across_the_seam_and_not_into_rock(meadow):
-    world = meadow(world={"terrain": {"cell": 1.0, "rocks": [{"at": [10.0, 10.0], "radius": 1.5}]}}, count=4, **SOLID)
+    world = meadow(world={"terrain": {"cell": 1.0, "rocks": [{"at": [10.0, 10.0], "radius": 1.5}]}},
+                   count=4, **SOLID)
     arrange(world, "deer", x=[19.75, 0.25, 8.9, 8.4], y=[5, 5, 10, 10])
     act(world, Collide)
-    assert _x(world) == pytest.approx([19.5, 0.5, 8.9, 8.15], abs=1e-5)  # the third would have been pushed into rock
+    # the third would have been pushed into rock
+    assert _x(world) == pytest.approx([19.5, 0.5, 8.9, 8.15], abs=1e-5)
 
 
 def test_larger_ones_of_a_kind_push_as_far_as_they_reach(meadow):
@@ -67,7 +69,8 @@ def test_larger_ones_of_a_kind_push_as_far_as_they_reach(meadow):
     assert _x(world) == [4.75, 8.25]
 
 
-@pytest.mark.parametrize(("size", "edges"), [([12.0, 9.0], "torus"), ([12.0, 9.0], "walls"), ([8.0, 7.0, 6.0], "walls")])
+@pytest.mark.parametrize(("size", "edges"),
+                         [([12.0, 9.0], "torus"), ([12.0, 9.0], "walls"), ([8.0, 7.0, 6.0], "walls")])
 def test_the_kernel_is_its_slow_twin(meadow, size, edges):
     rng = np.random.default_rng(5)
     n = 60
@@ -89,7 +92,9 @@ def test_the_kernel_is_its_slow_twin(meadow, size, edges):
                 push[i] += 0.5 * depth[j] * d[j] / distance[j]
     there = a + push
     for axis, length in enumerate(size):
-        there[:, axis] = there[:, axis] % length if edges == "torus" and axis < 2 else there[:, axis].clip(0, length)
-    found = np.stack([world.tables["deer"].field(Position, c)[world.tables["deer"].by_uid()] for c in "xyz"], 1)
+        there[:, axis] = (there[:, axis] % length if edges == "torus"
+                          and axis < 2 else there[:, axis].clip(0, length))
+    found = np.stack([world.tables["deer"].field(Position, c)[world.tables["deer"].by_uid()] for c in "xyz"],
+                     1)
     assert found == pytest.approx(there, abs=1e-4)
     assert (np.abs(push).max(axis=1) > 0).sum() > 10

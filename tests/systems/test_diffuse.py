@@ -3,7 +3,9 @@ import pytest
 from ecs_eco.systems import Diffuse
 from ecs_eco.testing import act, arrange
 
-FIELDS = {"fields": {"musk": {"cell": 2.0, "diffusion": 0.5, "decay": 0.0}, "hay": {"cell": 1.0, "decay": 0.5}}, "dt": 0.5}
+FIELDS = {"fields": {"musk": {"cell": 2.0, "diffusion": 0.5, "decay": 0.0},
+                     "hay": {"cell": 1.0, "decay": 0.5}},
+          "dt": 0.5}
 
 
 def test_every_body_emits_its_rate_where_it_is(meadow):

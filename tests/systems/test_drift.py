@@ -14,7 +14,8 @@ def _sea(meadow, **water):
 
 
 def test_a_current_by_depth_is_linear_between_its_depths(meadow):
-    world = _sea(meadow, current=[{"depth": 2.0, "velocity": [1.0, 0.0]}, {"depth": 6.0, "velocity": [0.0, -2.0]}])
+    world = _sea(meadow, current=[{"depth": 2.0, "velocity": [1.0, 0.0]},
+                                  {"depth": 6.0, "velocity": [0.0, -2.0]}])
     table = arrange(world, "deer", x=10, y=10, z=[9.0, 7.0, 1.0])  # depths 1, 3 and 9
     act(world, Drift)
     p, rows = table[Position], table.by_uid()
@@ -31,7 +32,9 @@ def test_bodies_sink_or_rise_to_the_bottom_or_the_surface_and_no_further(meadow)
     world = meadow(world={"space": {"size": [20.0, 20.0, 10.0]}, "dt": 1.0}, count=2, body={"sinking": -1.0})
     table = arrange(world, "deer", z=[5.0, 9.5])
     act(world, Drift)
-    assert table[Position].z[table.by_uid()].tolist() == [6.0, float(np.nextafter(np.float32(10.0), np.float32(0)))]
+    assert table[Position].z[table.by_uid()].tolist() == [
+        6.0, float(np.nextafter(np.float32(10.0), np.float32(0)))
+    ]
 
 
 def whirl(world, x, y, z):
@@ -61,13 +64,15 @@ def test_nothing_swims_through_the_surface_or_the_bottom(speed, pitch, sinking, 
     fish = {
         "count": 30, "body": {"radius": 0.1, "sinking": sinking},
         "locomotion": {"speed": {"swim": speed}, "pitch": pitch or 0.1, "drag": drag, "turn": 1.0},
-        "sensors": [{"kind": "own", "property": "energy"}], "happiness": {"formula": "energy", "minimum": 0.0},
+        "sensors": [{"kind": "own", "property": "energy"}],
+        "happiness": {"formula": "energy", "minimum": 0.0},
         "actions": {"speed": ["swim"], "turn": ["left", "none", "right"], "climb": ["up", "none", "down"]},
         "policy": {"kind": "shared", "hidden": [4]},
     }  # fmt: skip
     water = {"current": [{"depth": 0.0, "velocity": [flow, 0.0]}, {"depth": 5.0, "velocity": [0.0, flow]}]}
     space = {"size": [21.0, 22.0, 6.0], "edges": edges}
-    config = {"format": 1, "name": "tank", "dt": dt, "space": space, "water": water, "species": {"fish": fish}}
+    config = {"format": 1, "name": "tank", "dt": dt, "space": space, "water": water,
+              "species": {"fish": fish}}
     world = World.from_config(config, seed=seed, policies="random")
     for _ in range(12):
         world.run(5)

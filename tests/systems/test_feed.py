@@ -53,8 +53,10 @@ def test_one_item_goes_to_the_nearest_of_those_that_want_it_equals_to_the_lower_
 
 def test_the_full_the_digesting_and_the_unwilling_do_not_eat(meadow):
     block = {"connections": [{"sensor": "energy", "action": "eat", "weight": -1, "below": 0.1}]}
-    world = meadow(count=5, grass={"count": 5}, reflex=block, metabolism={"energy": 0.5, "energy_max": 1.0, "digestion": 3.0})
-    deer = arrange(world, "deer", x=[2, 6, 10, 14, 18], y=5, energy=[1.0, 0.5, 0.05, 0.875, 0.5], digesting=[0, 0.1, 0, 0, 0])
+    world = meadow(count=5, grass={"count": 5}, reflex=block,
+                   metabolism={"energy": 0.5, "energy_max": 1.0, "digestion": 3.0})
+    deer = arrange(world, "deer", x=[2, 6, 10, 14, 18], y=5, energy=[1.0, 0.5, 0.05, 0.875, 0.5],
+                   digesting=[0, 0.1, 0, 0, 0])
     arrange(world, "grass", x=[2, 6, 10, 14, 18], y=5)
     _eat(world)
     assert _energy(world) == pytest.approx([1.0, 0.5, 0.05, 1.0, 0.75])
@@ -86,7 +88,9 @@ def test_chance_is_per_second_of_contact_and_drawn_by_uid(meadow):
         ate = np.array(_energy(world)) > 0.6
         expected = 1 - (1 - p) ** dt
         assert abs(ate.mean() - expected) < 4 * np.sqrt(expected * (1 - expected) / n)
-        assert (ate == (random.draw_many(world.key, deer.uid[deer.by_uid()], random.FEED) < np.float32(expected))).all()
+        assert (
+            ate == (random.draw_many(world.key, deer.uid[deer.by_uid()], random.FEED) < np.float32(expected))
+        ).all()
 
 
 def test_who_is_eaten_eats_no_more_and_the_dead_are_not_eaten_again(meadow):
@@ -113,12 +117,14 @@ def test_who_is_eaten_eats_no_more_and_the_dead_are_not_eaten_again(meadow):
         _eat(world)
         assert _energy(world, "wolf") == [0.75, 0.25]
         assert _eaten(world, "deer")[0] == ["eaten by wolf", None]
-        assert _energy(world) == [0.75 if order[0] == "deer" else 0.5, 0.75]  # who acts first is the order of species
+        # who acts first is the order of species
+        assert _energy(world) == [0.75 if order[0] == "deer" else 0.5, 0.75]
 
 
 def test_objects_can_be_food(meadow):
     world = meadow(
-        world={"objects": {"berry": {"at": [[5.0, 5.0], [9.0, 9.0]], "body": {"radius": 0.1}}}}, diet=[{"eats": "berry", "gain": 0.125}]
+        world={"objects": {"berry": {"at": [[5.0, 5.0], [9.0, 9.0]], "body": {"radius": 0.1}}}},
+        diet=[{"eats": "berry", "gain": 0.125}]
     )
     arrange(world, "deer", x=[5, 15], y=5, energy=0.5)
     _eat(world)
@@ -144,7 +150,8 @@ def test_who_eats_what_is_that_of_the_slow_twin(meadow, edges):
     rng = np.random.default_rng(8)
     size = [20.0, 15.0]
     world = meadow(
-        world={"space": {"size": size, "edges": edges}}, count=n, grass={"count": m}, diet=[{"eats": "grass", "gain": 0.25, "chance": 0.6}]
+        world={"space": {"size": size, "edges": edges}}, count=n, grass={"count": m},
+        diet=[{"eats": "grass", "gain": 0.25, "chance": 0.6}]
     )
     at, there = rng.random((n, 2)) * size, rng.random((m, 2)) * size
     at, there = at.astype(np.float32), there.astype(np.float32)
@@ -160,7 +167,8 @@ def test_who_eats_what_is_that_of_the_slow_twin(meadow, edges):
     for i in range(n):
         j = distance[i].argmin()
         willing = energy[i] < 1 and not deer[Metabolism].digesting[rows[i]]
-        if willing and distance[i, j] <= 0.75 and random.draw_many(world.key, uid[i : i + 1], random.FEED)[0] < 0.6:
+        if (willing and distance[i, j] <= 0.75
+            and random.draw_many(world.key, uid[i : i + 1], random.FEED)[0] < 0.6):
             wants.setdefault(j, []).append((distance[i, j], uid[i], i))
     killers = np.zeros(m, np.uint64)
     for j, eaters in wants.items():
@@ -192,7 +200,8 @@ def test_a_larger_one_of_its_kind_reaches_further(meadow):
 
 
 def test_what_is_deadly_kills_its_eater_and_says_so(meadow):
-    world = meadow(count=2, grass={"count": 1}, diet=[{"eats": "grass", "reach": 0.25, "gain": 0.25, "deadly": True}])
+    world = meadow(count=2, grass={"count": 1},
+                   diet=[{"eats": "grass", "reach": 0.25, "gain": 0.25, "deadly": True}])
     deer = arrange(world, "deer", x=[5, 15], y=5, energy=0.5)
     grass = arrange(world, "grass", x=5.5, y=5)
     _eat(world)
@@ -229,8 +238,10 @@ def test_tough_food_resists_its_share_of_bites(meadow):
 
 def test_each_plant_is_as_tough_and_as_poisonous_as_its_genes(meadow):
     genes = [{"name": "thorn", "trait": "defence.toughness", "letters": 1, "values": [0, 0, 1, 1]},
-             {"name": "venom", "trait": "defence.poison", "letters": 1, "values": [0, 0.5, 0, 0.5]}]  # fmt: skip
-    world = meadow(world={"space": {"size": [400.0, 20.0]}}, count=60, grass={"count": 60, "genome": {"genes": genes}})
+             {"name": "venom", "trait": "defence.poison", "letters": 1,
+              "values": [0, 0.5, 0, 0.5]}]  # fmt: skip
+    world = meadow(world={"space": {"size": [400.0, 20.0]}}, count=60,
+                   grass={"count": 60, "genome": {"genes": genes}})
     x = np.linspace(1, 398, 60)
     deer, grass = arrange(world, "deer", x=x, y=5, energy=0.5), arrange(world, "grass", x=x, y=5.5)
     _eat(world)
@@ -244,7 +255,8 @@ def test_what_the_eaten_held_is_gained_to_a_share(meadow):
     diet = [{"eats": "grass", "reach": 0.25, "gain": 0.125, "efficiency": 0.5}]
     world = meadow(count=3, grass={"count": 3}, diet=diet)
     deer = arrange(world, "deer", x=[2, 8, 14], y=5, energy=[0.25, 0.25, 0.875])
-    arrange(world, "grass", x=[2, 8, 14], y=5, energy=[0.5, -0.25, 0.5])  # owing is worth nothing; more than full is lost
+    # owing is worth nothing; more than full is lost
+    arrange(world, "grass", x=[2, 8, 14], y=5, energy=[0.5, -0.25, 0.5])
     _eat(world)
     assert _energy(world) == [0.625, 0.375, 1.0]
     assert deer[Metabolism].taken[deer.by_uid()].tolist() == [0.375, 0.125, 0.125]

@@ -12,15 +12,19 @@ FEMALE, MALE = 1, 2
 
 
 def _couples(meadow, n, **changes):
-    """A world of n couples far from each other, the female first; and what will be born: [(tick, mother, father)], [rows]."""
+    """A world of n couples far from each other, the female first; and what will be born: [(tick,
+    mother, father)], [rows]."""
     way = WAY | changes.pop("reproduction", {})
-    world = meadow(count=2 * n, sex="random", world=WIDE | changes.pop("world", {}), reproduction=way, **changes)
+    world = meadow(count=2 * n, sex="random", world=WIDE | changes.pop("world", {}),
+                   reproduction=way, **changes)
     x = 5 + np.repeat(20.0 * np.arange(n), 2) + np.tile([0.0, 1.0], n)
-    deer = arrange(world, "deer", x=x % 400, y=10.0 + 20 * np.floor(x / 400), sex=np.tile([FEMALE, MALE], n), energy=0.75)
+    deer = arrange(world, "deer", x=x % 400, y=10.0 + 20 * np.floor(x / 400), sex=np.tile([FEMALE, MALE], n),
+                   energy=0.75)
     first, born, rows = int(deer.uid[deer.by_uid()[0]]), [], []
 
     def note(table, new, parents, second):
-        born.extend((world.tick, int(m) - first, int(f) - first) for m, f in zip(parents, second, strict=True))
+        born.extend((world.tick, int(m) - first, int(f) - first)
+                    for m, f in zip(parents, second, strict=True))
         rows.extend(new.tolist())
 
     world.on_birth.append(note)
@@ -39,7 +43,8 @@ def _of(world, component, field, who):
 
 
 @pytest.mark.parametrize(
-    ("gestation", "dt", "ticks"), [(0.0, 1.0, 0), (1.0, 1.0, 1), (3.0, 1.0, 3), (2.5, 1.0, 3), (1.0, 0.1, 10), (0.3, 0.1, 3)]
+    ("gestation", "dt", "ticks"),
+    [(0.0, 1.0, 0), (1.0, 1.0, 1), (3.0, 1.0, 3), (2.5, 1.0, 3), (1.0, 0.1, 10), (0.3, 0.1, 3)]
 )
 def test_gestation_lasts_its_time(meadow, gestation, dt, ticks):
     way = {"gestation": gestation, "rest": 1e3, "father_rest": 1e3}
@@ -56,10 +61,12 @@ def test_gestation_lasts_its_time(meadow, gestation, dt, ticks):
 
 
 def test_the_parents_pay_for_the_litter_to_the_last_digit(meadow):
-    world, born, rows = _couples(meadow, 1, reproduction={"litter": 3, "energy_given": 0.125, "father_share": 0.25})
+    world, born, rows = _couples(meadow, 1,
+                                 reproduction={"litter": 3, "energy_given": 0.125, "father_share": 0.25})
     _bear(world)
     assert born == [(0, 0, 1)] * 3
-    assert _of(world, Metabolism, "energy", range(5)) == [0.75 - 3 * 0.09375, 0.75 - 3 * 0.03125, 0.125, 0.125, 0.125]
+    assert _of(world, Metabolism, "energy", range(5)) == [0.75 - 3 * 0.09375, 0.75 - 3 * 0.03125, 0.125,
+                                                          0.125, 0.125]
     assert _of(world, Metabolism, "given", range(5)) == [3 * 0.09375, 3 * 0.03125, 0, 0, 0]
     assert _of(world, Gestation, "energy", range(5)) == [0] * 5
     assert _of(world, Biology, "age", [2, 3, 4]) == [0] * 3
@@ -69,15 +76,19 @@ def test_the_parents_pay_for_the_litter_to_the_last_digit(meadow):
 
 
 def test_no_more_are_born_than_the_mother_can_pay_for_and_live(meadow):
-    world, born, _ = _couples(meadow, 4, reproduction={"litter": 3, "gestation": 1.0, "father_share": 0.5, "rest": 9.0})
+    world, born, _ = _couples(meadow, 4,
+                              reproduction={"litter": 3, "gestation": 1.0, "father_share": 0.5, "rest": 9.0})
     act(world, Mate)
     world.tick = 1
-    arrange(world, "deer", energy=[0.25, 0.375, 0.251, 0.375, 0.376, 0.375, 0.125, 0.375], given=0)  # she pays 0.125 for each
+    # she pays 0.125 for each
+    arrange(world, "deer", energy=[0.25, 0.375, 0.251, 0.375, 0.376, 0.375, 0.125, 0.375], given=0)
     _bear(world)
     assert [m for _, m, _ in born] == [0, 2, 2, 4, 4, 4]
-    energy = [0.25 - 0.125 + 0.25, 0.251 - 0.25 + 0.125, 0.376 - 0.375, 0.125 + 0.375]  # with what the father gave for the unborn
+    # with what the father gave for the unborn
+    energy = [0.25 - 0.125 + 0.25, 0.251 - 0.25 + 0.125, 0.376 - 0.375, 0.125 + 0.375]
     assert _of(world, Metabolism, "energy", [0, 2, 4, 6]) == pytest.approx(energy, abs=1e-7)
-    assert _of(world, Metabolism, "given", [0, 2, 4, 6]) == pytest.approx([0.125 - 0.25, 0.25 - 0.125, 0.375, -0.375], abs=1e-7)
+    assert _of(world, Metabolism, "given",
+               [0, 2, 4, 6]) == pytest.approx([0.125 - 0.25, 0.25 - 0.125, 0.375, -0.375], abs=1e-7)
     assert _of(world, Gestation, "energy", [0, 2, 4, 6]) == [0] * 4
     assert _of(world, Gestation, "carrying", [0, 2, 4, 6]) == [0] * 4
     assert _of(world, Gestation, "rest", [0, 2, 4, 6]) == [10] * 4
@@ -101,10 +112,12 @@ def test_max_count_leaves_room_for_the_first_of_the_first_mothers(meadow):
 
 def test_who_finds_no_place_is_not_born_and_costs_nothing(meadow):
     for spacing, most in ((0.0, 40), (2.0, 30)):
-        world, born, _ = _couples(meadow, 20, reproduction={"litter": 2, "energy_given": 0.125, "dispersal": 3.0, "spacing": spacing})
+        world, born, _ = _couples(meadow, 20, reproduction={"litter": 2, "energy_given": 0.125,
+                                                            "dispersal": 3.0, "spacing": spacing})
         _bear(world)
         assert 0 < len(born) <= most
-        paid = {2 * i: round((0.75 - e) / 0.125) for i, e in enumerate(_of(world, Metabolism, "energy", range(0, 40, 2))) if e < 0.75}
+        paid = {2 * i: round((0.75 - e) / 0.125)
+                for i, e in enumerate(_of(world, Metabolism, "energy", range(0, 40, 2))) if e < 0.75}
         mothers = [m for _, m, _ in born]
         assert paid == {m: mothers.count(m) for m in mothers}
         x, y = (np.array(_of(world, Position, axis, range(40 + len(born)))) for axis in "xy")
@@ -116,7 +129,8 @@ def test_who_finds_no_place_is_not_born_and_costs_nothing(meadow):
 
 
 def test_the_newborn_may_land_anywhere(meadow):
-    world, _, _ = _couples(meadow, 200, reproduction={"place": "anywhere", "litter": 2, "energy_given": 0.125})
+    world, _, _ = _couples(meadow, 200,
+                           reproduction={"place": "anywhere", "litter": 2, "energy_given": 0.125})
     _bear(world)
     x, y = (_of(world, Position, axis, range(400, 800)) for axis in "xy")
     assert np.histogram2d(x, y, 3, [(0, 400), (0, 400)])[0].min() > 20
@@ -153,7 +167,8 @@ class FakeHeredity:
 
     def offspring(self, world, table, first, second, who, **more):
         self.calls.append((first.tolist(), None if second is None else second.tolist(), who.tolist(), more))
-        return {(Genome, "loci"): np.full((len(who), 3), 7, np.uint8), (Metabolism, "energy"): np.full(len(who), 0.5, np.float32)}
+        return {(Genome, "loci"): np.full((len(who), 3), 7, np.uint8),
+                (Metabolism, "energy"): np.full(len(who), 0.5, np.float32)}
 
 
 def _with_genomes(table):
@@ -168,7 +183,8 @@ def _with_genomes(table):
 
 
 def test_a_dead_father_passes_on_his_genome(meadow):
-    world, born, rows = _couples(meadow, 2, reproduction={"gestation": 2.0, "litter": 2, "energy_given": 0.125, "father_share": 0.5})
+    world, born, rows = _couples(meadow, 2, reproduction={"gestation": 2.0, "litter": 2,
+                                                          "energy_given": 0.125, "father_share": 0.5})
     deer = world.tables["deer"]
     heredity = _with_genomes(deer)
     old = deer.by_uid()
@@ -195,17 +211,20 @@ def test_the_organisms_own_life_history_replaces_that_of_the_species(meadow):
     arrange(world, "deer", energy_given=[0.125, 9, 0.0625, 9], litter=[2, 9, 1, 9])
     _bear(world)
     assert [m for _, m, _ in born] == [0, 0, 2]
-    assert _of(world, Metabolism, "energy", range(7)) == [0.625, 0.625, 0.71875, 0.71875, 0.125, 0.125, 0.0625]
+    assert _of(world, Metabolism, "energy", range(7)) == [0.625, 0.625, 0.71875, 0.71875, 0.125,
+                                                          0.125, 0.0625]
 
 
 def test_a_mother_rests_after_birth_and_a_father_after_mating(meadow):
-    world, born, _ = _couples(meadow, 1, reproduction={"gestation": 2.0, "rest": 3.0, "energy_given": 0.0, "energy_min": 0.0})
+    world, born, _ = _couples(meadow, 1, reproduction={"gestation": 2.0, "rest": 3.0, "energy_given": 0.0,
+                                                       "energy_min": 0.0})
     arrange(world, "deer", energy=1.0)
     for _ in range(13):
         arrange_couple(world)
         world.run(1)
     assert [tick for tick, *_ in born] == [2, 7, 12]  # at 0, 5 and 10 they mate
-    world, born, _ = _couples(meadow, 1, reproduction={"father_rest": 4.0, "energy_given": 0.0, "energy_min": 0.0})
+    world, born, _ = _couples(meadow, 1,
+                              reproduction={"father_rest": 4.0, "energy_given": 0.0, "energy_min": 0.0})
     for _ in range(9):
         arrange_couple(world)
         world.run(1)
@@ -213,7 +232,8 @@ def test_a_mother_rests_after_birth_and_a_father_after_mating(meadow):
 
 
 def arrange_couple(world):
-    """Let nobody but the first couple be old enough to matter: newborn are far off, and the couple is together."""
+    """Let nobody but the first couple be old enough to matter: newborn are far off,
+    and the couple is together."""
     deer = world.tables["deer"]
     rows = deer.by_uid()
     deer[Position].x[rows], deer[Position].y[rows] = 50 + 20 * np.arange(rows.size), 200
@@ -235,12 +255,14 @@ def test_nobody_is_born_while_numbers_are_held_constant(meadow):
 @pytest.mark.parametrize("given", [0.0, 0.1, 0.25])
 def test_what_a_parent_can_afford(energy, given):
     energy, given = np.float32(energy), np.float32(given)
-    assert affordable(energy, given, 5) == max([k for k in range(6) if k == 0 or energy - np.float32(k) * given > 0])
+    assert affordable(energy, given, 5) == max([k for k in range(6)
+                                                if k == 0 or energy - np.float32(k) * given > 0])
 
 
 @pytest.mark.parametrize("seed", [1, 2])
 def test_kernels_agree_with_a_plain_loop(meadow, seed):
-    world, born, _ = _couples(meadow, 60, max_count=210, reproduction={"father_share": 0.5, "rest": 4.0, "dispersal": 6.0})
+    world, born, _ = _couples(meadow, 60, max_count=210,
+                              reproduction={"father_share": 0.5, "rest": 4.0, "dispersal": 6.0})
     world.tick, rng = 20, np.random.Generator(np.random.Philox(seed))
     carrying, stored, energy = rng.integers(0, 5, 120), rng.random(120) / 2, rng.random(120)
     arrange(world, "deer", carrying=carrying, energy=energy, due=rng.integers(18, 23, 120), sex=FEMALE)
@@ -265,7 +287,8 @@ def test_kernels_agree_with_a_plain_loop(meadow, seed):
         assert new[0][i] == pytest.approx(expected, abs=1e-6)
         assert new[1][i] == pytest.approx(energy[i] - expected, abs=1e-6)
     assert room == 0
-    assert _of(world, Gestation, "rest", range(120)) == [24 if carrying[i] and due[i] <= 20 else 0 for i in range(120)]
+    assert _of(world, Gestation, "rest", range(120)) == [24 if carrying[i] and due[i] <= 20 else 0
+                                                         for i in range(120)]
 
 
 HERD = {
@@ -273,19 +296,22 @@ HERD = {
     "automatic": ["eat"],
     "policy": {"kind": "shared", "hidden": [4]},
     "metabolism": {"energy": 0.7, "basal": 0.004},
-    "lethal": [{"property": "energy", "min": 0.0, "low": "starved"}, {"property": "age", "max": 90.0, "high": "too old"}],
+    "lethal": [{"property": "energy", "min": 0.0, "low": "starved"},
+               {"property": "age", "max": 90.0, "high": "too old"}],
 }
 WAYS = [
-    {"consent": "one", "father_share": 0.3, "gestation": 4.0, "litter": 3, "energy_given": 0.2, "rest": 3.0, "spacing": 0.5,
-     "age_min": 5.0},
-    {"consent": "both", "chance": 0.5, "choice": "random", "place": "anywhere", "father_share": 1.0, "litter": 2},
+    {"consent": "one", "father_share": 0.3, "gestation": 4.0, "litter": 3, "energy_given": 0.2, "rest": 3.0,
+     "spacing": 0.5, "age_min": 5.0},
+    {"consent": "both", "chance": 0.5, "choice": "random", "place": "anywhere", "father_share": 1.0,
+     "litter": 2},
     {"consent": "none", "choice": "richest", "gestation": 2.5, "father_rest": 2.0, "dispersal": 4.0},
 ]
 
 
 def _herd(meadow, threads=1, way=0, **changes):
     plenty = {"count": 150, "reproduction": {"kind": "spread", "rate": 0.1, "seed_rain": 0.2, "spacing": 1.0}}
-    changes = {"count": 40, "max_count": 90, "sex": "random", "reproduction": WAY | WAYS[way], "grass": plenty} | HERD | changes
+    changes = {"count": 40, "max_count": 90, "sex": "random", "reproduction": WAY | WAYS[way],
+               "grass": plenty} | HERD | changes
     changes["world"] = {"space": {"size": [30.0, 30.0]}} | changes.get("world", {})
     return meadow(options={"policies": "random", "threads": threads}, **changes)
 
@@ -293,21 +319,26 @@ def _herd(meadow, threads=1, way=0, **changes):
 @pytest.mark.parametrize("way", range(len(WAYS)))
 @pytest.mark.parametrize("sex", ["random", "none"])
 def test_the_books_close_over_many_generations(meadow, way, sex):
-    """Parents give what the newborn have, what broods cost that died with their mothers, and what is paid for those to come."""
+    """Parents give what the newborn have, what broods cost that died with their mothers,
+    and what is paid for those to come."""
     world = _herd(meadow, way=way, sex=sex, metabolism=HERD["metabolism"] | {"energy_max": 50.0},
-                  diet=[{"eats": "grass", "reach": 0.25, "gain": 0.25, "until": 1.0}])  # so that nothing overfills a mother
+                  # so that nothing overfills a mother
+                  diet=[{"eats": "grass", "reach": 0.25, "gain": 0.25, "until": 1.0}])
     gone = []
-    world.on_death.append(lambda table, rows: gone.extend(table[Gestation].energy[rows].tolist() if table.name == "deer" else ()))
+    world.on_death.append(lambda table, rows: gone.extend(table[Gestation].energy[rows].tolist()
+                                                          if table.name == "deer" else ()))
     watch(world, 200)  # checks the ledger of every tick
     series = world.series().to_pydict()
-    births, endowed, given = (np.array([v for v, s in zip(series[k], series["species"], strict=True) if s == "deer"])
+    births, endowed, given = (np.array([v for v, s in zip(series[k], series["species"], strict=True)
+                                        if s == "deer"])
                               for k in ("births", "endowed", "given"))
     deer = world.tables["deer"]
     pending = deer[Gestation].energy[deer.rows()].sum()
     assert births[1:].sum() > 40
     assert endowed[1:].sum() == pytest.approx(births[1:].sum() * (WAY | WAYS[way])["energy_given"], rel=1e-5)
     assert given.sum() == pytest.approx(endowed.sum() + sum(gone) + pending, rel=1e-5)
-    assert (sum(gone) > 0) == (way < 2)  # the father pays when mating, and she may die before birth, be it in the same tick
+    # the father pays when mating, and she may die before birth, be it in the same tick
+    assert (sum(gone) > 0) == (way < 2)
 
 
 @pytest.mark.parametrize("way", range(len(WAYS)))
@@ -317,7 +348,9 @@ def test_a_world_of_mates_keeps_its_promises(meadow, way):
 
 def test_the_system_keeps_the_rules(meadow):
     born = []
-    check_system(GiveBirth, lambda threads: _herd(meadow, threads, reproduction=WAY | WAYS[0] | {"age_min": 0.0}), ticks=12)
+    check_system(GiveBirth,
+                 lambda threads: _herd(meadow, threads, reproduction=WAY | WAYS[0] | {"age_min": 0.0}),
+                 ticks=12)
     world = _herd(meadow, reproduction=WAY | WAYS[0] | {"age_min": 0.0})
     world.on_birth.append(lambda table, rows, *_: born.append(rows.size if table.name == "deer" else 0))
     world.run(12)
@@ -327,7 +360,8 @@ def test_the_system_keeps_the_rules(meadow):
 def test_a_volume_and_rocks_are_no_hindrance(meadow):
     space = {"size": [20.0, 20.0, 20.0], "edges": "walls"}
     terrain = {"cell": 1.0, "rocks": [{"at": [10.0, 10.0], "radius": 3.0}]}
-    world = meadow(count=200, sex="none", world={"space": space, "terrain": terrain}, reproduction=WAY | {"dispersal": 4.0})
+    world = meadow(count=200, sex="none", world={"space": space, "terrain": terrain},
+                   reproduction=WAY | {"dispersal": 4.0})
     arrange(world, "deer", energy=0.9)
     _bear(world)
     deer = world.tables["deer"]

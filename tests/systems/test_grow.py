@@ -14,7 +14,8 @@ def test_a_plant_grows_by_light_until_it_is_full(meadow):
     world = meadow(grass=GRASS, world={"dt": 0.5, "ambient": {"light": 0.5}})
     grass = arrange(world, "grass", energy=[0.0, 0.5, 0.96875, 1.5])
     act(world, Grow)  # 0.25/s × 0.5 s × 0.5 = 0.0625
-    assert grass[Metabolism].energy[:4].tolist() == [0.0625, 0.5625, 1.0, 1.5]  # the overfull keeps what it has
+    # the overfull keeps what it has
+    assert grass[Metabolism].energy[:4].tolist() == [0.0625, 0.5625, 1.0, 1.5]
     assert grass[Metabolism].taken[:4].tolist() == [0.0625, 0.0625, 0.03125, 0.0]
 
 
@@ -30,7 +31,8 @@ def test_in_the_dark_and_without_growth_nothing_grows(meadow):
     for world in (meadow(grass=GRASS, world={"ambient": {"light": 0.0}}), meadow(grass={"count": 4})):
         act(world, Grow)
         assert world.tables["grass"][Metabolism].energy[:4].tolist() == [0.5] * 4
-        assert world.tables["deer"][Metabolism].energy[:2].tolist() == world.tables["deer"][Metabolism].energy[:2].tolist()
+        assert (world.tables["deer"][Metabolism].energy[:2].tolist()
+                == world.tables["deer"][Metabolism].energy[:2].tolist())
         assert not world.tables["deer"][Metabolism].taken[:2].any()
 
 

@@ -1,4 +1,5 @@
-"""Interventions: who dies, who comes, what is fenced off, what changes – and that by file and by hand are the same."""
+"""Interventions: who dies, who comes, what is fenced off, what changes – and that by file and
+by hand are the same."""
 
 import numpy as np
 import pytest
@@ -13,7 +14,8 @@ from ecs_eco.systems.intervene import Region
 from ecs_eco.testing import arrange, check_world
 
 SMALL = {
-    "space.size": [60.0, 60.0], "species.grass.count": 250, "species.deer.count": 60, "species.wolf.count": 21,
+    "space.size": [60.0, 60.0], "species.grass.count": 250, "species.deer.count": 60,
+    "species.wolf.count": 21,
     "species.deer.reproduction.energy_min": 0.4,
 }  # fmt: skip
 
@@ -31,26 +33,32 @@ def uids(table):
 
 
 def test_half_of_21_wolves_are_11_drawn_by_their_uids_and_they_die_at_the_end_of_the_phase_die():
-    w = world({"kind": "cull", "at": 2, "species": "wolf", "share": 0.5, "cause": "shot"}, **{"species.wolf.reproduction.rate": 0.0})
+    w = world({"kind": "cull", "at": 2, "species": "wolf", "share": 0.5, "cause": "shot"},
+              **{"species.wolf.reproduction.rate": 0.0})
     w.run(2)
     before = sorted(uids(w.tables["wolf"]))
     by_draw = sorted(before, key=lambda u: draw(w.key, np.uint64(u), 12))
     half = int(0.5 * len(before) + 0.5)
     dead = []
-    w.on_death.append(lambda t, rows: dead.extend((w.causes[t.cause[r] - 1], int(t.uid[r])) for r in rows if t.name == "wolf"))
+    w.on_death.append(lambda t, rows: dead.extend((w.causes[t.cause[r] - 1], int(t.uid[r]))
+                                                  for r in rows if t.name == "wolf"))
     w.run(1)
     assert len(before) == 21
     assert half == 11
     assert {u for cause, u in dead if cause == "shot"} == set(by_draw[:11])
-    assert w.intervened == [(2, {"at": 2, "kind": "cull", "species": "wolf", "share": 0.5, "which": "random", "cause": "shot"})]
+    assert w.intervened == [(2, {"at": 2, "kind": "cull", "species": "wolf", "share": 0.5, "which": "random",
+                                 "cause": "shot"})]
 
 
 @pytest.mark.parametrize(("which", "energy", "age", "chosen"), [
-    ("richest", [0.2, 0.9, 0.5, 0.9], [1, 2, 3, 4], [1, 3]), ("poorest", [0.2, 0.9, 0.5, 0.9], [1, 2, 3, 4], [0, 2]),
+    ("richest", [0.2, 0.9, 0.5, 0.9], [1, 2, 3, 4], [1, 3]),
+    ("poorest", [0.2, 0.9, 0.5, 0.9], [1, 2, 3, 4], [0, 2]),
     ("oldest", [0.5] * 4, [7, 3, 9, 7], [2, 0]), ("youngest", [0.5] * 4, [7, 3, 9, 7], [1, 0]),
 ])  # fmt: skip
-def test_the_first_to_die_are_the_richest_or_oldest_and_equals_go_by_the_lower_uid(which, energy, age, chosen):
-    w = world({"kind": "cull", "at": 0, "species": "wolf", "count": 2, "which": which}, **{"species.wolf.count": 4})
+def test_the_first_to_die_are_the_richest_or_oldest_and_equals_go_by_the_lower_uid(which, energy,
+                                                                                   age, chosen):
+    w = world({"kind": "cull", "at": 0, "species": "wolf", "count": 2, "which": which},
+              **{"species.wolf.count": 4})
     wolf = arrange(w, "wolf", energy=energy, age=age)
     order = np.sort(wolf.uid[wolf.rows()])
     w.systems[0].process()
@@ -59,7 +67,8 @@ def test_the_first_to_die_are_the_richest_or_oldest_and_equals_go_by_the_lower_u
 
 
 def test_only_those_in_the_region_are_culled_and_a_circle_reaches_around_a_torus():
-    w = world({"kind": "cull", "at": 0, "species": "wolf", "share": 1.0, "region": [1.0, 30.0, 5.0]}, **{"species.wolf.count": 4})
+    w = world({"kind": "cull", "at": 0, "species": "wolf", "share": 1.0, "region": [1.0, 30.0, 5.0]},
+              **{"species.wolf.count": 4})
     wolf = arrange(w, "wolf", x=[2, 57, 10, 59], y=[30, 30, 30, 36])  # 1, 4, 9 and √(4 + 36) m away
     order = np.sort(wolf.uid[wolf.rows()])
     w.systems[0].process()
@@ -84,8 +93,10 @@ def test_newcomers_live_from_the_end_of_the_tick_with_the_next_uids_in_the_regio
     w.run(3)
     first, deer = w.next_uid, w.tables["deer"]
     born = []
-    w.on_birth.append(lambda t, rows, *_: born.append((t.name, t.uid[rows].tolist(), t[Position].x[rows], t[Position].y[rows],
-                                                       t[Metabolism].energy[rows].copy())) if t.name == "deer" else None)
+    w.on_birth.append(lambda t, rows, *_: born.append((t.name, t.uid[rows].tolist(), t[Position].x[rows],
+                                                       t[Position].y[rows],
+                                                       t[Metabolism].energy[rows].copy()))
+                      if t.name == "deer" else None)
     w.run(1)
     (name, who, x, y, energy), = born
     assert name == "deer"
@@ -108,15 +119,17 @@ def test_newcomers_of_one_tick_come_to_different_places_and_not_to_those_of_the_
     places = [set(zip(p.x[founders].tolist(), p.y[founders].tolist(), strict=True))]
     for what in w.config.interventions:
         w.systems[0].add(w, what)
-    places += [set(zip(v[Position, "x"].tolist(), v[Position, "y"].tolist(), strict=True)) for _, _, v in deer.births]
+    places += [set(zip(v[Position, "x"].tolist(), v[Position, "y"].tolist(), strict=True))
+               for _, _, v in deer.births]
     assert [len(x) for x in places] == [60, 60, 60]
     assert len(set().union(*places)) == 180
 
 
 def test_plants_are_added_to_free_sites_only_and_no_more_than_max_count():
-    more = {"species.grass.count": 390, "species.grass.reproduction.rate": 0.0, "species.grass.reproduction.seed_rain": 0.0,
-            "species.deer.count": 1}  # fmt: skip
-    w = world({"kind": "add", "at": 0, "species": "grass", "count": 30}, {"kind": "add", "at": 0, "species": "deer", "count": 9},
+    more = {"species.grass.count": 390, "species.grass.reproduction.rate": 0.0,
+            "species.grass.reproduction.seed_rain": 0.0, "species.deer.count": 1}  # fmt: skip
+    w = world({"kind": "add", "at": 0, "species": "grass", "count": 30},
+              {"kind": "add", "at": 0, "species": "deer", "count": 9},
               **more, **{"species.deer.max_count": 10, "training.set": {}})  # fmt: skip
     w.config.interventions[1].__dict__["count"] = 50  # more than the file may say
     w.run(1)
@@ -129,11 +142,14 @@ def test_plants_are_added_to_free_sites_only_and_no_more_than_max_count():
 
 
 def test_all_come_to_the_place_that_is_named_objects_too(menagerie):
-    w = World.from_config(load(menagerie(), {"interventions": [{"kind": "add", "at": 1, "species": "boulder", "count": 2,
-                                                                "at_place": [3.0, 25.0]}]}), policies="untrained")  # fmt: skip
+    w = World.from_config(load(menagerie(),
+                               {"interventions": [{"kind": "add", "at": 1, "species": "boulder", "count": 2,
+                                                   "at_place": [3.0, 25.0]}]}),
+                          policies="untrained")  # fmt: skip
     w.run(2)
     p, rows = w.tables["boulder"][Position], w.tables["boulder"].rows()
-    assert sorted(zip(p.x[rows].tolist(), p.y[rows].tolist(), strict=True)) == [(3, 25), (3, 25), (20, 15), (33, 6)]
+    assert sorted(zip(p.x[rows].tolist(), p.y[rows].tolist(), strict=True)) == [(3, 25), (3, 25),
+                                                                                (20, 15), (33, 6)]
 
 
 def test_an_intervention_is_repeated_after_each_so_many_ticks_until_the_last():
@@ -173,7 +189,8 @@ def test_nobody_gets_out_of_a_round_fence_in_any_direction_and_who_is_outside_do
     angle = 2 * np.pi * (np.arange(n) + 0.37) / n
     inside = np.arange(n) % 2 == 0
     r = np.where(inside, 2.0, 20.0)
-    deer = walkers(w, (50 + r * np.cos(angle)) % 60, 30 + r * np.sin(angle), np.where(inside, angle, angle + np.pi).astype(np.float32))
+    deer = walkers(w, (50 + r * np.cos(angle)) % 60, 30 + r * np.sin(angle),
+                   np.where(inside, angle, angle + np.pi).astype(np.float32))
     order = deer.by_uid()
     w.systems[0].process()
     go(w, int(120 / speed))
@@ -182,7 +199,8 @@ def test_nobody_gets_out_of_a_round_fence_in_any_direction_and_who_is_outside_do
     away = np.hypot(dx - 60 * np.round(dx / 60), p.y[order] - 30)
     assert (away[inside] < 15.5).all()
     assert (away[~inside] > 14.5).all()
-    w.systems[0].fence(w, type(w.config.interventions[0]).model_validate({"kind": "fence", "at": 0, "remove": True}))
+    w.systems[0].fence(w, type(w.config.interventions[0]).model_validate({"kind": "fence", "at": 0,
+                                                                          "remove": True}))
     go(w, int(120 / speed))
     assert not w.terrain.ground.any()
 
@@ -243,12 +261,15 @@ def test_a_fence_spares_lakes_and_crossing_fences_stand_when_one_is_taken_away(m
 
 
 def test_births_stop_and_go_on_for_one_species_or_for_all():
-    more = {f"species.deer.reproduction.{key}": value for key, value in {"rate": 0.5, "energy_min": 0.0, "energy_given": 0.0}.items()}
-    w = world({"kind": "switch", "at": 2, "species": "deer", "reproduction": False}, {"kind": "switch", "at": 4, "reproduction": True},
+    more = {f"species.deer.reproduction.{key}": value
+            for key, value in {"rate": 0.5, "energy_min": 0.0, "energy_given": 0.0}.items()}
+    w = world({"kind": "switch", "at": 2, "species": "deer", "reproduction": False},
+              {"kind": "switch", "at": 4, "reproduction": True},
               {"kind": "switch", "at": 6, "reproduction": False}, **more)
     w.run(8)
     series = w.series().to_pydict()
-    births = {s: [b for b, name in zip(series["births"], series["species"], strict=True) if name == s] for s in ("deer", "grass")}
+    births = {s: [b for b, name in zip(series["births"], series["species"], strict=True) if name == s]
+              for s in ("deer", "grass")}
     assert births["deer"][2:4] == [0, 0]
     assert births["deer"][6:] == [0, 0]
     assert min(births["deer"][:2] + births["deer"][4:6]) > 0
@@ -259,13 +280,15 @@ def test_births_stop_and_go_on_for_one_species_or_for_all():
 @pytest.mark.parametrize("kind", ["shared", "individual"])
 def test_learning_stops_and_goes_on(kind):
     more = {"species.deer.policy.kind": kind, "species.deer.policy.file": None, "species.deer.ppo.horizon": 4}
-    w = world({"kind": "switch", "at": 5, "learning": False, "species": "deer"}, {"kind": "switch", "at": 9, "learning": True},
+    w = world({"kind": "switch", "at": 5, "learning": False, "species": "deer"},
+              {"kind": "switch", "at": 9, "learning": True},
               **more, **{"species.deer.policy.learn": True})  # fmt: skip
     nerves = w.tables["deer"].species.nerves
     learns = []
     for _ in range(11):
         w.run(1)
-        learns.append((nerves.learning, w.tables["wolf"].species.nerves.learning, w.config.species["deer"].policy.learn))
+        learns.append((nerves.learning, w.tables["wolf"].species.nerves.learning,
+                       w.config.species["deer"].policy.learn))
     assert learns == [(True, False, True)] * 5 + [(False, False, False)] * 4 + [(True, True, True)] * 2
 
 
@@ -327,10 +350,13 @@ def test_in_the_file_and_in_a_fork_of_a_checkpoint_are_the_same(name, tmp_path):
     from ecs_eco.runs.run import fork
 
     what = CASES[name] | {"at": 6}
-    run_to_folder(small(), seed=4, ticks=8, out=tmp_path / "burnt-in", policies="untrained", checkpoint_every=4, keep=9, report=False)
+    run_to_folder(small(), seed=4, ticks=8, out=tmp_path / "burnt-in", policies="untrained",
+                  checkpoint_every=4, keep=9, report=False)
     asked = {"interventions": [what]} if what["kind"] != "set" else what["set"]
-    forked = fork(tmp_path / "burnt-in", tmp_path / "fork", from_tick=6, changes=asked, until=14, report=False)
-    planned = run_to_folder(small(what), seed=4, ticks=14, out=tmp_path / "planned", policies="untrained", report=False)
+    forked = fork(tmp_path / "burnt-in", tmp_path / "fork", from_tick=6, changes=asked, until=14,
+                  report=False)
+    planned = run_to_folder(small(what), seed=4, ticks=14, out=tmp_path / "planned", policies="untrained",
+                            report=False)
     assert forked["digest"] == planned["digest"]
     assert planned["intervened"] == [[6, what | planned["intervened"][0][1]]]
 

@@ -17,7 +17,9 @@ def _learner(world):
     return world.tables["deer"].species.nerves.learner
 
 
-def test_an_update_comes_when_the_rollout_has_its_horizon_and_the_record_of_the_last_action_is_complete(meadow):
+def test_an_update_comes_when_the_rollout_has_its_horizon_and_the_record_of_the_last_action_is_complete(
+    meadow
+):
     world = meadow(options=OPTIONS, **POLICY)
     learner = _learner(world)
     weights = learner.brain.state()["policy.head.weight"]
@@ -48,7 +50,8 @@ def test_the_reward_of_an_action_is_what_is_felt_a_tick_later(meadow):
 
 
 def test_who_dies_and_is_born_into_its_row_in_mid_rollout(meadow):
-    world = meadow(count=3, options=OPTIONS, metabolism={"basal": 0.0}, locomotion={"cost": {"walk": 0.0, "run": 0.0}}, **POLICY)
+    world = meadow(count=3, options=OPTIONS, metabolism={"basal": 0.0},
+                   locomotion={"cost": {"walk": 0.0, "run": 0.0}}, **POLICY)
     table, rollout = world.tables["deer"], _learner(world).rollout
     table[Metabolism].energy[table.rows()] = 0.5
     world.run(1)
@@ -60,7 +63,8 @@ def test_who_dies_and_is_born_into_its_row_in_mid_rollout(meadow):
     world.run(1)
     row0 = np.flatnonzero(rollout.steps["row"] == 0)
     assert rollout.ended[row0].tolist() == [False, True, False]
-    assert rollout.steps["reward"][row0].tolist() == pytest.approx([0.0, -1.5, 0.0])  # minimum −1 minus what it felt
+    # minimum −1 minus what it felt
+    assert rollout.steps["reward"][row0].tolist() == pytest.approx([0.0, -1.5, 0.0])
     world.get(world.next_uid - 1, Metabolism).energy = 0.75
     world.run(1)
     assert rollout.steps["reward"][row0].tolist() == pytest.approx([0.0, -1.5, 0.25])

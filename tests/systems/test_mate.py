@@ -9,7 +9,8 @@ from ecs_eco.systems import Mate
 from ecs_eco.systems.mate import MEET, TASTE
 from ecs_eco.testing import act, arrange, check_system, difference, shuffle, state
 
-WAY = {"kind": "sexual", "energy_min": 0.5, "energy_given": 0.25, "reach": 1.0}  # bodies of 0.5 m: centres within 2 m
+# bodies of 0.5 m: centres within 2 m
+WAY = {"kind": "sexual", "energy_min": 0.5, "energy_given": 0.25, "reach": 1.0}
 WIDE = {"space": {"size": [400.0, 400.0]}}
 FEMALE, MALE = 1, 2
 
@@ -26,9 +27,11 @@ def _mated(world):
 def _couples(meadow, n, **changes):
     """A world of n couples, each 10 m from the next, the female first, 1 m before the male; all are ready."""
     way = WAY | changes.pop("reproduction", {})
-    world = meadow(count=2 * n, sex="random", world=WIDE | changes.pop("world", {}), reproduction=way, **changes)
+    world = meadow(count=2 * n, sex="random", world=WIDE | changes.pop("world", {}),
+                   reproduction=way, **changes)
     x = np.repeat(10.0 * np.arange(n), 2) + np.tile([0.0, 1.0], n)
-    arrange(world, "deer", x=x % 400, y=10.0 + 10 * np.floor(x / 400), sex=np.tile([FEMALE, MALE], n), energy=0.75, age=20.0)
+    arrange(world, "deer", x=x % 400, y=10.0 + 10 * np.floor(x / 400), sex=np.tile([FEMALE, MALE], n),
+            energy=0.75, age=20.0)
     return world
 
 
@@ -51,7 +54,8 @@ def test_a_female_conceives_by_a_male_if_both_are_old_and_fed_enough_rested_and_
     flat = {"age": age, "energy": energy, "sex": sex, "rest": rest, "carrying": carrying}
     deer = arrange(world, "deer", **{k: v.ravel() for k, v in flat.items()})
     deer.cause[deer.by_uid()] = cause.ravel()
-    assert _mated(world) == {0: 1, 18: -int(deer.uid[deer.by_uid()[0]]), 25: 24}  # 18 was pregnant, by nobody known
+    # 18 was pregnant, by nobody known
+    assert _mated(world) == {0: 1, 18: -int(deer.uid[deer.by_uid()[0]]), 25: 24}
     assert _by_uid(world, Gestation, "carrying")[[0, 18, 25]].tolist() == [3, 2, 3]
     assert _by_uid(world, Gestation, "due")[[0, 18, 25]].tolist() == [5, 0, 5]
 
@@ -93,30 +97,34 @@ def test_a_species_without_the_action_is_always_willing(meadow, consent):
 @pytest.mark.parametrize(("choice", "chosen"), [("nearest", 3), ("richest", 1), ("oldest", 2)])
 def test_a_female_chooses_the_nearest_the_richest_or_the_oldest(meadow, choice, chosen):
     world = meadow(count=5, sex="random", reproduction=WAY | {"choice": choice})
-    arrange(world, "deer", x=[5.0, 6.5, 4.0, 5.5, 5.1], y=5.0, sex=[FEMALE, MALE, MALE, MALE, FEMALE], energy=[0.6, 0.9, 0.7, 0.8, 0.4],
-            age=[9, 20, 40, 30, 99])
+    arrange(world, "deer", x=[5.0, 6.5, 4.0, 5.5, 5.1], y=5.0, sex=[FEMALE, MALE, MALE, MALE, FEMALE],
+            energy=[0.6, 0.9, 0.7, 0.8, 0.4], age=[9, 20, 40, 30, 99])
     assert _mated(world) == {0: chosen}
 
 
 @pytest.mark.parametrize(("choice", "distances", "chosen"), [
-    ("richest", [1.5, 1.0, 1.5], 2), ("oldest", [1.5, 1.0, 1.5], 2), ("richest", [1.0, 1.0, 1.0], 1), ("nearest", [1.0, 1.0, 1.0], 1),
+    ("richest", [1.5, 1.0, 1.5], 2), ("oldest", [1.5, 1.0, 1.5], 2), ("richest", [1.0, 1.0, 1.0], 1),
+    ("nearest", [1.0, 1.0, 1.0], 1),
 ])  # fmt: skip
 def test_of_equals_the_nearer_is_chosen_and_then_the_lower_uid(meadow, choice, distances, chosen):
     world = meadow(count=4, sex="random", reproduction=WAY | {"choice": choice})
     a, b, c = distances
-    arrange(world, "deer", x=[5.0, 5 - a, 5 + b, 5.0], y=[5.0, 5.0, 5.0, 5 + c], sex=[FEMALE, MALE, MALE, MALE], energy=0.75)
+    arrange(world, "deer", x=[5.0, 5 - a, 5 + b, 5.0], y=[5.0, 5.0, 5.0, 5 + c],
+            sex=[FEMALE, MALE, MALE, MALE], energy=0.75)
     assert _mated(shuffle(world, 4)) == {0: chosen}
 
 
 def test_a_random_choice_takes_every_male_equally_often(meadow):
     world = _couples(meadow, 300, reproduction={"choice": "random"})
-    x, sex = np.repeat(10.0 * np.arange(200), 3) + np.tile([0.0, 1.0, 1.8], 200), np.tile([FEMALE, MALE, MALE], 200)
+    x, sex = (np.repeat(10.0 * np.arange(200), 3) + np.tile([0.0, 1.0, 1.8], 200),
+              np.tile([FEMALE, MALE, MALE], 200))
     deer = arrange(world, "deer", x=x % 400, y=10 + 10 * np.floor(x / 400), sex=sex)
     mated = _mated(world)
     assert list(mated) == list(range(0, 600, 3))
     uid = deer.uid[deer.by_uid()]
     for mother, father in mated.items():
-        drawn = [_draw(world.key, _mix(int(uid[mother])) ^ int(uid[m]), TASTE) for m in (mother + 1, mother + 2)]
+        drawn = [_draw(world.key, _mix(int(uid[mother])) ^ int(uid[m]), TASTE)
+                 for m in (mother + 1, mother + 2)]
         assert father == mother + 1 + int(np.argmin(drawn))
     assert abs(sum(f % 3 == 1 for f in mated.values()) - 100) < 25
 
@@ -151,7 +159,8 @@ def test_the_father_pays_his_share_of_the_litter_at_once(meadow):
 
 
 def test_who_cannot_pay_the_fathers_share_and_live_is_not_chosen(meadow):
-    world = meadow(count=3, sex="random", reproduction=WAY | {"father_share": 1.0, "litter": 3, "energy_min": 0.25})
+    world = meadow(count=3, sex="random",
+                   reproduction=WAY | {"father_share": 1.0, "litter": 3, "energy_min": 0.25})
     arrange(world, "deer", x=[5.0, 5.5, 6.5], y=5.0, sex=[FEMALE, MALE, MALE], energy=[0.5, 0.75, 0.875])
     assert _mated(world) == {0: 2}
     assert _by_uid(world, Metabolism, "energy").tolist() == [0.5, 0.75, 0.125]
@@ -159,8 +168,8 @@ def test_who_cannot_pay_the_fathers_share_and_live_is_not_chosen(meadow):
 
 @pytest.mark.parametrize(("dt", "fertility"), [(1.0, 1.0), (0.5, 1.0), (1.0, 0.5)])
 def test_mating_succeeds_with_its_chance_per_second_and_the_fertility_of_both(meadow, dt, fertility):
-    world = _couples(meadow, 400, reproduction={"chance": 0.6, "father_share": 1.0, "father_rest": 9.0}, world={"dt": dt},
-                     fertility=fertility)
+    world = _couples(meadow, 400, reproduction={"chance": 0.6, "father_share": 1.0, "father_rest": 9.0},
+                     world={"dt": dt}, fertility=fertility)
     deer = world.tables["deer"]
     chance = (1 - 0.4**dt) * fertility**2
     lucky = np.flatnonzero(random.draw_many(world.key, deer.uid[deer.by_uid()][::2], MEET) < chance) * 2
@@ -177,7 +186,8 @@ def test_a_mother_keeps_the_fathers_genome(meadow):
     with_genome(deer, 4)
     arrange(world, "deer", loci=np.arange(24).reshape(6, 4), fertility=[1, 1, 1, 1, 0, 1])
     assert _mated(world) == {0: 1, 2: 3}  # the last does not conceive
-    assert _by_uid(world, Gestation, "sperm").tolist() == [[4, 5, 6, 7], [0] * 4, [12, 13, 14, 15], [0] * 4, [0] * 4, [0] * 4]
+    assert _by_uid(world, Gestation, "sperm").tolist() == [[4, 5, 6, 7], [0] * 4, [12, 13, 14, 15], [0] * 4,
+                                                           [0] * 4, [0] * 4]
 
 
 def with_genome(table, loci):
@@ -192,7 +202,8 @@ def with_genome(table, loci):
 def test_the_organisms_own_life_history_replaces_that_of_the_species(meadow):
     world = _couples(meadow, 4, reproduction={"father_share": 0.5, "energy_given": 0.5, "age_min": 50.0})
     world.tables["deer"].add_component(LifeHistory)
-    arrange(world, "deer", age_min=[20, 20, 20, 21, 20, 20, 20, 20], energy_min=[0.5, 0.75, 0, 0, 0.76, 0, 0, 0], energy_given=0.125,
+    arrange(world, "deer", age_min=[20, 20, 20, 21, 20, 20, 20, 20],
+            energy_min=[0.5, 0.75, 0, 0, 0.76, 0, 0, 0], energy_given=0.125,
             litter=[2.4, 1, 1, 1, 1, 1, 1.5, 1])
     assert _mated(world) == {0: 1, 6: 7}
     assert _by_uid(world, Gestation, "carrying")[[0, 6]].tolist() == [2, 2]
@@ -203,8 +214,8 @@ def test_the_organisms_own_life_history_replaces_that_of_the_species(meadow):
 def test_a_chooser_may_have_a_taste_of_its_own(meadow, choice, chosen):
     world = meadow(count=4, sex="random", reproduction=WAY)
     world.tables["deer"].add_component(LifeHistory)
-    arrange(world, "deer", x=[5.0, 6.5, 4.0, 5.5], y=5.0, sex=[FEMALE, MALE, MALE, MALE], energy=[0.6, 0.9, 0.7, 0.8], age=[9, 20, 40, 30],
-            choice=[choice, 0, 0, 0])
+    arrange(world, "deer", x=[5.0, 6.5, 4.0, 5.5], y=5.0, sex=[FEMALE, MALE, MALE, MALE],
+            energy=[0.6, 0.9, 0.7, 0.8], age=[9, 20, 40, 30], choice=[choice, 0, 0, 0])
     assert _mated(world) == {0: chosen}
 
 
@@ -214,7 +225,8 @@ GENES = {"genome": {"genes": [{"name": "mark", "letters": 3, "low": 0.0, "high":
 def _court(meadow, rule):
     """One female and three males at .5, 1 and 1.5 m, the toolbox of the species choosing by `rule`."""
     world = meadow(count=4, sex="random", world=WIDE, reproduction=WAY, **GENES)
-    arrange(world, "deer", x=[10, 10.5, 11, 11.5], y=10, sex=[FEMALE, MALE, MALE, MALE], energy=[0.6, 0.6, 0.9, 0.7], age=20.0)
+    arrange(world, "deer", x=[10, 10.5, 11, 11.5], y=10, sex=[FEMALE, MALE, MALE, MALE],
+            energy=[0.6, 0.6, 0.9, 0.7], age=20.0)
     toolbox = world.tables["deer"].species.heredity.operators.toolbox
     toolbox.register("select_mate", rule)
     return world
@@ -301,7 +313,8 @@ def _pairs(world, way, own):
     size = world.space.size
 
     def ready(r):
-        return not deer.cause[r] and not g.carrying[r] and g.rest[r] <= world.tick and b.age[r] >= way["age_min"] and m.energy[r] >= 0.5
+        return (not deer.cause[r] and not g.carrying[r] and g.rest[r] <= world.tick
+                and b.age[r] >= way["age_min"] and m.energy[r] >= 0.5)
 
     def distance2(r, s):
         total = np.float32(0)
@@ -323,7 +336,8 @@ def _pairs(world, way, own):
             d2 = distance2(r, s)
             if d2 > (radius[r] + radius[s] + np.float32(way["reach"])) ** 2:
                 continue
-            score = (d2, _draw(world.key, _mix(int(deer.uid[r])) ^ int(deer.uid[s]), TASTE), -m.energy[s], -b.age[s])[choice]
+            score = (d2, _draw(world.key, _mix(int(deer.uid[r])) ^ int(deer.uid[s]), TASTE),
+                     -m.energy[s], -b.age[s])[choice]
             if best is None or (score, d2, deer.uid[s]) < best[:3]:
                 best = (score, d2, deer.uid[s])
         if best is not None:
@@ -348,9 +362,10 @@ def test_kernels_agree_with_plain_loops_whatever_the_order_of_rows(meadow, own, 
         world.tables["deer"].add_component(LifeHistory, age_min=5.0, energy_min=0.5, energy_given=0.25)
         arrange(world, "deer", choice=np.arange(60) % 4)
     rng = np.random.Generator(np.random.Philox(1))
-    arrange(world, "deer", x=np.round(20 * rng.random(60)) % 20, y=np.round(20 * rng.random(60)) % 20, age=np.round(rng.random(60) * 30),
-            energy=np.round(rng.random(60) * 4 + 1) / 4, decision=(rng.random((60, 8)) < 0.7), radius=np.round(4 * rng.random(60) + 1) / 8,
-            rest=rng.integers(0, 10, 60) == 0)
+    arrange(world, "deer", x=np.round(20 * rng.random(60)) % 20, y=np.round(20 * rng.random(60)) % 20,
+            age=np.round(rng.random(60) * 30),
+            energy=np.round(rng.random(60) * 4 + 1) / 4, decision=(rng.random((60, 8)) < 0.7),
+            radius=np.round(4 * rng.random(60) + 1) / 8, rest=rng.integers(0, 10, 60) == 0)
     expected = _pairs(world, way, own)
     assert len(expected) >= 2
     before = state(world)
@@ -361,7 +376,8 @@ def test_kernels_agree_with_plain_loops_whatever_the_order_of_rows(meadow, own, 
 
 
 def _herd(meadow, threads=1, **way):
-    world = meadow(count=80, sex="random", reproduction=WAY | {"father_share": 0.5, "gestation": 3.0, "rest": 2.0, "consent": "one"} | way,
+    world = meadow(count=80, sex="random", reproduction=WAY | {"father_share": 0.5, "gestation": 3.0,
+                                                               "rest": 2.0, "consent": "one"} | way,
                    actions={"mate": ["mate"]}, automatic=["eat"], policy={"kind": "shared", "hidden": [4]},
                    options={"policies": "random", "threads": threads})
     arrange(world, "deer", energy=0.9)
@@ -385,14 +401,19 @@ def test_the_system_keeps_the_rules(meadow):
     [
         ({"sex": "female"}, "sex", "nobody to mate with", "random, or none"),
         ({"sex": "male"}, "sex", "nobody to mate with", "random, or none"),
-        ({"reproduction": {"reach": 10.1}}, "reproduction.reach", "larger than half of the torus", "at most 10 m"),
+        ({"reproduction": {"reach": 10.1}}, "reproduction.reach", "larger than half of the torus",
+         "at most 10 m"),
         ({"reproduction": {"reach": -1.0}}, "reproduction.reach", "", "at least 0"),
         ({"reproduction": {"chance": 1.1}}, "reproduction.chance", "", "at most 1"),
         ({"reproduction": {"father_share": -0.1}}, "reproduction.father_share", "", "at least 0"),
-        ({"reproduction": {"father_share": 1.0, "litter": 4}}, "reproduction.father_share", "no father can pay", "less than 1, or"),
-        ({"reproduction": {"energy_given": 1.0}}, "reproduction.energy_given", "no mother can pay", "less than 1"),
-        ({"reproduction": {"energy_given": 1.1}}, "reproduction.energy_given", "more than energy_max", "at most 1"),
-        ({"reproduction": {"energy_min": 1.1}}, "reproduction.energy_min", "more than energy_max", "at most 1"),
+        ({"reproduction": {"father_share": 1.0, "litter": 4}}, "reproduction.father_share",
+         "no father can pay", "less than 1, or"),
+        ({"reproduction": {"energy_given": 1.0}}, "reproduction.energy_given", "no mother can pay",
+         "less than 1"),
+        ({"reproduction": {"energy_given": 1.1}}, "reproduction.energy_given", "more than energy_max",
+         "at most 1"),
+        ({"reproduction": {"energy_min": 1.1}}, "reproduction.energy_min", "more than energy_max",
+         "at most 1"),
         ({"reproduction": {"consent": "all"}}, "reproduction.consent", "", "both, one, none"),
         ({"reproduction": {"choice": "richer"}}, "reproduction.choice", "", 'did you mean "richest"'),
         ({"reproduction": {"gestation": -1.0}}, "reproduction.gestation", "", "at least 0"),
@@ -401,11 +422,14 @@ def test_the_system_keeps_the_rules(meadow):
         ({"reproduction": {"litter": 0}}, "reproduction.litter", "", "at least 1"),
         ({"reproduction": {"litter": 1.5}}, "reproduction.litter", "", "whole number"),
         ({"reproduction": {"place": "far"}}, "reproduction.place", "", "near, anywhere"),
-        ({"reproduction": {"dispersal": 10.1}}, "reproduction.dispersal", "larger than half of the torus", "at most 10 m"),
-        ({"reproduction": {"dispersal": 1.0}}, "reproduction.dispersal", "the mother's own body", "more than 1 m"),
+        ({"reproduction": {"dispersal": 10.1}}, "reproduction.dispersal", "larger than half of the torus",
+         "at most 10 m"),
+        ({"reproduction": {"dispersal": 1.0}}, "reproduction.dispersal", "the mother's own body",
+         "more than 1 m"),
         ({"reproduction": {"spacing": 2.0}}, "reproduction.spacing", "the mother herself", "less than 2 m"),
         ({"reproduction": {"rate": 0.1}}, "reproduction.rate", "unknown key", "energy_min"),
-        ({"reproduction": None, "actions": {"mate": ["mate"]}}, "actions.mate", "no sexual reproduction", 'kind = "sexual"'),
+        ({"reproduction": None, "actions": {"mate": ["mate"]}}, "actions.mate", "no sexual reproduction",
+         'kind = "sexual"'),
         ({"actions": {"mate": ["meet"]}}, "actions.mate.0", "no action of this name", "mate"),
     ],
 )
@@ -426,7 +450,8 @@ def _couples_config(meadow, reproduction=(), **changes):
 
 def test_the_mate_action_needs_reproduction_that_is_sexual_or_a_system_of_ones_own(meadow):
     way = {"kind": "asexual", "rate": 0.1, "energy_min": 0.5, "energy_given": 0.25}
-    with pytest.raises(ConfigError, match=r'species.deer.actions.mate = .*\n.*allowed: reproduction.kind = "sexual", or no such group'):
+    with pytest.raises(ConfigError, match=r'species.deer.actions.mate = .*\n.*allowed: '
+                                          r'reproduction.kind = "sexual", or no such group'):
         meadow(reproduction=way, actions={"mate": ["mate"]})
     config = meadow(reproduction=way).config.model_dump()
     config["species"]["deer"]["actions"]["mate"] = ["mate"]
@@ -440,8 +465,11 @@ class Courting(Mate):
 
 
 def test_what_is_left_out_has_its_default(meadow):
-    way = meadow(sex="random", reproduction={"kind": "sexual", "energy_min": 0.5, "energy_given": 0.25}).config.species["deer"].reproduction
+    way = meadow(sex="random", reproduction={
+        "kind": "sexual", "energy_min": 0.5, "energy_given": 0.25
+    }).config.species["deer"].reproduction
     assert way.model_dump(exclude={"kind", "energy_min", "energy_given"}) == {
-        "father_share": 0.0, "reach": 0.0, "chance": 1.0, "consent": "both", "choice": "nearest", "gestation": 0.0, "rest": 0.0,
+        "father_share": 0.0, "reach": 0.0, "chance": 1.0, "consent": "both", "choice": "nearest",
+        "gestation": 0.0, "rest": 0.0,
         "father_rest": 0.0, "place": "near", "dispersal": None, "age_min": 0.0, "litter": 1, "spacing": 0.0,
     }  # fmt: skip

@@ -49,6 +49,7 @@ def test_newcomers_land_on_open_ground_all_over_the_space(menagerie):
     x, y = values[Position, "x"], values[Position, "y"]
     assert world.terrain.free(x, y).all()
     assert ((x >= 0) & (x < 40) & (y >= 0) & (y < 30)).all()
-    assert np.histogram2d(x, y, 4, [(0, 40), (0, 30)])[0].min() > 40  # 125 expected, less where rock or water is
+    # 125 expected, less where rock or water is
+    assert np.histogram2d(x, y, 4, [(0, 40), (0, 30)])[0].min() > 40
     other = scatter(world.tables["lynx"], world, who)
     assert abs(np.corrcoef(x, other[Position, "x"])[0, 1]) < 0.1  # two kinds do not land in the same places

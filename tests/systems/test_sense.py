@@ -41,7 +41,8 @@ def test_what_was_sensed_last_is_forgotten_when_numbers_change(meadow):
 
 
 def test_senses_of_two_threads_that_look_at_the_same_kind_share_one_neighbour_index(meadow, monkeypatch):
-    """Both threads want the index of the grass, which is stale while that of the deer is not: one builds it, the other waits."""
+    """Both threads want the index of the grass, which is stale while that of the deer is not:
+    one builds it, the other waits."""
     at_work, most, build = [], [], Index.build
 
     def slow(index, *columns):
@@ -51,7 +52,8 @@ def test_senses_of_two_threads_that_look_at_the_same_kind_share_one_neighbour_in
         build(index, *columns)
         at_work.remove(index)
 
-    sensors = [SENSORS[0], {"kind": "touch", "target": "grass"}, {"kind": "touch", "target": "grass", "name": "again"}, SENSORS[1]]
+    sensors = [SENSORS[0], {"kind": "touch", "target": "grass"},
+               {"kind": "touch", "target": "grass", "name": "again"}, SENSORS[1]]
     world = meadow(sensors=sensors, count=500, grass={"count": 3000}, options={"threads": 2})
     act(world, Sense)
     world.tables["grass"].version += 1

@@ -38,14 +38,16 @@ def _slow(taken, rate, rain, reach, torus, key, vigour=None):
 
 @pytest.mark.parametrize("reach", [0, 1, 3])
 @pytest.mark.parametrize("torus", [True, False])
-@pytest.mark.parametrize("vigour", [np.zeros(0, np.float32), np.linspace(0, 1, 108, dtype=np.float32)], ids=["even", "uneven"])
+@pytest.mark.parametrize("vigour", [np.zeros(0, np.float32), np.linspace(0, 1, 108, dtype=np.float32)],
+                         ids=["even", "uneven"])
 def test_the_kernel_is_its_slow_twin(reach, torus, vigour):
     rng = np.random.default_rng(1)
     taken = np.where(rng.random((9, 12)) < 0.4, rng.permutation(108).reshape(9, 12), -1)
     site, parent = np.empty(108, np.int64), np.empty(108, np.int64)
     key = random.tick_key(3, 4)
     scale = np.array([1, 1], np.float32)
-    n = sprout(taken, np.float32(0.6), np.float32(0.2), reach, torus, *OPEN, scale, vigour, key, 0, site, parent)
+    n = sprout(taken, np.float32(0.6), np.float32(0.2), reach, torus, *OPEN, scale, vigour, key, 0,
+               site, parent)
     assert list(zip(site[:n].tolist(), parent[:n].tolist(), strict=True)) == _slow(
         taken, np.float32(0.6), np.float32(0.2), reach, torus, key, vigour if vigour.size else None
     )
@@ -79,7 +81,8 @@ def test_one_plant_stands_on_a_site_from_the_start_and_for_ever(meadow):
 
 
 def test_growth_is_logistic_with_a_seed_rain(meadow):
-    world = _meadow(meadow, 400, {"rate": 0.3, "seed_rain": 0.02, "spacing": 1.0}, {"space": {"size": [40.0, 40.0]}})
+    world = _meadow(meadow, 400, {"rate": 0.3, "seed_rain": 0.02, "spacing": 1.0},
+                    {"space": {"size": [40.0, 40.0]}})
     for _ in range(4):
         share = world.tables["grass"].n / 1600
         expected = (1 - share) * (0.02 + 0.3 * share) * 1600
@@ -113,7 +116,8 @@ def test_parents_are_the_plants_whose_seeds_sprout_and_near_ones_stay_near(meado
 
 
 def test_nothing_grows_on_rock_or_water_nor_beyond_max_count(meadow):
-    world = _meadow(meadow, 30, {"rate": 1.0, "seed_rain": 1.0}, {"terrain": {"cell": 2.0, "lakes": [{"at": [10.0, 10.0], "radius": 6.0}]}})
+    world = _meadow(meadow, 30, {"rate": 1.0, "seed_rain": 1.0},
+                    {"terrain": {"cell": 2.0, "lakes": [{"at": [10.0, 10.0], "radius": 6.0}]}})
     for _ in range(20):
         _grow(world)
     p, rows = world.tables["grass"][Position], world.tables["grass"].rows()
@@ -132,13 +136,15 @@ def test_two_species_of_plants_do_not_sprout_on_the_same_sites(meadow):
     sites = []
     for name in ("grass", "fern"):
         values = world.tables[name].births[0][2]
-        sites.append({(int(x), int(y)) for x, y in zip(values[Position, "x"], values[Position, "y"], strict=True)})
+        sites.append({(int(x), int(y))
+                      for x, y in zip(values[Position, "x"], values[Position, "y"], strict=True)})
     assert len(sites[0] & sites[1]) < 0.5 * len(sites[0])  # a fifth by chance
 
 
 def test_what_is_spent_on_defence_does_not_sprout(meadow):
     def births(defence):
-        world = _meadow(meadow, 800, {"rate": 0.4, "spacing": 1.0}, {"space": {"size": [40.0, 40.0]}}, defence=defence)
+        world = _meadow(meadow, 800, {"rate": 0.4, "spacing": 1.0}, {"space": {"size": [40.0, 40.0]}},
+                        defence=defence)
         before = world.tables["grass"].n
         _grow(world)
         return world.tables["grass"].n - before
@@ -149,11 +155,15 @@ def test_what_is_spent_on_defence_does_not_sprout(meadow):
 
 
 def test_seeds_of_better_spreaders_take_more_sites(meadow):
-    genome = {"loci": 4, "genes": [{"name": "runner", "trait": "reproduction.spread", "letters": 1, "values": [0.0, 0.25, 0.5, 1.0]}]}
-    world = _meadow(meadow, 800, {"rate": 0.4, "spacing": 1.0}, {"space": {"size": [40.0, 40.0]}}, genome=genome)
+    genome = {"loci": 4, "genes": [{"name": "runner", "trait": "reproduction.spread", "letters": 1,
+                                    "values": [0.0, 0.25, 0.5, 1.0]}]}
+    world = _meadow(meadow, 800, {"rate": 0.4, "spacing": 1.0}, {"space": {"size": [40.0, 40.0]}},
+                    genome=genome)
     grass, born = world.tables["grass"], []
-    world.on_birth.append(lambda table, rows, first, second: born.extend(first.tolist()) if table is grass else None)
-    spread = {int(u): float(s) for u, s in zip(grass.uid[grass.rows()], grass[Growth].spread[grass.rows()], strict=True)}
+    world.on_birth.append(lambda table, rows, first, second: born.extend(first.tolist())
+                          if table is grass else None)
+    spread = {int(u): float(s)
+              for u, s in zip(grass.uid[grass.rows()], grass[Growth].spread[grass.rows()], strict=True)}
     _grow(world)
     counts = {rate: sum(spread[uid] == rate for uid in born) for rate in (0.0, 0.25, 0.5, 1.0)}
     assert len(born) > 50

@@ -9,9 +9,20 @@ from ecs_eco.components import Metabolism, Position
 from ecs_eco.config import load
 from ecs_eco.config.shipped import shipped
 from ecs_eco.record import Recorder
-from ecs_eco.testing import act, arrange, check_component, check_system, check_world, difference, shuffle, state
+from ecs_eco.testing import (
+    act,
+    arrange,
+    check_component,
+    check_system,
+    check_world,
+    difference,
+    shuffle,
+    state,
+)
 
-CHECKS = {name: getattr(components, name) for name in components.__all__} | {name: getattr(systems, name) for name in systems.__all__}
+CHECKS = {name: getattr(components, name) for name in components.__all__} | {
+    name: getattr(systems, name) for name in systems.__all__
+}
 
 
 @pytest.mark.parametrize("name", [*CHECKS, "Recorder", *shipped()])
@@ -26,7 +37,8 @@ def test_what_ships_conforms(name, menagerie):
         training = name == "Respawn"
         check_system(
             CHECKS.get(name, Recorder),
-            lambda threads: World.from_config(menagerie(), policies="untrained", threads=threads, learn=name == "Learn", training=training),
+            lambda threads: World.from_config(menagerie(), policies="untrained", threads=threads,
+                                              learn=name == "Learn", training=training),
             ticks=15,
         )
 
@@ -37,7 +49,8 @@ def _world(system):
         world.add_table("hare", Position, Metabolism)
         rng = np.random.default_rng(0)
         for _ in range(9):
-            world.spawn("hare", Position(x=rng.random() * 10, y=rng.random() * 10), Metabolism(energy=rng.random()))
+            world.spawn("hare", Position(x=rng.random() * 10, y=rng.random() * 10),
+                        Metabolism(energy=rng.random()))
         world.flush()
         world.add_system(system())
         return world
@@ -166,8 +179,10 @@ class Empty(System):
         (Murder, "Murder: it changes who lives in 'hare'; ask by table.request and world.kill"),
         (Widen, "column energy is float32.* cannot become float64"),
         (Dice, "Dice: it uses global random numbers; use ecs_eco.engine.random"),
-        (Plague, r"Plague: a cause of death in table 'hare' is unknown; take its code from world.cause\(name\)"),
-        (First, "First: its results change with rows in another order: tick 0, hare: Metabolism.energy of uid 1 is"),
+        (Plague,
+         r"Plague: a cause of death in table 'hare' is unknown; take its code from world.cause\(name\)"),
+        (First,
+         "First: its results change with rows in another order: tick 0, hare: Metabolism.energy of uid 1 is"),
         (Threads, "Threads: its results change with two threads: tick 0, hare: Metabolism.energy"),
         (Bare, "Bare: say in a docstring what happens to whom"),
         (Nowhere, "Nowhere: the phase is 'dusk'; it must be one of environment, sense"),
@@ -183,7 +198,8 @@ def test_a_system_that_breaks_a_rule_is_told_so(kind, message):
 
 def test_a_system_that_keeps_the_rules_passes_and_must_be_in_the_world():
     check_system(Good, _world(Good))
-    with pytest.raises(AssertionError, match="Good: the worlds to check it in have no such system; add it to them"):
+    with pytest.raises(AssertionError,
+                       match="Good: the worlds to check it in have no such system; add it to them"):
         check_system(Good, _world(Bare))
 
 
@@ -193,7 +209,8 @@ def test_blame_for_what_another_system_does_is_not_laid_on_this_one():
         world.add_system(Good(), phase="record")
         return world
 
-    with pytest.raises(AssertionError, match=r"already before Good, with rows in another order, hare: .*; another system is the cause"):
+    with pytest.raises(AssertionError, match=r"already before Good, with rows in another order, hare: .*; "
+                                             r"another system is the cause"):
         check_system(Good, make)
 
 
@@ -247,11 +264,14 @@ def test_a_world_that_breaks_a_promise_is_told_so(menagerie):
 
         return build
 
-    with pytest.raises(AssertionError, match=r"menagerie, tick 0, moss: the energy ledger is off by .*: stock_before"):
+    with pytest.raises(AssertionError,
+                       match=r"menagerie, tick 0, moss: the energy ledger is off by .*: stock_before"):
         check_world(make(Leak), ticks=2)
-    with pytest.raises(AssertionError, match=r"menagerie: the same seed gives another world; draw chance with ecs_eco.draw"):
+    with pytest.raises(AssertionError,
+                       match=r"menagerie: the same seed gives another world; draw chance with ecs_eco.draw"):
         check_world(make(Whim), ticks=2)
-    with pytest.raises(AssertionError, match=r"menagerie: rows in another order give another fate: moss: Metabolism.energy of uid"):
+    with pytest.raises(AssertionError, match=r"menagerie: rows in another order give another fate: moss: "
+                                             r"Metabolism.energy of uid"):
         check_world(make(_balanced(First)), ticks=2)
 
 

@@ -49,5 +49,6 @@ def test_what_is_above_the_limits_at_the_last_commit_is_named_with_its_reason():
     long = {"ecs_eco/two.py": "def f():\n" + "    pass\n" * 50, "ecs_eco/three.py": "\n" * 351}
     assert summary({"old": measure(long), "new": measure(SOURCES)})["over"] == []
     assert exceptions(summary({"old": measure(SOURCES), "new": measure(long)})) == (
-        "Above 350 lines a file, or 50 a function: `ecs_eco/three.py`, 351 (open); `ecs_eco/two.py::f`, 51 (open)."
+        "Above 350 lines a file, or 50 a function: `ecs_eco/three.py`, 351 (open); `ecs_eco/two.py::f`, "
+        "51 (open)."
     )

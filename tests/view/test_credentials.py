@@ -69,7 +69,8 @@ def test_words_are_compared_in_constant_time(monkeypatch):
     codes = [credentials.code() for _ in range(3)]
     monkeypatch.setattr("hmac.compare_digest", lambda a, b: compared.append((a, b)) or a == b)
     assert credentials.exchange(codes[0]) == credentials.credential
-    assert {b for _, b in compared} == {code.encode() for code in codes}  # with all of them, also after the right one
+    # with all of them, also after the right one
+    assert {b for _, b in compared} == {code.encode() for code in codes}
     assert credentials.admits(credentials.credential)
     assert len(compared) == 4
 

@@ -125,7 +125,9 @@ def test_the_file_is_for_this_user_alone_and_gone_at_the_end(desk, windows, mask
     assert not path.parent.exists()
 
 
-def test_the_file_lies_in_the_folder_of_the_session_where_that_is_private(desk, windows, tmp_path, monkeypatch):
+def test_the_file_lies_in_the_folder_of_the_session_where_that_is_private(
+    desk, windows, tmp_path, monkeypatch
+):
     monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
     for mode, inside in ((0o700, True), (0o755, False), (0o777, False)):
         tmp_path.chmod(mode)

@@ -14,7 +14,8 @@ from ecs_eco.view.inspect import drawable, marked, state_of
 @pytest.fixture(scope="module")
 def lived(menagerie):
     """A menagerie of 60 ticks that learns."""
-    full = {"ram": {"reflex": {"connections": [{"sensor": "energy", "action": "eat", "weight": -1, "above": 0.4}]}}}
+    full = {"ram": {"reflex": {"connections": [{"sensor": "energy", "action": "eat", "weight": -1,
+                                                "above": 0.4}]}}}
     world = World.from_config(menagerie(species=full), policies="untrained", learn=True, record=False)
     return world.run(60)
 
@@ -40,10 +41,12 @@ def test_what_is_said_of_all_rams_is_what_they_decided(lived):
     eat = nerves.column("eat")
     assert (mind.y[:, eat] == -(mind.x[:, 0] > 0.4).astype(int)).all()  # who is full does not eat
     assert 0 < (mind.y[:, eat] < 0).sum() < rows.size
-    assert mind.z[:, 0:3].sum(axis=1).tolist() == [1] * rows.size  # one gait is chosen, one turn, or automatic ones
+    # one gait is chosen, one turn, or automatic ones
+    assert mind.z[:, 0:3].sum(axis=1).tolist() == [1] * rows.size
     p = mind.p[:, nerves.columns["speed"][0] :][:, :3]
     assert p.sum(axis=1) == pytest.approx(1)
-    logits, _ = nerves.brain.forward(mind.x)  # the brain learns before it decides: it still is the one that did
+    # the brain learns before it decides: it still is the one that did
+    logits, _ = nerves.brain.forward(mind.x)
     assert p == pytest.approx(softmax(logits[:, 0:3]), abs=1e-6)
 
 
@@ -112,8 +115,10 @@ class _Kin:
 def test_of_the_dead_is_said_what_is_remembered(meadow):
     world = meadow()
     dead = state_of(world, 33, _Kin())
-    assert [dead[k] for k in ("species", "alive", "born", "parents", "children", "generation")] == ["deer", False, 2, [1], [8, 9], 1]
-    assert (dead["died"]["cause"], dead["energy"], dead["nerves"], dead["detail"]) == ("starved", None, None, "record")
+    assert ([dead[k] for k in ("species", "alive", "born", "parents", "children", "generation")]
+            == ["deer", False, 2, [1], [8, 9], 1])
+    assert (dead["died"]["cause"], dead["energy"], dead["nerves"],
+            dead["detail"]) == ("starved", None, None, "record")
     living = state_of(world, int(world.tables["deer"].uid[0]), _Kin())
     assert [living[k] for k in ("alive", "died", "energy_max", "children")] == [True, None, 1.0, [8, 9]]
 
@@ -125,11 +130,14 @@ def test_who_never_was_is_refused(lived, uid):
 
 
 def test_genes_are_marked_with_their_place_and_value():
-    genes = [Gene(name="size", values=[1.0, 2.0, 3.0, 4.0], letters=1), Gene(name="mood", low=0.0, high=15.0, letters=2)]
+    genes = [Gene(name="size", values=[1.0, 2.0, 3.0, 4.0], letters=1),
+             Gene(name="mood", low=0.0, high=15.0, letters=2)]
     layout = Layout(genes, loci=4)
     genome = marked(layout, layout.alphabet.encode("GTCA"))
     assert genome["strings"] == ["GTCA"]
-    assert [(g["name"], g["from"], g["to"], g["value"]) for g in genome["genes"]] == [("size", 0, 1, 3.0), ("mood", 1, 3, 13.0)]
+    assert [(g["name"], g["from"], g["to"], g["value"]) for g in genome["genes"]] == [
+        ("size", 0, 1, 3.0), ("mood", 1, 3, 13.0)
+    ]
 
 
 def test_two_strings_say_both_alleles():

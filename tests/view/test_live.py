@@ -36,7 +36,8 @@ def small(policies="random", **options):
 
 
 class Page:
-    """Reads all it gets; looks at everything: colours, panels, acts. Asks for one step at each tick that it sees."""
+    """Reads all it gets; looks at everything: colours, panels,
+    acts. Asks for one step at each tick that it sees."""
 
     def __init__(self, player, acts=None):
         self.player, self.acts, self.frames, self.said, self.ticks = player, dict(acts or {}), [], [], []
@@ -49,7 +50,8 @@ class Page:
                 self.frames.append(message)
                 number, tick = struct.unpack_from("<II", message, 4)
                 self.player.say(self, {"kind": "ack", "frame": number})
-                self.player.say(self, {"kind": "colour", "by": ("species", "energy", "happiness", "age")[number % 4]})
+                self.player.say(self, {"kind": "colour",
+                                       "by": ("species", "energy", "happiness", "age")[number % 4]})
                 self.player.say(self, {"kind": "select", "uid": 310})
                 if tick in self.acts:
                     self.player.say(self, {"kind": "act", "what": self.acts.pop(tick)})
@@ -67,7 +69,8 @@ def watched(world, ticks, acts=None):
     """Let a world live in front of a page that steps through it, acting on its way."""
     player = Player(Live(world, ticks), playing=False)
     page = Page(player, acts)
-    player.halted = lambda: world.tick >= ticks and bool(page.frames) and struct.unpack_from("<I", page.frames[-1], 8)[0] == ticks
+    player.halted = (lambda: world.tick >= ticks and bool(page.frames)
+                     and struct.unpack_from("<I", page.frames[-1], 8)[0] == ticks)
     player.source.run(player.turn)
     return page
 
@@ -92,8 +95,10 @@ def test_what_the_user_calls_before_ticks_is_called_while_a_page_watches_and_sta
 def test_what_pages_do_is_the_same_in_a_world_file():
     seen = small()
     watched(seen, 20, ACTS)
-    assert [tick for tick, _ in seen.intervened] == list(ACTS)  # each at the start of the tick that was to come
-    file = load("predator-prey", SMALL | {"interventions": [{"at": tick, **what} for tick, what in ACTS.items()]})
+    # each at the start of the tick that was to come
+    assert [tick for tick, _ in seen.intervened] == list(ACTS)
+    file = load("predator-prey",
+                SMALL | {"interventions": [{"at": tick, **what} for tick, what in ACTS.items()]})
     again = World.from_config(file, seed=5, policies="random", record=False).run(20)
     assert seen.digest() == again.digest()
     assert seen.digest() != small().run(20).digest()
@@ -118,9 +123,12 @@ def test_what_was_asked_for_after_the_last_checkpoint_of_a_run_that_died_is_done
     config = load("predator-prey", SMALL)
     whole = run_to_folder(config, 5, 20, tmp_path / "whole", "random", prepare=acting(ACTS), report=False)
     with pytest.raises(RuntimeError, match="the power failed"):
-        run_to_folder(config, 5, 20, tmp_path / "run", "random", prepare=acting(ACTS, dies=11), checkpoint_every=6, report=False)
-    fork(tmp_path / "run", tmp_path / "fork", from_tick=10, until=20, report=False)  # before the last of them: without it
-    manifest = resume(tmp_path / "run", 20, report=False, prepare=acting(ACTS))  # whoever asks again for what is done again, once
+        run_to_folder(config, 5, 20, tmp_path / "run", "random", prepare=acting(ACTS, dies=11),
+                      checkpoint_every=6, report=False)
+    # before the last of them: without it
+    fork(tmp_path / "run", tmp_path / "fork", from_tick=10, until=20, report=False)
+    # whoever asks again for what is done again, once
+    manifest = resume(tmp_path / "run", 20, report=False, prepare=acting(ACTS))
     assert [tick for tick, _ in manifest["intervened"]] == list(ACTS)
     assert [tick for tick, _ in manifest["asked"]] == list(ACTS)
     assert manifest["digest"] == whole["digest"]
@@ -141,7 +149,8 @@ def test_what_waits_when_a_run_stops_is_done_once_when_it_goes_on(tmp_path):
         world.before_tick.append(between)
 
     with pytest.raises(Stopped):
-        run_to_folder(load("predator-prey", SMALL), 5, 12, tmp_path / "run", "random", prepare=prepare, report=False)
+        run_to_folder(load("predator-prey", SMALL), 5, 12, tmp_path / "run", "random", prepare=prepare,
+                      report=False)
     manifest = resume(tmp_path / "run", 12, report=False)
     assert [tick for tick, _ in manifest["intervened"]] == [6, 6]
     assert [tick for tick, _ in manifest["asked"]] == [6, 6]
@@ -150,7 +159,8 @@ def test_what_waits_when_a_run_stops_is_done_once_when_it_goes_on(tmp_path):
 
 def test_a_fork_leaves_out_what_was_asked_for_in_its_first_tick_however_its_parent_ended(tmp_path):
     config, act = load("predator-prey", SMALL), {6: ACTS[3]}
-    run_to_folder(config, 5, 9, tmp_path / "whole", "random", prepare=acting(act), checkpoint_every=6, report=False)
+    run_to_folder(config, 5, 9, tmp_path / "whole", "random", prepare=acting(act), checkpoint_every=6,
+                  report=False)
 
     def stops(world):
         acting(act)(world)
@@ -158,7 +168,8 @@ def test_a_fork_leaves_out_what_was_asked_for_in_its_first_tick_however_its_pare
 
     with pytest.raises(Stopped):
         run_to_folder(config, 5, 9, tmp_path / "stopped", "random", prepare=stops, report=False)
-    forks = [fork(tmp_path / name, tmp_path / f"fork-{name}", 6, until=9, report=False) for name in ("whole", "stopped")]
+    forks = [fork(tmp_path / name, tmp_path / f"fork-{name}", 6, until=9, report=False)
+             for name in ("whole", "stopped")]
     assert forks[0]["digest"] == forks[1]["digest"]
     assert forks[0]["intervened"] == forks[1]["intervened"] == []
 
@@ -237,7 +248,8 @@ def test_acts_that_are_wrong_are_refused_in_the_words_of_the_world_file():
     assert answer["level"] == "error"
     assert answer["field"] == "species"
     assert 'did you mean "deer"?' in answer["text"]
-    for what in (None, [], "cull", {}, {"kind": "burn"}, {"kind": "cull", "species": "deer", "share": 2.0}, {"kind": "add", "at": 7}):
+    for what in (None, [], "cull", {}, {"kind": "burn"}, {"kind": "cull", "species": "deer", "share": 2.0},
+                 {"kind": "add", "at": 7}):
         (answer,) = live.handle({"kind": "act", "what": what})
         assert answer["level"] == "error"
         assert answer["text"]
@@ -248,9 +260,11 @@ def test_acts_that_are_wrong_are_refused_in_the_words_of_the_world_file():
 def test_two_changes_while_the_world_waits_must_fit_each_other():
     live = Live(small())
     live.handle({"kind": "act", "what": {"kind": "set", "set": {"species.deer.reproduction.rate": 0.0}}})
-    (answer,) = live.handle({"kind": "act", "what": {"kind": "set", "set": {"species.deer.metabolism.basal": 0.5}}})
+    (answer,) = live.handle({"kind": "act",
+                             "what": {"kind": "set", "set": {"species.deer.metabolism.basal": 0.5}}})
     assert answer["level"] == "info"
-    (answer,) = live.handle({"kind": "act", "what": {"kind": "set", "set": {"species.deer.metabolism.basal": -1.0}}})
+    (answer,) = live.handle({"kind": "act",
+                             "what": {"kind": "set", "set": {"species.deer.metabolism.basal": -1.0}}})
     assert answer["level"] == "error"
     live.world.run(1)
     deer = live.world.config.species["deer"]
@@ -279,21 +293,25 @@ def test_without_a_sun_there_are_no_days_and_the_light_is_ambient():
 
 
 @pytest.mark.parametrize(("kind", "start", "light", "elevation"), [
-    ("natural", 0.5, 1.0, 90), ("natural", 0.75, 0.0, 0), ("natural", 0.0, 0.0, -90), ("inverted", 0.0, 1.0, 90),
-    ("inverted", 0.5, 0.0, -90),
+    ("natural", 0.5, 1.0, 90), ("natural", 0.75, 0.0, 0), ("natural", 0.0, 0.0, -90),
+    ("inverted", 0.0, 1.0, 90), ("inverted", 0.5, 0.0, -90),
 ])  # fmt: skip
 def test_the_sun_stands_where_the_hour_says(kind, start, light, elevation):
     sun = {"kind": kind, "day": 100.0, "start": start}
-    live = Live(World.from_config(load("predator-prey", SMALL | {"sun": sun}), seed=5, policies="random", record=False))
+    live = Live(World.from_config(load("predator-prey", SMALL | {"sun": sun}), seed=5, policies="random",
+                                  record=False))
     assert live.hello()["day"] == {"length": 100.0, "start": (start + 0.5 * (kind == "inverted")) % 1}
-    assert struct.unpack_from("<2f", live.frame(1, "species"), 16) == pytest.approx((light, np.radians(elevation)), abs=1e-6)
+    assert struct.unpack_from("<2f", live.frame(1, "species"),
+                              16) == pytest.approx((light, np.radians(elevation)), abs=1e-6)
     live.world.tick += 50  # half a day later
     assert live.world.time == 50.0
-    assert struct.unpack_from("<2f", live.frame(2, "species"), 16)[1] == pytest.approx(np.radians(-elevation), abs=1e-6)
+    assert struct.unpack_from("<2f", live.frame(2, "species"),
+                              16)[1] == pytest.approx(np.radians(-elevation), abs=1e-6)
 
 
 def test_a_sun_that_never_moves_makes_no_days():
-    live = Live(World.from_config(load("predator-prey", SMALL | {"sun": {"kind": "constant"}}), policies="random", record=False))
+    live = Live(World.from_config(load("predator-prey", SMALL | {"sun": {"kind": "constant"}}),
+                                  policies="random", record=False))
     assert live.hello()["day"] is None
     light, elevation = struct.unpack_from("<2f", live.frame(1, "species"), 16)
     assert light == pytest.approx(1 / np.pi)  # the mean over a day at the equator
@@ -301,15 +319,18 @@ def test_a_sun_that_never_moves_makes_no_days():
 
 
 def test_another_day_is_told_once_it_is_another():
-    live = Live(World.from_config(load("predator-prey", SMALL | {"sun": {"day": 100.0, "start": 0.5}}), policies="random", record=False))
+    live = Live(World.from_config(load("predator-prey", SMALL | {"sun": {"day": 100.0, "start": 0.5}}),
+                                  policies="random", record=False))
     live.handle({"kind": "act", "what": {"kind": "set", "set": {"sun.start": 0.0}}})
     live.world.run(1)
     assert live.hello()["day"] == {"length": 100.0, "start": 0.0}
 
 
 def test_the_ground_is_sent_with_its_landmarks_and_large_ones_coarser():
-    ground = {"cell": 0.5, "hills": {"amplitude": 3.0, "scale": 30.0}, "rocks": [{"at": [10.0, 10.0], "radius": 2.0}]}
-    live = Live(World.from_config(load("predator-prey", SMALL | {"terrain": ground}), policies="random", record=False))
+    ground = {"cell": 0.5, "hills": {"amplitude": 3.0, "scale": 30.0},
+              "rocks": [{"at": [10.0, 10.0], "radius": 2.0}]}
+    live = Live(World.from_config(load("predator-prey", SMALL | {"terrain": ground}), policies="random",
+                                  record=False))
     hello = live.hello()
     terrain = hello["terrain"]
     heights = np.frombuffer(base64.b64decode(terrain["heights"]), "<f4").reshape(terrain["ny"], terrain["nx"])
@@ -385,5 +406,6 @@ def test_listed_values_are_those_that_may_change():
     assert not {k for k in found if k.endswith(".count") or k.startswith(("space", "training", "seed"))}
     for key in list(found)[::7]:  # a sample: each of them may really be set
         value = found[key]["value"]
-        new = (not value) if isinstance(value, bool) else value * 1.01 if isinstance(value, float) else value + 1
+        new = ((not value) if isinstance(value, bool) else value * 1.01
+               if isinstance(value, float) else value + 1)
         assert "cannot change" not in objection(config, key, new), key

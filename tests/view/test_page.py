@@ -17,14 +17,18 @@ from ecs_eco.view.entrance import Entrance
 from ecs_eco.view.guard import SUBPROTOCOL
 
 pytest.importorskip("playwright.sync_api", reason='playwright is not installed: pip install -e ".[dev]"')
-pytestmark = [pytest.mark.slow, pytest.mark.skipif(chromium() is None, reason="no Chromium here (Debian: apt-get install chromium)")]
+pytestmark = [pytest.mark.slow,
+              pytest.mark.skipif(chromium() is None,
+                                 reason="no Chromium here (Debian: apt-get install chromium)")]
 
-PARK = {"space.size": "[60, 60]", "species.grass.count": 300, "species.deer.count": 80, "species.wolf.count": 12,
+PARK = {"space.size": "[60, 60]", "species.grass.count": 300, "species.deer.count": 80,
+        "species.wolf.count": 12,
         "species.wolf.diet.0.chance": 0}  # fmt: skip
 for animal in ("deer", "wolf"):  # nobody is eaten, starves or is born: tests may take their time
     zero = ("metabolism.basal", "locomotion.cost.walk", "locomotion.cost.run", "reproduction.rate")
     PARK |= {f"species.{animal}.{key}": 0 for key in zero} | {f"species.{animal}.lethal.1.max": 1e9}
-SMALL = [*(word for key, value in PARK.items() for word in ("--set", f"{key}={value}")), "--policies", "random", "--seed", "3"]
+SMALL = [*(word for key, value in PARK.items() for word in ("--set", f"{key}={value}")), "--policies",
+         "random", "--seed", "3"]
 FORGET_THEME = """() => {
   localStorage.removeItem("ecs-eco-theme");
   delete document.documentElement.dataset.theme;
@@ -46,7 +50,8 @@ def opened(browser, address):
     context = browser.new_context(viewport=WIDE, has_touch=True)
     context.set_default_timeout(180_000)
     page, problems, asked = context.new_page(), [], []
-    page.on("console", lambda message: problems.append(message.text) if message.type in ("error", "warning") else None)
+    page.on("console",
+            lambda message: problems.append(message.text) if message.type in ("error", "warning") else None)
     page.on("pageerror", lambda error: problems.append(str(error)))
     page.on("request", lambda request: asked.append(request.url))
     page.on("websocket", lambda socket: asked.append(socket.url))
@@ -55,8 +60,10 @@ def opened(browser, address):
         until(page, "ecs.frames > 0 && ecs.renders > 0 && ecs.connected && ecs.messages.state > 0")
         yield page
         assert len(asked) > 10
-        assert [url for url in asked if not url.startswith(LOCAL) and url.split("/")[2] != address.split("/")[2]] == []
-        assert [text for text in problems if "GPU stall" not in text] == []  # software rendering says so of screenshots
+        assert [url for url in asked
+                if not url.startswith(LOCAL) and url.split("/")[2] != address.split("/")[2]] == []
+        # software rendering says so of screenshots
+        assert [text for text in problems if "GPU stall" not in text] == []
     finally:
         context.close()
 
@@ -99,14 +106,17 @@ def scene(page):
     from matplotlib.image import imread
 
     box = page.locator("#canvas").bounding_box()
-    return imread(io.BytesIO(page.screenshot(clip=box | {"x": box["x"] + 180, "width": box["width"] - 380})))[..., :3]
+    return imread(
+        io.BytesIO(page.screenshot(clip=box | {"x": box["x"] + 180, "width": box["width"] - 380}))
+    )[..., :3]
 
 
 def in_sight(page, kind):
     """An organism that nothing covers, and where it is on the screen; the page is to look from above."""
     for uid in page.evaluate(f"ecs.uids('{kind}')"):
         at = page.evaluate(f"ecs.screen({uid})")
-        if at and page.evaluate("([x, y]) => document.elementFromPoint(x, y)?.id", [at["x"], at["y"]]) == "canvas":
+        if at and page.evaluate("([x, y]) => document.elementFromPoint(x, y)?.id",
+                                [at["x"], at["y"]]) == "canvas":
             return uid, at["x"], at["y"]
     raise AssertionError(f"no {kind} in sight")
 
@@ -123,7 +133,8 @@ def select(page, kind):
 
 
 def facts(panel):
-    return dict(zip(panel.locator("dt").all_inner_texts(), panel.locator("dd").all_inner_texts(), strict=True))
+    return dict(zip(panel.locator("dt").all_inner_texts(), panel.locator("dd").all_inner_texts(),
+                    strict=True))
 
 
 def test_frames_arrive_and_animals_move_on_the_screen(page):
@@ -132,7 +143,8 @@ def test_frames_arrive_and_animals_move_on_the_screen(page):
     page.locator("#step").click()  # what other tests asked for is done
     until(page, f"ecs.tick === {tick + 1} && ecs.still")
     before, frames, tick = scene(page), page.evaluate("ecs.frames"), page.evaluate("ecs.tick")
-    places, animals = page.evaluate("ecs.uids('deer').map(ecs.place)"), page.evaluate("[ecs.counts.deer, ecs.counts.wolf]")
+    places, animals = (page.evaluate("ecs.uids('deer').map(ecs.place)"),
+                       page.evaluate("[ecs.counts.deer, ecs.counts.wolf]"))
     play(page)
     until(page, f"ecs.frames > {frames + 5} && ecs.tick > {tick + 5}")
     pause(page)
@@ -199,7 +211,8 @@ def test_what_cannot_be_done_is_refused_by_the_browser_or_in_words(page):
     assert page.evaluate("ecs.acts") == acts  # below the bound: not even sent
     page.get_by_label("New value").fill("0.5")
     page.get_by_role("button", name="Change").click()
-    until(page, "document.querySelector('#act .log li')?.textContent.includes('species.wolf.reproduction.rate = 0.5')")
+    until(page, "document.querySelector('#act .log "
+                "li')?.textContent.includes('species.wolf.reproduction.rate = 0.5')")
     page.get_by_label("Parameter").fill("species.deer.metabolism.energy_max")
     page.get_by_label("New value").fill("0.0001")
     page.get_by_role("button", name="Change").click()
@@ -231,7 +244,7 @@ WALK = """() => {
   const at = document.activeElement, style = getComputedStyle(at);
   const name = at.getAttribute("aria-label") || at.labels?.[0]?.innerText || at.innerText || at.title;
   return [at.id || at.className || at.tagName, (name ?? "").trim(), style.outlineStyle !== "none" || style.boxShadow !== "none"];
-}"""
+}"""  # noqa: E501
 CONTRAST = """() => {
   const pen = document.createElement("canvas").getContext("2d", {willReadFrequently: true});
   const rgba = (colour) => {
@@ -258,7 +271,7 @@ CONTRAST = """() => {
     if (ratio < 4.5) found.push(`${words.slice(0, 30)}: ${ratio.toFixed(2)}`);
   }
   return found;
-}"""
+}"""  # noqa: E501
 
 
 def test_the_keyboard_reaches_everything_that_has_a_name_and_shows_where_it_is(page):
@@ -274,7 +287,8 @@ def test_the_keyboard_reaches_everything_that_has_a_name_and_shows_where_it_is(p
             break
         page.keyboard.press("Tab")
     reached = [where for where, _, _ in seen]
-    assert {"skip", "theme", "helpOpen", "canvas", "colour", "play", "step", "speed", "tab-act"} <= set(reached)
+    assert {"skip", "theme", "helpOpen", "canvas", "colour", "play", "step",
+            "speed", "tab-act"} <= set(reached)
     assert len(reached) > 25  # with the buttons of the legend, the camera and the panel
     assert [where for where, name, _ in seen if not name and where != "BODY"] == []
     assert [where for where, _, shown in seen if not shown and where != "BODY"] == []
@@ -311,7 +325,8 @@ class Elsewhere(BaseHTTPRequestHandler):
 
 @pytest.fixture
 def stranger(browser):
-    """A tab in a browser that nobody let in. A test uses each address of the park that it asks for: then there is another one."""
+    """A tab in a browser that nobody let in. A test uses each address of the park that it asks for:
+    then there is another one."""
     context = browser.new_context(viewport=WIDE)
     context.set_default_timeout(180_000)
     yield context.new_page()
@@ -327,7 +342,8 @@ def test_the_code_leaves_the_address_and_the_page_can_be_loaded_again(page, stra
     stranger.goto(address)
     until(stranger, SEEN)
     assert stranger.url == place
-    assert code not in stranger.evaluate("JSON.stringify([location.href, history.length, document.referrer, {...sessionStorage}])")
+    assert code not in stranger.evaluate("JSON.stringify([location.href, history.length, document.referrer, "
+                                         "{...sessionStorage}])")
     assert stranger.context.cookies() == []
     stranger.reload()
     until(stranger, SEEN)
@@ -381,18 +397,21 @@ def test_a_page_from_elsewhere_gets_nothing_even_with_a_good_code(page, stranger
         threading.Thread(target=other.serve_forever, daemon=True).start()
         elsewhere = f"http://127.0.0.1:{other.server_port}"
         stranger.goto(elsewhere)
-        ask = "([url, authorization]) => fetch(url, {method: 'POST', headers: {authorization}}).then(() => 'had', () => 'refused')"
+        ask = ("([url, authorization]) => fetch(url, {method: 'POST', headers: "
+               "{authorization}}).then(() => 'had', () => 'refused')")
         assert stranger.evaluate(ask, [f"{place}enter", f"Code {code}"]) == "refused"
         hear = """([url, words]) => new Promise(is => {
-            const s = new WebSocket(url, words); s.onopen = () => is('had'); s.onclose = () => is('refused') })"""
+            const s = new WebSocket(url, words); s.onopen = () => is('had'); s.onclose = () => is('refused') })"""  # noqa: E501
         credential = entered(address)[1]  # good still
-        assert stranger.evaluate(hear, [f"{place.replace('http', 'ws')}ws", [SUBPROTOCOL, credential]]) == "refused"
+        assert stranger.evaluate(hear,
+                                 [f"{place.replace('http', 'ws')}ws", [SUBPROTOCOL, credential]]) == "refused"
         assert stranger.evaluate("url => fetch(url).then(() => 'had', () => 'refused')", place) == "refused"
         other.shutdown()
 
 
 def test_the_page_says_when_the_run_has_ended(browser):
-    with served("watch", "predator-prey", *SMALL, "--ticks", "2") as run, opened(browser, run.address()) as page:
+    with (served("watch", "predator-prey", *SMALL, "--ticks", "2") as run,
+          opened(browser, run.address()) as page):
         until(page, "ecs.tick === 2 && !document.querySelector('#notice').hidden")
         assert "has ended" in page.locator("#notice").inner_text()
         run.process.terminate()
@@ -401,16 +420,20 @@ def test_the_page_says_when_the_run_has_ended(browser):
 
 @pytest.fixture(scope="module")
 def recorded(browser, tmp_path_factory):
-    """A run that is recorded, stopped as by Ctrl-C; meanwhile somebody clicks: its folder, the manifest, and what the page said."""
+    """A run that is recorded, stopped as by Ctrl-C; meanwhile somebody clicks: its folder, the manifest,
+    and what the page said."""
     from websockets.sync.client import connect
 
     out = tmp_path_factory.mktemp("page") / "run"
-    words = ["run", "predator-prey", *SMALL, "--ticks", "20000", "--checkpoint-every", "50", "--no-report", "--out", str(out), "--watch"]
+    words = ["run", "predator-prey", *SMALL, "--ticks", "20000", "--checkpoint-every", "50", "--no-report",
+             "--out", str(out), "--watch"]
     with served(*words) as run:
         host, credential = entered(run.address())
-        with connect(f"ws://{host}/ws", origin=f"http://{host}", subprotocols=[SUBPROTOCOL, credential], max_size=None) as hasty:
+        with connect(f"ws://{host}/ws", origin=f"http://{host}", subprotocols=[SUBPROTOCOL, credential],
+                     max_size=None) as hasty:
             hasty.send('{"kind": "pause"}')  # before too much has passed
-            while isinstance(heard := hasty.recv(180), bytes) or json.loads(heard).get("playing") is not False:
+            while (isinstance(heard := hasty.recv(180), bytes)
+                   or json.loads(heard).get("playing") is not False):
                 pass
         with opened(browser, run.address()) as page:
             output = _clicked(page)
@@ -431,12 +454,15 @@ def step(page, ticks):
 
 
 def seek(page, tick):
-    page.get_by_label("Time, in ticks").evaluate(f"slider => {{ slider.value = {tick}; slider.dispatchEvent(new Event('input')) }}")
-    until(page, f"ecs.tick === {tick} && ecs.still && document.querySelector('#tick').textContent.replace(/\\D/g, '') === '{tick}'")
+    page.get_by_label("Time, in ticks").evaluate(f"slider => {{ slider.value = {tick}; "
+                                                 f"slider.dispatchEvent(new Event('input')) }}")
+    until(page, f"ecs.tick === {tick} && ecs.still && "
+                f"document.querySelector('#tick').textContent.replace(/\\D/g, '') === '{tick}'")
 
 
 def _clicked(page):
-    """Place, remove and cull by the mouse, a tick between; return what the page's log says, first to last, and who was removed."""
+    """Place, remove and cull by the mouse, a tick between; return what the page's log says,
+    first to last, and who was removed."""
     pause(page)
     tick = step(page, 30)
     removed = select(page, "deer")
@@ -444,7 +470,8 @@ def _clicked(page):
     page.get_by_role("button", name="Remove the selected one").click()
     until(page, "document.querySelectorAll('#act .log li').length === 1")
     page.locator("#step").click()
-    until(page, f"ecs.tick === {tick + 1} && ecs.still && document.querySelector('#organism .died')?.textContent.includes('removed')")
+    until(page, f"ecs.tick === {tick + 1} && ecs.still && document.querySelector('#organism "
+                ".died')?.textContent.includes('removed')")
     assert removed not in page.evaluate("ecs.uids('deer', 10000)")
     page.get_by_label("Kind to place").select_option("wolf")
     page.get_by_label("How many").fill("7")
@@ -489,7 +516,8 @@ def test_a_recorded_run_is_scrubbed_and_what_was_not_recorded_is_filled_in(brows
         page.locator("#play").click()
         until(page, "ecs.tick > 5")
         pause(page)
-        for tick, counts in ((manifest["done"] - 1, output["counts"]), (output["tick"] - 1, {"deer": 80, "wolf": 12}), (10, {"deer": 80})):
+        for tick, counts in ((manifest["done"] - 1, output["counts"]),
+                             (output["tick"] - 1, {"deer": 80, "wolf": 12}), (10, {"deer": 80})):
             seek(page, tick)
             assert page.evaluate("ecs.counts").items() >= counts.items()  # as the page saw it live
         uid, panel = select(page, "deer"), page.locator("#organism")

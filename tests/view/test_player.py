@@ -33,7 +33,8 @@ class Player(module.Player):
 
 @pytest.fixture(autouse=True)
 def _clock(monkeypatch):
-    monkeypatch.setattr(module, "time", SimpleNamespace(monotonic=lambda: CLOCK.now, perf_counter=lambda: CLOCK.now))
+    monkeypatch.setattr(module, "time",
+                        SimpleNamespace(monotonic=lambda: CLOCK.now, perf_counter=lambda: CLOCK.now))
 
 
 class Numbers:
@@ -172,7 +173,8 @@ def test_what_another_colour_means_is_told_with_its_first_frame(playing):
     play(player, 0.1)
     page.say("colour", by="age")
     play(player, 0.1)
-    assert page.got("state")[-1]["scales"] == {}  # the frame of before is not acknowledged, so that there is none of this colour
+    # the frame of before is not acknowledged, so that there is none of this colour
+    assert page.got("state")[-1]["scales"] == {}
     page.say("ack", frame=1)
     play(player, 0.1)
     assert [frame[2] for frame in page.frames] == ["species", "age"]
@@ -248,8 +250,8 @@ def test_each_point_of_the_series_is_sent_once():
 @pytest.mark.parametrize("request_", [
     {"kind": "speed", "value": -1}, {"kind": "speed", "value": "x"}, {"kind": "speed", "value": True},
     {"kind": "speed", "value": float("nan")}, {"kind": "step", "ticks": 0}, {"kind": "step", "ticks": 10**9},
-    {"kind": "step", "ticks": 1.5}, {"kind": "colour", "by": "aeg"}, {"kind": "select", "uid": "7"}, {"kind": "select", "uid": -1},
-    {"kind": "paly"}, {"kind": ["play"]}, {}, {"kind": None}, {"kind": "act"},
+    {"kind": "step", "ticks": 1.5}, {"kind": "colour", "by": "aeg"}, {"kind": "select", "uid": "7"},
+    {"kind": "select", "uid": -1}, {"kind": "paly"}, {"kind": ["play"]}, {}, {"kind": None}, {"kind": "act"},
 ])  # fmt: skip
 def test_what_cannot_be_is_refused_in_words_and_the_run_goes_on(request_):
     player = Player(Numbers(), speed=None)

@@ -18,7 +18,8 @@ MADE = {"species": {"ram": {"genome": GENES}}, "sun": {"day": 24.0, "start": 0.2
 
 
 def _run(config, out, ticks=TICKS, **options):
-    options = {"seed": 7, "policies": "untrained", "learn": True, "report": False, "snapshot_every": 6, **options}
+    options = {"seed": 7, "policies": "untrained", "learn": True, "report": False,
+               "snapshot_every": 6, **options}
     return run_to_folder(config, ticks=ticks, out=out, **options)
 
 
@@ -63,15 +64,20 @@ def _decoded(frame, kinds):
 def test_all_messages_are_json_and_say_what_was_recorded(plain):
     hello = plain.hello()
     json.dumps([hello, *plain.greeting(), plain.series(-1)], allow_nan=False)
-    assert [hello[k] for k in ("kind", "mode", "first", "last", "tick", "acts")] == ["hello", "replay", 0, 47, 0, False]
+    assert [hello[k] for k in ("kind", "mode", "first", "last", "tick", "acts")] == [
+        "hello", "replay", 0, 47, 0, False
+    ]
     assert [k["name"] for k in hello["species"]] == ["moss", "ram", "lynx"]
-    assert [k["name"] for k in hello["objects"]] == ["boulder"]  # carcasses come and go: they are not recorded
+    # carcasses come and go: they are not recorded
+    assert [k["name"] for k in hello["objects"]] == ["boulder"]
     assert hello["colours"] == ["species", "energy", "happiness", "age", "gene:pace"]
     assert "every 6 ticks" in hello["note"]
     assert hello["terrain"]["lakes"][0]["radius"] == 4.0
     assert [k["learns"] for k in hello["species"]] == [False, True, False]
     marks = plain.greeting()[0]
-    assert (sum(marks["deaths"]), marks["interventions"], marks["fences"]) == (plain.recording.deaths.rows, [], [])
+    assert (sum(marks["deaths"]), marks["interventions"], marks["fences"]) == (
+        plain.recording.deaths.rows, [], []
+    )
 
 
 def test_curves_are_those_of_the_recorder(plain):
@@ -128,10 +134,12 @@ def test_of_full_details_the_panel_says_all(full, folders):
         said = full.organism(row["uid"])
         json.dumps(said, allow_nan=False)
         assert (said["detail"], said["note"], said["species"]) == ("full", "", "ram")
-        assert said["nerves"]["sensors"][0] == {"name": "energy", "value": pytest.approx(row["sensor: energy"])}
+        assert said["nerves"]["sensors"][0] == {"name": "energy",
+                                                "value": pytest.approx(row["sensor: energy"])}
         run = next(a for a in said["nerves"]["actions"] if a["name"] == "run")
         assert [run[k] for k in ("group", "reflex", "chosen", "decision")] == [
-            "speed", row["reflex: speed.run"], row["chosen: speed.run"], row["decision: speed.run"]]  # fmt: skip
+            "speed", row["reflex: speed.run"], row["chosen: speed.run"],
+            row["decision: speed.run"]]  # fmt: skip
         assert run["probability"] == pytest.approx(row["probability: speed.run"])
         assert said["trace"]["tick"][-1] == row["tick"]
         assert said["genome"]["genes"][0]["name"] == "pace"
@@ -153,15 +161,20 @@ def test_the_dead_and_the_unborn_have_their_pedigree(plain):
     death = next(d for d in deaths if d["species"] == "ram" and d["tick"] > 5)
     plain.handle({"kind": "seek", "tick": 47})
     said = plain.organism(death["uid"])
-    assert (said["alive"], said["died"]["tick"], said["died"]["cause"]) == (False, death["tick"], death["cause"])
+    assert (said["alive"], said["died"]["tick"], said["died"]["cause"]) == (
+        False, death["tick"], death["cause"]
+    )
     births = read_parts(plain.recording.path / "births").to_pylist()
     born = next(b for b in births if b["parent"] and b["species"] == "ram" and b["tick"] > 3)
     plain.handle({"kind": "seek", "tick": 1})
     young = plain.organism(born["uid"])
-    assert (young["alive"], young["note"], young["parents"], young["detail"]) == (False, "Not born yet.", [born["parent"]], "record")
+    assert (young["alive"], young["note"], young["parents"], young["detail"]) == (
+        False, "Not born yet.", [born["parent"]], "record"
+    )
     assert born["uid"] in plain.organism(born["parent"])["children"]
     plain.handle({"kind": "seek", "tick": born["tick"]})
-    assert plain.organism(born["uid"])["energy"] == pytest.approx(born["energy"])  # nothing was recorded nearer than its birth
+    # nothing was recorded nearer than its birth
+    assert plain.organism(born["uid"])["energy"] == pytest.approx(born["energy"])
     with pytest.raises(KeyError, match="no organism of this run has the uid 99999"):
         plain.organism(99999)
 
@@ -180,7 +193,9 @@ def test_what_is_filled_in_is_what_full_details_would_have_been(plain, full):
         mine, theirs = plain.organism(uid), full.organism(uid)
         assert mine["sex"] in ("female", "male")  # what no record says
         assert mine["nerves"] == theirs["nerves"]
-        assert [mine[k] for k in ("detail", "energy", "place", "heading")] == [theirs[k] for k in ("detail", "energy", "place", "heading")]
+        assert [mine[k] for k in ("detail", "energy", "place", "heading")] == [
+            theirs[k] for k in ("detail", "energy", "place", "heading")
+        ]
     assert plain.organisms("ram").x.tolist() == full.organisms("ram").x.tolist()
     assert plain.organisms("ram").exact.all()
     assert plain.handle({"kind": "fill", "uid": uid})[0]["kind"] == "organism"  # it is there already
@@ -239,8 +254,11 @@ def test_a_run_that_went_on_is_one_run(menagerie, tmp_path, folders):
 
 def test_the_sun_of_a_recording_stands_where_it_stood(plain):
     assert plain.hello()["day"] == {"length": 24.0, "start": 0.25}
-    for tick, light, elevation in ((0, 0.0, 0), (12, 0.8, 90), (24, 0.0, 0), (36, 0.0, -90), (12, 0.8, 90)):  # from sunrise
+    # from sunrise
+    for tick, light, elevation in ((0, 0.0, 0), (12, 0.8, 90), (24, 0.0, 0), (36, 0.0, -90), (12, 0.8, 90)):
         plain.handle({"kind": "seek", "tick": tick})
-        assert HEADER.unpack_from(plain.frame(1, "species"))[4:6] == pytest.approx((light, np.radians(elevation)), abs=1e-6)
+        assert HEADER.unpack_from(plain.frame(1, "species"))[4:6] == pytest.approx(
+            (light, np.radians(elevation)), abs=1e-6
+        )
     series = plain.series(-1)
     assert series["light"][series["tick"].index(12)] == 0.8

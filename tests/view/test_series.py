@@ -7,7 +7,8 @@ def test_increments_have_the_later_points_and_nulls_for_what_is_not_there():
     curves = Curves()
     curves.add(1, {("n", "deer"): 4, ("light", ""): 1.0})
     curves.add(3, {("n", "deer"): 5, ("happiness", "deer"): 0.123456789, ("light", ""): float("nan")})
-    assert curves.after(-1) == {"kind": "series", "tick": [1, 3], "n": {"deer": [4, 5]}, "happiness": {"deer": [None, 0.123457]},
+    assert curves.after(-1) == {"kind": "series", "tick": [1, 3], "n": {"deer": [4, 5]},
+                                "happiness": {"deer": [None, 0.123457]},
                                 "genes": {}, "light": [1.0, None]}  # fmt: skip
     assert curves.after(1)["tick"] == [3]
     assert curves.after(3) is None

@@ -16,13 +16,15 @@ from ecs_eco.cli import app
 from ecs_eco.testing.browser import entered, served
 from ecs_eco.view.guard import SUBPROTOCOL
 
-SMALL = ["--set", "species.grass.count=300", "--set", "species.deer.count=60", "--set", "species.wolf.count=12"]
+SMALL = ["--set", "species.grass.count=300", "--set", "species.deer.count=60", "--set",
+         "species.wolf.count=12"]
 
 
 @contextmanager
 def page(address):
     host, credential = entered(address)
-    with connect(f"ws://{host}/ws", origin=f"http://{host}", subprotocols=[SUBPROTOCOL, credential], compression=None, max_size=None) as ws:
+    with connect(f"ws://{host}/ws", origin=f"http://{host}", subprotocols=[SUBPROTOCOL, credential],
+                 compression=None, max_size=None) as ws:
         yield ws
 
 
@@ -40,7 +42,8 @@ def receive(ws, kind):
 @pytest.mark.slow
 def test_a_recorded_run_is_watched_acted_upon_stopped_while_it_stands_still_and_repeated(tmp_path):
     out = tmp_path / "run"
-    words = ["run", "predator-prey", *SMALL, "--ticks", "1000000", "--policies", "random", "--out", str(out), "--watch"]
+    words = ["run", "predator-prey", *SMALL, "--ticks", "1000000", "--policies", "random", "--out",
+             str(out), "--watch"]
     with served(*words) as run:
         with page(run.address()) as ws:
             assert receive(ws, "hello")["last"] == 1_000_000
@@ -51,7 +54,9 @@ def test_a_recorded_run_is_watched_acted_upon_stopped_while_it_stands_still_and_
             ws.send(json.dumps({"kind": "act", "what": {"kind": "cull", "species": "deer", "share": 0.5}}))
             assert receive(ws, "said")["text"] == f"tick {state['tick']}: cull 50 % of deer"
             ws.send('{"kind": "step"}')
-            assert receive(ws, "marks")["interventions"] == [{"tick": state["tick"], "text": "cull 50 % of deer"}]
+            assert receive(ws, "marks")["interventions"] == [
+                {"tick": state["tick"], "text": "cull 50 % of deer"}
+            ]
             run.process.send_signal(signal.SIGINT)
             said = run.process.communicate(timeout=180)[1]
         assert run.process.returncode == 130, said
@@ -85,7 +90,8 @@ def test_a_living_world_is_watched_until_ctrl_c():
 ])  # fmt: skip
 def test_what_cannot_be_watched_is_refused(words, said, tmp_path):
     (tmp_path / "manifest.json").write_text("{}")
-    result = CliRunner().invoke(app, ["watch", *(str(tmp_path) if w == "RUN" else w for w in words), "--no-browser"])
+    result = CliRunner().invoke(app, ["watch", *(str(tmp_path) if w == "RUN" else w for w in words),
+                                      "--no-browser"])
     assert result.exit_code == 2
     assert said in result.output
 
@@ -95,7 +101,8 @@ def test_a_taken_port_is_refused_before_anything_is_recorded(tmp_path):
         other.bind(("127.0.0.1", 0))
         other.listen()
         port = str(other.getsockname()[1])
-        for words in (["watch", "predator-prey"], ["run", "predator-prey", "--watch", "--out", str(tmp_path / "run")]):
+        for words in (["watch", "predator-prey"],
+                      ["run", "predator-prey", "--watch", "--out", str(tmp_path / "run")]):
             result = CliRunner().invoke(app, [*words, "--port", port, "--no-browser"])
             assert result.exit_code == 2
             assert f"--port: {port}" in result.output
@@ -113,5 +120,6 @@ def test_a_fork_is_not_repeated_from_its_start(tmp_path):
 
 
 def test_help_and_the_package_load_no_server():
-    code = "import sys, ecs_eco, ecs_eco.cli.app; assert not {'uvicorn', 'starlette', 'websockets', 'numba'} & set(sys.modules)"
+    code = ("import sys, ecs_eco, ecs_eco.cli.app; assert not {'uvicorn', 'starlette', 'websockets', "
+            "'numba'} & set(sys.modules)")
     subprocess.run([sys.executable, "-c", code], check=True)

@@ -8,7 +8,8 @@ from ecs_eco.components import Defence, Desires, Genome, Growth, Nervous, Policy
 from ecs_eco.config import load
 from ecs_eco.config.shipped import shipped
 
-SMALL = {"space.size": [60.0, 60.0], "species.vole.count": 150, "species.berry.count": 320, "species.nightshade.count": 30}
+SMALL = {"space.size": [60.0, 60.0], "species.vole.count": 150, "species.berry.count": 320,
+         "species.nightshade.count": 30}
 READINGS = ("energy", "berry_near", "nightshade_near", "vole_near")
 
 
@@ -40,7 +41,8 @@ def test_the_weights_of_happiness_are_what_the_genes_say(world):
 def test_voles_are_happy_about_what_they_sense_as_their_own_weights_say(world):
     vole = world.tables["vole"]
     nerves, weight = vole.species.nerves, vole[Desires].weight
-    rows = nerves.rows[vole.alive[nerves.rows] & vole[Nervous].awake[nerves.rows]]  # not who was born since, in the row of a dead
+    # not who was born since, in the row of a dead
+    rows = nerves.rows[vole.alive[nerves.rows] & vole[Nervous].awake[nerves.rows]]
     x = {int(row): i for i, row in enumerate(nerves.rows)}
     at = [x[int(row)] for row in rows]
     wanted = sum(weight[rows, i] * nerves.reading(name, nerves.x)[at] for i, name in enumerate(READINGS))
@@ -69,11 +71,14 @@ def test_what_berries_are_is_what_their_genes_say(world):
     berry = world.tables["berry"]
     rows = berry.rows()
     decoded = berry.species.heredity.layout.decode(berry[Genome].loci[rows])
-    for gene, column in (("tough", berry[Defence].toughness), ("poison", berry[Defence].poison), ("spread", berry[Growth].spread)):
+    for gene, column in (("tough", berry[Defence].toughness), ("poison", berry[Defence].poison),
+                         ("spread", berry[Growth].spread)):
         assert np.array_equal(column[rows], decoded[gene])
         assert len(np.unique(decoded[gene])) > 8
 
 
 def test_where_genes_say_nothing_voles_have_the_declared_weights():
-    vole = World.from_config(load("happiness", SMALL), seed=1, controls=("neutral-drift",)).run(60).tables["vole"]
+    vole = World.from_config(
+        load("happiness", SMALL), seed=1, controls=("neutral-drift",)
+    ).run(60).tables["vole"]
     assert np.array_equal(np.unique(vole[Desires].weight[vole.rows()], axis=0), [[0.5, 0, 0, 0]])

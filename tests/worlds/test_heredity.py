@@ -1,4 +1,5 @@
-"""Worlds in which genomes make bodies, senses, nerves and lives: what newborn are, and what holds whatever they are."""
+"""Worlds in which genomes make bodies, senses, nerves and lives: what newborn are,
+and what holds whatever they are."""
 
 import copy
 
@@ -59,8 +60,10 @@ HERD = {
             "genome": {
                 "alphabet": "01", "mutate": {"operator": "mutFlipBit", "indpb": 0.02},
                 "genes": [
-                    _gene("vigour", "metabolism.growth", low=0.0, high=0.02), _gene("runner", "reproduction.spread", low=0.2, high=1.0),
-                    _gene("thorn", "defence.toughness", low=0.0, high=0.7), _gene("venom", "defence.poison", low=0.0, high=0.07),
+                    _gene("vigour", "metabolism.growth", low=0.0, high=0.02),
+                    _gene("runner", "reproduction.spread", low=0.2, high=1.0),
+                    _gene("thorn", "defence.toughness", low=0.0, high=0.7),
+                    _gene("venom", "defence.poison", low=0.0, high=0.07),
                 ],
             },
         },
@@ -76,32 +79,42 @@ HERD = {
                 {"kind": "own", "property": "energy"}, {"kind": "nearest", "target": "grass", "radius": 5.0},
                 {"kind": "smell", "field": "musk", "at": [1.0, 0.5]},
             ],
-            "actions": {"speed": ["still", "walk"], "turn": ["left", "none", "right"], "eat": ["eat"], "mate": ["mate"]},
+            "actions": {"speed": ["still", "walk"], "turn": ["left", "none", "right"], "eat": ["eat"],
+                        "mate": ["mate"]},
             "neutral": {"speed": "still", "turn": "none"},
             "reflex": {"connections": [
                 {"name": "green", "sensor": "grass_near", "action": "eat", "weight": 0, "above": 0.8},
                 {"sensor": "energy", "action": "walk", "weight": 1, "below": 0.1},
             ]},
             "happiness": {"weights": {"energy": 1.0, "musk": 0.1}, "minimum": -1.0},
-            "policy": {"kind": "individual", "hidden": [6], "learn": True, "inherit": "learned", "mutation": 0.02},
+            "policy": {"kind": "individual", "hidden": [6], "learn": True, "inherit": "learned",
+                       "mutation": 0.02},
             "ppo": {"horizon": 8, "epochs": 2, "learning_rate": 0.01},
             "components": [Wool],
             "genome": {
                 "mutate": {"operator": "mutUniformInt", "indpb": 0.01},
                 "genes": [
-                    _gene("green", "reflex.green.weight", 1, values=[0, 0, 0, -1]), _gene("blue", None, 1, values=[0, 0, 0, 1]),
-                    _gene("edge", "reflex.green.threshold", low=0.5, high=0.9), _gene("size", "body.radius", low=0.2, high=0.6),
-                    _gene("weight", "body.mass", low=20.0, high=80.0), _gene("legs", "locomotion.pace", low=0.5, high=2.0),
-                    _gene("eye", "sensors.grass.radius", low=1.0, high=6.0), _gene("nose", "sensors.musk.left", low=-1.0, high=1.0),
-                    _gene("joy", "happiness.energy", low=-1.0, high=2.0), _gene("span", "life.age_max", low=40.0, high=90.0),
+                    _gene("green", "reflex.green.weight", 1, values=[0, 0, 0, -1]),
+                    _gene("blue", None, 1, values=[0, 0, 0, 1]),
+                    _gene("edge", "reflex.green.threshold", low=0.5, high=0.9),
+                    _gene("size", "body.radius", low=0.2, high=0.6),
+                    _gene("weight", "body.mass", low=20.0, high=80.0),
+                    _gene("legs", "locomotion.pace", low=0.5, high=2.0),
+                    _gene("eye", "sensors.grass.radius", low=1.0, high=6.0),
+                    _gene("nose", "sensors.musk.left", low=-1.0, high=1.0),
+                    _gene("joy", "happiness.energy", low=-1.0, high=2.0),
+                    _gene("span", "life.age_max", low=40.0, high=90.0),
                     _gene("rate", "ppo.learning_rate", low=1e-3, high=0.1, scale="log"),
                     _gene("young", "reproduction.litter", 1, values=[1, 1, 2, 3]),
-                    _gene("ripe", "reproduction.age_min", low=5.0, high=20.0), _gene("wool", "Wool.length", low=0.0, high=0.1),
+                    _gene("ripe", "reproduction.age_min", low=5.0, high=20.0),
+                    _gene("wool", "Wool.length", low=0.0, high=0.1),
                 ],
             },
-            "reproduction": {"kind": "sexual", "energy_min": 0.5, "energy_given": 0.15, "age_min": 10.0, "reach": 1.5, "consent": "one",
+            "reproduction": {"kind": "sexual", "energy_min": 0.5, "energy_given": 0.15, "age_min": 10.0,
+                             "reach": 1.5, "consent": "one",
                              "gestation": 4.0, "rest": 3.0, "father_share": 0.25},
-            "lethal": [{"property": "energy", "min": 0.0, "low": "starved"}, {"property": "age", "max": 70.0, "high": "too old"}],
+            "lethal": [{"property": "energy", "min": 0.0, "low": "starved"},
+                       {"property": "age", "max": 70.0, "high": "too old"}],
         },
     },
 }  # fmt: skip
@@ -126,9 +139,11 @@ def test_a_herd_with_genes_for_everything_keeps_its_promises():
     {"policy": {"kind": "individual", "hidden": [4], "learn": True, "inherit": "none"}, "reproduction": {
         "kind": "asexual", "rate": 0.05, "energy_min": 0.5, "energy_given": 0.2}, "sex": "none", "actions": {
             "speed": ["still", "walk"], "turn": ["left", "none", "right"], "eat": ["eat"]}, "genome": {
-                "ploidy": 2, "dominance": "mean", "genes": [_gene("size", "body.radius", low=0.2, high=0.6)]}},
+                "ploidy": 2, "dominance": "mean",
+                "genes": [_gene("size", "body.radius", low=0.2, high=0.6)]}},
     {"policy": {"kind": "individual", "hidden": [4], "learn": True, "inherit": "birth"}, "genome": {
-        "mate": {"operator": "cxUniform", "indpb": 0.3}, "mutate": {"operator": "mutShuffleIndexes", "indpb": 0.02},
+        "mate": {"operator": "cxUniform", "indpb": 0.3},
+        "mutate": {"operator": "mutShuffleIndexes", "indpb": 0.02},
         "genes": [_gene("brain", "policy.weights", 3, low=-1.0, high=1.0, form="direct")]}},
 ], ids=["diploid and asexual", "a brain in the genome"])  # fmt: skip
 def test_other_ways_to_inherit_keep_their_promises(goat):
@@ -155,7 +170,8 @@ def test_a_newborn_is_what_its_genome_says():
         decoded = heredity.layout.decode(table[Genome].loci[rows])
         for gene, (kind, field, index) in heredity.targets.items():
             column = table.field(kind, field)[rows]
-            assert np.array_equal(column if index is None else column[:, index], decoded[gene].astype(column.dtype)), gene
+            assert np.array_equal(column if index is None else column[:, index],
+                                  decoded[gene].astype(column.dtype)), gene
     goat = world.tables["goat"]
     assert (goat[Reflexes].weight[goat.rows(), 1] == 1).all()  # no gene changes the other connection
     assert (goat[Desires].weight[goat.rows(), 1] == F(0.1)).all()
@@ -164,7 +180,8 @@ def test_a_newborn_is_what_its_genome_says():
 
 
 def test_genes_cross_and_mutate_and_letters_come_from_the_parents():
-    world = World.from_config(_herd(reproduction=HERD["species"]["goat"]["reproduction"] | {"gestation": 0.0}))
+    world = World.from_config(_herd(reproduction=HERD["species"]["goat"]["reproduction"]
+                                    | {"gestation": 0.0}))
     goat, seen = world.tables["goat"], []
 
     def born(table, rows, first, second):
@@ -230,13 +247,15 @@ def test_an_unknown_control_names_the_nearest():
 
 
 def test_children_start_from_a_parents_learned_weights():
-    world = World.from_config(_herd(policy=HERD["species"]["goat"]["policy"] | {"mutation": 0.0}), learn=False)
+    world = World.from_config(_herd(policy=HERD["species"]["goat"]["policy"] | {"mutation": 0.0}),
+                              learn=False)
     goat, seen = world.tables["goat"], []
 
     def born(table, rows, first, second):
         if table is goat:
             for row, *parents in zip(rows, first, second, strict=True):
-                weights = [table[Policy].weights[int(r)] for u in parents for r in np.flatnonzero(table.uid == u)]
+                weights = [table[Policy].weights[int(r)] for u in parents
+                           for r in np.flatnonzero(table.uid == u)]
                 seen.append([bool((table[Policy].weights[int(row)] == w).all()) for w in weights])
 
     world.on_birth.append(born)
@@ -248,7 +267,8 @@ def test_children_start_from_a_parents_learned_weights():
 
 
 def test_inherited_weights_get_noise_of_the_declared_size():
-    world = World.from_config(_herd(policy=HERD["species"]["goat"]["policy"] | {"mutation": 0.25}), learn=False)
+    world = World.from_config(_herd(policy=HERD["species"]["goat"]["policy"] | {"mutation": 0.25}),
+                              learn=False)
     table = world.tables["goat"]
     heredity, rows = table.species.heredity, table.rows()
     first = np.full(200, rows[0])
@@ -260,7 +280,8 @@ def test_inherited_weights_get_noise_of_the_declared_size():
 
 
 def test_a_dead_father_leaves_genes_and_no_brain():
-    world = World.from_config(_herd(policy=HERD["species"]["goat"]["policy"] | {"mutation": 0.0}), learn=False)
+    world = World.from_config(_herd(policy=HERD["species"]["goat"]["policy"] | {"mutation": 0.0}),
+                              learn=False)
     table = world.tables["goat"]
     heredity, rows = table.species.heredity, table.rows()
     sperm = np.full((50, table[Genome].loci.shape[1]), 3, np.uint8)
@@ -272,8 +293,8 @@ def test_a_dead_father_leaves_genes_and_no_brain():
 
 def test_founders_may_be_alike_and_say_what_the_species_is():
     section = HERD["species"]["goat"]["genome"] | {"founders": "own"}
-    section["genes"] = [g | ({"low": 0.01, "high": 0.64} if g["name"] == "size" else {}) for g in section["genes"]
-                        if g["name"] in ("size", "green")]  # fmt: skip
+    section["genes"] = [g | ({"low": 0.01, "high": 0.64} if g["name"] == "size" else {})
+                        for g in section["genes"] if g["name"] in ("size", "green")]  # fmt: skip
     world = World.from_config(_herd(genome=section))
     table, rows = _goats(world)
     coded = table.species.heredity.layout.coded()
@@ -295,7 +316,8 @@ def test_a_brain_trained_by_all_is_where_individuals_start():
         table = world.add_table("one", Policy, dims={"weights": minds.size})
         rows = table.occupy(20, 1, 0, {(Policy, "weights"): np.repeat(minds.flat(brain)[None], 20, 0)})
         x = np.random.default_rng(2).normal(size=(20, 3)).astype(F)
-        for mine, theirs in zip(minds.forward(table[Policy], rows, x, world.split), brain.forward(x), strict=True):
+        for mine, theirs in zip(minds.forward(table[Policy], rows, x, world.split), brain.forward(x),
+                                strict=True):
             assert mine == pytest.approx(theirs, abs=1e-5)
 
 
@@ -314,8 +336,8 @@ def test_a_row_that_is_reused_has_nothing_of_the_dead():
     new = np.flatnonzero(table.alive & (table.born == world.tick))
     assert sorted(new) == sorted(dead)
     assert moment.any()
-    for column in (table[Experience].length, table[Experience].observations, table[Policy].moment_1, table[Policy].moment_2,
-                   table[Policy].steps, table[Nervous].awake):
+    for column in (table[Experience].length, table[Experience].observations, table[Policy].moment_1,
+                   table[Policy].moment_2, table[Policy].steps, table[Nervous].awake):
         assert not np.asarray(column[new]).any()
     assert np.array_equal(table[Policy].weights[new], values[Policy, "weights"])
 
@@ -331,7 +353,8 @@ def test_plants_differ_in_what_their_genes_say():
     grow = next(s for s in world.systems if isinstance(s, Grow))
     grow.update(grass, world)
     left = 1 - 0.5 * (grass[Defence].toughness[rows] + grass[Defence].poison[rows])
-    assert grass[Metabolism].energy[rows] - before == pytest.approx(grass[Growth].growth[rows] * left, abs=1e-6)
+    assert grass[Metabolism].energy[rows] - before == pytest.approx(grass[Growth].growth[rows] * left,
+                                                                    abs=1e-6)
 
 
 def test_who_is_faster_pays_with_the_square():
@@ -350,15 +373,18 @@ def test_large_bodies_burn_more_by_the_three_quarters_power():
     config = _herd(policy={"kind": "none"}, ppo={}, genome={"loci": 4, "genes": [gene]})
     world = World.from_config(config).run(1)
     table, rows = _goats(world)
-    assert table[Metabolism].burnt[rows] == pytest.approx(0.004 * (table[Body].mass[rows] / 50) ** 0.75, rel=1e-5)
+    assert table[Metabolism].burnt[rows] == pytest.approx(0.004 * (table[Body].mass[rows] / 50) ** 0.75,
+                                                          rel=1e-5)
 
 
 def test_each_dies_at_an_age_of_its_own():
-    config = _herd(genome={"loci": 4, "genes": [_gene("span", "life.age_max", 1, values=[5, 10, 15, 20])]}, reproduction=None, count=40,
+    config = _herd(genome={"loci": 4, "genes": [_gene("span", "life.age_max", 1, values=[5, 10, 15, 20])]},
+                   reproduction=None, count=40,
                    actions={"speed": ["still", "walk"], "turn": ["left", "none", "right"], "eat": ["eat"]},
                    lethal=[{"property": "age", "max": 10.0, "high": "too old"}])  # fmt: skip
     world, died = World.from_config(config), []
-    world.on_death.append(lambda table, rows: died.extend(zip(table[Biology].age[rows], table[LifeHistory].age_max[rows], strict=True))
+    world.on_death.append(lambda table, rows: died.extend(zip(table[Biology].age[rows],
+                                                              table[LifeHistory].age_max[rows], strict=True))
                           if table.name == "goat" else None)  # fmt: skip
     world.run(25)
     assert len(died) == 40
@@ -373,7 +399,8 @@ def test_each_learns_with_hyperparameters_of_its_own():
     world.run(12)
     now, still = table.rows(), []
     for row in now[table.born[now] == 0]:
-        unchanged = np.array_equal(table[Policy].weights[int(row)], before[np.flatnonzero(uids == table.uid[row])[0]])
+        unchanged = np.array_equal(table[Policy].weights[int(row)],
+                                   before[np.flatnonzero(uids == table.uid[row])[0]])
         still.append((table[Plasticity].learning_rate[row] == 0, unchanged))
     assert {s[0] for s in still} == {True, False}
     assert all(frozen == unchanged for frozen, unchanged in still)
@@ -396,8 +423,10 @@ def test_each_sees_as_far_as_its_own_eyes():
     goat = World.from_config(config, policies="random").run(1).tables["goat"]
     nerves, own = goat.species.nerves, goat[Senses].radius
     near = nerves.reading("grass_near", nerves.x)
-    before = World.from_config(config, policies="random")  # as they stood when they sensed, before anyone moved or was eaten
-    p, q, plants = before.tables["goat"][Position], before.tables["grass"][Position], before.tables["grass"].rows()
+    # as they stood when they sensed, before anyone moved or was eaten
+    before = World.from_config(config, policies="random")
+    p, q, plants = (before.tables["goat"][Position], before.tables["grass"][Position],
+                    before.tables["grass"].rows())
     for i, row in enumerate(nerves.rows):
         dx, dy = (np.abs(getattr(q, a)[plants] - getattr(p, a)[row]) for a in ("x", "y"))
         distance = np.sqrt(np.minimum(dx, 30 - dx) ** 2 + np.minimum(dy, 30 - dy) ** 2).min()
@@ -408,7 +437,8 @@ def test_each_sees_as_far_as_its_own_eyes():
 @pytest.mark.parametrize("options", [{"policies": "random"}, {"training": True, "learn": True}])
 def test_genes_of_a_brain_say_nothing_where_nobody_has_one_of_its_own(options):
     brain = _gene("brain", "policy.weights", 3, low=-1.0, high=1.0, form="cosine", coefficients=3)
-    config = _herd(policy={"kind": "individual", "hidden": [6], "inherit": "birth"}, genome={"genes": [brain]})
+    config = _herd(policy={"kind": "individual", "hidden": [6], "inherit": "birth"},
+                   genome={"genes": [brain]})
     world = World.from_config(config, **options).run(20)
     goat = world.tables["goat"]
     assert Policy not in goat

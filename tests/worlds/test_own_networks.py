@@ -17,9 +17,10 @@ BREED = {"kind": "asexual", "rate": 0.05, "energy_min": 0.4, "energy_given": 0.2
 
 def herd(meadow, network, kind="shared", learn=True, ppo=None, options=None, **policy):
     """A meadow whose deer have this network, are born and die."""
-    deer = {"count": 30, "policy": {"kind": kind, "network": network, "learn": learn, **policy}, "ppo": LEARN | (ppo or {}),
-            "reproduction": BREED}  # fmt: skip
-    return meadow(options={"seed": 4, **(options or {})}, grass={"count": 60, "metabolism": {"energy": 0.5, "growth": 0.05}}, **deer)
+    deer = {"count": 30, "policy": {"kind": kind, "network": network, "learn": learn, **policy},
+            "ppo": LEARN | (ppo or {}), "reproduction": BREED}  # fmt: skip
+    return meadow(options={"seed": 4, **(options or {})},
+                  grass={"count": 60, "metabolism": {"energy": 0.5, "growth": 0.05}}, **deer)
 
 
 @pytest.mark.parametrize("kind", ["shared", "individual"])
@@ -72,7 +73,9 @@ def test_a_newborn_remembers_nothing_and_a_memory_follows_its_organism(meadow, k
     world.run(5)
     assert (table[Memory].state[table.rows()] != 0).any(axis=1).all()
     born = []
-    world.on_birth.append(lambda t, rows, *_: born.extend([] if t is not table else np.abs(t[Memory].state[rows]).max(axis=1)))
+    world.on_birth.append(lambda t, rows, *_: born.extend(
+        [] if t is not table else np.abs(t[Memory].state[rows]).max(axis=1)
+    ))
     world.run(30)
     assert len(born) > 3
     assert not any(born)

@@ -1,4 +1,5 @@
-"""A living world with other values is the world that was built with them, where nobody has lived yet; and what cannot change is refused."""
+"""A living world with other values is the world that was built with them, where nobody has lived yet; and
+what cannot change is refused."""
 
 import numpy as np
 import pytest
@@ -11,8 +12,10 @@ from ecs_eco.engine.errors import ConfigError
 from ecs_eco.worlds.reconfigure import reconfigure
 
 PREDATOR_PREY = {
-    "space.size": [60.0, 60.0], "species.grass.count": 250, "species.deer.count": 60, "species.wolf.count": 20,
-    "species.deer.reproduction.energy_min": 0.4, "species.deer.ppo.horizon": 4, "species.deer.policy.file": None,
+    "space.size": [60.0, 60.0], "species.grass.count": 250, "species.deer.count": 60,
+    "species.wolf.count": 20,
+    "species.deer.reproduction.energy_min": 0.4, "species.deer.ppo.horizon": 4,
+    "species.deer.policy.file": None,
 }  # fmt: skip
 GENES = {
     "alphabet": "ACGT", "genes": [
@@ -21,7 +24,8 @@ GENES = {
         {"name": "marker", "letters": 8, "low": 0.0, "high": 1.0},
     ],
 }  # fmt: skip
-ALONE = {"species.deer.policy.kind": "individual", "species.deer.policy.learn": True, "species.deer.genome": GENES,
+ALONE = {"species.deer.policy.kind": "individual", "species.deer.policy.learn": True,
+         "species.deer.genome": GENES,
          "species.deer.reproduction.energy_given": 0.2}  # fmt: skip
 
 
@@ -36,21 +40,30 @@ def living(world, before, changed, **options):
 
 
 PLAIN = {
-    "what is eaten": {"species.deer.diet.0.chance": 0.9, "species.wolf.diet.0.gain": 0.2, "species.wolf.diet.0.reach": 1.0},
-    "another food": {"species.wolf.diet": [{"eats": "grass", "gain": 0.1}, {"eats": "deer", "gain": 0.3, "reach": 0.5}]},
+    "what is eaten": {"species.deer.diet.0.chance": 0.9, "species.wolf.diet.0.gain": 0.2,
+                      "species.wolf.diet.0.reach": 1.0},
+    "another food": {"species.wolf.diet": [{"eats": "grass", "gain": 0.1},
+                                           {"eats": "deer", "gain": 0.3, "reach": 0.5}]},
     "births": {"species.deer.reproduction.rate": 0.2, "species.deer.reproduction.energy_given": 0.1},
     "plants": {"species.grass.reproduction.rate": 0.2, "species.grass.reproduction.seed_rain": 0.01,
                "species.grass.metabolism.growth": 0.01},
-    "costs": {"species.deer.locomotion.cost.walk": 0.05, "species.deer.locomotion.turn": 0.2, "species.deer.metabolism.basal": 0.02},
+    "costs": {"species.deer.locomotion.cost.walk": 0.05, "species.deer.locomotion.turn": 0.2,
+              "species.deer.metabolism.basal": 0.02},
     "another gait's name": {"species.deer.locomotion.speed.run": 3.0},
     "what kills": {"species.deer.lethal": [{"property": "energy", "min": 0.45, "low": "famine"}]},
-    "smells": {"fields.deer_smell.diffusion": 4.0, "fields.deer_smell.decay": 0.9, "species.deer.emits.deer_smell": 5.0},
+    "smells": {"fields.deer_smell.diffusion": 4.0, "fields.deer_smell.decay": 0.9,
+               "species.deer.emits.deer_smell": 5.0},
     "another smell": {"species.grass.emits.wolf_smell": 0.3},
-    "a solid body": {"species.deer.body.solid": True, "species.wolf.body.solid": True, "species.deer.body.opaque": False},
-    "happiness": {"species.deer.happiness.formula": "-energy", "species.deer.happiness.minimum": -2.0, "species.deer.policy.learn": True},
-    "a reflex": {"species.deer.reflex": {"connections": [{"sensor": "energy", "action": "run", "weight": 1, "above": 0.5}]}},
+    "a solid body": {"species.deer.body.solid": True, "species.wolf.body.solid": True,
+                     "species.deer.body.opaque": False},
+    "happiness": {"species.deer.happiness.formula": "-energy", "species.deer.happiness.minimum": -2.0,
+                  "species.deer.policy.learn": True},
+    "a reflex": {"species.deer.reflex": {
+        "connections": [{"sensor": "energy", "action": "run", "weight": 1, "above": 0.5}]
+    }},
     "learning": {"species.deer.policy.learn": True, "species.wolf.policy.learn": True},
-    "how it learns": {"species.deer.ppo.discount": 0.5, "species.deer.ppo.horizon": 3, "species.deer.ppo.learning_rate": 0.1,
+    "how it learns": {"species.deer.ppo.discount": 0.5, "species.deer.ppo.horizon": 3,
+                      "species.deer.ppo.learning_rate": 0.1,
                       "species.deer.policy.learn": True},
     "most that live": {"species.grass.max_count": 251, "training.set": {}},
 }  # fmt: skip
@@ -58,11 +71,14 @@ PLAIN = {
 
 @pytest.mark.parametrize("name", PLAIN)
 def test_a_world_retuned_before_its_first_tick_is_the_one_built_so(name):
-    a, b = built("predator-prey", PREDATOR_PREY | PLAIN[name]).run(9), living("predator-prey", PREDATOR_PREY, PLAIN[name]).run(9)
+    a, b = (built("predator-prey", PREDATOR_PREY | PLAIN[name]).run(9),
+            living("predator-prey", PREDATOR_PREY, PLAIN[name]).run(9))
     assert a.digest() == b.digest()
     assert a.config.resolved() == b.config.resolved()
     assert set(a.causes) <= set(b.causes)
-    assert a.digest() != built("predator-prey", PREDATOR_PREY).run(9).digest(), "the change changes nothing: a loss of it would not be seen"
+    assert a.digest() != built("predator-prey", PREDATOR_PREY).run(9).digest(), (
+        "the change changes nothing: a loss of it would not be seen"
+    )
 
 
 MENAGERIE = {
@@ -82,11 +98,13 @@ def test_also_where_there_is_ground(name, menagerie):
 SNAILS = {
     "format": 1, "name": "snails", "space": {"size": [20.0, 20.0]},
     "species": {"snail": {"count": 60, "body": {"radius": 0.1, "opaque": False}, "reproduction": {
-        "kind": "sexual", "energy_min": 0.2, "energy_given": 0.1, "reach": 1.0, "chance": 0.3, "consent": "none", "gestation": 2.0}}},
+        "kind": "sexual", "energy_min": 0.2, "energy_given": 0.1, "reach": 1.0, "chance": 0.3,
+        "consent": "none", "gestation": 2.0}}},
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("changed", [{"reach": 3.0}, {"chance": 0.9, "choice": "richest"}, {"gestation": 0.0, "litter": 2}])
+@pytest.mark.parametrize("changed", [{"reach": 3.0}, {"chance": 0.9, "choice": "richest"},
+                                     {"gestation": 0.0, "litter": 2}])
 def test_also_where_two_mate_and_the_cells_of_the_index_change_with_their_reach(changed):
     changed = {f"species.snail.reproduction.{k}": v for k, v in changed.items()}
     a, b, plain = built(SNAILS, changed), living(SNAILS, {}, changed), built(SNAILS, {})
@@ -96,12 +114,15 @@ def test_also_where_two_mate_and_the_cells_of_the_index_change_with_their_reach(
 
 
 LONELY = {
-    "how it learns": {"species.deer.ppo.discount": 0.5, "species.deer.ppo.learning_rate": 0.1, "species.deer.ppo.clip": 0.05,
+    "how it learns": {"species.deer.ppo.discount": 0.5, "species.deer.ppo.learning_rate": 0.1,
+                      "species.deer.ppo.clip": 0.05,
                       "species.deer.ppo.epochs": 1},
     "what no gene says": {"species.deer.reproduction.energy_min": 0.55, "species.deer.reproduction.rate": 0.3,
                           "species.deer.reproduction.age_min": 2.0},
-    "mutation": {"species.deer.genome.mutate": {"operator": "mutUniformInt", "indpb": 0.5}, "species.deer.reproduction.rate": 0.3},
-    "inheritance": {"species.deer.policy.inherit": "learned", "species.deer.policy.mutation": 0.1, "species.deer.reproduction.rate": 0.3},
+    "mutation": {"species.deer.genome.mutate": {"operator": "mutUniformInt", "indpb": 0.5},
+                 "species.deer.reproduction.rate": 0.3},
+    "inheritance": {"species.deer.policy.inherit": "learned", "species.deer.policy.mutation": 0.1,
+                    "species.deer.reproduction.rate": 0.3},
     "no learning": {"species.deer.policy.learn": False},
 }  # fmt: skip
 
@@ -109,14 +130,16 @@ LONELY = {
 @pytest.mark.parametrize("name", LONELY)
 def test_also_with_genes_and_a_brain_for_each(name):
     start = PREDATOR_PREY | ALONE
-    a, b = built("predator-prey", start | LONELY[name]).run(9), living("predator-prey", start, LONELY[name]).run(9)
+    a, b = (built("predator-prey", start | LONELY[name]).run(9),
+            living("predator-prey", start, LONELY[name]).run(9))
     assert a.digest() == b.digest()
     assert a.digest() != built("predator-prey", start).run(9).digest()
 
 
 def test_individuals_that_begin_to_learn_do_so_as_those_who_always_did():
     start = PREDATOR_PREY | ALONE | {"species.deer.policy.learn": False}
-    a, b = built("predator-prey", PREDATOR_PREY | ALONE), living("predator-prey", start, {"species.deer.policy.learn": True})
+    a, b = (built("predator-prey", PREDATOR_PREY | ALONE),
+            living("predator-prey", start, {"species.deer.policy.learn": True}))
     assert list(a.tables["deer"].columns) == list(b.tables["deer"].columns)
     assert a.run(9).digest() == b.run(9).digest()
     reconfigure(b, load(b.config, {"species.deer.policy.learn": False}))
@@ -124,13 +147,16 @@ def test_individuals_that_begin_to_learn_do_so_as_those_who_always_did():
     b.run(2)
 
 
-@pytest.mark.parametrize("what", [{"species.deer.reproduction.rate": 0.1}, {"species.deer.happiness.formula": "-energy"},
+@pytest.mark.parametrize("what", [{"species.deer.reproduction.rate": 0.1},
+                                  {"species.deer.happiness.formula": "-energy"},
                                   {"species.deer.policy.learn": True}])  # fmt: skip
 def test_a_value_set_at_a_tick_by_the_file_is_the_same_as_a_retuning_between_two_runs(what):
-    planned = built("predator-prey", PREDATOR_PREY | {"interventions": [{"kind": "set", "at": 5, "set": what}]}).run(12)
+    planned = built("predator-prey",
+                    PREDATOR_PREY | {"interventions": [{"kind": "set", "at": 5, "set": what}]}).run(12)
     by_hand = built("predator-prey", PREDATOR_PREY).run(5)
     reconfigure(by_hand, load(by_hand.config, what))
-    assert by_hand.run(7).digest() == planned.digest() != built("predator-prey", PREDATOR_PREY).run(12).digest()
+    assert (by_hand.run(7).digest() == planned.digest()
+            != built("predator-prey", PREDATOR_PREY).run(12).digest())
 
 
 def test_two_values_one_after_the_other_and_back_leave_what_there_was():
@@ -143,7 +169,8 @@ def test_two_values_one_after_the_other_and_back_leave_what_there_was():
 
 
 def test_the_living_keep_what_they_were_born_with_and_newborn_have_the_new():
-    w = living("predator-prey", PREDATOR_PREY | {"species.grass.reproduction.seed_rain": 0.1}, {"species.grass.metabolism.energy": 0.05})
+    w = living("predator-prey", PREDATOR_PREY | {"species.grass.reproduction.seed_rain": 0.1},
+               {"species.grass.metabolism.energy": 0.05})
     first, grass = w.next_uid, w.tables["grass"]
     w.run(3)
     energy, rows = grass[Metabolism].energy, grass.rows()
@@ -164,7 +191,8 @@ def test_another_seed_is_another_future_from_then_on():
 
 
 @pytest.mark.parametrize(("key", "value", "hint"), [
-    ("species.deer.count", 5, '"add" or "cull"'), ("space.size", [70.0, 60.0], "build a world with it"), ("dt", 0.5, "from the start"),
+    ("species.deer.count", 5, '"add" or "cull"'), ("space.size", [70.0, 60.0], "build a world with it"),
+    ("dt", 0.5, "from the start"),
     ("species.deer.sensors.1.radius", 5.0, "shapes"), ("species.deer.policy.hidden", [8], "shapes"),
     ("species.deer.body.radius", 0.5, "build"),
     ("species.deer.properties.temperature", 300.0, "shapes"), ("fields.deer_smell.cell", 2.0, "build"),
@@ -184,8 +212,8 @@ def test_what_cannot_change_is_refused_with_what_is_possible_instead_and_nothing
 
 
 @pytest.mark.parametrize(("key", "value", "said"), [
-    ("species.deer.reproduction.energy_given", 0.25, "the gene giving codes for it"), ("species.deer.ppo.horizon", 9, "shapes"),
-    ("species.deer.genome.genes.0.high", 5.0, "shapes"),
+    ("species.deer.reproduction.energy_given", 0.25, "the gene giving codes for it"),
+    ("species.deer.ppo.horizon", 9, "shapes"), ("species.deer.genome.genes.0.high", 5.0, "shapes"),
 ])  # fmt: skip
 def test_what_genes_say_and_what_has_columns_does_not_change(key, value, said):
     w = built("predator-prey", PREDATOR_PREY | ALONE)

@@ -1,4 +1,5 @@
-"""The shipped world of goats and three grasses: what its genes do to those who have them, and the studies' bookkeeping."""
+"""The shipped world of goats and three grasses: what its genes do to those who have them,
+and the studies' bookkeeping."""
 
 import numpy as np
 import pytest
@@ -16,8 +17,10 @@ FEW = {
 
 
 def at_table(dish: str) -> World:
-    """Five goats that always want to eat, each alone on a tuft of the dish: one with each gene, and one with none."""
-    world = World.from_config(load("reflexes", FEW | {f"species.{dish}.count": 5}), seed=1, record=False, learn=False)
+    """Five goats that always want to eat, each alone on a tuft of the dish: one with each gene,
+    and one with none."""
+    world = World.from_config(load("reflexes", FEW | {f"species.{dish}.count": 5}), seed=1, record=False,
+                              learn=False)
     goats, food = world.tables["goat"], world.tables[dish]
     for name, table in world.tables.items():
         rows, p = table.rows(), table[Position]
@@ -50,7 +53,8 @@ def test_a_gene_keeps_its_goat_from_one_grass_alone_and_lets_it_walk_on(dish):
         if GENES[i : i + 1] == (dish,):
             row = world.locate(uid)[1]
             assert goats[Metabolism].energy[row] == pytest.approx(0.498)
-            assert np.hypot(goats[Position].x[row] - x[i], goats[Position].y[row] - y[i]) == pytest.approx(0.8, abs=1e-5)
+            assert np.hypot(goats[Position].x[row] - x[i],
+                            goats[Position].y[row] - y[i]) == pytest.approx(0.8, abs=1e-5)
         elif dish == "red":
             assert not alive
         else:
@@ -114,6 +118,7 @@ def test_only_those_born_late_are_in_a_late_book():
 
 def test_selection_without_the_pull_of_mutation_by_hand():
     n, generation = np.array([100, 100, 100]), np.array([0.0, 2.0, 3.0])
-    k = np.array([50, 60, 75])  # dp 0.10, 0.15; pull 0.1 (0.25 − p) dt = −0.05, −0.035; p (1 − p) dt = 0.5, 0.24
+    # dp 0.10, 0.15; pull 0.1 (0.25 − p) dt = −0.05, −0.035; p (1 − p) dt = 0.5, 0.24
+    k = np.array([50, 60, 75])
     assert drift_free(k, n, generation, 0.1) == pytest.approx((0.15 + 0.185) / 0.74)
     assert np.isnan(drift_free(np.zeros(3), n, generation, 0.1))

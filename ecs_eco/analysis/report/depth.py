@@ -20,7 +20,8 @@ if TYPE_CHECKING:
 
 
 def blocks(run: Path, series: Series, place: Path) -> list[str]:
-    """Depth by day, and escapes and smells where single organisms were recorded; nothing without a sun or a depth.
+    """Depth by day, and escapes and smells where single organisms were recorded;
+    nothing without a sun or a depth.
 
     Figures are written below `place`.
     """
@@ -73,11 +74,12 @@ def _smells(run: Path, series: Series) -> Iterator[str]:
 
 
 def _cycles(series: Series, species: list[str]) -> str:
-    head = ["species", "days", "mean depth [m]", "amplitude [m]", "of the water", "deepest, hours of 24 after noon", "p", "r with light"]
+    head = ["species", "days", "mean depth [m]", "amplitude [m]", "of the water",
+            "deepest, hours of 24 after noon", "p", "r with light"]
     note = (
-        "A cosine of one day is fitted to mean depth, without the first day; the amplitude is half of the height of the wave. "
-        "p is how often days that begin at random hours have an amplitude as large; r correlates mean depth with the light at "
-        "the surface at the same time. One run is one replicate."
+        "A cosine of one day is fitted to mean depth, without the first day; the amplitude is half of the "
+        "height of the wave. p is how often days that begin at random hours have an amplitude as large; "
+        "r correlates mean depth with the light at the surface at the same time. One run is one replicate."
     )
     return f"{table(head, [_cycle(series, s) for s in species])}<p class='under'>{note}</p>"
 
@@ -87,7 +89,8 @@ def _cycle(series: Series, species: str) -> list[str]:
     if c is None:
         return [species, "less than two days", *["–"] * 6]
     p = "–" if np.isnan(c.p) else f"{'≤' if c.p <= 0.001 else '='} {c.p:.2g}"
-    return [species, f"{c.days:.0f}", number(c.fit.mesor), number(c.fit.amplitude), f"{c.share:.0%}", f"{24 * c.lag:+.1f}", p, number(c.r)]
+    return [species, f"{c.days:.0f}", number(c.fit.mesor), number(c.fit.amplitude), f"{c.share:.0%}",
+            f"{24 * c.lag:+.1f}", p, number(c.r)]
 
 
 def _escape(result: Escape, prey: str, predator: str, dt: float) -> str:
@@ -95,17 +98,18 @@ def _escape(result: Escape, prey: str, predator: str, dt: float) -> str:
     p = "&lt; .001" if result.p < 0.001 else f"= {result.p:.2g}"
     prey, predator = escape(prey), escape(predator)
     return (
-        f"<p>{result.n:,} approaches of {predator} to {WITHIN} m, each after {REST} ticks without one. The speed of {prey} rises "
-        f"{result.gain:.1f}-fold within two ticks; it reaches twice the previous speed {after}, counted from the tick that begins "
-        f"with the approach. One tick later they move away: V-test u = {result.u:.1f}, p {p}, treating approaches as "
-        f"independent. Animals that are eaten count until then. Prey also moves away from a {predator} that overshoots: that alone "
-        "is no escape.</p>"
+        f"<p>{result.n:,} approaches of {predator} to {WITHIN} m, each after {REST} ticks without one. "
+        f"The speed of {prey} rises {result.gain:.1f}-fold within two ticks; it reaches twice the previous "
+        f"speed {after}, counted from the tick that begins with the approach. One tick later they move away: "
+        f"V-test u = {result.u:.1f}, p {p}, treating approaches as independent. Animals that are eaten count "
+        f"until then. Prey also moves away from a {predator} that overshoots: that alone is no escape.</p>"
     )
 
 
 def _leaving(result: Leaving, species: str, nose: str) -> str:
     night = f", by night {result.night:.2f} of {result.n_night:,}" if result.n_night else ""
     return (
-        f"<p>Where {escape(nose.replace('_', ' '))} is felt, {result.n:,} moves of {escape(species)} have a chemotaxis index (down "
-        f"less up, over all) of {result.index:.2f}{night}. Moves of one animal follow each other: the run is the replicate.</p>"
+        f"<p>Where {escape(nose.replace('_', ' '))} is felt, {result.n:,} moves of {escape(species)} have a "
+        f"chemotaxis index (down less up, over all) of {result.index:.2f}{night}. "
+        "Moves of one animal follow each other: the run is the replicate.</p>"
     )

@@ -24,13 +24,16 @@ def draw(run: Path, series: Series, cycles: CycleStatistics, place: Path) -> dic
     """The figures for which this run has data, as HTML by name; they are written below `place`."""
     if not len(series.ticks) or not len(series.species):
         return {}
-    drawn = [*_numbers(series), *_cycles(series, cycles), *_flows(series), *_genes(run, series), *_places(run, series)]
-    return {name: picture(figures.save(f, place / "figures" / f"{name}.png"), caption) for name, f, caption in drawn}
+    drawn = [*_numbers(series), *_cycles(series, cycles), *_flows(series), *_genes(run, series),
+             *_places(run, series)]
+    return {name: picture(figures.save(f, place / "figures" / f"{name}.png"), caption)
+            for name, f, caption in drawn}
 
 
 def _numbers(series: Series) -> Iterator[Drawn]:
     marked = "; a dashed line marks an intervention" if figures.interventions(series) else ""
-    yield "populations", figures.populations(series), f"Numbers over time. A cross marks the end of a species{marked}."
+    yield ("populations", figures.populations(series),
+           f"Numbers over time. A cross marks the end of a species{marked}.")
 
 
 def _cycles(series: Series, cycles: CycleStatistics) -> Iterator[Drawn]:
@@ -40,7 +43,8 @@ def _cycles(series: Series, cycles: CycleStatistics) -> Iterator[Drawn]:
     peaks = {s: peak for s, peak in cycles.peaks.items() if peak is not None}
     if peaks:
         band = "the band is that of a population that drifts without cycling"
-        yield "spectra", figures.spectra(peaks, hue), f"Spectra. A cycle is a peak above the grey band; {band}."
+        yield ("spectra", figures.spectra(peaks, hue),
+               f"Spectra. A cycle is a peak above the grey band; {band}.")
     if cycles.cycling() and cycles.period and pairs and all(f"{a}→{b}" in cycles.lags for a, b in pairs):
         caption = "Correlation of two species, one shifted in time; right of zero the consumer follows."
         yield "lags", figures.lags(series, pairs, cycles.period), caption
@@ -63,8 +67,10 @@ def _genes(run: Path, series: Series) -> Iterator[Drawn]:
             continue
         every = max(1, len(series.ticks) // 500)
         counts = [lineage.frequencies(s, gene, every) for gene in genes]
-        without = "An organism with the value of a gene's first codon counts as without that gene; the grey line counts all"
-        yield f"carriers-{series.index(s)}", carriers(counts, s), f"Number of {s} that carry each gene. {without}."
+        without = ("An organism with the value of a gene's first codon counts as without that gene; "
+                   "the grey line counts all")
+        yield (f"carriers-{series.index(s)}", carriers(counts, s),
+               f"Number of {s} that carry each gene. {without}.")
 
 
 def _places(run: Path, series: Series) -> Iterator[Drawn]:
@@ -72,11 +78,13 @@ def _places(run: Path, series: Series) -> Iterator[Drawn]:
     snapshot = last_snapshot(run, series.species) if size else None
     if size and snapshot:
         hue = figures.colors(series.species, series.manifest.get("colors"))
-        yield "positions", figures.positions(snapshot[1], size, hue), f"All organisms at tick {snapshot[0]:,}."
+        yield ("positions", figures.positions(snapshot[1], size, hue),
+               f"All organisms at tick {snapshot[0]:,}.")
 
 
 def genes_shown(manifest: Mapping[str, Any]) -> dict[str, list[str]]:
     """The genes of each species that have few enough values for a figure."""
     genomes = manifest.get("genomes", {})
-    by_species = {s: [g["name"] for g in genome["genes"] if has_few_values(g)] for s, genome in genomes.items()}
+    by_species = {s: [g["name"] for g in genome["genes"] if has_few_values(g)]
+                  for s, genome in genomes.items()}
     return {s: names for s, names in by_species.items() if names}

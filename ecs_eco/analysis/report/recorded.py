@@ -20,7 +20,8 @@ def ages_at_death(run: Path | str) -> dict[str, tuple[int, float]]:
     sealed = seal.has_seals(Path(run))
     for file in parts(run, "deaths"):
         for batch in each_batch(file, ["species", "age"], sealed):
-            summed = batch.group_by("species", use_threads=False).aggregate([("age", "count"), ("age", "sum")])
+            summed = batch.group_by("species",
+                                    use_threads=False).aggregate([("age", "count"), ("age", "sum")])
             for row in summed.to_pylist():
                 got = totals.setdefault(row["species"], np.zeros(2))
                 got += row["age_count"], row["age_sum"] or 0.0

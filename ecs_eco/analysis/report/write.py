@@ -17,10 +17,11 @@ from ecs_eco.analysis.runs import Series, load_series
 
 
 def write_report(run_dir: Path | str, out: Path | str | None = None) -> Path:
-    """Write report.html and figures/*.png into a run folder, or into `out`, and return the path of the report.
+    """Write report.html and figures/*.png into a run folder, or into `out`,
+    and return the path of the report.
 
-    Reads the manifest and the Parquet parts; events are streamed, so that millions of births fit in little memory.
-    FileNotFoundError where the folder holds no run, RecordingError where a file of it is damaged.
+    Reads the manifest and the Parquet parts; events are streamed, so that millions of births fit in little
+    memory. FileNotFoundError where the folder holds no run, RecordingError where a file of it is damaged.
     """
     run = Path(run_dir)
     place = run if out is None else Path(out)
@@ -46,7 +47,8 @@ def write_report(run_dir: Path | str, out: Path | str | None = None) -> Path:
         tables.energy(series),
         pictures.get("energy", ""),
         *depth.blocks(run, series, place),
-        *(("<h2>Genes</h2>", *drawn) if (drawn := [p for name, p in pictures.items() if name.startswith("carriers")]) else ()),
+        *(("<h2>Genes</h2>", *drawn)
+          if (drawn := [p for name, p in pictures.items() if name.startswith("carriers")]) else ()),
         *(("<h2>Where they are</h2>", pictures["positions"]) if "positions" in pictures else ()),
         "<h2>How to run it again</h2>",
         _settings(series.manifest),
@@ -57,7 +59,8 @@ def write_report(run_dir: Path | str, out: Path | str | None = None) -> Path:
 def _what(series: Series) -> str:
     m = series.manifest
     length = f"{len(series.ticks):,} ticks of {number(series.dt)} s"
-    broken = "" if m.get("finished", True) else f" of {m.get('ticks', 0):,} asked for: the run was interrupted"
+    broken = ("" if m.get("finished", True)
+              else f" of {m.get('ticks', 0):,} asked for: the run was interrupted")
     wall = f", {m['wall_seconds']:,.1f} s of computing" if m.get("wall_seconds") else ""
     return f"World {m.get('world', '?')}, seed {m.get('seed', '?')}, {length}{broken}{wall}."
 
@@ -82,4 +85,5 @@ def _settings(m: Mapping[str, Any]) -> str:
     ]
     rows.append(["versions", versions or "–"])
     config = escape(json.dumps(m.get("config", {}), indent=2, ensure_ascii=False))
-    return f"<pre>{escape(command)}</pre>{table(['', ''], rows)}<details><summary>All settings</summary><pre>{config}</pre></details>"
+    return (f"<pre>{escape(command)}</pre>{table(['', ''], rows)}<details><summary>All "
+            f"settings</summary><pre>{config}</pre></details>")

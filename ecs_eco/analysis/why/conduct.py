@@ -14,16 +14,18 @@ MOST = 2000  # organisms of one snapshot from which distances are measured
 
 
 def conduct(case: Case, species: str, first: int, last: int) -> dict[str, Any]:
-    """Behaviour of one species in the rows first … last − 1 of the series, per head and tick; None where it was not recorded."""
+    """Behaviour of one species in the rows first … last − 1 of the series, per head and tick;
+    None where it was not recorded."""
     span = slice(first, last)
     heads = float(case.series.of(species)[span].sum())
     if not heads:
         return {}
     per = {name: float(case.flow(species, name)[span].sum() / heads) for name in ("taken_in", "burnt")}
-    return {"meals": float(case.meals(species)[span].sum() / heads), "intake": per["taken_in"], "burnt": per["burnt"],
-            "effort": effort(case, species, per["burnt"]),
+    return {"meals": float(case.meals(species)[span].sum() / heads), "intake": per["taken_in"],
+            "burnt": per["burnt"], "effort": effort(case, species, per["burnt"]),
             "enemies": {e: distance(case, species, e, first, last) for e in case.eaters(species)},
-            "food": {f.eats: distance(case, species, f.eats, first, last) for f in case.diet(species)}}  # fmt: skip
+            "food": {f.eats: distance(case, species, f.eats, first, last)
+                     for f in case.diet(species)}}  # fmt: skip
 
 
 def effort(case: Case, species: str, burnt: float) -> float | None:
@@ -36,9 +38,11 @@ def effort(case: Case, species: str, burnt: float) -> float | None:
 
 
 def distance(case: Case, species: str, other: str, first: int, last: int) -> dict[str, float] | None:
-    """Mean distance [m] from one of a species to the nearest of another, and as a multiple of chance (Clark & Evans 1954).
+    """Mean distance [m] from one of a species to the nearest of another,
+    and as a multiple of chance (Clark & Evans 1954).
 
-    Over the snapshots between two rows; 1 is the value at random places, above 1 they avoid each other. None if no snapshot has both.
+    Over the snapshots between two rows; 1 is the value at random places,
+    above 1 they avoid each other. None if no snapshot has both.
     """
     a, b = case.snapshots.get(species), case.snapshots.get(other)
     size = case.config.get("space", {}).get("size")
@@ -50,16 +54,19 @@ def distance(case: Case, species: str, other: str, first: int, last: int) -> dic
     means, ratios = [], []
     for t in common[:: max(1, len(common) // 20)]:
         here, there = (_places(table, t, len(size)) for table in (a, b))
-        nearest = _nearest(here[:: max(1, len(here) // MOST)], there, size, case.config["space"].get("edges", "torus") == "torus")
+        nearest = _nearest(here[:: max(1, len(here) // MOST)], there, size,
+                           case.config["space"].get("edges", "torus") == "torus")
         means.append(nearest)
         ratios.append(nearest / chance(len(there), size))
     return {"mean": float(np.mean(means)), "to_chance": float(np.mean(ratios))} if means else None
 
 
 def chance(n: int, size: list[float]) -> float:
-    """Expected distance [m] to the nearest of n at random places: 1 / (2 √density) in a plane, Γ(4/3) (3 / 4π density)^⅓ in a volume."""
+    """Expected distance [m] to the nearest of n at random places: 1 / (2 √density) in a plane,
+    Γ(4/3) (3 / 4π density)^⅓ in a volume."""
     density = n / math.prod(size)
-    return 0.5 / math.sqrt(density) if len(size) == 2 else math.gamma(4 / 3) * (3 / (4 * math.pi * density)) ** (1 / 3)
+    return (0.5 / math.sqrt(density)
+            if len(size) == 2 else math.gamma(4 / 3) * (3 / (4 * math.pi * density)) ** (1 / 3))
 
 
 def _places(table: Mapping[str, np.ndarray], tick: int, dims: int) -> np.ndarray:
@@ -68,7 +75,8 @@ def _places(table: Mapping[str, np.ndarray], tick: int, dims: int) -> np.ndarray
 
 
 def _nearest(here: np.ndarray, there: np.ndarray, size: list[float], torus: bool) -> float:
-    """Mean distance from `here` to the nearest of `there`; a torus has no edges in the plane, a volume has a floor and a surface."""
+    """Mean distance from `here` to the nearest of `there`; a torus has no edges in the plane,
+    a volume has a floor and a surface."""
     from scipy.spatial import cKDTree
 
     if not torus:

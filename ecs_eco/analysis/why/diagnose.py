@@ -1,8 +1,9 @@
-"""Traces an extinction back to its first cause: which species fell, why, and what had happened to its food or its enemies before.
+"""Traces an extinction back to its first cause: which species fell, why,
+and what had happened to its food or its enemies before.
 
-If a species starved because its food was gone, the cause is whatever ate the food; if it starved amid plenty, aged without
-offspring, lost its newborn or was poisoned, the chain ends with it. Each step has a weight in 0 … 1; the verdict is the end of
-the chain with the greatest weight.
+If a species starved because its food was gone, the cause is whatever ate the food; if it starved amid plenty,
+aged without offspring, lost its newborn or was poisoned, the chain ends with it. Each step has a weight in 0
+… 1; the verdict is the end of the chain with the greatest weight.
 """
 
 from __future__ import annotations
@@ -54,8 +55,8 @@ def diagnose(case: Case) -> dict[str, Any]:
     fallen = falls(case)
     if not fallen:
         verdict = "healthy" if case.series.present.any() else "nobody"
-        return {"verdict": verdict, "species": None, "victim": None, "confidence": _safety(case), "runner_up": None,
-                "evidence": {"weights": {}}, "fell": []}  # fmt: skip
+        return {"verdict": verdict, "species": None, "victim": None, "confidence": _safety(case),
+                "runner_up": None, "evidence": {"weights": {}}, "fell": []}  # fmt: skip
     by_species = {f.species: f for f in fallen}
     scores = blame(case, fallen[0], by_species, frozenset())
     total = sum(scores.values()) or 1.0
@@ -73,13 +74,16 @@ def diagnose(case: Case) -> dict[str, Any]:
 
 
 def evidence(case: Case, fall: Fall) -> dict[str, Any]:
-    """Numbers behind a verdict: of one species, its deaths by kind of cause in its fall, its births, its food and its newborn."""
+    """Numbers behind a verdict: of one species, its deaths by kind of cause in its fall, its births,
+    its food and its newborn."""
     span = slice(fall.first, fall.last + 1)
     dead = {f"deaths_{kind}": int(case.died(fall.species, kind)[span].sum()) for kind in KINDS}
     food = {f["eats"]: {"left": f["left"], "feeds": f["feeds"]} for f in supply(case, fall)}
     young = {k: v for k, v in newborn(case, fall).items() if k in ("starved_young", "lasts", "meal_every")}
-    return {"of": fall.species, **dead, "births": int(case.flow(fall.species, "births")[span].sum()), "food": food, "newborn": young,
-            "poison_share_of_hunger": poisoned_share(case, fall.species, fall.first, fall.last + 1)}  # fmt: skip
+    return {"of": fall.species, **dead, "births": int(case.flow(fall.species, "births")[span].sum()),
+            "food": food, "newborn": young,
+            "poison_share_of_hunger": poisoned_share(case, fall.species, fall.first,
+                                                     fall.last + 1)}  # fmt: skip
 
 
 def blame(case: Case, fall: Fall, fall_of: dict[str, Fall], seen: frozenset[str]) -> Scores:
@@ -104,7 +108,8 @@ def blame(case: Case, fall: Fall, fall_of: dict[str, Fall], seen: frozenset[str]
 
 
 def causes(case: Case, fall: Fall) -> dict[str, float]:
-    """The causes of a fall, as shares: "eaten: wolf", "scarce: grass", "amid plenty", "newborns starve", "poisoned", "unreplaced", …"""
+    """The causes of a fall, as shares: "eaten: wolf", "scarce: grass", "amid plenty", "newborns starve",
+    "poisoned", "unreplaced", …"""
     s, first, last = fall.species, fall.first, fall.last
     span = slice(first, last + 1)
     dead = {kind: float(case.died(s, kind)[span].sum()) for kind in KINDS}
@@ -115,10 +120,12 @@ def causes(case: Case, fall: Fall) -> dict[str, float]:
         out[f"eaten: {eater}"] += float(case.eaten(s, eater)[span].sum()) / total
     poison = poisoned_share(case, s, first, last + 1)
     starved = dead["starved"] / total
-    lean = unborn_hungry / total  # births that failed for lack of energy count as losses to hunger, like deaths
+    # births that failed for lack of energy count as losses to hunger, like deaths
+    lean = unborn_hungry / total
     out["poisoned"] = dead["poisoned"] / total + (starved + lean) * poison
     young = newborn(case, fall)
-    newborns = starved * young["of_hunger"] + lean * young["of_births"]  # the unborn would not have survived either
+    # the unborn would not have survived either
+    newborns = starved * young["of_hunger"] + lean * young["of_births"]
     out["newborns starve"] = newborns * (1 - poison)
     starved = (starved + lean - newborns) * (1 - poison)
     out["amid plenty"] = starved
@@ -130,13 +137,15 @@ def causes(case: Case, fall: Fall) -> dict[str, float]:
     out["unreplaced"] = dead["old"] / total * (1 - young["of_births"] * heirs)
     out["removed"], out["surroundings"] = dead["removed"] / total, dead["surroundings"] / total
     barren = 1 - ramp(offspring(case, s), *HEIRS)
-    for cause in [w for w in out if not w.startswith(("eaten", "poisoned", "removed", "surroundings", "unreplaced"))]:
+    for cause in [w for w in out
+                  if not w.startswith(("eaten", "poisoned", "removed", "surroundings", "unreplaced"))]:
         out["unreplaced"] += out[cause] * barren
         out[cause] *= 1 - barren
     return dict(out)
 
 
-def _taken(case: Case, scores: Scores, eater: str, prey: str, weight: float, fall: Fall, fall_of: dict[str, Fall]) -> None:
+def _taken(case: Case, scores: Scores, eater: str, prey: str, weight: float, fall: Fall,
+           fall_of: dict[str, Fall]) -> None:
     """An eater took too many: a grazer, or a predator."""
     if case.is_animal(prey):
         scores["predators too good", eater, prey] += weight
@@ -146,7 +155,8 @@ def _taken(case: Case, scores: Scores, eater: str, prey: str, weight: float, fal
 
 
 def idle(case: Case, grazer: str, fall: Fall, fall_of: dict[str, Fall]) -> str | None:
-    """A predator of the grazer that was gone, or nearly, before the plants, and not for lack of prey: without it grazers thrived."""
+    """A predator of the grazer that was gone, or nearly, before the plants, and not for lack of prey:
+    without it grazers thrived."""
     for p in case.eaters(grazer):
         own, n = fall_of.get(p), case.series.of(p)
         if own is None or own.first >= fall.first or n[min(fall.first, len(n) - 1)] > 0.3 * n.max():
@@ -157,14 +167,16 @@ def idle(case: Case, grazer: str, fall: Fall, fall_of: dict[str, Fall]) -> str |
 
 
 def decline(case: Case, species: str, until: int) -> Fall:
-    """The fall, until a row of the series, of a species that survived: from half its greatest number to its least thereafter."""
+    """The fall, until a row of the series, of a species that survived:
+    from half its greatest number to its least thereafter."""
     n = case.series.of(species)[: until + 1]
     low = int(n.argmax()) + int(n[int(n.argmax()) :].argmin())
     high = np.flatnonzero(n[: low + 1] >= 0.5 * n.max())
     return Fall(species, int(high[-1]), low, False)
 
 
-def _scarce(case: Case, scores: Scores, food: str, weight: float, fall: Fall, fall_of: dict[str, Fall], seen: frozenset[str]) -> None:
+def _scarce(case: Case, scores: Scores, food: str, weight: float, fall: Fall, fall_of: dict[str, Fall],
+            seen: frozenset[str]) -> None:
     """Blame for food that was gone: its eaters, or whatever else reduced it."""
     if case.is_animal(food) and food not in seen:
         own = fall_of.get(food)
@@ -181,8 +193,9 @@ def _scarce(case: Case, scores: Scores, food: str, weight: float, fall: Fall, fa
 def _fall_entry(case: Case, fall: Fall) -> dict[str, Any]:
     ticks, n = case.series.ticks, case.series.of(fall.species)
     at = min(fall.last, len(ticks) - 1)
-    return {"species": fall.species, "extinct": fall.extinct, "tick": int(ticks[at]), "since": int(ticks[fall.first]),
-            "from": int(n[fall.first]), "peak": int(n.max()), "causes": dict(sorted(causes(case, fall).items(), key=lambda x: -x[1])),
+    return {"species": fall.species, "extinct": fall.extinct, "tick": int(ticks[at]),
+            "since": int(ticks[fall.first]), "from": int(n[fall.first]), "peak": int(n.max()),
+            "causes": dict(sorted(causes(case, fall).items(), key=lambda x: -x[1])),
             "deaths": int(case.flow(fall.species, "deaths")[fall.first : fall.last + 1].sum()),
             "births": int(case.flow(fall.species, "births")[fall.first : fall.last + 1].sum()),
             "food": supply(case, fall), "newborn": newborn(case, fall),
@@ -190,7 +203,8 @@ def _fall_entry(case: Case, fall: Fall) -> dict[str, Any]:
 
 
 def _safety(case: Case) -> float:
-    """How far all species stayed from extinction: 1 if the least number of each was a tenth of its mean or more."""
+    """How far all species stayed from extinction: 1 if the least number of each was a tenth
+    of its mean or more."""
     n = case.series.n[:, case.series.present]
     if not n.size:
         return 0.0

@@ -1,7 +1,8 @@
-"""What limited a species in each of its phases: the gap between its greatest possible and its actual growth, by cause.
+"""What limited a species in each of its phases: the gap between its greatest possible
+and its actual growth, by cause.
 
-Births at the greatest rate minus actual growth = births that failed for lack of energy or of room + deaths by cause. All are
-rates per head and tick, so that they can be compared; the largest is the limit.
+Births at the greatest rate minus actual growth = births that failed for lack of energy or of room + deaths by
+cause. All are rates per head and tick, so that they can be compared; the largest is the limit.
 """
 
 from __future__ import annotations
@@ -25,12 +26,13 @@ def losses(case: Case, species: str, first: int, last: int) -> dict[str, float]:
     hunger, room = unborn(case, species, first, last)
     blamed = poisoned_share(case, species, first, last)
     return {"food": (dead["starved"] + hunger) * (1 - blamed), "predators": dead["eaten"],
-            "poison": dead["poisoned"] + (dead["starved"] + hunger) * blamed, "age": dead["old"], "room": room,
-            "removal": dead["removed"], "surroundings": dead["surroundings"]}  # fmt: skip
+            "poison": dead["poisoned"] + (dead["starved"] + hunger) * blamed, "age": dead["old"],
+            "room": room, "removal": dead["removed"], "surroundings": dead["surroundings"]}  # fmt: skip
 
 
 def unborn(case: Case, species: str, first: int, last: int) -> tuple[float, float]:
-    """Births that failed for lack of energy, and of room or mates, per head and tick; 0 if it does not breed."""
+    """Births that failed for lack of energy, and of room or mates, per head and tick; 0 if it does not breed.
+    """
     rate = greatest_rate(case, species)
     span = slice(first, last)
     n = case.series.of(species)[span]
@@ -55,9 +57,11 @@ def greatest_rate(case: Case, species: str) -> float:
 
 
 def poisoned_share(case: Case, species: str, first: int, last: int) -> float:
-    """The share of hunger due to poison: the energy that poison cost over the energy that was lacking, at most 1.
+    """The share of hunger due to poison: the energy that poison cost over the energy that was lacking,
+    at most 1.
 
-    If the species as a whole lacked less, three tenths of what it burnt count as lacking: some starve while others are full.
+    If the species as a whole lacked less, three tenths of what it burnt count as lacking:
+    some starve while others are full.
     """
     span = slice(first, last)
     toll, burnt = float(case.toll(species)[span].sum()), float(case.flow(species, "burnt")[span].sum())
@@ -80,14 +84,18 @@ def phases(case: Case, species: str) -> list[dict[str, Any]]:
         limit = max(lost, key=lambda k: lost[k]) if total > 0 else None
         factor = (n[last - 1] + 1) / (n[first] + 1)
         trend = "grew" if factor > 1.25 else "fell" if factor < 0.8 else "held"
-        out.append({"from": int(case.series.ticks[first]), "to": int(case.series.ticks[last - 1]), "n": [int(n[first]), int(n[last - 1])],
-                    "trend": trend, "limit": limit, "share": lost[limit] / total if limit else 0.0, "losses": lost,
-                    "births": float(case.flow(species, "births")[first:last].sum() / max(n[first:last].sum(), 1))})  # fmt: skip
+        out.append(
+            {"from": int(case.series.ticks[first]), "to": int(case.series.ticks[last - 1]),
+             "n": [int(n[first]), int(n[last - 1])],
+             "trend": trend, "limit": limit, "share": lost[limit] / total if limit else 0.0, "losses": lost,
+             "births": float(case.flow(species, "births")[first:last].sum() / max(n[first:last].sum(), 1))}
+        )  # fmt: skip
     return out
 
 
 def turns(n: np.ndarray, most: int = MOST) -> list[int]:
-    """Rows at which a species' trend turns, its ends included: at most `most` of them, those of the greatest swings."""
+    """Rows at which a species' trend turns, its ends included: at most `most` of them,
+    those of the greatest swings."""
     if len(n) < 4:
         return [0, len(n)]
     level = np.log(smooth(n.astype(float), max(1, len(n) // 50)) + 1)

@@ -28,26 +28,30 @@ NEAR = 0.05  # of a species' mean: at fewer it came near extinction
 def explain(case: Case) -> dict[str, Any]:
     """All findings on a run, as in why.json."""
     findings = diagnose(case)
-    ends = {f["species"]: (int(np.searchsorted(case.series.ticks, f["since"])), int(np.searchsorted(case.series.ticks, f["tick"])))
+    ends = {f["species"]: (int(np.searchsorted(case.series.ticks, f["since"])),
+                           int(np.searchsorted(case.series.ticks, f["tick"])))
             for f in findings["fell"]}  # fmt: skip
     rows = len(case.series.ticks)
-    findings["phases"] = {s: phases(case, s) for s in case.species if case.series.present[case.series.index(s)]}
+    findings["phases"] = {s: phases(case, s)
+                          for s in case.species if case.series.present[case.series.index(s)]}
     findings["energy"] = {s: _flows(case, s) for s in findings["phases"]}
     findings["lowest"] = {s: _lowest(case, s) for s in findings["phases"]}
     findings["conduct"] = {
-        s: (conduct(case, s, 0, max(ends[s][0], 1)), conduct(case, s, *ends[s])) if s in ends else (conduct(case, s, 0, rows), {})
-        for s in findings["phases"]
-        if case.is_animal(s)
+        s: (conduct(case, s, 0, max(ends[s][0], 1)), conduct(case, s, *ends[s]))
+        if s in ends else (conduct(case, s, 0, rows), {}) for s in findings["phases"] if case.is_animal(s)
     }
-    findings["interventions"] = dict(Counter(_what(done) for _, done in case.series.manifest.get("intervened") or ()))
+    findings["interventions"] = dict(Counter(_what(done)
+                                             for _, done in case.series.manifest.get("intervened") or ()))
     held = {species: max(listed, key=lambda p: p["to"] - p["from"])["limit"]
-            for species, listed in findings["phases"].items() if listed and case.is_animal(species)}  # fmt: skip
+            for species, listed in findings["phases"].items()
+            if listed and case.is_animal(species)}  # fmt: skip
     findings["parameters"] = advise(case, findings, held)
     return {"format": 1, **findings}
 
 
 def write_why(run: Path | str, out: Path | str | None = None) -> dict[str, Any]:
-    """Explain a run folder; write why.json, why.html and figures/why.png there, or in `out`, and return the content of why.json.
+    """Explain a run folder; write why.json, why.html and figures/why.png there, or in `out`,
+    and return the content of why.json.
 
     FileNotFoundError where the folder holds no run, RecordingError where a file of it is damaged.
     """
@@ -55,19 +59,23 @@ def write_why(run: Path | str, out: Path | str | None = None) -> dict[str, Any]:
     findings = explain(case)
     sections = sentences(case, findings)
     findings = clean(findings | {"sentences": sections})
-    write_text(folder / "why.json", json.dumps(findings, indent=1, ensure_ascii=False, allow_nan=False) + "\n")
-    drawn = picture(save(draw(case, findings), folder / "figures" / "why.png"), CAPTION) if len(case.series.ticks) else ""
+    write_text(folder / "why.json",
+               json.dumps(findings, indent=1, ensure_ascii=False, allow_nan=False) + "\n")
+    drawn = (picture(save(draw(case, findings), folder / "figures" / "why.png"), CAPTION)
+             if len(case.series.ticks) else "")
     title = f"Why: {case.series.manifest.get('title') or case.series.manifest.get('world', 'a run')}"
-    blocks = [f"<h1>{escape(title)}</h1>", _verdict(sections.pop("What happened"), findings["verdict"] == "healthy"), drawn]
+    blocks = [f"<h1>{escape(title)}</h1>",
+              _verdict(sections.pop("What happened"), findings["verdict"] == "healthy"), drawn]
     for head, lines in sections.items():
-        blocks += [f"<h2>{head}</h2>", _turns(findings["parameters"]) if head == "What to turn" else _list(lines)]
+        blocks += [f"<h2>{head}</h2>",
+                   _turns(findings["parameters"]) if head == "What to turn" else _list(lines)]
     write_text(folder / "why.html", page(title, *blocks))
     return findings
 
 
 CAPTION = (
-    "Numbers on a log scale (a cross is the end of a species), causes of death as shares of all deaths at a time, and energy per head "
-    "and tick: taken in above zero, burnt, given and lost below."
+    "Numbers on a log scale (a cross is the end of a species), causes of death as shares of all deaths at a "
+    "time, and energy per head and tick: taken in above zero, burnt, given and lost below."
 )
 
 
@@ -81,7 +89,8 @@ def _lowest(case: Case, species: str) -> dict[str, Any]:
     here = np.flatnonzero(n)
     at = int(here[0] + n[here[0] :].argmin())
     low, mean = int(n[at]), float(n.mean())
-    return {"n": low, "tick": int(case.series.ticks[at]), "mean": mean, "end": int(n[-1]), "near": low < max(3, NEAR * mean)}
+    return {"n": low, "tick": int(case.series.ticks[at]), "mean": mean, "end": int(n[-1]),
+            "near": low < max(3, NEAR * mean)}
 
 
 def _what(done: dict[str, Any]) -> str:
@@ -91,7 +100,8 @@ def _what(done: dict[str, Any]) -> str:
 
 
 def _verdict(lines: list[str], well: bool) -> str:
-    return f"<div class='verdict{'' if well else ' lost'}'>" + "".join(f"<p>{escape(x)}</p>" for x in lines) + "</div>"
+    return (f"<div class='verdict{'' if well else ' lost'}'>" + "".join(f"<p>{escape(x)}</p>" for x in lines)
+            + "</div>")
 
 
 def _list(lines: list[str]) -> str:

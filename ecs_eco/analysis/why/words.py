@@ -15,16 +15,20 @@ from ecs_eco.analysis.why.diagnose import VERDICTS
 Blocks = dict[str, list[str]]
 LIMITED = {
     "food": "want of food", "predators": "being eaten", "poison": "poison in its food", "age": "old age",
-    "room": "births that failed though it was fed (room, mates)", "removal": "interventions", "surroundings": "its surroundings",
+    "room": "births that failed though it was fed (room, mates)", "removal": "interventions",
+    "surroundings": "its surroundings",
 }  # fmt: skip
 
 
 def sentences(case: Case, findings: Mapping[str, Any]) -> Blocks:
     """The text on a run: headings and their sentences, in order."""
-    blocks: Blocks = {"What happened": [headline(case, findings), *happened(case, findings)], "Why": list(chain(case, findings))}
+    blocks: Blocks = {"What happened": [headline(case, findings), *happened(case, findings)],
+                      "Why": list(chain(case, findings))}
     blocks["Energy"] = [line for s in findings["energy"] if (line := energy(s, findings["energy"][s]))]
-    blocks["What limited whom"] = [phase(case, s, p) for s, phases in findings["phases"].items() for p in phases]
-    blocks["What the animals did"] = [line for s, both in findings["conduct"].items() for line in conduct(s, *both)]
+    blocks["What limited whom"] = [phase(case, s, p) for s, phases in findings["phases"].items()
+                                   for p in phases]
+    blocks["What the animals did"] = [line for s, both in findings["conduct"].items()
+                                      for line in conduct(s, *both)]
     blocks["What to turn"] = [turn(a) for a in findings["parameters"]]
     return {head: lines for head, lines in blocks.items() if lines}
 
@@ -56,7 +60,8 @@ def happened(case: Case, findings: Mapping[str, Any]) -> Iterator[str]:
             yield _died_of(case, f)
     for s, low in findings["lowest"].items():
         if s not in {f["species"] for f in findings["fell"]}:
-            near = f"{s} came near: {low['n']:,} were left" if low["near"] else f"{s} never fell below {low['n']:,}"
+            near = (f"{s} came near: {low['n']:,} were left"
+                    if low["near"] else f"{s} never fell below {low['n']:,}")
             yield f"{near} (tick {low['tick']:,}); {low['mean']:,.0f} on average, {low['end']:,} at the end."
     done = findings["interventions"]
     if done:
@@ -66,17 +71,21 @@ def happened(case: Case, findings: Mapping[str, Any]) -> Iterator[str]:
 
 def _ended(f: Mapping[str, Any]) -> str:
     if f["extinct"]:
-        return f"{f['species']} died out at tick {f['tick']:,}; at tick {f['since']:,} there had been {f['from']:,}."
-    return f"{f['species']} had nearly died out at tick {f['tick']:,}; at tick {f['since']:,} there had been {f['from']:,}."
+        return (f"{f['species']} died out at tick {f['tick']:,}; "
+                f"at tick {f['since']:,} there had been {f['from']:,}.")
+    return (f"{f['species']} had nearly died out at tick {f['tick']:,}; "
+            f"at tick {f['since']:,} there had been {f['from']:,}.")
 
 
 def _died_of(case: Case, f: Mapping[str, Any]) -> str:
     """The recorded causes of death."""
-    span = slice(int(np.searchsorted(case.series.ticks, f["since"])), int(np.searchsorted(case.series.ticks, f["tick"])) + 1)
+    span = slice(int(np.searchsorted(case.series.ticks, f["since"])),
+                 int(np.searchsorted(case.series.ticks, f["tick"])) + 1)
     i = case.series.index(f["species"])
     counts = {c: case.series.columns[DIED + c][span, i].sum() for c in case.series.causes}
     total = sum(counts.values()) or 1
-    shares = [f"{k / total:.0%} {c}" for c, k in sorted(counts.items(), key=lambda x: -x[1]) if k / total >= 0.01]
+    shares = [f"{k / total:.0%} {c}"
+              for c, k in sorted(counts.items(), key=lambda x: -x[1]) if k / total >= 0.01]
     return f"Of {f['deaths']:,} deaths since then: {', '.join(shares)}. {f['births']:,} were born."
 
 
@@ -98,19 +107,24 @@ def _link(f: Mapping[str, Any], cause: str, share: float) -> str:
     if kind == "scarce":
         x = food[other]
         left = f"While they starved, {x['left']:.0%} of the {x['full']:,.0f} {other} were left"
-        return f"{part}: hunger for lack of {other}. {left}; all of them would have fed {number(x['feeds'], 2)} times what {s} burn."
+        return (f"{part}: hunger for lack of {other}. {left}; "
+                f"all of them would have fed {number(x['feeds'], 2)} times what {s} burn.")
     if kind == "amid plenty":
         fed = max((x["feeds"] for x in food.values()), default=0.0)
         rate = "at the rate at which they found and caught it"
-        return f"{part}: hunger though there was food. All of it would have fed {number(fed, 2)} times what {s} burn, {rate}."
+        return (f"{part}: hunger though there was food. All of it would have fed {number(fed, 2)} times what "
+                f"{s} burn, {rate}.")
     if kind == "newborns starve":
-        lasts = f"Their initial energy lasts {number(young['lasts'], 2)} ticks; a meal comes every {number(young['meal_every'], 2)}"
+        lasts = (f"Their initial energy lasts {number(young['lasts'], 2)} ticks; "
+                 f"a meal comes every {number(young['meal_every'], 2)}")
         return f"{part}: newborn starved, {young['starved_young']:.0%} of {young['births']:,.0f}. {lasts}."
     if kind == "poisoned":
         return f"{part}: what they ate was deadly, or cost more energy than they could spare."
     if kind == "unreplaced":
-        heirs = "" if f["offspring"] is None else f" A well-fed one has {number(f['offspring'], 2)} offspring in its life."
-        return f"{part}: the dead were not replaced; {f['births']:,} births against {f['deaths']:,} deaths.{heirs}"
+        heirs = ("" if f["offspring"] is None
+                 else f" A well-fed one has {number(f['offspring'], 2)} offspring in its life.")
+        return (f"{part}: the dead were not replaced; "
+                f"{f['births']:,} births against {f['deaths']:,} deaths.{heirs}")
     return f"{part}: {LIMITED.get({'removed': 'removal'}.get(kind, kind), kind)}."
 
 
@@ -121,7 +135,8 @@ def energy(species: str, flows: Mapping[str, float]) -> str:
         return ""
     words = {"burnt": "burnt", "given": "given to newborn", "lost": "lost with the dead"}
     parts = ", ".join(f"{max(flows[k], 0) / total:.0%} {word}" for k, word in words.items())
-    return f"{species}: {number(flows['taken_in'])} taken in per head and tick, {number(flows['burnt'])} burnt. Outflows: {parts}."
+    return (f"{species}: {number(flows['taken_in'])} taken in per head and tick, "
+            f"{number(flows['burnt'])} burnt. Outflows: {parts}.")
 
 
 def phase(case: Case, species: str, p: Mapping[str, Any]) -> str:
@@ -137,7 +152,8 @@ def conduct(species: str, before: Mapping[str, Any], during: Mapping[str, Any]) 
     if not before:
         return
     both = (before, during) if during else (before,)
-    parts = [f"{' then '.join(number(x['meals'] * 100, 2) for x in both)} meals in 100 ticks"] if before["food"] else []
+    parts = ([f"{' then '.join(number(x['meals'] * 100, 2) for x in both)} meals in 100 ticks"]
+             if before["food"] else [])
     if before.get("effort") is not None:
         share = " then ".join(f"{x['effort']:.0%}" for x in both if x.get("effort") is not None)
         parts.append(f"moving cost {share} of its costliest gait")

@@ -19,10 +19,13 @@ def list_() -> None:
 @exits
 def check(
     world: Annotated[
-        str | None, typer.Argument(metavar="WORLD", show_default=False, help="Name of a shipped world (see `list`), or a TOML file.")
+        str | None, typer.Argument(metavar="WORLD", show_default=False,
+                                   help="Name of a shipped world (see `list`), or a TOML file.")
     ] = None,
     set_: Set = None,
-    schema: Annotated[bool, typer.Option("--schema", help="Print the JSON schema of world files instead, for editors.")] = False,
+    schema: Annotated[bool, typer.Option(
+        "--schema", help="Print the JSON schema of world files instead, for editors."
+    )] = False,
     trust: Trust = False,
 ) -> None:
     """Check a world file and print a summary."""
@@ -34,7 +37,8 @@ def check(
 
 @exits
 def doctor(
-    test: Annotated[bool, typer.Option("--test/--no-test", help="Run the self-test, which takes up to a minute.")] = True,
+    test: Annotated[bool, typer.Option("--test/--no-test",
+                                       help="Run the self-test, which takes up to a minute.")] = True,
     quiet: Quiet = False,
 ) -> None:
     """Print what results depend on here, and whether they agree with the release: exit code 1 if not."""

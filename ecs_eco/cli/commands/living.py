@@ -5,7 +5,22 @@ from typing import Annotated
 
 import typer
 
-from ecs_eco.cli.options import Learn, NoBrowser, Out, Policies, Port, Quiet, Report, Seed, Set, Threads, Ticks, Trust, Watch, World
+from ecs_eco.cli.options import (
+    Learn,
+    NoBrowser,
+    Out,
+    Policies,
+    Port,
+    Quiet,
+    Report,
+    Seed,
+    Set,
+    Threads,
+    Ticks,
+    Trust,
+    Watch,
+    World,
+)
 from ecs_eco.cli.terminal import exits, path_of, whole
 from ecs_eco.cli.trust import allow
 
@@ -25,9 +40,11 @@ def run(
     checkpoint_every: Annotated[
         int | None, typer.Option(parser=whole(1), metavar="N", help="Ticks between checkpoints.")
     ] = None,
-    keep: Annotated[int, typer.Option(parser=whole(1), metavar="K", help="Number of checkpoints to keep.")] = 3,
+    keep: Annotated[int, typer.Option(parser=whole(1), metavar="K",
+                                      help="Number of checkpoints to keep.")] = 3,
     record: Annotated[
-        str | None, typer.Option(metavar="focal=N|full", help="Record every tick of N organisms of each species, or of all organisms.")
+        str | None, typer.Option(metavar="focal=N|full", help="Record every tick of N organisms of each "
+                                                              "species, or of all organisms.")
     ] = None,
     watch: Watch = False,
     port: Port = 0,
@@ -39,12 +56,14 @@ def run(
     from ecs_eco.cli.simulate import run_world
 
     shown = (port, not no_browser) if watch else None
-    run_world(world, set_ or [], ticks, seed, out, quiet, threads, learn, policies, report, checkpoint_every, keep, shown, record)
+    run_world(world, set_ or [], ticks, seed, out, quiet, threads, learn, policies, report, checkpoint_every,
+              keep, shown, record)
 
 
 @exits
 def watch(
-    world: Annotated[str, typer.Argument(metavar="WORLD|DIR", help="A shipped world, a TOML file, or a folder written by `run`.")],
+    world: Annotated[str, typer.Argument(metavar="WORLD|DIR",
+                                         help="A shipped world, a TOML file, or a folder written by `run`.")],
     ticks: Annotated[
         int | None, typer.Option(parser=whole(1), metavar="N", help="Last tick. Default: no end.")
     ] = None,
@@ -68,7 +87,8 @@ def watch(
 def repeat(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="A folder written by `run`.")],
     out: Annotated[Path | None, typer.Option(
-        parser=path_of, metavar="PATH", help="Folder for the repetition: new or empty. Default: none, it is not recorded."
+        parser=path_of, metavar="PATH",
+        help="Folder for the repetition: new or empty. Default: none, it is not recorded."
     )] = None,
     quiet: Quiet = False,
     threads: Threads = 1,
@@ -85,15 +105,19 @@ def repeat(
 def resume(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="A folder written by `run`.")],
     until: Annotated[
-        int | None, typer.Option(parser=whole(0), metavar="T", help="Continue to this tick. Default: the planned end of the run.")
+        int | None, typer.Option(parser=whole(0), metavar="T",
+                                 help="Continue to this tick. Default: the planned end of the run.")
     ] = None,
     from_tick: Annotated[
-        int | None, typer.Option(parser=whole(0), metavar="T", help="Fork: continue from this tick, in a folder of its own (--out).")
+        int | None, typer.Option(parser=whole(0), metavar="T",
+                                 help="Fork: continue from this tick, in a folder of its own (--out).")
     ] = None,
     set_: Annotated[
-        list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Fork: a value to change from there on. Repeatable.")
+        list[str] | None, typer.Option("--set", metavar="KEY=VALUE",
+                                       help="Fork: a value to change from there on. Repeatable.")
     ] = None,
-    out: Annotated[Path | None, typer.Option(parser=path_of, metavar="PATH", help="Folder of the fork: new or empty.")] = None,
+    out: Annotated[Path | None, typer.Option(parser=path_of, metavar="PATH",
+                                             help="Folder of the fork: new or empty.")] = None,
     quiet: Quiet = False,
     threads: Threads = 1,
     report: Report = True,
@@ -112,8 +136,8 @@ def resume(
 
 @exits
 def train(
-    world: World, ticks: Ticks = None, seed: Seed = None, set_: Set = None, out: Out = None, quiet: Quiet = False,
-    trust: Trust = False,
+    world: World, ticks: Ticks = None, seed: Seed = None, set_: Set = None, out: Out = None,
+    quiet: Quiet = False, trust: Trust = False,
 ) -> None:
     """Train a world's policies and save them."""
     allow(trust, world, set_)

@@ -14,7 +14,8 @@ from ecs_eco.cli.trust import allow
 def report(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="A folder written by `run`.")],
     out: Annotated[
-        Path | None, typer.Option(parser=path_of, metavar="PATH", help="Folder for report.html and the figures. Default: DIR.")
+        Path | None, typer.Option(parser=path_of, metavar="PATH",
+                                  help="Folder for report.html and the figures. Default: DIR.")
     ] = None,
 ) -> None:
     """Draw the figures of a run."""
@@ -25,9 +26,11 @@ def report(
 
 @exits
 def why(
-    folder: Annotated[Path, typer.Argument(metavar="DIR", help="A folder written by `run`, finished or not.")],
+    folder: Annotated[Path, typer.Argument(metavar="DIR",
+                                           help="A folder written by `run`, finished or not.")],
     out: Annotated[
-        Path | None, typer.Option(parser=path_of, metavar="PATH", help="Folder for why.html, why.json and the figure. Default: DIR.")
+        Path | None, typer.Option(parser=path_of, metavar="PATH",
+                                  help="Folder for why.html, why.json and the figure. Default: DIR.")
     ] = None,
     json_: Annotated[bool, typer.Option("--json", help="Print why.json instead of sentences.")] = False,
 ) -> None:
@@ -40,10 +43,13 @@ def why(
 @exits
 def lineage(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="A folder written by `run`.")],
-    csv: Annotated[Path | None, typer.Option(metavar="FILE", help="Write a phylogeny in the ALife standard format.")] = None,
-    newick: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the tree along first parents.")] = None,
+    csv: Annotated[Path | None, typer.Option(metavar="FILE",
+                                             help="Write a phylogeny in the ALife standard format.")] = None,
+    newick: Annotated[Path | None, typer.Option(metavar="FILE",
+                                                help="Write the tree along first parents.")] = None,
     species: Annotated[str | None, typer.Option(metavar="NAME", help="One species alone.")] = None,
-    living: Annotated[bool, typer.Option("--living", help="Write only the living and their ancestors.")] = False,
+    living: Annotated[bool, typer.Option("--living",
+                                         help="Write only the living and their ancestors.")] = False,
 ) -> None:
     """Print and write the lineages of a run."""
     from ecs_eco.cli.lineage import tell_lineage
@@ -54,9 +60,12 @@ def lineage(
 @exits
 def draw(
     world: World,
-    species: Annotated[str | None, typer.Option(metavar="NAME", help="A species. Default: all that have a nervous system.")] = None,
+    species: Annotated[str | None, typer.Option(
+        metavar="NAME", help="A species. Default: all that have a nervous system."
+    )] = None,
     out: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="A file ending in .png, .svg or .pdf. Default: WORLD-NAME.png here.")
+        Path | None, typer.Option(metavar="FILE",
+                                  help="A file ending in .png, .svg or .pdf. Default: WORLD-NAME.png here.")
     ] = None,
     set_: Set = None,
 ) -> None:
@@ -69,12 +78,14 @@ def draw(
 @exits
 def picture(
     folder: Run,
-    out: Annotated[Path | None, typer.Argument(metavar="FILE", help="A PNG. Default: WORLD-TICK.png here.")] = None,
+    out: Annotated[Path | None, typer.Argument(metavar="FILE",
+                                               help="A PNG. Default: WORLD-TICK.png here.")] = None,
     tick: Annotated[
         int | None, typer.Option(parser=whole(0), metavar="T", help="The tick. Default: the last one.")
     ] = None,
     organism: Annotated[
-        int | None, typer.Option(parser=whole(1, 2**63 - 1), metavar="UID", help="Draw the nervous system of this organism at that tick.")
+        int | None, typer.Option(parser=whole(1, 2**63 - 1), metavar="UID",
+                                 help="Draw the nervous system of this organism at that tick.")
     ] = None,
     size: Size = "1280x720",
     quiet: Quiet = False,
@@ -92,13 +103,16 @@ def video(
     folder: Run,
     out: Annotated[
         Path | None,
-        typer.Argument(metavar="FILE", help="Ends in .mp4, .mkv, .mov or .webm, which need ffmpeg, or in .gif. Default: WORLD.mp4 here."),
+        typer.Argument(metavar="FILE", help="Ends in .mp4, .mkv, .mov or .webm, which need ffmpeg, "
+                                            "or in .gif. Default: WORLD.mp4 here."),
     ] = None,
     fps: Annotated[float, typer.Option(metavar="N", help="Frames a second.")] = 30.0,
-    from_: Annotated[int | None, typer.Option("--from", parser=whole(0), metavar="T", help="First tick.")] = None,
+    from_: Annotated[int | None, typer.Option("--from", parser=whole(0), metavar="T",
+                                              help="First tick.")] = None,
     to: Annotated[int | None, typer.Option(parser=whole(0), metavar="T", help="Last tick.")] = None,
     step: Annotated[
-        int | None, typer.Option(parser=whole(1), metavar="N", help="Ticks between frames. Default: those of a film of at most a minute.")
+        int | None, typer.Option(parser=whole(1), metavar="N",
+                                 help="Ticks between frames. Default: those of a film of at most a minute.")
     ] = None,
     size: Size = "1280x720",
     quiet: Quiet = False,

@@ -1,4 +1,7 @@
-"""Checks of the code that a world names: it is listed and, once it may run, exists and has the right kind. It is not called."""
+"""Checks of the code that a world names: it is listed and, once it may run, exists and has the right kind.
+
+It is not called.
+"""
 
 from __future__ import annotations
 
@@ -12,9 +15,12 @@ from ecs_eco.engine.errors import Problem
 from ecs_eco.engine.section import function_name
 
 ARGUMENTS = {  # by key, the number of arguments of a function; None: it is checked elsewhere, or not called
-    "systems.*": 0, "species.*.components.*": None, "species.*.sensors.*.function": 5, "species.*.reflex.function": 1,
-    "species.*.happiness.function": 1, "water.current_function": 4, "search.objective": 1, "search.objective.*.of": 1,
-    "species.*.policy.network": None, "species.*.genome.mate.operator": None, "species.*.genome.mutate.operator": None,
+    "systems.*": 0, "species.*.components.*": None, "species.*.sensors.*.function": 5,
+    "species.*.reflex.function": 1,
+    "species.*.happiness.function": 1, "water.current_function": 4, "search.objective": 1,
+    "search.objective.*.of": 1,
+    "species.*.policy.network": None, "species.*.genome.mate.operator": None,
+    "species.*.genome.mutate.operator": None,
 }  # fmt: skip
 
 
@@ -23,14 +29,17 @@ def check_code(config: WorldConfig) -> Iterator[Problem]:
     for key, value in names_in(config):
         path = ".".join(map(str, key))
         pattern = next((p for p in ARGUMENTS if fnmatchcase(path, p)), "")
-        made = not isinstance(value, str) and callable(getattr(value, "process", None)) and not isinstance(value, type)
+        made = (not isinstance(value, str) and callable(getattr(value, "process", None))
+                and not isinstance(value, type))
         if not made and (problem := config._code.problem(key, value)) is not None:
             yield problem
         elif (thing := config._code.known(value)) is None:
             continue
         elif pattern == "systems.*" and not callable(getattr(thing, "process", None)):
-            yield Problem(key, "no system: it has no method process", function_name(value), "a class derived from ecs_eco.System")
+            yield Problem(key, "no system: it has no method process", function_name(value),
+                          "a class derived from ecs_eco.System")
         elif pattern == "species.*.components.*" and not getattr(thing, "fields", None):
-            yield Problem(key, "no component", function_name(value), "a class declared with @ecs_eco.component")
+            yield Problem(key, "no component", function_name(value),
+                          "a class declared with @ecs_eco.component")
         elif not made and (n := ARGUMENTS.get(pattern)) is not None and (fault := takes(thing, n)):
             yield Problem(key, fault, function_name(value), "a function as docs/extending.md shows it")

@@ -59,11 +59,13 @@ def _check_connections(config: WorldConfig, name: str) -> Iterator[Problem]:
     for i, connection in enumerate(reflex.connections if reflex else ()):
         if label_of(connection) in seen:
             key = ("species", name, "reflex", "connections", i, "name")
-            yield Problem(key, "another connection has this name, so genes cannot name it", label_of(connection), "a name of its own")
+            yield Problem(key, "another connection has this name, so genes cannot name it",
+                          label_of(connection), "a name of its own")
         seen.add(label_of(connection))
 
 
-def _check_ranges(config: WorldConfig, species: Species, key: Key, section: GenomeSection) -> Iterator[Problem]:
+def _check_ranges(config: WorldConfig, species: Species, key: Key,
+                  section: GenomeSection) -> Iterator[Problem]:
     """Problems of values of genes for which this world has no room."""
     most = min(config.space.size) / 2
     store = species.metabolism.energy_max
@@ -74,21 +76,25 @@ def _check_ranges(config: WorldConfig, species: Species, key: Key, section: Geno
         if highest is None or gene.trait is None:
             continue
         if gene.trait == "body.radius" and highest > most:
-            yield Problem((*key, "genes", i, field), "the body would not fit into the world", highest, f"at most {most:g} m")
+            yield Problem((*key, "genes", i, field), "the body would not fit into the world", highest,
+                          f"at most {most:g} m")
         if gene.trait.startswith("sensors.") and gene.trait.endswith(".radius") and highest > widest(config):
-            yield Problem((*key, "genes", i, field), too_wide(config), highest, f"at most {widest(config):g} m")
+            yield Problem((*key, "genes", i, field), too_wide(config), highest,
+                          f"at most {widest(config):g} m")
         if gene.trait.startswith("sensors.") and gene.trait.endswith((".forward", ".left")):
             yield from _check_nose(config, species, (*key, "genes", i), gene)
         if gene.trait == "locomotion.pace" and highest * fastest > most:
             allowed = f"at most {most / fastest:g}"
-            yield Problem((*key, "genes", i, field), "further than half of the world in one tick", highest, allowed)
+            yield Problem((*key, "genes", i, field), "further than half of the world in one tick",
+                          highest, allowed)
         if gene.trait in ("reproduction.energy_min", "reproduction.energy_given") and highest > store:
             yield Problem((*key, "genes", i, field), "more than energy_max", highest, f"at most {store:g}")
 
 
 def _check_nose(config: WorldConfig, species: Species, key: Key, gene: Gene) -> Iterator[Problem]:
     """Whether a gene puts a sensor further off the body than the world is wide."""
-    ends = {"values": max(gene.values, key=abs)} if gene.values else {"low": gene.low or 0.0, "high": gene.high or 0.0}
+    ends = ({"values": max(gene.values, key=abs)}
+            if gene.values else {"low": gene.low or 0.0, "high": gene.high or 0.0})
     most = farthest(config, species)
     for field, value in ends.items():
         if abs(value) > most:
@@ -98,10 +104,12 @@ def _check_nose(config: WorldConfig, species: Species, key: Key, gene: Gene) -> 
 
 def _check_brain(name: str, species: Species, section: GenomeSection) -> Iterator[Problem]:
     """Whether policy.inherit and the genes agree on the origin of a brain's weights."""
-    coded, key = any(gene.trait == "policy.weights" for gene in section.genes), ("species", name, "policy", "inherit")
+    coded, key = (any(gene.trait == "policy.weights" for gene in section.genes),
+                  ("species", name, "policy", "inherit"))
     inherit = species.policy.inherit
     if inherit == "birth" and not coded:
-        yield Problem(key, "no gene codes for policy.weights", inherit, 'a gene with trait = "policy.weights", or another way')
+        yield Problem(key, "no gene codes for policy.weights", inherit,
+                      'a gene with trait = "policy.weights", or another way')
     if inherit == "learned" and coded:
         yield Problem(key, "a gene codes for policy.weights too", inherit, '"birth", or no such gene')
 
@@ -119,7 +127,8 @@ def _check_founders(key: Key, section: GenomeSection, layout: Layout) -> Iterato
             yield Problem((*key, "genes", i, "trait"), fault, code.gene.trait, allowed)
 
 
-def _check_operators(config: WorldConfig, key: Key, section: GenomeSection, layout: Layout) -> Iterator[Problem]:
+def _check_operators(config: WorldConfig, key: Key, section: GenomeSection,
+                     layout: Layout) -> Iterator[Problem]:
     from ecs_eco.genomes.operators import check_entry, taken_apart
 
     for word in ("mate", "mutate"):
@@ -131,5 +140,6 @@ def _check_operators(config: WorldConfig, key: Key, section: GenomeSection, layo
             elif (own := config._code.known(entry.operator)) is not None:
                 taken_apart(word, partial(own, **entry.arguments))
         except (ValueError, UnknownName) as error:
-            value = entry.operator if isinstance(entry.operator, str) else getattr(entry.operator, "__name__", "a function")
+            value = (entry.operator if isinstance(entry.operator, str)
+                     else getattr(entry.operator, "__name__", "a function"))
             yield Problem(at, str(error).removeprefix(f"{word}: "), value)

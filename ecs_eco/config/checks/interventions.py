@@ -20,7 +20,8 @@ Changed = Callable[[WorldConfig, Mapping[str, Any], Path], WorldConfig]
 
 
 def check_interventions(config: WorldConfig, folder: Path, changed: Changed) -> Iterator[Problem]:
-    """All problems of the world's interventions; `changed(config, values, folder)` is a world with other values, checked."""
+    """All problems of the world's interventions; `changed(config, values, folder)` is a world
+    with other values, checked."""
     for i, intervention in enumerate(config.interventions):
         key = ("interventions", i)
         yield from _check_time(config, key, intervention)
@@ -39,7 +40,8 @@ def check_interventions(config: WorldConfig, folder: Path, changed: Changed) -> 
 def _check_time(config: WorldConfig, key: Key, intervention: Any) -> Iterator[Problem]:
     if intervention.at >= config.ticks:
         allowed = f"0 to {config.ticks - 1}, or a larger `ticks` of the world"
-        yield Problem((*key, "at"), f"never happens: a run has {config.ticks} ticks", intervention.at, allowed)
+        yield Problem((*key, "at"), f"never happens: a run has {config.ticks} ticks",
+                      intervention.at, allowed)
     if intervention.until is not None and intervention.every is None:
         yield Problem((*key, "until"), "given without every", intervention.until, "both, or neither")
     elif intervention.until is not None and intervention.until < intervention.at:
@@ -48,12 +50,15 @@ def _check_time(config: WorldConfig, key: Key, intervention: Any) -> Iterator[Pr
 
 def _check_who(config: WorldConfig, key: Key, intervention: Cull | Add) -> Iterator[Problem]:
     if intervention.species not in (*config.species, *config.objects):
-        yield unknown((*key, "species"), "species or object type", intervention.species, [*config.species, *config.objects])
+        yield unknown((*key, "species"), "species or object type", intervention.species,
+                      [*config.species, *config.objects])
     if isinstance(intervention, Cull):
         if (intervention.share, intervention.count, intervention.uids).count(None) != 2:
-            yield Problem((*key, "share"), "give exactly one of share, count and uids", allowed="share = 0.5, count = 20, or uids = [7]")
+            yield Problem((*key, "share"), "give exactly one of share, count and uids",
+                          allowed="share = 0.5, count = 20, or uids = [7]")
         if intervention.which in ("richest", "poorest") and intervention.species in config.objects:
-            yield Problem((*key, "which"), "objects have no energy", intervention.which, "random, oldest, youngest")
+            yield Problem((*key, "which"), "objects have no energy", intervention.which,
+                          "random, oldest, youngest")
 
 
 def _check_region(key: Key, region: list[float], config: WorldConfig) -> Iterator[Problem]:
@@ -64,7 +69,8 @@ def _check_region(key: Key, region: list[float], config: WorldConfig) -> Iterato
             if low < 0 or high > length:
                 yield Problem(key, f"outside of the world along {axis}", region, f"{REGION}, within {extent}")
             elif low >= high:
-                yield Problem(key, f"without extent along {axis}: {axis}0 is not less than {axis}1", region, REGION)
+                yield Problem(key, f"without extent along {axis}: {axis}0 is not less than {axis}1",
+                              region, REGION)
         return
     most = min(size) / 2 if config.space.edges == "torus" else math.hypot(*size)
     if not all(0 <= x <= length for x, length in zip(region, size, strict=False)):
@@ -76,7 +82,8 @@ def _check_region(key: Key, region: list[float], config: WorldConfig) -> Iterato
 def _check_add(config: WorldConfig, key: Key, add: Add) -> Iterator[Problem]:
     kind, place, size = config.species.get(add.species), add.at_place, config.space.size
     if kind is not None and kind.max_count is not None and add.count > kind.max_count:
-        yield Problem((*key, "count"), f"more than max_count of {add.species}", add.count, f"at most {kind.max_count}")
+        yield Problem((*key, "count"), f"more than max_count of {add.species}", add.count,
+                      f"at most {kind.max_count}")
     if place is None:
         return
     at = (*key, "at_place")
@@ -92,18 +99,21 @@ def _check_add(config: WorldConfig, key: Key, add: Add) -> Iterator[Problem]:
                 if math.dist(mark.at, place[:2]) < mark.radius:
                     yield Problem(at, f"within terrain.{group}.{i}", place, "a place on open ground")
     if kind is not None and isinstance(kind.reproduction, Spread) and add.count > 1:
-        yield Problem((*key, "count"), f"one site holds one {add.species}", add.count, "count = 1, or a region instead of at_place")
+        yield Problem((*key, "count"), f"one site holds one {add.species}", add.count,
+                      "count = 1, or a region instead of at_place")
 
 
 def _check_switch(config: WorldConfig, key: Key, switch: Switch) -> Iterator[Problem]:
     if switch.reproduction is None and switch.learning is None:
-        yield Problem((*key, "reproduction"), "is missing, and learning too", allowed="true or false for one of them, or both")
+        yield Problem((*key, "reproduction"), "is missing, and learning too",
+                      allowed="true or false for one of them, or both")
     if switch.species is None:
         return
     if switch.species not in config.species:
         yield unknown((*key, "species"), "species", switch.species, config.species)
     elif switch.learning and not learns(config.species[switch.species]):
-        yield Problem((*key, "learning"), f"{switch.species} cannot learn", True, "a species with a policy network and happiness")
+        yield Problem((*key, "learning"), f"{switch.species} cannot learn", True,
+                      "a species with a policy network and happiness")
 
 
 def learns(species: Section) -> bool:
@@ -120,7 +130,8 @@ def _check_fences(config: WorldConfig) -> Iterator[Problem]:
         if fence.line is not None and fence.region is not None:
             yield Problem((*key, "region"), "given together with line", fence.region, "one of the two")
         elif fence.line is None and fence.region is None and not fence.remove:
-            yield Problem((*key, "line"), "is missing, and region too", allowed="corners [[x, y], …], or a region")
+            yield Problem((*key, "line"), "is missing, and region too",
+                          allowed="corners [[x, y], …], or a region")
         for corner in fence.line or ():
             if not all(0 <= x <= s for x, s in zip(corner, config.space.size, strict=False)):
                 extent = " and ".join(f"0 to {s:g} m" for s in config.space.size[:2])
@@ -138,7 +149,8 @@ def _check_fences(config: WorldConfig) -> Iterator[Problem]:
 
 
 def _check_sets(config: WorldConfig, folder: Path, changed: Changed) -> Iterator[Problem]:
-    """Values to be set, in the order of time: each must leave a valid world and be possible in a living one."""
+    """Values to be set, in the order of time: each must leave a valid world and be possible in a living one.
+    """
     now = None
     sets = [(i, s) for i, s in enumerate(config.interventions) if isinstance(s, Set)]
     for i, change in sorted(sets, key=lambda pair: pair[1].at):
@@ -155,5 +167,6 @@ def _check_sets(config: WorldConfig, folder: Path, changed: Changed) -> Iterator
         for p in problems:
             written = next((k for k in change.set if p.path == k or p.path.endswith(k)), None)
             where = "" if written is not None else f", at {p.path}"
-            yield p.moved(key=key if written is None else (*key, written), what=p.what + where, source="", line=None)
+            yield p.moved(key=key if written is None else (*key, written), what=p.what + where,
+                          source="", line=None)
         now = now if problems else new

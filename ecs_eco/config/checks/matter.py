@@ -33,4 +33,5 @@ def check_size(config: WorldConfig, key: Key, radius: float) -> Iterator[Problem
     """Problems of a body that does not fit into the world."""
     most = min(config.space.size) / 2
     if radius > most:
-        yield Problem((*key, "body", "radius"), "the body does not fit into the world", radius, f"at most {most:g} m")
+        yield Problem((*key, "body", "radius"), "the body does not fit into the world", radius,
+                      f"at most {most:g} m")

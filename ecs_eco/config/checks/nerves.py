@@ -39,7 +39,8 @@ def check_nerves(config: WorldConfig, name: str, folder: Path) -> Iterator[Probl
 def _check_sensor(config: WorldConfig, species: Species, key: Key, sensor: Sensor) -> Iterator[Problem]:
     kinds = [*config.species, *config.objects]
     if isinstance(sensor, Own) and sensor.property not in species.own():
-        yield unknown((*key, "property"), "property or substance of the species", sensor.property, species.own())
+        yield unknown((*key, "property"), "property or substance of the species", sensor.property,
+                      species.own())
     if isinstance(sensor, Smell | Gradient) and sensor.field not in config.fields:
         yield unknown((*key, "field"), "field", sensor.field, config.fields)
     if isinstance(sensor, Nearest) and sensor.target not in kinds:
@@ -47,7 +48,8 @@ def _check_sensor(config: WorldConfig, species: Species, key: Key, sensor: Senso
     if isinstance(sensor, Approach) and sensor.target not in config.species:
         yield unknown((*key, "target"), "species", sensor.target, config.species)
     if isinstance(sensor, Touch) and sensor.target not in (*kinds, "wall", "any"):
-        yield unknown((*key, "target"), "species, object type, wall or any", sensor.target, [*kinds, "wall", "any"])
+        yield unknown((*key, "target"), "species, object type, wall or any", sensor.target,
+                      [*kinds, "wall", "any"])
     if isinstance(sensor, Rays):
         for j, target in enumerate(sensor.targets):
             if target not in (*kinds, "wall"):
@@ -56,7 +58,8 @@ def _check_sensor(config: WorldConfig, species: Species, key: Key, sensor: Senso
         yield Problem((*key, "radius"), too_wide(config), sensor.radius, f"at most {widest(config):g} m")
     at = getattr(sensor, "at", [])
     if isinstance(sensor, Smell | Place) and math.hypot(*at) > (most := farthest(config, species)):
-        yield Problem((*key, "at"), "further off the body than the world is wide, in its radii", at, f"at most {most:g}")
+        yield Problem((*key, "at"), "further off the body than the world is wide, in its radii", at,
+                      f"at most {most:g}")
     if isinstance(sensor, Touch) and at[0] == at[1]:
         yield Problem((*key, "at"), "the sector is empty", at, "two angles that differ [rad]")
     elif not isinstance(sensor, Touch) and len(at) > config.dims:
@@ -106,14 +109,17 @@ def _check_actions(config: WorldConfig, key: Key, species: Species) -> Iterator[
             fault = f"it cannot {group}: locomotion.{group} is missing or 0"
             yield Problem(at, fault, actions, f"locomotion.{group} > 0, or no such group")
         if group == "climb" and config.dims == 2:
-            yield Problem(at, "no up and down in a plane", actions, "a space of three sizes, or no such group")
+            yield Problem(at, "no up and down in a plane", actions,
+                          "a space of three sizes, or no such group")
         if group == "eat" and not species.diet:
             yield Problem(at, "it has no diet", actions, "a diet, or no such group")
     for group, action in species.neutral.items():
         if group not in species.actions:
-            yield unknown((*key, "neutral", group), "group among the species' actions", group, species.actions)
+            yield unknown((*key, "neutral", group), "group among the species' actions", group,
+                          species.actions)
         elif action not in species.actions[group]:
-            yield unknown((*key, "neutral", group), f"action in the group {group}", action, species.actions[group])
+            yield unknown((*key, "neutral", group), f"action in the group {group}", action,
+                          species.actions[group])
     yield from _check_automatic(key, species)
 
 
@@ -187,7 +193,8 @@ def _check_formula(key: Key, formula: str, names: Iterable[str]) -> Iterator[Pro
 
 
 def _no_weights(path: Path) -> str:
-    """Why a path cannot be that of weights, or ""; the content of the file is checked when a world is built."""
+    """Why a path cannot be that of weights, or ""; the content of the file is checked when a world is built.
+    """
     try:
         if not os.path.isfile(path):
             return "no such file"
@@ -207,7 +214,8 @@ def _check_policy(key: Key, species: Species, folder: Path, dims: int) -> Iterat
         for word, given, absent in (("inherit", policy.inherit, "none"), ("mutation", policy.mutation, 0.0)):
             if given != absent:
                 allowed = 'policy.kind = "individual", or nothing here'
-                yield Problem((*key, "policy", word), "only individual networks are inherited", given, allowed)
+                yield Problem((*key, "policy", word), "only individual networks are inherited",
+                              given, allowed)
     if policy.network is not None and policy.hidden != type(policy).model_fields["hidden"].default:
         fault = "the network's own class says its layers"
         yield Problem((*key, "policy", "hidden"), fault, policy.hidden, "policy.network or policy.hidden")
@@ -215,13 +223,15 @@ def _check_policy(key: Key, species: Species, folder: Path, dims: int) -> Iterat
         for i, gene in enumerate(species.genome.genes):
             if gene.trait == "policy.weights":
                 fault = "only weights of the built-in network are written by genes"
-                yield Problem((*key, "genome", "genes", i, "trait"), fault, gene.trait, "another trait, or no policy.network")
+                yield Problem((*key, "genome", "genes", i, "trait"), fault, gene.trait,
+                              "another trait, or no policy.network")
     if policy.kind != "none" and policy.network is None and (size := n_weights(species, dims)) > MOST_WEIGHTS:
         fault = f"too large: the network would have {size:,} weights"
-        yield Problem((*key, "policy", "hidden"), fault, policy.hidden, f"at most {MOST_WEIGHTS:,} weights, as of [2048, 2048]")
+        yield Problem((*key, "policy", "hidden"), fault, policy.hidden,
+                      f"at most {MOST_WEIGHTS:,} weights, as of [2048, 2048]")
     if policy.kind == "none":
-        settings: dict[str, object] = {"ppo": species.ppo, "policy.file": policy.file, "policy.network": policy.network,
-                                       "policy.learn": policy.learn}
+        settings: dict[str, object] = {"ppo": species.ppo, "policy.file": policy.file,
+                                       "policy.network": policy.network, "policy.learn": policy.learn}
         for word, value in settings.items():
             if value:
                 allowed = 'policy.kind = "shared" or "individual", or nothing here'
@@ -245,7 +255,8 @@ def _check_ppo(key: Key, species: Species) -> Iterator[Problem]:
             fault = "no hyperparameter of this name"
             yield Problem((*key, name), fault, value, listed(known, 40), nearest(name, known))
             continue
-        if isinstance(value, int | float) and abs(value) > (most := MOST_WHOLE if isinstance(value, int) else LARGEST):
+        if (isinstance(value, int | float)
+            and abs(value) > (most := MOST_WHOLE if isinstance(value, int) else LARGEST)):
             yield Problem((*key, name), "not possible", value, f"at most {most:g}")
             continue
         try:

@@ -35,14 +35,16 @@ def _speeds(config: WorldConfig, species: Species, key: Key) -> Iterator[Problem
         moves += [(("body", "sinking"), species.body.sinking, config.space.size[2])]
     for part, speed, extent in moves:
         if 0 < abs(speed) < (least := STEPS * resolution(extent) / config.dt):
-            fault = f"too slow for a world of {extent:g} m: positions are float32, and such steps are rounded away"
+            fault = (f"too slow for a world of {extent:g} m: positions are float32, "
+                     "and such steps are rounded away")
             allowed = f"0, or at least {least:.3g} m/s; or a smaller world, or a longer tick"
             yield Problem((*key, *part), fault, speed, allowed)
 
 
 def _energies(config: WorldConfig, species: Species, key: Key) -> Iterator[Problem]:
     budget, step = species.metabolism, STEPS * resolution(species.metabolism.energy_max)
-    fault = f"too little for energies up to energy_max, {budget.energy_max:g}: they are float32, and such steps are rounded away"
+    fault = (f"too little for energies up to energy_max, {budget.energy_max:g}: they are float32, "
+             "and such steps are rounded away")
     if 0 < budget.basal * config.dt < step:
         allowed = f"0, or at least {step / config.dt:.3g} per second; or a smaller energy_max"
         yield Problem((*key, "metabolism", "basal"), fault, budget.basal, allowed)

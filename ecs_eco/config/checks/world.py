@@ -29,7 +29,8 @@ MOST_STEPS = 1000  # steps of diffusion in a tick
 
 
 def check(config: WorldConfig, folder: Path, changed: Changed) -> list[Problem]:
-    """The problems across the sections of a world whose file names are relative to `folder`, at most MOST + 1.
+    """The problems across the sections of a world whose file names are relative to `folder`,
+    at most MOST + 1.
 
     `changed` is as in `check_interventions`.
     """
@@ -90,8 +91,10 @@ def _causes(config: WorldConfig) -> Iterator[tuple[Key, str]]:
 def _check_space(config: WorldConfig) -> Iterator[Problem]:
     space = config.space
     if space.cell is not None and space.cell > min(space.size):
-        yield Problem(("space", "cell"), "larger than the world", space.cell, f"at most {min(space.size):g} m")
-    elif space.cell is not None and (cells := math.prod(max(1.0, s / space.cell) for s in space.size)) > MOST_INDEX_CELLS:
+        yield Problem(("space", "cell"), "larger than the world", space.cell,
+                      f"at most {min(space.size):g} m")
+    elif (space.cell is not None
+          and (cells := math.prod(max(1.0, s / space.cell) for s in space.size)) > MOST_INDEX_CELLS):
         least = (math.prod(space.size) / MOST_INDEX_CELLS) ** (1 / len(space.size))
         fault = f"too small: neighbours would be looked up in {cells:.3g} cells"
         allowed = f"at most {MOST_INDEX_CELLS:.0e} cells, about {least:.2g} m; or absent: it is chosen"
@@ -104,7 +107,8 @@ def _check_fields(config: WorldConfig) -> Iterator[Problem]:
     for name, field in config.fields.items():
         cells = math.prod(max(1.0, s / field.cell) for s in space.size)
         sides = [min(field.cell, s) for s in space.size]
-        steps = field.diffusion * config.dt * sum(2 / 0.9 / side / side for side in sides)  # a square may be 0
+        # a square may be 0
+        steps = field.diffusion * config.dt * sum(2 / 0.9 / side / side for side in sides)
         if field.cell > most:
             fault = "larger than half of the torus" if space.edges == "torus" else "larger than the world"
             yield Problem(("fields", name, "cell"), fault, field.cell, f"at most {most:g} m")
@@ -123,7 +127,8 @@ def _check_terrain(config: WorldConfig) -> Iterator[Problem]:
         return
     most = min(size[:2]) / 2
     if terrain.cell > most:
-        yield Problem(("terrain", "cell"), "larger than half of the world", terrain.cell, f"at most {most:g} m")
+        yield Problem(("terrain", "cell"), "larger than half of the world", terrain.cell,
+                      f"at most {most:g} m")
     if (cells := (size[0] / terrain.cell) * (size[1] / terrain.cell)) > MOST_CELLS:
         fault = f"too small: {cells:.3g} cells"
         yield Problem(("terrain", "cell"), fault, terrain.cell, f"at most {MOST_CELLS:.0e} cells")
@@ -132,7 +137,8 @@ def _check_terrain(config: WorldConfig) -> Iterator[Problem]:
             key = ("terrain", group, i)
             yield from _outside((*key, "at"), mark.at, size[:2])
             if mark.radius > most:
-                yield Problem((*key, "radius"), "larger than half of the world", mark.radius, f"at most {most:g} m")
+                yield Problem((*key, "radius"), "larger than half of the world", mark.radius,
+                              f"at most {most:g} m")
             if group == "mountains" and mark.height == 0:
                 yield Problem((*key, "height"), "a mountain without height", mark.height, "more than 0 m")
 

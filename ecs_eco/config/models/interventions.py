@@ -23,22 +23,28 @@ def _plain(value: Any) -> Any:
 Changes = Annotated[
     dict[str, Any],
     Field(min_length=1),
-    PlainSerializer(lambda values, info: {k: _plain(v) if info.mode == "json" else v for k, v in values.items()}),
+    PlainSerializer(lambda values, info: {k: _plain(v) if info.mode == "json" else v
+                                          for k, v in values.items()}),
 ]
 
 
 class Intervention(Section):
-    """The time of an intervention. Each is carried out at the start of its tick, before anything else happens."""
+    """The time of an intervention.
+
+    Each is carried out at the start of its tick, before anything else happens.
+    """
 
     at: Tick = quantity("the tick", "ticks")
-    every: Annotated[int, Field(ge=1, le=10**12)] | None = quantity("interval of repetition; absent: once", "ticks", None)
+    every: Annotated[int, Field(ge=1, le=10**12)] | None = quantity("interval of repetition; absent: once",
+                                                                    "ticks", None)
     until: Tick | None = quantity("last tick of repetition; absent: to the end of the run", "ticks", None)
 
     def due(self, tick: int) -> bool:
         """Whether it is carried out in this tick."""
         if tick == self.at or self.every is None:
             return tick == self.at
-        return tick > self.at and (tick - self.at) % self.every == 0 and (self.until is None or tick <= self.until)
+        return (tick > self.at and (tick - self.at) % self.every == 0
+                and (self.until is None or tick <= self.until))
 
     def next(self, tick: int) -> int | None:
         """The first tick from this one on in which it is carried out; None where there is none."""
@@ -49,7 +55,8 @@ class Intervention(Section):
 
     def once(self, tick: int) -> dict[str, Any]:
         """The single intervention of this tick as a dict of JSON types, as in a world file."""
-        fields = {k: v for k, v in self.model_dump(mode="json").items() if v is not None and k not in ("every", "until")}
+        fields = {k: v for k, v in self.model_dump(mode="json").items()
+                  if v is not None and k not in ("every", "until")}
         return fields | {"at": tick}
 
 
@@ -59,7 +66,9 @@ class Cull(Intervention):
     kind: Literal["cull"]
     species: Name = about("a species or an object type")
     share: Share | None = quantity("share of those alive that die, rounded to whole organisms", "1", None)
-    count: Count | None = quantity("how many die, or all if there are fewer; give one of share, count and uids", "1", None)
+    count: Count | None = quantity(
+        "how many die, or all if there are fewer; give one of share, count and uids", "1", None
+    )
     uids: Uids | None = about("uids of those that die, if alive; give one of share, count and uids", None)
     region: Region | None = quantity(f"of those in {REGION}; absent: of all", "m", None)
     which: Literal["random", "oldest", "youngest", "richest", "poorest"] = about(
@@ -82,9 +91,12 @@ class Fence(Intervention):
     """A line that walkers cannot cross from then on; smells, sight and births can."""
 
     kind: Literal["fence"]
-    line: Annotated[list[Corner], Field(min_length=2)] | None = quantity("the corners of the fence", "m", None)
+    line: Annotated[list[Corner], Field(min_length=2)] | None = quantity(
+        "the corners of the fence", "m", None
+    )
     region: Region | None = quantity(f"the fence goes around {REGION}; give line or region", "m", None)
-    remove: bool = about("whether to remove the fence that stands there; without line and region, all fences", False)
+    remove: bool = about("whether to remove the fence that stands there; without line and region, all fences",
+                         False)
 
 
 class Set(Intervention):
@@ -100,14 +112,17 @@ class Switch(Intervention):
     kind: Literal["switch"]
     species: Name | None = about("the species; absent: all", None)
     reproduction: bool | None = about("whether newborn come", None)
-    learning: bool | None = about("whether policies learn; one that stops discards the experience it has not yet learnt from", None)
+    learning: bool | None = about(
+        "whether policies learn; one that stops discards the experience it has not yet learnt from", None
+    )
 
 
 AnyIntervention = Annotated[Cull | Add | Fence | Set | Switch, Field(discriminator="kind")]
 
 
 def coming(planned: Sequence[Intervention], tick: int) -> list[Intervention]:
-    """Return those of `planned` that are due in a tick or after it, each with the first such tick as its `at`."""
+    """Return those of `planned` that are due in a tick or after it,
+    each with the first such tick as its `at`."""
     dated = ((intervention, intervention.next(tick)) for intervention in planned)
     return [intervention.model_copy(update={"at": at}) for intervention, at in dated if at is not None]
 

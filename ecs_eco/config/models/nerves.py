@@ -10,7 +10,8 @@ from ecs_eco.engine.section import Function, Name, NonNegative, Real, Section, a
 
 
 class Connection(Section):
-    """One connection of a reflex network: while the sensor is beyond the threshold, the action gets the weight."""
+    """One connection of a reflex network: while the sensor is beyond the threshold,
+    the action gets the weight."""
 
     name: Name | None = about("name for genes and drawings; absent: SENSOR_ACTION", None)
     sensor: str = about("name of a sensor's channel")
@@ -36,7 +37,8 @@ class Reflex(Section):
 
     connections: list[Connection] = table("single connections", list)
     formulas: dict[str, str] = table("action = expression of sensors, of which the sign counts", dict)
-    function: Function | None = about("module:name of a function of sensors (n, channels) to (n, actions)", None)
+    function: Function | None = about("module:name of a function of sensors (n, channels) to (n, actions)",
+                                      None)
 
 
 class Happiness(Section):
@@ -58,14 +60,18 @@ class Policy(Section):
     """The policy network, the only one that learns."""
 
     kind: Literal["shared", "individual", "none"] = about(
-        "shared: one network for all of the species; individual: one for each organism; none: no policy", "none"
+        "shared: one network for all of the species; individual: one for each organism; none: no policy",
+        "none"
     )
     inherit: Literal["none", "birth", "learned"] = about(
-        "initial weights of an individual network: none: random; birth: those of its genome; learned: a parent's present ones", "none"
+        "initial weights of an individual network: none: random; birth: those of its genome; learned: "
+        "a parent's present ones", "none"
     )
-    mutation: NonNegative = quantity("standard deviation of the noise added to each inherited weight", "1", 0.0)
+    mutation: NonNegative = quantity("standard deviation of the noise added to each inherited weight", "1",
+                                     0.0)
     network: Function | None = about(
-        "module:name of a torch module's class, made as Net(n_observations, groups); absent: the built-in one", None
+        "module:name of a torch module's class, made as Net(n_observations, groups); absent: "
+        "the built-in one", None
     )
     device: Annotated[str, Field(pattern=r"^(cpu|cuda(:\d{1,3})?)$")] = about(
         "where the network thinks and learns: cpu, cuda or cuda:N", "cpu"

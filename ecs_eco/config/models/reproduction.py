@@ -14,7 +14,8 @@ Litter = Annotated[int, Field(ge=1, le=10_000)]
 class Reproduction(Section):
     """Keys of all kinds of reproduction."""
 
-    dispersal: Positive | None = quantity('greatest distance from parent to newborn, for place = "near"', "m", None)
+    dispersal: Positive | None = quantity('greatest distance from parent to newborn, for place = "near"', "m",
+                                          None)
     spacing: NonNegative = quantity("least distance of a newborn to others of its species", "m", 0.0)
 
 
@@ -42,7 +43,8 @@ class Simplified(Alone):
 
 
 class Spread(Reproduction):
-    """The ground is divided into sites of side `spacing`; a free one is taken with probability dt (seed_rain + rate × share taken)."""
+    """The ground is divided into sites of side `spacing`; a free one is taken
+    with probability dt (seed_rain + rate × share taken)."""
 
     kind: Literal["spread"]
     rate: NonNegative = quantity("births per second and parent", "1/s")
@@ -60,22 +62,28 @@ class Asexual(Alone):
 
 
 class Sexual(Bearing):
-    """Two that meet may mate: females choose among males and bear the young; in a species without sexes any two mate, and one bears."""
+    """Two that meet may mate: females choose among males and bear the young;
+    in a species without sexes any two mate, and one bears."""
 
     kind: Literal["sexual"]
-    father_share: Share = quantity("share of the newborn's energy that the father pays, when mating", "1", 0.0)
+    father_share: Share = quantity("share of the newborn's energy that the father pays, when mating", "1",
+                                   0.0)
     reach: NonNegative = quantity("distance between the surfaces of both bodies", "m", 0.0)
     chance: Share = quantity("chance of success in one second of contact", "1", 1.0)
     consent: Literal["both", "one", "none"] = about(
-        "which partners must take the action mate: both, one of the two, or none; a species without this action is always willing", "both"
+        "which partners must take the action mate: both, one of the two, or none; "
+        "a species without this action is always willing", "both"
     )
-    choice: Literal["nearest", "random", "richest", "oldest"] = about("choice among the ready mates within reach", "nearest")
+    choice: Literal["nearest", "random", "richest", "oldest"] = about(
+        "choice among the ready mates within reach", "nearest"
+    )
     gestation: NonNegative = quantity("from mating to birth; 0: birth in the same tick", "s", 0.0)
     rest: NonNegative = quantity("least time from a birth to the mother's next mating", "s", 0.0)
     father_rest: NonNegative = quantity("least time from a mating to the father's next", "s", 0.0)
     place: Literal["near", "anywhere"] = about("where the newborn appears, relative to the mother", "near")
     dispersal: Positive | None = quantity(
-        'greatest distance from mother to newborn, for place = "near"; absent: four radii of the body', "m", None
+        'greatest distance from mother to newborn, for place = "near"; absent: four radii of the body', "m",
+        None
     )
 
 

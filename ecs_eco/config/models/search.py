@@ -8,7 +8,17 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, Field, PlainSerializer, WrapValidator
 
 from ecs_eco.engine.errors import listed, nearest
-from ecs_eco.engine.section import Name, NamesCode, Positive, Section, Share, about, function_name, quantity, table
+from ecs_eco.engine.section import (
+    Name,
+    NamesCode,
+    Positive,
+    Section,
+    Share,
+    about,
+    function_name,
+    quantity,
+    table,
+)
 
 OBJECTIVES = ("persistence", "cycling", "population")
 
@@ -36,10 +46,14 @@ What = Annotated[
 
 
 class Range(Section):
-    """The range of a number, also as `[low, high]`. It takes whole numbers if value, low and high are whole."""
+    """The range of a number, also as `[low, high]`.
+
+    It takes whole numbers if value, low and high are whole.
+    """
 
     search: Ends = about("[low, high]")
-    scale: Literal["linear", "log"] = about("whether equal steps are equal differences or equal factors", "linear")
+    scale: Literal["linear", "log"] = about("whether equal steps are equal differences or equal factors",
+                                            "linear")
 
 
 class Goal(Section):
@@ -60,31 +74,51 @@ class Confirm(Section):
 class Search(Section):
     """What a search varies, its objective and its budget: `ecs-eco search`."""
 
-    objective: What | list[Goal] = about("persistence, cycling, population, module:function, or a list with weights", "persistence")
+    objective: What | list[Goal] = about(
+        "persistence, cycling, population, module:function, or a list with weights", "persistence"
+    )
     wanted: dict[Name, Positive] = table("species = number of organisms, for the objective population", dict)
-    persist: list[Name] = table("species whose extinction ends a run; none: all but plants that come back from a seed rain", list)
+    persist: list[Name] = table(
+        "species whose extinction ends a run; none: all but plants that come back from a seed rain", list
+    )
     ticks: Ticks | None = quantity("length of a whole run; absent: the world's", "ticks", None)
     world_seeds: Seeds = about("world seeds of a candidate", 3)
-    training_seeds: Seeds = about("training seeds of a candidate, each with each world seed; 1 if nothing is trained", 2)
+    training_seeds: Seeds = about(
+        "training seeds of a candidate, each with each world seed; 1 if nothing is trained", 2
+    )
     policies: Literal["trained", "random", "untrained", "train", "train-once"] = about(
-        "as in a run; train: each candidate trains its own; train-once: all use those trained in the world as written", "trained"
+        "as in a run; train: each candidate trains its own; train-once: "
+        "all use those trained in the world as written", "trained"
     )
     training_ticks: Ticks | None = quantity("length of a training; absent: the world's", "ticks", None)
-    stages: Annotated[int, Field(ge=1, le=10)] = about("stages of a candidate, from one short run to all runs", 3)
-    first: Annotated[float, Field(gt=0, le=1)] = quantity("length of the first stage's runs, as share of a whole one", "1", 0.25)
-    promote: Annotated[float, Field(gt=0, le=1)] = quantity("share of the candidates (the best) that advance to the next stage", "1", 0.4)
+    stages: Annotated[int, Field(ge=1, le=10)] = about(
+        "stages of a candidate, from one short run to all runs", 3
+    )
+    first: Annotated[float, Field(gt=0, le=1)] = quantity(
+        "length of the first stage's runs, as share of a whole one", "1", 0.25
+    )
+    promote: Annotated[float, Field(gt=0, le=1)] = quantity(
+        "share of the candidates (the best) that advance to the next stage", "1", 0.4
+    )
     hopeless: Share = quantity("share of lost runs at a stage beyond which a candidate is dropped", "1", 0.5)
-    crowd: Annotated[float, Field(ge=1)] = quantity("multiple of its initial organisms at which a run ends, as at an extinction", "1", 10.0)
-    finalists: Annotated[int, Field(ge=1, le=50)] = about("candidates that are tested on further seeds before the best is chosen", 4)
+    crowd: Annotated[float, Field(ge=1)] = quantity(
+        "multiple of its initial organisms at which a run ends, as at an extinction", "1", 10.0
+    )
+    finalists: Annotated[int, Field(ge=1, le=50)] = about(
+        "candidates that are tested on further seeds before the best is chosen", 4
+    )
     confirm: Confirm = table("the last test", Confirm)
     seed: Annotated[int, Field(ge=0, lt=2**63)] = about("seed of the optimiser", 1)
-    ranges: dict[str, Annotated[Range, BeforeValidator(lambda v: {"search": v} if isinstance(v, list) else v)]] = table(
+    ranges: dict[str, Annotated[
+        Range, BeforeValidator(lambda v: {"search": v} if isinstance(v, list) else v)
+    ]] = table(
         "dotted key = [low, high], or a table with scale", dict
     )
 
     @property
     def goals(self) -> list[tuple[Any, float]]:
         """The objectives, with weights that sum to 1."""
-        goals = [(g.of, g.weight) for g in self.objective] if isinstance(self.objective, list) else [(self.objective, 1.0)]
+        goals = ([(g.of, g.weight) for g in self.objective]
+                 if isinstance(self.objective, list) else [(self.objective, 1.0)])
         total = sum(weight for _, weight in goals)
         return [(of, weight / total) for of, weight in goals]

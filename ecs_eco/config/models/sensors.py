@@ -1,9 +1,9 @@
 """Sensors: each has a place on the body and one thing that it is sensitive to.
 
-A sensor gives one or more channels, numbers that the networks read. A sensor without a name is named after what it
-senses (`energy`, `deer`, `touch_wall`); sensors that would share a name are numbered in the order of the list
-(`deer_smell_1`, `deer_smell_2`). Formulas, weights and reflexes use the channels' names; the plain name of a smell is
-the mean over all noses for it.
+A sensor gives one or more channels, numbers that the networks read. A sensor without a name is named after
+what it senses (`energy`, `deer`, `touch_wall`); sensors that would share a name are numbered in the order of
+the list (`deer_smell_1`, `deer_smell_2`). Formulas, weights and reflexes use the channels' names; the plain
+name of a smell is the mean over all noses for it.
 """
 
 from __future__ import annotations
@@ -14,7 +14,18 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from ecs_eco.engine.section import Function, Name, NonNegative, Point, Positive, Real, Section, about, function_name, quantity
+from ecs_eco.engine.section import (
+    Function,
+    Name,
+    NonNegative,
+    Point,
+    Positive,
+    Real,
+    Section,
+    about,
+    function_name,
+    quantity,
+)
 
 Angle = Annotated[float, Field(ge=-math.pi, le=math.pi)]
 WIDEST = 2.0 * math.pi + 1e-6
@@ -54,7 +65,8 @@ class Nearest(Sensor):
     kind: Literal["nearest"]
     target: str = about("a species or an object type")
     radius: Positive = quantity("how far it sees", "m")
-    fov: Annotated[float, Field(gt=0, le=WIDEST)] = quantity("field of view around the heading", "rad", 2 * math.pi)
+    fov: Annotated[float, Field(gt=0, le=WIDEST)] = quantity("field of view around the heading", "rad",
+                                                             2 * math.pi)
     occlusion: bool = about("whether opaque bodies between hide the target", False)
     sight: NonNegative | None = quantity(
         "if given, it sees by light: as far as blind + sight × light at its eye, at most radius", "m", None
@@ -69,14 +81,19 @@ class Nearest(Sensor):
 
 
 class Rays(Sensor):
-    """Casts rays; per_ray: name_target_1 … (closeness along each ray); closest: name_target_forward, _left, _near."""
+    """Casts rays; per_ray: name_target_1 … (closeness along each ray); closest: name_target_forward,
+    _left, _near."""
 
     kind: Literal["rays"]
     count: Annotated[int, Field(ge=1, le=360)] = quantity("number of rays", "1")
-    fov: Annotated[float, Field(gt=0, le=WIDEST)] = quantity("angle between the outermost rays", "rad", math.pi)
+    fov: Annotated[float, Field(gt=0, le=WIDEST)] = quantity("angle between the outermost rays",
+                                                             "rad", math.pi)
     radius: Positive = quantity("length of a ray", "m")
-    targets: Annotated[list[str], Field(min_length=1)] = about('species, object types or "wall" that a ray can report')
-    report: Literal["per_ray", "closest"] = about("each ray's closeness, or where the closest hit is", "closest")
+    targets: Annotated[list[str], Field(min_length=1)] = about(
+        'species, object types or "wall" that a ray can report'
+    )
+    report: Literal["per_ray", "closest"] = about("each ray's closeness, or where the closest hit is",
+                                                  "closest")
 
     def channels(self, dims: int) -> tuple[str, ...]:
         ways = _ways(dims) if self.report == "closest" else tuple(str(i + 1) for i in range(self.count))
@@ -96,7 +113,8 @@ class Smell(Sensor):
 
 
 class Gradient(Sensor):
-    """Compares a smell on two sides of the body: (a − b)/(a + b + scale) ahead and behind, left and right, above and below.
+    """Compares a smell on two sides of the body: (a − b)/(a + b + scale) ahead and behind,
+    left and right, above and below.
 
     Channels name_forward, name_left and, in a volume, name_up.
     """
@@ -114,10 +132,11 @@ class Gradient(Sensor):
 
 
 class Approach(Sensor):
-    """Feels the flow that a moving body pushes ahead of itself: direction to the nearest, and how fast it approaches by its own motion.
+    """Feels the flow that a moving body pushes ahead of itself: direction to the nearest, and how fast it
+    approaches by its own motion.
 
-    Channels name_forward, name_left, in a volume name_up (a unit vector), and name_closing, the speed over `scale`; all are 0
-    unless the nearest approaches.
+    Channels name_forward, name_left, in a volume name_up (a unit vector), and name_closing, the speed over
+    `scale`; all are 0 unless the nearest approaches.
     """
 
     kind: Literal["approach"]
@@ -138,7 +157,8 @@ class Touch(Sensor):
     kind: Literal["touch"]
     target: str = about('a species, an object type, "wall" or "any"', "any")
     at: Annotated[list[Angle], Field(min_length=2, max_length=2)] = quantity(
-        "sector of the body, counter-clockwise from and to; 0 is ahead and left is positive", "rad", [-math.pi, math.pi]
+        "sector of the body, counter-clockwise from and to; 0 is ahead and left is positive", "rad",
+        [-math.pi, math.pi]
     )
 
     def base(self) -> str:
@@ -154,7 +174,8 @@ class Place(Sensor):
 
 
 class Light(Place):
-    """Reads the light at one place of the body, 1 is full daylight; with `dark`, its logarithm (Fechner 1860)."""
+    """Reads the light at one place of the body, 1 is full daylight; with `dark`,
+    its logarithm (Fechner 1860)."""
 
     kind: Literal["light"]
     dark: Positive | None = quantity(
@@ -175,7 +196,8 @@ class Pressure(Place):
 
 
 class Custom(Sensor):
-    """A function of your own: function(world, table, seekers, out f32[n, channels], first) writes `width` channels."""
+    """A function of your own: function(world, table, seekers, out f32[n, channels],
+    first) writes `width` channels."""
 
     kind: Literal["custom"]
     function: Function = about("module:name of the function")
@@ -190,7 +212,8 @@ class Custom(Sensor):
 
 
 AnySensor = Annotated[
-    Own | Nearest | Rays | Smell | Gradient | Approach | Touch | Light | Temperature | Pressure | Custom, Field(discriminator="kind")
+    Own | Nearest | Rays | Smell | Gradient | Approach | Touch | Light | Temperature | Pressure | Custom,
+    Field(discriminator="kind")
 ]
 
 

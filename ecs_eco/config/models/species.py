@@ -12,10 +12,23 @@ from ecs_eco.config.models.nerves import Happiness, Policy, Reflex
 from ecs_eco.config.models.reproduction import AnyReproduction
 from ecs_eco.config.models.sensors import AnySensor, Smell, name_sensors
 from ecs_eco.config.models.surroundings import PROPERTIES, Body, Color
-from ecs_eco.engine.section import Count, Function, Name, NonNegative, Positive, Real, Section, Share, about, quantity, table
+from ecs_eco.engine.section import (
+    Count,
+    Function,
+    Name,
+    NonNegative,
+    Positive,
+    Real,
+    Section,
+    Share,
+    about,
+    quantity,
+    table,
+)
 from ecs_eco.genomes.models import GenomeSection
 
-GROUPS: dict[str, tuple[str, ...] | None] = {  # groups of actions and their members; those of speed are the gaits
+# groups of actions and their members; those of speed are the gaits
+GROUPS: dict[str, tuple[str, ...] | None] = {
     "speed": None,
     "turn": ("left", "none", "right"),
     "climb": ("up", "none", "down"),
@@ -44,9 +57,11 @@ class Locomotion(Section):
     turn: NonNegative = quantity("rate of turning", "rad/s", 0.0)
     climb: NonNegative = quantity("speed up and down in a volume, the same in all gaits", "m/s", 0.0)
     pitch: Annotated[float, Field(ge=0, le=math.pi / 2)] = quantity(
-        "angle by which it swims up or down in a volume, at the speed of its gait; instead of climb", "rad", 0.0
+        "angle by which it swims up or down in a volume, at the speed of its gait; instead of climb", "rad",
+        0.0
     )
-    drag: NonNegative = quantity("rate at which speed approaches that of the gait, by drag; 0: at once", "1/s", 0.0)
+    drag: NonNegative = quantity("rate at which speed approaches that of the gait, by drag; 0: at once",
+                                 "1/s", 0.0)
 
 
 class Diet(Section):
@@ -66,7 +81,9 @@ class Defence(Section):
 
     toughness: Share = quantity("share of the bites into it that fail", "1", 0.0)
     poison: NonNegative = quantity("energy that its eater loses", "energy", 0.0)
-    cost: NonNegative = quantity("share of growth and of sprouting seeds lost per unit of toughness and of poison", "1", 0.0)
+    cost: NonNegative = quantity(
+        "share of growth and of sprouting seeds lost per unit of toughness and of poison", "1", 0.0
+    )
 
 
 class Lethal(Section):
@@ -83,7 +100,8 @@ class Lethal(Section):
     def _name_causes(cls, data: Any) -> Any:
         if isinstance(data, dict) and isinstance(data.get("property"), str):
             words = {"low": ("min", "too low"), "high": ("max", "too high")}
-            named = {w: f"{data['property']} {text}" for w, (end, text) in words.items() if data.get(end) is not None}
+            named = {w: f"{data['property']} {text}"
+                     for w, (end, text) in words.items() if data.get(end) is not None}
             return named | {k: v for k, v in data.items() if not (k in named and v == "")}
         return data
 
@@ -95,7 +113,8 @@ class Species(Section):
     max_count: Count | None = quantity("most that may live at once; absent: no limit but memory", "1", None)
     color: Color = about("colour in figures, #rrggbb", "#4477aa")
     body: Body = about("size, mass, opacity")
-    properties: dict[str, Real] = table(f"physical properties at birth by name: {', '.join(PROPERTIES)}", dict)
+    properties: dict[str, Real] = table(f"physical properties at birth by name: {', '.join(PROPERTIES)}",
+                                        dict)
     substances: dict[Name, NonNegative] = table("concentrations at birth by name [mol/L]", dict)
     sex: Literal["none", "female", "male", "random"] = about("sex at birth", "none")
     fertility: Share = quantity("fertility at birth", "1", 1.0)
@@ -126,7 +145,8 @@ class Species(Section):
     @model_validator(mode="before")
     @classmethod
     def _fill_ppo(cls, data: Any) -> Any:
-        if isinstance(data, dict) and isinstance(data.get("policy"), dict) and data["policy"].get("kind") in THINKING:
+        if (isinstance(data, dict) and isinstance(data.get("policy"), dict)
+            and data["policy"].get("kind") in THINKING):
             given = data.get("ppo", {})
             return data | {"ppo": ppo_defaults() | given} if isinstance(given, dict) else data
         return data

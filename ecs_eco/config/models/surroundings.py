@@ -85,7 +85,8 @@ class Body(Section):
 class ObjectType(Section):
     """A type of inanimate objects."""
 
-    count: Annotated[int, Field(ge=0, le=50_000_000)] = quantity("how many lie at random places at the start", "1", 0)
+    count: Annotated[int, Field(ge=0, le=50_000_000)] = quantity("how many lie at random places at the start",
+                                                                 "1", 0)
     at: list[Point] = table("places of single objects at the start [m]", list)
     color: Color = about("colour in figures, #rrggbb", "#888888")
     body: Body = about("size, mass, opacity")

@@ -6,25 +6,42 @@ from typing import Annotated, Literal
 
 from pydantic import Field, field_validator
 
-from ecs_eco.engine.section import Function, Name, NonNegative, Positive, Real, Section, Share, about, quantity, table
+from ecs_eco.engine.section import (
+    Function,
+    Name,
+    NonNegative,
+    Positive,
+    Real,
+    Section,
+    Share,
+    about,
+    quantity,
+    table,
+)
 
 Latitude = Annotated[float, Field(ge=-90, le=90)]
 
 
 class Sun(Section):
-    """The sun, which rises and sets: light at the surface is ambient.light times the sine of its elevation."""
+    """The sun, which rises and sets: light at the surface is ambient.light times the sine of its elevation.
+    """
 
     kind: Literal["natural", "inverted", "constant"] = about(
-        "natural; inverted: half a day later, so that the day is dark; constant: the mean of the day at all times", "natural"
+        "natural; inverted: half a day later, so that the day is dark; constant: "
+        "the mean of the day at all times", "natural"
     )
     day: Positive = quantity("length of a day", "s", 86_400.0)
-    start: Share = quantity("time of the day at the start: 0 is midnight, 0.5 noon, as a share of a day", "1", 0.0)
+    start: Share = quantity("time of the day at the start: 0 is midnight, 0.5 noon, as a share of a day", "1",
+                            0.0)
     latitude: Latitude = quantity("north is positive", "deg", 0.0)
     declination: Annotated[float, Field(ge=-90, le=90)] = quantity(
-        "of the sun: 23.4 in the northern midsummer, 0 at the equinoxes; with a year, its greatest", "deg", 0.0
+        "of the sun: 23.4 in the northern midsummer, 0 at the equinoxes; with a year, its greatest", "deg",
+        0.0
     )
-    year: Positive | None = quantity("length of a year that begins in spring; absent: the season stays", "s", None)
-    moon: NonNegative = quantity("light of a full moon in the zenith, which stands opposite to the sun", "1", 0.0)
+    year: Positive | None = quantity("length of a year that begins in spring; absent: the season stays", "s",
+                                     None)
+    moon: NonNegative = quantity("light of a full moon in the zenith, which stands opposite to the sun", "1",
+                                 0.0)
 
 
 class Current(Section):
@@ -39,14 +56,21 @@ class Water(Section):
 
     attenuation: NonNegative = quantity("of light, by the water itself (Beer-Lambert)", "1/m", 0.0)
     shading: dict[Name, NonNegative] = quantity("species = area of shade that one of them casts", "m^2", {})
-    layer: Positive = quantity("thickness of the layers in which bodies that cast shade are counted", "m", 1.0)
-    density: Positive = quantity("of the water: pressure rises by density × 9.81 m/s² × depth", "kg/m^3", 1025.0)
-    deep_temperature: NonNegative | None = quantity("far below the thermocline; absent: as ambient everywhere", "K", None)
-    thermocline: NonNegative = quantity("depth where the temperature is halfway from ambient to deep", "m", 0.0)
-    thermocline_width: Positive = quantity("half of the depth over which most of the change happens", "m", 1.0)
+    layer: Positive = quantity("thickness of the layers in which bodies that cast shade are counted", "m",
+                               1.0)
+    density: Positive = quantity("of the water: pressure rises by density × 9.81 m/s² × depth",
+                                 "kg/m^3", 1025.0)
+    deep_temperature: NonNegative | None = quantity(
+        "far below the thermocline; absent: as ambient everywhere", "K", None
+    )
+    thermocline: NonNegative = quantity("depth where the temperature is halfway from ambient to deep", "m",
+                                        0.0)
+    thermocline_width: Positive = quantity("half of the depth over which most of the change happens", "m",
+                                           1.0)
     current: list[Current] = table("velocities by depth", list)
     current_function: Function | None = about(
-        "module:name of function(world, x, y, z) to velocities u, v, w [m/s], instead of a list by depth", None
+        "module:name of function(world, x, y, z) to velocities u, v, w [m/s], instead of a list by depth",
+        None
     )
 
     @field_validator("current")

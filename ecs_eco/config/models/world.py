@@ -16,7 +16,18 @@ from ecs_eco.config.models.surroundings import Ambient, ObjectType, ScalarField,
 from ecs_eco.config.models.water import Sun, Water
 from ecs_eco.config.names import code_of
 from ecs_eco.engine.code import NONE, Code
-from ecs_eco.engine.section import CodeEntry, Function, Name, Positive, Real, Section, Share, about, quantity, table
+from ecs_eco.engine.section import (
+    CodeEntry,
+    Function,
+    Name,
+    Positive,
+    Real,
+    Section,
+    Share,
+    about,
+    quantity,
+    table,
+)
 
 
 class Ramp(Section):
@@ -41,15 +52,19 @@ class Training(Section):
     )
     respawn: bool = about("whether the dead are replaced at once, and there are no births", True)
     set: dict[str, Any] = table("dotted key = value that holds while training", dict)
-    worlds: Annotated[int, Field(ge=1, le=64)] = about("number of worlds that train the same policies at once", 1)
+    worlds: Annotated[int, Field(ge=1, le=64)] = about(
+        "number of worlds that train the same policies at once", 1
+    )
     vary: dict[str, Annotated[list[int | float], Field(min_length=2, max_length=2)]] = table(
-        "dotted key = [low, high]: each of the worlds has a value of its own, at equal factors from the next", dict
+        "dotted key = [low, high]: each of the worlds has a value of its own, at equal factors from the next",
+        dict
     )
     renew: Annotated[int, Field(ge=0, le=10**12)] = quantity(
         "ticks after which the worlds restart, with other values of `vary`; 0: never", "ticks", 0
     )
     pool: Annotated[float, Field(ge=0, le=1)] = quantity(
-        "chance of each species in each world but the first to have an earlier, fixed policy of its own until the next restart", "1", 0.0
+        "chance of each species in each world but the first to have an earlier, "
+        "fixed policy of its own until the next restart", "1", 0.0
     )
     ramp: list[Ramp] = table("numbers that change while training", list)
 
@@ -58,11 +73,13 @@ class WorldConfig(Section):
     """A world: space, species and objects, and everything that happens to them."""
 
     format: Literal[1] = about("version of this format")
-    name: Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_-]*$", max_length=60)] = about("name, used for folders")
+    name: Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_-]*$",
+                               max_length=60)] = about("name, used for folders")
     title: Annotated[str, Field(max_length=200)] = about("name for people", "")
     description: Annotated[str, Field(max_length=20_000)] = about("a few sentences", "")
     code: Annotated[list[CodeEntry], Field(max_length=50)] = table(
-        "code of your own that it names: files beside it (\"sir.py\"), installed modules (\"mypackage.ecology\"); runs once allowed", list
+        "code of your own that it names: files beside it (\"sir.py\"), "
+        "installed modules (\"mypackage.ecology\"); runs once allowed", list
     )
     ticks: Annotated[int, Field(ge=1, le=10**12)] = quantity("default length of a run", "ticks", 1000)
     dt: Positive = quantity("length of a tick", "s", 1.0)
@@ -72,14 +89,17 @@ class WorldConfig(Section):
     ambient: Ambient = table("state of the environment", Ambient)
     sun: Sun | None = about("the sun over it; absent: light is that of ambient at all times", None)
     water: Water | None = about("the water that fills a volume; absent: none", None)
-    substances: dict[Name, Annotated[str, Field(max_length=1000)]] = table("name = description of every chemical substance", dict)
+    substances: dict[Name, Annotated[str, Field(max_length=1000)]] = table(
+        "name = description of every chemical substance", dict
+    )
     fields: dict[Name, ScalarField] = table("scalar fields by name", dict)
     objects: dict[Name, ObjectType] = table("types of inanimate objects by name", dict)
     species: Annotated[dict[Name, Species], Field(min_length=1, max_length=128)] = about("species by name")
     training: Training = table("pre-training", Training)
     systems: list[Function] = table("module:name of systems of your own, each at the end of its phase", list)
     interventions: list[AnyIntervention] = table("interventions while it runs", list)
-    search: Search = Field(default_factory=Search, exclude=True, description="settings of `ecs-eco search`; runs ignore them")
+    search: Search = Field(default_factory=Search, exclude=True,
+                           description="settings of `ecs-eco search`; runs ignore them")
 
     _folder: Path = PrivateAttr(default_factory=Path)  # base of relative file names
     _source: str = PrivateAttr(default="dict")  # for messages
@@ -100,7 +120,10 @@ class WorldConfig(Section):
         return self._folder / name
 
     def function(self, name: Any) -> Any:
-        """The object that "module:name" stands for in this world; a function is returned as it is. Raises CodeError."""
+        """The object that "module:name" stands for in this world; a function is returned as it is.
+
+        Raises CodeError.
+        """
         return self._code.function(name)
 
     def resolved(self) -> dict[str, Any]:
@@ -117,5 +140,7 @@ class WorldConfig(Section):
     @property
     def config_hash(self) -> str:
         """SHA-256 of the resolved configuration and of the code that it lists, 64 hexadecimal digits."""
-        text = json.dumps(self.resolved(), separators=(",", ":"), allow_nan=False) + "".join(s.sha256 for s in self._code.sources)
+        text = json.dumps(self.resolved(), separators=(",", ":"), allow_nan=False) + "".join(
+            s.sha256 for s in self._code.sources
+        )
         return hashlib.sha256(text.encode()).hexdigest()

@@ -19,9 +19,11 @@ from ecs_eco.nervous.sensors.surroundings import ambient
 from ecs_eco.nervous.sensors.touch import touch
 
 
-def senses_of(species: Any, dims: int, substances: list[str], find: Callable[[Any], Any] = handed_over) -> list[tuple[Sense, int]]:
+def senses_of(species: Any, dims: int, substances: list[str],
+              find: Callable[[Any], Any] = handed_over) -> list[tuple[Sense, int]]:
     """Return (sense, number of channels) for each sensor of a species' configuration."""
-    made = [find(s.function) if s.kind == "custom" else _sense_of(s, substances, i) for i, s in enumerate(species.sensors)]
+    made = [find(s.function) if s.kind == "custom" else _sense_of(s, substances, i)
+            for i, s in enumerate(species.sensors)]
     return [(sense, len(s.channels(dims))) for sense, s in zip(made, species.sensors, strict=True)]
 
 

@@ -16,9 +16,11 @@ if TYPE_CHECKING:
 
 
 def feel_approach(target: str, radius: float, scale: float) -> Sense:
-    """Feel the nearest of a species within `radius` [m] while it moves nearer: direction in the body's frame, and speed/scale.
+    """Feel the nearest of a species within `radius` [m] while it moves nearer:
+    direction in the body's frame, and speed/scale.
 
-    Only the other's own motion relative to the water is felt: a still body pushes no flow before itself (Kiørboe & Visser 1999).
+    Only the other's own motion relative to the water is felt:
+    a still body pushes no flow before itself (Kiørboe & Visser 1999).
     """
 
     def sense(world: "SpatialWorld", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
@@ -29,15 +31,18 @@ def feel_approach(target: str, radius: float, scale: float) -> Sense:
         if Velocity not in other:
             found[:] = -1
         rows, heading = targets.rows, other[Position].heading
-        speed, climb = (other[Velocity].speed, other[Velocity].climb) if Velocity in other else (heading, heading)
-        world.split(close_in, seekers.n, mine.x, mine.y, mine.z, seekers.cos, seekers.sin, targets.x, targets.y, targets.z, rows, heading,
-                    speed, climb, found, np.float32(scale), space.lengths, space.torus, space.volume, out, column)
+        speed, climb = ((other[Velocity].speed, other[Velocity].climb)
+                        if Velocity in other else (heading, heading))
+        world.split(close_in, seekers.n, mine.x, mine.y, mine.z, seekers.cos, seekers.sin, targets.x,
+                    targets.y, targets.z, rows, heading, speed, climb, found, np.float32(scale),
+                    space.lengths, space.torus, space.volume, out, column)
 
     return sense
 
 
 @njit
-def close_in(first, last, ox, oy, oz, cos, sin, tx, ty, tz, rows, heading, speed, climb, found, scale, lengths, torus, volume, out, column):
+def close_in(first, last, ox, oy, oz, cos, sin, tx, ty, tz, rows, heading, speed, climb, found, scale,
+             lengths, torus, volume, out, column):
     """Write the direction to the found target, and the speed at which its own motion brings it nearer."""
     n = 4 if volume else 3
     for i in range(first, last):
@@ -49,7 +54,8 @@ def close_in(first, last, ox, oy, oz, cos, sin, tx, ty, tz, rows, heading, speed
         dx, dy, dz = offset(ox[i], oy[i], oz[i], tx[j], ty[j], tz[j], lengths, torus)
         inverse = np.float32(1.0) / max(np.sqrt(dx * dx + dy * dy + dz * dz), np.float32(1e-6))
         row = rows[j]
-        closing = -(speed[row] * (np.cos(heading[row]) * dx + np.sin(heading[row]) * dy) + climb[row] * dz) * inverse
+        closing = -(speed[row] * (np.cos(heading[row]) * dx + np.sin(heading[row]) * dy)
+                    + climb[row] * dz) * inverse
         if closing > 0:
             out[i, column] = (dx * cos[i] + dy * sin[i]) * inverse
             out[i, column + 1] = (dy * cos[i] - dx * sin[i]) * inverse

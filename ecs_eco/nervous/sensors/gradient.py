@@ -19,14 +19,16 @@ def smell_gradient(field: str, span: float, scale: float) -> Sense:
 
     def sense(world: "SpatialWorld", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
         f, mine, space = world.fields[field], seekers.index, world.space
-        world.split(compare, seekers.n, f.value, f.inverse, mine.x, mine.y, mine.z, seekers.cos, seekers.sin, np.float32(span / 2),
+        world.split(compare, seekers.n, f.value, f.inverse, mine.x, mine.y, mine.z, seekers.cos, seekers.sin,
+                    np.float32(span / 2),
                     np.float32(scale), space.lengths, space.torus, space.volume, out, column)
 
     return sense
 
 
 @njit
-def compare(first, last, value, inverse, ox, oy, oz, cos, sin, half, scale, lengths, torus, volume, out, column):
+def compare(first, last, value, inverse, ox, oy, oz, cos, sin, half, scale, lengths, torus, volume,
+            out, column):
     """Write the normalised difference along forward, left and, in a volume, up."""
     for i in range(first, last):
         for axis in range(3 if volume else 2):

@@ -16,11 +16,12 @@ if TYPE_CHECKING:
     from ecs_eco.space.world import SpatialWorld
 
 
-def see_nearest(target: str, reach: float, fov: float, occlusion: bool, number: int = 0, by_light: float | None = None,
-                blind: float = 0.0) -> Sense:
+def see_nearest(target: str, reach: float, fov: float, occlusion: bool, number: int = 0,
+                by_light: float | None = None, blind: float = 0.0) -> Sense:
     """See the nearest of a kind: its direction in the body's frame, as a unit vector, and 1 − distance/reach.
 
-    With `by_light` [m] it sees as far as blind + by_light × light at its eye [m], and never further than without.
+    With `by_light` [m] it sees as far as blind + by_light × light at its eye [m],
+    and never further than without.
     """
     cos_half_fov = np.float32(-2.0 if fov >= 2 * math.pi - 1e-5 else math.cos(fov / 2))
 
@@ -38,12 +39,13 @@ def see_nearest(target: str, reach: float, fov: float, occlusion: bool, number: 
             bodies: Any = opaque(world) if occlusion else targets
             radii = bodies.radius if occlusion else targets.x
             largest = np.float32(bodies.largest if occlusion else 0.0)
-            world.split(sight.nearest_visible, seekers.n, mine.x, mine.y, mine.z, mine.uid, seekers.cos, seekers.sin,
-                        targets.x, targets.y, targets.z, targets.uid, targets.start, bodies.x, bodies.y, bodies.z, radii, bodies.uid,
-                        bodies.start, occlusion, largest, *space.shape, space.inverse, space.lengths, space.torus, space.reach(radius),
-                        np.float32(radius),
+            world.split(sight.nearest_visible, seekers.n, mine.x, mine.y, mine.z, mine.uid, seekers.cos,
+                        seekers.sin, targets.x, targets.y, targets.z, targets.uid, targets.start, bodies.x,
+                        bodies.y, bodies.z, radii, bodies.uid, bodies.start, occlusion, largest, *space.shape,
+                        space.inverse, space.lengths, space.torus, space.reach(radius), np.float32(radius),
                         cos_half_fov, ground, inverse, found, distance2)
-        world.split(_bearings, seekers.n, mine.x, mine.y, mine.z, seekers.cos, seekers.sin, targets.x, targets.y, targets.z, found,
+        world.split(_bearings, seekers.n, mine.x, mine.y, mine.z, seekers.cos, seekers.sin, targets.x,
+                    targets.y, targets.z, found,
                     distance2, world.space.lengths, world.space.torus, world.space.volume, own, out, column)
 
     sense.by_light = by_light is not None  # type: ignore[attr-defined]
@@ -51,7 +53,8 @@ def see_nearest(target: str, reach: float, fov: float, occlusion: bool, number: 
 
 
 @njit
-def _bearings(first, last, ox, oy, oz, cos, sin, tx, ty, tz, found, distance2, lengths, torus, volume, radius, out, column):
+def _bearings(first, last, ox, oy, oz, cos, sin, tx, ty, tz, found, distance2, lengths, torus, volume, radius,
+              out, column):
     for i in range(first, last):
         j = found[i]
         if j < 0 or distance2[i] > radius[i] * radius[i]:

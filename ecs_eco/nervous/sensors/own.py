@@ -29,7 +29,8 @@ def own(property: str, scale: float, substances: list[str]) -> Sense:
     factor = np.float32(1.0 / scale)
 
     def sense(world: "SpatialWorld", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
-        world.split(_own, seekers.n, own_column(table, property, substances), seekers.rows, factor, out, column)
+        world.split(_own, seekers.n, own_column(table, property, substances), seekers.rows, factor,
+                    out, column)
 
     return sense
 

@@ -15,22 +15,28 @@ if TYPE_CHECKING:
     from ecs_eco.space.world import SpatialWorld
 
 
-def cast_rays(targets: list[str], count: int, fov: float, reach: float, report: str, number: int = 0) -> Sense:
-    """Cast rays that stop at the first body, rock or wall; report closeness per ray, or the closest hit of each type."""
-    turn = fov if fov >= 2 * math.pi - 1e-5 else fov * count / max(count - 1, 1)  # no ray twice on a full circle
+def cast_rays(targets: list[str], count: int, fov: float, reach: float, report: str,
+              number: int = 0) -> Sense:
+    """Cast rays that stop at the first body, rock or wall; report closeness per ray,
+    or the closest hit of each type."""
+    # no ray twice on a full circle
+    turn = fov if fov >= 2 * math.pi - 1e-5 else fov * count / max(count - 1, 1)
     angles = (np.arange(count) - (count - 1) / 2) * (turn / count)
     ray_cos, ray_sin = np.cos(angles).astype(np.float32), np.sin(angles).astype(np.float32)
 
     def sense(world: "SpatialWorld", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
         space, mine, (ground, inverse) = world.space, seekers.index, rocks(world)
         radius, own = own_range(table, seekers, number, reach)
-        names = [n for n, t in world.tables.items() if Body in t and (n in targets or t.species.opaque is not False)]
+        names = [n for n, t in world.tables.items()
+                 if Body in t and (n in targets or t.species.opaque is not False)]
         bodies = merged(world, names)
         hit = np.empty((seekers.n, count), np.int32)
         distance = np.empty((seekers.n, count), np.float32)
-        world.split(sight.cast, seekers.n, mine.x, mine.y, mine.z, mine.uid, seekers.cos, seekers.sin, mine.x, bodies.x, bodies.y,
-                    bodies.z, bodies.radius, bodies.uid, bodies.kind, bodies.start, *space.shape, space.inverse, space.lengths,
-                    space.torus, space.reach(radius + bodies.largest), np.float32(radius), ray_cos, ray_sin, ground, inverse, hit, distance)
+        world.split(sight.cast, seekers.n, mine.x, mine.y, mine.z, mine.uid, seekers.cos, seekers.sin, mine.x,
+                    bodies.x, bodies.y, bodies.z, bodies.radius, bodies.uid, bodies.kind, bodies.start,
+                    *space.shape, space.inverse, space.lengths,
+                    space.torus, space.reach(radius + bodies.largest), np.float32(radius), ray_cos, ray_sin,
+                    ground, inverse, hit, distance)
         near = np.maximum(np.float32(1) - distance / own[:, None], np.float32(0))
         width = count if report == "per_ray" else (4 if space.volume else 3)
         for i, target in enumerate(targets):

@@ -14,7 +14,8 @@ if TYPE_CHECKING:
 
 
 class Seekers:
-    """Those of a table that sense now, in canonical order: rows i64[n], the index, cosine and sine of the headings f32[n]."""
+    """Those of a table that sense now, in canonical order: rows i64[n], the index,
+    cosine and sine of the headings f32[n]."""
 
     def __init__(self, world: "SpatialWorld", table: "Table") -> None:
         self.index = world.index(table)
@@ -26,11 +27,13 @@ class Seekers:
 
 
 Sense = Callable[["SpatialWorld", "Table", Seekers, np.ndarray, int], None]
-"""sense(world, table, seekers, observations f32[n, channels], first column): writes its channels for every seeker."""
+"""sense(world, table, seekers, observations f32[n, channels], first column):
+writes its channels for every seeker."""
 
 
 def own_range(table: "Table", seekers: Seekers, number: int, radius: float) -> tuple[float, np.ndarray]:
-    """Return how far the sensor reaches at most, and for each seeker f32[n] [m]; `radius` where that is not its own."""
+    """Return how far the sensor reaches at most, and for each seeker f32[n] [m];
+    `radius` where that is not its own."""
     if number not in table.species.own_ranges or not seekers.n:
         return radius, np.full(seekers.n, radius, np.float32)
     own = table[Senses].radius[seekers.rows, number]

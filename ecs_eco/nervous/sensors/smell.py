@@ -16,7 +16,8 @@ if TYPE_CHECKING:
 
 
 def smell(field: str, at: list[float], scale: float, number: int = 0) -> Sense:
-    """Smell a field at a place of the body: c/(c + scale), the occupancy of receptors that are half bound at `scale`."""
+    """Smell a field at a place of the body: c/(c + scale), the occupancy of receptors
+    that are half bound at `scale`."""
     forward, left, up = (np.float32(v) for v in [*at, 0.0, 0.0, 0.0][:3])
 
     def sense(world: "SpatialWorld", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
@@ -28,20 +29,24 @@ def smell(field: str, at: list[float], scale: float, number: int = 0) -> Sense:
             x, y = nose(seekers, own.forward[seekers.rows, number], own.left[seekers.rows, number], space)
             body = (seekers.radius, seekers.cos, seekers.sin, np.float32(0), np.float32(0))
         if space.volume:
-            world.split(_sniff_volume, seekers.n, f.value, f.inverse, x, y, mine.z, *body, up, np.float32(scale), space.lengths,
-                        space.torus, out, column)
+            world.split(_sniff_volume, seekers.n, f.value, f.inverse, x, y, mine.z, *body, up,
+                        np.float32(scale), space.lengths, space.torus, out, column)
         else:
-            world.split(_sniff_plane, seekers.n, f.value[0], f.inverse, x, y, *body, np.float32(scale), space.torus, out, column)
+            world.split(_sniff_plane, seekers.n, f.value[0], f.inverse, x, y, *body, np.float32(scale),
+                        space.torus, out, column)
 
     return sense
 
 
 @njit
-def _sniff_plane(first, last, value, inverse, ox, oy, radius, cos, sin, forward, left, scale, torus, out, column):
-    """Read the field f32[ny, nx] at the noses; without branches and with unsigned indices, so that it becomes vector code."""
+def _sniff_plane(first, last, value, inverse, ox, oy, radius, cos, sin, forward, left, scale, torus,
+                 out, column):
+    """Read the field f32[ny, nx] at the noses; without branches and with unsigned indices,
+    so that it becomes vector code."""
     ny, nx = value.shape
     flat = value.reshape(-1)
-    half, zero, one, fnx, fny = np.float32(0.5), np.float32(0.0), np.float32(1.0), np.float32(nx), np.float32(ny)
+    half, zero, one, fnx, fny = (np.float32(0.5), np.float32(0.0), np.float32(1.0), np.float32(nx),
+                                 np.float32(ny))
     last_x, last_y = fnx - one, fny - one
     for i in range(first, last):
         r = radius[i]
@@ -60,14 +65,17 @@ def _sniff_plane(first, last, value, inverse, ox, oy, radius, cos, sin, forward,
             x0, y0, x1, y1 = bx if bx > zero else zero, by if by > zero else zero, bx + one, by + one
             x1, y1 = x1 if x1 > zero else zero, y1 if y1 > zero else zero
             x0, y0, x1, y1 = min(x0, last_x), min(y0, last_y), min(x1, last_x), min(y1, last_y)
-        i0, i1, j0, j1 = np.uint32(x0), np.uint32(x1), np.uint32(y0) * np.uint32(nx), np.uint32(y1) * np.uint32(nx)
-        south, north = (one - fx) * flat[j0 + i0] + fx * flat[j0 + i1], (one - fx) * flat[j1 + i0] + fx * flat[j1 + i1]
+        i0, i1, j0, j1 = (np.uint32(x0), np.uint32(x1), np.uint32(y0) * np.uint32(nx),
+                          np.uint32(y1) * np.uint32(nx))
+        south, north = ((one - fx) * flat[j0 + i0] + fx * flat[j0 + i1],
+                        (one - fx) * flat[j1 + i0] + fx * flat[j1 + i1])
         c = (one - fy) * south + fy * north
         out[i, column] = c / (c + scale)
 
 
 @njit
-def _sniff_volume(first, last, value, inverse, ox, oy, oz, radius, cos, sin, forward, left, up, scale, lengths, torus, out, column):
+def _sniff_volume(first, last, value, inverse, ox, oy, oz, radius, cos, sin, forward, left, up, scale,
+                  lengths, torus, out, column):
     """Read the field f32[nz, ny, nx] at the noses."""
     for i in range(first, last):
         r = radius[i]

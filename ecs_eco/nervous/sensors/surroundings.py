@@ -14,8 +14,10 @@ if TYPE_CHECKING:
     from ecs_eco.space.world import SpatialWorld
 
 
-def ambient(quantity: str, zero: float, scale: float, at: Sequence[float] = (), number: int = 0, dark: float | None = None) -> Sense:
-    """Read light, temperature or pressure of the surroundings at a place of the body, as (value − zero)/scale.
+def ambient(quantity: str, zero: float, scale: float, at: Sequence[float] = (), number: int = 0,
+            dark: float | None = None) -> Sense:
+    """Read light, temperature or pressure of the surroundings at a place of the body,
+    as (value − zero)/scale.
 
     With `dark` the value is log10(1 + value/dark).
     """
@@ -26,7 +28,8 @@ def ambient(quantity: str, zero: float, scale: float, at: Sequence[float] = (), 
         own, space = number in table.species.own_places, world.space
         if own or forward or left or up:
             of = table[Senses] if own else None
-            ahead, aside = (forward, left) if of is None else (of.forward[seekers.rows, number], of.left[seekers.rows, number])
+            ahead, aside = (forward, left) if of is None else (of.forward[seekers.rows, number],
+                                                               of.left[seekers.rows, number])
             x, y = nose(seekers, ahead, aside, space)
             z = back_into(z + seekers.radius * up, space.lengths[2], space.wrap[2]) if space.volume else z
         value = world.surroundings(quantity, x, y, z)

@@ -21,13 +21,15 @@ def touch(targets: list[str] | None, wall: bool, at: list[float], reach: float =
     def sense(world: "SpatialWorld", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
         out[:, column] = 0
         mine, space = seekers.index, world.space
-        names = [n for n, t in world.tables.items() if Body in t and Position in t] if targets is None else targets
+        names = ([n for n, t in world.tables.items() if Body in t and Position in t]
+                 if targets is None else targets)
         if names:
             bodies = merged(world, names)
             widest = float(seekers.radius.max(initial=0.0)) + bodies.largest + reach
             world.split(_touch, seekers.n, mine.x, mine.y, mine.z, mine.uid, seekers.radius, seekers.heading,
-                        bodies.x, bodies.y, bodies.z, bodies.radius, bodies.uid, bodies.start, *space.shape, space.inverse, space.lengths,
-                        space.torus, space.reach(widest), np.float32(reach), np.float32(at[0]), np.float32(at[1]), out, column)
+                        bodies.x, bodies.y, bodies.z, bodies.radius, bodies.uid, bodies.start, *space.shape,
+                        space.inverse, space.lengths, space.torus, space.reach(widest), np.float32(reach),
+                        np.float32(at[0]), np.float32(at[1]), out, column)
         if wall and (space.volume or not space.torus):
             _touch_walls(mine.x, mine.y, mine.z, seekers.radius, seekers.heading, space.lengths, space.torus,
                          space.volume, np.float32(at[0]), np.float32(at[1]), out, column)
@@ -37,7 +39,8 @@ def touch(targets: list[str] | None, wall: bool, at: list[float], reach: float =
 
 @njit
 def within(angle, begin, end):
-    """Return whether an angle lies in the sector from `begin` counter-clockwise to `end` (a whole circle where they span it)."""
+    """Return whether an angle lies in the sector from `begin` counter-clockwise
+    to `end` (a whole circle where they span it)."""
     turn = np.float32(6.2831855)
     width = end - begin
     if width >= turn - np.float32(1e-5):
@@ -50,19 +53,21 @@ def within(angle, begin, end):
 
 
 @njit
-def _touch(first, last, ox, oy, oz, ou, radius, heading, bx, by, bz, br, bu, bstart, nx, ny, nz, inverse, lengths, torus, reach_cells,
-           reach, begin, end, out, column):
+def _touch(first, last, ox, oy, oz, ou, radius, heading, bx, by, bz, br, bu, bstart, nx, ny, nz, inverse,
+           lengths, torus, reach_cells, reach, begin, end, out, column):
     near = np.empty(bx.size, np.int64)
     for i in range(first, last):
         r = radius[i]
-        n = sight.gather(ox[i], oy[i], oz[i], reach_cells, bstart, bx, by, bz, nx, ny, nz, inverse, lengths, torus, near)
+        n = sight.gather(ox[i], oy[i], oz[i], reach_cells, bstart, bx, by, bz, nx, ny, nz, inverse, lengths,
+                         torus, near)
         for q in range(n):
             e = near[q]
             if bu[e] == ou[i]:
                 continue
             dx, dy, dz = sight.offset(ox[i], oy[i], oz[i], bx[e], by[e], bz[e], lengths, torus)
             s = r + br[e] + reach
-            if dx * dx + dy * dy + dz * dz <= s * s and within(np.float32(np.arctan2(dy, dx)) - heading[i], begin, end):
+            if dx * dx + dy * dy + dz * dz <= s * s and within(np.float32(np.arctan2(dy, dx)) - heading[i],
+                                                               begin, end):
                 out[i, column] = 1
                 break
 
@@ -76,6 +81,8 @@ def _touch_walls(ox, oy, oz, radius, heading, lengths, torus, volume, begin, end
             out[i, column] = 1
         if torus:
             continue
-        if ((ox[i] >= lengths[0] - r and within(-h, begin, end)) or (ox[i] <= r and within(half + half - h, begin, end))
-                or (oy[i] >= lengths[1] - r and within(half - h, begin, end)) or (oy[i] <= r and within(-half - h, begin, end))):
+        if ((ox[i] >= lengths[0] - r and within(-h, begin, end))
+                or (ox[i] <= r and within(half + half - h, begin, end))
+                or (oy[i] >= lengths[1] - r and within(half - h, begin, end))
+                or (oy[i] <= r and within(-half - h, begin, end))):
             out[i, column] = 1

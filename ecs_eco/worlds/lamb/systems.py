@@ -1,7 +1,7 @@
 """What lambs do that other animals of this package do not: breathe, suckle, and burn glucose with oxygen.
 
-Breathing and suckling come right after the decision, before anybody moves: they happen where the lamb felt what it
-decided on. Amounts are concentrations in the body [mol/L]; every number is our choice (README.md).
+Breathing and suckling come right after the decision, before anybody moves: they happen where the lamb felt
+what it decided on. Amounts are concentrations in the body [mol/L]; every number is our choice (README.md).
 """
 
 from __future__ import annotations
@@ -21,7 +21,8 @@ if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
     from ecs_eco.space.world import SpatialWorld
 
-MOUTH = (-1.6, 1.6)  # [rad] where it touches an udder; nostrils: where water gets in. Those of the sensors in lamb.toml
+# [rad] where it touches an udder; nostrils: where water gets in. Those of the sensors in lamb.toml
+MOUTH = (-1.6, 1.6)
 NOSTRILS = (-1.2, 1.2)
 
 
@@ -33,7 +34,8 @@ class Sucking:
 
 
 class Breathe(System):
-    """Inhaling in air brings oxygen into the blood, up to saturation; inhaling in water brings water into the lungs."""
+    """Inhaling in air brings oxygen into the blood, up to saturation;
+    inhaling in water brings water into the lungs."""
 
     needs = (Nervous, Chemistry)
     phase = "decide"
@@ -48,12 +50,14 @@ class Breathe(System):
         if "breathe" in nerves.groups:
             rows, wet = touching(table, world, "water", NOSTRILS)
             oxygen, water = world.substances.index("oxygen"), world.substances.index("water")
-            inhale(rows, wet, nerves.doing(table, "inhale"), np.float32(self.breath * world.dt), np.float32(self.saturation),
+            inhale(rows, wet, nerves.doing(table, "inhale"), np.float32(self.breath * world.dt),
+                   np.float32(self.saturation),
                    np.float32(self.water * world.dt), oxygen, water, table[Chemistry].molarity)
 
 
 class Suckle(System):
-    """Sucking at a ewe gives milk, which becomes blood sugar; a ewe lets it down only to a lamb that keeps sucking.
+    """Sucking at a ewe gives milk, which becomes blood sugar;
+    a ewe lets it down only to a lamb that keeps sucking.
 
     A pause, or losing touch with the udder, stops the flow. Ewes have enough milk for all.
     """
@@ -75,13 +79,14 @@ class Suckle(System):
         """Let one species suckle."""
         if Sucking in table:
             rows, at_udder = touching(table, world, "ewe", MOUTH)
-            suck(rows, at_udder, table.species.nerves.doing(table, "suck"), np.float32(self.let_down), np.float32(self.milk * world.dt),
-                 np.float32(self.full), np.float32(world.dt), world.substances.index("glucose"), table[Sucking].since,
-                 table[Chemistry].molarity)
+            suck(rows, at_udder, table.species.nerves.doing(table, "suck"), np.float32(self.let_down),
+                 np.float32(self.milk * world.dt), np.float32(self.full), np.float32(world.dt),
+                 world.substances.index("glucose"), table[Sucking].since, table[Chemistry].molarity)
 
 
 class Burn(System):
-    """Living and walking burn glucose with oxygen: the glucose lasts for a quarter of an hour, the oxygen for half a minute."""
+    """Living and walking burn glucose with oxygen: the glucose lasts for a quarter of an hour,
+    the oxygen for half a minute."""
 
     needs = (Nervous, Chemistry, Velocity)
     phase = "metabolise"
@@ -91,12 +96,14 @@ class Burn(System):
     def update(self, table: Table, world: SpatialWorld) -> None:
         """Burn glucose and oxygen of one species."""
         for substance, (rest, walk) in (("glucose", self.glucose), ("oxygen", self.oxygen)):
-            burn(table.alive[: table.high], table[Velocity].speed, np.float32(rest * world.dt), np.float32(walk * world.dt),
-                 world.substances.index(substance), table[Chemistry].molarity)
+            burn(table.alive[: table.high], table[Velocity].speed, np.float32(rest * world.dt),
+                 np.float32(walk * world.dt), world.substances.index(substance), table[Chemistry].molarity)
 
 
-def touching(table: Table, world: SpatialWorld, kind: str, sector: tuple[float, float]) -> tuple[np.ndarray, np.ndarray]:
-    """Return the living rows i64[n] and whether something of a kind touches a sector of their bodies: f32[n], 1 or 0."""
+def touching(table: Table, world: SpatialWorld, kind: str,
+             sector: tuple[float, float]) -> tuple[np.ndarray, np.ndarray]:
+    """Return the living rows i64[n] and whether something of a kind touches a sector of their bodies:
+    f32[n], 1 or 0."""
     seekers = Seekers(world, table)
     felt = np.zeros((seekers.n, 1), np.float32)
     touch([kind], False, list(sector))(world, table, seekers, felt, 0)
@@ -111,7 +118,8 @@ def inhale(rows, wet, inhales, breath, saturation, gulp, oxygen, water, molarity
         if inhales[row] and wet[i]:
             molarity[row, water] += gulp
         elif inhales[row]:
-            molarity[row, oxygen] = max(molarity[row, oxygen], min(molarity[row, oxygen] + breath, saturation))
+            molarity[row, oxygen] = max(molarity[row, oxygen],
+                                        min(molarity[row, oxygen] + breath, saturation))
 
 
 @njit
@@ -132,4 +140,5 @@ def burn(alive, speed, rest, walk, substance, molarity):
     """Take rest + walk × speed of a substance from the living, as far as they have it."""
     for row in range(alive.size):
         if alive[row]:
-            molarity[row, substance] = max(molarity[row, substance] - rest - walk * speed[row], np.float32(0.0))
+            molarity[row, substance] = max(molarity[row, substance] - rest - walk * speed[row],
+                                           np.float32(0.0))

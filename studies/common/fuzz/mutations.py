@@ -21,11 +21,13 @@ ROOT = Path(__file__).parents[3]
 Path_ = tuple[str | int, ...]
 FEW = 12  # organisms of a species
 
-# --- a guard ---------------------------------------------------------------------------------------------------------
+# --- a guard ------------------------------------------------------------------------------------------------
 
 
-def guarded(judge: Callable[[Any], dict[str, Any]], items: Sequence[Any], seconds: float, memory: int = 4 << 30) -> Iterator[dict[str, Any]]:
-    """What judge(item) says of each item, tried in a child process; "hang" after so many seconds, "crash" where the child died."""
+def guarded(judge: Callable[[Any], dict[str, Any]], items: Sequence[Any], seconds: float,
+            memory: int = 4 << 30) -> Iterator[dict[str, Any]]:
+    """What judge(item) says of each item, tried in a child process; "hang" after so many seconds,
+    "crash" where the child died."""
     context, at = multiprocessing.get_context("fork"), 0
     while at < len(items):
         ours, theirs = context.Pipe(duplex=False)
@@ -59,25 +61,30 @@ def _child(judge: Callable[[Any], dict[str, Any]], items: Sequence[Any], pipe: A
         pipe.send(judge(item))
 
 
-# --- worlds to start from --------------------------------------------------------------------------------------------
+# --- worlds to start from -----------------------------------------------------------------------------------
 
 
 def sources() -> dict[str, tuple[str, Path | None]]:
-    """The text of every shipped world, and of those that tests are made of, with the folder that files are named from."""
+    """The text of every shipped world, and of those that tests are made of,
+    with the folder that files are named from."""
     from ecs_eco.config.shipped import shipped
 
-    worlds: dict[str, tuple[str, Path | None]] = {name: (path.read_text(encoding="utf-8"), path.parent) for name, path in shipped().items()}
+    worlds: dict[str, tuple[str, Path | None]] = {name: (path.read_text(encoding="utf-8"), path.parent)
+                                                  for name, path in shipped().items()}
     menagerie = _module("tests/conftest.py").MENAGERIE
     herd = copy.deepcopy(_module("tests/worlds/test_heredity.py").HERD)
     goat = herd["species"]["goat"]
     del goat["components"]  # of the test's own
     goat["genome"]["genes"] = [g for g in goat["genome"]["genes"] if g["name"] != "wool"]
-    return worlds | {"menagerie": (toml(menagerie), None), "herd": (toml(_without_none(herd) | {"interventions": DONE}), None)}
+    return worlds | {"menagerie": (toml(menagerie), None),
+                     "herd": (toml(_without_none(herd) | {"interventions": DONE}), None)}
 
 
 DONE = [  # to the herd
-    {"kind": "cull", "at": 1, "species": "goat", "share": 0.2, "which": "oldest", "region": [15.0, 15.0, 8.0]},
-    {"kind": "add", "at": 1, "every": 2, "until": 4, "species": "grass", "count": 3, "region": [2.0, 2.0, 9.0, 9.0]},
+    {"kind": "cull", "at": 1, "species": "goat", "share": 0.2, "which": "oldest",
+     "region": [15.0, 15.0, 8.0]},
+    {"kind": "add", "at": 1, "every": 2, "until": 4, "species": "grass", "count": 3,
+     "region": [2.0, 2.0, 9.0, 9.0]},
     {"kind": "fence", "at": 2, "line": [[5.0, 5.0], [5.0, 20.0]]},
     {"kind": "set", "at": 3, "set": {"species.goat.metabolism.basal": 0.005}},
     {"kind": "switch", "at": 3, "species": "goat", "learning": False},
@@ -100,21 +107,24 @@ def _without_none(x: Any) -> Any:
 
 
 def toml(data: dict[str, Any]) -> str:
-    """A dict as TOML: scalars first, then a section for each table, and one below it where a table holds tables alone."""
+    """A dict as TOML: scalars first, then a section for each table,
+    and one below it where a table holds tables alone."""
     lines = [f"{_key(k)} = {_value(v)}" for k, v in data.items() if not isinstance(v, dict)]
     for name, section in data.items():
         if not isinstance(section, dict):
             continue
         if section and all(isinstance(v, dict) for v in section.values()):
             for word, part in section.items():
-                lines += ["", f"[{_key(name)}.{_key(word)}]", *(f"{_key(k)} = {_value(v)}" for k, v in part.items())]
+                lines += ["", f"[{_key(name)}.{_key(word)}]",
+                          *(f"{_key(k)} = {_value(v)}" for k, v in part.items())]
         else:
             lines += ["", f"[{_key(name)}]", *(f"{_key(k)} = {_value(v)}" for k, v in section.items())]
     return "\n".join(lines) + "\n"
 
 
 def _key(key: Any) -> str:
-    return key if isinstance(key, str) and re.fullmatch(r"[A-Za-z0-9_-]+", key) else json.dumps(str(key), ensure_ascii=False)
+    return (key if isinstance(key, str)
+            and re.fullmatch(r"[A-Za-z0-9_-]+", key) else json.dumps(str(key), ensure_ascii=False))
 
 
 def _value(x: Any) -> str:
@@ -129,14 +139,16 @@ def _value(x: Any) -> str:
     return json.dumps(x, ensure_ascii=False) if isinstance(x, str) else repr(x)
 
 
-# --- mutations of text -----------------------------------------------------------------------------------------------
+# --- mutations of text --------------------------------------------------------------------------------------
 
 
 def mutate_text(text: str, chance: random.Random) -> bytes:
     """The text with one to three things done to its bytes or lines."""
     raw = text.encode()
     for _ in range(chance.choice((1, 1, 1, 2, 3))):
-        raw = chance.choice((_flip, _flip, _digit, _byte, _cut, _cut, _double, _swap, _truncate, _splice))(raw, chance)
+        raw = chance.choice((_flip, _flip, _digit, _byte, _cut, _cut, _double, _swap,
+                             _truncate, _splice))(raw,
+                                                  chance)
     return raw
 
 
@@ -149,12 +161,14 @@ def _flip(raw: bytes, chance: random.Random) -> bytes:
 def _digit(raw: bytes, chance: random.Random) -> bytes:
     places = [i for i, byte in enumerate(raw) if 48 <= byte <= 57] or [0]
     at = chance.choice(places)
-    return raw[:at] + chance.choice((b"9", b"0", b"-1", b"1e9", b".", b"", b"00", b"9" * 5000)) + raw[at + 1 :]
+    return (raw[:at] + chance.choice((b"9", b"0", b"-1", b"1e9", b".", b"", b"00", b"9" * 5000))
+            + raw[at + 1 :])
 
 
 def _byte(raw: bytes, chance: random.Random) -> bytes:
     at = chance.randrange(len(raw) + 1)
-    return raw[:at] + chance.choice((b"\0", b"\xff", b"\"", b"'", b"[", b"]", b"{", b"}", b"=", b"#", b"\r", b"\n", b"\xc3\xa4", b".", b"[" * 300, b"{a=" * 300)) + raw[at:]
+    return raw[:at] + chance.choice((b"\0", b"\xff", b"\"", b"'", b"[", b"]", b"{", b"}", b"=", b"#", b"\r",
+                                     b"\n", b"\xc3\xa4", b".", b"[" * 300, b"{a=" * 300)) + raw[at:]
 
 
 def _lines(raw: bytes, chance: random.Random) -> tuple[list[bytes], int]:
@@ -190,15 +204,17 @@ def _splice(raw: bytes, chance: random.Random) -> bytes:
     return raw[:to] + raw[at : at + n] + raw[to:]
 
 
-# --- mutations of values ---------------------------------------------------------------------------------------------
+# --- mutations of values ------------------------------------------------------------------------------------
 
 ODD: list[Any] = [
-    0, 1, 2, -1, -7, 3, 10**6, 10**9, 2**31, 2**63 - 1, 2**63, 2**64, 10**40, 0.0, -0.0, 0.5, 1.0, -1.0, 1e-30, 5e-324, 1e-9, 1e9, 1e30, 1.1e30,
-    1e39, 1.7e308, math.nan, math.inf, -math.inf, True, False, "", "x", "any", "wall", "none", "energy", "müde Rehe 🦌", "a b", "x" * 5000,
-    "\0", "\n", "nosuch:thing", "a:b:c", "../../etc", [], {}, [[]], [{}], [0.5] * 3000, ["x"] * 500, [1, "x", {}], {"x": 1}, {"": 0},
-    {"kind": "own"}, {"kind": "sexual"}, datetime.date(2020, 2, 29), "((((", "1/0", "energy**energy**energy", "not energy", "1 if energy else",
-    10**12, "$\\foo$", "x" * 100_000, "\u202e", "CON", "../x", "/proc/self/mem", "/dev/zero", [4096] * 8, [[1.0]] * 5000, "(" * 900,
-    "9**9**9**9", {f"k{i}": 1 for i in range(2000)},
+    0, 1, 2, -1, -7, 3, 10**6, 10**9, 2**31, 2**63 - 1, 2**63, 2**64, 10**40, 0.0, -0.0, 0.5, 1.0, -1.0,
+    1e-30, 5e-324, 1e-9, 1e9, 1e30, 1.1e30, 1e39, 1.7e308, math.nan, math.inf, -math.inf, True, False, "",
+    "x", "any", "wall", "none", "energy", "müde Rehe 🦌", "a b", "x" * 5000, "\0", "\n", "nosuch:thing",
+    "a:b:c", "../../etc", [], {}, [[]], [{}], [0.5] * 3000, ["x"] * 500, [1, "x", {}], {"x": 1}, {"": 0},
+    {"kind": "own"}, {"kind": "sexual"}, datetime.date(2020, 2, 29), "((((", "1/0", "energy**energy**energy",
+    "not energy", "1 if energy else",
+    10**12, "$\\foo$", "x" * 100_000, "\u202e", "CON", "../x", "/proc/self/mem", "/dev/zero", [4096] * 8,
+    [[1.0]] * 5000, "(" * 900, "9**9**9**9", {f"k{i}": 1 for i in range(2000)},
 ]  # fmt: skip
 
 
@@ -220,7 +236,8 @@ def _at(data: Any, path: Path_) -> Any:
 def mutate_values(data: dict[str, Any], chance: random.Random) -> dict[str, Any]:
     """A copy with one to three values, keys or genes changed."""
     data = copy.deepcopy(data)
-    ways = (_odd, _odd, _odd, _scaled, _scaled, _scaled, _scaled, _other_value, _other_value, _renamed, _removed, _doubled, _moved, _typo, _genes, _genes)
+    ways = (_odd, _odd, _odd, _scaled, _scaled, _scaled, _scaled, _other_value, _other_value, _renamed,
+            _removed, _doubled, _moved, _typo, _genes, _genes)
     for _ in range(chance.choice((1, 1, 1, 2, 3))):
         paths = places(data)
         if not paths:
@@ -239,7 +256,8 @@ def _scaled(data: dict[str, Any], paths: list[Path_], chance: random.Random) -> 
     if numbers:
         path = chance.choice(numbers)
         x = _at(data, path) * chance.choice((0.1, 0.5, 2, 3, 10, 100, -1, 1e6, 1e-6))
-        _at(data, path[:-1])[path[-1]] = int(x) if isinstance(_at(data, path), int) and math.isfinite(x) else x
+        _at(data, path[:-1])[path[-1]] = (int(x) if isinstance(_at(data, path), int)
+                                          and math.isfinite(x) else x)
 
 
 def _other_value(data: dict[str, Any], paths: list[Path_], chance: random.Random) -> None:
@@ -253,7 +271,8 @@ def _renamed(data: dict[str, Any], paths: list[Path_], chance: random.Random) ->
     keys = [p for p in paths if isinstance(p[-1], str)]
     path, other = chance.choice(keys), chance.choice(keys)[-1]
     table = _at(data, path[:-1])
-    table[chance.choice((other, f"{path[-1]}s", str(path[-1])[::-1], str(path[-1]).upper(), "ü", "a.b", ""))] = table.pop(path[-1])
+    table[chance.choice((other, f"{path[-1]}s", str(path[-1])[::-1], str(path[-1]).upper(),
+                         "ü", "a.b", ""))] = table.pop(path[-1])
 
 
 def _removed(data: dict[str, Any], paths: list[Path_], chance: random.Random) -> None:
@@ -283,21 +302,26 @@ def _typo(data: dict[str, Any], paths: list[Path_], chance: random.Random) -> No
     if texts:
         path = chance.choice(texts)
         text, at = _at(data, path), chance.randrange(len(_at(data, path)) + 1)
-        _at(data, path[:-1])[path[-1]] = text[:at] + chance.choice(("", "x", "é", "(", " + ", ".", " ")) + text[at + 1 :]
+        _at(data, path[:-1])[path[-1]] = (text[:at] + chance.choice(("", "x", "é", "(", " + ", ".", " "))
+                                          + text[at + 1 :])
 
 
 TRAITS = (
-    "body.radius", "body.mass", "locomotion.pace", "metabolism.growth", "defence.toughness", "defence.poison", "reproduction.spread",
-    "policy.weights", "ppo.learning_rate", "ppo.discount", "ppo.entropy", "life.age_max", "reproduction.age_min", "reproduction.energy_min",
-    "reproduction.energy_given", "reproduction.litter", "reproduction.choice", "happiness.energy", "body.count", None, None,
+    "body.radius", "body.mass", "locomotion.pace", "metabolism.growth", "defence.toughness", "defence.poison",
+    "reproduction.spread", "policy.weights", "ppo.learning_rate", "ppo.discount", "ppo.entropy",
+    "life.age_max", "reproduction.age_min", "reproduction.energy_min",
+    "reproduction.energy_given", "reproduction.litter", "reproduction.choice", "happiness.energy",
+    "body.count", None, None,
 )  # fmt: skip
-OPERATORS = ("cxOnePoint", "cxTwoPoint", "cxUniform", "cxOrdered", "cxBlend", "mutFlipBit", "mutUniformInt", "mutShuffleIndexes", "mutGaussian",
+OPERATORS = ("cxOnePoint", "cxTwoPoint", "cxUniform", "cxOrdered", "cxBlend", "mutFlipBit", "mutUniformInt",
+             "mutShuffleIndexes", "mutGaussian",
              "cxMessyOnePoint", "mut", "nosuch:operator", "math:floor")  # fmt: skip
 
 
 def _genes(data: dict[str, Any], paths: list[Path_], chance: random.Random) -> None:
     """A genome with a layout of chance, or a change of one that is there."""
-    species = [v for v in data["species"].values() if isinstance(v, dict)] if isinstance(data.get("species"), dict) else []
+    species = ([v for v in data["species"].values() if isinstance(v, dict)]
+               if isinstance(data.get("species"), dict) else [])
     if not species:
         return
     one = chance.choice(species)
@@ -310,17 +334,23 @@ def _genes(data: dict[str, Any], paths: list[Path_], chance: random.Random) -> N
         genes.append(_gene(chance, chance.randrange(100)))
     elif way == 1 and isinstance(genes, list) and genes and isinstance(genes[-1], dict):
         chance.choice(genes) and genes[-1].update(chance.choice((
-            {"at": chance.choice((0, 3, 10**6, 5 * 10**7))}, {"letters": chance.choice((0, 1, 5, 30, 64, 65))}, {"code": "additive", "codons": chance.choice((1, 4, 9999))},
-            {"scale": "log"}, {"whole": True}, {"form": "direct"}, {"form": "cosine", "coefficients": chance.choice((1, 5, 10**7))},
+            {"at": chance.choice((0, 3, 10**6, 5 * 10**7))},
+            {"letters": chance.choice((0, 1, 5, 30, 64, 65))},
+            {"code": "additive", "codons": chance.choice((1, 4, 9999))}, {"scale": "log"}, {"whole": True},
+            {"form": "direct"}, {"form": "cosine", "coefficients": chance.choice((1, 5, 10**7))},
             {"mutation": chance.random()}, {"values": [0.0] * chance.choice((0, 1, 4, 16, 1000))},
         )))  # fmt: skip
     elif way == 2:
-        genome["alphabet"] = chance.choice(("01", "ACGT", "A", "", "AA", "äöü", "".join(map(chr, range(300, 556))), " \n"))
+        genome["alphabet"] = chance.choice(("01", "ACGT", "A", "", "AA", "äöü",
+                                            "".join(map(chr, range(300, 556))), " \n"))
     elif way == 3:
-        genome |= chance.choice(({"ploidy": 2}, {"ploidy": 2, "dominance": "mean"}, {"ploidy": 3}, {"dominance": "greater"}, {"founders": "own"},
+        genome |= chance.choice(({"ploidy": 2}, {"ploidy": 2, "dominance": "mean"}, {"ploidy": 3},
+                                 {"dominance": "greater"}, {"founders": "own"},
                                  {"loci": chance.choice((1, 10, 5000, 10**7, 5 * 10**7))}))  # fmt: skip
     else:
-        arguments = chance.choice(({}, {"indpb": chance.choice((0, 0.5, 1, 2, "x", -1))}, {"low": 0, "up": 1, "indpb": 0.5}, {"alpha": 0.5}, {"up": [1, 2], "indpb": 1.0}))
+        arguments = chance.choice(({}, {"indpb": chance.choice((0, 0.5, 1, 2, "x", -1))},
+                                   {"low": 0, "up": 1, "indpb": 0.5}, {"alpha": 0.5},
+                                   {"up": [1, 2], "indpb": 1.0}))
         genome[chance.choice(("mate", "mutate"))] = {"operator": chance.choice(OPERATORS), **arguments}
 
 

@@ -1,4 +1,5 @@
-"""Where malicious files are tried: a folder with the module `evil`, payloads of all kinds, marks, and harmless files to start from."""
+"""Where malicious files are tried: a folder with the module `evil`, payloads of all kinds, marks, and
+harmless files to start from."""
 
 from __future__ import annotations
 
@@ -22,13 +23,15 @@ from studies.common.malicious.templates import PAYLOAD, world_of
 
 TICKS, EVERY = 6, 2
 MODULES = ("evil", "evilpackage")
-REFUSED, UNNAMED, ACCEPTED, TRACEBACK = "refused by name", "refused without a name", "accepted, harmless", "traceback"
+REFUSED, UNNAMED, ACCEPTED, TRACEBACK = ("refused by name", "refused without a name", "accepted, harmless",
+                                         "traceback")
 KINDS = (REFUSED, ACCEPTED, UNNAMED, TRACEBACK)
 
 
 @dataclass(frozen=True)
 class Attack:
-    """One malicious file or message: what is done with it, and the words of which a refusal has to say one."""
+    """One malicious file or message: what is done with it, and the words of which a refusal has to say one.
+    """
 
     label: str
     words: Sequence[str]
@@ -92,16 +95,20 @@ class Ground:
             file.writestr("archive/data.pkl", pickled)
             file.writestr("archive/version", "3")
         script = f"#!/bin/sh\n{self.shell}\n".encode()
-        return {"a pickle": pickled, "an npy file of objects": array.getvalue(), "an npz file of objects": arrays.getvalue(),
-                "a file of torch": torch_.getvalue(), "a Python file": self.text.encode(), "a script": script}  # fmt: skip
+        return {"a pickle": pickled, "an npy file of objects": array.getvalue(),
+                "an npz file of objects": arrays.getvalue(), "a file of torch": torch_.getvalue(),
+                "a Python file": self.text.encode(), "a script": script}  # fmt: skip
 
     @cached_property
     def texts(self) -> list[str]:
         """Texts that some reader of texts would run."""
         python = f"__import__('os').system('{self.shell}')"
-        return [python, f"$({self.shell})", f"`{self.shell}`", f"|{self.shell}", f"; {self.shell};", "{" + python + "}", "{{" + python + "}}",
-                f"!!python/object/apply:os.system ['{self.shell}']", f"file://{self.marks}/../path/evil.py", f"lambda: {python}",
-                f"\\immediate\\write18{{{self.shell}}}", f"<script>fetch('{self.shell}')</script>", f"\x1b]0;{self.shell}\x07"]  # fmt: skip
+        return [python, f"$({self.shell})", f"`{self.shell}`", f"|{self.shell}", f"; {self.shell};",
+                "{" + python + "}", "{{" + python + "}}",
+                f"!!python/object/apply:os.system ['{self.shell}']", f"file://{self.marks}/../path/evil.py",
+                f"lambda: {python}",
+                f"\\immediate\\write18{{{self.shell}}}", f"<script>fetch('{self.shell}')</script>",
+                f"\x1b]0;{self.shell}\x07"]  # fmt: skip
 
     # --- harmless files
 
@@ -115,7 +122,8 @@ class Ground:
         """A recorded run of the garden, with checkpoints."""
         from ecs_eco.record import run_to_folder
 
-        run_to_folder(self.garden, ticks=TICKS, out=self.home / "run", report=False, snapshot_every=EVERY, checkpoint_every=EVERY)
+        run_to_folder(self.garden, ticks=TICKS, out=self.home / "run", report=False, snapshot_every=EVERY,
+                      checkpoint_every=EVERY)
         return self.home / "run"
 
     @cached_property
@@ -134,10 +142,12 @@ class Ground:
 
 @contextlib.contextmanager
 def ground() -> Iterator[Ground]:
-    """A ground for as long as it is needed: with a user who allowed nothing, and modules that would be found and leave a mark."""
+    """A ground for as long as it is needed: with a user who allowed nothing,
+    and modules that would be found and leave a mark."""
     from ecs_eco.engine import trust
 
-    before, allowed, path, config = Path.cwd(), set(trust._here), list(sys.path), os.environ.get("XDG_CONFIG_HOME")
+    before, allowed, path, config = (Path.cwd(), set(trust._here), list(sys.path),
+                                     os.environ.get("XDG_CONFIG_HOME"))
     with tempfile.TemporaryDirectory(prefix="ecs-eco-malicious-") as folder:
         home = Path(folder).resolve()
         os.environ["XDG_CONFIG_HOME"] = str(home / "config")
@@ -178,7 +188,8 @@ def cli(*words: Any) -> Callable[[], str]:
 
 
 def judged(ground: Ground, attack: Attack) -> dict[str, Any]:
-    """What became of one attack: how its attempts ended, marks, modules of the payload that are loaded, and tracebacks."""
+    """What became of one attack: how its attempts ended, marks, modules of the payload that are loaded,
+    and tracebacks."""
     import traceback
 
     counts, outputs = dict.fromkeys(KINDS, 0), []
@@ -193,11 +204,13 @@ def judged(ground: Ground, attack: Attack) -> dict[str, Any]:
         if kind in (UNNAMED, TRACEBACK):
             outputs.append([name, kind, text[-700:]])
     loaded = _forgotten()
-    return {"label": attack.label, "counts": counts, "marks": ground.marked(), "imported": loaded, "said": outputs}
+    return {"label": attack.label, "counts": counts, "marks": ground.marked(), "imported": loaded,
+            "said": outputs}
 
 
 def _forgotten() -> list[str]:
-    """Forget the payload's modules that are loaded, so that a next import of them runs them again; return their names."""
+    """Forget the payload's modules that are loaded, so that a next import of them runs them again;
+    return their names."""
     loaded = [m for m in sys.modules if m.partition(".")[0] in MODULES or m.startswith("_ecs_eco_code_")]
     for module in loaded:
         del sys.modules[module]

@@ -1,4 +1,5 @@
-"""The folder that a command runs in, the modules that `check` imports, and controls: payloads that are to leave their mark."""
+"""The folder that a command runs in, the modules that `check` imports, and controls:
+payloads that are to leave their mark."""
 
 from __future__ import annotations
 
@@ -22,25 +23,30 @@ done = CliRunner().invoke(app, ["check", sys.argv[1]])
 assert done.exit_code == 0, done.output
 print(" ".join(sorted(sys.modules)))
 """
-SHADOWS = ("json.py", "numpy.py", "sitecustomize.py", "usercustomize.py", "typing_extensions.py", "ecs_eco.py", "conftest.py")
+SHADOWS = ("json.py", "numpy.py", "sitecustomize.py", "usercustomize.py", "typing_extensions.py",
+           "ecs_eco.py", "conftest.py")
 COMMAND = Path(sys.executable).with_name("ecs-eco")
 
 
 def folders(ground: Ground) -> Iterator[Attack]:
-    """A folder with settings of matplotlib and numba and modules that would hide others, in which commands run."""
+    """A folder with settings of matplotlib and numba and modules that would hide others,
+    in which commands run."""
     place = ground.beside()
     for name in SHADOWS:
         (place / name).write_text(ground.text, encoding="utf-8")
-    (place / "matplotlibrc").write_text("text.usetex: True\nbackend: module://evil\nsavefig.format: pgf\nmathtext.fontset: stix\n", encoding="utf-8")
+    (place / "matplotlibrc").write_text("text.usetex: True\nbackend: module://evil\nsavefig.format: pgf\n"
+                                        "mathtext.fontset: stix\n", encoding="utf-8")
     (place / ".numba_config.yaml").write_text(f"cache_dir: {place}\ndisable_jit: 1\n", encoding="utf-8")
     (place / "world.toml").write_text(as_toml(world_of("systems.*", code=["evil.py"])), encoding="utf-8")
     tools = _tools(ground)
-    for words in (["check", "world.toml"], ["report", str(ground.run), "--out", "out"], ["picture", str(ground.run), "tick.png"],
-                  ["draw", "predator-prey", "--out", "drawn.png"], ["why", str(ground.run), "--out", "why"]):  # fmt: skip
+    for words in (["check", "world.toml"], ["report", str(ground.run), "--out", "out"],
+                  ["picture", str(ground.run), "tick.png"], ["draw", "predator-prey", "--out", "drawn.png"],
+                  ["why", str(ground.run), "--out", "why"]):  # fmt: skip
         environment = {**os.environ, "PATH": f"{tools}:{os.environ['PATH']}"}
 
         def attempt(words: list[str] = words, environment: dict[str, str] = environment) -> str:
-            done = subprocess.run([str(COMMAND), *words], cwd=place, env=environment, capture_output=True, text=True)
+            done = subprocess.run([str(COMMAND), *words], cwd=place, env=environment,
+                                  capture_output=True, text=True)
             if done.returncode not in (0, 2) or "Traceback" in done.stderr:
                 raise RuntimeError(done.stderr[-600:])
             return done.stderr if done.returncode else ""
@@ -59,7 +65,8 @@ def _tools(ground: Ground) -> Path:
 
 
 def controls(ground: Ground) -> list[dict[str, Any]]:
-    """Whether payloads leave their mark where they are meant to run: only then does a ground without marks say something."""
+    """Whether payloads leave their mark where they are meant to run:
+    only then does a ground without marks say something."""
     path = ground.beside() / "world.toml"
     path.write_text(as_toml(world_of("systems.*", code=["evil.py"])), encoding="utf-8")
     out = []
@@ -68,32 +75,42 @@ def controls(ground: Ground) -> list[dict[str, Any]]:
         output = work()
         out.append({"label": label, "marked": bool(ground.marked()), "said": str(output)[:200]})
 
-    tried("a world whose code was trusted", cli("run", path, "--ticks", "2", "-q", "--no-report", "--out", path.parent / "out", "--trust"))
+    tried("a world whose code was trusted",
+          cli("run", path, "--ticks", "2", "-q", "--no-report", "--out", path.parent / "out", "--trust"))
     tried("a pickle that is unpickled", lambda: pickle.loads(ground.blobs["a pickle"]))  # noqa: S301
     tried("a shell command that is run", lambda: os.system(ground.shell))
     tried("the module that is imported", lambda: __import__("evil").__name__)
-    tried("a program for typesetting that is started", lambda: subprocess.run([_tools(ground) / "latex"], check=False).returncode)
+    tried("a program for typesetting that is started",
+          lambda: subprocess.run([_tools(ground) / "latex"], check=False).returncode)
     for module in [m for m in sys.modules if m == "evil" or m.startswith("_ecs_eco_code_")]:
         del sys.modules[module]
     return out
 
 
 def imported(ground: Ground) -> dict[str, Any]:
-    """The modules that a process has which checked a world with code: those beyond a harmless world's, and those that are nobody's."""
+    """The modules that a process has which checked a world with code: those beyond a harmless world's,
+    and those that are nobody's."""
     from importlib.metadata import packages_distributions
 
     modules = {}
     for name, data in (("harmless", ground.garden), ("with code", world_of("systems.*", code=["evil.py"])),
-                       ("with a module", world_of("systems.*", code=["evilpackage.inside"]) | {"systems": ["evilpackage.inside:Wait"]})):  # fmt: skip
+                       ("with a module", world_of("systems.*", code=["evilpackage.inside"]) | {
+                           "systems": ["evilpackage.inside:Wait"]
+                       })):  # fmt: skip
         path = ground.beside() / "world.toml"
         path.write_text(as_toml(data), encoding="utf-8")
         environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(ground.home / "path"), *_own_path()])}
-        done = subprocess.run([sys.executable, "-c", LISTING, str(path)], env=environment, capture_output=True, text=True, check=True, cwd=path.parent)
+        done = subprocess.run([sys.executable, "-c", LISTING, str(path)], env=environment,
+                              capture_output=True, text=True, check=True, cwd=path.parent)
         modules[name] = set(done.stdout.split())
     known = {*sys.stdlib_module_names, *packages_distributions(), "ecs_eco", "__main__"}
     tops = {m.partition(".")[0] for m in modules["with code"]}
-    return {"modules": len(modules["with code"]), "more than a harmless world": sorted((modules["with code"] | modules["with a module"]) - modules["harmless"]),
-            "packages": sorted(tops - set(sys.stdlib_module_names)), "of nobody": sorted(t for t in tops - known if not t.startswith(("__editable__", "_sysconfigdata")))}  # fmt: skip
+    return {"modules": len(modules["with code"]), "more than a harmless world": sorted(
+        (modules["with code"] | modules["with a module"]) - modules["harmless"]
+    ),
+            "packages": sorted(tops - set(sys.stdlib_module_names)), "of nobody": sorted(
+                t for t in tops - known if not t.startswith(("__editable__", "_sysconfigdata"))
+            )}  # fmt: skip
 
 
 def _own_path() -> list[str]:

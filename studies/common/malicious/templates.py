@@ -1,4 +1,5 @@
-"""A table of worlds that name code, one for each key that can, found from the types of the fields; and the names that they give."""
+"""A table of worlds that name code, one for each key that can, found from the types of the fields;
+and the names that they give."""
 
 from __future__ import annotations
 
@@ -46,9 +47,11 @@ def judge(series):
 """A module that leaves a mark when it is run, with a function for each key."""
 
 SNAIL: dict[str, Any] = {
-    "count": 3, "body": {"radius": 0.1}, "metabolism": {"energy": 0.5}, "sensors": [{"kind": "own", "property": "energy"}],
+    "count": 3, "body": {"radius": 0.1}, "metabolism": {"energy": 0.5},
+    "sensors": [{"kind": "own", "property": "energy"}],
     "actions": {"turn": ["left", "none"]}, "locomotion": {"speed": {"still": 0.0}, "turn": 0.1},
-    "genome": {"genes": [{"name": "g", "letters": 4, "low": 0.0, "high": 1.0}], "mutate": {"operator": "mutUniformInt", "indpb": 0.1}},
+    "genome": {"genes": [{"name": "g", "letters": 4, "low": 0.0, "high": 1.0}],
+               "mutate": {"operator": "mutUniformInt", "indpb": 0.1}},
 }  # fmt: skip
 
 KEYS: dict[str, Any] = {  # a place for each pattern of ARGUMENTS, and what stands there; the module is evil
@@ -63,11 +66,14 @@ KEYS: dict[str, Any] = {  # a place for each pattern of ARGUMENTS, and what stan
     "search.objective": "evil:judge",
     "search.objective.*.of": [{"of": "evil:judge", "weight": 1.0}],
 }
-PLACES = {"species.*.sensors.*.function": "sensors", "species.*.components.*": "components", "species.*.reflex.function": "reflex",
+PLACES = {"species.*.sensors.*.function": "sensors", "species.*.components.*": "components",
+          "species.*.reflex.function": "reflex",
           "species.*.happiness.function": "happiness"}  # fmt: skip
-NAMES = ("os:system", "posix:system", "pydoc:pipepager", "builtins:exec", "builtins:eval", "subprocess:call", "runpy:run_path",
-         "timeit:main", "importlib:import_module", "ctypes:CDLL", "pickle:loads", "evilpackage.inside:Wait", "evil.Wait:__init__",
-         "ecs_eco.worlds.lamb.systems:np", "ecs_eco.engine.code:builtins", "evil:", ":evil", "evil.py:Wait")  # fmt: skip
+NAMES = ("os:system", "posix:system", "pydoc:pipepager", "builtins:exec", "builtins:eval", "subprocess:call",
+         "runpy:run_path", "timeit:main", "importlib:import_module", "ctypes:CDLL", "pickle:loads",
+         "evilpackage.inside:Wait", "evil.Wait:__init__",
+         "ecs_eco.worlds.lamb.systems:np", "ecs_eco.engine.code:builtins", "evil:", ":evil",
+         "evil.py:Wait")  # fmt: skip
 """Names of code that is not listed, besides those of the module `evil`."""
 
 
@@ -97,7 +103,8 @@ def put(data: dict[str, Any], pattern: str, value: Any) -> None:
 
 
 def renamed(pattern: str, name: str, shell: str) -> Any:
-    """What stands at a key of the table, with another name in the place of that of `evil`, and a shell command where it takes more."""
+    """What stands at a key of the table, with another name in the place of that of `evil`, and a shell
+    command where it takes more."""
 
     def inside(value: Any) -> Any:
         if isinstance(value, dict):

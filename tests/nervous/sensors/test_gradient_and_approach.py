@@ -31,13 +31,15 @@ def _read(world):
 def test_who_swims_nearer_is_felt_with_its_direction_and_speed():
     world = _sea([{"kind": "approach", "target": "predator", "radius": 6.0, "scale": 2.0}])
     arrange(world, "prey", x=10, y=10, z=5, heading=np.pi / 2)
-    arrange(world, "predator", x=13, y=10, z=9, heading=np.pi, speed=1.5, climb=-0.5)  # 5 m off: 3 ahead of x, 4 above
+    # 5 m off: 3 ahead of x, 4 above
+    arrange(world, "predator", x=13, y=10, z=9, heading=np.pi, speed=1.5, climb=-0.5)
     x = _read(world)
     assert list(x) == [f"predator_approach_{w}" for w in ("forward", "left", "up", "closing")]
     assert list(x.values()) == pytest.approx([0.0, -0.6, 0.8, (1.5 * 0.6 + 0.5 * 0.8) / 2], abs=1e-6)
 
 
-@pytest.mark.parametrize("state", [{"speed": 0.0}, {"speed": 1.0, "heading": 0.0}, {"speed": 1.0, "heading": np.pi, "x": 18.0}])
+@pytest.mark.parametrize("state", [{"speed": 0.0}, {"speed": 1.0, "heading": 0.0},
+                                   {"speed": 1.0, "heading": np.pi, "x": 18.0}])
 def test_who_rests_or_leaves_or_is_far_is_not_felt(state):
     world = _sea([{"kind": "approach", "target": "predator", "radius": 6.0}])
     arrange(world, "prey", x=10, y=10, z=5)
@@ -53,12 +55,14 @@ def test_own_motion_is_not_felt_as_approach():
 
 
 def test_on_a_plane_approach_and_gradient_have_no_up():
-    sensors = [{"kind": "approach", "target": "predator", "radius": 6.0}, {"kind": "gradient", "field": "smell"}]
+    sensors = [{"kind": "approach", "target": "predator", "radius": 6.0},
+               {"kind": "gradient", "field": "smell"}]
     world = _sea(sensors, (20.0, 20.0))
     arrange(world, "prey", x=1, y=10, heading=0)
     arrange(world, "predator", x=19, y=10, heading=0.0, speed=0.5)  # 2 m off, across the edge
     assert _read(world) == pytest.approx({"predator_approach_forward": -1.0, "predator_approach_left": 0.0,
-                                          "predator_approach_closing": 0.5, "smell_gradient_forward": 0.0, "smell_gradient_left": 0.0})
+                                          "predator_approach_closing": 0.5, "smell_gradient_forward": 0.0,
+                                          "smell_gradient_left": 0.0})
 
 
 def test_a_gradient_compares_two_sides_of_the_body():
@@ -90,11 +94,14 @@ def test_the_logarithm_of_light():
 
 
 def test_stationary_emitters_feed_a_smell_in_three_dimensions():
-    world = _sea([{"kind": "smell", "field": "smell"}], objects={"wick": {"at": [[10.0, 10.0, 5.0]], "body": {"radius": 0.1},
-                 "emits": {"smell": 2.0}}}, fields={"smell": {"cell": 1.0, "diffusion": 0.2, "decay": 0.1}})  # fmt: skip
+    world = _sea([{"kind": "smell", "field": "smell"}],
+                 objects={"wick": {"at": [[10.0, 10.0, 5.0]], "body": {"radius": 0.1},
+                 "emits": {"smell": 2.0}}},
+                 fields={"smell": {"cell": 1.0, "diffusion": 0.2, "decay": 0.1}})  # fmt: skip
     world.run(200)
     field = world.fields["smell"]
-    assert field.value.sum(dtype=float) == pytest.approx(2.0 / (1 - np.exp(-0.1)) * np.exp(-0.1), rel=1e-4)  # as much comes as decays
+    # as much comes as decays
+    assert field.value.sum(dtype=float) == pytest.approx(2.0 / (1 - np.exp(-0.1)) * np.exp(-0.1), rel=1e-4)
     assert field.value[5, 10, 10] == field.value.max()
     assert field.value[7, 10, 10] == pytest.approx(field.value[5, 12, 10], rel=0.25)
     assert world.tables["predator"][Velocity].speed.size

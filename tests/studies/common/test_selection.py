@@ -54,8 +54,8 @@ def test_a_known_coefficient_is_recovered_from_drifting_populations(s):
     rng, n, generations = np.random.default_rng(3), 1000, 20
     found = [
         selection_coefficient(
-            wright_fisher(s, n, generations, 0.3, rng), wright_fisher(0, n, generations, 0.3, rng), np.full(generations + 1, n),
-            np.arange(generations + 1),
+            wright_fisher(s, n, generations, 0.3, rng), wright_fisher(0, n, generations, 0.3, rng),
+            np.full(generations + 1, n), np.arange(generations + 1),
         )
         for _ in range(200)
     ]  # fmt: skip
@@ -90,8 +90,10 @@ def test_equivalence_is_the_interval_within_the_margin():
         values = rng.normal(rng.uniform(-0.1, 0.1), 0.05, 6)
         estimate = equivalence(values, 0.05)
         assert estimate.interval == pooled(values).interval90
-        assert estimate.equivalent == (estimate.interval[0] > -0.05 and estimate.interval[1] < 0.05) == (estimate.p < 0.05)
-        sides = stats.ttest_1samp(values, -0.05, alternative="greater").pvalue, stats.ttest_1samp(values, 0.05, alternative="less").pvalue
+        assert estimate.equivalent == (estimate.interval[0] > -0.05
+                                       and estimate.interval[1] < 0.05) == (estimate.p < 0.05)
+        sides = (stats.ttest_1samp(values, -0.05, alternative="greater").pvalue,
+                 stats.ttest_1samp(values, 0.05, alternative="less").pvalue)
         assert estimate.p == pytest.approx(max(sides))
 
 
@@ -125,13 +127,15 @@ def test_increments_by_hand():
 
 def test_the_increment_test_rejects_neutral_drift_in_about_one_of_twenty():
     rng, x = np.random.default_rng(7), np.arange(0, 101, 5)
-    tests = [frequency_increment_test(wright_fisher(0, 5000, 100, 0.5, rng)[::5] / 5000, x) for _ in range(1500)]
+    tests = [frequency_increment_test(wright_fisher(0, 5000, 100, 0.5, rng)[::5] / 5000, x)
+             for _ in range(1500)]
     assert np.mean([test.p < 0.05 for test in tests]) == pytest.approx(0.05, abs=0.02)
 
 
 def test_the_increment_test_finds_selection():
     rng, x = np.random.default_rng(8), np.arange(0, 41, 4)
-    tests = [frequency_increment_test(wright_fisher(0.05, 2000, 40, 0.3, rng)[::4] / 2000, x) for _ in range(200)]
+    tests = [frequency_increment_test(wright_fisher(0.05, 2000, 40, 0.3, rng)[::4] / 2000, x)
+             for _ in range(200)]
     assert np.mean([test.p < 0.05 and test.t > 0 for test in tests]) > 0.9
 
 
@@ -151,7 +155,8 @@ def test_too_few_increments_say_nothing():
 
 
 @pytest.mark.parametrize(
-    ("carriers", "times"), [([0, 0, 3, 0, 0, 1, 2, 0, 4, 0], 2), ([3, 2, 1, 0], 0), ([0, 1, 1], 0), ([1, 0, 1], 1), ([], 0), ([0], 0)]
+    ("carriers", "times"), [([0, 0, 3, 0, 0, 1, 2, 0, 4, 0], 2), ([3, 2, 1, 0], 0), ([0, 1, 1], 0),
+                            ([1, 0, 1], 1), ([], 0), ([0], 0)]
 )
 def test_a_gene_reappears_after_it_had_none(carriers, times):
     assert reappearances(carriers) == times
@@ -160,12 +165,13 @@ def test_a_gene_reappears_after_it_had_none(carriers, times):
 def _lineage(born, died, cause, end=20, dt=0.5):
     n = len(born)
     none = np.zeros(n, np.uint64)
-    return Lineage(np.arange(1, n + 1, dtype=np.uint64), none, none, np.full(n, "goat"), np.array(born), np.array(died), np.array(cause),
-                   np.full(n, "", object), end, dt)
+    return Lineage(np.arange(1, n + 1, dtype=np.uint64), none, none, np.full(n, "goat"), np.array(born),
+                   np.array(died), np.array(cause), np.full(n, "", object), end, dt)
 
 
 def test_deaths_are_counted_by_the_age_and_the_time_that_all_lived():
-    lineage = _lineage([0, 0, 10, 4], [6, 18, ALIVE, 8], ["poison", "poison", "", "starved"])  # ages [s] 3, 9, 5 (alive), 2
+    # ages [s] 3, 9, 5 (alive), 2
+    lineage = _lineage([0, 0, 10, 4], [6, 18, ALIVE, 8], ["poison", "poison", "", "starved"])
     rates = deaths_by_age(lineage, "poison", [0, 3, 10])
     assert rates.deaths.tolist() == [1, 1]
     assert rates.lived.tolist() == [3 + 3 + 3 + 2, 0 + 6 + 2 + 0]
@@ -200,7 +206,8 @@ def test_a_rate_is_recovered_from_lives_cut_short_by_the_end():
     born = rng.integers(0, 400, n)
     age = np.ceil(rng.exponential(1 / rate, n)).astype(int)
     died = np.where(born + age <= 400, born + age, ALIVE)
-    rates = deaths_by_age(_lineage(born, died, np.where(died < 0, "", "poison"), 400, 1.0), "poison", [0, 20, 100, 300])
+    rates = deaths_by_age(_lineage(born, died, np.where(died < 0, "", "poison"), 400, 1.0), "poison",
+                          [0, 20, 100, 300])
     per_tick = 1 - np.exp(-rate)
     assert (rates.low < per_tick).all()
     assert (rates.high > per_tick).all()
