@@ -1,17 +1,14 @@
 """The rules of Mesa 3.5's WolfSheep (after Wilensky 1997), with components and systems of our own.
 
-A tick: all sheep act in random order, then all wolves. An animal moves to one of the four cells around, pays
-1, eats, and starves below 0 or else may give birth, which halves its energy. Newborn act from the next tick
-on.
+A tick: all sheep act in random order, then all wolves. An animal moves to one of four cells, pays 1, eats,
+and starves below 0 or else may give birth, which halves its energy. Newborn act from the next tick on.
 """
 
 import numpy as np
 
 from ecs_eco import System, World, component, draw, f64, i32, njit
 
-DEFAULT = {"sheep_reproduce": 0.04, "wolf_reproduce": 0.05, "sheep_gain": 4.0, "wolf_gain": 20.0,
-           "regrowth": 30}
-# of draws
+DEFAULT = {"sheep_reproduce": .04, "wolf_reproduce": .05, "sheep_gain": 4.0, "wolf_gain": 20., "regrowth": 30}
 SHEEP_ORDER, SHEEP_MOVE, SHEEP_BIRTH, WOLF_ORDER, WOLF_MOVE, WOLF_PREY, WOLF_BIRTH = range(100, 107)
 
 
@@ -68,19 +65,14 @@ def take(after, head, chance):
 @njit
 def live(sheep, wolves, lamb, pup, ripe, tick, key, around, starved, eaten, p_lamb, p_pup, sheep_gain,
          wolf_gain, regrowth):
-    """Let all act once, mark the rows that gave birth to a lamb or a pup,
-    and return the number of ripe cells."""
-    n, n_ripe = lamb.size, 0
-    # chains of a cell's sheep: row i as i, its lamb as n + i
-    after = np.full(2 * n + ripe.size, -1, np.int32)
+    """Let all act once, mark the rows that gave birth, and return the number of ripe cells."""
+    n, n_ripe = lamb.size, (ripe <= tick).sum()
+    after = np.full(2 * n + ripe.size, -1, np.int32)  # chains of sheep: row i as i, its lamb as n + i
     first = after[2 * n :]  # by cell: where its chain begins
     alive, cell, energy, cause = sheep
     w_alive, w_cell, w_energy, w_cause = wolves
     pack = shuffled(w_alive, key, WOLF_ORDER)
-    rank = np.ones(ripe.size, np.int8)  # for sheep: 2 grass, 1 bare, 0 a wolf
-    for here in range(ripe.size):
-        rank[here] += ripe[here] <= tick
-        n_ripe += ripe[here] <= tick
+    rank = (1 + (ripe <= tick)).astype(np.int8)  # for sheep: 2 grass, 1 bare, 0 a wolf
     for row in pack:
         rank[w_cell[row]] = 0
     for row in shuffled(alive, key, SHEEP_ORDER):
@@ -123,13 +115,12 @@ class Live(System):
         sheep, wolf, grass = self.world.tables.values()
         herd, pack = [(t.alive, t[Animal].cell, t[Animal].energy, t.cause) for t in (sheep, wolf)]
         lamb, pup = np.zeros(sheep.capacity, np.bool_), np.zeros(wolf.capacity, np.bool_)
-        self.n_ripe = live(herd, pack, lamb, pup, grass[Grass].ripe, self.world.tick + 1, self.world.key,
-                           *self.rules)
+        now = grass[Grass].ripe, self.world.tick + 1, self.world.key
+        self.n_ripe = live(herd, pack, lamb, pup, *now, *self.rules)
         for table, born, (_, cell, energy, _) in ((sheep, lamb, herd), (wolf, pup, pack)):
-            parents = born.nonzero()[0]
-            if parents.size:
-                table.request(table.uid[parents],
-                              {(Animal, "cell"): cell[parents], (Animal, "energy"): energy[parents]})
+            if (parents := born.nonzero()[0]).size:
+                values = {(Animal, "cell"): cell[parents], (Animal, "energy"): energy[parents]}
+                table.request(table.uid[parents], values)
 
 
 class Collect(System):
@@ -142,18 +133,16 @@ class Collect(System):
 
 
 def build(width, seed, parameters=DEFAULT):
-    """Return a world of width² cells with 100 sheep and 50 wolves per 400 cells,
-    and the system that collects."""
+    """Return a world of width² cells, 100 sheep and 50 wolves per 400 of them, and what counts them."""
     rng, n, p = np.random.default_rng(seed), width * width, parameters
     world, live, collect = World((width, width), seed=seed), Live(), Collect()
     for name, k, gain in (("sheep", n // 4, p["sheep_gain"]), ("wolf", n // 8, p["wolf_gain"])):
         values = {(Animal, "cell"): rng.integers(n, size=k), (Animal, "energy"): rng.random(k) * 2 * gain}
         world.add_table(name, Animal).request(np.zeros(k, np.uint64), values)
     countdown = rng.integers(p["regrowth"], size=n) * rng.integers(2, size=n)  # 0: ripe; 1: not yet at tick 1
-    world.add_table("grass", Grass).request(np.zeros(n, np.uint64),
-                                            {(Grass, "ripe"): countdown + (countdown > 0)})
-    cells = np.arange(n, dtype=np.int32).reshape(width, width)
-    # a torus
+    ripe = {(Grass, "ripe"): countdown + (countdown > 0)}
+    world.add_table("grass", Grass).request(np.zeros(n, np.uint64), ripe)
+    cells = np.arange(n, dtype=np.int32).reshape(width, width)  # of a torus
     around = np.stack([np.roll(cells, by, axis).ravel() for by in (1, -1) for axis in (0, 1)], axis=1)
     live.rules = (around, world.cause("starved"), world.cause("eaten by wolf"), *(p[k] for k in DEFAULT))
     collect.live, collect.series = live, [(n // 4, n // 8, int((countdown == 0).sum()))]

@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ecs_eco.checkpoint.freeze import plain_components, stateful
+from ecs_eco.checkpoint.freeze import stateful
+from ecs_eco.checkpoint.plain import plain_components
 from ecs_eco.config.models.interventions import coming
 from ecs_eco.engine.interruption import require_whole
 from ecs_eco.engine.section import function_name

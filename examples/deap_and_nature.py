@@ -56,20 +56,19 @@ def lifetime(letters: tuple[int, ...]) -> float:
 
 if __name__ == "__main__":
     random.seed(1)
-    young = {"kind": "asexual", "rate": 0.02, "energy_min": 0.6, "energy_given": 0.3, "dispersal": 3.0,
-             "age_min": 20}
-    nature = meadow(80.0, 150, seed=1, reproduction=young)
+    young = {"kind": "asexual", "rate": 0.02, "energy_min": 0.6, "energy_given": 0.3, "age_min": 20}
+    nature = meadow(80.0, 150, seed=1, reproduction=young | {"dispersal": 3.0})
     heredity = nature.table("rabbit").species.heredity
     drawn = heredity.layout.random(np.arange(12, dtype=np.uint64)).tolist()
 
     toolbox = heredity.operators.toolbox  # of a world: mate and mutate as its file says
-    creator.create("Lifetime", base.Fitness, weights=(1.0,))
-    creator.create("Letters", list, fitness=creator.Lifetime)
+    if not hasattr(creator, "ArenaGenome"):  # DEAP keeps them for the whole process
+        creator.create("ArenaLife", base.Fitness, weights=(1.0,))
+        creator.create("ArenaGenome", list, fitness=creator.ArenaLife)
     toolbox.register("evaluate", lambda letters: (lifetime(tuple(letters)),))
     toolbox.register("select", tools.selTournament, tournsize=3)
-    population = [creator.Letters(letters) for letters in drawn]
-    chosen, _ = algorithms.eaMuPlusLambda(population, toolbox, mu=12, lambda_=12, cxpb=0.5, mutpb=0.5, ngen=6,
-                                          verbose=False)
+    population = [creator.ArenaGenome(letters) for letters in drawn]
+    chosen, _ = algorithms.eaMuPlusLambda(population, toolbox, 12, 12, 0.5, 0.5, ngen=6, verbose=False)
 
     nature.run(3000)
     grown = nature.table("rabbit")[Genome].loci[nature.table("rabbit").by_uid()[-12:]].tolist()

@@ -24,17 +24,15 @@ class Remembering(nn.Module):
         self.cell = nn.GRUCell(n_observations, self.memory)
         self.policy, self.value = nn.Linear(self.memory, sum(groups)), nn.Linear(self.memory, 1)
 
-    def forward(self, observations: torch.Tensor,
-                state: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:
+    def forward(self, observations: torch.Tensor, state: torch.Tensor) -> tuple[torch.Tensor, ...]:
         state = self.cell(observations, state)
         return self.policy(state), self.value(state)[:, 0], state
 
 
 def side(world, uid: np.ndarray) -> np.ndarray:
     """From which side the owl comes in this period, for each mouse: -1 or 1."""
-    return 1 - 2 * (
-        (uid * np.uint64(2654435761) + np.uint64(world.tick // PERIOD * 40503)) >> np.uint64(9) & np.uint64(1)
-    ).astype(int)
+    mixed = uid * np.uint64(2654435761) + np.uint64(world.tick // PERIOD * 40503)
+    return 1 - 2 * (mixed >> np.uint64(9) & np.uint64(1)).astype(int)
 
 
 def shadow(world, table, seekers, out, first) -> None:
@@ -66,8 +64,7 @@ mouse = {
     "actions": {"side": ["left", "right"]},
     "happiness": {"formula": "energy", "minimum": 0.0},
     "policy": {"kind": "shared", "learn": True},
-    "ppo": {"learning_rate": 0.01, "discount": 0.9, "horizon": 16, "epochs": 6, "unroll": 8,
-            "minibatch": 4096},
+    "ppo": {"learning_rate": 0.01, "discount": 0.9, "horizon": 16, "epochs": 6, "unroll": 8},
 }
 
 if __name__ == "__main__":

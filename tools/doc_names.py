@@ -23,7 +23,8 @@ PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").g
 FOLDERS = {path.name for path in ROOT.iterdir() if path.is_dir()} - {"components", "systems", "genomes"}
 ROOMS = {path.name for path in (ROOT / "ecs_eco").iterdir() if path.is_dir()}
 YOURS = {"flock.py", "helpers.py"}  # files of the reader's own, in examples
-ELSEWHERE = {"Any", "None", "Host", "Origin"}  # words of Python and of HTTP
+# words of Python, of HTTP, of torch
+ELSEWHERE = {"Any", "None", "Host", "Origin", "Sequential", "Linear", "Tanh"}
 LINK = re.compile(r"\]\(([^)#:\s]+)(?:#[^)]*)?\)")
 NAMED_IN = re.compile(r"\]\(([^)#:\s]+\.py)\), `(\w+)`")  # [a file](its path), `what is defined there`
 DOTTED = re.compile(r"\b(ecs_eco(?:\.\w+)+)")

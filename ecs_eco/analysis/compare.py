@@ -59,7 +59,6 @@ def compare(
               for arm, runs in loaded.items()}
     reference = next(iter(loaded))
     grids = {arm: _grid_of(loaded[arm], seeds) for arm, seeds in (training or {}).items()}
-    by_run = {id(run): c for arm in grids for run, c in zip(loaded[arm], cycles[arm], strict=True)}
     result: dict[str, Any] = {
         "format": 1,
         "reference": reference,
@@ -74,12 +73,8 @@ def compare(
         rows = grids[arm].runs if arm in grids else [runs]
         for s in names:
             result["arms"][arm]["per_species"][s] |= _depths(rows, s)
-    for arm, grid in grids.items():
-        outcome = crossed(grid, by_run, n_boot=max(n_boot, 99), seed=seed)
-        result["arms"][arm] |= {"crossed": outcome, "persistence": outcome["persistence"]}
-    for arm, effect in result["effects"].items():
-        if arm in grids or reference in grids:
-            effect |= _crossed_effects(loaded, grids, result, reference, arm)
+    by_run = {id(run): c for arm in grids for run, c in zip(loaded[arm], cycles[arm], strict=True)}
+    _add_crossed(result, loaded, grids, by_run, n_boot, seed)
     for arm, words in (policies or {}).items():
         result["arms"][arm]["policies"] = words
     result = clean(result)
@@ -88,6 +83,18 @@ def compare(
 
         write(Path(out), result, loaded, curves, grids)
     return result
+
+
+def _add_crossed(result: dict[str, Any], loaded: Any, grids: Any, by_run: Any, n_boot: int,
+                 seed: int) -> None:
+    """Add what crossed designs say of their arms, and of the differences between these."""
+    for arm, grid in grids.items():
+        outcome = crossed(grid, by_run, n_boot=max(n_boot, 99), seed=seed)
+        result["arms"][arm] |= {"crossed": outcome, "persistence": outcome["persistence"]}
+    reference = result["reference"]
+    for arm, effect in result["effects"].items():
+        if arm in grids or reference in grids:
+            effect |= _crossed_effects(loaded, grids, result, reference, arm)
 
 
 def _load(arms: Mapping[str, Sequence[Any]],

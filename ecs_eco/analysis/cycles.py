@@ -269,12 +269,7 @@ def cross_seed_surrogates(
     if len(runs) < 4:
         raise ValueError(f"cross-seed surrogates need at least 4 runs, got {len(runs)}: one run a seed")
     loaded = [load_series(run) for run in runs]
-    if period is None:
-        periods = [p for s in loaded
-                   if (p := cycle_statistics(s, (a, b), skip=skip, n_boot=99, seed=seed).period)]
-        if not periods:
-            raise ValueError(f"none of the {len(runs)} runs is long enough for a cycle of {a} and {b}")
-        period = float(np.median(periods))
+    period = _median_period(loaded, a, b, skip, seed) if period is None else period
     pairs = [living_stretch(load_series(s, (a, b)), skip) for s in loaded]
     n = min(map(len, pairs))
     if n < 2 * period:
@@ -301,6 +296,15 @@ def cross_seed_surrogates(
         low=low,
         high=high,
     )
+
+
+def _median_period(loaded: Sequence[Any], a: str, b: str, skip: float, seed: int) -> float:
+    """Return the median of the periods of the runs' clearest peaks; ValueError where no run has one."""
+    statistics = [cycle_statistics(s, (a, b), skip=skip, n_boot=99, seed=seed) for s in loaded]
+    periods = [s.period for s in statistics if s.period]
+    if not periods:
+        raise ValueError(f"none of the {len(loaded)} runs is long enough for a cycle of {a} and {b}")
+    return float(np.median(periods))
 
 
 def _pairings(n: int, n_shuffles: int, seed: int) -> np.ndarray:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ecs_eco.checkpoint.check_arrays import check_arrays
+from ecs_eco.checkpoint.plain import Arrays, freeze_plain, load_plain, of_code, put, take
 from ecs_eco.config.names import names_in
 from ecs_eco.engine.code import NONE, Code, CodeError
 from ecs_eco.engine.errors import CheckpointError
@@ -20,7 +21,6 @@ if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
     from ecs_eco.space.world import SpatialWorld
 
-Arrays = dict[str, np.ndarray]
 OWN = ("uid", "born", "cause", "killer")  # columns of a table that belong to no component
 
 
@@ -50,13 +50,13 @@ def freeze(world: SpatialWorld) -> tuple[dict[str, Any], Arrays]:
     for owner, part in stateful(world).items():
         if state := part.state():
             kept[owner] = sorted(state)
-            _put(arrays, owner, state)
-    meta["plain"] = _freeze_plain(world, arrays)
+            put(arrays, owner, state)
+    meta["plain"] = freeze_plain(world, arrays)
     meta["code"] = noted(sources(world.config, (name.partition(":")[0] for _, name in meta["plain"])))
     if world.recorder is not None:
         world.recorder.flush()
         meta["recorder"] = world.recorder.names
-        _put(arrays, "recorder", world.recorder.state())
+        put(arrays, "recorder", world.recorder.state())
     return meta, arrays
 
 
@@ -110,19 +110,13 @@ def thaw(cls: Any, meta: Mapping[str, Any], threads: int, config: Any, systems: 
         world = build(cls, loaded, seed=meta["clock"]["seed"], threads=threads, populate=False,
                       record=False, **options)
     except CodeError as error:
-        raise _of(where, error) from None
+        raise of_code(where, error) from None
     except (ConfigError, ImportError, AttributeError, ValueError, TypeError, LookupError,
             ArithmeticError) as error:
         if isinstance(error, CheckpointError):
             raise
         raise CheckpointError(f"{where}: its world cannot be built here: {error}") from error
     return world
-
-
-def _of(where: str, error: CodeError) -> CodeError:
-    """The refusal of code, with the name of the checkpoint that names it."""
-    return CodeError(error.problems, error.title if where in error.title
-                                     else f"{where}: {error.title or 'names code that it may not'}")
 
 
 def load(world: SpatialWorld, meta: Mapping[str, Any], arrays: Arrays, where: str,
@@ -158,7 +152,7 @@ def _load(world: SpatialWorld, meta: Mapping[str, Any], arrays: Arrays, where: s
     if world.recorder is not None and "recorder" in meta:
         _load_part(world.recorder, "recorder", arrays, where)
     world.forget_neighbours()
-    _load_plain(world, meta["plain"], arrays, where, code)
+    load_plain(world, meta["plain"], arrays, where, code)
 
 
 # --- tables -------------------------------------------------------------------------------------------------
@@ -273,7 +267,7 @@ def stateful(world: SpatialWorld) -> dict[str, Any]:
 def _load_part(part: Any, owner: str, arrays: Arrays, where: str) -> None:
     """Let a part take its state; raises CheckpointError that names it where it cannot."""
     try:
-        part.load(_take(arrays, owner))
+        part.load(take(arrays, owner))
     except (ValueError, TypeError, KeyError, IndexError, OverflowError) as error:
         raise CheckpointError(f"{where}: {owner} cannot take what it holds: {error}") from error
 
@@ -283,74 +277,8 @@ def _has(part: Any) -> bool:
             and not isinstance(part, type))
 
 
-def _put(arrays: Arrays, owner: str, state: Mapping[str, Any]) -> None:
-    for key, value in state.items():
-        array = np.asarray(value)
-        if array.dtype.kind not in "biuf":
-            raise CheckpointError(f"{owner}: state() gives {key!r} as {array.dtype}; "
-                                  "allowed are arrays of numbers")
-        arrays[f"{owner}/{key}"] = array
-
-
-def _take(arrays: Arrays, owner: str) -> Arrays:
-    return {key.removeprefix(f"{owner}/"): array
-            for key, array in arrays.items() if key.startswith(f"{owner}/")}
-
-
 def _instances(world: SpatialWorld) -> list[str]:
     """Return the names of systems in the configuration that were handed in as instances
     and have no state() to say what they were."""
     listed = () if world.config is None else world.config.systems
     return [function_name(s) for s in listed if not isinstance(s, str | type) and not _has(s)]
-
-
-# --- plain components, on esper's entities ------------------------------------------------------------------
-
-
-def _freeze_plain(world: SpatialWorld, arrays: Arrays) -> list[list[Any]]:
-    """Put the user's plain components, which have state() and a class method restore(state),
-    into `arrays`; return their owners."""
-    out: list[list[Any]] = []
-    for uid, thing in plain_components(world):
-        if not (callable(getattr(thing, "state", None)) and callable(getattr(type(thing), "restore", None))):
-            raise CheckpointError(f"organism {uid} has a {type(thing).__name__}, which cannot be saved: "
-                                  "give its class state() → dict of "
-                                  "arrays of numbers, and a class method restore(state)")  # fmt: skip
-        _put(arrays, f"plain/{len(out)}", thing.state())
-        out.append([uid, function_name(type(thing))])
-    return out
-
-
-def plain_components(world: SpatialWorld) -> list[tuple[int, Any]]:
-    """Return (uid, component) of all components on esper's entities that are no columns,
-    in the order of uids and of names."""
-    from ecs_eco.engine.schema import Handle
-
-    plain: list[tuple[int, Any]] = []
-    for table in world.tables.values():
-        rows = table.rows()
-        for row in rows[table.entity[rows] != 0].tolist():
-            things = world.context.registry.of(table, row)
-            plain += [(int(table.uid[row]), thing)
-                      for thing in things.values() if not isinstance(thing, Handle)]
-    return sorted(plain, key=lambda f: (f[0], function_name(type(f[1]))))
-
-
-def _load_plain(world: SpatialWorld, listed: Sequence[Sequence[Any]], arrays: Arrays,
-                where: str, code: Code) -> None:
-    import esper
-
-    if not listed:
-        return
-    with world.context.inside():
-        for i, (uid, name) in enumerate(listed):
-            try:
-                kind: Any = code.function(name)
-            except CodeError as error:
-                raise _of(where, error) from None
-            except (ImportError, AttributeError) as error:
-                module = name.partition(":")[0]
-                raise CheckpointError(f"{where}: organism {uid} has a component {name}, "
-                                      f"and {module} has none such: {error}") from None
-            esper.add_component(world.entity(int(uid)), kind.restore(_take(arrays, f"plain/{i}")))
-

@@ -4,6 +4,9 @@ import weakref
 from typing import Any
 
 import esper
+import numpy as np
+
+from ecs_eco.engine.table import Table
 
 
 class _OfWorld(esper.Processor):
@@ -38,3 +41,41 @@ class Touched(_OfWorld):
         """Look at what was written."""
         self.world.touch()
         self.world.admit(refuse=self.world.debug is None)
+
+
+def bury(world: Any, table: Table, rows: np.ndarray) -> None:
+    """Free the rows of some that have a cause of death, once hooks and esper's handlers have seen them."""
+    heard = "death" in world.context.registry.events
+    if world.on_death or heard:
+        rows = rows[table.uid[rows].argsort()]
+    for listen in world.on_death:
+        listen(table, rows)
+    if heard:
+        causes = [world.causes[cause - 1] for cause in table.cause[rows]]
+        world.context.tell("death", world._entities(table, rows), causes)
+    table.vacate(rows)
+
+
+def bear(world: Any) -> None:
+    """Bring the newborn to life, table by table, in the order in which they were asked for."""
+    born, registry = [], world.context.registry
+    for table in world.tables.values():
+        if not table.births:
+            continue
+        requests, table.births = table.births, []
+        for request in requests:
+            parents, second, values = request
+            if parents.size:
+                given = registry.newborn(request)
+                if given is not None:
+                    values = world._values(table, given)
+                rows = table.occupy(parents.size, world.next_uid, world.tick, values)
+                world.next_uid += parents.size
+                if given is not None:
+                    registry.bear(request, table, int(rows[0]))
+                for listen in world.on_birth:
+                    listen(table, rows, parents, np.zeros_like(parents) if second is None else second)
+                born.append((table, rows))
+    if "birth" in registry.events:
+        numbers = [number for table, rows in born for number in world._entities(table, rows)]
+        world.context.tell("birth", numbers)

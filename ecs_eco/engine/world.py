@@ -4,7 +4,6 @@ of phases. It knows neither space nor biology."""
 from __future__ import annotations
 
 import threading
-import time
 import weakref
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any, Self
@@ -16,9 +15,10 @@ from ecs_eco.engine import random, turns
 from ecs_eco.engine.arguments import positive, seed_number, whole_number
 from ecs_eco.engine.context import LAST, Context, priority_of, switch_back
 from ecs_eco.engine.errors import UnknownName, unknown_name
-from ecs_eco.engine.flushes import Births, Deaths, Touched
-from ecs_eco.engine.interruption import Patience, Underway, require_whole, stopped, whole
+from ecs_eco.engine.flushes import Births, Deaths, Touched, bear, bury
+from ecs_eco.engine.interruption import Underway, require_whole, whole
 from ecs_eco.engine.phases import PHASES, Scheduled
+from ecs_eco.engine.running import live
 from ecs_eco.engine.schema import Handle
 from ecs_eco.engine.table import Table
 from ecs_eco.engine.workers import Workers
@@ -236,46 +236,8 @@ class World:
         with turns.turn:
             self.context.require()
             outside, mark = esper.current_world, Underway("tick")
-        with Patience(self) as patience:
-            try:
-                if self.tick == 0:
-                    self.flush()
-                shown = time.monotonic()
-                for done in range(1, ticks + 1):
-                    for call in tuple(self.before_tick):
-                        call()
-                    if self.stopping:
-                        break
-                    self._pass(mark)
-                    patience.over()
-                    if progress is not None and (done == ticks or time.monotonic() - shown > 0.1):
-                        shown = time.monotonic()
-                        progress(done, ticks)
-                    if self.stopping:
-                        break
-            except BaseException as error:
-                stopped(self, error)
-                raise
-            finally:
-                mark.running = self.ticking = False
-                self.stopped, self.stopping = self.stopping, False
-                with turns.turn:
-                    switch_back(outside)
+        live(self, ticks, progress, outside, mark)
         return self
-
-    def _pass(self, mark: Underway) -> None:
-        """Let one tick pass; the mark stands until it is complete."""
-        self.underway, self.ticking = mark, True
-        with turns.turn:
-            outside = esper.current_world
-            self.context.show()
-            self.context.process()
-            self.tick += 1
-            if self.apart:
-                esper.switch_world(outside)
-        self.ticking, self.underway = False, None
-        if turns.turn.waiting:
-            turns.turn.leave()
 
     def _mine(self) -> None:
         if threading.get_ident() != self.owner.ident:
@@ -300,39 +262,11 @@ class World:
     def bury(self, table: Table, rows: np.ndarray) -> None:
         """Free the rows of some that have a cause of death,
         after the listeners have seen them and esper's handlers of "death"."""
-        heard = "death" in self.context.registry.events
-        if self.on_death or heard:
-            rows = rows[table.uid[rows].argsort()]
-        for listen in self.on_death:
-            listen(table, rows)
-        if heard:
-            self.context.tell("death", self._entities(table, rows),
-                              [self.causes[cause - 1] for cause in table.cause[rows]])
-        table.vacate(rows)
+        bury(self, table, rows)
 
     def flush_births(self) -> None:
         """Bring the newborn to life, table by table, in the order in which they were asked for."""
-        born = []
-        for table in self.tables.values():
-            if not table.births:
-                continue
-            requests, table.births = table.births, []
-            for request in requests:
-                parents, second, values = request
-                if parents.size:
-                    given = self.context.registry.newborn(request)
-                    if given is not None:
-                        values = self._values(table, given)
-                    rows = table.occupy(parents.size, self.next_uid, self.tick, values)
-                    self.next_uid += parents.size
-                    if given is not None:
-                        self.context.registry.bear(request, table, int(rows[0]))
-                    for listen in self.on_birth:
-                        listen(table, rows, parents, np.zeros_like(parents) if second is None else second)
-                    born.append((table, rows))
-        if "birth" in self.context.registry.events:
-            self.context.tell("birth",
-                              [number for table, rows in born for number in self._entities(table, rows)])
+        bear(self)
 
     def admit(self, refuse: bool = True) -> None:
         """Check what was written between ticks, before kernels read it; a world with a space does this."""

@@ -31,6 +31,12 @@ class Training:
     steps: list[int] = field(default_factory=list)
     reports: list[dict[str, float]] = field(default_factory=list)  # of each update
 
+    def finish(self, score: np.ndarray, over: np.ndarray, step: int) -> None:
+        """Note the returns f64[n] of the episodes that are over, bool[n], and count them from 0 again."""
+        self.returns += score[over].tolist()
+        self.steps += [step] * int(over.sum())
+        score[over] = 0
+
     def steps_to(self, threshold: float, episodes: int = 100) -> int | None:
         """Return the environment steps at which the mean return of the last `episodes` first reached the
         threshold."""
@@ -41,18 +47,9 @@ class Training:
         return self.steps[int(reached[0]) + episodes - 1] if len(reached) else None
 
 
-def train(
-    envs: VectorEnv,
-    ppo: PPO,
-    total_steps: int,
-    seed: int,
-    hidden: tuple[int, ...] = (64, 64),
-    trunk: str = "separate",
-    workers: int = 1,
-    stop: Callable[[Training], bool] | None = None,
-    network: Callable[..., Any] | None = None,
-    device: str = "cpu",
-) -> Training:
+def train(envs: VectorEnv, ppo: PPO, total_steps: int, seed: int, hidden: tuple[int, ...] = (64, 64),
+          trunk: str = "separate", workers: int = 1, stop: Callable[[Training], bool] | None = None,
+          network: Callable[..., Any] | None = None, device: str = "cpu") -> Training:
     """Train a new brain for `total_steps` steps of all environments together,
     or until an update after which `stop`.
 
@@ -81,7 +78,8 @@ def train(
             logits, values, later = _think(brain, seen, memory, split)
         choose(logits, brain.offsets, generator.random(choice.shape, dtype=np.float32), choice,
                log_probability)
-        live = everyone[~over]  # the others only reset in this step, and ignore their action
+        resetting = over  # in this step they do nothing else, and ignore their action
+        live = everyone[~resetting]
         rollout.store(live, seen[live], choice[live], log_probability[live], values[live],
                       memory[live] if brain.memory else None)
         observed, rewards, dead, late, info = envs.step((choice + first).reshape(envs.action_space.shape))
@@ -94,10 +92,8 @@ def train(
             final = _flat(np.stack([info["final_obs"][i] for i in cut])) if resets_itself else seen[cut]
             rollout.cut(cut, rewards[cut], _think(brain, final, later[cut], None)[1])
         memory = later
-        memory[over] = 0
-        training.returns += score[over].tolist()
-        training.steps += [(step + 1) * n] * int(over.sum())
-        score[over] = 0
+        memory[over | resetting] = 0
+        training.finish(score, over, (step + 1) * n)
         over &= not resets_itself
     return training
 

@@ -2,7 +2,7 @@
 every birth and death on demand."""
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.lib.recfunctions import structured_to_unstructured, unstructured_to_structured
@@ -10,10 +10,10 @@ from numpy.lib.recfunctions import structured_to_unstructured, unstructured_to_s
 from ecs_eco.components import Metabolism, Nervous, Position
 from ecs_eco.components.genome import Genome
 from ecs_eco.engine.interruption import require_whole
-from ecs_eco.engine.jit import njit
 from ecs_eco.engine.system import System
 from ecs_eco.record.details import Details, how_many
 from ecs_eco.record.ledger import FLOWS, LEDGER_ROW
+from ecs_eco.record.sums import add_up, mean_depth
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
@@ -320,40 +320,3 @@ def letters_of(table: "Table") -> np.ndarray:
     alphabet: Any = getattr(getattr(table.species.heredity, "layout", None), "alphabet", DNA)
     letters = getattr(alphabet, "letters", alphabet).ljust(256, "?")
     return np.array(list(letters), "S1" if letters.isascii() else "U1")
-
-
-class Totals(NamedTuple):
-    """Sums over the living of one species, in float64; the flows are named as in the ledger."""
-
-    energy: float
-    taken_in: float
-    burnt: float
-    given: float
-    happiness: float
-
-
-@njit
-def add_up(alive, energy, taken, burnt, given, happiness):
-    """Return the Totals of the living."""
-    e, t, b, g, h = 0.0, 0.0, 0.0, 0.0, 0.0
-    feels = happiness.size > 0
-    for row in range(alive.size):
-        if alive[row]:
-            e += energy[row]
-            t += taken[row]
-            b += burnt[row]
-            g += given[row]
-            if feels:
-                h += happiness[row]
-    return Totals(e, t, b, g, h)
-
-
-@njit
-def mean_depth(alive, z, top):
-    """Return the mean distance of the living below the top of the space [m], in float64."""
-    total, n = 0.0, 0
-    for row in range(alive.size):
-        if alive[row]:
-            total += top - z[row]
-            n += 1
-    return total / max(n, 1)

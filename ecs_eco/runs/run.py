@@ -4,11 +4,8 @@ and continues from its last checkpoint bit for bit."""
 from __future__ import annotations
 
 import math
-import signal
-import threading
 import time
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -31,6 +28,7 @@ from ecs_eco.runs.begin import (
     start_of,
 )
 from ecs_eco.runs.requests import RequestLog, forget, repeat_requests
+from ecs_eco.runs.signals import stopping
 
 if TYPE_CHECKING:
     from ecs_eco.ecosystem import World
@@ -267,7 +265,7 @@ def _go(world: World, folder: Folder, manifest: dict[str, Any], until: int, prog
     requests = RequestLog(world, manifest, lambda: keep_manifest(folder, manifest))
     start = time.perf_counter()
     try:
-        with _stopping(world), listening(world.before_tick, requests.look):
+        with stopping(world), listening(world.before_tick, requests.look):
             while world.tick < until and not world.stopped:
                 goal = min(until, (world.tick // every + 1) * every if every else until,
                            first + 1 if world.tick == first else until)
@@ -325,27 +323,3 @@ def _cannot_write(error: OSError, world: World, path: Path) -> str:
     why = error.strerror or error
     return (f"{path}: nothing more can be written at tick {world.tick}: {why}; "
             f"what was recorded until then is whole{last}")
-
-
-@contextmanager
-def _stopping(world: World) -> Iterator[None]:
-    """Let SIGINT and SIGTERM stop the world at the end of its tick; the second one stops at once."""
-    world.stopping = world.stopped = False
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-
-    def stop(number: int, frame: Any) -> None:
-        if world.stopping:
-            raise KeyboardInterrupt
-        world.stop()
-
-    before = {}
-    for number in (signal.SIGINT, signal.SIGTERM):
-        if signal.getsignal(number) is not signal.SIG_IGN:
-            before[number] = signal.signal(number, stop)
-    try:
-        yield
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)

@@ -47,6 +47,7 @@ from ecs_eco.worlds.policies import (
     fresh_individuals,
     load_weights,
     require_policies,
+    sources_in_words,
     take_weights,
     weights_file,
 )
@@ -59,9 +60,8 @@ if TYPE_CHECKING:
 
 
 def build(cls: Any, config: Any, *, seed: int | None = None, policies: Any = "trained", threads: int = 1,
-          learn: Any = None,
-          training: bool = False, record: bool = True, populate: bool = True, systems: Sequence[Any] = (),
-          controls: Sequence[str] = (), trust: bool = False) -> Any:
+          learn: Any = None, training: bool = False, record: bool = True, populate: bool = True,
+          systems: Sequence[Any] = (), controls: Sequence[str] = (), trust: bool = False) -> Any:
     """Return a new world.
 
     `policies`: "trained" (the files that the world names; untrained where it names none), "random" (every
@@ -71,8 +71,8 @@ def build(cls: Any, config: Any, *, seed: int | None = None, policies: Any = "tr
     `policy.learn`: true, false, or a dict species → these. `populate`: whether there are organisms at the
     start. `training`: numbers held constant by respawn, no births. `systems` are added to those of the world
     file, each at the end of its phase. `controls` are names of `ecs_eco.worlds.treatments`: what is removed,
-    to measure what it contributes.
-    `trust` allows the code that the world lists in `code` to run in this process.
+    to measure what it contributes. `trust` allows the code that the world lists in `code` to run in this
+    process.
     Raises ConfigError for a configuration that is wrong, and for one with code that nobody allowed.
     """
     config = (config if isinstance(config, WorldConfig) and not systems
@@ -80,18 +80,14 @@ def build(cls: Any, config: Any, *, seed: int | None = None, policies: Any = "tr
     config._code.require(config._source)
     require_policies(config, policies)
     by_species("learn", learn, config.species, (bool, np.bool_), "true or false")
-    if training:
-        config = for_training(config)
+    config = for_training(config) if training else config
     require_memory(config)
     world = cls(config.space.size, edges=config.space.edges, dt=config.dt,
                 seed=config.seed if seed is None else seed,
                 cell=config.space.cell or cell(config), threads=threads, name=config.name)
     world.config = config
-    sources = {name: policies.get(name, "trained") if isinstance(policies, dict) else policies
-               for name in config.species}
-    texts = {name: str(source) if isinstance(source, str | Path) else "untrained"
-             for name, source in sources.items()}
-    world.origin = {"policies": texts, "training": training, "controls": list(controls)}
+    world.origin = {"policies": sources_in_words(config, policies), "training": training,
+                    "controls": list(controls)}
     world.reproduction = not (training and config.training.respawn)
     _surroundings(world, config)
     _tables(world, config)

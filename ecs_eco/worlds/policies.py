@@ -89,6 +89,14 @@ def require_policies(config: WorldConfig, policies: Any) -> None:
                f"{listed(POLICIES)}, a folder, or in a dict a torch module")
 
 
+def sources_in_words(config: WorldConfig, policies: Any) -> dict[str, str]:
+    """Return where the policy of each species comes from, as a checkpoint holds it; a module has no words."""
+    sources = {name: policies.get(name, "trained") if isinstance(policies, dict) else policies
+               for name in config.species}
+    return {name: str(source) if isinstance(source, str | Path) else "untrained"
+            for name, source in sources.items()}
+
+
 def weights_files(config: WorldConfig, policies: Any) -> dict[str, Path]:
     """Return the files that a world's policies start from, by species; `policies` as in `build`.
 

@@ -46,7 +46,8 @@ def written(folder: Path, data: dict[str, Any]) -> Path:
 
 def test_every_field_that_may_name_code_is_in_the_table() -> None:
     fields = fields_that_name_code()
-    assert fields == {"systems", "components", "function", "current_function", "operator", "objective", "of"}
+    assert fields == {"systems", "components", "function", "current_function", "operator", "objective", "of",
+                      "network"}
     assert {p.removesuffix(".*").rpartition(".")[2] for p in ARGUMENTS} == fields
     assert set(KEYS) == set(ARGUMENTS)
 

@@ -205,14 +205,14 @@ def test_what_cannot_be_done_is_refused_by_the_browser_or_in_words(page):
     pause(page)
     page.locator("#tab-act").click()
     acts = page.evaluate("ecs.acts")
-    page.get_by_label("Parameter").fill("species.wolf.reproduction.rate")
+    page.get_by_label("Parameter").fill("species.grass.reproduction.rate")
     page.get_by_label("New value").fill("-1")
     page.get_by_role("button", name="Change").click()
     assert page.evaluate("ecs.acts") == acts  # below the bound: not even sent
-    page.get_by_label("New value").fill("0.5")
+    page.get_by_label("New value").fill("0.05")
     page.get_by_role("button", name="Change").click()
     until(page, "document.querySelector('#act .log "
-                "li')?.textContent.includes('species.wolf.reproduction.rate = 0.5')")
+                "li')?.textContent.includes('species.grass.reproduction.rate = 0.05')")
     page.get_by_label("Parameter").fill("species.deer.metabolism.energy_max")
     page.get_by_label("New value").fill("0.0001")
     page.get_by_role("button", name="Change").click()

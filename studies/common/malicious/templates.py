@@ -41,6 +41,10 @@ def mate(one, other):
 def mutate(one):
     return one,
 
+def net(n_observations, groups):
+    from ecs_eco.learning import MLP
+    return MLP(n_observations, groups)
+
 def judge(series):
     return 1.0
 """
@@ -60,6 +64,7 @@ KEYS: dict[str, Any] = {  # a place for each pattern of ARGUMENTS, and what stan
     "species.*.sensors.*.function": [{"kind": "custom", "function": "evil:sense", "width": 1}],
     "species.*.reflex.function": {"function": "evil:react"},
     "species.*.happiness.function": {"function": "evil:feel", "minimum": 0.0},
+    "species.*.policy.network": {"kind": "shared", "network": "evil:net"},
     "water.current_function": {"current_function": "evil:flow"},
     "species.*.genome.mate.operator": {"operator": "evil:mate"},
     "species.*.genome.mutate.operator": {"operator": "evil:mutate"},
@@ -68,7 +73,7 @@ KEYS: dict[str, Any] = {  # a place for each pattern of ARGUMENTS, and what stan
 }
 PLACES = {"species.*.sensors.*.function": "sensors", "species.*.components.*": "components",
           "species.*.reflex.function": "reflex",
-          "species.*.happiness.function": "happiness"}  # fmt: skip
+          "species.*.happiness.function": "happiness", "species.*.policy.network": "policy"}  # fmt: skip
 NAMES = ("os:system", "posix:system", "pydoc:pipepager", "builtins:exec", "builtins:eval", "subprocess:call",
          "runpy:run_path", "timeit:main", "importlib:import_module", "ctypes:CDLL", "pickle:loads",
          "evilpackage.inside:Wait", "evil.Wait:__init__",
@@ -92,6 +97,8 @@ def put(data: dict[str, Any], pattern: str, value: Any) -> None:
     snail = data["species"]["snail"]
     if pattern in PLACES:
         snail[PLACES[pattern]] = value
+        if pattern.endswith("network"):  # what has a policy has a reward
+            snail["happiness"] = {"formula": "energy", "minimum": 0.0}
     elif ".genome." in pattern:
         snail["genome"][pattern.split(".")[3]] = value
     elif pattern == "systems.*":

@@ -1,0 +1,89 @@
+"""The user's own plain components on esper's entities, and how parts of a world stand in a checkpoint."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ecs_eco.engine.code import Code, CodeError
+from ecs_eco.engine.errors import CheckpointError
+from ecs_eco.engine.section import function_name
+
+if TYPE_CHECKING:
+    from ecs_eco.space.world import SpatialWorld
+
+Arrays = dict[str, np.ndarray]
+
+
+def put(arrays: Arrays, owner: str, state: Mapping[str, Any]) -> None:
+    """Add the arrays of a part's state; raises CheckpointError for what is no array of numbers."""
+    for key, value in state.items():
+        array = np.asarray(value)
+        if array.dtype.kind not in "biuf":
+            raise CheckpointError(f"{owner}: state() gives {key!r} as {array.dtype}; "
+                                  "allowed are arrays of numbers")
+        arrays[f"{owner}/{key}"] = array
+
+
+def take(arrays: Arrays, owner: str) -> Arrays:
+    """Return the arrays of a part, by their names in it."""
+    return {key.removeprefix(f"{owner}/"): array
+            for key, array in arrays.items() if key.startswith(f"{owner}/")}
+
+
+def of_code(where: str, error: CodeError) -> CodeError:
+    """Return the refusal of code with the name of the checkpoint that names it."""
+    return CodeError(error.problems, error.title if where in error.title
+                                     else f"{where}: {error.title or 'names code that it may not'}")
+
+
+def freeze_plain(world: SpatialWorld, arrays: Arrays) -> list[list[Any]]:
+    """Put the user's plain components, which have state() and a class method restore(state),
+    into `arrays`; return their owners."""
+    out: list[list[Any]] = []
+    for uid, thing in plain_components(world):
+        if not (callable(getattr(thing, "state", None)) and callable(getattr(type(thing), "restore", None))):
+            raise CheckpointError(f"organism {uid} has a {type(thing).__name__}, which cannot be saved: "
+                                  "give its class state() → dict of "
+                                  "arrays of numbers, and a class method restore(state)")  # fmt: skip
+        put(arrays, f"plain/{len(out)}", thing.state())
+        out.append([uid, function_name(type(thing))])
+    return out
+
+
+def plain_components(world: SpatialWorld) -> list[tuple[int, Any]]:
+    """Return (uid, component) of all components on esper's entities that are no columns,
+    in the order of uids and of names."""
+    from ecs_eco.engine.schema import Handle
+
+    plain: list[tuple[int, Any]] = []
+    for table in world.tables.values():
+        rows = table.rows()
+        for row in rows[table.entity[rows] != 0].tolist():
+            things = world.context.registry.of(table, row)
+            plain += [(int(table.uid[row]), thing)
+                      for thing in things.values() if not isinstance(thing, Handle)]
+    return sorted(plain, key=lambda f: (f[0], function_name(type(f[1]))))
+
+
+def load_plain(world: SpatialWorld, listed: Sequence[Sequence[Any]], arrays: Arrays,
+               where: str, code: Code) -> None:
+    """Give organisms the plain components that a checkpoint lists for them."""
+    import esper
+
+    if not listed:
+        return
+    with world.context.inside():
+        for i, (uid, name) in enumerate(listed):
+            try:
+                kind: Any = code.function(name)
+            except CodeError as error:
+                raise of_code(where, error) from None
+            except (ImportError, AttributeError) as error:
+                module = name.partition(":")[0]
+                raise CheckpointError(f"{where}: organism {uid} has a component {name}, "
+                                      f"and {module} has none such: {error}") from None
+            esper.add_component(world.entity(int(uid)), kind.restore(take(arrays, f"plain/{i}")))
+
