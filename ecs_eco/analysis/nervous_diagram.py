@@ -85,11 +85,20 @@ class PolicyNode:
     layers: tuple[int, ...]
     learns: bool
     inherit: str = "none"
+    network: str = ""  # name of a torch module's class; its layers are its own affair
 
     @property
     def label(self) -> str:
         """The layers, and whether they are shared: "14 → 64 → 64 → 6, shared"."""
-        return f"{' → '.join(map(str, self.layers))}, {self.kind}" if self.layers else "none"
+        return f"{self.way}, {self.kind}" if self.layers else "none"
+
+    @property
+    def way(self) -> str:
+        """The units from channels to options, or the network between them: "14 → Net → 6"."""
+        n, first, last = len(self.layers), self.layers[0], self.layers[-1]
+        if self.network:
+            return f"{first} → {self.network} → {last}"
+        return " → ".join(map(str, self.layers)) if n <= 6 else f"{first} → … {n - 2} layers … → {last}"
 
 
 @dataclass(frozen=True)
@@ -302,8 +311,10 @@ def _policy(species: Species, dims: int) -> PolicyNode:
     if policy.kind == "none":
         return PolicyNode("none", (), False)
     free = [n for group, n in _options(species) if group]
-    layers = (len(species.channels(dims)), *policy.hidden, sum(free))
-    return PolicyNode(policy.kind, layers, policy.learn, policy.inherit)
+    network = function_name(policy.network).partition(":")[2] if policy.network else ""
+    hidden = [] if network else policy.hidden
+    layers = (len(species.channels(dims)), *hidden, sum(free))
+    return PolicyNode(policy.kind, layers, policy.learn, policy.inherit, network)
 
 
 def _options(species: Species) -> list[tuple[str, int]]:

@@ -216,7 +216,7 @@ class _Drawing:
         policy, middle = self.d.policy, self.at.x_box + self.at.box / 2
         self.pen.box(self.at.x_box, y, self.at.box, height, "#eaf3f9", BLUE)
         self._say(y - 0.41, "policy network", 9, INK, bold=True)
-        n, first, last = len(policy.layers), policy.layers[0], policy.layers[-1]
+        n = len(policy.layers)
         xs = np.linspace(middle - 0.8, middle + 0.8, n).tolist()
         tall = [0.14 + 0.28 * min(1.0, math.log2(1 + units) / 8) for units in policy.layers]
         for i in range(n - 1):
@@ -225,8 +225,7 @@ class _Drawing:
                               "#9cc4df", 0.7, 5)
         for x, high in zip(xs, tall, strict=True):
             self.pen.block(x - 0.035, y - 0.05, 0.07, high, BLUE, 6)
-        self._say(y + 0.27, " → ".join(map(str, policy.layers))
-                            if n <= 6 else f"{first} → … {n - 2} layers … → {last}", 8, INK)
+        self._say(y + 0.27, policy.way, 8, INK)
         words = [policy.kind, *["learns"] * policy.learns,
                  *[f"inherited: {policy.inherit}"] * (policy.inherit != "none")]
         self._say(y + 0.43, ", ".join(words))

@@ -208,6 +208,13 @@ def test_a_lone_action_and_its_absence_are_two_options_of_the_policy() -> None:
     assert d.policy.layers == (8, 5, 4)
 
 
+def test_a_network_of_ones_own_is_drawn_with_its_name(tmp_path: Path) -> None:
+    config = load("predator-prey", {"species.deer.policy.network": "ecs_eco.learning.mlp:MLP"})
+    d = diagram(config, "deer")
+    assert d.policy.label == "14 → MLP → 6, shared"
+    assert save(draw_nervous_system(config, "deer"), tmp_path / "deer.png").stat().st_size > 10_000
+
+
 GENES = [
     {"name": "courage", "trait": "reflex.lips_suck.weight", "letters": 1, "values": [0, 0, 0, -1]},
     {"name": "skin", "trait": "reflex.lips_suck.threshold", "letters": 2, "low": 0, "high": 1},
