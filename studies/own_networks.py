@@ -8,8 +8,8 @@ Hypotheses, before the run that decides. Solved: the mean return of the last 100
    built-in one (ratio of medians over 10 seeds, a budget of 100,000 steps).
 2. Without velocities (only the places of cart and pole are seen), a GRU solves the task within 200,000 steps
    in at least 8 of 10 seeds, and the built-in network in none.
-Settings of the first task are those of ppo_cartpole.py. Those of the second are to be chosen on seeds 100-102; they are
-not yet, and nothing is decided before.
+Settings of the first task are those of ppo_cartpole.py. Those of the second are to be chosen on seeds
+100-102; they are not yet, and nothing is decided before.
 """
 
 from __future__ import annotations
