@@ -2,6 +2,7 @@
 
     python benchmarks/before_after.py digests --before COMMIT
     python benchmarks/before_after.py times --before COMMIT [--pairs 12]
+    python benchmarks/before_after.py starts --before COMMIT [--pairs 12]
 
 `digests`: ten runs of 500 ticks, of all shipped worlds, with learning on and off, brains shared and
 individual: a hash of where all organisms are, what they have and who they are. `times`: worlds that take
@@ -18,6 +19,8 @@ import statistics
 import subprocess
 import sys
 import tempfile
+import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -108,27 +111,55 @@ def times(before: Path, pairs: int) -> dict[str, Any]:
             asked = [world, changes, ticks, one]
             for place in (before, ROOT):
                 call(place, TIME, [world, changes, 2, one])  # compiles
-            ratios, seconds = [], []
-            for number in range(pairs):
-                order = (before, ROOT) if number % 2 else (ROOT, before)
-                took = {place: call(place, TIME, asked) for place in order}
-                ratios.append(took[ROOT] / took[before])
-                seconds.append(took[ROOT])
-            draws = random.Random(1)
-            medians = sorted(statistics.median(draws.choices(ratios, k=pairs)) for _ in range(2000))
             key = f"{name}, {'run(1) a tick' if one else 'one run'}"
-            results[key] = {"ratio": round(statistics.median(ratios), 4), "from": round(medians[50], 4),
-                          "to": round(medians[-51], 4),
-                          "ms a tick": round(1000 * statistics.median(seconds) / ticks, 3),
-                          "pairs": pairs}  # fmt: skip
+            found, seconds = paired(before, pairs, lambda place, asked=asked: call(place, TIME, asked))
+            results[key] = found | {"ms a tick": round(1000 * seconds / ticks, 3)}
             print(key, json.dumps(results[key]), flush=True)
     return results
+
+
+def starts(before: Path, pairs: int) -> dict[str, Any]:
+    """Return the same of whole processes: a frozen run of 100 ticks, and whether it loads torch."""
+    code = "import sys; from ecs_eco.cli import app; app(sys.argv[1:], standalone_mode=False); " \
+           "print('torch' in sys.modules)"
+    torch = {}
+
+    def start(place: Path) -> float:
+        with tempfile.TemporaryDirectory() as folder:
+            words = ["run", "predator-prey", "--ticks", "100", "--no-report", "--quiet"]
+            command = [sys.executable, "-c", code, *words, "--out", f"{folder}/run"]
+            environment = os.environ | {"PYTHONPATH": str(place)}
+            begin = time.perf_counter()
+            done = subprocess.run(command, cwd=place, env=environment, check=True, capture_output=True,
+                                  text=True)
+            torch[place] = done.stdout.splitlines()[-1] == "True"
+            return time.perf_counter() - begin
+
+    for place in (before, ROOT):
+        start(place)  # compiles
+    found, seconds = paired(before, pairs, start)
+    return {"a frozen run of 100 ticks as a process": found | {"s": round(seconds, 3)},
+            "loads torch": {"before": torch[before], "after": torch[ROOT]}}
+
+
+def paired(before: Path, pairs: int, measure: Callable[[Path], float]) -> tuple[dict[str, Any], float]:
+    """Return the median ratio of this commit's seconds to the other's, with its interval; and the seconds."""
+    ratios, seconds = [], []
+    for number in range(pairs):
+        order = (before, ROOT) if number % 2 else (ROOT, before)
+        took = {place: measure(place) for place in order}
+        ratios.append(took[ROOT] / took[before])
+        seconds.append(took[ROOT])
+    draws = random.Random(1)
+    medians = sorted(statistics.median(draws.choices(ratios, k=pairs)) for _ in range(2000))
+    return {"ratio": round(statistics.median(ratios), 4), "from": round(medians[50], 4),
+            "to": round(medians[-51], 4), "pairs": pairs}, statistics.median(seconds)
 
 
 def main() -> int:
     """Compare and keep; return 1 where results differ."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
-    parser.add_argument("what", choices=["digests", "times"])
+    parser.add_argument("what", choices=["digests", "times", "starts"])
     parser.add_argument("--before", required=True, metavar="COMMIT")
     parser.add_argument("--pairs", type=int, default=12)
     given = parser.parse_args()
@@ -139,7 +170,9 @@ def main() -> int:
         files = subprocess.run(["git", "archive", given.before], cwd=ROOT,
                                capture_output=True, check=True).stdout
         subprocess.run(["tar", "x", "-C", folder], input=files, check=True)
-        result = digests(Path(folder)) if given.what == "digests" else times(Path(folder), given.pairs)
+        place = Path(folder)
+        result = (digests(place) if given.what == "digests"
+                  else {"times": times, "starts": starts}[given.what](place, given.pairs))
     record = {"before": git[given.before], "after": git["HEAD"], "load": os.getloadavg()[0], **result}
     (RESULTS / f"before_after_{given.what}.json").write_text(json.dumps(record, indent=1) + "\n",
                                                              encoding="utf-8")
