@@ -27,9 +27,11 @@ SEARCH = {"objective": "persistence", "ticks": 5000, "world_seeds": 2,
 
 def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
     """One search; return the winner's numbers and the confirmation."""
+    from ecs_eco.config import load
     from ecs_eco.search import search
 
-    name = hashlib.sha256(canonical(config).encode()).hexdigest()[:12]
+    asked = canonical(config) + load("reflexes").config_hash  # a search goes on in the same world only
+    name = hashlib.sha256(asked.encode()).hexdigest()[:12]
     out = Path(tempfile.gettempdir()) / f"ecs-eco-goats-{name}"
     wanted = {**config["start"], **{f"search.{k}": v for k, v in config["search"].items()},
               "search.seed": case["seed"],
