@@ -22,8 +22,11 @@ WORLD = Path(__file__).parent.parent / "examples" / "dying_world.toml"
 
 
 def folder(config: dict[str, Any], case: dict[str, Any]) -> Path:
-    """Where a search leaves what it found."""
-    name = hashlib.sha256(canonical(config).encode()).hexdigest()[:12]
+    """Where a search leaves what it found: it goes on in the same world only."""
+    from ecs_eco.config import load
+
+    asked = canonical(config) + load(WORLD).config_hash
+    name = hashlib.sha256(asked.encode()).hexdigest()[:12]
     return Path(tempfile.gettempdir()) / f"ecs-eco-search-{name}" / f"{case['optimiser']}-{case['seed']}"
 
 
