@@ -179,3 +179,16 @@ def test_a_gradient_that_is_not_finite_changes_nothing_and_is_named():
     with pytest.raises(FloatingPointError, match="update 0: the gradient is nan"):
         learner.update(rows, values)
     assert all(np.array_equal(a, before[name]) for name, a in learner.brain.state().items())
+
+
+@pytest.mark.skipif(not torch.cuda.is_available(), reason="no CUDA device here")
+@pytest.mark.parametrize("network", [Plain, Gru])
+def test_a_graphics_processor_thinks_and_learns_as_the_processor_does_but_for_rounding(network):
+    states = []
+    for device in ("cpu", "cuda"):
+        torch.manual_seed(1)
+        learner = TorchLearner(ModuleBrain(network(5, GROUPS), 5, GROUPS, device), PPO(unroll=2), 3)
+        learner.update(*live(learner))
+        states.append(learner.brain.state())
+    for name, weights in states[0].items():
+        np.testing.assert_allclose(states[1][name], weights, rtol=1e-2, atol=1e-3, err_msg=name)
