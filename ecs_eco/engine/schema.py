@@ -2,7 +2,7 @@
 
 import inspect
 import sys
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -74,9 +74,13 @@ else:
 
 
 class Columns:
-    """The arrays of one component in one table, an attribute per field: f32[capacity, …]."""
+    """The arrays of one component in one table, an attribute per field: f32[capacity, …].
+
+    `replaced` is another object whenever a column of any table has been replaced by another array.
+    """
 
     __slots__ = ("__dict__",)
+    replaced: ClassVar[object] = object()
 
     def __setattr__(self, name: str, value: Any) -> None:
         """Replace a column; raises ValueError for one of another type, shape or layout,
@@ -92,6 +96,7 @@ class Columns:
                 raise ValueError(f"column {name} cannot become an array with gaps between its rows; "
                                  f"write into it: {name}[rows] = …")
         self.__dict__[name] = value
+        Columns.replaced = object()  # after the change: whoever has looked before it looks again
 
 
 class Handle:

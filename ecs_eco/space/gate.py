@@ -7,13 +7,13 @@ around it, one on a wall moved to just before it. Within a tick nothing is check
 arrays whatever the numbers are, and the debug mode says which system wrote a bad one.
 """
 
-import math
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from ecs_eco.engine.table import first_outside
+from ecs_eco.engine.schema import Columns
+from ecs_eco.space import scan
 from ecs_eco.space.check_surroundings import check_surroundings
 from ecs_eco.space.geometry import back_into
 
@@ -22,7 +22,6 @@ if TYPE_CHECKING:
 
 # lengths of the world from which a place is wrapped around a torus: float32 still resolves places there
 FURTHEST = 1000
-WIDTH = 8  # columns of a group: more would save little, and stay empty in small tables
 
 
 class Limits(NamedTuple):
@@ -79,48 +78,40 @@ class Limits(NamedTuple):
                              f"{self.allowed}")
 
 
-class Group(NamedTuple):
-    """Limits of up to WIDTH columns of one type, looked at in one call;
-    the rest of a group repeats the first, with no values."""
+class Looked(NamedTuple):
+    """What the gate looks at in every table of a world."""
 
-    limits: list[Limits]
-    each: np.ndarray  # i64[k] values of one organism
-    low: np.ndarray  # [k]
-    high: np.ndarray  # [k]
-
-
-class _Known(NamedTuple):
-    key: tuple[Any, ...]  # what the limits were computed from
-    limits: list[Limits]
-    groups: list[Group]
+    key: list[Any]  # what it was made of
+    tables: tuple["Table", ...]
+    columns: list[scan.Columns]  # by type
+    limits: list[list[Limits | None]]  # of these columns; None: of the causes of death
 
 
 def limits_of(world: Any, table: "Table", heavy: bool = False) -> list[Limits]:
     """Return the limits of a table's fields, with `heavy` of heavy ones too."""
-    return _known(world, table, heavy).limits
-
-
-def _known(world: Any, table: "Table", heavy: bool) -> _Known:
     key = (*table.columns, *table.dims.values())
     known = table.limits.get(heavy)
-    if known is None or known.key != key:
-        limits = list(_limits(world, table, heavy))
-        known = table.limits[heavy] = _Known(key, limits, list(_groups(table, limits)))
-    return known
+    if known is None or known[0] != key:
+        known = table.limits[heavy] = key, list(_limits(world, table, heavy))
+    return known[1]
 
 
-def _groups(table: "Table", limits: list[Limits]) -> Iterator[Group]:
-    """Yield limits by type; groups of all tables have one size, so that their kernel is compiled once."""
-    for dtype in dict.fromkeys(one.low.dtype for one in limits):
-        same = [one for one in limits if one.low.dtype == dtype]
-        for at in range(0, len(same), WIDTH):
-            group = same[at : at + WIDTH]
-            each = [math.prod(table.field(one.component, one.field).shape[1:]) for one in group]
-            if len(same) > 1:
-                each += [0] * (WIDTH - len(group))
-                group += group[:1] * (WIDTH - len(group))
-            low, high = (np.array([getattr(one, end) for one in group], dtype) for end in ("low", "high"))
-            yield Group(group, np.array(each, np.int64), low, high)
+def _look(world: Any, known: Looked | None) -> Looked:
+    """Return what to look at: `known` as long as no table and no column has become another."""
+    tables = tuple(world.tables.values())
+    key = [Columns.replaced, len(world.causes), *tables, *[table.dims for table in tables]]
+    if known is not None and known.key == key:
+        return known
+    entries: dict[Any, list[tuple[int, np.ndarray, Any, Any]]] = {}
+    limits: dict[Any, list[Limits | None]] = {}
+    for i, table in enumerate(tables):
+        ours = [(one, table.field(one.component, one.field), one.low, one.high)
+                for one in limits_of(world, table)]
+        for one, column, low, high in [*ours, (None, table.cause, 0, min(255, len(world.causes)))]:
+            entries.setdefault(column.dtype, []).append((i, column, low, high))
+            limits.setdefault(column.dtype, []).append(one)
+    key[2 + len(tables):] = [table.dims.copy() for table in tables]
+    return Looked(key, tables, [scan.Columns.of(each) for each in entries.values()], list(limits.values()))
 
 
 def _limits(world: Any, table: "Table", heavy: bool) -> Iterator[Limits]:
@@ -143,32 +134,35 @@ def _limits(world: Any, table: "Table", heavy: bool) -> Iterator[Limits]:
                 yield Limits(component, field, np.finfo(kind.dtype).min, np.finfo(kind.dtype).max)
 
 
-def admit(world: Any, refuse: bool = True) -> None:
+def admit(world: Any, refuse: bool = True, known: Looked | None = None) -> Looked:
     """Wrap or refuse what was written since the last tick: columns of the living, fields, ground,
     ambient values, requested births.
 
-    Raises ValueError that names the organism, the field, the value and the limits;
-    does not raise where the debug mode will.
+    Returns what it looked at, which saves time where the next call is given it. Raises ValueError that names
+    the organism, the field, the value and the limits; does not raise where the debug mode will.
     """
     if refuse:
         check_surroundings(world)
-    for table in world.tables.values():
-        if table.n:
-            _admit_living(world, table, refuse)
+    looked = _look(world, known)
+    rows = scan.rows_of(looked.tables)
+    for columns, limits in zip(looked.columns, looked.limits, strict=True):
+        at = -1
+        while (at := columns.first_outside(at + 1, rows)) >= 0:
+            table, one = looked.tables[columns.table[at]], limits[at]
+            if one is not None:
+                _admit_column(table, one, table.field(one.component, one.field), refuse)
+            elif refuse:
+                _refuse_cause(table, len(world.causes))
+    for table in looked.tables:
         for parents, _, values in table.births:
             values.update(newborn(world, table, values, f"newborn {{}} of {parents.size} of {table.name!r}"))
+    return looked
 
 
-def _admit_living(world: Any, table: "Table", refuse: bool) -> None:
-    for group in _known(world, table, heavy=False).groups:
-        arrays = [getattr(table.columns[limits.component], limits.field) for limits in group.limits]
-        flat, at = tuple([array if array.ndim == 1 else array.reshape(-1) for array in arrays]), -1
-        while (at := first_outside(flat, at + 1, table.high, group.each, group.low, group.high)) >= 0:
-            _admit_column(table, group.limits[at], arrays[at], refuse)
-    if refuse and table.cause[: table.high].max(initial=0) > len(world.causes):
-        row = int(np.flatnonzero(table.cause > len(world.causes))[0])
-        raise ValueError(f"{table.name}, uid {int(table.uid[row])}: cause of death {int(table.cause[row])}; "
-                         f"allowed: 0 to {len(world.causes)}, as world.cause(name) gives them")
+def _refuse_cause(table: "Table", known: int) -> None:
+    row = int(np.flatnonzero(table.cause > known)[0])
+    raise ValueError(f"{table.name}, uid {int(table.uid[row])}: cause of death {int(table.cause[row])}; "
+                     f"allowed: 0 to {known}, as world.cause(name) gives them")
 
 
 def _admit_column(table: "Table", limits: Limits, column: np.ndarray, refuse: bool) -> None:

@@ -42,6 +42,7 @@ class SpatialWorld(World):
         self.origin: dict[str, Any] = {}  # the arguments of `build`
         self.intervened: list[tuple[int, Any]] = []  # (tick, intervention) carried out
         self.lock = threading.RLock()  # held while something is made that threads share
+        self._looked: gate.Looked | None = None
         self._indexes: dict[str, Index] = {}
         self._merged: dict[tuple[str, ...], tuple[tuple[int, ...], Bodies]] = {}
         super().__init__(dt=dt, seed=seed, threads=threads, name=name)
@@ -57,7 +58,7 @@ class SpatialWorld(World):
 
     def admit(self, refuse: bool = True) -> None:
         """Bring back or refuse what was written between ticks; see `ecs_eco.space.gate`."""
-        gate.admit(self, refuse)
+        self._looked = gate.admit(self, refuse, self._looked)
 
     def admit_newborn(self, table: Table,
                       values: dict[tuple[type, str], Any], label: str) -> dict[tuple[type, str], Any]:

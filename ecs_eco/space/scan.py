@@ -1,0 +1,76 @@
+"""The columns of all tables, looked at in one call for each type: a world that runs tick by tick pays for it
+in every tick.
+
+A kernel that takes many arrays spends more time on taking them than on reading them. This one takes their
+addresses, which hold as long as no column is replaced; `Columns.replaced` says so.
+"""
+
+from typing import Any, NamedTuple
+
+import numba
+import numpy as np
+from numba import carray, types
+from numba.extending import intrinsic
+
+from ecs_eco.engine.jit import njit
+from ecs_eco.engine.table import Table, first_outside
+
+
+class Columns(NamedTuple):
+    """Columns of one type, of any tables, with the limits of their values: arrays [k]."""
+
+    arrays: tuple[np.ndarray, ...]  # flat; they keep the addresses alive
+    addresses: np.ndarray  # u64
+    table: np.ndarray  # i64, the number of each one's table
+    each: np.ndarray  # i64, values of one organism
+    low: np.ndarray
+    high: np.ndarray
+
+    @classmethod
+    def of(cls, entries: list[tuple[int, np.ndarray, Any, Any]]) -> "Columns":
+        """Make them of (number of the table, column, low, high), columns of one type."""
+        table, arrays, low, high = zip(*entries, strict=True)
+        return cls(
+            tuple(array.reshape(-1) for array in arrays),
+            np.array([array.__array_interface__["data"][0] for array in arrays], np.uint64),
+            np.array(table, np.int64),
+            np.array([array[:1].size for array in arrays], np.int64),
+            np.array(low, arrays[0].dtype), np.array(high, arrays[0].dtype),
+        )  # fmt: skip
+
+    def first_outside(self, start: int, rows: np.ndarray) -> int:
+        """Return the number of the first column, from `start` on, with a value outside low … high or NaN,
+        -1 if there is none; `rows` i64 is the number of rows of each table, those of the dead too."""
+        if numba.config.DISABLE_JIT:  # type: ignore[attr-defined]  # no addresses
+            return first_outside(self.arrays, start, 1, self.each * rows[self.table], self.low, self.high)
+        return _first_outside(self.addresses, self.table, self.each, self.low, self.high, start, rows)
+
+
+def rows_of(tables: tuple[Table, ...]) -> np.ndarray:
+    """Return how many rows of each table are in use: i64[tables]."""
+    return np.array([table.high for table in tables], np.int64)
+
+
+def _as_pointer(typing: Any, address: Any, like: Any) -> Any:
+    """Take an address as that of values of the type of the array `like`."""
+
+    def make(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        number, _ = arguments
+        return builder.inttoptr(number, context.get_value_type(signature.return_type))
+
+    return types.CPointer(like.dtype)(types.uint64, like), make  # type: ignore[no-untyped-call]
+
+
+_pointer: Any = intrinsic(_as_pointer)
+
+
+@njit
+def _first_outside(addresses, table, each, low, high, start, rows):
+    for k in range(start, addresses.size):
+        n = each[k] * rows[table[k]]
+        column, least, most, outside = carray(_pointer(addresses[k], low), n), low[k], high[k], False
+        for i in range(n):  # without branches: this becomes vector code
+            outside |= not ((column[i] >= least) & (column[i] <= most))
+        if outside:
+            return k
+    return -1
