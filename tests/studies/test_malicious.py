@@ -1,7 +1,9 @@
 """Some malicious files and messages of studies/malicious.py, which has the rest; and its controls,
 which are to leave their marks."""
 
+import sys
 from collections.abc import Iterator
+from types import ModuleType
 
 import pytest
 
@@ -25,6 +27,16 @@ def test_malicious_files_and_messages_leave_no_mark(what: str, number: int, plac
         assert not outcome["marks"]
         assert not outcome["imported"]
         assert not outcome["counts"][UNNAMED] + outcome["counts"][TRACEBACK], outcome
+
+
+def test_modules_of_other_worlds_are_no_finding_and_stay() -> None:
+    other = sys.modules["_ecs_eco_code_0_other"] = ModuleType("_ecs_eco_code_0_other")
+    try:
+        with ground() as place:
+            assert judged(place, Attack("harmless", [], [("nothing", str)]))["imported"] == []
+        assert sys.modules[other.__name__] is other
+    finally:
+        del sys.modules[other.__name__]
 
 
 def test_payloads_that_are_run_on_purpose_leave_their_marks(place: Ground) -> None:

@@ -142,12 +142,13 @@ class Ground:
 
 @contextlib.contextmanager
 def ground() -> Iterator[Ground]:
-    """A ground for as long as it is needed: with a user who allowed nothing,
-    and modules that would be found and leave a mark."""
+    """A ground for as long as it is needed: with a user who allowed nothing, modules that would be found
+    and leave a mark, and none of the modules that this process took from worlds before."""
     from ecs_eco.engine import trust
 
     before, allowed, path, config = (Path.cwd(), set(trust._here), list(sys.path),
                                      os.environ.get("XDG_CONFIG_HOME"))
+    modules = {name: sys.modules.pop(name) for name in _loaded()}
     with tempfile.TemporaryDirectory(prefix="ecs-eco-malicious-") as folder:
         home = Path(folder).resolve()
         os.environ["XDG_CONFIG_HOME"] = str(home / "config")
@@ -159,6 +160,7 @@ def ground() -> Iterator[Ground]:
             yield prepared
         finally:
             _forgotten()
+            sys.modules.update(modules)
             os.chdir(before)
             sys.path[:] = path
             trust._here.clear()
@@ -211,10 +213,14 @@ def judged(ground: Ground, attack: Attack) -> dict[str, Any]:
 def _forgotten() -> list[str]:
     """Forget the payload's modules that are loaded, so that a next import of them runs them again;
     return their names."""
-    loaded = [m for m in sys.modules if m.partition(".")[0] in MODULES or m.startswith("_ecs_eco_code_")]
+    loaded = _loaded()
     for module in loaded:
         del sys.modules[module]
     return loaded
+
+
+def _loaded() -> list[str]:
+    return [m for m in sys.modules if m.partition(".")[0] in MODULES or m.startswith("_ecs_eco_code_")]
 
 
 def _is_refusal(error: Exception) -> bool:
