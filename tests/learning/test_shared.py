@@ -26,18 +26,18 @@ def live(store, world, n=3, ticks=2):
 def test_an_update_learns_from_the_rollouts_of_all_worlds_as_from_one():
     shared, alone = learner(), learner()
     together = SharedLearner(shared, 2)
-    found = []
+    reports = []
     for world, share in enumerate(together.shares):
         rows, values = live(share.rollout, world)
         assert share.full
-        found.append(share.update(rows, values))
+        reports.append(share.update(rows, values))
     parts = [Rollout(3, 1, SETTINGS.discount) for _ in range(2)]
     for world, part in enumerate(parts):
         part.advantages(*live(part, world), SETTINGS.gae_lambda)
     alone.rollout = Rollout.joined(parts)
     report = alone.fit()
-    assert found[0] is None
-    assert found[1] == report
+    assert reports[0] is None
+    assert reports[1] == report
     assert report["n_transitions"] == 12
     assert all(np.array_equal(v, alone.brain.state()[k]) for k, v in shared.brain.state().items())
 

@@ -11,9 +11,9 @@ WEIGHTS = {"b": np.arange(6, dtype=np.float32).reshape(2, 3), "a": np.ones(2, np
 
 
 def test_weights_come_back_as_they_were_saved(tmp_path):
-    found = weights.load(weights.save(tmp_path / "deer.safetensors",
+    loaded = weights.load(weights.save(tmp_path / "deer.safetensors",
                                       {"b": WEIGHTS["b"], "t": WEIGHTS["b"].T}))
-    assert {name: array.tolist() for name, array in found.items()} == {"b": WEIGHTS["b"].tolist(),
+    assert {name: array.tolist() for name, array in loaded.items()} == {"b": WEIGHTS["b"].tolist(),
                                                                        "t": WEIGHTS["b"].T.tolist()}
 
 
@@ -25,11 +25,11 @@ def test_one_flipped_bit_is_noticed_or_changes_no_weight(tmp_path):
         data[bit // 8] ^= 1 << bit % 8
         (tmp_path / "flip.safetensors").write_bytes(data)
         try:
-            found = weights.load(tmp_path / "flip.safetensors")
+            loaded = weights.load(tmp_path / "flip.safetensors")
         except ValueError:
             refused += 1
             continue
-        assert all(found[name].tobytes() == array.tobytes() for name, array in WEIGHTS.items()), bit
+        assert all(loaded[name].tobytes() == array.tobytes() for name, array in WEIGHTS.items()), bit
     assert refused > 8 * sum(array.nbytes for array in WEIGHTS.values())
 
 

@@ -38,9 +38,9 @@ def test_everyone_who_senses_has_its_readings_by_name():
     assert table.species.nerves.channels[0] == "energy"
     assert sensor.readings.shape == (len(table.species.nerves.channels),)
     with world:
-        found = esper.get_components(Sensor, Metabolism, Nervous, Genome)
-        assert len(found) == table.n
-        for entity, (sensor, *_) in found:
+        organisms = esper.get_components(Sensor, Metabolism, Nervous, Genome)
+        assert len(organisms) == table.n
+        for entity, (sensor, *_) in organisms:
             assert sensor.readings.tolist() == expected[world.uid(entity)].tolist()
 
 

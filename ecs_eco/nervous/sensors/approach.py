@@ -26,29 +26,29 @@ def feel_approach(target: str, radius: float, scale: float) -> Sense:
     def sense(world: "SpatialWorld", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
         other, mine = world.tables[target], seekers.index
         targets, space = world.index(other), world.space
-        found, distance2 = np.empty(seekers.n, np.int32), np.empty(seekers.n, np.float32)
-        nearest(mine, targets, radius, found, distance2, world.split)
+        entries, distance2 = np.empty(seekers.n, np.int32), np.empty(seekers.n, np.float32)
+        nearest(mine, targets, radius, entries, distance2, world.split)
         if Velocity not in other:
-            found[:] = -1
+            entries[:] = -1
         rows, heading = targets.rows, other[Position].heading
         speed, climb = ((other[Velocity].speed, other[Velocity].climb)
                         if Velocity in other else (heading, heading))
         world.split(close_in, seekers.n, mine.x, mine.y, mine.z, seekers.cos, seekers.sin, targets.x,
-                    targets.y, targets.z, rows, heading, speed, climb, found, np.float32(scale),
+                    targets.y, targets.z, rows, heading, speed, climb, entries, np.float32(scale),
                     space.lengths, space.torus, space.volume, out, column)
 
     return sense
 
 
 @njit
-def close_in(first, last, ox, oy, oz, cos, sin, tx, ty, tz, rows, heading, speed, climb, found, scale,
+def close_in(first, last, ox, oy, oz, cos, sin, tx, ty, tz, rows, heading, speed, climb, entries, scale,
              lengths, torus, volume, out, column):
     """Write the direction to the found target, and the speed at which its own motion brings it nearer."""
     n = 4 if volume else 3
     for i in range(first, last):
         for c in range(n):
             out[i, column + c] = 0
-        j = found[i]
+        j = entries[i]
         if j < 0:
             continue
         dx, dy, dz = offset(ox[i], oy[i], oz[i], tx[j], ty[j], tz[j], lengths, torus)

@@ -32,8 +32,8 @@ def see_nearest(target: str, reach: float, fov: float, occlusion: bool, number: 
             light = world.surroundings("light", mine.x, mine.y, mine.z)
             own = np.minimum(own, np.float32(blind) + np.float32(by_light) * light)
             radius = max(float(own.max(initial=0.0)), 1e-6)
-        found, distance2 = np.empty(seekers.n, np.int32), np.empty(seekers.n, np.float32)
-        nearest(mine, targets, radius, found, distance2, world.split)
+        entries, distance2 = np.empty(seekers.n, np.int32), np.empty(seekers.n, np.float32)
+        nearest(mine, targets, radius, entries, distance2, world.split)
         if occlusion or cos_half_fov > -1:
             space, ground, inverse = world.space, *rocks(world)
             bodies: Any = opaque(world) if occlusion else targets
@@ -43,9 +43,9 @@ def see_nearest(target: str, reach: float, fov: float, occlusion: bool, number: 
                         seekers.sin, targets.x, targets.y, targets.z, targets.uid, targets.start, bodies.x,
                         bodies.y, bodies.z, radii, bodies.uid, bodies.start, occlusion, largest, *space.shape,
                         space.inverse, space.lengths, space.torus, space.reach(radius), np.float32(radius),
-                        cos_half_fov, ground, inverse, found, distance2)
+                        cos_half_fov, ground, inverse, entries, distance2)
         world.split(_bearings, seekers.n, mine.x, mine.y, mine.z, seekers.cos, seekers.sin, targets.x,
-                    targets.y, targets.z, found,
+                    targets.y, targets.z, entries,
                     distance2, world.space.lengths, world.space.torus, world.space.volume, own, out, column)
 
     sense.by_light = by_light is not None  # type: ignore[attr-defined]
@@ -53,10 +53,10 @@ def see_nearest(target: str, reach: float, fov: float, occlusion: bool, number: 
 
 
 @njit
-def _bearings(first, last, ox, oy, oz, cos, sin, tx, ty, tz, found, distance2, lengths, torus, volume, radius,
-              out, column):
+def _bearings(first, last, ox, oy, oz, cos, sin, tx, ty, tz, entries, distance2, lengths, torus, volume,
+              radius, out, column):
     for i in range(first, last):
-        j = found[i]
+        j = entries[i]
         if j < 0 or distance2[i] > radius[i] * radius[i]:
             out[i, column] = 0
             out[i, column + 1] = 0
