@@ -58,6 +58,9 @@ def save(name: str, question: str, rows: list[dict[str, Any]], notes: dict[str, 
     (RESULTS / f"{name}.json").write_text(json.dumps(content, indent=1) + "\n")
 
 
+SMELLS = "plant_smell", "grazer_smell", "hunter_smell"  # of a savanna
+
+
 def savanna(animals: int, plants_per_animal: float = 1.6, **space: Any) -> dict[str, Any]:
     """Return the configuration of a world with this many animals, of which 15 % hunt,
     on ground that grows with them.
@@ -68,13 +71,44 @@ def savanna(animals: int, plants_per_animal: float = 1.6, **space: Any) -> dict[
     grazers, hunters, plants = (round(animals * 0.85), round(animals * 0.15),
                                 round(animals * plants_per_animal))
     side = math.sqrt(animals / 0.045)
-    fields = {n: {"cell": 4.0, "diffusion": 1.0, "decay": 0.2}
-              for n in ("plant_smell", "grazer_smell", "hunter_smell")}
-    sensors = [
+    return {
+        "format": 1, "name": "savanna", "dt": 1.0, "space": {"size": [side, side], "edges": "torus", **space},
+        "fields": {f: {"cell": 4.0, "diffusion": 1.0, "decay": 0.2} for f in SMELLS},
+        "species": {
+            "plant": {"count": plants, "body": {"radius": 0.4, "opaque": False},
+                      "metabolism": {"energy": 0.2, "energy_max": 0.2}, "emits": {"plant_smell": 0.1},
+                      "reproduction": {"kind": "spread", "rate": 0.02, "seed_rain": 0.015, "spacing": 3.0}},
+            "grazer": _animal(grazers, "plant", "grazer_smell", 1.0),
+            "hunter": _animal(hunters, "grazer", "hunter_smell", 1.2),
+        },
+    }  # fmt: skip
+
+
+def _animal(count: int, eats: str, smell: str, speed: float) -> dict[str, Any]:
+    return {
+        "count": count, "body": {"radius": 0.5}, "metabolism": {"energy": 0.6, "basal": 0.003},
+        "emits": {smell: 1.0},
+        "properties": {"temperature": 311.0, "luminous_intensity": 0.0, "electric_current": 0.0},
+        "locomotion": {"speed": {"still": 0.0, "walk": 0.5, "run": speed},
+                       "cost": {"walk": 0.004, "run": 0.02}, "turn": 0.6},
+        "diet": [{"eats": eats, "reach": 0.5, "chance": 0.5, "gain": 0.2}],
+        "sensors": _senses(),
+        "actions": {"speed": ["still", "walk", "run"], "turn": ["left", "none", "right"], "eat": ["eat"]},
+        "neutral": {"speed": "still", "turn": "none"}, "automatic": ["eat"],
+        "happiness": {"formula": "energy - 0.2 * hunter_smell", "minimum": -1.0},
+        "policy": {"kind": "shared", "hidden": [64, 64]},
+        "ppo": {"horizon": 64, "epochs": 3, "learning_rate": 1e-3},
+        "lethal": [{"property": "energy", "min": 0.0, "low": "starved"},
+                   {"property": "age", "max": 3000.0, "high": "too old"}],
+    }  # fmt: skip
+
+
+def _senses() -> list[dict[str, Any]]:
+    return [
         {"kind": "nearest", "target": "plant", "radius": 6.0},
         {"kind": "nearest", "target": "grazer", "radius": 6.0},
         {"kind": "nearest", "target": "hunter", "radius": 12.0},
-        *({"kind": "smell", "field": f, "at": [1.0, side_]} for f in fields for side_ in (0.5, -0.5)),
+        *({"kind": "smell", "field": f, "at": [1.0, side]} for f in SMELLS for side in (0.5, -0.5)),
         {"kind": "own", "property": "energy"}, {"kind": "own", "property": "age", "scale": 1000.0},
         {"kind": "own", "property": "fertility"},
         {"kind": "own", "property": "temperature", "scale": 300.0}, {"kind": "light"},
@@ -82,33 +116,3 @@ def savanna(animals: int, plants_per_animal: float = 1.6, **space: Any) -> dict[
         {"kind": "own", "property": "luminous_intensity", "name": "glow"},
         {"kind": "own", "property": "electric_current", "name": "charge"},
     ]  # fmt: skip
-
-    def animal(count: int, eats: str, smell: str, speed: float, **ppo: Any) -> dict[str, Any]:
-        return {
-            "count": count, "body": {"radius": 0.5}, "metabolism": {"energy": 0.6, "basal": 0.003},
-            "emits": {smell: 1.0},
-            "properties": {"temperature": 311.0, "luminous_intensity": 0.0, "electric_current": 0.0},
-            "locomotion": {"speed": {"still": 0.0, "walk": 0.5, "run": speed},
-                           "cost": {"walk": 0.004, "run": 0.02}, "turn": 0.6},
-            "diet": [{"eats": eats, "reach": 0.5, "chance": 0.5, "gain": 0.2}],
-            "sensors": [dict(s) for s in sensors],
-            "actions": {"speed": ["still", "walk", "run"], "turn": ["left", "none", "right"], "eat": ["eat"]},
-            "neutral": {"speed": "still", "turn": "none"}, "automatic": ["eat"],
-            "happiness": {"formula": "energy - 0.2 * hunter_smell", "minimum": -1.0},
-            "policy": {"kind": "shared", "hidden": [64, 64]},
-            "ppo": {"horizon": 64, "epochs": 3, "learning_rate": 1e-3, **ppo},
-            "lethal": [{"property": "energy", "min": 0.0, "low": "starved"},
-                       {"property": "age", "max": 3000.0, "high": "too old"}],
-        }  # fmt: skip
-
-    return {
-        "format": 1, "name": "savanna", "dt": 1.0, "space": {"size": [side, side], "edges": "torus", **space},
-        "fields": fields,
-        "species": {
-            "plant": {"count": plants, "body": {"radius": 0.4, "opaque": False},
-                      "metabolism": {"energy": 0.2, "energy_max": 0.2}, "emits": {"plant_smell": 0.1},
-                      "reproduction": {"kind": "spread", "rate": 0.02, "seed_rain": 0.015, "spacing": 3.0}},
-            "grazer": animal(grazers, "plant", "grazer_smell", 1.0),
-            "hunter": animal(hunters, "grazer", "hunter_smell", 1.2),
-        },
-    }  # fmt: skip

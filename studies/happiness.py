@@ -27,6 +27,7 @@ ARMS: dict[str, dict[str, Any]] = {
 WEIGHTS = {"energy": 1, "berry": 1, "nightshade": -1}
 GENES = {"vole": (*WEIGHTS, "vole", "marker"), "berry": ("tough", "poison", "spread", "marker")}
 SEEDS = tuple(range(2001, 2011))
+Changes = dict[tuple[str, str], dict[int, float]]  # of the mean of a gene: arm, gene → seed → change
 FIGURE = Path(__file__).parent.parent / "docs" / "img" / "happiness_genes.png"
 
 
@@ -144,6 +145,22 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
     arms = [a for a in ARMS if any(e["case"]["arm"] == a for e in cases)]
     moved = {(a, f"{s}.{g}"): changed(cases, a, f"{s}.{g}") for a in arms for s, names in GENES.items()
              for g in names}
+    out = [*weights_against_controls(moved, arms), *genes_at_rest(moved, arms)]
+    if "no learning" in arms:
+        out.append(risk_of_nightshade(cases))
+    if "no grazers" in arms:
+        out += defence_of_berries(moved)
+    if "shuffled genome" in arms:
+        out.append(breeding_against_survival(moved))
+    out += sizes_of_runs(cases)
+    rows = [[a, g, len(v), np.mean([numbers(e, g)[0] for e in cases if e["case"]["arm"] == a]),
+             interval(list(v.values()))]
+            for (a, g), v in moved.items() if v]  # fmt: skip
+    return {"verdicts": out, "table": {"head": ["arm", "gene", "runs", "start", "change"], "rows": rows}}
+
+
+def weights_against_controls(moved: Changes, arms: list[str]) -> list[dict[str, Any]]:
+    """The weights of happiness change as expected, and more so than without selection or learning."""
     out = []
     for name, sign in WEIGHTS.items():
         for control in ("neutral drift", "no learning"):
@@ -152,51 +169,69 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
                 out.append(verdict(f"change of the weight of {name} in happiness, evolving less {control}",
                                    difference, "above 0" if sign > 0 else "below 0",
                                    beyond(difference, sign)))  # fmt: skip
+    return out
+
+
+def genes_at_rest(moved: Changes, arms: list[str]) -> list[dict[str, Any]]:
+    """Where nothing selects, hardly a gene of voles changes."""
+    out = []
     for control in [a for a in ("neutral drift", "no learning") if a in arms]:
         each = {g: interval(list(moved[control, f"vole.{g}"].values())) for g in (*WEIGHTS, "vole", "marker")}
         n = sum(beyond(v, 1) or beyond(v, -1) for v in each.values())
         out.append(verdict(f"{control}: of 5 genes of voles those that changed (95 % interval without 0)", n,
                            "at most 1, by chance", n <= 1))
-    if "no learning" in arms:
-        risk = {a: {e["case"]["seed"]: e["result"]["risk"]
-                    for e in cases if e["case"]["arm"] == a and e["result"]["risk"]}
-                for a in arms}
-        difference = apart({s: np.log(v) for s, v in risk["evolving"].items()},
-                           {s: np.log(v) for s, v in risk["no learning"].items()})
-        ratio = None if difference is None else [float(np.exp(v)) for v in difference]
-        out.append(verdict("risk of a vole to die of nightshade, evolving over no learning", ratio, "below 1",
-                           beyond(difference, -1)))
-    if "no grazers" in arms:
-        tough, poison = (apart(moved["evolving", f"berry.{g}"], moved["no grazers", f"berry.{g}"])
-                         for g in ("tough", "poison"))
-        out.append(verdict("change of toughness in berries, with grazers less without", tough, "above 0",
-                           beyond(tough, 1)))
-        out.append(verdict("change of poison in berries, with grazers less without", poison,
-                           "not above 0: it protects only the others", not beyond(poison, 1)))  # fmt: skip
-        alone = interval(list(moved["no grazers", "berry.tough"].values()))
-        out.append(verdict("change of toughness in berries without grazers", alone, "below 0: it costs seeds",
-                           beyond(alone, -1)))
-    if "shuffled genome" in arms:
-        sums = [{s: sum(sign * moved[a, f"vole.{g}"][s] for g, sign in WEIGHTS.items())
-                 for s in moved[a, "vole.energy"]}
-                for a in ("evolving", "shuffled genome")]  # fmt: skip
-        difference = apart(sums[0], sums[1])
-        out.append(
-            verdict("changes of energy and berry less that of nightshade, evolving less shuffled genome",
-                    difference,
-                    "above 0: breeding counts, not only staying alive", beyond(difference, 1))
-        )  # fmt: skip
+    return out
+
+
+def risk_of_nightshade(cases: list[dict[str, Any]]) -> dict[str, Any]:
+    """Those that learn in life die less of nightshade."""
+    risk = {a: {e["case"]["seed"]: e["result"]["risk"]
+                for e in cases if e["case"]["arm"] == a and e["result"]["risk"]}
+            for a in ("evolving", "no learning")}
+    difference = apart({s: np.log(v) for s, v in risk["evolving"].items()},
+                       {s: np.log(v) for s, v in risk["no learning"].items()})
+    ratio = None if difference is None else [float(np.exp(v)) for v in difference]
+    return verdict("risk of a vole to die of nightshade, evolving over no learning", ratio, "below 1",
+                   beyond(difference, -1))
+
+
+def defence_of_berries(moved: Changes) -> list[dict[str, Any]]:
+    """Grazers make berries tough, but not poisonous."""
+    tough, poison = (apart(moved["evolving", f"berry.{g}"], moved["no grazers", f"berry.{g}"])
+                     for g in ("tough", "poison"))
+    alone = interval(list(moved["no grazers", "berry.tough"].values()))
+    return [
+        verdict("change of toughness in berries, with grazers less without", tough, "above 0",
+                beyond(tough, 1)),
+        verdict("change of poison in berries, with grazers less without", poison,
+                "not above 0: it protects only the others", not beyond(poison, 1)),
+        verdict("change of toughness in berries without grazers", alone, "below 0: it costs seeds",
+                beyond(alone, -1)),
+    ]  # fmt: skip
+
+
+def breeding_against_survival(moved: Changes) -> dict[str, Any]:
+    """Genes of the living that are shuffled among newborn change less than those that parents pass on."""
+    sums = [{s: sum(sign * moved[a, f"vole.{g}"][s] for g, sign in WEIGHTS.items())
+             for s in moved[a, "vole.energy"]}
+            for a in ("evolving", "shuffled genome")]  # fmt: skip
+    difference = apart(sums[0], sums[1])
+    return verdict("changes of energy and berry less that of nightshade, evolving less shuffled genome",
+                   difference,
+                   "above 0: breeding counts, not only staying alive", beyond(difference, 1))  # fmt: skip
+
+
+def sizes_of_runs(cases: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Evolving runs are long enough, and their populations large enough, to say something."""
     mine = [e["result"] for e in cases if e["case"]["arm"] == "evolving"]
-    least = min(r["generations"] or 0 for r in mine)
-    out.append(verdict("generations of voles, the fewest of all evolving runs", least, "30 or more",
-                       least >= 30))
-    least = min(r["numbers"]["vole"] for r in mine)
-    out.append(verdict("voles, mean of the last quarter, the fewest of all evolving runs", least,
-                       "300 or more", least >= 300))
-    rows = [[a, g, len(v), np.mean([numbers(e, g)[0] for e in cases if e["case"]["arm"] == a]),
-             interval(list(v.values()))]
-            for (a, g), v in moved.items() if v]  # fmt: skip
-    return {"verdicts": out, "table": {"head": ["arm", "gene", "runs", "start", "change"], "rows": rows}}
+    generations = min(r["generations"] or 0 for r in mine)
+    voles = min(r["numbers"]["vole"] for r in mine)
+    return [
+        verdict("generations of voles, the fewest of all evolving runs", generations, "30 or more",
+                generations >= 30),
+        verdict("voles, mean of the last quarter, the fewest of all evolving runs", voles, "300 or more",
+                voles >= 300),
+    ]
 
 
 def draw(record: dict[str, Any], path: Path) -> None:

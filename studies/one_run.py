@@ -15,7 +15,9 @@ from typing import Any
 
 import numpy as np
 
-from studies.common.foreign import KINDS, LIVES, make, refused
+from studies.common.foreign.ground import LIVES, make
+from studies.common.foreign.kinds import KINDS
+from studies.common.foreign.refusal import refused
 from studies.common.runs import summary
 from studies.common.study import Study, verdict
 

@@ -15,7 +15,8 @@ from typing import Any
 
 import numpy as np
 
-from studies.common.fuzz.mutations import guarded, parsed, sources
+from studies.common.fuzz.guard import guarded
+from studies.common.fuzz.sources import parsed, sources
 from studies.common.kernels import kernels, reached
 from studies.common.wild_kernels import call_others
 

@@ -15,20 +15,22 @@ from ecs_eco.record.belonging import mark_of
 from ecs_eco.record.claim import LOCK, Claim
 from ecs_eco.record.parquet import read_parts
 from ecs_eco.runs.repeat import repeat
-from studies.common import foreign
+from studies.common.foreign.ground import LIVES, make
+from studies.common.foreign.kinds import KINDS
+from studies.common.foreign.refusal import refused
 
 
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory):
     place = tmp_path_factory.mktemp("whole") / "all"
-    foreign.make(place)
+    make(place)
     return place
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("kind", foreign.KINDS)
+@pytest.mark.parametrize("kind", KINDS)
 def test_a_foreign_file_is_refused_by_its_name(whole, tmp_path, kind):
-    assert foreign.refused(kind, whole, tmp_path / "copy") == ""
+    assert refused(kind, whole, tmp_path / "copy") == ""
 
 
 @pytest.fixture
@@ -131,9 +133,9 @@ def test_a_world_with_its_own_weights_repeats_from_any_folder(tmp_path):
     shutil.copytree(shipped()["predator-prey"].parent, world)
     for one, other in (("deer", "deer"), ("wolf", "wolf")):
         _other_weights(world / f"{one}.safetensors", world / f"{other}.safetensors")
-    config = load(world, foreign.LIVES)
+    config = load(world, LIVES)
     manifest = run_to_folder(config, 1, 5, tmp_path / "run", report=False)
-    named = run_to_folder(load("predator-prey", foreign.LIVES), 1, 5, tmp_path / "shipped", report=False)
+    named = run_to_folder(load("predator-prey", LIVES), 1, 5, tmp_path / "shipped", report=False)
     assert manifest["digest"] != named["digest"]
     assert manifest["id"] != named["id"]
     shutil.rmtree(world)

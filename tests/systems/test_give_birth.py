@@ -4,11 +4,8 @@ import pytest
 from ecs_eco.components import Biology, Genome, Gestation, LifeHistory, Metabolism, Position
 from ecs_eco.lifecycle.births import affordable
 from ecs_eco.systems import GiveBirth, Mate
-from ecs_eco.testing import act, arrange, check_system, check_world, shuffle, watch
-
-WAY = {"kind": "sexual", "energy_min": 0.5, "energy_given": 0.25, "reach": 1.0}
-WIDE = {"space": {"size": [400.0, 400.0]}}
-FEMALE, MALE = 1, 2
+from ecs_eco.testing import act, arrange, shuffle
+from tests.systems.couples import FEMALE, MALE, WAY, WIDE, mate_and_give_birth
 
 
 def _couples(meadow, n, **changes):
@@ -29,12 +26,6 @@ def _couples(meadow, n, **changes):
 
     world.on_birth.append(note)
     return world, born, rows
-
-
-def _bear(world):
-    act(world, Mate)
-    act(world, GiveBirth)
-    world.flush()
 
 
 def _of(world, component, field, who):
@@ -63,7 +54,7 @@ def test_gestation_lasts_its_time(meadow, gestation, dt, ticks):
 def test_the_parents_pay_for_the_litter_to_the_last_digit(meadow):
     world, born, rows = _couples(meadow, 1,
                                  reproduction={"litter": 3, "energy_given": 0.125, "father_share": 0.25})
-    _bear(world)
+    mate_and_give_birth(world)
     assert born == [(0, 0, 1)] * 3
     assert _of(world, Metabolism, "energy", range(5)) == [0.75 - 3 * 0.09375, 0.75 - 3 * 0.03125, 0.125,
                                                           0.125, 0.125]
@@ -82,7 +73,7 @@ def test_no_more_are_born_than_the_mother_can_pay_for_and_live(meadow):
     world.tick = 1
     # she pays 0.125 for each
     arrange(world, "deer", energy=[0.25, 0.375, 0.251, 0.375, 0.376, 0.375, 0.125, 0.375], given=0)
-    _bear(world)
+    mate_and_give_birth(world)
     assert [m for _, m, _ in born] == [0, 2, 2, 4, 4, 4]
     # with what the father gave for the unborn
     energy = [0.25 - 0.125 + 0.25, 0.251 - 0.25 + 0.125, 0.376 - 0.375, 0.125 + 0.375]
@@ -97,7 +88,7 @@ def test_no_more_are_born_than_the_mother_can_pay_for_and_live(meadow):
 def test_what_the_father_gave_for_the_unborn_fills_the_mother_up_at_most(meadow):
     world, born, _ = _couples(meadow, 2, max_count=4, reproduction={"father_share": 1.0})
     arrange(world, "deer", energy=[0.875, 0.75, 0.5, 0.75])
-    _bear(world)
+    mate_and_give_birth(world)
     assert born == []
     assert _of(world, Metabolism, "energy", range(4)) == [1.0, 0.5, 0.75, 0.5]
     assert _of(world, Metabolism, "given", range(4)) == [-0.125, 0.25, -0.25, 0.25]
@@ -105,7 +96,7 @@ def test_what_the_father_gave_for_the_unborn_fills_the_mother_up_at_most(meadow)
 
 def test_max_count_leaves_room_for_the_first_of_the_first_mothers(meadow):
     world, born, _ = _couples(meadow, 3, max_count=9, reproduction={"litter": 2, "energy_given": 0.125})
-    _bear(shuffle(world, 3))
+    mate_and_give_birth(shuffle(world, 3))
     assert [m for _, m, _ in born] == [0, 0, 2]
     assert _of(world, Metabolism, "energy", [0, 2, 4]) == [0.5, 0.625, 0.75]
 
@@ -114,7 +105,7 @@ def test_who_finds_no_place_is_not_born_and_costs_nothing(meadow):
     for spacing, most in ((0.0, 40), (2.0, 30)):
         world, born, _ = _couples(meadow, 20, reproduction={"litter": 2, "energy_given": 0.125,
                                                             "dispersal": 3.0, "spacing": spacing})
-        _bear(world)
+        mate_and_give_birth(world)
         assert 0 < len(born) <= most
         paid = {2 * i: round((0.75 - e) / 0.125)
                 for i, e in enumerate(_of(world, Metabolism, "energy", range(0, 40, 2))) if e < 0.75}
@@ -131,14 +122,14 @@ def test_who_finds_no_place_is_not_born_and_costs_nothing(meadow):
 def test_the_newborn_may_land_anywhere(meadow):
     world, _, _ = _couples(meadow, 200,
                            reproduction={"place": "anywhere", "litter": 2, "energy_given": 0.125})
-    _bear(world)
+    mate_and_give_birth(world)
     x, y = (_of(world, Position, axis, range(400, 800)) for axis in "xy")
     assert np.histogram2d(x, y, 3, [(0, 400), (0, 400)])[0].min() > 20
 
 
 def test_sexes_of_siblings_are_drawn_one_by_one(meadow):
     world, _, _ = _couples(meadow, 200, reproduction={"litter": 2, "energy_given": 0.125, "dispersal": 5.0})
-    _bear(world)
+    mate_and_give_birth(world)
     sex = np.array(_of(world, Biology, "sex", range(400, 800))).reshape(200, 2)
     assert abs((sex == FEMALE).mean() - 0.5) < 0.1
     assert abs((sex[:, 0] == sex[:, 1]).mean() - 0.5) < 0.15
@@ -209,7 +200,7 @@ def test_the_organisms_own_life_history_replaces_that_of_the_species(meadow):
     world, born, _ = _couples(meadow, 2, reproduction={"father_share": 0.5})
     world.tables["deer"].add_component(LifeHistory, litter=1, energy_min=0.5)
     arrange(world, "deer", energy_given=[0.125, 9, 0.0625, 9], litter=[2, 9, 1, 9])
-    _bear(world)
+    mate_and_give_birth(world)
     assert [m for _, m, _ in born] == [0, 0, 2]
     assert _of(world, Metabolism, "energy", range(7)) == [0.625, 0.625, 0.71875, 0.71875, 0.125,
                                                           0.125, 0.0625]
@@ -289,84 +280,3 @@ def test_kernels_agree_with_a_plain_loop(meadow, seed):
     assert room == 0
     assert _of(world, Gestation, "rest", range(120)) == [24 if carrying[i] and due[i] <= 20 else 0
                                                          for i in range(120)]
-
-
-HERD = {
-    "actions": {"mate": ["mate"]},
-    "automatic": ["eat"],
-    "policy": {"kind": "shared", "hidden": [4]},
-    "metabolism": {"energy": 0.7, "basal": 0.004},
-    "lethal": [{"property": "energy", "min": 0.0, "low": "starved"},
-               {"property": "age", "max": 90.0, "high": "too old"}],
-}
-WAYS = [
-    {"consent": "one", "father_share": 0.3, "gestation": 4.0, "litter": 3, "energy_given": 0.2, "rest": 3.0,
-     "spacing": 0.5, "age_min": 5.0},
-    {"consent": "both", "chance": 0.5, "choice": "random", "place": "anywhere", "father_share": 1.0,
-     "litter": 2},
-    {"consent": "none", "choice": "richest", "gestation": 2.5, "father_rest": 2.0, "dispersal": 4.0},
-]
-
-
-def _herd(meadow, threads=1, way=0, **changes):
-    plenty = {"count": 150, "reproduction": {"kind": "spread", "rate": 0.1, "seed_rain": 0.2, "spacing": 1.0}}
-    changes = {"count": 40, "max_count": 90, "sex": "random", "reproduction": WAY | WAYS[way],
-               "grass": plenty} | HERD | changes
-    changes["world"] = {"space": {"size": [30.0, 30.0]}} | changes.get("world", {})
-    return meadow(options={"policies": "random", "threads": threads}, **changes)
-
-
-@pytest.mark.parametrize("way", range(len(WAYS)))
-@pytest.mark.parametrize("sex", ["random", "none"])
-def test_the_books_close_over_many_generations(meadow, way, sex):
-    """Parents give what the newborn have, what broods cost that died with their mothers,
-    and what is paid for those to come."""
-    world = _herd(meadow, way=way, sex=sex, metabolism=HERD["metabolism"] | {"energy_max": 50.0},
-                  # so that nothing overfills a mother
-                  diet=[{"eats": "grass", "reach": 0.25, "gain": 0.25, "until": 1.0}])
-    gone = []
-    world.on_death.append(lambda table, rows: gone.extend(table[Gestation].energy[rows].tolist()
-                                                          if table.name == "deer" else ()))
-    watch(world, 200)  # checks the ledger of every tick
-    series = world.series().to_pydict()
-    births, endowed, given = (np.array([v for v, s in zip(series[k], series["species"], strict=True)
-                                        if s == "deer"])
-                              for k in ("births", "endowed", "given"))
-    deer = world.tables["deer"]
-    pending = deer[Gestation].energy[deer.rows()].sum()
-    assert births[1:].sum() > 40
-    assert endowed[1:].sum() == pytest.approx(births[1:].sum() * (WAY | WAYS[way])["energy_given"], rel=1e-5)
-    assert given.sum() == pytest.approx(endowed.sum() + sum(gone) + pending, rel=1e-5)
-    # the father pays when mating, and she may die before birth, be it in the same tick
-    assert (sum(gone) > 0) == (way < 2)
-
-
-@pytest.mark.parametrize("way", range(len(WAYS)))
-def test_a_world_of_mates_keeps_its_promises(meadow, way):
-    check_world(lambda threads: _herd(meadow, threads, way), ticks=40)
-
-
-def test_the_system_keeps_the_rules(meadow):
-    born = []
-    check_system(GiveBirth,
-                 lambda threads: _herd(meadow, threads, reproduction=WAY | WAYS[0] | {"age_min": 0.0}),
-                 ticks=12)
-    world = _herd(meadow, reproduction=WAY | WAYS[0] | {"age_min": 0.0})
-    world.on_birth.append(lambda table, rows, *_: born.append(rows.size if table.name == "deer" else 0))
-    world.run(12)
-    assert sum(born) >= 5
-
-
-def test_a_volume_and_rocks_are_no_hindrance(meadow):
-    space = {"size": [20.0, 20.0, 20.0], "edges": "walls"}
-    terrain = {"cell": 1.0, "rocks": [{"at": [10.0, 10.0], "radius": 3.0}]}
-    world = meadow(count=200, sex="none", world={"space": space, "terrain": terrain},
-                   reproduction=WAY | {"dispersal": 4.0})
-    arrange(world, "deer", energy=0.9)
-    _bear(world)
-    deer = world.tables["deer"]
-    new = deer.by_uid()[200:]
-    p = deer[Position]
-    assert new.size > 10
-    assert world.terrain.free(p.x[new], p.y[new]).all()
-    assert np.ptp(p.z[new]) > 5

@@ -1,35 +1,15 @@
-"""Interventions: who dies, who comes, what is fenced off, what changes – and that by file and
-by hand are the same."""
+"""Interventions: who dies, who comes, and what is switched off and on."""
 
 import numpy as np
 import pytest
 
 from ecs_eco import World
-from ecs_eco.components import Biology, Metabolism, Nervous, Position
+from ecs_eco.components import Biology, Metabolism, Position
 from ecs_eco.config import load
-from ecs_eco.engine.errors import ConfigError
 from ecs_eco.engine.random import draw
-from ecs_eco.space.terrain import FENCE
 from ecs_eco.systems.intervene import Region
-from ecs_eco.testing import arrange, check_world
-
-SMALL = {
-    "space.size": [60.0, 60.0], "species.grass.count": 250, "species.deer.count": 60,
-    "species.wolf.count": 21,
-    "species.deer.reproduction.energy_min": 0.4,
-}  # fmt: skip
-
-
-def small(*interventions, **more):
-    return load("predator-prey", SMALL | more | {"interventions": list(interventions)})
-
-
-def world(*interventions, **more):
-    return World.from_config(small(*interventions, **more), policies="untrained", seed=4)
-
-
-def uids(table):
-    return set(table.uid[table.rows()].tolist())
+from ecs_eco.testing import arrange
+from tests.systems.interventions import small, uids, world
 
 
 def test_half_of_21_wolves_are_11_drawn_by_their_uids_and_they_die_at_the_end_of_the_phase_die():
@@ -159,104 +139,6 @@ def test_an_intervention_is_repeated_after_each_so_many_ticks_until_the_last():
     assert w.series()["died: culled"].to_numpy().sum() == 3
 
 
-# fences
-
-
-def walkers(w, x, y, heading):
-    """Deer that run straight on, and nobody else."""
-    deer = arrange(w, "deer", x=x, y=y, heading=heading)
-    nerves = deer.species.nerves
-    decision = deer[Nervous].decision
-    decision[:] = 0
-    decision[:, nerves.column("speed.run")] = 1
-    decision[:, nerves.column("turn.none")] = 1
-    return deer
-
-
-def go(w, ticks):
-    from ecs_eco.systems import Move
-
-    move = next(s for s in w.systems if isinstance(s, Move))
-    for _ in range(ticks):
-        move.process()
-
-
-@pytest.mark.parametrize("speed", [0.3, 1.0, 7.0])
-def test_nobody_gets_out_of_a_round_fence_in_any_direction_and_who_is_outside_does_not_get_in(speed):
-    n = 60
-    more = {"species.deer.count": n, "species.deer.locomotion.speed.run": speed}
-    w = world({"kind": "fence", "at": 0, "region": [50.0, 30.0, 15.0]}, **more)
-    angle = 2 * np.pi * (np.arange(n) + 0.37) / n
-    inside = np.arange(n) % 2 == 0
-    r = np.where(inside, 2.0, 20.0)
-    deer = walkers(w, (50 + r * np.cos(angle)) % 60, 30 + r * np.sin(angle),
-                   np.where(inside, angle, angle + np.pi).astype(np.float32))
-    order = deer.by_uid()
-    w.systems[0].process()
-    go(w, int(120 / speed))
-    p = deer[Position]
-    dx = p.x[order] - 50
-    away = np.hypot(dx - 60 * np.round(dx / 60), p.y[order] - 30)
-    assert (away[inside] < 15.5).all()
-    assert (away[~inside] > 14.5).all()
-    w.systems[0].fence(w, type(w.config.interventions[0]).model_validate({"kind": "fence", "at": 0,
-                                                                          "remove": True}))
-    go(w, int(120 / speed))
-    assert not w.terrain.ground.any()
-
-
-def test_who_stands_where_a_fence_is_put_up_walks_off_it_and_not_back():
-    w = world({"kind": "fence", "at": 0, "line": [[30.0, 0.0], [30.0, 60.0]]}, **{"species.deer.count": 2})
-    deer = walkers(w, [30.3, 30.3], [20, 40], np.array([0, np.pi], np.float32))
-    order = deer.by_uid()
-    w.systems[0].process()
-    assert (w.terrain.ground[20:41, 50] == FENCE).all()  # cells of 0.6 m
-    go(w, 3)
-    p = deer[Position]
-    assert p.x[order].tolist() == pytest.approx([33.3, 27.3], abs=1e-3)
-    p.heading[order] = [np.pi, 0]
-    go(w, 10)
-    assert p.x[order][0] >= 30.6
-    assert p.x[order][1] <= 30.0
-
-
-def test_a_fence_changes_nothing_for_those_who_do_not_meet_it():
-    fence = {"kind": "fence", "at": 0, "region": [29.0, 29.0, 29.6, 29.6]}
-    plain, fenced = world(), world(fence)
-    for w in (plain, fenced):  # nobody is near, and plants sprout on it as elsewhere
-        deer, wolf = w.tables["deer"], w.tables["wolf"]
-        for t in (deer, wolf):
-            x = t[Position].x[t.rows()]
-            t[Position].x[t.rows()] = np.where((x > 20) & (x < 40), 5, x)
-            t.version += 1
-        w.run(8)
-    grass = [w.tables["grass"] for w in (plain, fenced)]
-    assert uids(grass[0]) == uids(grass[1])
-    assert plain.digest() != fenced.digest()  # for there is a fence
-    fenced.terrain.unfence()
-    assert plain.digest() == fenced.digest()
-
-
-def test_a_fence_spares_lakes_and_crossing_fences_stand_when_one_is_taken_away(menagerie):
-    across, along = [[0.0, 20.0], [40.0, 20.0]], [[30.0, 0.0], [30.0, 30.0]]
-    w = World.from_config(menagerie(), policies="untrained")
-    before = w.terrain.ground.copy()
-    for line in (across, along):
-        w.intervene({"kind": "fence", "line": line})
-    w.run(1)
-    both = w.terrain.ground.copy()
-    assert (both[before > 0] == before[before > 0]).all()
-    assert (both[19:21, 2] == FENCE).any()
-    w.intervene({"kind": "fence", "line": along, "remove": True})
-    w.run(1)
-    left = w.terrain.ground
-    assert (left[20] == both[20]).all()
-    assert (left[5] == before[5]).all()
-    w.intervene({"kind": "fence", "remove": True})
-    w.run(1)
-    assert (w.terrain.ground == before).all()
-
-
 # switches
 
 
@@ -298,99 +180,3 @@ def test_a_world_that_was_built_to_learn_stops_when_told_to():
     w.run(1)
     assert not w.tables["deer"].species.nerves.learning
     assert w.tables["deer"].species.nerves.learner is None
-
-
-# by file and by hand
-
-CASES = {
-    "a cull of half the wolves": {"kind": "cull", "species": "wolf", "share": 0.5},
-    "newcomers": {"kind": "add", "species": "deer", "count": 12, "region": [10.0, 10.0, 8.0]},
-    "a doubled birth rate": {"kind": "set", "set": {"species.deer.reproduction.rate": 0.028}},
-    "a fence": {"kind": "fence", "line": [[5.0, 30.0], [55.0, 33.0]]},
-    "no births": {"kind": "switch", "reproduction": False},
-    "learning": {"kind": "switch", "learning": True},
-}
-
-
-@pytest.mark.parametrize("name", CASES)
-@pytest.mark.parametrize("tick", [0, 5])
-def test_in_the_file_and_by_hand_at_the_same_tick_are_the_same(name, tick):
-    what = CASES[name]
-    planned = world(what | {"at": tick})
-    by_hand, alone = world(), world()
-    by_hand.run(tick)
-    by_hand.intervene(what)
-    for w in (planned, by_hand, alone):
-        w.run(14 - w.tick)
-    assert planned.digest() == by_hand.digest() != alone.digest()
-    assert planned.intervened == by_hand.intervened
-    again = world(*(done for _, done in by_hand.intervened)).run(14)
-    assert again.digest() == by_hand.digest()
-
-
-@pytest.mark.parametrize("name", CASES)
-def test_a_world_saved_before_or_after_an_intervention_goes_on_the_same(name, tmp_path):
-    planned = world(CASES[name] | {"at": 4})
-    for tick in (3, 6):
-        planned.run(tick - planned.tick)
-        planned.save(tmp_path / f"{tick}.safetensors")
-    asked = world().run(4)
-    asked.intervene(CASES[name])
-    asked.save(tmp_path / "asked.safetensors")
-    end = planned.run(12 - planned.tick).digest()
-    for file in sorted(tmp_path.iterdir()):
-        restored = World.restore(file)
-        assert restored.run(12 - restored.tick).digest() == end, file.name
-        assert restored.intervened == planned.intervened
-
-
-@pytest.mark.parametrize("name", ["a cull of half the wolves", "a doubled birth rate", "a fence"])
-def test_in_the_file_and_in_a_fork_of_a_checkpoint_are_the_same(name, tmp_path):
-    from ecs_eco.record import run_to_folder
-    from ecs_eco.runs.run import fork
-
-    what = CASES[name] | {"at": 6}
-    run_to_folder(small(), seed=4, ticks=8, out=tmp_path / "burnt-in", policies="untrained",
-                  checkpoint_every=4, keep=9, report=False)
-    asked = {"interventions": [what]} if what["kind"] != "set" else what["set"]
-    forked = fork(tmp_path / "burnt-in", tmp_path / "fork", from_tick=6, changes=asked, until=14,
-                  report=False)
-    planned = run_to_folder(small(what), seed=4, ticks=14, out=tmp_path / "planned", policies="untrained",
-                            report=False)
-    assert forked["digest"] == planned["digest"]
-    assert planned["intervened"] == [[6, what | planned["intervened"][0][1]]]
-
-
-def test_a_world_with_interventions_keeps_the_promises_of_worlds():  # among them: no fate depends on rows
-    check_world(small(*(what | {"at": 1 + i} for i, what in enumerate(CASES.values()))), ticks=9)
-
-
-def test_a_world_made_by_hand_intervenes_too_and_says_what_it_lacks():
-    from ecs_eco.systems import Intervene
-
-    w = World([20.0, 20.0])
-    w.add_table("stone", Position)
-    with pytest.raises(RuntimeError, match=r"add_system\(Intervene\(\)\)"):
-        w.intervene({"kind": "cull", "species": "stone", "count": 1})
-    w.add_system(Intervene())
-    w.spawn("stone", n=3)
-    w.flush()
-    w.intervene({"kind": "cull", "species": "stone", "count": 1})
-    w.intervene({"kind": "add", "species": "stone", "count": 3})
-    w.run(1)
-    assert w.tables["stone"].n == 5
-    with pytest.raises(ValueError, match=r"unknown table 'ston'.*did you mean \"stone\""):
-        w.intervene({"kind": "cull", "species": "ston", "count": 1})
-    with pytest.raises(ValueError, match="without a configuration"):
-        w.intervene({"kind": "set", "set": {"dt": 2.0}})
-
-
-def test_by_hand_a_wrong_intervention_is_refused_as_in_a_file():
-    w = world().run(2)
-    with pytest.raises(ConfigError, match=r'species = "wofl"(.|\n)*did you mean "wolf"'):
-        w.intervene({"kind": "cull", "species": "wofl", "share": 0.5})
-    with pytest.raises(ConfigError, match="no such fence stands"):
-        w.intervene({"kind": "fence", "line": [[1.0, 1.0], [2.0, 2.0]], "remove": True})
-    with pytest.raises(ValueError, match="it is tick 2 now"):
-        w.intervene({"kind": "cull", "species": "wolf", "share": 0.5, "at": 7})
-    assert w.run(1).intervened == []

@@ -30,8 +30,7 @@ def _plant(draw, name, room):
     }
 
 
-@st.composite
-def _animal(draw, name, kinds, dims, dt):
+def _sensors(draw, kinds):
     sensors = [{"kind": "own", "property": "energy"},
                {"kind": "smell", "field": "smell", "at": [1.0, draw(_number(-1, 1))]}]
     sensors += [
@@ -49,17 +48,25 @@ def _animal(draw, name, kinds, dims, dt):
                         "targets": [draw(st.sampled_from(kinds)), "wall"]})
     if draw(st.booleans()):
         sensors.append({"kind": "touch", "target": draw(st.sampled_from([*kinds, "any", "wall"]))})
-    actions = {"speed": ["still", "go"], "turn": ["left", "none", "right"], "eat": ["eat"]} | (
-        {"climb": ["up", "none", "down"]} if dims == 3 else {}
-    )
+    return sensors
+
+
+def _reproduction(draw):
     kind = draw(st.sampled_from(["simplified", "asexual", None]))
-    way = {
+    return kind and {
         "kind": kind,
         "rate": draw(_number(0, 0.125)),
         "energy_min": 0.5,
         "energy_given": draw(_number(0, 0.5)),
         "spacing": draw(st.sampled_from([0.0, 1.0])),
     }
+
+
+@st.composite
+def _animal(draw, name, kinds, dims, dt):
+    actions = {"speed": ["still", "go"], "turn": ["left", "none", "right"], "eat": ["eat"]} | (
+        {"climb": ["up", "none", "down"]} if dims == 3 else {}
+    )
     return {
         "count": draw(st.integers(1, 30)),
         "max_count": draw(st.sampled_from([None, 60])),
@@ -81,14 +88,14 @@ def _animal(draw, name, kinds, dims, dt):
              "gain": draw(_number(0, 0.5))}
             for food in draw(st.lists(st.sampled_from(kinds), min_size=1, max_size=2, unique=True))
         ],
-        "sensors": sensors,
+        "sensors": _sensors(draw, kinds),
         "actions": actions,
         "neutral": {"speed": draw(st.sampled_from(["still", "go"])), "turn": "none"},
         "automatic": draw(st.sampled_from([[], ["eat"]])),
         "reflex": draw(st.sampled_from([None, {"formulas": {"go": "0.5 - energy", "left": "smell - 0.25"}}])),
         "happiness": {"formula": "energy + 0.125 * smell", "minimum": -1.0},
         "policy": draw(st.sampled_from([{"kind": "none"}, {"kind": "shared", "hidden": [4]}])),
-        "reproduction": way if kind else None,
+        "reproduction": _reproduction(draw),
         "lethal": [
             {"property": "energy", "min": 0.0, "low": "starved"},
             {"property": "age", "max": draw(_number(8, 64)), "high": "too old"},

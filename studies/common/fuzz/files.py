@@ -13,7 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from studies.common.fuzz.mutations import guarded, parsed, sources
+from studies.common.fuzz.guard import guarded
+from studies.common.fuzz.sources import parsed, sources
 from studies.common.fuzz.worlds import counted
 
 TICKS, EVERY = 24, 8

@@ -1,142 +1,14 @@
-"""Mutations of world files, and of files that a run leaves; and a guard under which each is tried."""
+"""Mutations of world files, and of files that a run leaves."""
 
 from __future__ import annotations
 
 import copy
 import datetime
-import importlib.util
-import json
 import math
-import multiprocessing
-import os
 import random
-import re
-import signal
-import tomllib
-from collections.abc import Callable, Iterator, Sequence
-from pathlib import Path
 from typing import Any
 
-ROOT = Path(__file__).parents[3]
 Path_ = tuple[str | int, ...]
-FEW = 12  # organisms of a species
-
-# --- a guard ------------------------------------------------------------------------------------------------
-
-
-def guarded(judge: Callable[[Any], dict[str, Any]], items: Sequence[Any], seconds: float,
-            memory: int = 4 << 30) -> Iterator[dict[str, Any]]:
-    """What judge(item) says of each item, tried in a child process; "hang" after so many seconds,
-    "crash" where the child died."""
-    context, at = multiprocessing.get_context("fork"), 0
-    while at < len(items):
-        ours, theirs = context.Pipe(duplex=False)
-        child = context.Process(target=_child, args=(judge, items[at:], theirs, memory), daemon=True)
-        child.start()
-        theirs.close()
-        while at < len(items):
-            try:
-                outcome = ours.recv() if ours.poll(seconds) else {"kind": "hang"}
-            except EOFError:
-                outcome = {"kind": "crash"}
-            at += 1
-            yield outcome
-            if outcome["kind"] in ("hang", "crash"):
-                break
-        child.kill()
-        child.join()
-        ours.close()
-
-
-def _child(judge: Callable[[Any], dict[str, Any]], items: Sequence[Any], pipe: Any, memory: int) -> None:
-    import resource
-    import warnings
-
-    with open("/proc/self/statm", encoding="ascii") as file:
-        have = int(file.read().split()[0]) * os.sysconf("SC_PAGE_SIZE")
-    resource.setrlimit(resource.RLIMIT_AS, (have + memory, have + memory))
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    warnings.simplefilter("error")
-    for item in items:
-        pipe.send(judge(item))
-
-
-# --- worlds to start from -----------------------------------------------------------------------------------
-
-
-def sources() -> dict[str, tuple[str, Path | None]]:
-    """The text of every shipped world, and of those that tests are made of,
-    with the folder that files are named from."""
-    from ecs_eco.config.shipped import shipped
-
-    worlds: dict[str, tuple[str, Path | None]] = {name: (path.read_text(encoding="utf-8"), path.parent)
-                                                  for name, path in shipped().items()}
-    menagerie = _module("tests/conftest.py").MENAGERIE
-    herd = copy.deepcopy(_module("tests/worlds/test_heredity.py").HERD)
-    goat = herd["species"]["goat"]
-    del goat["components"]  # of the test's own
-    goat["genome"]["genes"] = [g for g in goat["genome"]["genes"] if g["name"] != "wool"]
-    return worlds | {"menagerie": (toml(menagerie), None),
-                     "herd": (toml(_without_none(herd) | {"interventions": DONE}), None)}
-
-
-DONE = [  # to the herd
-    {"kind": "cull", "at": 1, "species": "goat", "share": 0.2, "which": "oldest",
-     "region": [15.0, 15.0, 8.0]},
-    {"kind": "add", "at": 1, "every": 2, "until": 4, "species": "grass", "count": 3,
-     "region": [2.0, 2.0, 9.0, 9.0]},
-    {"kind": "fence", "at": 2, "line": [[5.0, 5.0], [5.0, 20.0]]},
-    {"kind": "set", "at": 3, "set": {"species.goat.metabolism.basal": 0.005}},
-    {"kind": "switch", "at": 3, "species": "goat", "learning": False},
-]
-
-
-def _module(path: str) -> Any:
-    spec = importlib.util.spec_from_file_location(Path(path).stem + "_fuzzed", ROOT / path)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-def _without_none(x: Any) -> Any:
-    if isinstance(x, dict):
-        return {k: _without_none(v) for k, v in x.items() if v is not None}
-    return [_without_none(v) for v in x] if isinstance(x, list) else x
-
-
-def toml(data: dict[str, Any]) -> str:
-    """A dict as TOML: scalars first, then a section for each table,
-    and one below it where a table holds tables alone."""
-    lines = [f"{_key(k)} = {_value(v)}" for k, v in data.items() if not isinstance(v, dict)]
-    for name, section in data.items():
-        if not isinstance(section, dict):
-            continue
-        if section and all(isinstance(v, dict) for v in section.values()):
-            for word, part in section.items():
-                lines += ["", f"[{_key(name)}.{_key(word)}]",
-                          *(f"{_key(k)} = {_value(v)}" for k, v in part.items())]
-        else:
-            lines += ["", f"[{_key(name)}]", *(f"{_key(k)} = {_value(v)}" for k, v in section.items())]
-    return "\n".join(lines) + "\n"
-
-
-def _key(key: Any) -> str:
-    return (key if isinstance(key, str)
-            and re.fullmatch(r"[A-Za-z0-9_-]+", key) else json.dumps(str(key), ensure_ascii=False))
-
-
-def _value(x: Any) -> str:
-    if isinstance(x, bool):
-        return "true" if x else "false"
-    if isinstance(x, dict):
-        return "{ " + ", ".join(f"{_key(k)} = {_value(v)}" for k, v in x.items()) + " }"
-    if isinstance(x, list):
-        return "[" + ", ".join(_value(v) for v in x) + "]"
-    if isinstance(x, datetime.date):
-        return x.isoformat()
-    return json.dumps(x, ensure_ascii=False) if isinstance(x, str) else repr(x)
 
 
 # --- mutations of text --------------------------------------------------------------------------------------
@@ -205,7 +77,6 @@ def _splice(raw: bytes, chance: random.Random) -> bytes:
 
 
 # --- mutations of values ------------------------------------------------------------------------------------
-
 ODD: list[Any] = [
     0, 1, 2, -1, -7, 3, 10**6, 10**9, 2**31, 2**63 - 1, 2**63, 2**64, 10**40, 0.0, -0.0, 0.5, 1.0, -1.0,
     1e-30, 5e-324, 1e-9, 1e9, 1e30, 1.1e30, 1e39, 1.7e308, math.nan, math.inf, -math.inf, True, False, "",
@@ -368,17 +239,3 @@ def _gene(chance: random.Random, i: int) -> dict[str, Any]:
         gene |= {"low": chance.choice((0.0, 0.1, 1.0, -1.0)), "high": chance.choice((0.5, 1.0, 2.0, 0.05))}
         gene |= chance.choice(({}, {"code": "gray"}, {"code": "additive", "codons": 3}, {"scale": "log"}))
     return gene
-
-
-def parsed(text: str) -> dict[str, Any]:
-    """A world's text as data, with few organisms in it."""
-    return fewer(tomllib.loads(text))
-
-
-def fewer(data: dict[str, Any]) -> dict[str, Any]:
-    """The same with at most FEW organisms of a species and objects of a kind."""
-    for group in ("species", "objects"):
-        for kind in data.get(group, {}).values():
-            if kind.get("count", 0) > FEW:
-                kind["count"] = FEW
-    return data

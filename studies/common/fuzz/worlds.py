@@ -12,7 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from studies.common.fuzz.mutations import FEW, guarded, mutate_text, mutate_values, parsed, sources, toml
+from studies.common.fuzz.guard import guarded
+from studies.common.fuzz.mutations import mutate_text, mutate_values
+from studies.common.fuzz.sources import FEW, parsed, sources, toml
 
 TICKS = 5
 SMALL = {"cells": 2_000, "hidden": 32}  # what accepted worlds are cut down to before they run

@@ -9,17 +9,15 @@ from __future__ import annotations
 
 import json
 import shutil
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-Read = Callable[[], Any]
+from studies.common.foreign.ground import TICKS, config
+from studies.common.foreign.readers import Read, comparing, part, repeating, reporting, resuming
+
 Kind = Callable[[Path], tuple[str, Read]]
 KINDS: dict[str, Kind] = {}
-TICKS = 30
-LIVES = {"species.grass.count": 60, "species.deer.count": 12, "species.wolf.count": 3,
-         "space.size": [60.0, 60.0]}
-POLICIES = ("deer", "wolf")
 
 
 def kind(text: str) -> Callable[[Kind], Kind]:
@@ -30,87 +28,6 @@ def kind(text: str) -> Callable[[Kind], Kind]:
         return function
 
     return put
-
-
-def make(place: Path) -> None:
-    """Make what foreign files are made of: runs, a fork, a comparison, trainings and searches."""
-    from ecs_eco.config import load
-    from ecs_eco.experiments.pretraining import pretrain
-    from ecs_eco.record import fork, run_to_folder
-    from ecs_eco.search.journal import Journal
-
-    config = load("predator-prey", LIVES)
-
-    def run(name: str, seed: int, **more: Any) -> None:
-        run_to_folder(config, seed, TICKS, place / name, report=False, checkpoint_every=10,
-                      snapshot_every=5, **more)
-
-    run("a", 1, record="focal=2")
-    run("b", 2, record="focal=2")
-    run("asked", 1, record="focal=2", prepare=_ask)
-    run_to_folder(config, 1, TICKS // 2, place / "half", report=False, checkpoint_every=10, snapshot_every=5)
-    fork(place / "a", place / "fork", from_tick=10, report=False)
-    short = load(config, {"training.ticks": 3})
-    for seed in (1, 2):
-        pretrain(short, seed, out=place / "trained" / f"seed-{seed}")
-        journal = Journal(place / f"search-{seed}", {"world": "fell", "format": 1})
-        for number in range(4):
-            journal.add("candidate", candidate=number, score=seed / (number + 1), stage=0, stages=[],
-                        values={}, at=1.0, seconds=1.0)
-
-
-def _ask(world: Any) -> None:
-    """Ask for something by hand between two ticks."""
-
-    def between() -> None:
-        if world.tick == 5:
-            world.intervene({"kind": "cull", "species": "deer", "count": 2})
-
-    world.before_tick.append(between)
-
-
-def config() -> Any:
-    """The world of all runs."""
-    from ecs_eco.config import load
-
-    return load("predator-prey", LIVES)
-
-
-# --- who reads
-
-
-def resuming(run: Path) -> Read:
-    """Going on with a run."""
-    from ecs_eco.record import resume
-
-    return lambda: resume(run, TICKS + 5, report=False, complain=lambda text: None)
-
-
-def reporting(run: Path) -> Read:
-    """The report of a run."""
-    from ecs_eco.analysis.report import write_report
-
-    return lambda: write_report(run)
-
-
-def repeating(run: Path) -> Read:
-    """A run once more."""
-    from ecs_eco.runs.repeat import repeat
-
-    return lambda: repeat(run)
-
-
-def comparing(run: Path, seed: int, **arm: Any) -> Read:
-    """A comparison that looks for what is there already."""
-    from ecs_eco.experiments.arm import Arm
-    from ecs_eco.experiments.runs import has_run
-
-    return lambda: has_run(run, TICKS, Arm("world", config(), **arm), seed)
-
-
-def part(kind_: str, number: int = 0) -> str:
-    """Name of a part in its run."""
-    return f"{kind_}/part-{number:05d}.parquet"
 
 
 # --- checkpoints
@@ -336,33 +253,3 @@ kind("a journal with a line of "
 kind("a journal without one of its lines")(_journal(lambda mine, other: [*mine[:2], *mine[3:]]))
 kind("a journal with lines that "
      "changed places")(_journal(lambda mine, other: [*mine[:2], mine[3], mine[2], *mine[4:]]))
-
-
-# --- the test of one kind
-
-
-def refused(name: str, whole: Path, place: Path) -> str:
-    """Put a foreign file of this kind into a copy of `whole` at `place`, and read it; return what is wrong,
-    "" where it was refused by name.
-
-    What is there must be the same before and after.
-    """
-    from ecs_eco.engine.errors import CheckpointError, ConfigError, RecordingError
-
-    shutil.copytree(whole, place)
-    wanted, read = KINDS[name](place)
-    before = dict(_content(place))
-    try:
-        read()
-    except (RecordingError, CheckpointError, ConfigError) as error:
-        if wanted not in str(error):
-            return f"the refusal does not name {wanted}: {error}"
-        changed = sorted({*dict(_content(place)).items()} ^ {*before.items()})
-        return f"was refused, and changed {changed[0][0]}" if changed else ""
-    return "was taken"
-
-
-def _content(place: Path) -> Iterator[tuple[str, bytes]]:
-    for path in sorted(place.rglob("*")):
-        if path.is_file():
-            yield str(path.relative_to(place)), path.read_bytes()

@@ -1,0 +1,60 @@
+"""Who carries which value of a gene, hand-counted; and how that is drawn."""
+
+import pytest
+
+from ecs_eco.analysis.carriers import carriers, codon_number
+from ecs_eco.analysis.figures import save
+from ecs_eco.analysis.lineage import ALIVE
+from tests.analysis.families import GENES, family
+
+
+def test_frequencies_are_counted_among_the_living():
+    found = family().frequencies("finch", "beak", 3)
+    assert found.ticks.tolist() == [0, 3, 6, 9]
+    assert found.values == ("A", "C", "T")
+    assert found.count.tolist() == [[1, 1, 0], [2, 2, 0], [1, 2, 0], [2, 1, 2]]
+    assert found.n.tolist() == [2, 4, 3, 5]
+    assert found.share[2].tolist() == [1 / 3, 2 / 3, 0]
+    assert found.of("T").tolist() == [0, 0, 0, 2]
+
+
+def test_codons_that_mean_the_same_are_one_value_in_the_order_of_codons():
+    red = family().frequencies("finch", "red", 9)
+    assert red.values == ("0", "-1")
+    assert red.count.tolist() == [[2, 0], [3, 2]]
+    song = family().frequencies("finch", "song", 9)  # A and G mean 3, C means 1, T means 2
+    assert song.values == ("3", "1", "2")
+    assert song.count.tolist() == [[2, 0, 0], [3, 1, 1]]
+
+
+def test_a_gene_may_be_given_by_its_place():
+    found = family().frequencies("finch", (0, 2), 9)
+    assert found.values == ("AA", "AC", "CA", "CG", "TA", "TT")
+    assert found.count[1].tolist() == [1, 1, 0, 1, 1, 1]
+
+
+def test_one_of_two_strings_is_enough_to_carry_a_value():
+    # strings of two loci
+    rows = [(1, 0, 0, 0, ALIVE, "ATTT"), (2, 0, 0, 0, ALIVE, "CTAT"), (3, 0, 0, 0, ALIVE, "CGCG")]
+    found = family(rows, genomes={"finch": GENES["finch"] | {"ploidy": 2}},
+                   end=0).frequencies("finch", "beak", 1)
+    assert dict(zip(found.values, found.count[0].tolist(), strict=True)) == {"A": 2, "C": 2, "T": 1}
+    assert found.n.tolist() == [3]
+
+
+def test_codons_are_numbered_with_the_first_letter_first():
+    assert [codon_number(c, "ACGT") for c in ("A", "T", "CA", "TT", "CAG")] == [0, 3, 4, 15, 18]
+    with pytest.raises(ValueError, match="codon 'AX' has the letter 'X'; the alphabet is 'ACGT'"):
+        codon_number("AX", "ACGT")
+
+
+def test_carriers_are_drawn_in_the_colour_of_their_gene(tmp_path):
+    lineage = family()
+    figure = carriers([lineage.frequencies("finch", gene, 1) for gene in ("red", "song")], "finch")
+    (ax,) = figure.axes
+    lines = {line.get_label(): line for line in ax.get_lines()}
+    assert list(lines) == ["red", "song = 1", "song = 2", "all"]
+    assert lines["red"].get_color() == "#d7191c"
+    assert lines["red"].get_ydata().tolist() == [0, 0, 0, 0, 0, 0, 0, 0, 1, 2, 2]
+    assert len({line.get_color() for line in lines.values()}) == 4
+    assert save(figure, tmp_path / "carriers.png").stat().st_size > 5000
