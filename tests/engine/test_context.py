@@ -7,32 +7,10 @@ import weakref
 import esper
 import pytest
 
-from ecs_eco import System, World, component, f32
+from ecs_eco import System, World
 from ecs_eco.components import Body, Position
 from ecs_eco.engine import turns
-
-
-@component
-class Coat:
-    """A component that only some have."""
-
-    colour: f32 = 0.5
-
-
-def populated(world):
-    """A world with hares 1 to 3 and the fox 4."""
-    world.add_table("hare", Position, Body)
-    world.add_table("fox", Position, Body, Coat)
-    for x in (1, 2, 3):
-        world.spawn("hare", Position(x=x), Body(mass=x))
-    world.spawn("fox", Position(x=9))
-    world.flush()
-    return world
-
-
-@pytest.fixture
-def world():
-    return populated(World((10, 10)))
+from tests.engine.populations import Coat
 
 
 def test_component_for_entity_reads_and_writes_the_column(world):
