@@ -112,8 +112,8 @@ def times(before: Path, pairs: int) -> dict[str, Any]:
             for place in (before, ROOT):
                 call(place, TIME, [world, changes, 2, one])  # compiles
             key = f"{name}, {'run(1) a tick' if one else 'one run'}"
-            found, seconds = paired(before, pairs, lambda place, asked=asked: call(place, TIME, asked))
-            results[key] = found | {"ms a tick": round(1000 * seconds / ticks, 3)}
+            ratio, seconds = paired(before, pairs, lambda place, asked=asked: call(place, TIME, asked))
+            results[key] = ratio | {"ms a tick": round(1000 * seconds / ticks, 3)}
             print(key, json.dumps(results[key]), flush=True)
     return results
 
@@ -137,8 +137,8 @@ def starts(before: Path, pairs: int) -> dict[str, Any]:
 
     for place in (before, ROOT):
         start(place)  # compiles
-    found, seconds = paired(before, pairs, start)
-    return {"a frozen run of 100 ticks as a process": found | {"s": round(seconds, 3)},
+    ratio, seconds = paired(before, pairs, start)
+    return {"a frozen run of 100 ticks as a process": ratio | {"s": round(seconds, 3)},
             "loads torch": {"before": torch[before], "after": torch[ROOT]}}
 
 

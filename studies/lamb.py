@@ -178,8 +178,8 @@ HEAD = ["reflexes", "", "lambs", "live to the end", "drowned", "suffocated", "st
 
 def _row(arm: tuple[str, str], values: Any) -> list[Any]:
     def mean(of: Any) -> float | None:
-        found = values(arm, of)
-        return sum(found) / len(found) if found else None
+        numbers = values(arm, of)
+        return sum(numbers) / len(numbers) if numbers else None
 
     def thirds(of: Any, places: int) -> str:
         return " ".join("–" if (m := mean(lambda r, p=p: of(r, p))) is None else f"{m:.{places}f}"

@@ -101,11 +101,12 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
             means = f"{np.mean(learned):.3f} and {np.mean(untrained):.3f}: {in_words(gap, len(learned))}"
             out.append(verdict(f"{words[key]}, learned less untrained (95 %)", means, "above 0", gap[1] > 0))
     for arm in ("life", "life: both go on learning"):
-        found = [c["result"]["cycle"] for c in cases if c["case"]["arm"] == arm]
-        if found:
-            n, amplitude = len(found), float(np.median([0.0 if c is None else c["amplitude"] for c in found]))
-            steady = sum(c is not None and c["r"] is not None and c["r"] >= 0.6 for c in found)
-            deeper = sum(c is not None and c["vector"][0] > 0 for c in found)
+        cycles = [c["result"]["cycle"] for c in cases if c["case"]["arm"] == arm]
+        if cycles:
+            n = len(cycles)
+            amplitude = float(np.median([0.0 if c is None else c["amplitude"] for c in cycles]))
+            steady = sum(c is not None and c["r"] is not None and c["r"] >= 0.6 for c in cycles)
+            deeper = sum(c is not None and c["vector"][0] > 0 for c in cycles)
             each = by_training(cases, arm, swing)
             along = interval(each) if each else [float("nan")] * 3
             out += [verdict(f"{arm}: amplitude of copepods along the day (95 %)", in_words(along, len(each)),

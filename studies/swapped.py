@@ -23,8 +23,8 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
     of = {s: str(policies_of({**config, "world": "predator-prey"}, {"train": config["train"]}, case[s]))
           for s in ("deer", "wolf")}
     world = load("predator-prey", config["life"])
-    found = record(live(world, case["seed"], of, config["ticks"], False), world)
-    return {k: found[k] for k in ("persisted", "lived", "extinct", "numbers", "deaths")}
+    ending = record(live(world, case["seed"], of, config["ticks"], False), world)
+    return {k: ending[k] for k in ("persisted", "lived", "extinct", "numbers", "deaths")}
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:

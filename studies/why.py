@@ -47,10 +47,10 @@ def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
     from ecs_eco.analysis.why import diagnose
 
     with tempfile.TemporaryDirectory(prefix="ecs-eco-why-") as folder:
-        found, drawn, draw = staged(case["label"], case["seed"], config["ticks"], Path(folder))
-    said = diagnose(found)
-    return {"said": said["verdict"], "of": said["species"], "confidence": said["confidence"],
-            "runner_up": said["runner_up"], "drawn": drawn, "draws": draw + 1}  # fmt: skip
+        recorded, drawn, draw = staged(case["label"], case["seed"], config["ticks"], Path(folder))
+    diagnosis = diagnose(recorded)
+    return {"said": diagnosis["verdict"], "of": diagnosis["species"], "confidence": diagnosis["confidence"],
+            "runner_up": diagnosis["runner_up"], "drawn": drawn, "draws": draw + 1}  # fmt: skip
 
 
 def confusion(cases: list[dict[str, Any]], which: str) -> tuple[list[list[Any]], int, int]:
@@ -74,9 +74,9 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
         lines, right, total = confusion(cases, which)
         rows += lines
         share, low, high = wilson(right, total)
-        said = f"{right} of {total} ({share:.0%}, {low:.0%} … {high:.0%})"
-        out.append(verdict(f"verdicts that name what was done, {which} variants", said, "≥ 80 %",
-                           share >= 0.8))
+        share_in_words = f"{right} of {total} ({share:.0%}, {low:.0%} … {high:.0%})"
+        out.append(verdict(f"verdicts that name what was done, {which} variants", share_in_words,
+                           "≥ 80 %", share >= 0.8))
         used = [c for c in cases if c["case"]["set"] == which]
         named = sum(c["case"]["label"]
                     in (c["result"]["said"], (c["result"]["runner_up"] or {}).get("verdict")) for c in used)

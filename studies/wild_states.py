@@ -35,7 +35,7 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
         for way, kinds in case["result"]["kinds"].items():
             for kind, n in kinds.items():
                 total[way][kind] = total[way].get(kind, 0) + n
-    kinds = sorted({kind for found in total.values() for kind in found},
+    kinds = sorted({kind for counts in total.values() for kind in counts},
                    key=lambda kind: (kind in wild.FAILURES, kind))
     states = sum(case["result"]["states"] for case in cases)
 

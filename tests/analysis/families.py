@@ -53,7 +53,7 @@ def write_folder(folder, rows=FAMILY, genome=True, genomes=GENES):
 def parsed(newick):
     """The parent's name ("" for the root without a name) and branch length of each node,
     read letter by letter."""
-    found, open_, at = {}, [], len(newick) - 2
+    parents, open_, at = {}, [], len(newick) - 2
     assert newick.endswith(";")
     while at >= 0:  # from the end: a name stands behind its children
         if newick[at] == "(":
@@ -65,12 +65,12 @@ def parsed(newick):
             label = re.search(r"('(?:[^']|'')*'|[^(),:']*)(?::([0-9.]+))?$", newick[: at + 1])
             name = label[1].strip("'").replace("''", "'")
             if name or label[2]:
-                found[name] = (open_[-1] if open_ else None, float(label[2] or 0))
+                parents[name] = (open_[-1] if open_ else None, float(label[2] or 0))
             at -= len(label[0])
             if at >= 0 and newick[at] == ")":
                 open_.append(name)
                 at -= 1
-    return found
+    return parents
 
 
 def forest(seed, n=60):

@@ -9,13 +9,13 @@ from tests.analysis.families import GENES, family
 
 
 def test_frequencies_are_counted_among_the_living():
-    found = family().frequencies("finch", "beak", 3)
-    assert found.ticks.tolist() == [0, 3, 6, 9]
-    assert found.values == ("A", "C", "T")
-    assert found.count.tolist() == [[1, 1, 0], [2, 2, 0], [1, 2, 0], [2, 1, 2]]
-    assert found.n.tolist() == [2, 4, 3, 5]
-    assert found.share[2].tolist() == [1 / 3, 2 / 3, 0]
-    assert found.of("T").tolist() == [0, 0, 0, 2]
+    frequencies = family().frequencies("finch", "beak", 3)
+    assert frequencies.ticks.tolist() == [0, 3, 6, 9]
+    assert frequencies.values == ("A", "C", "T")
+    assert frequencies.count.tolist() == [[1, 1, 0], [2, 2, 0], [1, 2, 0], [2, 1, 2]]
+    assert frequencies.n.tolist() == [2, 4, 3, 5]
+    assert frequencies.share[2].tolist() == [1 / 3, 2 / 3, 0]
+    assert frequencies.of("T").tolist() == [0, 0, 0, 2]
 
 
 def test_codons_that_mean_the_same_are_one_value_in_the_order_of_codons():
@@ -28,18 +28,18 @@ def test_codons_that_mean_the_same_are_one_value_in_the_order_of_codons():
 
 
 def test_a_gene_may_be_given_by_its_place():
-    found = family().frequencies("finch", (0, 2), 9)
-    assert found.values == ("AA", "AC", "CA", "CG", "TA", "TT")
-    assert found.count[1].tolist() == [1, 1, 0, 1, 1, 1]
+    frequencies = family().frequencies("finch", (0, 2), 9)
+    assert frequencies.values == ("AA", "AC", "CA", "CG", "TA", "TT")
+    assert frequencies.count[1].tolist() == [1, 1, 0, 1, 1, 1]
 
 
 def test_one_of_two_strings_is_enough_to_carry_a_value():
     # strings of two loci
     rows = [(1, 0, 0, 0, ALIVE, "ATTT"), (2, 0, 0, 0, ALIVE, "CTAT"), (3, 0, 0, 0, ALIVE, "CGCG")]
-    found = family(rows, genomes={"finch": GENES["finch"] | {"ploidy": 2}},
+    beaks = family(rows, genomes={"finch": GENES["finch"] | {"ploidy": 2}},
                    end=0).frequencies("finch", "beak", 1)
-    assert dict(zip(found.values, found.count[0].tolist(), strict=True)) == {"A": 2, "C": 2, "T": 1}
-    assert found.n.tolist() == [3]
+    assert dict(zip(beaks.values, beaks.count[0].tolist(), strict=True)) == {"A": 2, "C": 2, "T": 1}
+    assert beaks.n.tolist() == [3]
 
 
 def test_codons_are_numbered_with_the_first_letter_first():

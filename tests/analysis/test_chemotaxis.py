@@ -34,8 +34,8 @@ def test_who_leaves_a_smell_is_counted_as_a_slow_loop_counts_it(tmp_path: Path):
         cos, sin = np.cos(was["heading"]), np.sin(was["heading"])
         part = np.dot(gradient, [dx * cos + dy * sin, dy * cos - dx * sin, r["z"] - was["z"]])
         down, up = down + (part < 0), up + (part > 0)
-    found = leaving(tmp_path / "run", "copepod", "krill_smell_gradient")
+    departures = leaving(tmp_path / "run", "copepod", "krill_smell_gradient")
     assert down + up > 100
-    assert (found.n, found.index) == (down + up, pytest.approx((down - up) / (down + up)))
-    assert 0 < found.n_night < found.n
+    assert (departures.n, departures.index) == (down + up, pytest.approx((down - up) / (down + up)))
+    assert 0 < departures.n_night < departures.n
     assert leaving(tmp_path / "run", "copepod", "krill_smell_gradient", least=2.0) is None

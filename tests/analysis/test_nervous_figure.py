@@ -86,9 +86,9 @@ def test_values_are_shown_as_numbers_and_the_decision_is_filled() -> None:
               "probabilities": [0.75, 0.25, 0.5, np.nan]}
     figure = draw_nervous_system(lamb(), "lamb", values | {"happiness": np.float32(-0.25)})
     (ax,) = figure.axes
-    said = [t.get_text() for t in ax.texts]
-    assert [t for t in said if t in ("+1", "−1")] == ["+1", "−1"]
-    assert {"0.12", "0.88", "0.25", "0.50", "now −0.25"} <= set(said)
+    texts = [t.get_text() for t in ax.texts]
+    assert [t for t in texts if t in ("+1", "−1")] == ["+1", "−1"]
+    assert {"0.12", "0.88", "0.25", "0.50", "now −0.25"} <= set(texts)
     bold = [t.get_text() for t in ax.texts if t.get_weight() == "bold"]
     assert {"walk", "suck"} <= set(bold)
     assert not {"still", "inhale"} & set(bold)

@@ -48,9 +48,9 @@ def test_names_are_quoted_where_newick_would_misread_them():
 @pytest.mark.parametrize("seed", range(4))
 def test_a_forest_is_read_back_from_its_tree(seed):
     rows = forest(seed)
-    found, born = parsed(family(rows).to_newick()), {r[0]: r[3] for r in rows}
+    parents, born = parsed(family(rows).to_newick()), {r[0]: r[3] for r in rows}
     first = min(born.values())
-    assert {int(k): (int(p or 0), length) for k, (p, length) in found.items()} == {
+    assert {int(k): (int(p or 0), length) for k, (p, length) in parents.items()} == {
         uid: (mother, float(when - (born[mother] if mother else first))) for uid, mother, _, when, *_ in rows
     }
 

@@ -78,8 +78,8 @@ def test_intervals_of_variance_shares_cover_the_truth() -> None:
     rng = np.random.default_rng(3)
     for by_row, by_column in ((0.5, 0.1), (0.1, 0.5)):
         tables = simulated(rng, 150, 6, 5, by_row, by_column)
-        found = [variance_shares(table, n_boot=199, seed=k).share for k, table in enumerate(tables)]
-        ends = np.array([[(s.low, s.high) for s in shares] for shares in found])
+        estimates = [variance_shares(table, n_boot=199, seed=k).share for k, table in enumerate(tables)]
+        ends = np.array([[(s.low, s.high) for s in shares] for shares in estimates])
         truth = np.array([by_row, by_column, 1 - by_row - by_column])
         covered = ((ends[..., 0] <= truth) & (truth <= ends[..., 1])).mean(0)
         assert (covered >= 0.9).all(), covered
@@ -160,9 +160,9 @@ def test_a_crossed_comparison_opens_with_who_persisted_and_tells_the_variance(tm
     comparison = compare({"world": members, "random": alone}, tmp_path, n_boot=99,
                          training={"world": training}, policies=words)
     arm = comparison["arms"]["world"]
-    said = comparison["opening"]["world"]
-    assert said.startswith("All species persisted in 4 of 6 runs (67%). wolf died out in 2 of 6, "
-                           "at ticks 101 to 201 (")
+    sentence = comparison["opening"]["world"]
+    assert sentence.startswith("All species persisted in 4 of 6 runs (67%). wolf died out in 2 of 6, "
+                               "at ticks 101 to 201 (")
     assert arm["persistence"] == pytest.approx(list(share_interval(np.array([[1, 1], [0, 0], [1, 1]]))))
     assert arm["crossed"]["world_seeds"] == [1, 2]
     assert comparison["effects"]["random"]["persistence"][0] == pytest.approx(-2 / 3)

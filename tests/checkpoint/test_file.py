@@ -29,13 +29,13 @@ def test_a_cut_or_changed_file_is_refused_with_its_name(written, tmp_path):
         bad = bytearray(data)
         bad[at] ^= 1 << rng.integers(8)
         (tmp_path / "flip.safetensors").write_bytes(bad)
-        said = ""
+        message = ""
         try:
             again = checkpoint.read(tmp_path / "flip.safetensors")
         except CheckpointError as error:
-            said = str(error)
-        if said:
-            assert "flip.safetensors" in said
+            message = str(error)
+        if message:
+            assert "flip.safetensors" in message
         else:  # a byte that means nothing
             assert again[0] == meta
             assert all(np.array_equal(again[1][k], v, equal_nan=v.dtype.kind == "f")

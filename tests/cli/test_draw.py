@@ -42,7 +42,7 @@ def test_values_set_on_the_command_line_are_drawn(here: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("arguments", "said"),
+    ("arguments", "message"),
     [
         (["--species", "grass"], "neither sensors nor actions; allowed: a species with nerves: deer, wolf"),
         (["--species", "wulf"], 'did you mean "wolf"?'),
@@ -52,8 +52,8 @@ def test_values_set_on_the_command_line_are_drawn(here: Path) -> None:
     ],
 )
 def test_what_cannot_be_drawn_is_refused_and_leaves_nothing(here: Path,
-                                                            arguments: list[str], said: str) -> None:
+                                                            arguments: list[str], message: str) -> None:
     (here / "folder.png").mkdir()
     (here / "file").touch()
-    assert said in draw("predator-prey", *arguments, code=2)
+    assert message in draw("predator-prey", *arguments, code=2)
     assert sorted(p.name for p in here.iterdir()) == ["file", "folder.png"]

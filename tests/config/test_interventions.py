@@ -74,7 +74,7 @@ share = 2
     ).interventions[0].count == 1
 
 
-@pytest.mark.parametrize(("wrong", "said"), [
+@pytest.mark.parametrize(("wrong", "message"), [
     ({"kind": "cul"}, 'did you mean "cull"'),
     ({"species": "der"}, 'did you mean "deer"'),
     ({"share": 1.5}, "at most 1"),
@@ -96,13 +96,13 @@ share = 2
     ({"region": [30.0, 2.0]}, "at least 3 entries"),
     ({"specie": "deer"}, 'did you mean "species"'),
 ])  # fmt: skip
-def test_a_wrong_cull_is_refused_with_what_is_allowed(wrong, said):
+def test_a_wrong_cull_is_refused_with_what_is_allowed(wrong, message):
     text = refusal({k: v for k, v in (CULL | wrong).items() if v is not None})
-    assert said in text
+    assert message in text
     assert text.startswith("interventions.0.")
 
 
-@pytest.mark.parametrize(("wrong", "said"), [
+@pytest.mark.parametrize(("wrong", "message"), [
     (ADD | {"at_place": [300.0, 1.0]}, "outside of the world"),
     (ADD | {"at_place": [1.0, 2.0, 3.0]}, "2 numbers"),
     (ADD | {"at_place": [1.0, 2.0], "region": [1.0, 2.0, 3.0]}, "given together with region"),
@@ -124,9 +124,9 @@ def test_a_wrong_cull_is_refused_with_what_is_allowed(wrong, said):
      'allowed: an intervention of kind "add" or "cull"'),
     ({"kind": "set", "at": 5, "set": {"interventions.0.at": 7}}, "interventions cannot change others"),
 ])  # fmt: skip
-def test_wrong_newcomers_fences_switches_and_values_are_refused(wrong, said):
+def test_wrong_newcomers_fences_switches_and_values_are_refused(wrong, message):
     text = refusal(wrong)
-    assert said in text
+    assert message in text
     assert text.startswith("interventions.0.")
 
 

@@ -18,7 +18,8 @@ TYPES = {"string": str, "integer": int, "number": (int, float), "boolean": bool,
 OF_NUMBERS = {"minimum", "maximum", "exclusiveMinimum", "exclusiveMaximum"}  # keywords that other values pass
 OF_TABLES = {"required", "properties", "propertyNames", "patternProperties", "additionalProperties",
              "minProperties", "maxProperties"}
-SAID = {"$schema", "$defs", "title", "description", "default", "unit", "discriminator"}  # limits nothing
+ANNOTATIONS = {"$schema", "$defs", "title", "description", "default", "unit",
+               "discriminator"}  # limit nothing
 
 
 def _wrong(value, schema, root, at=""):
@@ -63,8 +64,8 @@ def _wrong(value, schema, root, at=""):
     if kinds and all(checks["type"](one) for one in kinds):
         return checks["type"](kinds[0])
     passed = {"type", *(OF_NUMBERS if isinstance(value, dict) else OF_TABLES)}
-    return [w for keyword, said in schema.items() if keyword not in SAID | passed
-            for w in checks[keyword](said)]
+    return [w for keyword, limit in schema.items() if keyword not in ANNOTATIONS | passed
+            for w in checks[keyword](limit)]
 
 
 @pytest.mark.parametrize("world", shipped())
@@ -87,7 +88,7 @@ def test_worlds_with_everything_fit_the_schema():
 
 
 @pytest.mark.parametrize(
-    ("path", "value", "said"),
+    ("path", "value", "mark"),
     [
         (("species", "goat", "metabolism", "bassal"), 0.1, ".species.goat.metabolism.bassal: unknown"),
         (("species", "goat", "metabolism", "basal"), -0.1, ".species.goat.metabolism.basal: below 0.0"),
@@ -102,13 +103,13 @@ def test_worlds_with_everything_fit_the_schema():
         (("species", "goat", "count"), {"value": 10}, ".species.goat.count.search: missing"),
     ],
 )
-def test_the_schema_marks_what_is_wrong(path, value, said):
+def test_the_schema_marks_what_is_wrong(path, value, mark):
     data, schema = tomllib.loads(sources()["herd"][0]), json_schema()
     node = data
     for part in path[:-1]:
         node = node[part]
     node[path[-1]] = value
-    assert _wrong(data, schema, schema) == [said]
+    assert _wrong(data, schema, schema) == [mark]
 
 
 def test_the_schema_has_units_and_no_null():

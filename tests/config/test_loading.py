@@ -137,15 +137,15 @@ def test_training_sets_its_values_and_only_then() -> None:
 
 def sections(model: type[Section]) -> set[type[Section]]:
     """The model and all models within it."""
-    found = {model}
+    models = {model}
     stack = [f.annotation for f in model.model_fields.values()]
     while stack:
         kind = stack.pop()
         stack += list(getattr(kind, "__args__", ()))
-        if isinstance(kind, type) and issubclass(kind, Section) and kind not in found:
-            found.add(kind)
+        if isinstance(kind, type) and issubclass(kind, Section) and kind not in models:
+            models.add(kind)
             stack += [f.annotation for f in kind.model_fields.values()]
-    return found
+    return models
 
 
 def test_every_field_is_described_and_every_number_has_a_unit() -> None:
@@ -267,8 +267,8 @@ def test_problems_know_source_line_and_key(tmp_path: Path) -> None:
                      'body = { radius = 1 }\n')
     with pytest.raises(ConfigError) as caught:
         load(world, ["dt=-1"])
-    found = {(p.source, p.line, p.path, p.value) for p in caught.value.problems}
-    assert found == {("w.toml", 6, "species.x.count", -1), ("--set", None, "dt", -1)}
+    places = {(p.source, p.line, p.path, p.value) for p in caught.value.problems}
+    assert places == {("w.toml", 6, "species.x.count", -1), ("--set", None, "dt", -1)}
 
 
 def test_problems_within_and_between_sections_are_told_together() -> None:

@@ -81,7 +81,7 @@ def test_ranges_survive_loading_a_loaded_world(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "said"),
+    ("old", "new", "words"),
     [
         ("search = [2, 9]", "search = [5, 9]",
          ["line 7", "species.mite.count.search = [5, 9]", "does not hold the world's own value, 4"]),
@@ -110,9 +110,10 @@ def test_ranges_survive_loading_a_loaded_world(tmp_path: Path) -> None:
         ("ticks = 60", 'persist = ["mits"]', ["no such species", 'did you mean "mite"']),
     ],
 )  # fmt: skip
-def test_a_wrong_range_is_refused_with_its_place(tmp_path: Path, old: str, new: str, said: list[str]) -> None:
+def test_a_wrong_range_is_refused_with_its_place(tmp_path: Path, old: str, new: str,
+                                                     words: list[str]) -> None:
     text = problem(tmp_path, old, new)
-    assert [word for word in said if word not in text] == [], text
+    assert [word for word in words if word not in text] == [], text
 
 
 # the text of a world with other values

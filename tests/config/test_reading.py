@@ -16,7 +16,7 @@ HEAD = 'format = 1\nname = "w"\nspace = { size = [9.0, 9.0] }\n'
 SPECIES = "[species.a]\ncount = 1\nbody = { radius = 0.1 }\n"
 
 
-def said(tmp_path: Path, text: str | bytes) -> str:
+def refusal(tmp_path: Path, text: str | bytes) -> str:
     """What is said of a world file that is refused."""
     file = tmp_path / "meadow.toml"
     file.write_bytes(text.encode() if isinstance(text, str) else text)
@@ -39,14 +39,15 @@ def said(tmp_path: Path, text: str | bytes) -> str:
 )
 def test_toml_that_python_cannot_read_is_refused_with_its_line(line: str, what: str, column: int,
                                                                tmp_path: Path) -> None:
-    text = said(tmp_path, HEAD + line + "\n" + SPECIES)
-    assert f"meadow.toml, line 4, column {column}\n  not TOML: {what}" in text
+    message = refusal(tmp_path, HEAD + line + "\n" + SPECIES)
+    assert f"meadow.toml, line 4, column {column}\n  not TOML: {what}" in message
 
 
 @pytest.mark.parametrize("text", ["[" * 60 + "]" * 60, "[" * 300 + "]" * 300], ids=["60", "300"])
 def test_deep_nesting_is_refused_before_models_look_at_it(text: str, tmp_path: Path) -> None:
-    assert "meadow.toml, line 4: ticks" in (found := said(tmp_path, f"{HEAD}ticks = {text}\n{SPECIES}"))
-    assert f"at most {DEEPEST}" in found
+    message = refusal(tmp_path, f"{HEAD}ticks = {text}\n{SPECIES}")
+    assert "meadow.toml, line 4: ticks" in message
+    assert f"at most {DEEPEST}" in message
 
 
 def test_a_dict_that_holds_itself_is_refused() -> None:
@@ -64,15 +65,15 @@ def test_numbers_of_many_digits_are_told_in_words() -> None:
 
 def test_very_many_unknown_keys_are_answered_soon(tmp_path: Path) -> None:
     begin = time.process_time()
-    text = said(tmp_path, HEAD + SPECIES + "".join(f"k{i}=1\n" for i in range(40_000)))
+    message = refusal(tmp_path, HEAD + SPECIES + "".join(f"k{i}=1\n" for i in range(40_000)))
     assert time.process_time() - begin < 20  # minutes, where each of them is likened to all keys
-    assert f"meadow.toml: more than {MOST} problems" in text
-    assert "… and more than 185 more" in text
+    assert f"meadow.toml: more than {MOST} problems" in message
+    assert "… and more than 185 more" in message
 
 
 def test_very_many_unknown_names_are_answered_soon(tmp_path: Path) -> None:
     foods = "".join('{eats="b"},' for _ in range(30_000))
-    assert f"more than {MOST} problems" in said(tmp_path, HEAD + SPECIES + f"diet = [{foods}]\n")
+    assert f"more than {MOST} problems" in refusal(tmp_path, HEAD + SPECIES + f"diet = [{foods}]\n")
 
 
 def test_very_long_names_are_not_likened_to_others() -> None:
@@ -81,7 +82,7 @@ def test_very_long_names_are_not_likened_to_others() -> None:
 
 
 def test_a_file_that_is_too_long_is_refused(tmp_path: Path) -> None:
-    assert f"is longer than {MOST_BYTES:,} bytes" in said(tmp_path, HEAD + "#" * MOST_BYTES)
+    assert f"is longer than {MOST_BYTES:,} bytes" in refusal(tmp_path, HEAD + "#" * MOST_BYTES)
 
 
 @pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-8"])
@@ -92,7 +93,7 @@ def test_marks_and_line_ends_of_other_editors_are_read(encoding: str, tmp_path: 
 
 
 def test_utf_16_is_refused(tmp_path: Path) -> None:
-    assert "a TOML file in UTF-8" in said(tmp_path, (HEAD + SPECIES).encode("utf-16"))
+    assert "a TOML file in UTF-8" in refusal(tmp_path, (HEAD + SPECIES).encode("utf-16"))
 
 
 def test_pipes_devices_and_folders_are_not_read(tmp_path: Path) -> None:

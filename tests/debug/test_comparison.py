@@ -44,16 +44,16 @@ def test_writing_to_the_row_of_one_that_died_is_caught_and_clearing_it_is_not(ca
     meadow(options={"systems": [does(clear)]}).run(5)
 
 
-@pytest.mark.parametrize(("column", "value", "said"), [
+@pytest.mark.parametrize(("column", "value", "message"), [
     ("alive", False, "alive of uid 3 (row 0) was True and is False; births and deaths are asked for: "),
     ("uid", 77, "uid of uid 3 (row 0) was 3 and is 77; births and deaths are asked for: "),
     ("born", 1, "born of uid 3 (row 0) was 0 and is 1; births and deaths are asked for: "),
 ])
-def test_birth_and_death_outside_the_flushes_are_caught(caught, column, value, said):
+def test_birth_and_death_outside_the_flushes_are_caught(caught, column, value, message):
     def work(table, world):
         getattr(table, column)[0] = value
 
-    assert caught(work).startswith(f"species 'deer': {said}")
+    assert caught(work).startswith(f"species 'deer': {message}")
 
 
 def test_columns_that_a_system_grows_or_replaces_are_caught(caught):

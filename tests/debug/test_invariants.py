@@ -158,18 +158,18 @@ def test_components_that_a_processor_replaces_are_caught(debug):
 # --- places -------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(("field", "value", "said"), [
+@pytest.mark.parametrize(("field", "value", "message"), [
     ("x", 20.0, "Position.x of uid 4 (row 1) is 20.0; allowed is [0, 20)"),
     ("y", -0.5, "Position.y of uid 4 (row 1) is -0.5; allowed is [0, 20)"),
     ("heading", 7.0, "Position.heading of uid 4 (row 1) is 7.0; allowed is [0, 2π)"),
     ("heading", -1.0, "Position.heading of uid 4 (row 1) is -1.0; allowed is [0, 2π)"),
 ])
-def test_a_place_outside_the_space_and_a_heading_outside_the_circle_are_caught(caught, field, value, said):
+def test_a_place_outside_the_space_and_a_heading_outside_the_circle_are_caught(caught, field, value, message):
     def work(table, world):
         getattr(table[Position], field)[1] = value
         table.version += 1
 
-    assert caught(work) == f"species 'deer': {said}"
+    assert caught(work) == f"species 'deer': {message}"
 
 
 def test_an_index_that_a_system_disorders_is_caught(caught):

@@ -247,10 +247,10 @@ def test_a_group_of_the_user_alone_is_nobody_else(monkeypatch):
 def test_a_kernel_without_a_source_file_is_compiled_and_not_kept():
     from ecs_eco import njit
 
-    found: dict[str, object] = {"njit": njit}
-    exec("@njit\ndef triple(x):\n    return 3 * x", found)
-    assert found["triple"](2) == 6
-    assert not isinstance(found["triple"]._cache, KernelCache)
+    namespace: dict[str, object] = {"njit": njit}
+    exec("@njit\ndef triple(x):\n    return 3 * x", namespace)
+    assert namespace["triple"](2) == 6
+    assert not isinstance(namespace["triple"]._cache, KernelCache)
 
 
 def test_disabled_compilation_leaves_plain_python():
@@ -266,7 +266,7 @@ def test_all_kernels_of_the_package_are_kept_in_it():
 
     from numba.core.dispatcher import Dispatcher
 
-    root, found = Path(module.__file__).parents[1], 0
+    root, n_kernels = Path(module.__file__).parents[1], 0
     for path in root.rglob("*.py"):
         if "njit" in path.read_text() and path.name not in ("jit.py", "kernel_cache.py", "__init__.py"):
             name = ".".join(("ecs_eco", *path.relative_to(root).with_suffix("").parts))
@@ -275,8 +275,8 @@ def test_all_kernels_of_the_package_are_kept_in_it():
                     assert isinstance(kernel._cache, KernelCache), (
                         f"{name}.{kernel.py_func.__name__}: compiled by numba's own njit"
                     )
-                    found += 1
-    assert found > 50
+                    n_kernels += 1
+    assert n_kernels > 50
 
 
 def test_which_error_it_was_is_said(tmp_path):

@@ -86,7 +86,7 @@ def compare(*words: str) -> str:
 
 
 @pytest.mark.parametrize(
-    ("words", "said"),
+    ("words", "message"),
     [
         (["diel-migration", "--control", "constant-ligth"], 'did you mean "constant-light"'),
         (["diel-migration", "--control", "no-krlil"], 'did you mean "no-krill"'),
@@ -96,10 +96,10 @@ def compare(*words: str) -> str:
     ],
 )
 def test_what_a_world_has_nothing_for_is_refused(
-    words: list[str], said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    words: list[str], message: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    assert said in compare(*words)
+    assert message in compare(*words)
 
 
 def test_which_policies_a_world_with_other_values_runs_with():

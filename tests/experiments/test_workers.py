@@ -34,9 +34,9 @@ def test_a_worker_ends_when_its_parent_is_killed(tmp_path):
     script.write_text(SCRIPT)
     parent = subprocess.Popen([sys.executable, script, tmp_path])
     try:
-        told = tmp_path / "0.done"
-        assert until(told.exists, 60), "the worker did not begin"
-        worker = int(told.read_text())
+        done = tmp_path / "0.done"
+        assert until(done.exists, 60), "the worker did not begin"
+        worker = int(done.read_text())
     finally:
         parent.kill()
         parent.wait()

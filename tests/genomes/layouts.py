@@ -9,6 +9,6 @@ def one(gene: Gene, letters: str = "ACGT", **arguments) -> Layout:
     return Layout([gene], letters, **arguments)
 
 
-def said(layout: Layout, text: str) -> dict[str, float]:
+def meaning(layout: Layout, text: str) -> dict[str, float]:
     return {name: value[0].tolist()
             for name, value in layout.decode(layout.alphabet.encode(text)[None]).items()}

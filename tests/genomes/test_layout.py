@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from ecs_eco.engine.errors import ConfigError, UnknownName
 from ecs_eco.genomes import Gene, Layout, Trait
 from ecs_eco.testing import check_genome
-from tests.genomes.layouts import RED, one, said
+from tests.genomes.layouts import RED, meaning, one
 
 RADIUS = Trait("body.radius", "Body", "radius", None, 0.4, 1e-6, 1e30, "number", "m", "radius")
 SIGN = Trait("reflex.red.weight", "Reflexes", "weight", 0, -1, -1.0, 1.0, "sign", "1", "red")
@@ -102,21 +102,21 @@ def test_a_hundred_thousand_genomes_decode_in_well_under_a_second_and_stay() -> 
 @pytest.mark.parametrize(("how", "value"), [("first", 1), ("mean", 2), ("greater", 3)])
 def test_dominance_says_how_two_alleles_make_a_value(how: str, value: float) -> None:
     layout = one(Gene(name="n", letters=1, low=0, high=3), ploidy=2, dominance=how)
-    assert said(layout, "CT")["n"] == value
+    assert meaning(layout, "CT")["n"] == value
     assert layout.alleles(layout.alphabet.encode("CT")[None], "n").tolist() == [[1, 3]]
 
 
 def test_a_gene_may_have_a_dominance_of_its_own() -> None:
     genes = [Gene(name="a", letters=1, low=0, high=3),
              Gene(name="b", letters=1, low=0, high=3, dominance="greater")]
-    assert said(Layout(genes, ploidy=2, dominance="mean"), "CCTT") == {"a": 2, "b": 3}
+    assert meaning(Layout(genes, ploidy=2, dominance="mean"), "CCTT") == {"a": 2, "b": 3}
 
 
 def test_a_mean_of_whole_numbers_is_rounded_to_one() -> None:
     gene = Gene(name="s", trait="reflex.red.weight", letters=1, values=[-1, 0, 1, 1])
     layout = one(gene, ploidy=2, dominance="mean", traits={SIGN.name: SIGN})
-    assert said(layout, "AC")["s"] == 0
-    assert said(layout, "AA")["s"] == -1
+    assert meaning(layout, "AC")["s"] == 0
+    assert meaning(layout, "AA")["s"] == -1
 
 
 def test_encoding_makes_both_strings_alike() -> None:
@@ -139,7 +139,7 @@ def test_genes_follow_one_another_and_the_rest_is_neutral() -> None:
 def test_genes_need_not_stand_in_the_order_of_their_loci() -> None:
     layout = Layout([Gene(name="a", letters=1, low=0, high=3, at=2),
                      Gene(name="b", letters=2, low=0, high=15, at=0)])
-    assert said(layout, "CAT") == {"a": 3, "b": 4}
+    assert meaning(layout, "CAT") == {"a": 3, "b": 4}
     assert [p.gene for p in layout.mark("CAT")] == ["b", "a"]
 
 

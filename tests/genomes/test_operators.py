@@ -189,8 +189,8 @@ def test_a_world_takes_what_a_toolbox_has_registered_and_says_it_as_a_file_does(
     toolbox = Toolbox()
     toolbox.register("mate", tools.cxUniform, indpb=0.1)
     toolbox.register("mutate", tools.mutGaussian, mu=0, sigma=1, indpb=0.1)
-    said = load("reflexes", {"species.goat.genome.mate": {"operator": "cxUniform", "indpb": 0.1}})
-    assert load("reflexes", {"species.goat.genome.mate": toolbox.mate}).config_hash == said.config_hash
+    written = load("reflexes", {"species.goat.genome.mate": {"operator": "cxUniform", "indpb": 0.1}})
+    assert load("reflexes", {"species.goat.genome.mate": toolbox.mate}).config_hash == written.config_hash
     with pytest.raises(ConfigError,
                        match="mutGaussian does not work on genomes: it makes numbers between letters"):
         load("reflexes", {"species.goat.genome.mutate": toolbox.mutate})

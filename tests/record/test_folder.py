@@ -209,9 +209,9 @@ def test_genomes_are_strings_that_repeat_or_do_not(tmp_path):
     few = np.where(np.arange(1000) % 2, b"ACGTACGT", b"TTTTTTTT")
     for name, column in {"few": few, "many": many, "none": np.zeros(1000, "S1")}.items():
         write_part(to_arrow({"genome": column}, {}), tmp_path / f"{name}.parquet")
-        found = pq.read_table(tmp_path / f"{name}.parquet")["genome"]
-        assert found.type == pa.string()
-        assert found.to_pylist() == [text.decode() or None for text in column.tolist()]
+        read_back = pq.read_table(tmp_path / f"{name}.parquet")["genome"]
+        assert read_back.type == pa.string()
+        assert read_back.to_pylist() == [text.decode() or None for text in column.tolist()]
     encodings = {name: pq.read_metadata(tmp_path / f"{name}.parquet").row_group(0).column(0).encodings
                  for name in ("few", "many")}
     assert ["RLE_DICTIONARY" in encodings[name] for name in ("few", "many")] == [True, False]
@@ -229,8 +229,8 @@ def test_the_manifest_names_the_genes_of_a_layout():
              Gene(name="size", trait="body.radius", letters=4, low=0.2, high=0.6),
              Gene(name="song", letters=2, at=7, values=list(range(16)))]  # fmt: skip
     layout = Layout(genes, "ACGU", ploidy=2, loci=10)
-    found = genes_of(SimpleNamespace(species=Species(heredity=SimpleNamespace(layout=layout))))
-    assert found == {
+    described = genes_of(SimpleNamespace(species=Species(heredity=SimpleNamespace(layout=layout))))
+    assert described == {
         "alphabet": "ACGU",
         "ploidy": 2,
         "genes": [

@@ -26,12 +26,12 @@ def _run(config, out, ticks=TICKS, **options):
 
 def _content(folder):
     """All that was recorded: a table for each kind, whatever the parts."""
-    found = {}
+    tables = {}
     for kind in KINDS:
         table = read_parts(folder / kind)
         words = [pa.DictionaryArray if pa.types.is_dictionary(f.type) else None for f in table.schema]
-        found[kind] = {n: table[n].to_pylist() for n, _ in zip(table.column_names, words, strict=True)}
-    return found
+        tables[kind] = {n: table[n].to_pylist() for n, _ in zip(table.column_names, words, strict=True)}
+    return tables
 
 
 @pytest.fixture(scope="module")

@@ -160,14 +160,14 @@ def bowl(values: dict[str, Any]) -> float:
 
 
 def best_of(kind: str, seed: int, n: int = 40) -> float:
-    optimiser, found = Optimiser(PARAMETERS, kind, seed), []
+    optimiser, scores = Optimiser(PARAMETERS, kind, seed), []
     for i in range(n):
         values = optimiser.ask(i)
         assert 0.01 <= values["rate"] <= 1.0
         assert isinstance(values["count"], int)
-        found.append(bowl(values))
-        optimiser.tell(i, values, found[-1])
-    return max(found)
+        scores.append(bowl(values))
+        optimiser.tell(i, values, scores[-1])
+    return max(scores)
 
 
 def test_optimisers_find_the_top_of_a_bowl_better_than_chance() -> None:
@@ -178,13 +178,13 @@ def test_optimisers_find_the_top_of_a_bowl_better_than_chance() -> None:
 
 @pytest.mark.parametrize("kind", ["gp", "tpe", "random"])
 def test_an_optimiser_that_is_told_the_history_proposes_what_the_first_would(kind: str) -> None:
-    first, told = Optimiser(PARAMETERS, kind, 5), []
+    first, history = Optimiser(PARAMETERS, kind, 5), []
     for i in range(FIRST + 4):
         values = first.ask(i)
-        told.append((values, bowl(values)))
-        first.tell(i, *told[-1])
+        history.append((values, bowl(values)))
+        first.tell(i, *history[-1])
     again = Optimiser(PARAMETERS, kind, 5)
-    for i, (values, worth) in enumerate(told):
+    for i, (values, worth) in enumerate(history):
         again.tell(i, values, worth)
     assert again.ask(99) == first.ask(99)
 

@@ -87,9 +87,9 @@ def test_a_candidate_worse_than_asked_for_goes_no_further(world: Path) -> None:
 
 def test_the_same_numbers_and_seeds_give_the_same_outcome_whatever_was_asked_for(world: Path) -> None:
     whole, first = (evaluate(job(world, {BASAL: 0.006}, least)) for least in ([-1.0, -1.0], [9.0, 9.0]))
-    told = [[{k: v for k, v in r.items() if k != "seconds"} for r in f["stages"][0]["runs"]]
-            for f in (whole, first)]
-    assert told[0] == told[1]
+    outcomes = [[{k: v for k, v in r.items() if k != "seconds"} for r in f["stages"][0]["runs"]]
+                for f in (whole, first)]
+    assert outcomes[0] == outcomes[1]
 
 
 def test_numbers_that_make_no_world_are_a_candidate_without_worth(world: Path) -> None:
@@ -186,7 +186,7 @@ def test_the_command_searches_with_processes_and_goes_on(world: Path, tmp_path: 
 
 
 @pytest.mark.parametrize(
-    ("arguments", "said"),
+    ("arguments", "words"),
     [
         (["--range", f"{BASAL}=0.5"], ["--range", "KEY=LOW:HIGH"]),
         (["--range", f"{BASAL}=0.5:a"], ["--range", "KEY=LOW:HIGH"]),
@@ -202,8 +202,8 @@ def test_the_command_searches_with_processes_and_goes_on(world: Path, tmp_path: 
     ],
 )
 def test_wrong_arguments_are_refused_before_anything_is_made(world: Path, tmp_path: Path,
-                                                             arguments: list[str], said: list[str]) -> None:
+                                                             arguments: list[str], words: list[str]) -> None:
     done = CliRunner().invoke(app, ["search", str(world), "--out", str(tmp_path / "out"), *arguments])
     assert done.exit_code == 2
-    assert [word for word in said if word not in done.output] == [], done.output
+    assert [word for word in words if word not in done.output] == [], done.output
     assert not (tmp_path / "out").exists()

@@ -39,8 +39,8 @@ def test_layers_are_counted_as_a_slow_twin_counts_them():
 
 def test_temperature_falls_through_the_thermocline_and_pressure_rises_with_depth():
     water = Water([9.0, 9.0, 100.0], deep_temperature=277.0, thermocline=30.0, thermocline_width=5.0)
-    found = water.temperature(291.0, np.array([100.0, 70.0, 65.0, 0.0], F))
-    assert found == pytest.approx([291.0, 284.0, 284.0 - 7.0 * np.tanh(1.0), 277.0], abs=1e-3)
+    temperature = water.temperature(291.0, np.array([100.0, 70.0, 65.0, 0.0], F))
+    assert temperature == pytest.approx([291.0, 284.0, 284.0 - 7.0 * np.tanh(1.0), 277.0], abs=1e-3)
     assert Water([9.0, 9.0, 100.0]).temperature(291.0, np.array([3.0], F)).tolist() == [291.0]
     assert water.pressure(101_325.0, np.array([100.0, 90.0], F)) == pytest.approx(
         [101_325.0, 101_325.0 + 1025 * 9.81 * 10]

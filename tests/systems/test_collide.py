@@ -94,7 +94,7 @@ def test_the_kernel_is_its_slow_twin(meadow, size, edges):
     for axis, length in enumerate(size):
         there[:, axis] = (there[:, axis] % length if edges == "torus"
                           and axis < 2 else there[:, axis].clip(0, length))
-    found = np.stack([world.tables["deer"].field(Position, c)[world.tables["deer"].by_uid()] for c in "xyz"],
-                     1)
-    assert found == pytest.approx(there, abs=1e-4)
+    places = np.stack([world.tables["deer"].field(Position, c)[world.tables["deer"].by_uid()] for c in "xyz"],
+                      1)
+    assert places == pytest.approx(there, abs=1e-4)
     assert (np.abs(push).max(axis=1) > 0).sum() > 10

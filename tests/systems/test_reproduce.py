@@ -124,8 +124,8 @@ def test_a_place_given_up_for_a_body_keeps_no_other_away(meadow):
         if random.draw_many(world.key, uid, random.BIRTH)[0] < 1 - np.exp(-1):
             act(world, Reproduce)
             births, world.tables["deer"].births = world.tables["deer"].births, []
-            found = [[v[Position, axis][0] for axis in "xy"] for _, _, v in births]
-            assert np.ravel(found) == pytest.approx(np.ravel(expected))
+            places = [[v[Position, axis][0] for axis in "xy"] for _, _, v in births]
+            assert np.ravel(places) == pytest.approx(np.ravel(expected))
             n += len(births) * (attempt > 0)
     assert n >= 8
 
@@ -171,17 +171,17 @@ def test_the_organisms_own_life_history_replaces_that_of_the_species(meadow):
 def test_what_heredity_says_of_a_newborn_holds(meadow):
     class Fake:
         def offspring(self, world, table, first, second, who):
-            self.said = first.tolist(), second, who.tolist()
+            self.arguments = first.tolist(), second, who.tolist()
             return {(Body, "radius"): np.arange(len(who), dtype=np.float32)}
 
     world = meadow(count=30, world={"space": {"size": [400.0, 400.0]}}, reproduction=WAY | {"litter": 2})
     deer = arrange(world, "deer", energy=1.0)
     deer.species.heredity = fake = Fake()
     parents, rows = _born(world)
-    assert deer.uid[fake.said[0]].tolist() == parents
-    assert fake.said[1] is None
-    assert fake.said[2][::2] == parents[::2]
-    assert len(set(fake.said[2])) == len(parents) > 20
+    assert deer.uid[fake.arguments[0]].tolist() == parents
+    assert fake.arguments[1] is None
+    assert fake.arguments[2][::2] == parents[::2]
+    assert len(set(fake.arguments[2])) == len(parents) > 20
     assert deer[Body].radius[rows].tolist() == list(range(len(rows)))
 
 

@@ -8,8 +8,8 @@ from tests.view.pages import FORGET_THEME, SMALL, WIDE, opened, pause
 
 @pytest.fixture(scope="module")
 def browser():
-    with launched() as found:
-        yield found
+    with launched() as chromium:
+        yield chromium
 
 
 @pytest.fixture(scope="module")

@@ -27,7 +27,7 @@ class Page:
     acts. Asks for one step at each tick that it sees."""
 
     def __init__(self, player, acts=None):
-        self.player, self.acts, self.frames, self.said, self.ticks = player, dict(acts or {}), [], [], []
+        self.player, self.acts, self.frames, self.messages, self.ticks = player, dict(acts or {}), [], [], []
         player.say(self, {"kind": "join"})
         player.say(self, {"kind": "params"})
 
@@ -46,10 +46,10 @@ class Page:
                     self.ticks.append(tick)
                     self.player.say(self, {"kind": "step"})
             else:
-                self.said.append(json.loads(message))
+                self.messages.append(json.loads(message))
 
     def got(self, kind):
-        return [m for m in self.said if m["kind"] == kind]
+        return [m for m in self.messages if m["kind"] == kind]
 
 
 def watched(world, ticks, acts=None):

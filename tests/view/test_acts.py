@@ -210,14 +210,14 @@ def test_listed_values_are_those_that_may_change():
     config = load("predator-prey", SMALL)
     live = Live(World.from_config(config, policies="random", record=False))
     (message,) = live.handle({"kind": "params"})
-    found = {p["key"]: p for p in message["list"]}
-    basal = found["species.deer.metabolism.basal"]
+    listed = {p["key"]: p for p in message["list"]}
+    basal = listed["species.deer.metabolism.basal"]
     assert (basal["value"], basal["unit"], basal["low"], basal["high"]) == (0.004, "energy/s", 0.0, None)
     assert basal["about"] == "energy burnt by living"
-    assert found["species.deer.diet.0.chance"]["high"] == 1
-    assert not {k for k in found if k.endswith(".count") or k.startswith(("space", "training", "seed"))}
-    for key in list(found)[::7]:  # a sample: each of them may really be set
-        value = found[key]["value"]
+    assert listed["species.deer.diet.0.chance"]["high"] == 1
+    assert not {k for k in listed if k.endswith(".count") or k.startswith(("space", "training", "seed"))}
+    for key in list(listed)[::7]:  # a sample: each of them may really be set
+        value = listed[key]["value"]
         new = ((not value) if isinstance(value, bool) else value * 1.01
                if isinstance(value, float) else value + 1)
         assert "cannot change" not in objection(config, key, new), key

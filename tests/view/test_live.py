@@ -123,7 +123,7 @@ def test_genes_have_colours_and_curves():
     live = Live(world)
     genes = [c for c in live.hello()["colours"] if c.startswith("gene:")]
     assert genes
-    name, code = next((n, next(iter(found.values()))) for n, found in live._genes.items() if found)
+    name, code = next((n, next(iter(codes.values()))) for n, codes in live._genes.items() if codes)
     live.frame(1, f"gene:{code.name}")
     assert live.scales(f"gene:{code.name}")[name] == pytest.approx((code.low, code.high))
     live.sample()

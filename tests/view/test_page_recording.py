@@ -93,16 +93,16 @@ def _clicked(page):
 
 
 def test_what_is_clicked_is_recorded_and_comes_out_the_same_again(recorded):
-    out, manifest, said = recorded
-    tick = said["tick"]
+    out, manifest, output = recorded
+    tick = output["tick"]
     assert [when for when, _ in manifest["intervened"]] == [tick, tick + 1, tick + 1]
     remove, add, cull = (what for _, what in manifest["intervened"])
-    assert (remove["kind"], remove["uids"], remove["cause"]) == ("cull", [said["removed"]], "removed")
+    assert (remove["kind"], remove["uids"], remove["cause"]) == ("cull", [output["removed"]], "removed")
     assert (add["kind"], add["species"], add["count"]) == ("add", "wolf", 7)
     assert add["at_place"] == pytest.approx([30, 30], abs=3)  # where it was clicked: the middle
     assert (cull["kind"], cull["species"], cull["share"]) == ("cull", "deer", 0.2)
-    assert [f"tick {tick}: " in said["log"][0], f"tick {tick + 1}: " in said["log"][1]] == [True, True]
-    assert "cull 20 % of deer" in said["log"][2]
+    assert [f"tick {tick}: " in output["log"][0], f"tick {tick + 1}: " in output["log"][1]] == [True, True]
+    assert "cull 20 % of deer" in output["log"][2]
     assert manifest["done"] == tick + 22
     result = CliRunner().invoke(app, ["repeat", str(out), "--quiet"])
     assert result.exit_code == 0, result.output

@@ -258,9 +258,9 @@ def test_what_cannot_be_is_refused_in_words_and_the_run_goes_on(request_):
     page = Notes(player)
     player.say(page, request_)
     assert play(player, 0.05) > 10
-    (said,) = page.got("said")
-    assert said["level"] == "error"
-    assert len(said["text"]) > 10
+    (refusal,) = page.got("said")
+    assert refusal["level"] == "error"
+    assert len(refusal["text"]) > 10
 
 
 def test_a_page_that_left_is_forgotten():

@@ -46,8 +46,8 @@ def full(folders):
 def _waited(replay, seconds=60.0):
     end = time.monotonic() + seconds
     while time.monotonic() < end:
-        if found := replay.news():
-            return found
+        if messages := replay.news():
+            return messages
         time.sleep(0.02)
     raise AssertionError("no answer came")
 
@@ -131,27 +131,27 @@ def test_of_full_details_the_panel_says_all(full, folders):
     table = read_parts(folders / "full" / "details-ram").to_pylist()
     for row in table[:: len(table) // 20]:
         full.handle({"kind": "seek", "tick": row["tick"]})
-        said = full.organism(row["uid"])
-        json.dumps(said, allow_nan=False)
-        assert (said["detail"], said["note"], said["species"]) == ("full", "", "ram")
-        assert said["nerves"]["sensors"][0] == {"name": "energy",
-                                                "value": pytest.approx(row["sensor: energy"])}
-        run = next(a for a in said["nerves"]["actions"] if a["name"] == "run")
+        shown = full.organism(row["uid"])
+        json.dumps(shown, allow_nan=False)
+        assert (shown["detail"], shown["note"], shown["species"]) == ("full", "", "ram")
+        assert shown["nerves"]["sensors"][0] == {"name": "energy",
+                                                 "value": pytest.approx(row["sensor: energy"])}
+        run = next(a for a in shown["nerves"]["actions"] if a["name"] == "run")
         assert [run[k] for k in ("group", "reflex", "chosen", "decision")] == [
             "speed", row["reflex: speed.run"], row["chosen: speed.run"],
             row["decision: speed.run"]]  # fmt: skip
         assert run["probability"] == pytest.approx(row["probability: speed.run"])
-        assert said["trace"]["tick"][-1] == row["tick"]
-        assert said["genome"]["genes"][0]["name"] == "pace"
+        assert shown["trace"]["tick"][-1] == row["tick"]
+        assert shown["genome"]["genes"][0]["name"] == "pace"
 
 
 def test_without_details_the_panel_says_so(plain):
     uid = int(plain.recording.organisms(30, "ram").uid[0])
     plain.handle({"kind": "seek", "tick": 32})
-    said = plain.organism(uid)
-    assert (said["detail"], said["nerves"]) == ("snapshot", None)
-    assert said["note"].startswith("As of tick 30. Recorded every 6 ticks, without nerves. “Fill in”")
-    assert said["trace"]["tick"] == [0, 6, 12, 18, 24, 30]
+    shown = plain.organism(uid)
+    assert (shown["detail"], shown["nerves"]) == ("snapshot", None)
+    assert shown["note"].startswith("As of tick 30. Recorded every 6 ticks, without nerves. “Fill in”")
+    assert shown["trace"]["tick"] == [0, 6, 12, 18, 24, 30]
     plain.handle({"kind": "seek", "tick": 30})
     assert plain.organism(uid)["note"].startswith("Recorded every 6 ticks")
 
@@ -160,8 +160,8 @@ def test_the_dead_and_the_unborn_have_their_pedigree(plain):
     deaths = read_parts(plain.recording.path / "deaths").to_pylist()
     death = next(d for d in deaths if d["species"] == "ram" and d["tick"] > 5)
     plain.handle({"kind": "seek", "tick": 47})
-    said = plain.organism(death["uid"])
-    assert (said["alive"], said["died"]["tick"], said["died"]["cause"]) == (
+    shown = plain.organism(death["uid"])
+    assert (shown["alive"], shown["died"]["tick"], shown["died"]["cause"]) == (
         False, death["tick"], death["cause"]
     )
     births = read_parts(plain.recording.path / "births").to_pylist()
@@ -184,8 +184,8 @@ def test_what_is_filled_in_is_what_full_details_would_have_been(plain, full):
     for replay in (plain, full):
         replay.handle({"kind": "seek", "tick": 33})
     assert plain.handle({"kind": "fill", "uid": uid})[0]["level"] == "info"
-    said, panel = _waited(plain)
-    assert (said["kind"], said["level"]) == ("said", "info")
+    answer, panel = _waited(plain)
+    assert (answer["kind"], answer["level"]) == ("said", "info")
     assert panel["uid"] == uid
     for tick in (22, 33, 40):
         for replay in (plain, full):

@@ -18,8 +18,8 @@ def test_curves_are_thinned_and_stay_bounded():
     curves = Curves(most=8)
     for tick in range(100):
         curves.add(tick, {("n", "deer"): tick})
-    found = curves.after(-1)
-    assert len(found["tick"]) <= 8
-    assert found["tick"] == sorted(found["tick"]) == found["n"]["deer"]
-    assert found["tick"][0] == 0
-    assert found["tick"][-1] == 99
+    points = curves.after(-1)
+    assert len(points["tick"]) <= 8
+    assert points["tick"] == sorted(points["tick"]) == points["n"]["deer"]
+    assert points["tick"][0] == 0
+    assert points["tick"][-1] == 99

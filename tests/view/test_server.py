@@ -144,16 +144,16 @@ def test_a_code_is_exchanged_for_the_credential_once(served):
     assert enter(server, f"Bearer {credential}")[0] == 200  # a page that is loaded again
 
 
-@pytest.mark.parametrize("said", [
+@pytest.mark.parametrize("authorization", [
     None, "", "Code", "Code ", "Bearer ", "Code wrong", "Bearer wrong", "Code {credential}", "Bearer {code}",
     "{code}", "code {code}", "Basic {code}", "Code {code} x", "Code é", "Bearer {credential}=",
 ])  # fmt: skip
-def test_nobody_comes_in_with_anything_else(served, said):
+def test_nobody_comes_in_with_anything_else(served, authorization):
     server = served.server
     code = code_of(server.address())
-    status, _, body = enter(
-        server, None if said is None else said.format(code=code, credential=server.credentials.credential)
-    )
+    if authorization is not None:
+        authorization = authorization.format(code=code, credential=server.credentials.credential)
+    status, _, body = enter(server, authorization)
     assert status == 403
     assert server.credentials.credential not in body
     assert server.credentials.is_good(code)
@@ -263,9 +263,9 @@ def test_nonsense_is_answered_in_words_and_harms_nobody(served, text):
 
 
 def test_bytes_or_too_much_at_once_end_that_page_alone(served):
-    for said in (b"\x00\x01", "x" * 300_000):
+    for nonsense in (b"\x00\x01", "x" * 300_000):
         with page(served.server) as ws:
-            ws.send(said)
+            ws.send(nonsense)
             with pytest.raises(ConnectionClosed):
                 receive(ws, "nothing of this kind")
     with page(served.server) as ws:

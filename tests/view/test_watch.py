@@ -58,8 +58,8 @@ def test_a_recorded_run_is_watched_acted_upon_stopped_while_it_stands_still_and_
                 {"tick": state["tick"], "text": "cull 50 % of deer"}
             ]
             run.process.send_signal(signal.SIGINT)
-            said = run.process.communicate(timeout=180)[1]
-        assert run.process.returncode == 130, said
+            output = run.process.communicate(timeout=180)[1]
+        assert run.process.returncode == 130, output
     manifest = json.loads((out / "manifest.json").read_text())
     assert manifest["done"] == state["tick"] + 1
     assert [tick for tick, _ in manifest["intervened"]] == [state["tick"]]
@@ -81,19 +81,19 @@ def test_a_living_world_is_watched_until_ctrl_c():
         assert "Traceback" not in output
 
 
-@pytest.mark.parametrize(("words", "said"), [
+@pytest.mark.parametrize(("words", "message"), [
     (["predator-pray"], 'did you mean "predator-prey"?'),
     (["predator-prey", "--port", "70000"], "65535"),
     (["predator-prey", "--policies", "trainde"], "trained"),
     (["RUN", "--seed", "3"], "is a recorded run"),
     (["RUN", "--set", "seed=3"], "resume --from-tick"),
 ])  # fmt: skip
-def test_what_cannot_be_watched_is_refused(words, said, tmp_path):
+def test_what_cannot_be_watched_is_refused(words, message, tmp_path):
     (tmp_path / "manifest.json").write_text("{}")
     result = CliRunner().invoke(app, ["watch", *(str(tmp_path) if w == "RUN" else w for w in words),
                                       "--no-browser"])
     assert result.exit_code == 2
-    assert said in result.output
+    assert message in result.output
 
 
 def test_a_taken_port_is_refused_before_anything_is_recorded(tmp_path):

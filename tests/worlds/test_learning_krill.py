@@ -41,7 +41,7 @@ def test_copepods_go_down_by_day_and_krill_keep_their_number_with_the_bundled_po
 
 
 def test_both_are_trained_at_a_time(tmp_path):
-    found = pretrain(load("learning-krill", SMALL | SOON), seed=1, ticks=50, out=tmp_path)
-    assert set(found["policies"]) == {"copepod", "krill"}
-    assert all(found["reports"][name]["n_transitions"] > 0 for name in ("copepod", "krill"))
-    assert found["reports"]["krill"]["learning_rate"] == pytest.approx(1e-3)
+    trained = pretrain(load("learning-krill", SMALL | SOON), seed=1, ticks=50, out=tmp_path)
+    assert set(trained["policies"]) == {"copepod", "krill"}
+    assert all(trained["reports"][name]["n_transitions"] > 0 for name in ("copepod", "krill"))
+    assert trained["reports"]["krill"]["learning_rate"] == pytest.approx(1e-3)

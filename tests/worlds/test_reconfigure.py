@@ -89,8 +89,8 @@ MENAGERIE = {
 
 @pytest.mark.parametrize("name", MENAGERIE)
 def test_also_where_there_is_ground(name, menagerie):
-    found = MENAGERIE[name]
-    a, b = built(menagerie(), found).run(12), living(menagerie(), {}, found).run(12)
+    changes = MENAGERIE[name]
+    a, b = built(menagerie(), changes).run(12), living(menagerie(), {}, changes).run(12)
     assert a.digest() == b.digest()
     assert a.digest() != built(menagerie(), {}).run(12).digest()
 
@@ -211,13 +211,13 @@ def test_what_cannot_change_is_refused_with_what_is_possible_instead_and_nothing
     assert w.digest() == digest
 
 
-@pytest.mark.parametrize(("key", "value", "said"), [
+@pytest.mark.parametrize(("key", "value", "message"), [
     ("species.deer.reproduction.energy_given", 0.25, "the gene giving codes for it"),
     ("species.deer.ppo.horizon", 9, "shapes"), ("species.deer.genome.genes.0.high", 5.0, "shapes"),
 ])  # fmt: skip
-def test_what_genes_say_and_what_has_columns_does_not_change(key, value, said):
+def test_what_genes_say_and_what_has_columns_does_not_change(key, value, message):
     w = built("predator-prey", PREDATOR_PREY | ALONE)
-    with pytest.raises(ConfigError, match=said):
+    with pytest.raises(ConfigError, match=message):
         reconfigure(w, load(w.config, {key: value}))
 
 

@@ -98,13 +98,13 @@ def test_the_family_book_counts_what_the_table_holds():
     world = World.from_config("reflexes", seed=5, record=False)
     family = Family(world, "goat")
     world.run(201)
-    found, goats = carriers(family.lineage(), 100), world.tables["goat"]
+    counts, goats = carriers(family.lineage(), 100), world.tables["goat"]
     held = goats[Genome].loci[goats.rows()] == 3
-    assert found["tick"].tolist() == [0, 100, 200]
-    assert found["n"][-1] == goats.n
-    assert [found[g][-1] for g in GENES] == held[:, :4].sum(0).tolist()
-    assert found["generation"][0] == 0
-    assert found["generation"][-1] > 0
+    assert counts["tick"].tolist() == [0, 100, 200]
+    assert counts["n"][-1] == goats.n
+    assert [counts[g][-1] for g in GENES] == held[:, :4].sum(0).tolist()
+    assert counts["generation"][0] == 0
+    assert counts["generation"][-1] > 0
 
 
 def test_only_those_born_late_are_in_a_late_book():

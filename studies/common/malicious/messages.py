@@ -30,24 +30,24 @@ class Page:
     """A page that keeps what it is told."""
 
     def __init__(self, player: Any) -> None:
-        self.said: list[dict[str, Any]] = []
+        self.received: list[dict[str, Any]] = []
         self.player = player
         player.say(self, {"kind": "join"})
 
     def send(self, messages: list[str | bytes]) -> None:
         """Take what the player sends."""
-        self.said += [json.loads(m) for m in messages if isinstance(m, str)]
+        self.received += [json.loads(m) for m in messages if isinstance(m, str)]
 
     def ask(self, message: dict[str, Any]) -> str:
         """Say something, let a tick pass; return the errors that come back."""
-        self.said.clear()
+        self.received.clear()
         self.player.say(self, message)
         self.player.playing = False
         while self.player.inbox:
             self.player._answer(*self.player.inbox.popleft())
         self.player._serve(1e12)
         return "\n".join(f"{m.get('field')}: {m['text']}"
-                         for m in self.said if m["kind"] == "said" and m["level"] == "error")
+                         for m in self.received if m["kind"] == "said" and m["level"] == "error")
 
 
 def by_hand(ground: Ground) -> Iterator[Attack]:

@@ -22,8 +22,8 @@ def entry(training: int, seed: int, persisted: bool, p: float = 0.002, **case: A
 
 
 def test_cells_come_world_by_world_so_that_no_policy_is_trained_twice() -> None:
-    found = seed_grid.cells(["a", "b"], [1, 2], [8, 9])
-    assert [(c["seed"], c["arm"], c["training"]) for c in found] == [
+    cells = seed_grid.cells(["a", "b"], [1, 2], [8, 9])
+    assert [(c["seed"], c["arm"], c["training"]) for c in cells] == [
         (8, "a", 1), (8, "a", 2), (8, "b", 1), (8, "b", 2), (9, "a", 1), (9, "a", 2), (9, "b", 1), (9, "b", 2)
     ]  # fmt: skip
 
@@ -44,11 +44,11 @@ def test_what_is_said_of_a_grid_is_counted_over_its_cells() -> None:
     cells = [entry(t, w, persisted=t != 3, p=0.2 if (t, w) == (1, 1) else 0.01) for t in (1, 2, 3)
              for w in (1, 2)]
     verdicts = seed_grid.summarise([*cells, entry(1, 1, True, ticks=60_000)], ["a"], 0.6)
-    said = {line["statement"]: (line["value"], line["met"]) for line in verdicts["verdicts"]}
-    assert said["a: runs in which all species persist"] == ("4 of 6 (67%)", True)
-    assert said["a: of these with peaks of all consumers beyond AR(1), p < .05"] == ("3 of 4", True)
-    assert said["a: median lag deer→wolf, share of the period"][1]
-    assert said["a, training seed 1, world seed 1: periods of one run of 60,000 ticks"] == (60.0, True)
+    values = {line["statement"]: (line["value"], line["met"]) for line in verdicts["verdicts"]}
+    assert values["a: runs in which all species persist"] == ("4 of 6 (67%)", True)
+    assert values["a: of these with peaks of all consumers beyond AR(1), p < .05"] == ("3 of 4", True)
+    assert values["a: median lag deer→wolf, share of the period"][1]
+    assert values["a, training seed 1, world seed 1: periods of one run of 60,000 ticks"] == (60.0, True)
     line = verdicts["table"]["rows"][0]
     assert (line[1], line[3], line[4], line[5], line[6]) == (6, "2/2, 2/2, 0/2", "wolf 2", "3 of 4", 1160.5)
     assert line[2][0] == pytest.approx(2 / 3)

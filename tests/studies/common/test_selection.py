@@ -52,14 +52,14 @@ def test_samples_without_living_are_left_out_and_one_generation_says_nothing():
 @pytest.mark.parametrize("s", [-0.05, 0.0, 0.1])
 def test_a_known_coefficient_is_recovered_from_drifting_populations(s):
     rng, n, generations = np.random.default_rng(3), 1000, 20
-    found = [
+    coefficients = [
         selection_coefficient(
             wright_fisher(s, n, generations, 0.3, rng), wright_fisher(0, n, generations, 0.3, rng),
             np.full(generations + 1, n), np.arange(generations + 1),
         )
         for _ in range(200)
     ]  # fmt: skip
-    low, high = pooled(found).interval95
+    low, high = pooled(coefficients).interval95
     assert low - 0.002 < np.log(1 + s) < high + 0.002
     assert high - low < 0.01
 
