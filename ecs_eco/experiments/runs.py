@@ -51,7 +51,7 @@ def has_run(folder: Path, ticks: int, arm: Arm, seed: int) -> bool:
 
 def check_run(folder: Path, manifest: dict[str, Any], arm: Arm, seed: int) -> None:
     """Raise ForeignFile where the run in a folder is not that of an arm with this seed, or is a fork."""
-    from ecs_eco.runs.begin import said_policies
+    from ecs_eco.runs.begin import policies_as_json
     from ecs_eco.worlds.policies import weights_files
 
     weights = {name: hash_of(file) for name, file in weights_files(arm.config, arm.policies).items()}
@@ -60,7 +60,7 @@ def check_run(folder: Path, manifest: dict[str, Any], arm: Arm, seed: int) -> No
         "controls": list(arm.controls), "weights": weights,
     }  # fmt: skip
     if not weights:  # the folder may have been moved
-        wanted["policies"] = said_policies(arm.policies)
+        wanted["policies"] = policies_as_json(arm.policies)
     different = [key for key, value in wanted.items() if manifest.get(key) != value]
     if "forked" in manifest:
         different.append("forked")

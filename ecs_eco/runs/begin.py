@@ -121,7 +121,7 @@ def config_of(manifest: Mapping[str, Any], config: Mapping[str, Any] | None = No
     return recorded(path, manifest, data, trust)
 
 
-def said_policies(policies: Any) -> Any:
+def policies_as_json(policies: Any) -> Any:
     """Return what policies start from as JSON holds it: a word or a folder, or these by species."""
     return ({name: str(source) for name, source in policies.items()}
             if isinstance(policies, Mapping) else str(policies))

@@ -24,7 +24,7 @@ from ecs_eco.runs.begin import (
     folder_of,
     keep_checkpoint,
     keep_manifest,
-    said_policies,
+    policies_as_json,
     start_of,
 )
 from ecs_eco.runs.requests import RequestLog, forget, repeat_requests
@@ -80,7 +80,7 @@ def run_to_folder(config: Any, seed: int | None = None, ticks: int | None = None
             "format": belonging.FORMAT, "world": config.name, "title": config.title,
             "config": config.resolved(),
             "config_hash": config.config_hash, "seed": world.seed, "ticks": ticks, "dt": config.dt,
-            "policies": said_policies(policies), "learn": learn, "controls": list(controls),
+            "policies": policies_as_json(policies), "learn": learn, "controls": list(controls),
             "command": command, "versions": versions(), "git_commit": git_commit(), "snapshot_every": every,
             "checkpoint_every": checkpoint_every, "keep": keep, "record": record, "wall_seconds": 0.0,
         }  # fmt: skip

@@ -29,7 +29,7 @@ def fresh_brain(config: WorldConfig, name: str, policy: Any, shape: Shape, seed:
     """Return a fresh network of a species, or say what is wrong with the module that it names."""
     from ecs_eco.learning.brains import brain_of
 
-    with _said_of(name, policy, shape):
+    with _refusals_of(name, policy, shape):
         return brain_of(config.function(policy.network), *shape, seed=seed, device=policy.device)
 
 
@@ -37,14 +37,14 @@ def fresh_individuals(config: WorldConfig, name: str, policy: Any, shape: Shape,
     """Return the networks of individuals, or say what is wrong with the module that their species names."""
     from ecs_eco.learning.brains import individuals_of
 
-    with _said_of(name, policy, shape):
+    with _refusals_of(name, policy, shape):
         return individuals_of(config.function(policy.network), *shape, ppo=ppo, seed=seed,
                               device=policy.device)
 
 
 @contextmanager
-def _said_of(name: str, policy: Any, shape: Shape) -> Iterator[None]:
-    """Within, what cannot be a species' network is said with its place in the world file."""
+def _refusals_of(name: str, policy: Any, shape: Shape) -> Iterator[None]:
+    """Within, what cannot be a species' network is refused with its place in the world file."""
     try:
         yield
     except (ValueError, AttributeError, ImportError) as error:

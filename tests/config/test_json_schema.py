@@ -75,7 +75,7 @@ def test_every_shipped_world_fits_the_schema(world):
 
 
 def test_a_world_with_ranges_fits_the_schema():
-    schema, path = json_schema(), Path(__file__).parents[1] / "examples" / "dying_world.toml"
+    schema, path = json_schema(), Path(__file__).parents[2] / "examples" / "dying_world.toml"
     data = tomllib.loads(path.read_text(encoding="utf-8"))
     assert _wrong(data | {"search": data["search"] | {"ranges": {"species.hare.count": [5, 9]}}},
                   schema, schema) == []
