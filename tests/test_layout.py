@@ -1,9 +1,16 @@
-"""The tests mirror the package: whoever looks for the tests of a room finds them under its name."""
+"""The tests mirror the package: whoever looks for the tests of a room finds them under its name.
+And files and functions are short everywhere."""
 
+import ast
 from pathlib import Path
+
+import pytest
+
+from tools.sizes import FILE_LIMIT, FUNCTION_LIMIT, REASONS, functions_of
 
 ROOT = Path(__file__).parents[1]
 BESIDE = {"benchmarks", "security", "studies", "tools"}  # what is tested besides the rooms
+CODE = ("benchmarks", "ecs_eco", "examples", "studies", "tests", "tools")
 
 
 def folders(place):
@@ -21,3 +28,16 @@ def test_no_folder_of_tests_is_empty_and_no_test_lies_deeper_than_what_it_tests(
                 or (ROOT / "ecs_eco" / room).is_dir()), place
     for room in folders(ROOT / "ecs_eco"):
         assert any((ROOT / "tests" / room).rglob("test_*.py")), room
+
+
+@pytest.mark.parametrize("folder", CODE)
+def test_no_file_and_no_function_is_too_long_without_a_reason(folder):
+    too_long = []
+    for path in sorted((ROOT / folder).rglob("*.py")):
+        text, place = path.read_text(encoding="utf-8"), path.relative_to(ROOT).as_posix()
+        lengths = {f"{place}::{name}": (node.end_lineno - node.lineno + 1, FUNCTION_LIMIT)
+                   for name, node in functions_of(ast.parse(text))}
+        lengths[place] = len(text.splitlines()), FILE_LIMIT
+        too_long += [f"{name}: {lines} lines" for name, (lines, limit) in lengths.items()
+                     if lines > limit and name not in REASONS]
+    assert too_long == []
