@@ -3,7 +3,7 @@ and when it is reconfigured."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -11,6 +11,7 @@ import numpy as np
 
 from ecs_eco.components import Biology, Body, Chemistry, Metabolism, Physical
 from ecs_eco.config import WorldConfig
+from ecs_eco.config.mutable_keys import Key
 from ecs_eco.engine import random
 from ecs_eco.engine.code import handed_over
 from ecs_eco.lifecycle.species import Species
@@ -23,6 +24,29 @@ if TYPE_CHECKING:
     from ecs_eco.space.world import SpatialWorld
 
 SEXES = {"none": 0, "female": 1, "male": 2, "random": 0}
+
+
+def apply_surroundings(world: SpatialWorld, config: WorldConfig,
+                       changed: Collection[Key] | None = None) -> None:
+    """Set what surrounds all organisms: ambient values, sun and water, smells, slopes.
+
+    Everything is set where `changed` is None; else what these keys of a configuration name, so that what
+    users have set themselves stays.
+    """
+    def wanted(*key: str) -> bool:
+        return changed is None or any(k[: len(key)] == key for k in changed)
+
+    for quantity, value in config.ambient.model_dump().items():
+        if wanted("ambient", quantity):
+            world.ambient[quantity] = value
+    if wanted("sun") or wanted("water"):
+        climate(world, config)
+    for name, field in config.fields.items():
+        for coefficient in ("diffusion", "decay"):
+            if wanted("fields", name, coefficient):
+                setattr(world.fields[name], coefficient, getattr(field, coefficient))
+    if config.terrain is not None and world.terrain is not None and wanted("terrain", "slope_cost"):
+        world.terrain.slope_cost = float(config.terrain.slope_cost)
 
 
 def climate(world: SpatialWorld, config: WorldConfig) -> None:

@@ -33,8 +33,8 @@ from ecs_eco.space import Field, Terrain
 from ecs_eco.systems.schedule import schedule
 from ecs_eco.worlds.apply_species import (
     apply_species,
+    apply_surroundings,
     cell,
-    climate,
     gaits,
     learner_seed,
     matter,
@@ -114,13 +114,11 @@ def build(cls: Any, config: Any, *, seed: int | None = None, policies: Any = "tr
 def _surroundings(world: SpatialWorld, config: WorldConfig) -> None:
     """Give a world its substances, light, warmth, water, smells and ground."""
     world.substances = list(config.substances)
-    world.ambient = config.ambient.model_dump()
-    climate(world, config)
-    world.fields = {name: Field(world.space, f.cell, f.diffusion, f.decay)
-                    for name, f in config.fields.items()}
+    world.fields = {name: Field(world.space, f.cell) for name, f in config.fields.items()}
     if config.terrain is not None:
         t = config.terrain.model_dump(exclude_none=True)
         world.terrain = Terrain(world.space, t.pop("cell"), **t)
+    apply_surroundings(world, config)
 
 
 def _tables(world: SpatialWorld, config: WorldConfig) -> None:

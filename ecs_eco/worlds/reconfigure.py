@@ -12,8 +12,8 @@ from ecs_eco.engine.errors import ConfigError
 from ecs_eco.engine.interruption import require_whole, whole
 from ecs_eco.worlds.apply_species import (
     apply_species,
+    apply_surroundings,
     cell,
-    climate,
     gaits,
     learner_seed,
     matter,
@@ -54,8 +54,13 @@ def reconfigure(world: SpatialWorld, config: Any, learners: Iterable[str] = ()) 
 def _apply(world: SpatialWorld, old: WorldConfig, new: WorldConfig) -> None:
     changed = [key for key, _, _ in changes(old.model_dump(), new.model_dump())]
     world.config = new
-    for key in changed:
-        _surroundings(world, key, new)
+    apply_surroundings(world, new, changed)
+    if ("seed",) in changed:
+        reseed(world, new.seed)
+    of_species = any(key[0] == "species" for key in changed)
+    if of_species and new.space.cell is None and cell(new) != world.space.cell:
+        world.space.set_cell(cell(new))
+        world.forget_neighbours()
     for name in dict.fromkeys(str(key[1]) for key in changed if key[0] in ("objects", "species")):
         mine = {".".join(map(str, key[2:]))
                 for key in changed if key[:2] in (("species", name), ("objects", name))}
@@ -65,23 +70,6 @@ def _apply(world: SpatialWorld, old: WorldConfig, new: WorldConfig) -> None:
             _species(world, world.tables[name], old.species[name], new.species[name], mine)
     _causes(world)
     world.touch()
-
-
-def _surroundings(world: SpatialWorld, key: tuple, new: WorldConfig) -> None:
-    """Apply one value of the world that does not belong to a species."""
-    if key[0] == "ambient":
-        world.ambient[key[1]] = getattr(new.ambient, key[1])
-    elif key[0] in ("sun", "water"):
-        climate(world, new)
-    elif key[0] == "fields":
-        setattr(world.fields[key[1]], key[2], getattr(new.fields[key[1]], key[2]))
-    elif key[0] == "terrain" and new.terrain is not None and world.terrain is not None:
-        world.terrain.slope_cost = float(new.terrain.slope_cost)
-    elif key == ("seed",):
-        reseed(world, new.seed)
-    elif key[0] == "species" and new.space.cell is None and cell(new) != world.space.cell:
-        world.space.set_cell(cell(new))
-        world.forget_neighbours()
 
 
 def reseed(world: SpatialWorld, seed: int) -> None:
