@@ -74,15 +74,29 @@ def matter(table: Table, kind: Any, substances: list[str]) -> None:
         table.add_component(Chemistry, molarity=[kind.substances.get(s, 0.0) for s in substances])
 
 
-def apply_species(table: Table, species: Any, substances: list[str]) -> None:
-    """Set the initial values of newborn of a species, and what systems read of the species."""
-    matter(table, species, substances)
+def apply_species(world: SpatialWorld, table: Table, species: Any,
+                  parts: Collection[str] | None = None) -> None:
+    """Set the initial values of newborn of a species, and what systems read of the species.
+
+    Gaits and networks are made where `parts` is None, or has their section of the world file.
+    """
+    matter(table, species, world.substances)
     table.set_defaults(Metabolism, energy=species.metabolism.energy)
     table.set_defaults(Biology, sex=SEXES[species.sex], fertility=species.fertility)
     alike: Species = table.species
+    before, nerves = alike.config, alike.nerves
     alike.config, alike.diet, alike.lethal = species, list(species.diet), list(species.lethal)
     alike.remains, alike.sex, alike.max_count = species.remains, species.sex, species.max_count
     alike.switch_reproduction(not alike.barren)
+    if nerves is None:
+        return
+    if species.locomotion is not None and (parts is None or "locomotion" in parts):
+        alike.gaits = gaits(species.locomotion, nerves)
+    if parts is None or not {"reflex", "happiness"}.isdisjoint(parts):
+        taken_away = before is not None and before.reflex is not None and nerves.reflex is None
+        networks(nerves, species, world.config.function)
+        if taken_away:  # by a treatment, which stays in force
+            nerves.reflex = None
 
 
 def gaits(way: Any, nerves: Any) -> tuple[Any, ...]:

@@ -35,10 +35,8 @@ from ecs_eco.worlds.apply_species import (
     apply_species,
     apply_surroundings,
     cell,
-    gaits,
     learner_seed,
     matter,
-    networks,
     settings,
 )
 from ecs_eco.worlds.heredity import add_heredity
@@ -182,7 +180,7 @@ def _species_table(world: SpatialWorld, name: str, species: Any) -> None:
     table = world.add_table(name, Position, Body, Metabolism, Biology,
                             capacity=max(64, int(species.count * 1.5)),
                             dims={"substances": len(world.substances), "actions": len(actions)})
-    apply_species(table, species, world.substances)
+    matter(table, species, world.substances)  # its columns come before those of nerves
     if species.sensors or actions:
         table.add_component(Nervous)
         dims = world.config.dims
@@ -192,18 +190,14 @@ def _species_table(world: SpatialWorld, name: str, species: Any) -> None:
         table.derived[Sensor] = Readings(table)
     if species.locomotion is not None and table.species.nerves is not None:
         table.add_component(Velocity)
-        table.species.gaits = gaits(species.locomotion, table.species.nerves)
+    apply_species(world, table, species)
 
 
 def _networks(world: SpatialWorld, table: Table, species: Any, policies: Any, learn: Any, number: int,
               training: bool) -> np.ndarray | None:
-    """Build the reflex, happiness and policy networks of one species;
-    return the weights that all founders share, if any."""
+    """Build the policy networks of one species; return the weights that all founders share, if any."""
     nerves = table.species.nerves
-    if nerves is None:
-        return None
-    networks(nerves, species, world.config.function)
-    if species.policy.kind == "none" or not nerves.choices:
+    if nerves is None or species.policy.kind == "none" or not nerves.choices:
         return None
     nerves.policy = True
     source = policies.get(table.name) or "trained" if isinstance(policies, dict) else policies

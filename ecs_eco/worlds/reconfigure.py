@@ -14,10 +14,8 @@ from ecs_eco.worlds.apply_species import (
     apply_species,
     apply_surroundings,
     cell,
-    gaits,
     learner_seed,
     matter,
-    networks,
     settings,
 )
 
@@ -84,15 +82,9 @@ def reseed(world: SpatialWorld, seed: int) -> None:
 
 def _species(world: SpatialWorld, table: Table, old: Any, new: Any, changed: set[str]) -> None:
     """Apply the values of one species; `changed` are the keys that differ."""
-    apply_species(table, new, world.substances)
-    nerves, heredity = table.species.nerves, table.species.heredity
     parts = {key.partition(".")[0] for key in changed}
-    if table.species.gaits is not None and "locomotion" in parts:
-        table.species.gaits = gaits(new.locomotion, nerves)
-    if nerves is not None and parts & {"reflex", "happiness"}:
-        without = nerves.reflex is None and old.reflex is not None  # taken away by a treatment
-        networks(nerves, new, world.config.function)
-        nerves.reflex = None if without else nerves.reflex
+    apply_species(world, table, new, parts)
+    nerves, heredity = table.species.nerves, table.species.heredity
     if nerves is not None and "ppo" in parts:
         _settings(nerves, new, _trains(world))
     if nerves is not None and "policy.learn" in changed:
