@@ -140,6 +140,23 @@ def settings(values: Mapping[str, Any], training: bool) -> Any:
     return ppo if training else replace(ppo, anneal=0)
 
 
+def trains(world: SpatialWorld) -> bool:
+    """Return whether a world was built for pre-training."""
+    return bool(world.origin.get("training"))
+
+
+def begin_learning(world: SpatialWorld, table: Table) -> None:
+    """Give a species with one policy for all a learner, which begins without experience."""
+    from ecs_eco.learning.brains import learner_of
+
+    nerves, species = table.species.nerves, table.species.config
+    assert nerves is not None
+    assert species is not None
+    number = list(world.config.species).index(table.name)
+    nerves.learner = learner_of(nerves.brain, settings(species.ppo, trains(world)),
+                                seed=learner_seed(world.seed, number), workers=world.threads)
+
+
 def learner_seed(seed: int, number: int) -> int:
     """Return the seed of the networks of species `number` in a world with this seed."""
     return (random.mix_int(seed) + number) & 0x7FFFFFFFFFFFFFFF

@@ -34,6 +34,7 @@ from ecs_eco.systems.schedule import schedule
 from ecs_eco.worlds.apply_species import (
     apply_species,
     apply_surroundings,
+    begin_learning,
     cell,
     learner_seed,
     matter,
@@ -220,8 +221,8 @@ def _networks(world: SpatialWorld, table: Table, species: Any, policies: Any, le
     if nerves.learning and nerves.happiness is None:
         raise ConfigError([Problem(("species", table.name, "policy", "learn"), "nothing rewards it", True,
                                    "a species that learns declares `happiness`; or learn = false")])
-    ppo = settings(species.ppo, training)
     if alone:
+        ppo = settings(species.ppo, training)
         nerves.individuals = fresh_individuals(world.config, table.name, species.policy, shape, ppo, seed)
         return None if brain is None else nerves.individuals.flat(brain)
     assert brain is not None
@@ -230,9 +231,7 @@ def _networks(world: SpatialWorld, table: Table, species: Any, policies: Any, le
         table.dims["memory"] = brain.memory
         table.add_component(Memory)
     if nerves.learning:
-        from ecs_eco.learning.brains import learner_of
-
-        nerves.learner = learner_of(brain, ppo, seed=seed, workers=world.threads)
+        begin_learning(world, table)
     return None
 
 

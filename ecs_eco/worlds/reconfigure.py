@@ -13,10 +13,12 @@ from ecs_eco.engine.interruption import require_whole, whole
 from ecs_eco.worlds.apply_species import (
     apply_species,
     apply_surroundings,
+    begin_learning,
     cell,
     learner_seed,
     matter,
     settings,
+    trains,
 )
 
 if TYPE_CHECKING:
@@ -86,7 +88,7 @@ def _species(world: SpatialWorld, table: Table, old: Any, new: Any, changed: set
     apply_species(world, table, new, parts)
     nerves, heredity = table.species.nerves, table.species.heredity
     if nerves is not None and "ppo" in parts:
-        _settings(nerves, new, _trains(world))
+        _settings(nerves, new, trains(world))
     if nerves is not None and "policy.learn" in changed:
         learning(world, table)
     if heredity is not None:
@@ -115,12 +117,7 @@ def learning(world: SpatialWorld, table: Table) -> None:
     if nerves.individuals is not None:
         _experience(table, nerves.learning)
     elif nerves.learning:
-        from ecs_eco.learning.brains import learner_of
-
-        number = list(world.config.species).index(table.name)
-        ppo = settings(species.ppo, _trains(world))
-        nerves.learner = learner_of(nerves.brain, ppo, seed=learner_seed(world.seed, number),
-                                    workers=world.threads)
+        begin_learning(world, table)
     else:
         nerves.learner = None
 
@@ -175,7 +172,3 @@ def _causes(world: SpatialWorld) -> None:
             for cause, bound in ((limit.low, limit.min), (limit.high, limit.max)):
                 if bound is not None:
                     world.cause(cause)
-
-
-def _trains(world: SpatialWorld) -> bool:
-    return bool(world.origin.get("training"))
