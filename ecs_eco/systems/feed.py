@@ -11,6 +11,7 @@ from ecs_eco.engine import random
 from ecs_eco.engine.jit import njit
 from ecs_eco.engine.random import draw
 from ecs_eco.engine.system import System
+from ecs_eco.lifecycle.causes import register_eaters
 from ecs_eco.space.nearest import nearest
 
 if TYPE_CHECKING:
@@ -37,11 +38,7 @@ class Feed(System):
     def start(self, world: SpatialWorld) -> None:
         """Register the causes of death in the order of species."""
         for table in world.tables.values():
-            if table.species.diet:
-                world.cause(f"eaten by {table.name}")
-                for food in table.species.diet:
-                    if food.deadly:
-                        world.cause(f"poisoned by {food.eats}")
+            register_eaters(world, table)
 
     def update(self, table: Table, world: SpatialWorld) -> None:
         """Let one species eat, one kind of food after the other."""

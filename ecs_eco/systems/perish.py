@@ -9,6 +9,7 @@ import numpy as np
 from ecs_eco.components import Biology, LifeHistory, Nervous
 from ecs_eco.engine.jit import njit
 from ecs_eco.engine.system import System
+from ecs_eco.lifecycle.causes import register_limits
 from ecs_eco.nervous.sensors.own import own_column
 from ecs_eco.space.world import SpatialWorld
 
@@ -28,10 +29,7 @@ class Perish(System):
     def start(self, world: SpatialWorld) -> None:
         """Register the causes of death in the order of species."""
         for table in world.tables.values():
-            for limit in table.species.lethal:
-                for cause, bound in ((limit.low, limit.min), (limit.high, limit.max)):
-                    if bound is not None:
-                        world.cause(cause)
+            register_limits(world, table)
         world.on_death.append(self.mourn)
 
     def process(self, *_: Any) -> None:

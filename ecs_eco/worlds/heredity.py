@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from ecs_eco.genomes.heredity import Heredity
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
+    from ecs_eco.genomes.traits import Trait
     from ecs_eco.space.world import SpatialWorld
 
 Targets = dict[str, tuple[type, str, int | None]]
@@ -32,15 +34,13 @@ def add_heredity(world: SpatialWorld, table: Table, species: Any, founder: np.nd
             table.add_component(Memory)
         if nerves.learning:
             table.add_component(Experience)
-    layout, operators, targets, alike = None, None, {}, None
+    layout, targets, alike = None, {}, None
     if section is not None:
-        from ecs_eco.genomes import Layout, Operators
+        from ecs_eco.genomes import Layout
 
         traits = traits_of(species, world.config.dims, [world.config.function(c) for c in species.components])
         shapes = policy_shapes(species, world.config.dims) if minds is None else minds.shapes
         layout = Layout.from_config(section, traits, shapes=shapes)
-        choice = getattr(species.reproduction, "choice", "nearest")
-        operators = Operators.from_config(section, layout, choice, world.config.function)
         table.dims |= {"loci": layout.row, "highest letter": len(layout.alphabet) - 1}
         table.add_component(Genome)
         targets = _targets(table, species, layout, traits)
@@ -50,9 +50,47 @@ def add_heredity(world: SpatialWorld, table: Table, species: Any, founder: np.nd
         table.dims.setdefault("loci", 0)
         table.add_component(Gestation)
     if section is not None or minds is not None:
-        table.species.heredity = Heredity(layout, operators, targets, minds=minds,
-                                            inherit=species.policy.inherit,
-                                            noise=species.policy.mutation, founder=founder, alike=alike)
+        table.species.heredity = Heredity(layout, None, targets, minds=minds, founder=founder, alike=alike)
+    apply_heredity(world, table, species)
+
+
+def apply_heredity(world: SpatialWorld, table: Table, species: Any,
+                   changed: Collection[str] | None = None) -> None:
+    """Set what newborn inherit of brains, and the operators that make their genomes.
+
+    Operators are made where `changed` is None, or has one of their dotted keys in the species' section.
+    """
+    heredity = table.species.heredity
+    if heredity is None:
+        return
+    heredity.inherit, heredity.noise = species.policy.inherit, float(species.policy.mutation)
+    if species.genome is None:
+        return
+    if changed is None or any(key.startswith(("genome.", "reproduction.choice")) for key in changed):
+        from ecs_eco.genomes import Operators
+
+        choice = getattr(species.reproduction, "choice", "nearest")
+        heredity.operators = Operators.from_config(species.genome, heredity.layout, choice,
+                                                   world.config.function)
+
+
+def apply_traits(table: Table, traits: Mapping[str, Trait],
+                 before: Mapping[str, Trait] | None = None) -> None:
+    """Set what newborn have in the columns of individual traits, unless a gene says otherwise.
+
+    Where the table lives with the traits `before`, those that differ are set for the living, too.
+    """
+    columns = {component.__name__: component for component in table.columns}
+    for name, trait in traits.items():
+        if trait.component not in columns or trait.component in ("Policy", "Body"):
+            continue
+        if before is not None and (name not in before or before[name].default == trait.default):
+            continue
+        component, at = columns[trait.component], ... if trait.index is None else trait.index
+        table.defaults[component][trait.field][at] = trait.default
+        if before is not None:
+            column = table.field(component, trait.field)
+            column[(table.rows(), *(() if trait.index is None else (trait.index,)))] = trait.default
 
 
 def _targets(table: Table, species: Any, layout: Any, traits: dict[str, Any]) -> Targets:
@@ -70,8 +108,7 @@ def _targets(table: Table, species: Any, layout: Any, traits: dict[str, Any]) ->
             component = known[trait.component]
             if component not in table:
                 table.add_component(component)
-            column = table.defaults[component][trait.field]
-            column[... if trait.index is None else trait.index] = trait.default
+    apply_traits(table, {name: trait for name, trait in traits.items() if trait.component in used})
     table.species.own_ranges = frozenset(t.index
                                          for _, t in coded if (t.component, t.field) == ("Senses", "radius"))
     table.species.own_places = frozenset(t.index for _, t in coded

@@ -10,6 +10,7 @@ from ecs_eco.config import WorldConfig, load
 from ecs_eco.config.mutable_keys import changes, refused
 from ecs_eco.engine.errors import ConfigError
 from ecs_eco.engine.interruption import require_whole, whole
+from ecs_eco.lifecycle.causes import register_eaters, register_limits
 from ecs_eco.worlds.apply_species import (
     apply_species,
     apply_surroundings,
@@ -20,6 +21,7 @@ from ecs_eco.worlds.apply_species import (
     settings,
     trains,
 )
+from ecs_eco.worlds.heredity import apply_heredity, apply_traits
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
@@ -68,7 +70,9 @@ def _apply(world: SpatialWorld, old: WorldConfig, new: WorldConfig) -> None:
             matter(world.tables[name], new.objects[name], world.substances)
         else:
             _species(world, world.tables[name], old.species[name], new.species[name], mine)
-    _causes(world)
+    for table in world.tables.values():
+        register_eaters(world, table)
+        register_limits(world, table)
     world.touch()
 
 
@@ -86,14 +90,18 @@ def _species(world: SpatialWorld, table: Table, old: Any, new: Any, changed: set
     """Apply the values of one species; `changed` are the keys that differ."""
     parts = {key.partition(".")[0] for key in changed}
     apply_species(world, table, new, parts)
-    nerves, heredity = table.species.nerves, table.species.heredity
+    nerves = table.species.nerves
     if nerves is not None and "ppo" in parts:
         _settings(nerves, new, trains(world))
     if nerves is not None and "policy.learn" in changed:
         learning(world, table)
-    if heredity is not None:
-        heredity.inherit, heredity.noise = new.policy.inherit, float(new.policy.mutation)
-    _genes(world, table, old, new, changed)
+    if new.genome is not None:
+        from ecs_eco.config.traits import traits_of
+
+        own = [world.config.function(component) for component in new.components]
+        before, now = (traits_of(species, world.config.dims, own) for species in (old, new))
+        apply_traits(table, now, before)
+    apply_heredity(world, table, new, changed)
 
 
 def _settings(nerves: Any, species: Any, training: bool) -> None:
@@ -136,39 +144,3 @@ def _experience(table: Table, wanted: bool) -> None:
         order.insert(order.index(Policy) + 1, Experience)
         for component in order:
             held[component] = held.pop(component)
-
-
-def _genes(world: SpatialWorld, table: Table, old: Any, new: Any, changed: set[str]) -> None:
-    """Apply values that have columns but no gene; and new operators where the genome has changed."""
-    if new.genome is None:
-        return
-    from ecs_eco.config.traits import traits_of
-
-    own, known = [world.config.function(c) for c in new.components], {c.__name__: c for c in table.columns}
-    before, now = (traits_of(s, world.config.dims, own) for s in (old, new))
-    for name, trait in now.items():
-        lives = trait.component in known and trait.component not in ("Policy", "Body")
-        if lives and name in before and before[name].default != trait.default:
-            component, at = known[trait.component], ... if trait.index is None else trait.index
-            table.defaults[component][trait.field][at] = trait.default
-            column = table.field(component, trait.field)
-            column[(table.rows(), *(() if trait.index is None else (trait.index,)))] = trait.default
-    if any(key.startswith(("genome.", "reproduction.choice")) for key in changed):
-        from ecs_eco.genomes import Operators
-
-        heredity = table.species.heredity
-        choice = getattr(new.reproduction, "choice", "nearest")
-        heredity.operators = Operators.from_config(new.genome, heredity.layout, choice, world.config.function)
-
-
-def _causes(world: SpatialWorld) -> None:
-    """Register new causes of death, in the order of species."""
-    for table in world.tables.values():
-        for food in table.species.diet:
-            world.cause(f"eaten by {table.name}")
-            if food.deadly:
-                world.cause(f"poisoned by {food.eats}")
-        for limit in table.species.lethal:
-            for cause, bound in ((limit.low, limit.min), (limit.high, limit.max)):
-                if bound is not None:
-                    world.cause(cause)

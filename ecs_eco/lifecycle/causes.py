@@ -1,0 +1,25 @@
+"""Causes of death that follow from what a species eats and within which limits it lives."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from ecs_eco.engine.table import Table
+    from ecs_eco.engine.world import World
+
+
+def register_eaters(world: World, table: Table) -> None:
+    """Register the causes of death of what a species eats, and of those that deadly food kills."""
+    for food in table.species.diet:
+        world.cause(f"eaten by {table.name}")
+        if food.deadly:
+            world.cause(f"poisoned by {food.eats}")
+
+
+def register_limits(world: World, table: Table) -> None:
+    """Register a cause of death for each end of each interval in which a species can live."""
+    for limit in table.species.lethal:
+        for cause, bound in ((limit.low, limit.min), (limit.high, limit.max)):
+            if bound is not None:
+                world.cause(cause)
