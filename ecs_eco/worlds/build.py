@@ -31,15 +31,7 @@ from ecs_eco.nervous.readings import Readings
 from ecs_eco.nervous.sensors import senses_of
 from ecs_eco.space import Field, Terrain
 from ecs_eco.systems.schedule import schedule
-from ecs_eco.worlds.apply_species import (
-    apply_species,
-    apply_surroundings,
-    begin_learning,
-    cell,
-    learner_seed,
-    matter,
-    settings,
-)
+from ecs_eco.worlds.apply import apply, begin_learning, cell, learner_seed, matter, settings
 from ecs_eco.worlds.heredity import add_heredity
 from ecs_eco.worlds.policies import (
     fresh_brain,
@@ -50,12 +42,11 @@ from ecs_eco.worlds.policies import (
     take_weights,
     weights_file,
 )
-from ecs_eco.worlds.treatments import apply
+from ecs_eco.worlds.treatments import apply as treat
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
     from ecs_eco.space.world import SpatialWorld
-
 
 
 def build(cls: Any, config: Any, *, seed: int | None = None, policies: Any = "trained", threads: int = 1,
@@ -93,7 +84,8 @@ def build(cls: Any, config: Any, *, seed: int | None = None, policies: Any = "tr
     for number, (name, species) in enumerate(config.species.items()):
         founder = _networks(world, world.tables[name], species, policies, learn, number, training)
         add_heredity(world, world.tables[name], species, founder)
-    apply(controls, world)
+    apply(world, config)
+    treat(controls, world)
     for system in [*schedule(training and config.training.respawn), *_own_systems(config)]:
         world.add_system(system)
     if populate:
@@ -111,13 +103,12 @@ def build(cls: Any, config: Any, *, seed: int | None = None, policies: Any = "tr
 
 
 def _surroundings(world: SpatialWorld, config: WorldConfig) -> None:
-    """Give a world its substances, light, warmth, water, smells and ground."""
+    """Give a world its substances, fields and ground."""
     world.substances = list(config.substances)
     world.fields = {name: Field(world.space, f.cell) for name, f in config.fields.items()}
     if config.terrain is not None:
         t = config.terrain.model_dump(exclude_none=True)
         world.terrain = Terrain(world.space, t.pop("cell"), **t)
-    apply_surroundings(world, config)
 
 
 def _tables(world: SpatialWorld, config: WorldConfig) -> None:
@@ -126,8 +117,8 @@ def _tables(world: SpatialWorld, config: WorldConfig) -> None:
         _object_table(world, name, kind)
     for name, species in config.species.items():
         _species_table(world, name, species)
-    for table in list(world.tables.values()):
-        _remains(world, table)
+    for name, species in config.species.items():
+        _remains(world, world.tables[name], species.remains)
     if config.terrain is not None:
         _landmarks(world, config.terrain)
 
@@ -166,10 +157,10 @@ def _object_table(world: SpatialWorld, name: str, kind: Any) -> None:
     table.species.is_object = True
 
 
-def _remains(world: SpatialWorld, table: Table) -> None:
+def _remains(world: SpatialWorld, table: Table, remains: str | None) -> None:
     """Give the objects that the dead of a species become the substances of its bodies."""
-    if (name := table.species.remains) is not None:
-        into = world.tables[name]
+    if remains is not None:
+        into = world.tables[remains]
         for component in (Physical, Chemistry):
             if component in table and component not in into:
                 into.add_component(component)
@@ -191,7 +182,6 @@ def _species_table(world: SpatialWorld, name: str, species: Any) -> None:
         table.derived[Sensor] = Readings(table)
     if species.locomotion is not None and table.species.nerves is not None:
         table.add_component(Velocity)
-    apply_species(world, table, species)
 
 
 def _networks(world: SpatialWorld, table: Table, species: Any, policies: Any, learn: Any, number: int,
@@ -218,7 +208,7 @@ def _networks(world: SpatialWorld, table: Table, species: Any, policies: Any, le
         take_weights(brain, source, table.name)
     chosen = learn.get(table.name) if isinstance(learn, Mapping) else learn
     nerves.learning = species.policy.learn if chosen is None else chosen
-    if nerves.learning and nerves.happiness is None:
+    if nerves.learning and species.happiness is None:
         raise ConfigError([Problem(("species", table.name, "policy", "learn"), "nothing rewards it", True,
                                    "a species that learns declares `happiness`; or learn = false")])
     if alone:

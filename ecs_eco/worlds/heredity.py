@@ -51,14 +51,15 @@ def add_heredity(world: SpatialWorld, table: Table, species: Any, founder: np.nd
         table.add_component(Gestation)
     if section is not None or minds is not None:
         table.species.heredity = Heredity(layout, None, targets, minds=minds, founder=founder, alike=alike)
-    apply_heredity(world, table, species)
 
 
 def apply_heredity(world: SpatialWorld, table: Table, species: Any,
-                   changed: Collection[str] | None = None) -> None:
-    """Set what newborn inherit of brains, and the operators that make their genomes.
+                   changed: Collection[str] | None = None, before: Any = None) -> None:
+    """Set what newborn inherit of brains, individual traits that no gene codes for, and the operators that
+    make genomes.
 
-    Operators are made where `changed` is None, or has one of their dotted keys in the species' section.
+    Operators are made where `changed` is None, or has one of their dotted keys in the species' section. Of a
+    species that lives with the section `before`, only traits that differ are set.
     """
     heredity = table.species.heredity
     if heredity is None:
@@ -66,6 +67,10 @@ def apply_heredity(world: SpatialWorld, table: Table, species: Any,
     heredity.inherit, heredity.noise = species.policy.inherit, float(species.policy.mutation)
     if species.genome is None:
         return
+    own_components = [world.config.function(component) for component in species.components]
+    now, former = (None if section is None else traits_of(section, world.config.dims, own_components)
+                   for section in (species, before))
+    apply_traits(table, now, former)
     if changed is None or any(key.startswith(("genome.", "reproduction.choice")) for key in changed):
         from ecs_eco.genomes import Operators
 
@@ -80,7 +85,9 @@ def apply_traits(table: Table, traits: Mapping[str, Trait],
 
     Where the table lives with the traits `before`, those that differ are set for the living, too.
     """
-    columns = {component.__name__: component for component in table.columns}
+    written = {component.__name__ for component, _, _ in table.species.heredity.targets.values()}
+    columns = {component.__name__: component for component in table.columns
+               if before is not None or component.__name__ in written}
     for name, trait in traits.items():
         if trait.component not in columns or trait.component in ("Policy", "Body"):
             continue
@@ -108,7 +115,6 @@ def _targets(table: Table, species: Any, layout: Any, traits: dict[str, Any]) ->
             component = known[trait.component]
             if component not in table:
                 table.add_component(component)
-    apply_traits(table, {name: trait for name, trait in traits.items() if trait.component in used})
     table.species.own_ranges = frozenset(t.index
                                          for _, t in coded if (t.component, t.field) == ("Senses", "radius"))
     table.species.own_places = frozenset(t.index for _, t in coded

@@ -7,21 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 from ecs_eco.components import Experience, Policy
 from ecs_eco.config import WorldConfig, load
-from ecs_eco.config.mutable_keys import changes, refused
+from ecs_eco.config.mutable_keys import refused
 from ecs_eco.engine.errors import ConfigError
 from ecs_eco.engine.interruption import require_whole, whole
 from ecs_eco.lifecycle.causes import register_eaters, register_limits
-from ecs_eco.worlds.apply_species import (
-    apply_species,
-    apply_surroundings,
-    begin_learning,
-    cell,
-    learner_seed,
-    matter,
-    settings,
-    trains,
-)
-from ecs_eco.worlds.heredity import apply_heredity, apply_traits
+from ecs_eco.worlds.apply import apply, begin_learning, cell, learner_seed, settings, trains
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
@@ -54,22 +44,14 @@ def reconfigure(world: SpatialWorld, config: Any, learners: Iterable[str] = ()) 
 
 
 def _apply(world: SpatialWorld, old: WorldConfig, new: WorldConfig) -> None:
-    changed = [key for key, _, _ in changes(old.model_dump(), new.model_dump())]
-    world.config = new
-    apply_surroundings(world, new, changed)
-    if ("seed",) in changed:
+    apply(world, new, old)
+    if new.seed != old.seed:
         reseed(world, new.seed)
-    of_species = any(key[0] == "species" for key in changed)
-    if of_species and new.space.cell is None and cell(new) != world.space.cell:
+    if new.space.cell is None and cell(new) != cell(old):
         world.space.set_cell(cell(new))
         world.forget_neighbours()
-    for name in dict.fromkeys(str(key[1]) for key in changed if key[0] in ("objects", "species")):
-        mine = {".".join(map(str, key[2:]))
-                for key in changed if key[:2] in (("species", name), ("objects", name))}
-        if name in new.objects:
-            matter(world.tables[name], new.objects[name], world.substances)
-        else:
-            _species(world, world.tables[name], old.species[name], new.species[name], mine)
+    for name, species in new.species.items():
+        _learners(world, world.tables[name], old.species[name], species)
     for table in world.tables.values():
         register_eaters(world, table)
         register_limits(world, table)
@@ -86,22 +68,15 @@ def reseed(world: SpatialWorld, seed: int) -> None:
                 learning.seed = learner_seed(seed, number)
 
 
-def _species(world: SpatialWorld, table: Table, old: Any, new: Any, changed: set[str]) -> None:
-    """Apply the values of one species; `changed` are the keys that differ."""
-    parts = {key.partition(".")[0] for key in changed}
-    apply_species(world, table, new, parts)
+def _learners(world: SpatialWorld, table: Table, old: Any, new: Any) -> None:
+    """Let those that learn do so with new settings, and those that shall begin or stop."""
     nerves = table.species.nerves
-    if nerves is not None and "ppo" in parts:
+    if nerves is None:
+        return
+    if new.ppo != old.ppo:
         _settings(nerves, new, trains(world))
-    if nerves is not None and "policy.learn" in changed:
+    if new.policy.learn != old.policy.learn:
         learning(world, table)
-    if new.genome is not None:
-        from ecs_eco.config.traits import traits_of
-
-        own = [world.config.function(component) for component in new.components]
-        before, now = (traits_of(species, world.config.dims, own) for species in (old, new))
-        apply_traits(table, now, before)
-    apply_heredity(world, table, new, changed)
 
 
 def _settings(nerves: Any, species: Any, training: bool) -> None:

@@ -1,5 +1,5 @@
-"""Applies the values of a world file to tables, nerves and learners: when a world is built,
-and when it is reconfigured."""
+"""Applies the values of a world file to a world: all of them when it is built, those that differ when it is
+reconfigured, by an intervention or at a fork."""
 
 from __future__ import annotations
 
@@ -11,19 +11,42 @@ import numpy as np
 
 from ecs_eco.components import Biology, Body, Chemistry, Metabolism, Physical
 from ecs_eco.config import WorldConfig
-from ecs_eco.config.mutable_keys import Key
+from ecs_eco.config.mutable_keys import Key, changes
 from ecs_eco.engine import random
 from ecs_eco.engine.code import handed_over
 from ecs_eco.lifecycle.species import Species
 from ecs_eco.nervous.networks import HappinessNetwork, ReflexNetwork
 from ecs_eco.space.sun import Sun
 from ecs_eco.space.water import Water
+from ecs_eco.worlds.heredity import apply_heredity
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
     from ecs_eco.space.world import SpatialWorld
 
 SEXES = {"none": 0, "female": 1, "male": 2, "random": 0}
+
+
+def apply(world: SpatialWorld, config: WorldConfig, before: WorldConfig | None = None) -> None:
+    """Set all values of a configuration that may change while a world lives; of a world that lives with the
+    configuration `before`, those that differ.
+
+    Tables, their columns and policies are there already. Newborn get the new values; the living keep the
+    state that they were born with, but for individual traits that no gene codes for.
+    """
+    changed = None if before is None else [k for k, *_ in changes(before.model_dump(), config.model_dump())]
+    world.config = config
+    apply_surroundings(world, config, changed)
+    for name, kind in config.objects.items():
+        if changed is None or any(key[:2] == ("objects", name) for key in changed):
+            matter(world.tables[name], kind, world.substances)
+    for name, species in config.species.items():
+        keys = None if changed is None else {".".join(map(str, key[2:]))
+                                             for key in changed if key[:2] == ("species", name)}
+        if keys is None or keys:
+            apply_species(world, world.tables[name], species, keys)
+            apply_heredity(world, world.tables[name], species, keys,
+                           None if before is None else before.species[name])
 
 
 def apply_surroundings(world: SpatialWorld, config: WorldConfig,
@@ -75,11 +98,12 @@ def matter(table: Table, kind: Any, substances: list[str]) -> None:
 
 
 def apply_species(world: SpatialWorld, table: Table, species: Any,
-                  parts: Collection[str] | None = None) -> None:
+                  changed: Collection[str] | None = None) -> None:
     """Set the initial values of newborn of a species, and what systems read of the species.
 
-    Gaits and networks are made where `parts` is None, or has their section of the world file.
+    Gaits and networks are made where `changed` is None, or has a dotted key of theirs.
     """
+    parts = None if changed is None else {key.partition(".")[0] for key in changed}
     matter(table, species, world.substances)
     table.set_defaults(Metabolism, energy=species.metabolism.energy)
     table.set_defaults(Biology, sex=SEXES[species.sex], fertility=species.fertility)
@@ -149,9 +173,8 @@ def begin_learning(world: SpatialWorld, table: Table) -> None:
     """Give a species with one policy for all a learner, which begins without experience."""
     from ecs_eco.learning.brains import learner_of
 
-    nerves, species = table.species.nerves, table.species.config
+    nerves, species = table.species.nerves, world.config.species[table.name]
     assert nerves is not None
-    assert species is not None
     number = list(world.config.species).index(table.name)
     nerves.learner = learner_of(nerves.brain, settings(species.ppo, trains(world)),
                                 seed=learner_seed(world.seed, number), workers=world.threads)
