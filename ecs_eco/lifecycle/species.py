@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 
 @dataclass(slots=True)
 class Species:
-    """What systems read of a species or object type: set when a world is built, changed by
-    `worlds.reconfigure` and interventions.
+    """What systems read of a species or object type: set by `worlds.apply`, when a world is built and when
+    its configuration changes.
 
     What differs between organisms is a component. An object type has a body and nothing else; a table that
     was made by hand has the defaults.

@@ -68,8 +68,8 @@ def apply_heredity(world: SpatialWorld, table: Table, species: Any,
     if species.genome is None:
         return
     own_components = [world.config.function(component) for component in species.components]
-    now, former = (None if section is None else traits_of(section, world.config.dims, own_components)
-                   for section in (species, before))
+    now = traits_of(species, world.config.dims, own_components)
+    former = None if before is None else traits_of(before, world.config.dims, own_components)
     apply_traits(table, now, former)
     if changed is None or any(key.startswith(("genome.", "reproduction.choice")) for key in changed):
         from ecs_eco.genomes import Operators
