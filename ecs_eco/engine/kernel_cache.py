@@ -10,6 +10,7 @@ from __future__ import annotations
 import hashlib
 import os
 import stat
+import sys
 import tempfile
 import warnings
 from collections.abc import Callable
@@ -168,7 +169,8 @@ class KernelCache(NullCache):
         return str(self.folder.path)
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """Return the compiled form for a signature; None if it is missing or damaged."""
+        """Return the compiled form for a signature; None if it is missing, damaged, or of a module that this
+        process does not have."""
         target_context.refresh()
         if not self.folder.usable():
             return None
@@ -180,12 +182,17 @@ class KernelCache(NullCache):
         seal, content = content[:SEAL], content[SEAL:]
         if hashlib.sha256(path.name.encode() + content).digest() != seal:
             return None
-        return CompileResult._rebuild(target_context,  # type: ignore[no-untyped-call]
-                                      *serialize.loads(content))
+        try:
+            return CompileResult._rebuild(target_context,  # type: ignore[no-untyped-call]
+                                          *serialize.loads(content))
+        except ModuleNotFoundError:
+            return None
 
     def save_overload(self, sig: Any, data: Any) -> None:
-        """Keep a compiled form; what cannot be kept is compiled again next time."""
+        """Keep a compiled form; what cannot be kept is compiled again next time: with constants in the machine
+        code, or of a module that no other process can import, as of a script that runpy.run_path has run."""
         if (not self.folder.writable() or data.library.has_dynamic_globals
+            or data.fndesc.modname not in sys.modules
             or any(not lifted.can_cache for lifted in data.lifted)):
             return
         path = self._path(sig, data.codegen)

@@ -253,6 +253,17 @@ def test_a_kernel_without_a_source_file_is_compiled_and_not_kept():
     assert not isinstance(namespace["triple"]._cache, KernelCache)
 
 
+def test_a_kernel_of_a_script_that_is_called_after_the_script_has_run(tmp_path):
+    script = tmp_path / "kernel.py"
+    script.write_text("import os\nfrom ecs_eco import njit\n@njit\ndef triple(x):\n    return 3 * x\n"
+                      "early = triple(1) if 'EARLY' in os.environ else 3\n")
+    starter = f"import runpy\nprint(runpy.run_path({str(script)!r})['triple'](2))"
+    for early in ({}, {}, {"EARLY": "1"}, {}):  # the third leaves a kernel of the module <run_path>
+        done = subprocess.run([sys.executable, "-c", starter], capture_output=True, text=True, check=False,
+                              env={**os.environ, **early, "ECS_ECO_CACHE": str(tmp_path / "cache")})
+        assert (done.stdout, done.stderr) == ("6\n", "")
+
+
 def test_disabled_compilation_leaves_plain_python():
     process_ = subprocess.run([sys.executable, "-c", "from ecs_eco.systems.move import njit\n@njit\n"
                                                      "def f(x):\n    return x\nprint(f(7))"],
