@@ -189,8 +189,11 @@ class KernelCache(NullCache):
             return None
 
     def save_overload(self, sig: Any, data: Any) -> None:
-        """Keep a compiled form; what cannot be kept is compiled again next time: with constants in the machine
-        code, or of a module that no other process can import, as of a script that runpy.run_path has run."""
+        """Keep a compiled form; what cannot be kept is compiled again next time.
+
+        That is one with constants in its machine code, or of a module that no other process can import, as
+        that of a script which runpy.run_path has run.
+        """
         if (not self.folder.writable() or data.library.has_dynamic_globals
             or data.fndesc.modname not in sys.modules
             or any(not lifted.can_cache for lifted in data.lifted)):
