@@ -88,12 +88,7 @@ def build(cls: Any, config: Any, *, seed: int | None = None, policies: Any = "tr
     treat(controls, world)
     for system in [*schedule(training and config.training.respawn), *_own_systems(config)]:
         world.add_system(system)
-    if populate:
-        for name, kind in [*config.objects.items(), *config.species.items()]:
-            _populate(world, world.tables[name], kind)
-    else:
-        for table in world.tables.values():
-            table.births.clear()
+    _populate(world, config, populate)
     world.flush()
     if record:
         from ecs_eco.record.recorder import Recorder
@@ -225,8 +220,18 @@ def _networks(world: SpatialWorld, table: Table, species: Any, policies: Any, le
     return None
 
 
-def _populate(world: SpatialWorld, table: Table, kind: Any) -> None:
-    """Request the first generation: at the places given, the rest at random."""
+def _populate(world: SpatialWorld, config: WorldConfig, populate: bool) -> None:
+    """Request the first organisms and objects; or nothing, not even landmarks."""
+    if populate:
+        for name, kind in [*config.objects.items(), *config.species.items()]:
+            _request(world, world.tables[name], kind)
+    else:
+        for table in world.tables.values():
+            table.births.clear()
+
+
+def _request(world: SpatialWorld, table: Table, kind: Any) -> None:
+    """Request the first of one kind: at the places given, the rest at random."""
     if len(getattr(kind, "at", ())):
         place = np.array([[*at, 0.0][:3] for at in kind.at], np.float32)
         none = np.zeros(len(place), np.uint64)
