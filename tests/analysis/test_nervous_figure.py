@@ -25,7 +25,6 @@ def test_a_network_of_ones_own_is_drawn_with_its_name(tmp_path: Path) -> None:
     assert save(draw_nervous_system(config, "deer"), tmp_path / "deer.png").stat().st_size > 10_000
 
 
-
 def overlapping(figure: Any) -> list[tuple[str, str]]:
     """Pairs of texts that overlap by more than a hair."""
     renderer = figure.canvas.get_renderer()
