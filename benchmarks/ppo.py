@@ -151,8 +151,8 @@ def breakdown(n: int = 10_000, ticks: int = 64) -> dict[str, float]:
 
     def slopes() -> None:
         loss_slopes(
-            rows.logits, rows.values, brain.offsets, rollout.choices, rollout.steps, next(chunks),
-            *weights, rows.d_logits, rows.d_values, terms,
+            rows.logits, rows.values, brain.offsets, rollout.choices, rollout.numbers, rollout.steps,
+            next(chunks), *weights, rows.d_logits, rows.d_values, terms,
         )  # fmt: skip
 
     parts: dict[str, Callable[[], object]] = {

@@ -12,6 +12,7 @@ from ecs_eco._lazy import lazy
 if TYPE_CHECKING:
     from ecs_eco.learning.brain import Brain
     from ecs_eco.learning.choice import choose, choose_best
+    from ecs_eco.learning.continuous import CONTINUOUS
     from ecs_eco.learning.individual import Individuals
     from ecs_eco.learning.mlp import MLP, from_torch
     from ecs_eco.learning.module_brain import ModuleBrain
@@ -21,14 +22,15 @@ if TYPE_CHECKING:
     from ecs_eco.learning.torch_ppo import TorchLearner
     from ecs_eco.learning.vector_env import Training, train
 
-__all__ = ["MLP", "PPO", "Brain", "Individuals", "Learner", "ModuleBrain", "Rollout", "TorchLearner",
-           "Training", "choose", "choose_best", "from_torch", "train"]
+__all__ = ["CONTINUOUS", "MLP", "PPO", "Brain", "Individuals", "Learner", "ModuleBrain", "Rollout",
+           "TorchLearner", "Training", "choose", "choose_best", "from_torch", "train"]
 
 _HOME = {
     "PPO": "settings",
     "Brain": "brain",
     "choose": "choice",
     "choose_best": "choice",
+    "CONTINUOUS": "continuous",
     "Individuals": "individual",
     "Rollout": "rollout",
     "Learner": "ppo",

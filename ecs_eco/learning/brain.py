@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ecs_eco.engine.threads import one_blas_thread
+from ecs_eco.learning.continuous import laid_out
 from ecs_eco.learning.inference import infer
 
 # World.split: calls kernel(first, last, *arguments) for parts of 0…n, on all threads
@@ -26,7 +27,9 @@ class Layer(NamedTuple):
 
 
 class Brain:
-    """A policy with one categorical choice per action group, and a value, over the same observations.
+    """A policy with a choice per action group, and a value, over the same observations.
+
+    `groups` are the numbers of options of the categorical ones, then CONTINUOUS for each continuous one.
 
     `trunk` is "shared" (policy and value read the same hidden layers) or "separate" (each has its own).
     Weights are orthogonal, drawn from Philox keyed by (seed, layer), with gain sqrt(2); 0.01 for the policy's
@@ -46,9 +49,9 @@ class Brain:
         _check(n_observations, groups, hidden, trunk)
         self.n_observations, self.groups, self.hidden, self.trunk = (n_observations, tuple(groups),
                                                                      tuple(hidden), trunk)
-        # group g's logits are offsets[g]:offsets[g + 1]
-        self.offsets = np.cumsum((0, *groups)).astype(np.int64)
-        self.n_logits = int(self.offsets[-1])
+        # categorical group g's logits are offsets[g]:offsets[g + 1]; then come means and spreads
+        self.offsets, self.n_numbers = laid_out(groups)
+        self.n_logits = sum(groups)
         heads = (self.n_logits + 1,) if trunk == "shared" else (self.n_logits, 1)
         self.towers = [list(zip((n_observations, *hidden), (*hidden, head), strict=True)) for head in heads]
         self.size = sum(_padded(a * b) + _padded(b) for tower in self.towers for a, b in tower)

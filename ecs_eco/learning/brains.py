@@ -7,6 +7,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from ecs_eco.learning.brain import Brain
+from ecs_eco.learning.continuous import laid_out
 from ecs_eco.learning.settings import PPO
 
 if TYPE_CHECKING:
@@ -36,11 +37,11 @@ def brain_of(network: Callable[..., Any] | None, n_observations: int, groups: tu
 
 def individuals_of(network: Callable[..., Any] | None, n_observations: int, groups: tuple[int, ...],
                    hidden: tuple[int, ...], ppo: PPO, seed: int, device: str = "cpu") -> Individuals:
-    """Return the networks of a species whose members each have their own: by kernels for the built-in one,
-    by torch.func for others."""
+    """Return the networks of a species whose members each have their own: by kernels for the built-in one
+    with categorical actions, by torch.func for others."""
     from ecs_eco.learning.individual import Individuals
 
-    if network is None and device == "cpu":
+    if network is None and device == "cpu" and not laid_out(groups)[1]:
         return Individuals(n_observations, groups, hidden, ppo, seed)
     from functools import partial
 

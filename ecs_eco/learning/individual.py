@@ -31,6 +31,7 @@ class Individuals:
     """
 
     memory = 0  # numbers that each keeps from one decision to the next
+    n_numbers = 0  # continuous actions: their kernels know categorical ones alone
 
     def __init__(self, n_observations: int, groups: tuple[int, ...], hidden: tuple[int, ...],
                  ppo: PPO, seed: int) -> None:

@@ -43,11 +43,12 @@ class IndividualModules(Individuals):
             n_observations, tuple(groups), (), ppo, seed
         )
         self.offsets, self.n_logits, self.memory = self.brain.offsets, self.brain.n_logits, self.brain.memory
+        self.n_numbers = self.brain.n_numbers
         self.names = [name for name, p in module.named_parameters() if p.requires_grad]
         self.shapes = [tuple(p.shape) for p in module.parameters() if p.requires_grad]
         self.size = sum(int(np.prod(shape)) for shape in self.shapes)
         self.dims = {"weights": self.size, "horizon": ppo.horizon, "channels": n_observations,
-                     "groups": len(groups)}
+                     "groups": len(self.offsets) - 1}
         self.dims |= {"memory": self.memory} if self.memory else {}
         self._each: Callable[..., Any] = vmap
         self._try()
@@ -102,22 +103,23 @@ class IndividualModules(Individuals):
         return logits, values, later
 
     def learn(self, policy: Any, experience: Any, rows: np.ndarray, uid: np.ndarray, bootstrap: np.ndarray,
-              plasticity: tuple[Any, Any, Any] | None, split: Split,
-              memory: np.ndarray | None = None) -> dict[str, float]:
+              plasticity: tuple[Any, Any, Any] | None, split: Split, memory: np.ndarray | None = None,
+              numbers: np.ndarray | None = None) -> dict[str, float]:
         """As `Individuals.learn`; `memory` f32[n, memory] is what the animals remembered when their rollouts
-        began."""
+        began, `numbers` f32[n, horizon, n_numbers] what they drew for continuous actions."""
         settings = np.empty((3, len(rows)), np.float32)
         settings[0], settings[1], settings[2] = plasticity or (self.ppo.learning_rate, self.ppo.discount,
                                                                self.ppo.entropy)
         lengths = experience.length[rows]
         learning = np.flatnonzero((settings[0] != 0) & (lengths > 0))
         report = np.zeros((len(rows), len(TERMS) + 3))
+        drawn = np.zeros((len(rows), self.ppo.horizon, 0), np.float32) if numbers is None else numbers
         with self.brain.reproducible(), one_torch_thread():
             for start in range(0, len(learning), ANIMALS):
                 here = learning[start : start + ANIMALS]
                 began = np.zeros((len(here), self.memory), np.float32) if memory is None else memory[here]
                 report[here] = self._fit(policy, experience, rows[here], uid[here], bootstrap[here],
-                                         settings[:, here], began)
+                                         settings[:, here], began, drawn[here])
         experience.length[rows] = 0
         require_finite(report, uid)
         return summary(report[learning], lengths[learning], settings[0, learning])
@@ -139,7 +141,7 @@ class IndividualModules(Individuals):
                 for name, part, shape in zip(self.names, parts, self.shapes, strict=True)}
 
     def _fit(self, policy: Any, experience: Any, rows: np.ndarray, uid: np.ndarray, bootstrap: np.ndarray,
-             settings: np.ndarray, began: np.ndarray) -> np.ndarray:
+             settings: np.ndarray, began: np.ndarray, numbers: np.ndarray) -> np.ndarray:
         """Let animals learn, each from its own rollout, and write their weights and moments;
         return f64[k, terms …]."""
         ppo, tensor = self.ppo, self.brain.tensor
@@ -156,8 +158,9 @@ class IndividualModules(Individuals):
         shift, scale = (_normal(advantage, there)
                         if ppo.normalise_advantage else (np.zeros(len(rows)), np.ones(len(rows))))
         fixed = (tensor(here["observations"]), tensor(experience.choices[rows].astype(np.int64)),
-                 tensor(here["log_probability"]), tensor(here["value"]), tensor(advantage), tensor(began))
-        numbers = tuple(tensor(v.astype(np.float32)) for v in (settings[2], shift, scale))
+                 tensor(numbers), tensor(here["log_probability"]), tensor(here["value"]), tensor(advantage),
+                 tensor(began))
+        scalars = tuple(tensor(v.astype(np.float32)) for v in (settings[2], shift, scale))
         weights, moments = tensor(policy.weights[rows]), [tensor(policy.moment_1[rows]),
                                                           tensor(policy.moment_2[rows])]
         steps, n_steps = policy.steps[rows].astype(np.int64), 0
@@ -166,7 +169,7 @@ class IndividualModules(Individuals):
         updates = policy.updates[rows]
         for epoch in range(ppo.epochs):
             for chosen in _shares(there, parts, self.seed, uid, updates, epoch):
-                gradient, (_, terms) = slope(weights, *fixed, tensor(chosen.astype(np.float32)), *numbers)
+                gradient, (_, terms) = slope(weights, *fixed, tensor(chosen.astype(np.float32)), *scalars)
                 norm = gradient.double().norm(dim=1)
                 steps, n_steps = steps + 1, n_steps + 1
                 self._adam(weights, gradient, moments, norm, steps, settings[0])
@@ -180,15 +183,15 @@ class IndividualModules(Individuals):
         return report
 
     def _loss(self, weights: torch.Tensor, observations: torch.Tensor, choices: torch.Tensor,
-              log_probability: torch.Tensor, value: torch.Tensor, advantage: torch.Tensor,
-              began: torch.Tensor, chosen: torch.Tensor, entropy: torch.Tensor,
+              numbers: torch.Tensor, log_probability: torch.Tensor, value: torch.Tensor,
+              advantage: torch.Tensor, began: torch.Tensor, chosen: torch.Tensor, entropy: torch.Tensor,
               shift: torch.Tensor, scale: torch.Tensor) -> tuple[torch.Tensor, tuple[torch.Tensor, ...]]:
         """Return the mean loss of one animal over the transitions that are `chosen` f32[horizon],
         and its terms."""
         logits, values = self._replay(self._named(weights), observations, began)
         old = {"log_probability": log_probability, "value": value, "advantage": advantage}
-        loss, terms = ppo_loss(logits, values, choices, self.groups, old, self.ppo, self.ppo.clip, entropy,
-                               shift, scale)
+        loss, terms = ppo_loss(logits, values, choices, numbers, self.groups, old, self.ppo, self.ppo.clip,
+                               entropy, shift, scale)
         n = chosen.sum().clamp(min=1)
         return (loss * chosen).sum() / n, tuple((term.detach() * chosen).sum() / n for term in terms)
 
@@ -228,8 +231,9 @@ class IndividualModules(Individuals):
         network cannot learn at all."""
         n, horizon = 2, 3
         flat = (horizon,)
-        seen, chosen = (horizon, self.n_observations), (horizon, len(self.groups))
-        shapes = ((self.size,), seen, chosen, flat, flat, flat, (self.memory,), flat, (), (), ())
+        seen, chosen = (horizon, self.n_observations), (horizon, len(self.offsets) - 1)
+        shapes = ((self.size,), seen, chosen, (horizon, self.n_numbers), flat, flat, flat, (self.memory,),
+                  flat, (), (), ())
         kinds = [np.int64 if shape is chosen else np.float32 for shape in shapes]
         zeros = [self.brain.tensor(np.zeros((n, *shape), kind))
                  for shape, kind in zip(shapes, kinds, strict=True)]
@@ -242,7 +246,7 @@ class IndividualModules(Individuals):
                     each(grad_and_value(self._loss, has_aux=True))(*zeros)
                     with torch.no_grad():  # operations may be others then
                         self._think(np.zeros((n, self.size), np.float32), zeros[1][:, 0].cpu().numpy(),
-                                    zeros[6].cpu().numpy())
+                                    zeros[7].cpu().numpy())
                 return
             except Exception as error:
                 failed = error

@@ -18,6 +18,7 @@ import torch
 
 from ecs_eco.engine.threads import one_torch_thread
 from ecs_eco.learning.brain import Brain, Split
+from ecs_eco.learning.continuous import laid_out
 from ecs_eco.learning.mlp import MLP, plain
 
 CHUNK = 2048  # rows that go through a module at once
@@ -37,9 +38,9 @@ class ModuleBrain:
         if not isinstance(module, torch.nn.Module):
             raise ValueError(f"gives {type(module).__name__}; allowed: a torch.nn.Module")
         self.n_observations, self.groups, self.device = n_observations, tuple(groups), device
-        # group g's logits are offsets[g]:offsets[g + 1]
-        self.offsets = np.cumsum((0, *groups)).astype(np.int64)
-        self.n_logits = int(self.offsets[-1])
+        # categorical group g's logits are offsets[g]:offsets[g + 1]; then come means and spreads
+        self.offsets, self.n_numbers = laid_out(groups)
+        self.n_logits = sum(groups)
         try:
             self.module = module.to(device).eval()
         except (RuntimeError, NotImplementedError, AssertionError) as error:

@@ -66,7 +66,8 @@ class Learner(TorchLearner):
                 np.take(rollout.observations, index, 0, out=rows.observations, mode="clip")
                 passes.run(rows)
                 loss_slopes(
-                    rows.logits, rows.values, brain.offsets, rollout.choices, rollout.steps, index,
+                    rows.logits, rows.values, brain.offsets, rollout.choices, rollout.numbers,
+                    rollout.steps, index,
                     *weights, rows.d_logits, rows.d_values, terms[chunk],
                 )  # fmt: skip
                 passes.back(rows, self._layers[chunk])

@@ -10,6 +10,7 @@ import numpy as np
 
 from ecs_eco.engine.jit import njit
 from ecs_eco.learning.arithmetic import exp, fused_njit, softmax
+from ecs_eco.learning.continuous import log_likelihood, slopes
 
 # sums may be taken in any order here: always the same one for the same number of weights
 summing_njit: Any = partial(njit, fastmath={"contract", "reassoc"})
@@ -17,11 +18,11 @@ summing_njit: Any = partial(njit, fastmath={"contract", "reassoc"})
 
 @fused_njit
 def loss_slopes(
-    logits, values, offsets, choices, steps, index, clip, clip_value, entropy_weight, value_weight, shift,
-    scale, share, d_logits, d_values, terms,
+    logits, values, offsets, choices, numbers, steps, index, clip, clip_value, entropy_weight, value_weight,
+    shift, scale, share, d_logits, d_values, terms,
 ):  # fmt: skip
     """Write the slope of the loss by each logit [k, n] and value [n], `share` per transition;
-    add up the loss's terms.
+    add up the loss's terms. `offsets` are those of the categorical groups; outputs of continuous ones follow.
 
     Loss = -min(r A, clip(r) A) - entropy_weight H + value_weight (V - R)^2, with r the ratio of the choice's
     probabilities now and then, A the advantage, R = A + V then (Schulman et al. 2017, eq. 7 and 9).
@@ -42,6 +43,11 @@ def loss_slopes(
         for i in range(n):
             ratio[i] += logits[taken[g, i], i] - log_sum_exp[g, i]
             total_entropy += entropy[g, i]
+    if numbers.shape[1]:
+        of_numbers = np.zeros(n, np.float32)
+        log_likelihood(logits, offsets[-1], numbers, index, ratio, of_numbers)
+        for i in range(n):
+            total_entropy += of_numbers[i]
     for i in range(n):
         log_ratio[i] = ratio[i] - lived[0, i]
         ratio[i] = exp(log_ratio[i])
@@ -64,6 +70,10 @@ def loss_slopes(
                 d_logits[k, i] *= d_choice[i] + bonus
         for i in range(n):
             d_logits[taken[g, i], i] -= d_choice[i]
+    if numbers.shape[1]:
+        for i in range(n):
+            d_choice[i] = -d_choice[i]
+        slopes(logits, offsets[-1], numbers, index, d_choice, -entropy_weight * share, d_logits)
     terms[0], terms[1], terms[2], terms[3], terms[4] = policy_loss, value_loss, total_entropy, kl, n_clipped
 
 

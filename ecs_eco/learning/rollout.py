@@ -3,7 +3,7 @@ one flat log in order of time."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
@@ -28,11 +28,13 @@ class Rollout:
     Transitions must be stored in an order that does not depend on rows, if results are not to depend on them.
     """
 
-    def __init__(self, n_observations: int, n_groups: int, discount: float, memory: int = 0) -> None:
+    def __init__(self, n_observations: int, n_groups: int, discount: float, memory: int = 0,
+                 n_numbers: int = 0) -> None:
         self.discount = discount
         self.n, self.ticks = 0, 0
         self._observations = np.empty((0, n_observations), np.float32)
         self._choices = np.empty((0, n_groups), np.int16)
+        self._numbers = np.empty((0, n_numbers), np.float32)
         self._memory = np.empty((0, memory), np.float32)
         self._steps = np.empty(0, STEP)
         self._ended = np.empty(0, bool)  # nothing follows: the next record of the row is another animal's
@@ -42,6 +44,8 @@ class Rollout:
     memory = property(lambda self: self._memory[: self.n],
                       doc="f32[n, memory] that the decision was made with")
     choices = property(lambda self: self._choices[: self.n], doc="i16[n, n_groups]")
+    numbers = property(lambda self: self._numbers[: self.n],
+                       doc="f32[n, n_numbers] drawn for continuous actions")
     steps = property(lambda self: self._steps[: self.n], doc="STEP[n]")
     ended = property(lambda self: self._ended[: self.n], doc="bool[n]")
 
@@ -58,9 +62,10 @@ class Rollout:
         log_probabilities: np.ndarray,
         values: np.ndarray,
         memory: np.ndarray | None = None,
+        numbers: np.ndarray | None = None,
     ) -> None:
         """Append one tick: i64[n] rows that act, f32[n, n_observations], int[n, n_groups], f32[n],
-        f32[n], f32[n, memory]."""
+        f32[n], f32[n, memory], f32[n, n_numbers]."""
         start, stop = self.n, self.n + len(rows)
         if stop > len(self._ended):
             self._grow(stop)
@@ -69,6 +74,8 @@ class Rollout:
         self._choices[start:stop] = choices
         if memory is not None:
             self._memory[start:stop] = memory
+        if numbers is not None:
+            self._numbers[start:stop] = numbers
         steps = self._steps[start:stop]
         steps["row"], steps["log_probability"], steps["value"] = rows, log_probabilities, values
         steps["reward"], steps["advantage"] = 0, 0
@@ -111,11 +118,9 @@ class Rollout:
         """Return one log of several whose advantages are known; its rows mean nothing."""
         first = parts[0]
         out = cls(first._observations.shape[1], first._choices.shape[1], first.discount,
-                  first._memory.shape[1])
-        columns = ((p.observations, p.choices, p.memory, p.steps, p.ended) for p in parts)
-        out._observations, out._choices, out._memory, out._steps, out._ended = (
-            np.concatenate(column) for column in zip(*columns, strict=True)
-        )
+                  first._memory.shape[1], first._numbers.shape[1])
+        columns = ((column[: p.n] for column in p._columns()) for p in parts)
+        out._hold(np.concatenate(column) for column in zip(*columns, strict=True))
         row = 0
         # no two animals of different parts have one row
         for part, n in zip(parts, np.cumsum([p.n for p in parts]), strict=True):
@@ -147,7 +152,7 @@ class Rollout:
         return {
             "observations": self.observations.copy(),
             "choices": self.choices.copy(),
-            **({"memory": self.memory.copy()} if self._memory.shape[1] else {}),
+            **{name: getattr(self, name).copy() for name in self._optional()},
             **{name: self.steps[name].copy() for name in _FIELDS},
             "ended": self.ended.copy(),
             "last": self.last.copy(),
@@ -156,7 +161,7 @@ class Rollout:
 
     def load(self, state: dict[str, np.ndarray]) -> None:
         """Go on from a `state()` of a rollout with the same numbers of observations and groups."""
-        flat = ("observations", "choices", *(("memory",) if self._memory.shape[1] else ()))
+        flat = ("observations", "choices", *self._optional())
         for name in flat:
             have, need = np.shape(state[name])[1:], getattr(self, name).shape[1:]
             if have != need:
@@ -205,7 +210,15 @@ class Rollout:
         self.last = last[order]
 
     def _columns(self) -> tuple[np.ndarray, ...]:
-        return self._observations, self._choices, self._memory, self._steps, self._ended
+        return (self._observations, self._choices, self._numbers, self._memory, self._steps, self._ended)
+
+    def _hold(self, columns: Iterable[np.ndarray]) -> None:
+        """Take other arrays, in the order of `_columns`."""
+        (self._observations, self._choices, self._numbers, self._memory, self._steps, self._ended) = columns
+
+    def _optional(self) -> list[str]:
+        """Return the columns that not every rollout has, of those that this one has."""
+        return [name for name in ("numbers", "memory") if getattr(self, name).shape[1]]
 
     def _grow(self, need: int) -> None:
         """Make room for `need` records and half as many more; what is stored moves once."""
@@ -214,7 +227,7 @@ class Rollout:
         for column in self._columns():
             grown.append(np.empty((size, *column.shape[1:]), column.dtype))
             grown[-1][: self.n] = column[: self.n]
-        self._observations, self._choices, self._memory, self._steps, self._ended = grown
+        self._hold(grown)
 
     def _cover(self, rows: np.ndarray) -> None:
         """Let `last` reach all rows."""

@@ -18,6 +18,7 @@ import numpy as np
 import torch
 
 from ecs_eco.engine.threads import in_parallel
+from ecs_eco.learning.continuous import HALF_LOG_2_PI, LEAST, MOST
 from ecs_eco.learning.rollout import Rollout
 from ecs_eco.learning.settings import PPO
 
@@ -36,7 +37,9 @@ class TorchLearner:
 
     def __init__(self, brain: Any, ppo: PPO, seed: int, workers: int = 1) -> None:
         self.brain, self.ppo, self.seed, self.workers = brain, ppo, seed, workers
-        self.rollout = Rollout(brain.n_observations, len(brain.groups), ppo.discount, brain.memory)
+        self.rollout = Rollout(brain.n_observations, len(brain.offsets) - 1, ppo.discount, brain.memory,
+                               brain.n_numbers)
+        self._lives = self._stretches = np.zeros(0, np.int64)  # of a brain with a memory, while it learns
         self.updates = 0
         self.optimiser = self._optimiser()
 
@@ -142,7 +145,8 @@ class TorchLearner:
         old = {name: torch.from_numpy(step[name].copy()).to(device)
                for name in ("log_probability", "value", "advantage")}
         choices = torch.from_numpy(rollout.choices[index].astype(np.int64)).to(device)
-        loss, terms = ppo_loss(logits, values, choices, self.brain.groups, old, self.ppo, clip,
+        numbers = torch.from_numpy(rollout.numbers[index]).to(device)
+        loss, terms = ppo_loss(logits, values, choices, numbers, self.brain.groups, old, self.ppo, clip,
                                self.ppo.entropy, shift, scale)
         return loss.sum(), [float(term.detach().sum()) for term in terms]
 
@@ -228,6 +232,7 @@ def ppo_loss(
     logits: torch.Tensor,
     values: torch.Tensor,
     choices: torch.Tensor,
+    numbers: torch.Tensor,
     groups: Sequence[int],
     old: dict[str, torch.Tensor],
     ppo: PPO,
@@ -239,15 +244,22 @@ def ppo_loss(
     """Return PPO's loss of each transition, f32[n], and its `TERMS`, each f32[n] (Schulman et al. 2017,
     eq. 7 and 9).
 
-    `logits` f32[n, sum(groups)] and `values` f32[n] are those of now; `choices` i64[n, len(groups)] and `old`
-    (log_probability, value, advantage, each f32[n]) those of then. Advantages are taken as (A - shift) *
-    scale.
+    `logits` f32[n, sum(groups)] and `values` f32[n] are those of now; `choices` i64[n, categorical groups],
+    `numbers` f32[n, continuous groups] and `old` (log_probability, value, advantage, each f32[n]) those of
+    then. Advantages are taken as (A - shift) * scale.
     """
     log_probability, entropy = torch.zeros_like(values), torch.zeros_like(values)
+    categorical = choices.shape[1]
     for g, group in enumerate(torch.split(logits, list(groups), dim=1)):
-        log_p = torch.log_softmax(group, dim=1)
-        log_probability = log_probability + log_p.gather(1, choices[:, g : g + 1])[:, 0]
-        entropy = entropy - (log_p.exp() * log_p).sum(dim=1)
+        if g < categorical:
+            log_p = torch.log_softmax(group, dim=1)
+            log_probability = log_probability + log_p.gather(1, choices[:, g : g + 1])[:, 0]
+            entropy = entropy - (log_p.exp() * log_p).sum(dim=1)
+        else:  # a normal distribution of mean and log deviation
+            spread = group[:, 1].clamp(float(LEAST), float(MOST))
+            z = (numbers[:, g - categorical] - group[:, 0]) * (-spread).exp()
+            log_probability = log_probability - (0.5 * z * z + spread + float(HALF_LOG_2_PI))
+            entropy = entropy + spread + float(HALF_LOG_2_PI) + 0.5
     advantage = (old["advantage"] - shift) * scale
     log_ratio = log_probability - old["log_probability"]
     ratio = log_ratio.exp()

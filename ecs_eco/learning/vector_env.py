@@ -13,6 +13,7 @@ from ecs_eco.engine.workers import Workers
 from ecs_eco.learning.brain import Brain, Split
 from ecs_eco.learning.brains import learner_of
 from ecs_eco.learning.choice import choose, choose_best
+from ecs_eco.learning.continuous import CONTINUOUS, draw_numbers, in_units
 from ecs_eco.learning.settings import PPO
 
 if TYPE_CHECKING:
@@ -54,12 +55,14 @@ def train(envs: VectorEnv, ppo: PPO, total_steps: int, seed: int, hidden: tuple[
     or until an update after which `stop`.
 
     It is the built-in network, or `network(n_observations, groups)`, any torch module (see module_brain.py).
-    Takes Discrete or MultiDiscrete actions and array observations, with autoreset in the next or in the same
-    step. A time limit is no death: what would have followed is estimated by the value of the final
-    observation. Every step of every environment counts, also those that only reset it. Raises ValueError for
+    Takes Discrete, MultiDiscrete or bounded Box actions (of one axis; each number is a continuous group) and
+    array observations, with autoreset in the next or in the same step. A time limit is no death: what would
+    have followed is estimated by the value of the final observation. Every step of every environment counts,
+    also those that only reset it. Raises ValueError for
     other spaces or modes.
     """
-    groups, first = _groups(envs)
+    actions = _Actions.of(envs)
+    groups = actions.groups
     resets_itself = _resets_in_same_step(envs)
     seen = _flat(envs.reset(seed=seed)[0])
     brain = _brain(network, seen.shape[1], groups, hidden, trunk, seed, device)
@@ -67,7 +70,8 @@ def train(envs: VectorEnv, ppo: PPO, total_steps: int, seed: int, hidden: tuple[
     rollout, n, split = learner.rollout, envs.num_envs, Workers(workers).split
     memory = np.zeros((n, brain.memory), np.float32)
     generator = np.random.Generator(np.random.Philox(key=[seed, 2**63]))
-    choice, log_probability = np.empty((n, len(groups)), np.int16), np.empty(n, np.float32)
+    choice, log_probability = np.empty((n, len(brain.offsets) - 1), np.int16), np.empty(n, np.float32)
+    numbers = np.empty((n, brain.n_numbers), np.float32)
     score, over, everyone = np.zeros(n), np.zeros(n, bool), np.arange(n)
     for step in range(-(-total_steps // n)):
         logits, values, later = _think(brain, seen, memory, split)
@@ -78,11 +82,14 @@ def train(envs: VectorEnv, ppo: PPO, total_steps: int, seed: int, hidden: tuple[
             logits, values, later = _think(brain, seen, memory, split)
         choose(logits, brain.offsets, generator.random(choice.shape, dtype=np.float32), choice,
                log_probability)
+        if numbers.shape[1]:
+            draw_numbers(logits[:, brain.offsets[-1]:],
+                         generator.random((n, 2 * brain.n_numbers), np.float32), numbers, log_probability)
         resetting = over  # in this step they do nothing else, and ignore their action
         live = everyone[~resetting]
         rollout.store(live, seen[live], choice[live], log_probability[live], values[live],
-                      memory[live] if brain.memory else None)
-        observed, rewards, dead, late, info = envs.step((choice + first).reshape(envs.action_space.shape))
+                      memory[live] if brain.memory else None, numbers[live])
+        observed, rewards, dead, late, info = envs.step(actions.sent(choice, numbers, envs))
         seen, rewards = _flat(observed), np.asarray(rewards, np.float32)
         score[live] += rewards[live]
         over = (dead | late) & ~over
@@ -118,8 +125,16 @@ def _think(brain: Any, seen: np.ndarray, memory: np.ndarray,
 
 
 def act(brain: Brain | ModuleBrain, observations: np.ndarray) -> np.ndarray:
-    """Return the likeliest choices int[n, G], counted from 0; one with a memory decides as at birth."""
+    """Return the likeliest choices int[n, G], counted from 0; one with a memory decides as at birth.
+
+    Of a brain with continuous groups alone: their means f32[n, K], −1 and 1 for the limits of their ranges.
+    Raises ValueError for one with both kinds.
+    """
     logits, _ = brain.forward(_flat(observations))
+    if brain.n_numbers:
+        if len(brain.offsets) > 1:
+            raise ValueError(f"groups = {brain.groups}: allowed are choices alone, or continuous ones alone")
+        return np.clip(logits[:, ::2], -1, 1)
     choice = np.empty((len(logits), len(brain.groups)), np.int64)
     choose_best(logits, brain.offsets, choice)
     return choice
@@ -130,14 +145,35 @@ def _flat(observations: Any) -> np.ndarray:
     return np.asarray(observations, np.float32).reshape(len(observations), -1)
 
 
-def _groups(envs: Any) -> tuple[tuple[int, ...], np.ndarray]:
-    """Return the sizes of the action groups and the number of each one's first action."""
-    space, kind = envs.single_action_space, type(envs.single_action_space).__name__
-    if kind == "Discrete":
-        return (int(space.n),), np.array([space.start])
-    if kind == "MultiDiscrete" and space.nvec.ndim == 1:
-        return tuple(int(n) for n in space.nvec), np.asarray(space.start)
-    raise ValueError(f"action space {space}: allowed is Discrete or MultiDiscrete with one axis")
+@dataclass(frozen=True)
+class _Actions:
+    """The actions of an environment as a brain decides them: choices counted from `first` [G],
+    or numbers between `low` and `high` [K]."""
+
+    groups: tuple[int, ...]
+    first: np.ndarray | None = None
+    low: np.ndarray | None = None
+    high: np.ndarray | None = None
+
+    @classmethod
+    def of(cls, envs: Any) -> _Actions:
+        """Return those of vector environments; raises ValueError for a space that no brain can act in."""
+        space, kind = envs.single_action_space, type(envs.single_action_space).__name__
+        if kind == "Discrete":
+            return cls((int(space.n),), np.array([space.start]))
+        if kind == "MultiDiscrete" and space.nvec.ndim == 1:
+            return cls(tuple(int(n) for n in space.nvec), np.asarray(space.start))
+        if (kind == "Box" and len(space.shape) == 1 and space.is_bounded()
+            and np.issubdtype(space.dtype, np.floating)):
+            return cls((CONTINUOUS,) * space.shape[0], low=space.low, high=space.high)
+        raise ValueError(f"action space {space}: allowed is Discrete, or MultiDiscrete or a bounded Box of "
+                         "numbers with one axis")
+
+    def sent(self, choice: np.ndarray, numbers: np.ndarray, envs: Any) -> np.ndarray:
+        """Return choices int[n, G] or numbers f32[n, K] as the environments take them."""
+        actions = (choice + self.first if self.low is None or self.high is None
+                   else in_units(numbers, self.low, self.high).astype(envs.action_space.dtype))
+        return actions.reshape(envs.action_space.shape)
 
 
 def _resets_in_same_step(envs: VectorEnv) -> bool:

@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 import torch
 
-from ecs_eco.learning import MLP, PPO, Brain, Learner, ModuleBrain, TorchLearner, choose
+from ecs_eco.learning import CONTINUOUS, MLP, PPO, Brain, Learner, ModuleBrain, TorchLearner, choose
+from ecs_eco.learning.continuous import draw_numbers
 from tests.learning.networks import Gru, Lstm, Plain
 
 GROUPS = (3, 2)
+KINDS = [GROUPS, (CONTINUOUS,), (3, CONTINUOUS, CONTINUOUS)]
 
 
 def live(learner, n=60, ticks=4, seed=0):
@@ -25,9 +27,12 @@ def live(learner, n=60, ticks=4, seed=0):
             logits, values, later = brain.recall(observations, memory)
         else:
             (logits, values), later = brain.forward(observations), memory
-        choice, log_probability = np.empty((n, len(brain.groups)), np.int16), np.empty(n, np.float32)
+        choice, log_probability = np.empty((n, len(brain.offsets) - 1), np.int16), np.empty(n, np.float32)
         choose(logits, brain.offsets, rng.random(choice.shape, dtype=np.float32), choice, log_probability)
-        learner.rollout.store(rows, observations, choice, log_probability, values, memory)
+        numbers = np.empty((n, brain.n_numbers), np.float32)
+        draw_numbers(logits[:, brain.offsets[-1]:], rng.random((n, 2 * brain.n_numbers), dtype=np.float32),
+                     numbers, log_probability)
+        learner.rollout.store(rows, observations, choice, log_probability, values, memory, numbers)
         rewards = rng.standard_normal(n, dtype=np.float32)
         learner.rollout.end(rows[:5], rewards[:5])
         learner.rollout.cut(rows[5:9], rewards[5:9], values[5:9])
@@ -52,11 +57,12 @@ def of_mlp(brain):
     return twin
 
 
+@pytest.mark.parametrize("groups", KINDS)
 @pytest.mark.parametrize("trunk", ["shared", "separate"])
 @pytest.mark.parametrize("ppo", [PPO(minibatch=100), PPO(clip_value=0.3, max_grad_norm=0, weight_decay=0.1,
                                                          anneal=1000, entropy=0.05)])
-def test_autograd_and_the_kernels_learn_the_same(trunk, ppo):
-    ours = Learner(Brain(5, GROUPS, (16, 8), 3, trunk), ppo, seed=7)
+def test_autograd_and_the_kernels_learn_the_same(trunk, ppo, groups):
+    ours = Learner(Brain(5, groups, (16, 8), 3, trunk), ppo, seed=7)
     theirs = TorchLearner(of_mlp(ours.brain), ppo, seed=7)
     for seed in range(3):
         live(ours, n=200, seed=seed)
@@ -69,11 +75,12 @@ def test_autograd_and_the_kernels_learn_the_same(trunk, ppo):
         np.testing.assert_allclose(weight, theirs.brain.state()[name], rtol=2e-3, atol=1e-4, err_msg=name)
 
 
+@pytest.mark.parametrize("groups", KINDS)
 @pytest.mark.parametrize("trunk", ["shared", "separate"])
 @pytest.mark.parametrize("clip_value", [0.0, 0.3])
-def test_the_gradients_of_both_are_equal(trunk, clip_value):
+def test_the_gradients_of_both_are_equal(trunk, clip_value, groups):
     ppo = PPO(clip_value=clip_value, entropy=0.05, max_grad_norm=0)
-    ours = Learner(Brain(5, GROUPS, (16, 8), 3, trunk), ppo, seed=7)
+    ours = Learner(Brain(5, groups, (16, 8), 3, trunk), ppo, seed=7)
     theirs = TorchLearner(of_mlp(ours.brain), ppo, seed=7)
     gradients = {}
     for learner in (ours, theirs):

@@ -1,0 +1,85 @@
+"""Continuous actions: numbers drawn from normal distributions of which the network gives mean and spread.
+
+Among the `groups` of a network each is `CONTINUOUS`, which stands after all categorical ones and takes two
+outputs: the mean, and the natural logarithm of the standard deviation, held in LEAST … MOST. Numbers are in
+units of half the action's range around its middle, so that −1 and 1 are its limits; what is drawn beyond them
+is carried out as the limit, and learnt from as it was drawn.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ecs_eco.learning.arithmetic import exp, fused_njit, log
+
+LEAST, MOST = np.float32(-5.0), np.float32(2.0)  # of the logarithm of the standard deviation
+HALF_LOG_2_PI = np.float32(0.5 * np.log(2 * np.pi))
+TURN = np.float32(2 * np.pi)
+
+
+class Continuous(int):
+    """The size of a continuous action's head, told apart from a categorical one of two options."""
+
+    def __repr__(self) -> str:
+        return "CONTINUOUS"
+
+
+CONTINUOUS = Continuous(2)
+
+
+def laid_out(groups: Sequence[int]) -> tuple[np.ndarray, int]:
+    """Return where the outputs of each categorical group begin and the last one's end, i64[G + 1], and how
+    many continuous groups follow them; ValueError where one of the former comes after one of the latter."""
+    kinds = [isinstance(group, Continuous) for group in groups]
+    if kinds != sorted(kinds):
+        raise ValueError(f"groups = {tuple(groups)}: continuous ones come last")
+    return np.cumsum((0, *groups[: kinds.count(False)])).astype(np.int64), kinds.count(True)
+
+
+def in_units(numbers: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """Return numbers f32[n, k] as actions between low [k] and high [k], in the actions' own units."""
+    actions: np.ndarray = (low + high) / 2 + (high - low) / 2 * np.clip(numbers, -1, 1)
+    return actions
+
+
+@fused_njit
+def draw_numbers(outputs, uniforms, numbers, log_probability):
+    """Draw numbers f32[n, k] from normal distributions of outputs f32[n, 2 k] (mean, log deviation), and add
+    their log-probabilities to f32[n]; uniforms f32[n, 2 k] are in [0, 1) (Box and Muller 1958)."""
+    for i in range(numbers.shape[0]):
+        for j in range(numbers.shape[1]):
+            radius = np.sqrt(max(np.float32(0), np.float32(-2) * log(np.float32(1) - uniforms[i, 2 * j])))
+            z = np.float32(radius * np.cos(TURN * uniforms[i, 2 * j + 1]))
+            spread = min(max(outputs[i, 2 * j + 1], LEAST), MOST)
+            numbers[i, j] = outputs[i, 2 * j] + exp(spread) * z
+            log_probability[i] -= np.float32(0.5) * z * z + spread + HALF_LOG_2_PI
+
+
+@fused_njit
+def log_likelihood(logits, first, numbers, index, log_probability, entropy):
+    """Add the log-probabilities that outputs logits[first:, n] give to numbers[index], and the entropies
+    [nat], to f32[n]."""
+    for j in range(numbers.shape[1]):
+        mean, spread = logits[first + 2 * j], logits[first + 2 * j + 1]
+        for i in range(len(index)):
+            s = min(max(spread[i], LEAST), MOST)
+            z = (numbers[index[i], j] - mean[i]) * exp(-s)
+            log_probability[i] -= np.float32(0.5) * z * z + s + HALF_LOG_2_PI
+            entropy[i] += s + HALF_LOG_2_PI + np.float32(0.5)
+
+
+@fused_njit
+def slopes(logits, first, numbers, index, d_log_probability, d_entropy, d_logits):
+    """Write the slope of a loss by outputs logits[first:, n], from its slopes by the log-probability f32[n]
+    and by the entropy."""
+    for j in range(numbers.shape[1]):
+        mean, spread = first + 2 * j, first + 2 * j + 1
+        for i in range(len(index)):
+            s = min(max(logits[spread, i], LEAST), MOST)
+            z = (numbers[index[i], j] - logits[mean, i]) * exp(-s)
+            d_logits[mean, i] = d_log_probability[i] * z * exp(-s)
+            held = logits[spread, i] < LEAST or logits[spread, i] > MOST
+            d_logits[spread, i] = (np.float32(0) if held
+                                   else d_log_probability[i] * (z * z - np.float32(1)) + d_entropy)
