@@ -53,6 +53,7 @@ class ActionNode:
     automatic: bool = False
     neutral: bool = False
     chosen: bool = False  # by the policy network
+    range: tuple[float, float] | None = None  # of a continuous action
 
 
 @dataclass(frozen=True)
@@ -201,12 +202,12 @@ def _place(at: list[float]) -> str:
 
 
 def _actions(species: Species) -> list[ActionNode]:
-    nodes = []
+    nodes, ranges = [], species.ranges()
     for row, (group, name) in enumerate(species.action_list()):
         automatic = bool({name, f"{group}.{name}"} & set(species.automatic))
         chosen = species.policy.kind != "none" and not automatic
         nodes.append(ActionNode(_section(group), group, name, row, automatic,
-                                species.neutral.get(group) == name, chosen))
+                                species.neutral.get(group) == name, chosen, ranges.get(group)))
     return sorted(nodes, key=lambda node: ORDER.index(node.section))
 
 
@@ -322,5 +323,5 @@ def _options(species: Species) -> list[tuple[str, int]]:
     a lone action has "not" as alternative."""
     automatic = set(species.automatic)
     groups = [(g, [a for a in names if not {a, f"{g}.{a}"} & automatic])
-              for g, names in species.actions.items()]
+              for g, names in species.groups().items()]
     return [(group, max(2, len(names))) for group, names in groups if names]

@@ -152,15 +152,19 @@ class _Drawing:
 
     def _action(self, a: ActionNode) -> None:
         at, y, x = self.at, self.at.action_y[a.row], self.at.x_action + 0.14
-        on = "decision" in self.values and bool(self.values["decision"][a.row] > 0)
+        continuous = a.range is not None
+        on = not continuous and "decision" in self.values and bool(self.values["decision"][a.row] > 0)
         self.pen.circle(at.x_action, y, NODE * 1.2, BLUE if on else "white", INK)
         name = cut(a.name, 28)
+        if continuous and "decision" in self.values:
+            name += f" = {self.values['decision'][a.row]:.3g}".replace("-", "−")
         self.pen.text(x, y, name, 9, INK, bold=on)
         x += width(name, 9, on) + 0.09
         self.pen.text(x, y, action_mark(a), style="italic")
         if "y" in self.values and (sign := int(np.sign(self.values["y"][a.row]))):
             x += width(action_mark(a), 8) + 0.03 * bool(action_mark(a))
-            self.pen.text(x, y, "+1" if sign > 0 else "−1", 8, HUES[sign], bold=True)
+            worth = f"{self.values['y'][a.row] if continuous else sign:+.2g}".replace("-", "−")
+            self.pen.text(x, y, worth, 8, HUES[sign], bold=True)
         if "probabilities" in self.values and np.isfinite(p := self.values["probabilities"][a.row]):
             self.pen.bar(at.x_probability, y, p, 0.0)
 

@@ -16,6 +16,7 @@ from ecs_eco.components.growth import Growth
 from ecs_eco.components.life_history import LifeHistory
 from ecs_eco.components.memory import Memory
 from ecs_eco.components.metabolism import Metabolism
+from ecs_eco.components.motor import Motor
 from ecs_eco.components.nervous import Nervous
 from ecs_eco.components.physical import Physical
 from ecs_eco.components.plasticity import Plasticity
@@ -29,6 +30,6 @@ from ecs_eco.components.vigour import Vigour
 
 __all__ = [
     "Biology", "Body", "Chemistry", "Defence", "Desires", "Experience", "Genome", "Gestation", "Growth",
-    "LifeHistory", "Memory", "Metabolism", "Nervous", "Physical", "Plasticity", "Policy", "Position",
+    "LifeHistory", "Memory", "Metabolism", "Motor", "Nervous", "Physical", "Plasticity", "Policy", "Position",
     "Reflexes", "Senses", "Sensor", "Velocity", "Vigour",
 ]  # fmt: skip

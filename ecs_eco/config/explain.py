@@ -14,6 +14,7 @@ from ecs_eco.engine.errors import MISSING, MOST, Problem, listed, nearest
 from ecs_eco.engine.section import Section
 
 Key = tuple[str | int, ...]
+FORMS = ("names", "range", "word", "number")  # tags of unions whose members have no `kind`
 WORDS: dict[Any, str] = {
     float: "a finite number",
     int: "a whole number",
@@ -84,6 +85,8 @@ def _key(loc: tuple[Any, ...], data: Any) -> Key:
     for part in loc:
         if part == "[key]" or (isinstance(data, dict) and part not in data and data.get("kind") == part):
             continue
+        if part in FORMS and not (isinstance(data, dict) and part in data):
+            continue
         key.append(part)
         data = value_at(data, (part,))
     return tuple(key)
@@ -112,6 +115,8 @@ def _plain(kind: Any, data: Any) -> Any:
     if typing.get_origin(kind) in (types.UnionType, typing.Union):
         members = [_plain(m, data) for m in typing.get_args(kind) if m is not type(None)]
         tag = data.get("kind") if isinstance(data, dict) else None
+        if isinstance(data, dict) and tag is None:  # a section beside lists or words
+            members.sort(key=lambda m: not (isinstance(m, type) and issubclass(m, Section)))
         return next((m for m in members if tag is not None and tag in _tags_of(m)), members[0])
     return kind
 

@@ -49,7 +49,8 @@ def needs(config: WorldConfig) -> Iterator[tuple[Key, float]]:
 
 def n_weights(species: Species, dims: int) -> int:
     """Number of weights in the policy network of a species."""
-    widths = [len(species.channels(dims)), *species.policy.hidden, len(species.action_list()) + 1]
+    outputs = len(species.action_list()) + len(species.ranges()) + 1
+    widths = [len(species.channels(dims)), *species.policy.hidden, outputs]
     return sum((a + 1) * b for a, b in zip(widths, widths[1:], strict=False))
 
 

@@ -38,7 +38,7 @@ def policy_shapes(species: Species, dims: int) -> list[tuple[int, ...]]:
     """Return the shapes of an individual policy's matrices (inputs, units) and biases,
     in the order of its weights."""
     logits = 0
-    for group, actions in species.actions.items():
+    for group, actions in species.groups().items():
         automatic = [a in species.automatic or f"{group}.{a}" in species.automatic for a in actions]
         logits += 0 if all(automatic) else max(len(actions), 2)
     widths = [len(species.channels(dims)), *species.policy.hidden, logits + 1]

@@ -9,11 +9,12 @@ from ecs_eco.engine.random import draw
 
 
 @njit
-def uniforms(first, last, key, uid, out):
-    """Draw the numbers that actions are chosen with: out f32[n, groups], the same for the same uid."""
+def uniforms(first, last, key, uid, group, out):
+    """Draw the numbers that actions are chosen with, of group number `group` and those after it:
+    out f32[n, groups], the same for the same uid."""
     for i in range(first, last):
         for g in range(out.shape[1]):
-            out[i, g] = draw(key, uid[i], random.DECIDE + (g << 8))
+            out[i, g] = draw(key, uid[i], random.DECIDE + ((group + g) << 8))
 
 
 @njit

@@ -4,12 +4,14 @@ Definition 3)."""
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ecs_eco.components import Experience, Memory, Nervous, Plasticity, Policy
+from ecs_eco.components import Experience, Memory, Motor, Nervous, Plasticity, Policy
+from ecs_eco.learning.continuous import CONTINUOUS
 from ecs_eco.nervous.networks import Network
+from ecs_eco.nervous.ranges import Ranges
 from ecs_eco.nervous.sensors.sense import Sense
 from ecs_eco.nervous.thoughts import Thoughts
 
@@ -28,21 +30,27 @@ class Nerves:
     `groups` maps a group to its actions; their order in `actions` is that of y, z and the decision. `rows`
     i64[n] and `x` f32[n, channels] are who sensed, in canonical order, and what. Networks may be missing: no
     reflex is y = 0, no policy is z = 0, no happiness is 0 always. The policy is one `brain` for all, trained
-    by `learner`, or one for each of the `individuals`, in the columns of Policy and Experience.
+    by `learner`, or one for each of the `individuals`, in the columns of Policy and Experience. `ranges` are
+    least and most of the continuous groups, each with a single action of its own name.
     """
 
     def __init__(self, channels: Sequence[str], senses: Sequence[tuple[Sense, int]],
-                 groups: dict[str, list[str]], neutral: dict[str, str], automatic: Sequence[str],
-                 readings: dict[str, tuple[int, ...]]) -> None:
+                 groups: dict[str, list[str]], neutral: dict[str, Any], automatic: Sequence[str],
+                 readings: dict[str, tuple[int, ...]],
+                 ranges: dict[str, tuple[float, float]] | None = None) -> None:
         self.channels, self.senses, self.groups, self.readings = (tuple(channels), list(senses), dict(groups),
                                                                   dict(readings))
         self.actions = [(g, a) for g, actions in groups.items() for a in actions]
         self.columns = {g: (sum(len(v) for v in list(groups.values())[:i]), len(a))
                         for i, (g, a) in enumerate(groups.items())}
-        self.neutral = {g: (actions.index(neutral[g]) if g in neutral else -1)
+        self.ranges = Ranges({group: ((ranges or {})[group], start, neutral.get(group))
+                              for group, (start, _) in self.columns.items() if group in (ranges or {})})
+        self.neutral = {g: (actions.index(neutral[g]) if g in neutral and g not in self.ranges.groups else -1)
                         for g, actions in groups.items()}
         self.automatic = np.array([a in automatic or f"{g}.{a}" in automatic for g, a in self.actions],
                                   np.bool_)
+        self.always = self.automatic.copy()  # what is on unless a reflex blocks it
+        self.always[self.ranges.columns] = True
         self.reflex: Network | None = None
         self.happiness: Network | None = None
         self.minimum = np.float32(0.0)
@@ -53,6 +61,7 @@ class Nerves:
         self.policy = False
         self.learning = False
         self.heads()
+        self.shift: np.ndarray | None = None  # f32[n, continuous]: what the reflex adds in this tick
         self.rows = np.zeros(0, np.int64)
         self._later = np.zeros((0, 0), np.float32)  # the memories that follow from what is sensed now
         self._x = np.zeros((0, len(self.channels)), np.float32)
@@ -61,15 +70,15 @@ class Nerves:
         self.reports: list[dict[str, float]] = []
 
     def heads(self) -> None:
-        """Lay out the policy's choices: one per group that is not automatic;
+        """Lay out the policy's choices: one per group that is not automatic, the continuous ones last;
         a lone action gets "not" as alternative."""
         sizes, targets = [], []
-        for start, n in self.columns.values():
-            if self.automatic[start : start + n].all():
+        for group, (start, n) in self.columns.items():
+            if self.automatic[start : start + n].all() or group in self.ranges.groups:
                 continue
             targets += [-1, start] if n == 1 else list(range(start, start + n))
             sizes.append(max(n, 2))
-        self.choices = tuple(sizes)
+        self.choices = (*sizes, *(CONTINUOUS for _ in self.ranges.groups))
         self.offsets = np.cumsum([0, *sizes]).astype(np.int64)
         self.targets = np.array(targets, np.int64)  # the action that a head's option stands for; −1: none
 
@@ -103,6 +112,19 @@ class Nerves:
             does |= ~on.any(axis=1)
         return does & table.alive
 
+    def amount(self, table: Table, group: str) -> np.ndarray:
+        """Return the numbers that a continuous action is carried out with, in its unit: f32[capacity].
+
+        Raises UnknownName for another group.
+        """
+        if group not in self.ranges.groups:
+            from ecs_eco.engine.errors import UnknownName, unknown_name
+
+            raise UnknownName(unknown_name(f"nerves of {table.name!r}", "continuous action", group,
+                                           self.ranges.groups))
+        amounts: np.ndarray = table[Motor].command[:, self.ranges.groups.index(group)]
+        return amounts
+
     def reading(self, name: str, x: np.ndarray) -> np.ndarray:
         """Return what a name of a formula stands for: a channel, or the mean over several: f32[n]."""
         rows = self.readings[name]
@@ -121,7 +143,7 @@ class Nerves:
         elif self.brain is not None:
             thought = self._ask(table, world)
         else:
-            return (np.zeros((len(self.rows), int(self.offsets[-1])), np.float32),
+            return (np.zeros((len(self.rows), sum(self.choices)), np.float32),
                     np.zeros(len(self.rows), np.float32))
         # a sum is quick, and not finite where one number is not
         if not np.isfinite(thought[0].sum() + thought[1].sum()):
@@ -167,26 +189,43 @@ class Nerves:
                                      f"({mad.size} such of {len(self.rows)}); {why}")  # fmt: skip
 
     def react(self, table: Table) -> np.ndarray | None:
-        """Return y of the reflex network for what is sensed now: i8[n, actions]; None where there is none."""
-        return None if self.reflex is None else self._read(self.reflex, table, "reflex",
-                                                           (len(self.rows), len(self.actions)))
+        """Return y of the reflex network for what is sensed now: i8[n, actions]; None where there is none.
+
+        What it adds to continuous actions is in `shift` then; their y is 0.
+        """
+        if self.reflex is None:
+            self.shift = None
+            return None
+        shape = len(self.rows), len(self.actions)
+        if not self.ranges.groups:
+            return self._read(self.reflex, table, "reflex", shape)
+        total = self._read(getattr(self.reflex, "total", self.reflex), table, "reflex", shape)
+        self.shift = np.nan_to_num(total[:, self.ranges.columns].astype(np.float32))
+        y: np.ndarray = np.sign(total).astype(np.int8)
+        y[:, self.ranges.columns] = 0
+        return y
 
     def feel(self, table: Table) -> np.ndarray | None:
         """Return the happiness that what is sensed now gives: f32[n]; None where there is no such network."""
         return None if self.happiness is None else self._read(self.happiness, table, "happiness",
                                                               (len(self.rows),))
 
-    def remember(self, table: Table, choice: np.ndarray, log_probability: np.ndarray,
+    def remember(self, table: Table, choice: np.ndarray, numbers: np.ndarray, log_probability: np.ndarray,
                  values: np.ndarray) -> None:
-        """Keep what was sensed and chosen, for learning: i16[n, groups], f32[n], f32[n]."""
+        """Keep what was sensed and chosen, for learning: i16[n, choices], f32[n, continuous], f32[n], f32[n].
+        """
         if self.individuals is not None:
             if Memory in table:
                 begins = self.rows[table[Experience].length[self.rows] == 0]
                 table[Memory].began[begins] = table[Memory].state[begins]
+            if numbers.shape[1]:
+                drawn = table[Motor].drawn[self.rows]
+                drawn[np.arange(len(drawn)), table[Experience].length[self.rows]] = numbers
+                table[Motor].drawn[self.rows] = drawn
             self.individuals.store(table[Experience], self.rows, self.x, choice, log_probability, values)
         elif self.learner is not None:
             memory = table[Memory].state[self.rows] if self.learner.rollout.memory.shape[1] else None
-            self.learner.rollout.store(self.rows, self.x, choice, log_probability, values, memory)
+            self.learner.rollout.store(self.rows, self.x, choice, log_probability, values, memory, numbers)
 
     def credit(self, table: Table, reward: np.ndarray) -> None:
         """Reward f32[n] the last decisions of those that sense now."""
@@ -231,11 +270,14 @@ class Nerves:
             own = table[Plasticity]
             settings = own.learning_rate[rows], own.discount[rows], own.entropy[rows]
         began = {"memory": table[Memory].began[rows]} if Memory in table else {}
+        if self.ranges.groups:
+            began["numbers"] = table[Motor].drawn[rows]
         minds.learn(table[Policy], table[Experience], rows, table.uid[rows], values, settings,
                     world.split, **began)
 
     def _read(self, network: Network, table: Table, name: str, shape: tuple[int, ...]) -> np.ndarray:
-        out = network(self.x, table, self.rows) if getattr(network, "individual", False) else network(self.x)
+        owner = getattr(network, "__self__", network)  # of a method
+        out = network(self.x, table, self.rows) if getattr(owner, "individual", False) else network(self.x)
         if np.shape(out) != shape or not isinstance(out, np.ndarray):
             raise ValueError(f"{table.name}: the {name} network gives {type(out).__name__} {np.shape(out)}; "
                              f"allowed: an array {shape}")

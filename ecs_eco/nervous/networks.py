@@ -19,7 +19,10 @@ it reads weights of the rows i64[n].
 
 
 class ReflexNetwork:
-    """y = sign of the sum of connections, formulas and a function: i8[n, actions] of −1, 0, 1."""
+    """y = sign of the sum of connections, formulas and a function: i8[n, actions] of −1, 0, 1.
+
+    To continuous actions the sum itself is added, where a connection counts as the action's whole range.
+    """
 
     def __init__(self, config: Any, nerves: Any, action_rows: dict[str, int], individual: bool = False,
                  find: Callable[[Any], Any] = handed_over) -> None:
@@ -40,6 +43,10 @@ class ReflexNetwork:
     def __call__(self, x: np.ndarray, table: Any = None, rows: np.ndarray | None = None) -> np.ndarray:
         """React to x f32[n, channels]; of `rows` i64[n] of a table where weights
         or thresholds are individual."""
+        return np.sign(self.total(x, table, rows)).astype(np.int8)
+
+    def total(self, x: np.ndarray, table: Any = None, rows: np.ndarray | None = None) -> np.ndarray:
+        """Return the sum of which y is the sign: f32[n, actions]."""
         nerves = self.nerves
         total = np.zeros((len(x), len(nerves.actions)), np.float32)
         if self.actions.size:
@@ -48,11 +55,13 @@ class ReflexNetwork:
                                  if own else (self.weight, self.threshold))
             which = rows if own and rows is not None else np.zeros(len(x), np.int64)
             connect(x, self.channels, self.starts, self.actions, self.above, weight, threshold, which, total)
+            if nerves.ranges.groups:
+                total[:, nerves.ranges.columns] *= nerves.ranges.high - nerves.ranges.low
         for column, formula in self.formulas.items():
             total[:, column] += formula({n: nerves.reading(n, x) for n in formula.names})
         if self.function is not None:
             total += self.function(x)
-        return np.sign(total).astype(np.int8)
+        return total
 
 
 class HappinessNetwork:

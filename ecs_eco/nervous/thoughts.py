@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from ecs_eco.components import Nervous
+from ecs_eco.components import Motor, Nervous
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
@@ -21,11 +21,17 @@ class Thoughts(NamedTuple):
     uid: np.ndarray  # u64[n]
     logits: np.ndarray | None  # f32[n, options] of the policy; None without one
     y: np.ndarray | None  # i8[n, actions] of the reflex; None without one
-    choice: np.ndarray  # i16[n, groups]
+    choice: np.ndarray  # i16[n, categorical groups]
+    numbers: np.ndarray | None = None  # f32[n, continuous groups] drawn, in units of half the range
+    shift: np.ndarray | None = None  # f32[n, continuous groups] that the reflex added
 
 
 class Minds(NamedTuple):
-    """The nervous systems of k organisms in the last tick."""
+    """The nervous systems of k organisms in the last tick.
+
+    Where a species has continuous actions, y, z and the decision are f32, and hold for these, in the action's
+    unit: what the reflex added, what the policy drew (its rest without one), and what was carried out.
+    """
 
     x: np.ndarray  # f32[k, channels] what they sensed
     y: np.ndarray  # i8[k, actions] −1 blocked, 0 left, 1 forced by the reflex
@@ -58,7 +64,31 @@ def minds(table: Table, rows: np.ndarray, at: np.ndarray) -> Minds:
     y = (np.zeros((len(at), len(nerves.actions)), np.int8)
          if thoughts.y is None else thoughts.y[at].astype(np.int8))
     p, z = weighed(nerves, None if thoughts.logits is None else thoughts.logits[at], thoughts.choice[at])
-    return Minds(nerves.x[at], y, p, z, table[Nervous].decision[rows])
+    decision = table[Nervous].decision[rows]
+    if len(nerves.ranges):
+        y, z, decision = with_numbers(nerves, (y, z, decision), numbers_of(table, rows, at))
+    return Minds(nerves.x[at], y, p, z, decision)
+
+
+def numbers_of(table: Table, rows: np.ndarray, at: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return what the reflex added to continuous actions, what the policy chose and what was carried out,
+    each f32[k, continuous groups]: rows and places as `thinkers` gives them."""
+    nerves, thoughts = table.species.nerves, table.species.nerves.thoughts
+    shape = len(at), len(nerves.ranges)
+    shift = np.zeros(shape, np.float32) if thoughts.shift is None else thoughts.shift[at]
+    drawn = None if thoughts.numbers is None else thoughts.numbers[at]
+    chosen = np.broadcast_to(nerves.ranges.command(drawn, None), shape)
+    return shift, chosen, table[Motor].command[rows] if shape[1] else shift
+
+
+def with_numbers(nerves: Any, matrices: tuple[np.ndarray, ...],
+                 numbers: tuple[np.ndarray, ...]) -> tuple[np.ndarray, ...]:
+    """Return matrices [k, actions] as f32, with numbers f32[k, continuous groups] in the columns of
+    continuous actions."""
+    out = tuple(matrix.astype(np.float32) for matrix in matrices)
+    for matrix, values in zip(out, numbers, strict=True):
+        matrix[:, nerves.ranges.columns] = values
+    return out
 
 
 def weighed(nerves: Any, logits: np.ndarray | None, choice: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

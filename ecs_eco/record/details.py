@@ -9,7 +9,7 @@ import numpy as np
 
 from ecs_eco.components import Metabolism, Nervous, Position
 from ecs_eco.engine.errors import ConfigError, Problem
-from ecs_eco.nervous.thoughts import thinkers, weighed
+from ecs_eco.nervous.thoughts import numbers_of, thinkers, weighed
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 KIND = "details-"  # followed by the name of a species: its folder in the run's
 ROWS = 100_000  # of a species that are kept in memory before they are handed over
 PLACE = ("x", "y", "z", "heading")
+FIXED = 14  # parts of a block that all species have
 NOBODY = np.zeros(0, np.int64)
 
 
@@ -36,7 +37,11 @@ def how_many(record: str | None, source: str = "--record") -> int | None:
 
 
 def columns_of(nerves: Any) -> list[str]:
-    """Return the names of the columns that a species' details have, in their order."""
+    """Return the names of the columns that a species' details have, in their order.
+
+    Of a continuous action the reflex is what it added, chosen what the policy drew and decision what was
+    carried out: f32, in the action's unit.
+    """
     actions = [f"{group}.{name}" for group, name in nerves.actions]
     free = [action for action, has in zip(actions, has_probability(nerves), strict=True) if has]
     return ["tick", "uid", *PLACE, "energy", "happiness", "reward",
@@ -141,9 +146,10 @@ class Details:
         y = (np.zeros((rows.size, len(nerves.actions)), np.int8)
              if thoughts.y is None else thoughts.y[at].astype(np.int8))
         logits = np.zeros((rows.size, 0), np.float32) if thoughts.logits is None else thoughts.logits[at]
+        numbers = numbers_of(table, rows, at) if len(nerves.ranges) else ()
         return (np.full(rows.size, world.tick), table.uid[rows], *(getattr(p, axis)[rows] for axis in PLACE),
                 energy, felt.happiness[rows], felt.reward[rows], nerves.x[at], y, logits, thoughts.choice[at],
-                felt.decision[rows])  # fmt: skip
+                felt.decision[rows], *numbers)  # fmt: skip
 
     def _hand_over(self, name: str, world: SpatialWorld) -> None:
         """Hand over what was noted of a species, by tick, then uid."""
@@ -153,8 +159,14 @@ class Details:
         nerves = world.tables[name].species.nerves
         parts = [np.concatenate(part) for part in zip(*blocks, strict=True)]
         order = np.lexsort((parts[1], parts[0]))
-        *single, x, y, logits, choice, decision = (part[order] for part in parts)
+        *single, x, y, logits, choice, decision = (part[order] for part in parts[:FIXED])
         p, z = weighed(nerves, logits if logits.shape[1] else None, choice)
-        for matrix in (x, y, p[:, has_probability(nerves)], z, decision):
-            single += list(matrix.T)
+        shift, chosen, command = ([part[order].T for part in parts[FIXED:]] if len(nerves.ranges)
+                                  else [()] * 3)
+        numbers: tuple[Any, ...] = (), shift, (), chosen, command
+        for matrix, own in zip((x, y, p[:, has_probability(nerves)], z, decision), numbers, strict=True):
+            columns = list(matrix.T)
+            for column, values in zip(nerves.ranges.columns, own, strict=False):
+                columns[column] = values
+            single += columns
         self.sink(KIND + name, dict(zip(columns_of(nerves), single, strict=True)))

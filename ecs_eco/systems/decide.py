@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ecs_eco.components import Nervous
+from ecs_eco.components import Motor, Nervous
 from ecs_eco.engine.system import System
 from ecs_eco.learning import choose
+from ecs_eco.learning.continuous import draw_numbers
 from ecs_eco.nervous.decision import decide, uniforms
 from ecs_eco.nervous.thoughts import Thoughts
 
@@ -22,7 +23,7 @@ NO_THOUGHT = np.zeros((0, 0), np.float32), np.zeros(0, np.float32)
 
 class Decide(System):
     """The reflex network blocks (−1), leaves (0) or forces (+1) each action;
-    the policy picks one of each group."""
+    the policy picks one of each group, and a number for each continuous action, which the reflex shifts."""
 
     needs = (Nervous,)
     phase = "decide"
@@ -30,26 +31,43 @@ class Decide(System):
     def update(self, table: Table, world: SpatialWorld) -> None:
         """Write the decisions of one species; keep what its learner needs."""
         nerves = table.species.nerves
-        n, groups = len(nerves.rows), len(nerves.choices)
+        n, groups, continuous = len(nerves.rows), len(nerves.offsets) - 1, len(nerves.ranges)
         choice, log_probability = np.zeros((n, groups), np.int16), np.empty(n, np.float32)
         thinks = nerves.policy and n > 0
         logits, values = nerves.think(table, world) if thinks else NO_THOUGHT
         reacts = nerves.reflex is not None
         y = nerves.react(table) if reacts else NO_REFLEX
         uid, key, decision = table.uid[nerves.rows], world.key, table[Nervous].decision
-        chance = np.empty((n, groups), np.float32)
+        chance, numbers = np.empty((n, groups), np.float32), np.empty((n, continuous), np.float32)
 
         def part(first: int, last: int) -> None:
             if thinks:
-                uniforms(first, last, key, uid, chance)
+                uniforms(first, last, key, uid, 0, chance)
                 here = slice(first, last)
                 choose(logits[here], nerves.offsets, chance[here], choice[here], log_probability[here])
             decide(first, last, choice, nerves.offsets, nerves.targets, nerves.policy, y, reacts,
-                   nerves.automatic, nerves.rows, decision)
+                   nerves.always, nerves.rows, decision)
 
         world.split(part, n)
-        nerves.thoughts = Thoughts(world.tick, uid, logits if thinks else None, y if reacts else None, choice)
+        if continuous:
+            drawn = _draw(nerves, logits, key, uid, numbers, log_probability) if thinks else None
+            table[Motor].command[nerves.rows] = nerves.ranges.command(drawn, nerves.shift)
+        nerves.thoughts = Thoughts(world.tick, uid, logits if thinks else None, y if reacts else None, choice,
+                                   numbers if thinks else None, nerves.shift)
         if thinks and nerves.learning:
-            nerves.remember(table, choice, log_probability, values)
+            nerves.remember(table, choice, numbers, log_probability, values)
         if thinks:
             nerves.keep(table)
+
+
+def _draw(nerves: Any, logits: np.ndarray, key: Any, uid: np.ndarray, numbers: np.ndarray,
+          log_probability: np.ndarray) -> np.ndarray:
+    """Draw numbers f32[n, k] for continuous actions, with equal chance over the range where there is no
+    network, and add their log-probabilities; who draws what depends on seed, tick and uid alone."""
+    chance = np.empty((len(uid), 2 * numbers.shape[1]), np.float32)
+    uniforms(0, len(uid), key, uid, len(nerves.offsets) - 1, chance)
+    if nerves.brain is None and nerves.individuals is None:
+        numbers[...] = 2 * chance[:, ::2] - 1
+    else:
+        draw_numbers(logits[:, nerves.offsets[-1]:], chance, numbers, log_probability)
+    return numbers

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ecs_eco.components import Nervous, Position, Velocity, Vigour
+from ecs_eco.components import Motor, Nervous, Position, Velocity, Vigour
 from ecs_eco.engine.jit import njit
 from ecs_eco.engine.system import System
 from ecs_eco.nervous.decision import first_on
@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
     from ecs_eco.space.world import SpatialWorld
 
+NO_MOTOR = np.zeros((1, 1), np.float32)
 NO_VIGOUR = np.ones(0, np.float32)
 FLAT, OPEN_GROUND = np.zeros((1, 1), np.float32), np.zeros((1, 1), np.uint8)
 
@@ -28,6 +29,9 @@ class Move(System):
     it where they begin. In a volume the group `climb` moves it up and down: at a speed of its own, or along a
     slope at that of its gait. With drag, speed approaches that of the gait by dv/dt = drag (v_gait − v), the
     balance of thrust and Stokes' drag (Stokes 1851), solved exactly.
+
+    Continuous speed [m/s], turn [rad/s], climb [m/s] and pitch [rad] are taken as they are; the cost of a
+    speed between those of two gaits lies between theirs, on a straight line.
     """
 
     needs = (Position, Velocity, Nervous)
@@ -43,36 +47,50 @@ class Move(System):
             (FLAT, OPEN_GROUND, np.zeros(2, np.float32), 0.0) if terrain is None
             else (terrain.height, terrain.ground, terrain.inverse, terrain.slope_cost))
         pace = table[Vigour].pace if Vigour in table else NO_VIGOUR
-        world.split(move, table.high, table.alive, table[Nervous].decision, *gaits, pace,
+        command = table[Motor].command if Motor in table else NO_MOTOR
+        world.split(move, table.high, table.alive, table[Nervous].decision, command, *gaits, pace,
                     np.float32(world.dt), space.lengths, space.torus, space.volume, height, ground, inverse,
                     np.float32(slope_cost), p.x, p.y, p.z, p.heading, v.speed, v.climb, v.cost)
         table.version += 1
 
 
 @njit
-def move(first, last, alive, decision, layout, speeds, costs, turns, climbs, pitches, drag, pace, dt, lengths,
-         torus, volume, height, ground, inverse, slope_cost, x, y, z, heading, speed, climb, cost):
-    """Move the living rows first … last − 1; layout i64[3, 3] is (start, n, neutral) of speed,
-    turn and climb."""
+def move(first, last, alive, decision, command, layout, speeds, costs, turns, climbs, pitches, drag, pace, dt,
+         lengths, torus, volume, height, ground, inverse, slope_cost, x, y, z, heading, speed, climb, cost):
+    """Move the living rows first … last − 1; layout i64[4, 3] is (start, n, neutral) of speed, turn,
+    climb and pitch, or (column of command, −1, 0) of a continuous one."""
     # of the old speed, after this tick and in its mean
     left = np.exp(-drag * dt) if drag > 0 else np.float32(0.0)
     mean_left = (np.float32(1.0) - left) / (drag * dt) if drag > 0 else np.float32(0.0)
     for row in range(first, last):
         if not alive[row]:
             continue
-        if layout[1, 1]:
+        if layout[1, 1] < 0:
+            h = heading[row] + command[row, layout[1, 0]] * dt
+            heading[row] = h - np.float32(6.2831855) * np.float32(np.floor(h / np.float32(6.2831855)))
+        elif layout[1, 1]:
             way = first_on(decision, row, layout[1, 0], layout[1, 1], layout[1, 2])
             if way >= 0:
                 h = heading[row] + turns[way] * dt
                 heading[row] = h - np.float32(6.2831855) * np.float32(np.floor(h / np.float32(6.2831855)))
-        gait = first_on(decision, row, layout[0, 0], layout[0, 1], layout[0, 2])
-        v = speeds[gait] if gait >= 0 else np.float32(0.0)
-        c = costs[gait] if gait >= 0 else np.float32(0.0)
+        if layout[0, 1] < 0:
+            v = command[row, layout[0, 0]]
+            c = cost_between(v, speeds, costs)
+        else:
+            gait = first_on(decision, row, layout[0, 0], layout[0, 1], layout[0, 2])
+            v = speeds[gait] if gait >= 0 else np.float32(0.0)
+            c = costs[gait] if gait >= 0 else np.float32(0.0)
         if pace.size:
             v *= pace[row]
             c *= pace[row] * pace[row]
         rise_to = np.float32(0.0)
-        if volume and layout[2, 1]:
+        if volume and layout[2, 1] < 0:
+            rise_to = command[row, layout[2, 0]]
+        elif volume and layout[3, 1] < 0:
+            angle = command[row, layout[3, 0]]
+            rise_to = v * np.sin(angle)
+            v *= np.cos(angle)
+        elif volume and layout[2, 1]:
             way = first_on(decision, row, layout[2, 0], layout[2, 1], layout[2, 2])
             if way >= 0:
                 rise_to = climbs[way] + v * np.sin(pitches[way])
@@ -98,6 +116,19 @@ def move(first, last, alive, decision, layout, speeds, costs, turns, climbs, pit
                 y[row] = ny
         speed[row] = v_end
         cost[row] = c
+
+
+@njit
+def cost_between(v, speeds, costs):
+    """Return the cost of a speed, on straight lines between ascending speeds f32[k];
+    that of the slowest or fastest beyond them."""
+    if v <= speeds[0]:
+        return costs[0]
+    for k in range(1, speeds.size):
+        if v <= speeds[k]:
+            share = (v - speeds[k - 1]) / (speeds[k] - speeds[k - 1])
+            return costs[k - 1] + share * (costs[k] - costs[k - 1])
+    return costs[-1]
 
 
 @njit

@@ -137,19 +137,31 @@ def nerves(table: Table, row: int) -> dict[str, Any] | None:
     own = table.species.nerves
     felt = table[Nervous].happiness[row], table[Nervous].reward[row]
     return described(own.channels, own.actions, minds(table, rows, at),
-                     *(felt if own.happiness is not None else (None, None)))
+                     *(felt if own.happiness is not None else (None, None)), own.ranges.groups)
 
 
-def described(channels: Any, actions: Any, mind: Minds, happiness: Any, reward: Any) -> dict[str, Any]:
-    """Return one organism's nervous system (the first of `mind`) as the viewer shows it."""
+def described(channels: Any, actions: Any, mind: Minds, happiness: Any, reward: Any,
+              continuous: Any = ()) -> dict[str, Any]:
+    """Return one organism's nervous system (the first of `mind`) as the viewer shows it; actions of the
+    groups `continuous` are numbers."""
     rows = zip(actions, mind.y[0], mind.p[0], mind.z[0], mind.decision[0], strict=True)
     return {
         "sensors": [{"name": name, "value": number(v)} for name, v in zip(channels, mind.x[0], strict=True)],
-        "actions": [{"group": group, "name": name, "reflex": int(y), "probability": number(p),
-                     "chosen": int(z), "decision": int(h)}
+        "actions": [action(group, name, y, p, z, h, group in continuous)
                     for (group, name), y, p, z, h in rows],
         "happiness": number(happiness), "reward": number(reward),
     }  # fmt: skip
+
+
+def action(group: str, name: str, reflex: Any, probability: Any, chosen: Any, decision: Any,
+           continuous: bool) -> dict[str, Any]:
+    """Return what the viewer shows of an action: −1, 0, 1, a share, and done or not;
+    of a continuous one the numbers that were added, chosen and carried out."""
+    if continuous:
+        return {"group": group, "name": name, "reflex": number(reflex), "probability": None,
+                "chosen": number(chosen), "decision": number(decision), "continuous": True}
+    return {"group": group, "name": name, "reflex": int(reflex), "probability": number(probability),
+            "chosen": int(chosen), "decision": int(decision)}
 
 
 def drawable(nerves: dict[str, Any] | None) -> dict[str, Any]:

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ecs_eco.view.inspect import SEXES, marked, nothing_of, number
+from ecs_eco.view.inspect import SEXES, action, marked, nothing_of, number
 from ecs_eco.view.parts import Columns
 from ecs_eco.view.recording import Recording
 from ecs_eco.view.rerun import Stretch
@@ -181,10 +181,9 @@ def _full(row: dict[str, Any], trace: dict[str, list[Any]], note: str) -> dict[s
     nerves = {
         "sensors": [{"name": n.removeprefix("sensor: "), "value": number(v)}
                     for n, v in row.items() if n.startswith("sensor: ")],
-        "actions": [{"group": a.partition(".")[0], "name": a.partition(".")[2],
-                     "reflex": int(row[f"reflex: {a}"]),
-                     "probability": number(row.get(f"probability: {a}")), "chosen": int(row[f"chosen: {a}"]),
-                     "decision": int(row[f"decision: {a}"])} for a in actions],
+        "actions": [action(a.partition(".")[0], a.partition(".")[2], row[f"reflex: {a}"],
+                           row.get(f"probability: {a}"), row[f"chosen: {a}"], row[f"decision: {a}"],
+                           isinstance(row[f"decision: {a}"], float | np.floating)) for a in actions],
         "happiness": number(row["happiness"]), "reward": number(row["reward"]),
     }  # fmt: skip
     return _state(row, trace) | {"nerves": nerves, "detail": "full", "note": note}

@@ -11,6 +11,7 @@ import numpy as np
 
 from ecs_eco.components import Biology, Body, Chemistry, Metabolism, Physical
 from ecs_eco.config import WorldConfig
+from ecs_eco.config.models.species import MOTIONS
 from ecs_eco.config.mutable_keys import Key, changes
 from ecs_eco.engine import random
 from ecs_eco.engine.code import handed_over
@@ -124,16 +125,19 @@ def apply_species(world: SpatialWorld, table: Table, species: Any,
 
 
 def gaits(way: Any, nerves: Any) -> tuple[Any, ...]:
-    """Return layout i64[3, 3] and speeds, costs, turns, climbs and pitches of the actions
-    that move a body, and its drag."""
-    layout = np.zeros((3, 3), np.int64)
+    """Return layout i64[4, 3] and speeds, costs, turns, climbs and pitches of the actions
+    that move a body, and its drag; of a continuous speed all gaits, from slow to fast."""
+    layout = np.zeros((4, 3), np.int64)
     rows = []
-    for i, group in enumerate(("speed", "turn", "climb")):
+    for i, group in enumerate(MOTIONS):
         names = nerves.groups.get(group, [])
-        if names:
+        if group in nerves.ranges.groups:
+            layout[i] = nerves.ranges.groups.index(group), -1, 0
+            names = sorted(way.speed, key=way.speed.__getitem__) if group == "speed" else []
+        elif names:
             layout[i] = (*nerves.columns[group], nerves.neutral[group])
         rows.append(names)
-    speeds, turns, climbs = rows
+    speeds, turns, climbs, _ = rows
     turning = {"left": way.turn, "right": -way.turn}
     climbing, pitching = {"up": way.climb, "down": -way.climb}, {"up": way.pitch, "down": -way.pitch}
     arrays = ([way.speed.get(a, 0.0) for a in speeds], [way.cost.get(a, 0.0) for a in speeds],

@@ -15,6 +15,7 @@ from ecs_eco.components import (
     Chemistry,
     Memory,
     Metabolism,
+    Motor,
     Nervous,
     Physical,
     Position,
@@ -84,6 +85,10 @@ def build(cls: Any, config: Any, *, seed: int | None = None, policies: Any = "tr
     for number, (name, species) in enumerate(config.species.items()):
         founder = _networks(world, world.tables[name], species, policies, learn, number, training)
         add_heredity(world, world.tables[name], species, founder)
+        if ranges := species.ranges():
+            table = world.tables[name]
+            table.dims = {"horizon": 0} | table.dims | {"continuous": len(ranges)}
+            table.add_component(Motor)
     apply(world, config)
     treat(controls, world)
     for system in [*schedule(training and config.training.respawn), *_own_systems(config)]:
@@ -172,8 +177,8 @@ def _species_table(world: SpatialWorld, name: str, species: Any) -> None:
         table.add_component(Nervous)
         dims = world.config.dims
         senses = senses_of(species, dims, world.substances, world.config.function)
-        table.species.nerves = Nerves(species.channels(dims), senses, species.actions, species.neutral,
-                                        species.automatic, species.readings(dims))
+        table.species.nerves = Nerves(species.channels(dims), senses, species.groups(), species.neutral,
+                                      species.automatic, species.readings(dims), species.ranges())
         table.derived[Sensor] = Readings(table)
     if species.locomotion is not None and table.species.nerves is not None:
         table.add_component(Velocity)

@@ -14,7 +14,7 @@ from ecs_eco.config.checks.matter import Key, unknown
 from ecs_eco.config.formula import FormulaError, compile_formula
 from ecs_eco.config.memory import n_weights
 from ecs_eco.config.models.sensors import Approach, Gradient, Nearest, Own, Place, Rays, Sensor, Smell, Touch
-from ecs_eco.config.models.species import GROUPS, Species, ppo_defaults
+from ecs_eco.config.models.species import GROUPS, MOTIONS, Species, ppo_defaults
 from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.engine.code import SHIPPED
 from ecs_eco.engine.errors import Problem, listed, nearest
@@ -85,15 +85,23 @@ def _check_channels(config: WorldConfig, key: Key, species: Species) -> Iterator
 def _check_actions(config: WorldConfig, key: Key, species: Species) -> Iterator[Problem]:
     gaits = species.locomotion.speed if species.locomotion else {}
     others = _groups_of_systems(config)
-    for group, actions in species.actions.items():
+    ranges = species.ranges()
+    for group, actions in species.groups().items():
         at = (*key, "actions", group)
         if group not in (*GROUPS, *others):
             if _may_act(config):
                 continue
             yield unknown(at, "group of actions", group, [*GROUPS, *others])
             continue
+        if group in ranges:
+            yield from _check_range(config, (*at, "continuous"), species, group, group in others)
+            continue
         if group in others:
             yield from _check_free_group(at, actions)
+            continue
+        if group == "pitch":
+            yield Problem(at, "has no single actions", actions,
+                          "{ continuous = [least, most] }; or up, none and down in the group climb")
             continue
         known = list(gaits) if group == "speed" else list(GROUPS[group] or ())
         if not actions:
@@ -117,10 +125,46 @@ def _check_actions(config: WorldConfig, key: Key, species: Species) -> Iterator[
         if group not in species.actions:
             yield unknown((*key, "neutral", group), "group among the species' actions", group,
                           species.actions)
-        elif action not in species.actions[group]:
+        elif group in ranges:
+            low, high = ranges[group]
+            if isinstance(action, str) or not low <= action <= high:
+                yield Problem((*key, "neutral", group), "not a number of this continuous action", action,
+                              f"{low:g} to {high:g}")
+        elif action not in species.groups()[group]:
             yield unknown((*key, "neutral", group), f"action in the group {group}", action,
-                          species.actions[group])
+                          species.groups()[group])
     yield from _check_automatic(key, species)
+
+
+def _check_range(config: WorldConfig, key: Key, species: Species, group: str,
+                 free: bool) -> Iterator[Problem]:
+    """Check a continuous action; one that is `free` is carried out by a system of the world's own."""
+    low, high = species.ranges()[group]
+    if not low < high:
+        yield Problem(key, "the second is the most", [low, high], "two numbers, the first below the second")
+        return
+    if free:
+        return
+    if group not in MOTIONS:
+        yield Problem(key[:-1], "cannot be continuous", {"continuous": [low, high]},
+                      f"a list of actions; continuous may be {listed(MOTIONS)}")
+        return
+    if species.locomotion is None:
+        yield Problem(key[:-1], "it cannot move: locomotion is missing", {"continuous": [low, high]},
+                      "locomotion, or no such group")
+        return
+    if group in ("climb", "pitch") and config.dims == 2:
+        yield Problem(key[:-1], "no up and down in a plane", {"continuous": [low, high]},
+                      "a space of three sizes, or no such group")
+    if group == "pitch" and "climb" in species.actions:
+        yield Problem(key[:-1], "it goes up and down by climb", {"continuous": [low, high]},
+                      "one of climb and pitch")
+    gaits = species.locomotion.speed.values()
+    least, most = {"speed": (0.0, max(gaits)), "pitch": (-math.pi / 2, math.pi / 2)}.get(
+        group, (-LARGEST, LARGEST))
+    if low < least or high > most:
+        words = "speeds up to that of the fastest gait" if group == "speed" else "angles"
+        yield Problem(key, "out of range", [low, high], f"{words}, {least:g} to {most:g}")
 
 
 def _groups_of_systems(config: WorldConfig) -> list[str]:
@@ -152,8 +196,10 @@ def _check_automatic(key: Key, species: Species) -> Iterator[Problem]:
         at = (*key, "automatic", i)
         if action not in rows:
             yield unknown(at, "action of the species", action, rows)
-        elif len(species.actions[group := pairs[rows[action]][0]]) > 1:
-            alone = [actions[0] for actions in species.actions.values() if len(actions) == 1]
+        elif (group := pairs[rows[action]][0]) in species.ranges():
+            yield Problem(at, "is continuous: it is done always", action, "an action alone in its group")
+        elif len(species.groups()[group]) > 1:
+            alone = [names[0] for names in species.groups().values() if len(names) == 1]
             fault = f"the policy chooses among the group {group}"
             yield Problem(at, fault, action, f"an action alone in its group: {listed(alone)}")
 

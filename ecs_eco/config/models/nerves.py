@@ -2,11 +2,33 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Discriminator, Field, Tag, model_validator
 
 from ecs_eco.engine.section import Function, Name, NonNegative, Real, Section, about, quantity, table
+
+
+class Continuous(Section):
+    """An action that is a number: the policy draws it from a normal distribution, reflexes shift it."""
+
+    continuous: Annotated[list[Real], Field(min_length=2, max_length=2)] = quantity(
+        "least and most of the number", "unit of the group"
+    )
+
+
+def _form(value: Any) -> str:
+    return "range" if isinstance(value, dict | Continuous) else "names"
+
+
+def _word_or_number(value: Any) -> str:
+    return "number" if isinstance(value, int | float) else "word"
+
+
+Group = Annotated[Annotated[list[str], Tag("names")] | Annotated[Continuous, Tag("range")],
+                  Discriminator(_form)]
+Neutral = Annotated[Annotated[str, Tag("word")] | Annotated[Real, Tag("number")],
+                    Discriminator(_word_or_number)]
 
 
 class Connection(Section):
@@ -16,7 +38,9 @@ class Connection(Section):
     name: Name | None = about("name for genes and drawings; absent: SENSOR_ACTION", None)
     sensor: str = about("name of a sensor's channel")
     action: str = about("name of an action, or group.action")
-    weight: Literal[-1, 0, 1] = about("-1 blocks the action, 0 leaves it to the policy, 1 forces it")
+    weight: Literal[-1, 0, 1] = about(
+        "-1 blocks the action, 0 leaves it to the policy, 1 forces it; of a continuous one: its limits"
+    )
     above: Real | None = quantity("fires above this reading", "reading", None)
     below: Real | None = quantity("fires below this reading", "reading", None)
 

@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, field_validator, model_validator
 
-from ecs_eco.config.models.nerves import Happiness, Policy, Reflex
+from ecs_eco.config.models.nerves import Continuous, Group, Happiness, Neutral, Policy, Reflex
 from ecs_eco.config.models.reproduction import AnyReproduction
 from ecs_eco.config.models.sensors import AnySensor, Smell, name_sensors
 from ecs_eco.config.models.surroundings import PROPERTIES, Body, Color
@@ -32,9 +32,11 @@ GROUPS: dict[str, tuple[str, ...] | None] = {
     "speed": None,
     "turn": ("left", "none", "right"),
     "climb": ("up", "none", "down"),
+    "pitch": (),
     "eat": ("eat",),
     "mate": ("mate",),
 }
+MOTIONS = ("speed", "turn", "climb", "pitch")  # that may be continuous
 THINKING = ("shared", "individual")  # kinds of policies that are networks
 OWN = ("energy", "age", "fertility")  # values of every organism besides its properties and substances
 
@@ -124,8 +126,10 @@ class Species(Section):
     emits: dict[Name, NonNegative] = table("field = amount put into it [1/s]", dict)
     diet: list[Diet] = table("what it eats", list)
     sensors: list[AnySensor] = table("what it senses", list)
-    actions: dict[str, list[str]] = table("group = actions, of which the policy takes one at a time", dict)
-    neutral: dict[str, str] = table("group = action taken if none is decided", dict)
+    actions: dict[str, Group] = table("group = actions, of which the policy takes one at a time, "
+                                      "or { continuous = [least, most] }", dict)
+    neutral: dict[str, Neutral] = table("group = action taken if none is decided; of a continuous one: "
+                                        "the number, else that nearest to 0", dict)
     automatic: list[str] = table("actions that need no decision: always on unless a reflex blocks them", list)
     reflex: Reflex | None = about("the reflex network", None)
     happiness: Happiness | None = about("the happiness network", None)
@@ -163,9 +167,19 @@ class Species(Section):
                 names[sensor.field] = (*names.get(sensor.field, ()), row)
         return names | {channel: (row,) for row, channel in enumerate(self.channels(dims))}
 
+    def groups(self) -> dict[str, list[str]]:
+        """The names of the actions of each group; a continuous one is a single action, named as its group."""
+        return {group: [group] if isinstance(actions, Continuous) else actions
+                for group, actions in self.actions.items()}
+
+    def ranges(self) -> dict[str, tuple[float, float]]:
+        """Least and most of each continuous action, by its group."""
+        return {group: (actions.continuous[0], actions.continuous[1])
+                for group, actions in self.actions.items() if isinstance(actions, Continuous)}
+
     def action_list(self) -> tuple[tuple[str, str], ...]:
         """(group, action) of every action in the order of the decision vector."""
-        return tuple((group, action) for group, actions in self.actions.items() for action in actions)
+        return tuple((group, action) for group, actions in self.groups().items() for action in actions)
 
     def action_rows(self) -> dict[str, int]:
         """Row in the decision vector by group.action, and by the plain name if only one group has it."""

@@ -149,19 +149,24 @@ function act(root, wires, action, i, y, boxes, starts) {
   root.append(s("g", {}, title, s("rect", { x: Y - 10, y: y - 8, width: WIDTH - Y + 10, height: 16, fill: "transparent" }), cell, sign,
     s("rect", { x: P, y: y - 3, width: 32, height: 6, rx: 1.5, fill: "var(--line)" }), bar, dot, lamp, name));
   return (nerves) => {
-    const { reflex, probability, chosen, decision } = nerves.actions[i];
+    const { reflex, probability, chosen, decision, continuous } = nerves.actions[i];
     const hue = reflex > 0 ? "var(--plus)" : reflex < 0 ? "var(--minus)" : "var(--line)";
     set(cell, { fill: hue, opacity: reflex ? 1 : 0.7 });
     set(sign, { fill: reflex ? "var(--card)" : "var(--soft)" });
     sign.style.fill = reflex ? "var(--card)" : "var(--soft)";
-    sign.textContent = reflex > 0 ? "+1" : reflex < 0 ? "−1" : "0";
+    sign.textContent = continuous ? number(reflex, 1) : reflex > 0 ? "+1" : reflex < 0 ? "−1" : "0";
     set(forced, { stroke: reflex ? hue : "var(--chart)", "stroke-width": reflex ? 2 : 0.6, opacity: reflex ? 0.9 : 0.4, "stroke-dasharray": reflex < 0 ? "4 3" : "none" });
     const p = probability ?? 0;
     set(bar, { width: 32 * p });
     set(likely, { "stroke-width": 0.5 + 2 * p, opacity: probability === null ? 0 : 0.12 + 0.6 * p });
-    set(dot, { fill: chosen ? "var(--accent)" : "none" });
-    set(lamp, { fill: decision ? "var(--ink)" : "none", opacity: decision ? 1 : 0.45 });
-    name.setAttribute("font-weight", decision ? "650" : "400");
+    set(dot, { fill: chosen && !continuous ? "var(--accent)" : "none", opacity: continuous ? 0 : 1 });
+    set(lamp, { fill: decision ? "var(--ink)" : "none", opacity: continuous ? 0 : decision ? 1 : 0.45 });
+    name.setAttribute("font-weight", decision && !continuous ? "650" : "400");
+    if (continuous) {
+      name.textContent = `${short(action.name, 5)} ${number(decision, 2)}`;
+      title.textContent = `${action.group}: the policy drew ${number(chosen)}, the reflex added ${number(reflex)}, done is ${number(decision)}`;
+      return;
+    }
     title.textContent = `${action.group}: ${action.name}\ny = ${sign.textContent}, p = ${number(probability)}, z = ${Number(chosen)}, H = ${Number(decision)}`;
   };
 }
