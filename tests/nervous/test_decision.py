@@ -87,6 +87,8 @@ def test_columns_follow_the_order_of_groups_and_actions():
 def test_uniforms_are_drawn_by_uid_and_group():
     uid, key = np.array([5, 9], np.uint64), tick_key(1, 2)
     out = np.zeros((2, 3), np.float32)
-    uniforms(0, 2, key, uid, out)
+    uniforms(0, 2, key, uid, 0, out)
     assert out.tolist() == [[draw(key, u, DECIDE + (g << 8)) for g in range(3)] for u in uid]
+    uniforms(0, 2, key, uid, 1, out[:, :2])
+    assert out[0, :2].tolist() == [draw(key, uid[0], DECIDE + (g << 8)) for g in (1, 2)]
     assert len(set(out.ravel().tolist())) == 6
