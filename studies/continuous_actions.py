@@ -1,0 +1,132 @@
+"""A continuous action is learnt in as few steps as by Stable-Baselines3: Pendulum-v1.
+
+    python -m studies.continuous_actions [--short]
+
+Hypotheses, before the run that decides. Learnt: the mean return of the last 100 episodes is at least −250.
+Both have the same settings, the same kind of environments (rewards divided by 10, which changes no policy;
+returns are given undivided) and the same seeds in turn, in one thread.
+1. PPO as shipped learns it within 100,000 steps in at least 9 of 10 seeds.
+2. The median over seeds of the steps that it needs is at most that of Stable-Baselines3's PPO.
+The settings are those tuned for Stable-Baselines3 (rl-baselines3-zoo), without its state-dependent
+exploration; seed 100 was seen before. The cases of Stable-Baselines3 need stable-baselines3 installed.
+"""
+
+import os
+import statistics
+import time
+from dataclasses import asdict
+from typing import Any
+
+for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+    os.environ[name] = "1"
+from ecs_eco.learning import PPO, Training, train
+from studies.common.study import Study, verdict
+
+STEPS, N_ENVS, LEARNT, NEVER, DIVISOR = 100_000, 4, -250.0, 10**9, 10.0
+SETTINGS = PPO(horizon=1024, learning_rate=1e-3, discount=0.9, gae_lambda=0.95, epochs=10, minibatch=256,
+               entropy=0.0)
+
+
+def environments(seed: int | None = None) -> Any:
+    """Return Pendulum-v1 with rewards divided by ten: for Stable-Baselines3, with this seed, or for ours."""
+    import gymnasium
+
+    def scaled(env: Any) -> Any:
+        return gymnasium.wrappers.TransformReward(env, lambda reward: reward / DIVISOR)
+
+    if seed is None:
+        return gymnasium.make_vec("Pendulum-v1", N_ENVS, vectorization_mode="sync", wrappers=[scaled])
+    from stable_baselines3.common.env_util import make_vec_env
+
+    return make_vec_env("Pendulum-v1", N_ENVS, seed=seed, wrapper_class=scaled)
+
+
+def ours(seed: int, steps: int, ppo: PPO) -> dict[str, Any]:
+    """Train until it is learnt or `steps` are over."""
+    start = time.process_time()
+    training = train(environments(), ppo, steps, seed, trunk="separate",
+                     stop=lambda so_far: so_far.steps_to(LEARNT / DIVISOR) is not None)
+    return _report(training, len(training.reports) * ppo.horizon * N_ENVS, DIVISOR,
+                   time.process_time() - start)
+
+
+def stable_baselines(seed: int, steps: int, ppo: PPO) -> dict[str, Any]:
+    """The same with Stable-Baselines3."""
+    import torch
+    from stable_baselines3 import PPO as StableBaselinesPPO
+    from stable_baselines3.common.callbacks import BaseCallback
+
+    class Episodes(BaseCallback):
+        """Note each episode's return, in the environment's own unit, and the steps at its end."""
+
+        def __init__(self) -> None:
+            super().__init__()
+            self.training = Training(brain=None)  # type: ignore[arg-type]
+
+        def _on_step(self) -> bool:
+            ended = [info["episode"]["r"] for info in self.locals["infos"] if "episode" in info]
+            self.training.returns += ended
+            self.training.steps += [self.num_timesteps] * len(ended)
+            return self.training.steps_to(LEARNT) is None
+
+    torch.set_num_threads(1)
+    episodes, start = Episodes(), time.process_time()
+    model = StableBaselinesPPO(
+        "MlpPolicy", environments(seed), n_steps=ppo.horizon, batch_size=ppo.minibatch, n_epochs=ppo.epochs,
+        gamma=ppo.discount, gae_lambda=ppo.gae_lambda, ent_coef=ppo.entropy, clip_range=ppo.clip,
+        learning_rate=ppo.learning_rate, seed=seed, device="cpu",
+    )  # fmt: skip
+    model.learn(steps, callback=episodes)
+    return _report(episodes.training, model.num_timesteps, 1.0, time.process_time() - start)
+
+
+def _report(training: Training, n_steps: int, unit: float, seconds: float) -> dict[str, Any]:
+    last = training.returns[-100:]
+    return {"steps_to_learn": training.steps_to(LEARNT / unit), "steps": n_steps,
+            "mean_return": round(statistics.fmean(last) * unit, 1) if last else None,
+            "steps_per_s": round(n_steps / seconds, 1)}  # fmt: skip
+
+
+ARMS = {"ecs-eco": ours, "stable-baselines3": stable_baselines}
+
+
+def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
+    """Train one arm with one seed."""
+    return ARMS[case["arm"]](case["seed"], config["steps"], PPO(**config["settings"]))
+
+
+def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
+    """Say how soon each arm learnt it, and how fast it went."""
+    rows, medians, verdicts = [], {}, []
+    for arm in ARMS:
+        runs = [c["result"] for c in cases if c["case"]["arm"] == arm]
+        if not runs:
+            continue
+        took = [r["steps_to_learn"] or NEVER for r in runs]
+        medians[arm], within = statistics.median(took), sum(t <= STEPS for t in took)
+        rows.append([arm, f"{within} of {len(runs)}",
+                     medians[arm] if medians[arm] < NEVER else "never",
+                     statistics.median(r["mean_return"] for r in runs if r["mean_return"] is not None),
+                     statistics.median(r["steps_per_s"] for r in runs)])  # fmt: skip
+        if arm == "ecs-eco":
+            verdicts.append(verdict("a mean return of -250 or more within 100,000 steps",
+                                    f"{within} of {len(runs)}", ">= 9 of 10", within >= 0.9 * len(runs)))
+    if len(medians) == len(ARMS):
+        ratio = medians["ecs-eco"] / medians["stable-baselines3"]
+        verdicts.append(verdict("median of steps, times that of Stable-Baselines3", round(ratio, 3), "<= 1",
+                                ratio <= 1))
+    return {"verdicts": verdicts,
+            "table": {"head": ["arm", "learnt within 100,000", "median steps", "median mean return at last",
+                               "steps per second"], "rows": rows}}  # fmt: skip
+
+
+STUDY = Study(
+    name="continuous_actions", claim=str(__doc__).split("\n")[0], run=run, summarise=summarise,
+    config={"settings": asdict(SETTINGS), "steps": STEPS, "environments": N_ENVS, "learnt": LEARNT,
+            "divisor": DIVISOR},
+    cases=[{"seed": seed, "arm": arm} for seed in range(10) for arm in ARMS],
+    short_cases=[{"seed": 0, "arm": "ecs-eco"}], short_config={"steps": 12_000},
+)  # fmt: skip
+
+if __name__ == "__main__":
+    STUDY.main()
