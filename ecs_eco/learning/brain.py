@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ecs_eco.engine.threads import one_blas_thread
-from ecs_eco.learning.continuous import laid_out
+from ecs_eco.learning.continuous import laid_out, spreads
 from ecs_eco.learning.inference import infer
 
 # World.split: calls kernel(first, last, *arguments) for parts of 0…n, on all threads
@@ -51,7 +51,7 @@ class Brain:
                                                                      tuple(hidden), trunk)
         # categorical group g's logits are offsets[g]:offsets[g + 1]; then come means and spreads
         self.offsets, self.n_numbers = laid_out(groups)
-        self.n_logits = sum(groups)
+        self.n_logits, self.spreads = sum(groups), spreads(groups)
         heads = (self.n_logits + 1,) if trunk == "shared" else (self.n_logits, 1)
         self.towers = [list(zip((n_observations, *hidden), (*hidden, head), strict=True)) for head in heads]
         self.size = sum(_padded(a * b) + _padded(b) for tower in self.towers for a, b in tower)
@@ -142,6 +142,8 @@ class Brain:
             gain = {"policy.head.weight": 0.01, "value.head.weight": 1.0}.get(name, 2**0.5)
             generator = np.random.Generator(np.random.Philox(key=[seed, number]))
             weights[...] = gain * _orthogonal(generator, *weights.shape)
+            if name == "policy.head.weight":
+                weights[self.spreads] = 0
 
 
 def _aligned(n: int) -> np.ndarray:

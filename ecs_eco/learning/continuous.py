@@ -4,6 +4,9 @@ Among the `groups` of a network each is `CONTINUOUS`, which stands after all cat
 outputs: the mean, and the natural logarithm of the standard deviation, held in LEAST … MOST. Numbers are in
 units of half the action's range around its middle, so that −1 and 1 are its limits; what is drawn beyond them
 is carried out as the limit, and learnt from as it was drawn.
+
+In the built-in network the deviation is one learned number for all observations, a bias: were it learnt
+through the weights of a whole layer too, it would fall as many times faster than the mean finds its place.
 """
 
 from __future__ import annotations
@@ -38,6 +41,12 @@ def laid_out(groups: Sequence[int]) -> tuple[np.ndarray, int]:
     return np.cumsum((0, *groups[: kinds.count(False)])).astype(np.int64), kinds.count(True)
 
 
+def spreads(groups: Sequence[int]) -> np.ndarray:
+    """Return which outputs are logarithms of deviations: i64[continuous groups]."""
+    offsets, n = laid_out(groups)
+    return offsets[-1] + 2 * np.arange(n) + 1
+
+
 def in_units(numbers: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
     """Return numbers f32[n, k] as actions between low [k] and high [k], in the actions' own units."""
     actions: np.ndarray = (low + high) / 2 + (high - low) / 2 * np.clip(numbers, -1, 1)
@@ -58,28 +67,30 @@ def draw_numbers(outputs, uniforms, numbers, log_probability):
 
 
 @fused_njit
-def log_likelihood(logits, first, numbers, index, log_probability, entropy):
-    """Add the log-probabilities that outputs logits[first:, n] give to numbers[index], and the entropies
-    [nat], to f32[n]."""
+def log_likelihood(logits, first, numbers, index, log_probability):
+    """Add the log-probabilities that outputs logits[first:, n] give to numbers[index] to f32[n];
+    return the sum of the entropies [nat]."""
+    entropy = 0.0
     for j in range(numbers.shape[1]):
         mean, spread = logits[first + 2 * j], logits[first + 2 * j + 1]
         for i in range(len(index)):
             s = min(max(spread[i], LEAST), MOST)
             z = (numbers[index[i], j] - mean[i]) * exp(-s)
             log_probability[i] -= np.float32(0.5) * z * z + s + HALF_LOG_2_PI
-            entropy[i] += s + HALF_LOG_2_PI + np.float32(0.5)
+            entropy += s + HALF_LOG_2_PI + np.float32(0.5)
+    return entropy
 
 
 @fused_njit
-def slopes(logits, first, numbers, index, d_log_probability, d_entropy, d_logits):
-    """Write the slope of a loss by outputs logits[first:, n], from its slopes by the log-probability f32[n]
-    and by the entropy."""
+def slopes(logits, first, numbers, index, gain, bonus, d_logits):
+    """Write the slope of a loss by outputs logits[first:, n]; it falls by `gain` f32[n] with the
+    log-probability and by `bonus` with the entropy."""
     for j in range(numbers.shape[1]):
         mean, spread = first + 2 * j, first + 2 * j + 1
         for i in range(len(index)):
             s = min(max(logits[spread, i], LEAST), MOST)
             z = (numbers[index[i], j] - logits[mean, i]) * exp(-s)
-            d_logits[mean, i] = d_log_probability[i] * z * exp(-s)
+            d_logits[mean, i] = -gain[i] * z * exp(-s)
             held = logits[spread, i] < LEAST or logits[spread, i] > MOST
             d_logits[spread, i] = (np.float32(0) if held
-                                   else d_log_probability[i] * (z * z - np.float32(1)) + d_entropy)
+                                   else -gain[i] * (z * z - np.float32(1)) - bonus)

@@ -21,6 +21,7 @@ from ecs_eco.learning.ppo_kernels import adam, loss_slopes, summing_njit
 from ecs_eco.learning.rollout import STEP
 
 LANES = 32
+NO_NUMBERS = np.zeros((1, 0), np.float32)  # of continuous actions, which these networks have none of
 TERMS = ("policy_loss", "value_loss", "entropy", "approx_kl", "clip_fraction", "gradient_norm",
          "explained_variance", "reward")
 _BIRTH = 1 << 32  # purposes of the numbers drawn for newborn weights begin here
@@ -227,7 +228,7 @@ def _slope(
     for o in range(k):
         logits[o] = out[o, :n]
     loss_slopes(
-        logits[: k - 1], logits[k - 1], offsets, choices, lived, chosen, np.float32(settings[1]),
+        logits[: k - 1], logits[k - 1], offsets, choices, NO_NUMBERS, lived, chosen, np.float32(settings[1]),
         np.float32(settings[2]), entropy,
         np.float32(settings[3]), shift, scale, np.float32(1 / n), d[: k - 1], d[k - 1], sums,
     )  # fmt: skip

@@ -9,6 +9,8 @@ import numpy as np
 import torch
 from torch import nn
 
+from ecs_eco.learning.continuous import spreads
+
 
 class MLP(nn.Module):
     """An actor-critic of small tanh layers, with the weights' names and shapes of `Brain`.
@@ -31,6 +33,13 @@ class MLP(nn.Module):
             tower: Any = getattr(self, name)
             tower["head"] = nn.Linear(widths[-1], size)
             nn.init.orthogonal_(tower["head"].weight, gain)
+        of_spreads = torch.zeros(sum(groups), 1, dtype=torch.bool)
+        of_spreads[spreads(groups)] = True
+        self.register_buffer("_of_spreads", of_spreads, persistent=False)
+        self._continuous = bool(of_spreads.any())
+        head: Any = self.policy
+        with torch.no_grad():
+            head["head"].weight.masked_fill_(of_spreads, 0.0)
         for name, parameter in self.named_parameters():
             if name.endswith("bias"):
                 nn.init.zeros_(parameter)
@@ -48,7 +57,12 @@ class MLP(nn.Module):
             above.append(h)
         policy: Any = self.policy
         value: Any = self.value
-        return policy["head"](above[1]), value["head"](above[-1])[:, 0]
+        values = value["head"](above[-1])[:, 0]
+        if not self._continuous:
+            return policy["head"](above[1]), values
+        of_spreads: Any = self._of_spreads  # their biases alone learn
+        weight = torch.where(of_spreads, policy["head"].weight.detach(), policy["head"].weight)
+        return nn.functional.linear(above[1], weight, policy["head"].bias), values
 
 
 @dataclass(frozen=True)

@@ -71,6 +71,7 @@ class Learner(TorchLearner):
                     *weights, rows.d_logits, rows.d_values, terms[chunk],
                 )  # fmt: skip
                 passes.back(rows, self._layers[chunk])
+                self._layers[chunk][0][-1].matrix[brain.spreads] = 0  # biases alone
 
         in_parallel(work, self.workers)
         self.steps += 1

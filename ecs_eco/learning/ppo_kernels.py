@@ -44,10 +44,7 @@ def loss_slopes(
             ratio[i] += logits[taken[g, i], i] - log_sum_exp[g, i]
             total_entropy += entropy[g, i]
     if numbers.shape[1]:
-        of_numbers = np.zeros(n, np.float32)
-        log_likelihood(logits, offsets[-1], numbers, index, ratio, of_numbers)
-        for i in range(n):
-            total_entropy += of_numbers[i]
+        total_entropy += log_likelihood(logits, offsets[-1], numbers, index, ratio)
     for i in range(n):
         log_ratio[i] = ratio[i] - lived[0, i]
         ratio[i] = exp(log_ratio[i])
@@ -71,9 +68,7 @@ def loss_slopes(
         for i in range(n):
             d_logits[taken[g, i], i] -= d_choice[i]
     if numbers.shape[1]:
-        for i in range(n):
-            d_choice[i] = -d_choice[i]
-        slopes(logits, offsets[-1], numbers, index, d_choice, -entropy_weight * share, d_logits)
+        slopes(logits, offsets[-1], numbers, index, d_choice, entropy_weight * share, d_logits)
     terms[0], terms[1], terms[2], terms[3], terms[4] = policy_loss, value_loss, total_entropy, kl, n_clipped
 
 

@@ -58,8 +58,7 @@ def train(envs: VectorEnv, ppo: PPO, total_steps: int, seed: int, hidden: tuple[
     Takes Discrete, MultiDiscrete or bounded Box actions (of one axis; each number is a continuous group) and
     array observations, with autoreset in the next or in the same step. A time limit is no death: what would
     have followed is estimated by the value of the final observation. Every step of every environment counts,
-    also those that only reset it. Raises ValueError for
-    other spaces or modes.
+    also those that only reset it. Raises ValueError for other spaces or modes.
     """
     actions = _Actions.of(envs)
     groups = actions.groups
@@ -80,11 +79,7 @@ def train(envs: VectorEnv, ppo: PPO, total_steps: int, seed: int, hidden: tuple[
             if stop and stop(training):
                 break
             logits, values, later = _think(brain, seen, memory, split)
-        choose(logits, brain.offsets, generator.random(choice.shape, dtype=np.float32), choice,
-               log_probability)
-        if numbers.shape[1]:
-            draw_numbers(logits[:, brain.offsets[-1]:],
-                         generator.random((n, 2 * brain.n_numbers), np.float32), numbers, log_probability)
+        _decide(brain, logits, generator, choice, numbers, log_probability)
         resetting = over  # in this step they do nothing else, and ignore their action
         live = everyone[~resetting]
         rollout.store(live, seen[live], choice[live], log_probability[live], values[live],
@@ -113,6 +108,15 @@ def _brain(network: Callable[..., Any] | None, n_observations: int, groups: tupl
     from ecs_eco.learning.module_brain import make
 
     return make(network or partial(MLP, hidden=hidden, trunk=trunk), n_observations, groups, seed, device)
+
+
+def _decide(brain: Any, logits: np.ndarray, generator: np.random.Generator, choice: np.ndarray,
+            numbers: np.ndarray, log_probability: np.ndarray) -> None:
+    """Draw choices int[n, G], numbers f32[n, K] and their log-probability f32[n]."""
+    choose(logits, brain.offsets, generator.random(choice.shape, dtype=np.float32), choice, log_probability)
+    if numbers.shape[1]:
+        chance = generator.random((len(numbers), 2 * numbers.shape[1]), dtype=np.float32)
+        draw_numbers(logits[:, brain.offsets[-1]:], chance, numbers, log_probability)
 
 
 def _think(brain: Any, seen: np.ndarray, memory: np.ndarray,

@@ -73,29 +73,12 @@ def move(first, last, alive, decision, command, layout, speeds, costs, turns, cl
             if way >= 0:
                 h = heading[row] + turns[way] * dt
                 heading[row] = h - np.float32(6.2831855) * np.float32(np.floor(h / np.float32(6.2831855)))
-        if layout[0, 1] < 0:
-            v = command[row, layout[0, 0]]
-            c = cost_between(v, speeds, costs)
-        else:
-            gait = first_on(decision, row, layout[0, 0], layout[0, 1], layout[0, 2])
-            v = speeds[gait] if gait >= 0 else np.float32(0.0)
-            c = costs[gait] if gait >= 0 else np.float32(0.0)
+        v, c = pace_of(row, decision, command, layout, speeds, costs)
         if pace.size:
             v *= pace[row]
             c *= pace[row] * pace[row]
-        rise_to = np.float32(0.0)
-        if volume and layout[2, 1] < 0:
-            rise_to = command[row, layout[2, 0]]
-        elif volume and layout[3, 1] < 0:
-            angle = command[row, layout[3, 0]]
-            rise_to = v * np.sin(angle)
-            v *= np.cos(angle)
-        elif volume and layout[2, 1]:
-            way = first_on(decision, row, layout[2, 0], layout[2, 1], layout[2, 2])
-            if way >= 0:
-                rise_to = climbs[way] + v * np.sin(pitches[way])
-                v *= np.cos(pitches[way])
         if volume:
+            rise_to, v = rise_of(row, v, decision, command, layout, climbs, pitches)
             z[row] = into(z[row] + (rise_to + (climb[row] - rise_to) * mean_left) * dt, lengths[2], False)
             climb[row] = rise_to + (climb[row] - rise_to) * left
         v_end = v + (speed[row] - v) * left
@@ -116,6 +99,32 @@ def move(first, last, alive, decision, command, layout, speeds, costs, turns, cl
                 y[row] = ny
         speed[row] = v_end
         cost[row] = c
+
+
+@njit
+def pace_of(row, decision, command, layout, speeds, costs):
+    """Return the speed that a body decided on, and its cost."""
+    if layout[0, 1] < 0:
+        v = command[row, layout[0, 0]]
+        return v, cost_between(v, speeds, costs)
+    gait = first_on(decision, row, layout[0, 0], layout[0, 1], layout[0, 2])
+    if gait < 0:
+        return np.float32(0.0), np.float32(0.0)
+    return speeds[gait], costs[gait]
+
+
+@njit
+def rise_of(row, v, decision, command, layout, climbs, pitches):
+    """Return how fast a body of speed v goes up, and how fast ahead."""
+    if layout[2, 1] < 0:
+        return command[row, layout[2, 0]], v
+    if layout[3, 1] < 0:
+        angle = command[row, layout[3, 0]]
+        return v * np.sin(angle), v * np.cos(angle)
+    way = first_on(decision, row, layout[2, 0], layout[2, 1], layout[2, 2]) if layout[2, 1] else -1
+    if way < 0:
+        return np.float32(0.0), v
+    return climbs[way] + v * np.sin(pitches[way]), v * np.cos(pitches[way])
 
 
 @njit

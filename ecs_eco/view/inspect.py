@@ -135,9 +135,9 @@ def nerves(table: Table, row: int) -> dict[str, Any] | None:
     if not rows.size:
         return None
     own = table.species.nerves
-    felt = table[Nervous].happiness[row], table[Nervous].reward[row]
-    return described(own.channels, own.actions, minds(table, rows, at),
-                     *(felt if own.happiness is not None else (None, None)), own.ranges.groups)
+    happiness, reward = ((table[Nervous].happiness[row], table[Nervous].reward[row])
+                         if own.happiness is not None else (None, None))
+    return described(own.channels, own.actions, minds(table, rows, at), happiness, reward, own.ranges.groups)
 
 
 def described(channels: Any, actions: Any, mind: Minds, happiness: Any, reward: Any,

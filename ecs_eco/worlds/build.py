@@ -61,13 +61,12 @@ def build(cls: Any, config: Any, *, seed: int | None = None, policies: Any = "tr
     Sequential of Linear and Tanh (ecs_eco.learning.from_torch). `learn` overrides the species' own
     `policy.learn`: true, false, or a dict species → these. `populate`: whether there are organisms at the
     start. `training`: numbers held constant by respawn, no births. `systems` are added to those of the world
-    file, each at the end of its phase. `controls` are names of `ecs_eco.worlds.treatments`: what is removed,
-    to measure what it contributes. `trust` allows the code that the world lists in `code` to run in this
-    process.
-    Raises ConfigError for a configuration that is wrong, and for one with code that nobody allowed.
+    file, each at the end of its phase. `controls` are names of `ecs_eco.worlds.treatments`, of what is
+    removed. `trust` allows the code in the world's `code` to run in this process. Raises ConfigError for a
+    wrong configuration, and for one with code that nobody allowed.
     """
-    config = (config if isinstance(config, WorldConfig) and not systems
-              and not trust else load(config, systems=systems, trust=trust))
+    if not isinstance(config, WorldConfig) or systems or trust:
+        config = load(config, systems=systems, trust=trust)
     config._code.require(config._source)
     require_policies(config, policies)
     by_species("learn", learn, config.species, (bool, np.bool_), "true or false")
@@ -77,18 +76,15 @@ def build(cls: Any, config: Any, *, seed: int | None = None, policies: Any = "tr
                 seed=config.seed if seed is None else seed,
                 cell=config.space.cell or cell(config), threads=threads, name=config.name)
     world.config = config
-    world.origin = {"policies": sources_in_words(config, policies), "training": training,
-                    "controls": list(controls)}
+    sources = sources_in_words(config, policies)
+    world.origin = {"policies": sources, "training": training, "controls": list(controls)}
     world.reproduction = not (training and config.training.respawn)
     _surroundings(world, config)
     _tables(world, config)
     for number, (name, species) in enumerate(config.species.items()):
         founder = _networks(world, world.tables[name], species, policies, learn, number, training)
         add_heredity(world, world.tables[name], species, founder)
-        if ranges := species.ranges():
-            table = world.tables[name]
-            table.dims = {"horizon": 0} | table.dims | {"continuous": len(ranges)}
-            table.add_component(Motor)
+        _motor(world.tables[name], len(species.ranges()))
     apply(world, config)
     treat(controls, world)
     for system in [*schedule(training and config.training.respawn), *_own_systems(config)]:
@@ -223,6 +219,14 @@ def _networks(world: SpatialWorld, table: Table, species: Any, policies: Any, le
     if nerves.learning:
         begin_learning(world, table)
     return None
+
+
+def _motor(table: Table, continuous: int) -> None:
+    """Give a table the component of so many continuous actions, if any: after that of what is learnt alone,
+    whose horizon it has."""
+    if continuous:
+        table.dims = {"horizon": 0} | table.dims | {"continuous": continuous}
+        table.add_component(Motor)
 
 
 def _populate(world: SpatialWorld, config: WorldConfig, populate: bool) -> None:

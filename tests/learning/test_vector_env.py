@@ -123,9 +123,33 @@ def test_environments_that_do_not_fit_are_refused():
     with pytest.raises(ValueError, match="allowed is NEXT_STEP or SAME_STEP"):
         train(envs, PPO(), 10, seed=0)
     envs = _corridors(NEXT_STEP)
-    envs.single_action_space = gymnasium.spaces.Box(0, 1, (1,))
-    with pytest.raises(ValueError, match="allowed is Discrete or MultiDiscrete"):
-        train(envs, PPO(), 10, seed=0)
+    for space in (gymnasium.spaces.Box(0, 1, (1, 2)), gymnasium.spaces.Box(0, np.inf, (1,))):
+        envs.single_action_space = space
+        with pytest.raises(ValueError, match="allowed is Discrete, or MultiDiscrete or a bounded Box"):
+            train(envs, PPO(), 10, seed=0)
+
+
+class Reach(gymnasium.Env):
+    """Two numbers from −3 to 1 and from 5 to 6; the reward is −|a − (−2)| − |b − 5.75|; one step each."""
+
+    observation_space = gymnasium.spaces.Box(0, 1, (1,))
+    action_space = gymnasium.spaces.Box(np.array([-3, 5], np.float32), np.array([1, 6], np.float32))
+
+    def reset(self, *, seed=None, options=None):
+        return np.zeros(1, np.float32), {}
+
+    def step(self, action):
+        assert action in self.action_space
+        return np.zeros(1, np.float32), -float(abs(action[0] + 2) + abs(action[1] - 5.75)), True, False, {}
+
+
+def test_numbers_between_limits_are_learnt():
+    envs = gymnasium.vector.SyncVectorEnv([Reach] * 16, autoreset_mode=SAME_STEP)
+    ppo = PPO(horizon=16, learning_rate=3e-3, epochs=6, minibatch=64, entropy=0.0)
+    brain = train(envs, ppo, 12_000, seed=1).brain
+    a, b = act(brain, np.zeros((1, 1)))[0]
+    assert -1 + 2 * a == pytest.approx(-2, abs=0.2)
+    assert 5.5 + 0.5 * b == pytest.approx(5.75, abs=0.05)
 
 
 def test_steps_to_a_threshold_are_those_of_the_first_window_that_reaches_it():

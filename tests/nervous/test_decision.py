@@ -89,6 +89,6 @@ def test_uniforms_are_drawn_by_uid_and_group():
     out = np.zeros((2, 3), np.float32)
     uniforms(0, 2, key, uid, 0, out)
     assert out.tolist() == [[draw(key, u, DECIDE + (g << 8)) for g in range(3)] for u in uid]
+    assert len(set(out.ravel().tolist())) == 6
     uniforms(0, 2, key, uid, 1, out[:, :2])
     assert out[0, :2].tolist() == [draw(key, uid[0], DECIDE + (g << 8)) for g in (1, 2)]
-    assert len(set(out.ravel().tolist())) == 6

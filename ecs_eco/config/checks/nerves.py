@@ -4,19 +4,18 @@ from __future__ import annotations
 
 import math
 import os
-import re
 from collections import Counter
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
+from ecs_eco.config.checks.actions import check_actions
 from ecs_eco.config.checks.body import farthest, too_wide, widest
 from ecs_eco.config.checks.matter import Key, unknown
 from ecs_eco.config.formula import FormulaError, compile_formula
 from ecs_eco.config.memory import n_weights
 from ecs_eco.config.models.sensors import Approach, Gradient, Nearest, Own, Place, Rays, Sensor, Smell, Touch
-from ecs_eco.config.models.species import GROUPS, MOTIONS, Species, ppo_defaults
+from ecs_eco.config.models.species import Species, ppo_defaults
 from ecs_eco.config.models.world import WorldConfig
-from ecs_eco.engine.code import SHIPPED
 from ecs_eco.engine.errors import Problem, listed, nearest
 from ecs_eco.engine.section import LARGEST
 
@@ -30,7 +29,7 @@ def check_nerves(config: WorldConfig, name: str, folder: Path) -> Iterator[Probl
     for i, sensor in enumerate(species.sensors):
         yield from _check_sensor(config, species, (*key, "sensors", i), sensor)
     yield from _check_channels(config, key, species)
-    yield from _check_actions(config, key, species)
+    yield from check_actions(config, key, species)
     yield from _check_reflex(config, key, species)
     yield from _check_happiness(config, key, species)
     yield from _check_policy(key, species, folder, config.dims)
@@ -80,128 +79,6 @@ def _check_channels(config: WorldConfig, key: Key, species: Species) -> Iterator
                 fault = "the mean over the noses has this name"
                 yield Problem((*key, "sensors", i, "name"), fault, sensor.name, "another name")
             seen[channel] = i
-
-
-def _check_actions(config: WorldConfig, key: Key, species: Species) -> Iterator[Problem]:
-    gaits = species.locomotion.speed if species.locomotion else {}
-    others = _groups_of_systems(config)
-    ranges = species.ranges()
-    for group, actions in species.groups().items():
-        at = (*key, "actions", group)
-        if group not in (*GROUPS, *others):
-            if _may_act(config):
-                continue
-            yield unknown(at, "group of actions", group, [*GROUPS, *others])
-            continue
-        if group in ranges:
-            yield from _check_range(config, (*at, "continuous"), species, group, group in others)
-            continue
-        if group in others:
-            yield from _check_free_group(at, actions)
-            continue
-        if group == "pitch":
-            yield Problem(at, "has no single actions", actions,
-                          "{ continuous = [least, most] }; or up, none and down in the group climb")
-            continue
-        known = list(gaits) if group == "speed" else list(GROUPS[group] or ())
-        if not actions:
-            yield Problem(at, "is empty", actions, listed(known))
-        for i, action in enumerate(actions):
-            if action not in known:
-                fault = "gait in locomotion.speed" if group == "speed" else "action"
-                yield unknown((*at, i), fault, action, known)
-            elif action in actions[:i]:
-                yield Problem((*at, i), "named twice", action, listed(known))
-        ways = {"turn": ("turn",), "climb": ("climb", "pitch")}.get(group, ())
-        if ways and not any(getattr(species.locomotion, way, 0) for way in ways):
-            fault = f"it cannot {group}: locomotion.{group} is missing or 0"
-            yield Problem(at, fault, actions, f"locomotion.{group} > 0, or no such group")
-        if group == "climb" and config.dims == 2:
-            yield Problem(at, "no up and down in a plane", actions,
-                          "a space of three sizes, or no such group")
-        if group == "eat" and not species.diet:
-            yield Problem(at, "it has no diet", actions, "a diet, or no such group")
-    for group, action in species.neutral.items():
-        if group not in species.actions:
-            yield unknown((*key, "neutral", group), "group among the species' actions", group,
-                          species.actions)
-        elif group in ranges:
-            low, high = ranges[group]
-            if isinstance(action, str) or not low <= action <= high:
-                yield Problem((*key, "neutral", group), "not a number of this continuous action", action,
-                              f"{low:g} to {high:g}")
-        elif action not in species.groups()[group]:
-            yield unknown((*key, "neutral", group), f"action in the group {group}", action,
-                          species.groups()[group])
-    yield from _check_automatic(key, species)
-
-
-def _check_range(config: WorldConfig, key: Key, species: Species, group: str,
-                 free: bool) -> Iterator[Problem]:
-    """Check a continuous action; one that is `free` is carried out by a system of the world's own."""
-    low, high = species.ranges()[group]
-    if not low < high:
-        yield Problem(key, "the second is the most", [low, high], "two numbers, the first below the second")
-        return
-    if free:
-        return
-    if group not in MOTIONS:
-        yield Problem(key[:-1], "cannot be continuous", {"continuous": [low, high]},
-                      f"a list of actions; continuous may be {listed(MOTIONS)}")
-        return
-    if species.locomotion is None:
-        yield Problem(key[:-1], "it cannot move: locomotion is missing", {"continuous": [low, high]},
-                      "locomotion, or no such group")
-        return
-    if group in ("climb", "pitch") and config.dims == 2:
-        yield Problem(key[:-1], "no up and down in a plane", {"continuous": [low, high]},
-                      "a space of three sizes, or no such group")
-    if group == "pitch" and "climb" in species.actions:
-        yield Problem(key[:-1], "it goes up and down by climb", {"continuous": [low, high]},
-                      "one of climb and pitch")
-    gaits = species.locomotion.speed.values()
-    least, most = {"speed": (0.0, max(gaits)), "pitch": (-math.pi / 2, math.pi / 2)}.get(
-        group, (-LARGEST, LARGEST))
-    if low < least or high > most:
-        words = "speeds up to that of the fastest gait" if group == "speed" else "angles"
-        yield Problem(key, "out of range", [low, high], f"{words}, {least:g} to {most:g}")
-
-
-def _groups_of_systems(config: WorldConfig) -> list[str]:
-    """The groups of actions that the world's own systems carry out."""
-    groups: list[str] = []
-    for system in config.systems:
-        groups += getattr(config._code.known(system), "acts", ())
-    return groups
-
-
-def _may_act(config: WorldConfig) -> bool:
-    """Whether the world names systems that are not loaded, which may carry out any group of actions."""
-    return not config._code.allowed and any(isinstance(s, str) and s not in SHIPPED for s in config.systems)
-
-
-def _check_free_group(key: Key, actions: list[str]) -> Iterator[Problem]:
-    if not actions:
-        yield Problem(key, "is empty", actions, "names of actions")
-    for i, action in enumerate(actions):
-        if not re.fullmatch(r"[A-Za-z]\w{0,39}", action):
-            yield Problem((*key, i), "not a name", action, "a letter, then letters, digits or _ (at most 40)")
-        elif action in actions[:i]:
-            yield Problem((*key, i), "named twice", action, "each name once")
-
-
-def _check_automatic(key: Key, species: Species) -> Iterator[Problem]:
-    rows, pairs = species.action_rows(), species.action_list()
-    for i, action in enumerate(species.automatic):
-        at = (*key, "automatic", i)
-        if action not in rows:
-            yield unknown(at, "action of the species", action, rows)
-        elif (group := pairs[rows[action]][0]) in species.ranges():
-            yield Problem(at, "is continuous: it is done always", action, "an action alone in its group")
-        elif len(species.groups()[group]) > 1:
-            alone = [names[0] for names in species.groups().values() if len(names) == 1]
-            fault = f"the policy chooses among the group {group}"
-            yield Problem(at, fault, action, f"an action alone in its group: {listed(alone)}")
 
 
 def _check_reflex(config: WorldConfig, key: Key, species: Species) -> Iterator[Problem]:
