@@ -162,7 +162,7 @@ class _Drawing:
         x += width(name, 9, on) + 0.09
         self.pen.text(x, y, action_mark(a), style="italic")
         if "y" in self.values and (sign := int(np.sign(self.values["y"][a.row]))):
-            x += width(action_mark(a), 8) + 0.03 * bool(action_mark(a))
+            x += width(action_mark(a), 8) + (0.08 if continuous else 0.03) * bool(action_mark(a))
             worth = f"{self.values['y'][a.row] if continuous else sign:+.2g}".replace("-", "−")
             self.pen.text(x, y, worth, 8, HUES[sign], bold=True)
         if "probabilities" in self.values and np.isfinite(p := self.values["probabilities"][a.row]):

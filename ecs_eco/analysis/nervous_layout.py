@@ -73,7 +73,7 @@ def _genes(names: str) -> str:
 def action_mark(a: ActionNode) -> str:
     """The note beside an action's name."""
     if a.range is not None:
-        return f"{a.range[0]:g} to {a.range[1]:g}".replace("-", "−")
+        return f"[{a.range[0]:g}, {a.range[1]:g}]".replace("-", "−")
     return "automatic" if a.automatic else "if none" if a.neutral else ""
 
 

@@ -2,12 +2,17 @@
 
 import numpy as np
 import pytest
+from matplotlib.text import Text
 
 from ecs_eco import World
+from ecs_eco.analysis.nervous_figure import draw_nervous_system
 from ecs_eco.components import Motor, Nervous, Position, Velocity
 from ecs_eco.config import load
 from ecs_eco.engine.errors import ConfigError
 from ecs_eco.nervous.ranges import Ranges
+from ecs_eco.record import run_to_folder
+from ecs_eco.record.parquet import read_parts
+from ecs_eco.view import inspect
 
 ROAM = {
     "count": 40, "body": {"radius": 0.3}, "metabolism": {"energy": 5.0, "energy_max": 10.0, "basal": 0.01},
@@ -151,3 +156,26 @@ def test_a_world_keeps_its_ranges_when_it_is_written_and_read():
     again = load(config.model_dump(exclude_none=True))
     assert again.species["deer"].ranges() == {"speed": (0.0, 3.0), "turn": (-0.8, 0.8)}
     assert again.species["deer"].neutral == {"turn": 0.25}
+
+
+def test_recordings_the_inspector_and_drawings_show_what_was_drawn_added_and_done(tmp_path):
+    world = _world(reflex={"formulas": {"turn": "0 * energy + 0.3"}}, **LEARNS)
+    run_to_folder(world.config, ticks=1, out=tmp_path / "run", seed=3, record="full", report=False)
+    details = read_parts(tmp_path / "run" / "details-deer")
+    kept = {name: details[name].to_numpy() for name in details.column_names}
+    world.run(1)
+    table = world.table("deer")
+    rows = table.by_uid()
+    nerves, drawn = table.species.nerves, kept["chosen: turn.turn"]
+    assert kept["reflex: turn.turn"].tolist() == pytest.approx([0.3] * 40)
+    assert kept["decision: turn.turn"].tolist() == pytest.approx(np.clip(drawn + np.float32(0.3), -0.8, 0.8))
+    assert kept["decision: turn.turn"].tolist() == nerves.amount(table, "turn")[rows].tolist()
+    shown = inspect.nerves(table, rows[5])
+    speed, turn = shown["actions"]
+    assert (turn["continuous"], turn["reflex"]) == (True, 0.3)
+    assert turn["chosen"] == pytest.approx(drawn[5], abs=1e-6)
+    assert speed["decision"] == pytest.approx(kept["decision: speed.speed"][5])
+    figure = draw_nervous_system(world.config, "deer", inspect.drawable(shown))
+    texts = [text.get_text() for text in figure.findobj(Text)]
+    assert "[−0.8, 0.8]" in texts
+    assert f"turn = {turn['decision']:.3g}".replace("-", "−") in texts
