@@ -17,16 +17,13 @@ summing_njit: Any = partial(njit, fastmath={"contract", "reassoc"})
 
 
 @fused_njit
-def loss_slopes(
-    logits, values, offsets, choices, numbers, steps, index, clip, clip_value, entropy_weight, value_weight,
-    shift, scale, share, d_logits, d_values, terms,
-):  # fmt: skip
+def loss_slopes(logits, values, offsets, choices, numbers, steps, index, clip, clip_value, entropy_weight,
+                value_weight, shift, scale, share, d_logits, d_values, terms):
     """Write the slope of the loss by each logit [k, n] and value [n], `share` per transition;
     add up the loss's terms. `offsets` are those of the categorical groups; outputs of continuous ones follow.
 
     Loss = -min(r A, clip(r) A) - entropy_weight H + value_weight (V - R)^2, with r the ratio of the choice's
-    probabilities now and then, A the advantage, R = A + V then (Schulman et al. 2017, eq. 7 and 9).
-    """
+    probabilities now and then, A the advantage, R = A + V then (Schulman et al. 2017, eq. 7 and 9)."""
     n, n_groups = len(index), len(offsets) - 1
     taken, lived = np.empty((n_groups, n), np.int64), np.empty((3, n), np.float32)
     log_sum_exp, entropy = np.empty((n_groups, n), np.float32), np.empty((n_groups, n), np.float32)
