@@ -1,14 +1,15 @@
 """Another commit beside this one: the same results, and at what speed?
 
     python benchmarks/before_after.py digests --before COMMIT
-    python benchmarks/before_after.py times --before COMMIT [--pairs 12]
+    python benchmarks/before_after.py times --before COMMIT [--pairs 300]
     python benchmarks/before_after.py starts --before COMMIT [--pairs 12]
 
 `digests`: ten runs of 500 ticks, of all shipped worlds, with learning on and off, brains shared and
-individual: a hash of where all organisms are, what they have and who they are. `times`: worlds that take
-turns, each in a process of its own with kernels compiled before; the ratio is that of this commit's seconds
-to the other's, and its interval a bootstrap's over pairs. Results go to
-benchmarks/results/before_after_<what>.json.
+individual: a hash of where all organisms are, what they have and who they are. `times`: one world of each
+commit, in a process of its own with kernels compiled before, lives for a few ticks while the other waits, in
+turns; both have the same ticks to live. The ratio is that of this commit's seconds to the other's, and its
+interval a bootstrap's over pairs of turns: what slows the machine for longer than a turn slows both.
+`starts`: whole processes in turns. Results go to benchmarks/results/before_after_<what>.json.
 """
 
 import argparse
@@ -20,7 +21,8 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -34,11 +36,11 @@ CASES[1] = ("predator-prey", True,
             {"species.deer.policy.kind": "individual", "species.wolf.policy.kind": "individual",
              "species.deer.count": 300, "species.wolf.count": 40})  # fmt: skip
 WORLDS: dict[str, tuple[str, dict[str, Any], int]] = {  # world, changes, ticks of a turn
-    "predator-prey": ("predator-prey", {}, 150),
+    "predator-prey": ("predator-prey", {}, 10),
     "predator-prey, 10,000 animals": ("predator-prey", {
         "space.size": [640.0, 640.0], "species.grass.count": 25_000, "species.deer.count": 9000,
-        "species.wolf.count": 1000}, 25),
-    "reflexes": ("reflexes", {}, 300),
+        "species.wolf.count": 1000}, 2),
+    "reflexes": ("reflexes", {}, 15),
 }  # fmt: skip
 
 DIGEST = """
@@ -69,22 +71,28 @@ from ecs_eco.config import load
 
 name, changes, ticks, one = json.loads(sys.argv[1])
 world = World.from_config(load(name, changes), seed=1, record=False).run(5)
-start = time.perf_counter()
-if one:
-    for _ in range(ticks):
-        world.run(1)
-else:
-    world.run(ticks)
-print(json.dumps(time.perf_counter() - start))
+for _ in sys.stdin:
+    start = time.perf_counter()
+    if one:
+        for _ in range(ticks):
+            world.run(1)
+    else:
+        world.run(ticks)
+    print(time.perf_counter() - start, flush=True)
 """
+
+
+def environment(place: Path) -> dict[str, str]:
+    """Return the environment of a process that has the package of a place."""
+    return {k: v for k, v in os.environ.items()
+            if k not in ("ECS_ECO_DEBUG", "PYTHONPATH")} | {"PYTHONPATH": str(place)}
 
 
 def call(place: Path, code: str, argument: Any) -> Any:
     """Return what a piece of code prints, as JSON, in a process that has the package of a place."""
-    environment = {k: v for k, v in os.environ.items()
-                   if k not in ("ECS_ECO_DEBUG", "PYTHONPATH")} | {"PYTHONPATH": str(place)}
     command = [sys.executable, "-c", code, json.dumps(argument)]
-    done = subprocess.run(command, cwd=place, env=environment, capture_output=True, text=True, check=False)
+    done = subprocess.run(command, cwd=place, env=environment(place), capture_output=True, text=True,
+                          check=False)
     if done.returncode:
         raise RuntimeError(done.stderr[-2000:])
     return json.loads(done.stdout.splitlines()[-1])
@@ -108,14 +116,38 @@ def times(before: Path, pairs: int) -> dict[str, Any]:
     results = {}
     for name, (world, changes, ticks) in WORLDS.items():
         for one in (False, True):
-            asked = [world, changes, ticks, one]
-            for place in (before, ROOT):
-                call(place, TIME, [world, changes, 2, one])  # compiles
             key = f"{name}, {'run(1) a tick' if one else 'one run'}"
-            ratio, seconds = paired(before, pairs, lambda place, asked=asked: call(place, TIME, asked))
+            with living(before, [world, changes, ticks, one]) as turn:
+                for place in (before, ROOT) * 3:
+                    turn(place)  # compiles
+                ratio, seconds = paired(before, pairs, turn)
             results[key] = ratio | {"ms a tick": round(1000 * seconds / ticks, 3)}
             print(key, json.dumps(results[key]), flush=True)
     return results
+
+
+@contextmanager
+def living(before: Path, asked: Any) -> Iterator[Callable[[Path], float]]:
+    """A world of each commit in a process of its own; the function lets one live for a turn and returns the
+    seconds that it took."""
+    worlds = {place: subprocess.Popen([sys.executable, "-c", TIME, json.dumps(asked)], cwd=place, text=True,
+                                      env=environment(place), stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+              for place in (before, ROOT)}
+
+    def turn(place: Path) -> float:
+        pipes = worlds[place]
+        assert pipes.stdin is not None
+        assert pipes.stdout is not None
+        pipes.stdin.write("\n")
+        pipes.stdin.flush()
+        return float(pipes.stdout.readline())
+
+    try:
+        yield turn
+    finally:
+        for process in worlds.values():
+            process.kill()
+            process.communicate()
 
 
 def starts(before: Path, pairs: int) -> dict[str, Any]:
@@ -128,10 +160,9 @@ def starts(before: Path, pairs: int) -> dict[str, Any]:
         with tempfile.TemporaryDirectory() as folder:
             words = ["run", "predator-prey", "--ticks", "100", "--no-report", "--quiet"]
             command = [sys.executable, "-c", code, *words, "--out", f"{folder}/run"]
-            environment = os.environ | {"PYTHONPATH": str(place)}
             begin = time.perf_counter()
-            done = subprocess.run(command, cwd=place, env=environment, check=True, capture_output=True,
-                                  text=True)
+            done = subprocess.run(command, cwd=place, env=environment(place), check=True,
+                                  capture_output=True, text=True)
             torch[place] = done.stdout.splitlines()[-1] == "True"
             return time.perf_counter() - begin
 
@@ -161,7 +192,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
     parser.add_argument("what", choices=["digests", "times", "starts"])
     parser.add_argument("--before", required=True, metavar="COMMIT")
-    parser.add_argument("--pairs", type=int, default=12)
+    parser.add_argument("--pairs", type=int, help="default: 300 turns, or 12 starts")
     given = parser.parse_args()
     git = {name: subprocess.run(["git", "rev-parse", "--short", name], cwd=ROOT, capture_output=True,
                                 text=True, check=True).stdout.strip()
@@ -172,7 +203,8 @@ def main() -> int:
         subprocess.run(["tar", "x", "-C", folder], input=files, check=True)
         place = Path(folder)
         result = (digests(place) if given.what == "digests"
-                  else {"times": times, "starts": starts}[given.what](place, given.pairs))
+                  else times(place, given.pairs or 300) if given.what == "times"
+                  else starts(place, given.pairs or 12))
     record = {"before": git[given.before], "after": git["HEAD"], "load": os.getloadavg()[0], **result}
     (RESULTS / f"before_after_{given.what}.json").write_text(json.dumps(record, indent=1) + "\n",
                                                              encoding="utf-8")

@@ -119,7 +119,7 @@ class Rollout:
         first = parts[0]
         out = cls(first._observations.shape[1], first._choices.shape[1], first.discount,
                   first._memory.shape[1], first._numbers.shape[1])
-        columns = ((column[: p.n] for column in p._columns()) for p in parts)
+        columns = ([column[: p.n] for column in p._columns()] for p in parts)
         out._hold(np.concatenate(column) for column in zip(*columns, strict=True))
         row = 0
         # no two animals of different parts have one row
