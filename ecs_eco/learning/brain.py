@@ -5,7 +5,7 @@ It thinks without torch; how it learns is in backward.py and ppo.py.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -13,9 +13,7 @@ import numpy as np
 from ecs_eco.engine.threads import one_blas_thread
 from ecs_eco.learning.continuous import laid_out, spreads
 from ecs_eco.learning.inference import infer
-
-# World.split: calls kernel(first, last, *arguments) for parts of 0…n, on all threads
-Split = Callable[..., None]
+from ecs_eco.learning.policy_network import Split
 
 
 class Layer(NamedTuple):
@@ -124,6 +122,11 @@ class Brain:
             else:
                 split(infer, n, x, self.weights, widths, starts, out, values)
         return logits, values
+
+    def recall(self, observations: np.ndarray, memory: np.ndarray,
+               split: Split | None = None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return what `forward` does, and the memory f32[n, 0] as it is."""
+        return *self.forward(observations, split), memory
 
     def _plan(self) -> Iterator[tuple[np.ndarray, np.ndarray]]:
         """Yield, for each tower, the widths of its layers and where each matrix and bias begins."""

@@ -8,16 +8,16 @@ from typing import TYPE_CHECKING, Any
 
 from ecs_eco.learning.brain import Brain
 from ecs_eco.learning.continuous import laid_out
+from ecs_eco.learning.policy_network import PolicyNetwork
 from ecs_eco.learning.settings import PPO
 
 if TYPE_CHECKING:
     from ecs_eco.learning.individual import Individuals
-    from ecs_eco.learning.module_brain import ModuleBrain
     from ecs_eco.learning.torch_ppo import TorchLearner
 
 
 def brain_of(network: Callable[..., Any] | None, n_observations: int, groups: tuple[int, ...],
-             hidden: tuple[int, ...], seed: int, device: str = "cpu") -> Brain | ModuleBrain:
+             hidden: tuple[int, ...], seed: int, device: str = "cpu") -> PolicyNetwork:
     """Return a fresh brain: of `network(n_observations, groups)`, or the built-in one;
     without torch where that thinks on the CPU.
 
@@ -52,7 +52,7 @@ def individuals_of(network: Callable[..., Any] | None, n_observations: int, grou
                              seed, device)
 
 
-def learner_of(brain: Brain | ModuleBrain, ppo: PPO, seed: int, workers: int = 1) -> TorchLearner:
+def learner_of(brain: PolicyNetwork, ppo: PPO, seed: int, workers: int = 1) -> TorchLearner:
     """Return what trains a brain: kernels where it is a plain network, autograd elsewhere;
     one behaves as the other."""
     if isinstance(brain, Brain):

@@ -8,17 +8,14 @@ kernels are in individual_kernels.py.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
 from ecs_eco.learning import individual_kernels as kernels
+from ecs_eco.learning.policy_network import PolicyNetwork, Split
 from ecs_eco.learning.settings import PPO
-
-# World.split: calls kernel(first, last, *arguments) for parts of 0…n, on all threads
-Split = Callable[..., None]
 
 
 class Individuals:
@@ -59,7 +56,7 @@ class Individuals:
             ppo.weight_decay,
         ])  # fmt: skip
 
-    def flat(self, brain: Any) -> np.ndarray:
+    def flat(self, brain: PolicyNetwork) -> np.ndarray:
         """Return the weights of a shared brain in the order in which individuals keep theirs: f32[size]."""
         weights = np.empty(self.size, np.float32)
         parts, named, n = self.views(weights), brain.named(), self.n_logits

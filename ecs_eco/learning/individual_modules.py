@@ -17,8 +17,9 @@ from torch.func import functional_call, grad_and_value, vmap
 
 from ecs_eco.engine.random import mix_int
 from ecs_eco.engine.threads import one_torch_thread
-from ecs_eco.learning.individual import Individuals, Split, require_finite, summary
+from ecs_eco.learning.individual import Individuals, require_finite, summary
 from ecs_eco.learning.module_brain import ModuleBrain, made
+from ecs_eco.learning.policy_network import PolicyNetwork, Split
 from ecs_eco.learning.settings import PPO
 from ecs_eco.learning.torch_ppo import TERMS, ppo_loss
 
@@ -69,7 +70,7 @@ class IndividualModules(Individuals):
                 weights[i] = torch.nn.utils.parameters_to_vector(parameters).detach().numpy()
         return weights
 
-    def flat(self, brain: Any) -> np.ndarray:
+    def flat(self, brain: PolicyNetwork) -> np.ndarray:
         """Return the weights of a shared brain of this network in the order in
         which individuals keep theirs: f32[size]."""
         return np.concatenate([np.asarray(brain.named()[name], np.float32).ravel() for name in self.names])

@@ -17,9 +17,10 @@ import numpy as np
 import torch
 
 from ecs_eco.engine.threads import one_torch_thread
-from ecs_eco.learning.brain import Brain, Split
+from ecs_eco.learning.brain import Brain
 from ecs_eco.learning.continuous import laid_out
 from ecs_eco.learning.mlp import MLP, plain
+from ecs_eco.learning.policy_network import PolicyNetwork, Split
 
 CHUNK = 2048  # rows that go through a module at once
 # rows are filled up to a multiple of so many: products of fewer take another way, with other last bits
@@ -175,7 +176,7 @@ class ModuleBrain:
 
 
 def make(network: Callable[..., Any], n_observations: int, groups: tuple[int, ...], seed: int,
-         device: str = "cpu") -> Brain | ModuleBrain:
+         device: str = "cpu") -> PolicyNetwork:
     """Return the brain of a network's class, or of a function that makes one:
     a `Brain` where it is a plain MLP and on the CPU.
 
@@ -198,7 +199,7 @@ def made(network: Callable[..., Any], n_observations: int, groups: tuple[int, ..
 
 
 def as_brain(module: Any, n_observations: int, groups: tuple[int, ...],
-             device: str = "cpu") -> Brain | ModuleBrain:
+             device: str = "cpu") -> PolicyNetwork:
     """Return a module as the brain of a species: a `Brain` with its weights where it is a plain MLP on the
     CPU, else a `ModuleBrain`."""
     if device == "cpu" and (weights := plain(module, n_observations, sum(groups))) is not None:
@@ -208,11 +209,12 @@ def as_brain(module: Any, n_observations: int, groups: tuple[int, ...],
     return ModuleBrain(module, n_observations, groups, device)
 
 
-def as_module(brain: Any) -> torch.nn.Module:
+def as_module(brain: PolicyNetwork) -> torch.nn.Module:
     """Return a copy of a brain as a torch module of its own."""
-    if isinstance(brain, ModuleBrain):
+    if not isinstance(brain, Brain):
         import copy
 
+        assert isinstance(brain, ModuleBrain)
         return copy.deepcopy(brain.module).cpu()
     module = MLP(brain.n_observations, brain.groups, brain.hidden, brain.trunk)
     module.load_state_dict({name: torch.from_numpy(array) for name, array in brain.state().items()})

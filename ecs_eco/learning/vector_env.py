@@ -10,16 +10,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ecs_eco.engine.workers import Workers
-from ecs_eco.learning.brain import Brain, Split
+from ecs_eco.learning.brain import Brain
 from ecs_eco.learning.brains import learner_of
 from ecs_eco.learning.choice import choose, choose_best
 from ecs_eco.learning.continuous import CONTINUOUS, draw_numbers, in_units
+from ecs_eco.learning.policy_network import PolicyNetwork
 from ecs_eco.learning.settings import PPO
 
 if TYPE_CHECKING:
     from gymnasium.vector import VectorEnv
 
-    from ecs_eco.learning.module_brain import ModuleBrain
 
 
 @dataclass
@@ -27,7 +27,7 @@ class Training:
     """What a training leaves: the brain, each finished episode's return,
     and the environment steps taken by its end."""
 
-    brain: Brain | ModuleBrain
+    brain: PolicyNetwork
     returns: list[float] = field(default_factory=list)
     steps: list[int] = field(default_factory=list)
     reports: list[dict[str, float]] = field(default_factory=list)  # of each update
@@ -73,12 +73,12 @@ def train(envs: VectorEnv, ppo: PPO, total_steps: int, seed: int, hidden: tuple[
     numbers = np.empty((n, brain.n_numbers), np.float32)
     score, over, everyone = np.zeros(n), np.zeros(n, bool), np.arange(n)
     for step in range(-(-total_steps // n)):
-        logits, values, later = _think(brain, seen, memory, split)
+        logits, values, later = brain.recall(seen, memory, split)
         if learner.full:
             training.reports.append(learner.update(everyone[~over], values[~over]) or {})
             if stop and stop(training):
                 break
-            logits, values, later = _think(brain, seen, memory, split)
+            logits, values, later = brain.recall(seen, memory, split)
         _decide(brain, logits, generator, choice, numbers, log_probability)
         resetting = over  # in this step they do nothing else, and ignore their action
         live = everyone[~resetting]
@@ -92,7 +92,7 @@ def train(envs: VectorEnv, ppo: PPO, total_steps: int, seed: int, hidden: tuple[
         rollout.end(everyone[over & dead], rewards[over & dead])
         if len(cut := everyone[over & ~dead]):
             final = _flat(np.stack([info["final_obs"][i] for i in cut])) if resets_itself else seen[cut]
-            rollout.cut(cut, rewards[cut], _think(brain, final, later[cut], None)[1])
+            rollout.cut(cut, rewards[cut], brain.recall(final, later[cut])[1])
         memory = later
         memory[over | resetting] = 0
         training.finish(score, over, (step + 1) * n)
@@ -101,7 +101,7 @@ def train(envs: VectorEnv, ppo: PPO, total_steps: int, seed: int, hidden: tuple[
 
 
 def _brain(network: Callable[..., Any] | None, n_observations: int, groups: tuple[int, ...],
-           hidden: tuple[int, ...], trunk: str, seed: int, device: str) -> Brain | ModuleBrain:
+           hidden: tuple[int, ...], trunk: str, seed: int, device: str) -> PolicyNetwork:
     if network is None and device == "cpu":
         return Brain(n_observations, groups, hidden, seed, trunk)
     from ecs_eco.learning.mlp import MLP
@@ -110,7 +110,7 @@ def _brain(network: Callable[..., Any] | None, n_observations: int, groups: tupl
     return make(network or partial(MLP, hidden=hidden, trunk=trunk), n_observations, groups, seed, device)
 
 
-def _decide(brain: Any, logits: np.ndarray, generator: np.random.Generator, choice: np.ndarray,
+def _decide(brain: PolicyNetwork, logits: np.ndarray, generator: np.random.Generator, choice: np.ndarray,
             numbers: np.ndarray, log_probability: np.ndarray) -> None:
     """Draw choices int[n, G], numbers f32[n, K] and their log-probability f32[n]."""
     choose(logits, brain.offsets, generator.random(choice.shape, dtype=np.float32), choice, log_probability)
@@ -119,16 +119,7 @@ def _decide(brain: Any, logits: np.ndarray, generator: np.random.Generator, choi
         draw_numbers(logits[:, brain.offsets[-1]:], chance, numbers, log_probability)
 
 
-def _think(brain: Any, seen: np.ndarray, memory: np.ndarray,
-           split: Split | None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return logits, values and the memories that follow."""
-    if brain.memory:
-        recalled: tuple[np.ndarray, np.ndarray, np.ndarray] = brain.recall(seen, memory, split)
-        return recalled
-    return *brain.forward(seen, split), memory
-
-
-def act(brain: Brain | ModuleBrain, observations: np.ndarray) -> np.ndarray:
+def act(brain: PolicyNetwork, observations: np.ndarray) -> np.ndarray:
     """Return the likeliest choices int[n, G], counted from 0; one with a memory decides as at birth.
 
     Of a brain with continuous groups alone: their means f32[n, K], −1 and 1 for the limits of their ranges.

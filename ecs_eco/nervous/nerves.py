@@ -17,9 +17,8 @@ from ecs_eco.nervous.thoughts import Thoughts
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
-    from ecs_eco.learning.brain import Brain
     from ecs_eco.learning.individual import Individuals
-    from ecs_eco.learning.module_brain import ModuleBrain
+    from ecs_eco.learning.policy_network import PolicyNetwork
     from ecs_eco.learning.torch_ppo import TorchLearner
     from ecs_eco.space.world import SpatialWorld
 
@@ -54,7 +53,7 @@ class Nerves:
         self.reflex: Network | None = None
         self.happiness: Network | None = None
         self.minimum = np.float32(0.0)
-        self.brain: Brain | ModuleBrain | None = None
+        self.brain: PolicyNetwork | None = None
         self.learner: TorchLearner | None = None
         self.individuals: Individuals | None = None
         # whether there is a policy network; one without a brain draws every action with equal chance
@@ -156,8 +155,7 @@ class Nerves:
         assert brain is not None
         if not brain.memory:
             return brain.forward(self.x, world.split)
-        logits, values, self._later = brain.recall(self.x,  # type: ignore[union-attr]
-                                                   table[Memory].state[self.rows], world.split)
+        logits, values, self._later = brain.recall(self.x, table[Memory].state[self.rows], world.split)
         return logits, values
 
     def _ask_each(self, table: Table, world: SpatialWorld, rows: np.ndarray,

@@ -18,6 +18,7 @@ from ecs_eco.engine.errors import ConfigError, Problem, listed, nearest
 from ecs_eco.engine.section import function_name
 
 if TYPE_CHECKING:
+    from ecs_eco.learning.policy_network import PolicyNetwork
     from ecs_eco.space.world import SpatialWorld
 
 MOST_BYTES_OF_WEIGHTS = 100_000_000  # more than the largest network allowed needs
@@ -55,7 +56,7 @@ def _refusals_of(name: str, policy: Any, shape: Shape) -> Iterator[None]:
                                    f"{shape[1]} (docs/learning.md)")]) from None  # fmt: skip
 
 
-def take_weights(brain: Any, module: Any, name: str) -> None:
+def take_weights(brain: PolicyNetwork, module: Any, name: str) -> None:
     """Give a brain the weights of a module that was handed over."""
     from ecs_eco.learning.module_brain import as_brain
 
@@ -68,7 +69,7 @@ def take_weights(brain: Any, module: Any, name: str) -> None:
                                    source="policies")]) from None
 
 
-def load_weights(brain: Any, path: Path, name: str) -> None:
+def load_weights(brain: PolicyNetwork, path: Path, name: str) -> None:
     """Load trained weights; raises ConfigError that says what is wrong with the file."""
     from ecs_eco.learning import weights
 

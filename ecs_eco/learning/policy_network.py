@@ -1,0 +1,45 @@
+"""What a world needs of a policy network: what `Brain` and `ModuleBrain` have in common."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Protocol
+
+import numpy as np
+
+Split = Callable[..., None]
+"""World.split: calls kernel(first, last, *arguments) for parts of 0…n, on all threads."""
+
+
+class PolicyNetwork(Protocol):
+    """A policy and a value over the same observations.
+
+    Its outputs are the logits of the categorical groups, group g's at offsets[g]:offsets[g + 1], then mean
+    and logarithm of the deviation of each continuous one.
+    """
+
+    n_observations: int
+    groups: tuple[int, ...]
+    offsets: np.ndarray
+    n_numbers: int  # continuous groups
+    n_logits: int  # outputs
+    memory: int  # numbers that it keeps from one decision to the next
+
+    def forward(self, observations: np.ndarray, split: Split | None = None) -> tuple[np.ndarray, np.ndarray]:
+        """Return outputs f32[n, n_logits] and values f32[n] of f32[n, n_observations]; one with a memory
+        begins without any."""
+
+    def recall(self, observations: np.ndarray, memory: np.ndarray,
+               split: Split | None = None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return outputs, values, and the memory f32[n, memory] from here on, of organisms with this memory.
+        """
+
+    def named(self) -> dict[str, np.ndarray]:
+        """Return the weights that learning changes, by name."""
+
+    def state(self) -> dict[str, np.ndarray]:
+        """Return a copy of the weights by name."""
+
+    def load(self, state: dict[str, np.ndarray]) -> None:
+        """Take the weights of `state()`; raises ValueError that names what is missing, unknown or of another
+        shape."""
