@@ -110,6 +110,7 @@ export interface Action {
   probability: number | null;
   chosen: number | boolean;
   decision: number | boolean;
+  continuous?: boolean; // reflex, chosen and decision are numbers in its unit
 }
 
 export interface Nerves {

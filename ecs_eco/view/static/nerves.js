@@ -163,8 +163,8 @@ function act(root, wires, action, i, y, boxes, starts) {
     set(lamp, { fill: decision ? "var(--ink)" : "none", opacity: continuous ? 0 : decision ? 1 : 0.45 });
     name.setAttribute("font-weight", decision && !continuous ? "650" : "400");
     if (continuous) {
-      name.textContent = `${short(action.name, 5)} ${number(decision, 2)}`;
-      title.textContent = `${action.group}: the policy drew ${number(chosen)}, the reflex added ${number(reflex)}, done is ${number(decision)}`;
+      name.textContent = `${short(action.name, 5)} ${number(Number(decision), 2)}`;
+      title.textContent = `${action.group}: the policy drew ${number(Number(chosen))}, the reflex added ${number(reflex)}, done is ${number(Number(decision))}`;
       return;
     }
     title.textContent = `${action.group}: ${action.name}\ny = ${sign.textContent}, p = ${number(probability)}, z = ${Number(chosen)}, H = ${Number(decision)}`;
