@@ -144,10 +144,11 @@ function act(root, wires, action, i, y, boxes, starts) {
   const dot = s("circle", { cx: Z, cy: y, r: 3.6, stroke: "var(--accent)", "stroke-width": 1.4 });
   const lamp = s("rect", { x: H - 5, y: y - 5, width: 10, height: 10, rx: 2.5, stroke: "var(--ink)", "stroke-width": 1.4 });
   const name = s("text", { x: NAME, y: y + 3.5, "font-size": 10.5 }, short(action.name, 8));
+  const amount = s("text", { x: H + 6, y: y + 3.5, "font-size": 10.5, "text-anchor": "end" }); // of a continuous action
   const title = s("title", {});
   if (starts) root.append(s("line", { x1: Y - 9, x2: WIDTH, y1: y - STEP * 0.5 - 1, y2: y - STEP * 0.5 - 1, stroke: "var(--line)" }));
   root.append(s("g", {}, title, s("rect", { x: Y - 10, y: y - 8, width: WIDTH - Y + 10, height: 16, fill: "transparent" }), cell, sign,
-    s("rect", { x: P, y: y - 3, width: 32, height: 6, rx: 1.5, fill: "var(--line)" }), bar, dot, lamp, name));
+    s("rect", { x: P, y: y - 3, width: 32, height: 6, rx: 1.5, fill: "var(--line)" }), bar, dot, lamp, amount, name));
   return (nerves) => {
     const { reflex, probability, chosen, decision, continuous } = nerves.actions[i];
     const hue = reflex > 0 ? "var(--plus)" : reflex < 0 ? "var(--minus)" : "var(--line)";
@@ -163,7 +164,7 @@ function act(root, wires, action, i, y, boxes, starts) {
     set(lamp, { fill: decision ? "var(--ink)" : "none", opacity: continuous ? 0 : decision ? 1 : 0.45 });
     name.setAttribute("font-weight", decision && !continuous ? "650" : "400");
     if (continuous) {
-      name.textContent = `${short(action.name, 5)} ${number(Number(decision), 2)}`;
+      amount.textContent = number(Number(decision), 2);
       title.textContent = `${action.group}: the policy drew ${number(Number(chosen))}, the reflex added ${number(reflex)}, done is ${number(Number(decision))}`;
       return;
     }
