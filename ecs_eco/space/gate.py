@@ -83,7 +83,7 @@ class Looked(NamedTuple):
 
     key: list[Any]  # what it was made of
     tables: tuple["Table", ...]
-    columns: list[scan.Columns]  # by type
+    columns: list[scan.ColumnGroup]  # by type
     limits: list[list[Limits | None]]  # of these columns; None: of the causes of death
 
 
@@ -111,7 +111,8 @@ def _look(world: Any, known: Looked | None) -> Looked:
             entries.setdefault(column.dtype, []).append((i, column, low, high))
             limits.setdefault(column.dtype, []).append(one)
     key[2 + len(tables):] = [table.dims.copy() for table in tables]
-    return Looked(key, tables, [scan.Columns.of(each) for each in entries.values()], list(limits.values()))
+    groups = [scan.ColumnGroup.of(each) for each in entries.values()]
+    return Looked(key, tables, groups, list(limits.values()))
 
 
 def _limits(world: Any, table: "Table", heavy: bool) -> Iterator[Limits]:

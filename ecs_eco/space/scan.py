@@ -16,7 +16,7 @@ from ecs_eco.engine.jit import njit
 from ecs_eco.engine.table import Table, first_outside
 
 
-class Columns(NamedTuple):
+class ColumnGroup(NamedTuple):
     """Columns of one type, of any tables, with the limits of their values: arrays [k]."""
 
     arrays: tuple[np.ndarray, ...]  # flat; they keep the addresses alive
@@ -27,7 +27,7 @@ class Columns(NamedTuple):
     high: np.ndarray
 
     @classmethod
-    def of(cls, entries: list[tuple[int, np.ndarray, Any, Any]]) -> "Columns":
+    def of(cls, entries: list[tuple[int, np.ndarray, Any, Any]]) -> "ColumnGroup":
         """Make them of (number of the table, column, low, high), columns of one type."""
         table, arrays, low, high = zip(*entries, strict=True)
         return cls(

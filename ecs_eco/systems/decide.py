@@ -35,8 +35,8 @@ class Decide(System):
         choice, log_probability = np.zeros((n, groups), np.int16), np.empty(n, np.float32)
         thinks = nerves.policy and n > 0
         logits, values = nerves.think(table, world) if thinks else NO_THOUGHT
-        reacts = nerves.reflex is not None
-        y = nerves.react(table) if reacts else NO_REFLEX
+        reaction = nerves.react(table)
+        reacts, y = reaction is not None, NO_REFLEX if reaction is None else reaction
         uid, key, decision = table.uid[nerves.rows], world.key, table[Nervous].decision
         chance, numbers = np.empty((n, groups), np.float32), np.empty((n, continuous), np.float32)
 

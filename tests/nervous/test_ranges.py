@@ -179,3 +179,11 @@ def test_recordings_the_inspector_and_drawings_show_what_was_drawn_added_and_don
     texts = [text.get_text() for text in figure.findobj(Text)]
     assert "[−0.8, 0.8]" in texts
     assert f"turn = {turn['decision']:.3g}".replace("-", "−") in texts
+
+
+def test_a_reflex_that_is_taken_away_shifts_nothing_any_more():
+    world = _world(neutral={"turn": 0.25}, reflex={"formulas": {"turn": "0 * energy + 0.3"}}).run(1)
+    assert _commands(world)[:, 1].tolist() == pytest.approx([0.55] * 40)
+    world.table("deer").species.nerves.reflex = None
+    world.run(1)
+    assert _commands(world)[:, 1].tolist() == [0.25] * 40

@@ -12,9 +12,9 @@ from ecs_eco.space import scan
 LIMITS = [(0, np.float32(0), np.float32(1)), (1, np.float32(-2), np.float32(2))]
 
 
-def _columns() -> tuple[list[np.ndarray], scan.Columns]:
+def _columns() -> tuple[list[np.ndarray], scan.ColumnGroup]:
     arrays = [np.zeros(4, np.float32), np.zeros((3, 2), np.float32)]
-    return arrays, scan.Columns.of([(table, array, low, high)
+    return arrays, scan.ColumnGroup.of([(table, array, low, high)
                                     for array, (table, low, high) in zip(arrays, LIMITS, strict=True)])
 
 
