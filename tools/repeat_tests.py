@@ -3,9 +3,9 @@
     python tools/repeat_tests.py --runs 5 [--busy] [--chromium both]
                                  [--out studies/results/repeated_tests.json]
 
-`--busy` keeps all processors busy meanwhile; what else runs on the machine shows in the load, which is kept
-too. With `--chromium both` every other run finds no Chromium. Runs are added to those of the same commit that
-the file has.
+Each run has an empty home, as on a fresh machine: no kernel is compiled yet. `--busy` keeps all processors
+busy meanwhile; what else runs on the machine shows in the load, which is kept too. With `--chromium both`
+every other run finds no Chromium. Runs are added to those that the file has.
 """
 
 import argparse
@@ -62,7 +62,7 @@ def busy(wanted: bool) -> Iterator[None]:
 
 
 def once(path: str, spinning: bool, log: Path) -> dict[str, Any]:
-    """Run the command in an environment with HOME and PATH alone; its output goes to `log`."""
+    """Run the command with no variables but HOME, an empty folder, and PATH; its output goes to `log`."""
     loads, done, start = [os.getloadavg()[0]], threading.Event(), time.monotonic()
 
     def look() -> None:
@@ -71,18 +71,17 @@ def once(path: str, spinning: bool, log: Path) -> dict[str, Any]:
 
     watcher = threading.Thread(target=look)
     watcher.start()
-    with busy(spinning), log.open("w", encoding="utf-8") as file:
-        code = subprocess.run(["env", "-i", f"HOME={os.environ['HOME']}", f"PATH={path}",
-                               "bash", "-c", command()],
-                              cwd=ROOT,
-                              stdout=file, stderr=subprocess.STDOUT, check=False).returncode  # fmt: skip
+    with busy(spinning), log.open("w", encoding="utf-8") as file, tempfile.TemporaryDirectory() as home:
+        code = subprocess.run(["bash", "-c", command()], cwd=ROOT, env={"HOME": home, "PATH": path},
+                              stdout=file, stderr=subprocess.STDOUT, check=False).returncode
     done.set()
     watcher.join()
     text = log.read_text(encoding="utf-8", errors="replace")
     seed, last = re.search(r"--randomly-seed=(\d+)", text), text.rstrip().rpartition("\n")[2]
     counts = {name: int(match[1]) if (match := re.search(rf"\b(\d+) {name}", last)) else 0 for name in COUNTS}
     return {"code": code, "seed": int(seed[1]) if seed else None, **counts, "spinning": spinning,
-            "mean load": round(sum(loads) / len(loads), 2), "seconds": round(time.monotonic() - start),
+            "empty home": True, "mean load": round(sum(loads) / len(loads), 2),
+            "seconds": round(time.monotonic() - start),
             "not passed": re.findall(r"^(?:FAILED|ERROR) (\S+)", text, re.MULTILINE)}  # fmt: skip
 
 
