@@ -57,30 +57,37 @@ class Move(System):
 @njit
 def move(first, last, alive, decision, command, layout, speeds, costs, turns, climbs, pitches, drag, pace, dt,
          lengths, torus, volume, height, ground, inverse, slope_cost, x, y, z, heading, speed, climb, cost):
-    """Move the living rows first … last − 1; layout i64[4, 3] is (start, n, neutral) of speed, turn,
-    climb and pitch, or (column of command, −1, 0) of a continuous one."""
-    # of the old speed, after this tick and in its mean
-    left = np.exp(-drag * dt) if drag > 0 else np.float32(0.0)
-    mean_left = (np.float32(1.0) - left) / (drag * dt) if drag > 0 else np.float32(0.0)
+    """Move the living rows first … last − 1; layout i64[4, 3] is (start, n, neutral) of speed, turn, climb
+    and pitch, (column of command, −1, −1) of a continuous one, or (0, 0, −1) of none."""
+    left = np.exp(-drag * dt) if drag > 0 else np.float32(0.0)  # of the old speed, after this tick
+    mean_left = (np.float32(1.0) - left) / (drag * dt) if drag > 0 else np.float32(0.0)  # in its mean
     for row in range(first, last):
         if not alive[row]:
             continue
-        if layout[1, 1] < 0:
-            h = heading[row] + command[row, layout[1, 0]] * dt
+        way = first_on(decision, row, layout[1, 0], layout[1, 1], layout[1, 2])
+        if way >= 0 or layout[1, 1] < 0:
+            h = heading[row] + (turns[way] if way >= 0 else command[row, layout[1, 0]]) * dt
             heading[row] = h - np.float32(6.2831855) * np.float32(np.floor(h / np.float32(6.2831855)))
-        elif layout[1, 1]:
-            way = first_on(decision, row, layout[1, 0], layout[1, 1], layout[1, 2])
-            if way >= 0:
-                h = heading[row] + turns[way] * dt
-                heading[row] = h - np.float32(6.2831855) * np.float32(np.floor(h / np.float32(6.2831855)))
-        v, c = pace_of(row, decision, command, layout, speeds, costs)
+        way = first_on(decision, row, layout[0, 0], layout[0, 1], layout[0, 2])
+        v, c = (speeds[way], costs[way]) if way >= 0 else (np.float32(0.0), np.float32(0.0))
+        if layout[0, 1] < 0:
+            v = command[row, layout[0, 0]]
+            c = cost_between(v, speeds, costs)
         if pace.size:
             v *= pace[row]
             c *= pace[row] * pace[row]
         if volume:
-            rise_to, v = rise_of(row, v, decision, command, layout, climbs, pitches)
-            z[row] = into(z[row] + (rise_to + (climb[row] - rise_to) * mean_left) * dt, lengths[2], False)
-            climb[row] = rise_to + (climb[row] - rise_to) * left
+            way = first_on(decision, row, layout[2, 0], layout[2, 1], layout[2, 2])
+            up, angle = (climbs[way], pitches[way]) if way >= 0 else (np.float32(0.0), np.float32(0.0))
+            if layout[2, 1] < 0:
+                up = command[row, layout[2, 0]]
+            if layout[3, 1] < 0:
+                angle = command[row, layout[3, 0]]
+            if angle != 0:
+                up += v * np.sin(angle)
+                v *= np.cos(angle)
+            z[row] = into(z[row] + (up + (climb[row] - up) * mean_left) * dt, lengths[2], False)
+            climb[row] = up + (climb[row] - up) * left
         v_end = v + (speed[row] - v) * left
         v += (speed[row] - v) * mean_left
         if v > 0:
@@ -91,40 +98,13 @@ def move(first, last, alive, decision, command, layout, speeds, costs, turns, cl
             ny = into(y[row] + v * dt * np.sin(heading[row]), lengths[1], torus)
             if v > 0:
                 if height.size > 1:
-                    rise = height_at(height, inverse, nx, ny, torus) - height_at(
-                        height, inverse, x[row], y[row], torus
-                    )
+                    here = height_at(height, inverse, x[row], y[row], torus)
+                    rise = height_at(height, inverse, nx, ny, torus) - here
                     c += c * slope_cost * max(rise, np.float32(0.0)) / (v * dt)
                 x[row] = nx
                 y[row] = ny
         speed[row] = v_end
         cost[row] = c
-
-
-@njit
-def pace_of(row, decision, command, layout, speeds, costs):
-    """Return the speed that a body decided on, and its cost."""
-    if layout[0, 1] < 0:
-        v = command[row, layout[0, 0]]
-        return v, cost_between(v, speeds, costs)
-    gait = first_on(decision, row, layout[0, 0], layout[0, 1], layout[0, 2])
-    if gait < 0:
-        return np.float32(0.0), np.float32(0.0)
-    return speeds[gait], costs[gait]
-
-
-@njit
-def rise_of(row, v, decision, command, layout, climbs, pitches):
-    """Return how fast a body of speed v goes up, and how fast ahead."""
-    if layout[2, 1] < 0:
-        return command[row, layout[2, 0]], v
-    if layout[3, 1] < 0:
-        angle = command[row, layout[3, 0]]
-        return v * np.sin(angle), v * np.cos(angle)
-    way = first_on(decision, row, layout[2, 0], layout[2, 1], layout[2, 2]) if layout[2, 1] else -1
-    if way < 0:
-        return np.float32(0.0), v
-    return climbs[way] + v * np.sin(pitches[way]), v * np.cos(pitches[way])
 
 
 @njit

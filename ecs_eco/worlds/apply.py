@@ -127,12 +127,12 @@ def apply_species(world: SpatialWorld, table: Table, species: Any,
 def gaits(way: Any, nerves: Any) -> tuple[Any, ...]:
     """Return layout i64[4, 3] and speeds, costs, turns, climbs and pitches of the actions
     that move a body, and its drag; of a continuous speed all gaits, from slow to fast."""
-    layout = np.zeros((4, 3), np.int64)
+    layout = np.tile(np.array([0, 0, -1], np.int64), (4, 1))
     rows = []
     for i, group in enumerate(MOTIONS):
         names = nerves.groups.get(group, [])
         if group in nerves.ranges.groups:
-            layout[i] = nerves.ranges.groups.index(group), -1, 0
+            layout[i] = nerves.ranges.groups.index(group), -1, -1
             names = sorted(way.speed, key=way.speed.__getitem__) if group == "speed" else []
         elif names:
             layout[i] = (*nerves.columns[group], nerves.neutral[group])
