@@ -1,15 +1,17 @@
 """Another commit beside this one: the same results, and at what speed?
 
     python benchmarks/before_after.py digests --before COMMIT
-    python benchmarks/before_after.py times --before COMMIT [--pairs 300]
+    python benchmarks/before_after.py times --before COMMIT [--sets 8]
     python benchmarks/before_after.py starts --before COMMIT [--pairs 12]
 
 `digests`: ten runs of 500 ticks, of all shipped worlds, with learning on and off, brains shared and
-individual: a hash of where all organisms are, what they have and who they are. `times`: one world of each
-commit, in a process of its own with kernels compiled before, lives for a few ticks while the other waits, in
-turns; both have the same ticks to live. The ratio is that of this commit's seconds to the other's, and its
-interval a bootstrap's over pairs of turns: what slows the machine for longer than a turn slows both.
-`starts`: whole processes in turns. Results go to benchmarks/results/before_after_<what>.json.
+individual: a hash of where all organisms are, what they have and who they are. `times`: processes with
+kernels compiled before build a world and live for a few ticks, one while the others wait, in turns. Turns of
+the same number have the same seed, so all have the same organisms even where last bits of policies differ.
+The ratio is that of this commit's seconds to the other's. A second process of the other commit is the
+control: what its ratio is beside 1 comes from how processes lie in memory. All are started anew after every
+few turns, and the interval of 95 % is a bootstrap's over these sets of processes. `starts`: whole processes
+in turns. Results go to benchmarks/results/before_after_<what>.json.
 """
 
 import argparse
@@ -28,7 +30,7 @@ from typing import Any
 
 ROOT = Path(__file__).parents[1]
 RESULTS = ROOT / "benchmarks" / "results"
-TICKS = 500
+TICKS, TURNS = 500, 9
 CASES = [(world, learn, {}) for world in ("predator-prey", "reflexes", "learning-krill", "happiness")
          for learn in (False, True)]
 CASES += [("diel-migration", False, {}), ("lamb", True, {})]
@@ -65,13 +67,14 @@ for table in world.tables.values():
 print(json.dumps([digest.hexdigest(), {n: t.n for n, t in world.tables.items()}]))
 """
 TIME = """
-import json, sys, time
+import gc, json, sys, time
 from ecs_eco import World
 from ecs_eco.config import load
 
 name, changes, ticks, one = json.loads(sys.argv[1])
-world = World.from_config(load(name, changes), seed=1, record=False).run(5)
-for _ in sys.stdin:
+for turn, _ in enumerate(sys.stdin):
+    world = World.from_config(load(name, changes), seed=turn, record=False).run(5)
+    gc.collect()
     start = time.perf_counter()
     if one:
         for _ in range(ticks):
@@ -79,6 +82,7 @@ for _ in sys.stdin:
     else:
         world.run(ticks)
     print(time.perf_counter() - start, flush=True)
+    del world
 """
 
 
@@ -110,42 +114,49 @@ def digests(before: Path) -> dict[str, Any]:
     return {"cases": cases, "equal": sum(case["equal"] for case in cases)}
 
 
-def times(before: Path, pairs: int) -> dict[str, Any]:
-    """Return for each world the median ratio of this commit's seconds to the other's,
-    with an interval of 95 %."""
+def times(before: Path, sets: int) -> dict[str, Any]:
+    """Return for each world the ratio of this commit's seconds to the other's, and that of the control."""
     results = {}
     for name, (world, changes, ticks) in WORLDS.items():
         for one, turn_ticks in ((False, ticks), (True, ticks // 4)):
+            took: list[list[list[float]]] = []  # by set, turn and process
+            for _ in range(sets):
+                with living([before, before, ROOT], [world, changes, turn_ticks, one]) as turn:
+                    took.append([turn(number) for number in range(2 + TURNS)][2:])  # after two that compile
             key = f"{name}, {'run(1) a tick' if one else 'one run'}"
-            with living(before, [world, changes, turn_ticks, one]) as turn:
-                for place in (before, ROOT) * 3:
-                    turn(place)  # compiles
-                ratio, seconds = paired(before, pairs, turn)
-            results[key] = ratio | {"ms a tick": round(1000 * seconds / turn_ticks, 3)}
+            after = [statistics.median(t[2] / t[0] for t in turns) for turns in took]
+            control = [statistics.median(t[1] / t[0] for t in turns) for turns in took]
+            seconds = statistics.median(t[2] for turns in took for t in turns)
+            results[key] = {**interval(after), "control": interval(control), "sets": sets, "turns": TURNS,
+                            "ms a tick": round(1000 * seconds / turn_ticks, 3)}
             print(key, json.dumps(results[key]), flush=True)
     return results
 
 
 @contextmanager
-def living(before: Path, asked: Any) -> Iterator[Callable[[Path], float]]:
-    """A world of each commit in a process of its own; the function lets one live for a turn and returns the
-    seconds that it took."""
-    worlds = {place: subprocess.Popen([sys.executable, "-c", TIME, json.dumps(asked)], cwd=place, text=True,
-                                      env=environment(place), stdin=subprocess.PIPE, stdout=subprocess.PIPE)
-              for place in (before, ROOT)}
+def living(places: list[Path], asked: Any) -> Iterator[Callable[[int], list[float]]]:
+    """A process for each place; the function lets the next world of each live for a turn, in an order that
+    depends on the turn's number, and returns the seconds that they took."""
+    worlds = [subprocess.Popen([sys.executable, "-c", TIME, json.dumps(asked)], cwd=place, text=True,
+                               env=environment(place), stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+              for place in places]
 
-    def turn(place: Path) -> float:
-        pipes = worlds[place]
-        assert pipes.stdin is not None
-        assert pipes.stdout is not None
-        pipes.stdin.write("\n")
-        pipes.stdin.flush()
-        return float(pipes.stdout.readline())
+    def turn(number: int) -> list[float]:
+        took = [0.0] * len(worlds)
+        for i in range(len(worlds)):
+            this = (i + number) % len(worlds)
+            pipes = worlds[this]
+            assert pipes.stdin is not None
+            assert pipes.stdout is not None
+            pipes.stdin.write("\n")
+            pipes.stdin.flush()
+            took[this] = float(pipes.stdout.readline())
+        return took
 
     try:
         yield turn
     finally:
-        for process in worlds.values():
+        for process in worlds:
             process.kill()
             process.communicate()
 
@@ -181,10 +192,15 @@ def paired(before: Path, pairs: int, measure: Callable[[Path], float]) -> tuple[
         took = {place: measure(place) for place in order}
         ratios.append(took[ROOT] / took[before])
         seconds.append(took[ROOT])
+    return interval(ratios) | {"pairs": pairs}, statistics.median(seconds)
+
+
+def interval(ratios: list[float]) -> dict[str, float]:
+    """Return the median of ratios, and 95 % of a bootstrap's medians."""
     draws = random.Random(1)
-    medians = sorted(statistics.median(draws.choices(ratios, k=pairs)) for _ in range(2000))
+    medians = sorted(statistics.median(draws.choices(ratios, k=len(ratios))) for _ in range(2000))
     return {"ratio": round(statistics.median(ratios), 4), "from": round(medians[50], 4),
-            "to": round(medians[-51], 4), "pairs": pairs}, statistics.median(seconds)
+            "to": round(medians[-51], 4)}
 
 
 def main() -> int:
@@ -192,7 +208,8 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
     parser.add_argument("what", choices=["digests", "times", "starts"])
     parser.add_argument("--before", required=True, metavar="COMMIT")
-    parser.add_argument("--pairs", type=int, help="default: 300 turns, or 12 starts")
+    parser.add_argument("--pairs", type=int, default=12, help="of starts")
+    parser.add_argument("--sets", type=int, default=8, help="of processes whose turns are timed")
     given = parser.parse_args()
     git = {name: subprocess.run(["git", "rev-parse", "--short", name], cwd=ROOT, capture_output=True,
                                 text=True, check=True).stdout.strip()
@@ -203,8 +220,8 @@ def main() -> int:
         subprocess.run(["tar", "x", "-C", folder], input=files, check=True)
         place = Path(folder)
         result = (digests(place) if given.what == "digests"
-                  else times(place, given.pairs or 300) if given.what == "times"
-                  else starts(place, given.pairs or 12))
+                  else times(place, given.sets) if given.what == "times"
+                  else starts(place, given.pairs))
     record = {"before": git[given.before], "after": git["HEAD"], "load": os.getloadavg()[0], **result}
     (RESULTS / f"before_after_{given.what}.json").write_text(json.dumps(record, indent=1) + "\n",
                                                              encoding="utf-8")
