@@ -15,20 +15,47 @@ class ByAutograd(MLP):
         super().__init__(n_observations, groups, (64, 64), "separate")
 
 
-class Remembering(nn.Module):
-    """One layer, a GRU (Cho et al. 2014), and two heads on what it remembers."""
-
-    memory = 64
+class Plain(nn.Module):
+    """What a torch user would write down for the built-in network: two layers of 64 with tanh, two heads."""
 
     def __init__(self, n_observations: int, groups: tuple[int, ...]) -> None:
         super().__init__()
-        self.encoder, self.cell = nn.Linear(n_observations, 64), nn.GRUCell(64, self.memory)
-        self.policy, self.value = nn.Linear(self.memory, sum(groups)), nn.Linear(self.memory, 1)
-        nn.init.orthogonal_(self.policy.weight, 0.01)
-        nn.init.zeros_(self.policy.bias)
+        self.trunk = nn.Sequential(_layer(n_observations, 64, 2**0.5), nn.Tanh(), _layer(64, 64, 2**0.5),
+                                   nn.Tanh())
+        self.policy, self.value = _layer(64, sum(groups), 0.01), _layer(64, 1, 1.0)
+
+    def forward(self, observations: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
+        """Return logits and values."""
+        features = self.trunk(observations)
+        return self.policy(features), self.value(features)[:, 0]
+
+
+class Remembering(nn.Module):
+    """A GRU (Cho et al. 2014) for the policy and one for the value, each with a layer and a head on what it
+    remembers; shared, what the value learns would overwrite what the policy needs."""
+
+    memory = 128
+
+    def __init__(self, n_observations: int, groups: tuple[int, ...]) -> None:
+        super().__init__()
+        half = self.memory // 2
+        self.policy_cell, self.value_cell = nn.GRUCell(n_observations, half), nn.GRUCell(n_observations, half)
+        self.policy = nn.Sequential(_layer(half, 64, 2**0.5), nn.Tanh(), _layer(64, sum(groups), 0.01))
+        self.value = nn.Sequential(_layer(half, 64, 2**0.5), nn.Tanh(), _layer(64, 1, 1.0))
 
     def forward(self, observations: torch.Tensor,
                 state: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:
         """Return logits, values and the state that follows."""
-        state = self.cell(torch.tanh(self.encoder(observations)), state)
-        return self.policy(state), self.value(state)[:, 0], state
+        for_policy, for_value = state.chunk(2, dim=1)
+        for_policy = self.policy_cell(observations, for_policy)
+        for_value = self.value_cell(observations, for_value)
+        return (self.policy(for_policy), self.value(for_value)[:, 0],
+                torch.cat([for_policy, for_value], dim=1))
+
+
+def _layer(n_in: int, n_out: int, gain: float) -> nn.Linear:
+    """Return a layer of orthogonal weights (Saxe et al. 2014), without a bias at first."""
+    layer = nn.Linear(n_in, n_out)
+    nn.init.orthogonal_(layer.weight, gain)
+    nn.init.zeros_(layer.bias)
+    return layer
