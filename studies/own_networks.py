@@ -3,13 +3,18 @@ and with a memory also without seeing velocities.
 
     python -m studies.own_networks [--short]
 
-Hypotheses, before the run that decides. Solved: the mean return of the last 100 episodes is at least 475.
+Hypotheses, before the run that decides. Solved: the mean return of the last 100 episodes is at least 475,
+within 100,000 steps.
 1. With velocities, the built-in network's twin through autograd needs at most 1.2 times the steps of the
-   built-in one (ratio of medians over 10 seeds, a budget of 100,000 steps).
-2. Without velocities (only the places of cart and pole are seen), a GRU solves the task within 200,000 steps
-   in at least 8 of 10 seeds, and the built-in network in none.
-Settings of the first task are those of ppo_cartpole.py. Those of the second are to be chosen on seeds
-100-102; they are not yet, and nothing is decided before.
+   built-in one (ratio of medians over 10 seeds).
+2. Without velocities (only the places of cart and pole are seen), a GRU solves the task in at least 4 of 5
+   seeds, and the built-in network in none.
+3. The median over seeds of the best mean return of 100 episodes that the GRU reaches is 475, or at least that
+   of the recurrent PPO of sb3-contrib, with the same settings and environments in the same run.
+Settings of the first task are those of ppo_cartpole.py. Those of the second are those tuned for sb3-contrib's
+recurrent PPO (rl-baselines3-zoo); where that scales rewards by a running estimate, all arms divide them by
+20, so that values can be expressed by what a network remembers, which is bounded (undivided, seed 100 came to
+260 at most). Seed 100 was seen. The cases of sb3-contrib need it installed.
 """
 
 from __future__ import annotations
@@ -17,65 +22,95 @@ from __future__ import annotations
 import os
 import statistics
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, replace
 from typing import Any
 
 for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ[name] = "1"
-from ecs_eco.learning import PPO, train
+from ecs_eco.learning import PPO, Training, train
 from studies.common.networks import ByAutograd, Remembering
 from studies.common.study import Study, verdict
 
-N_ENVS, SOLVED, NEVER = 8, 475.0, 10**9
-STEPS, STEPS_MASKED = 100_000, 200_000
+N_ENVS, SOLVED, NEVER, STEPS, DIVISOR = 8, 475.0, 10**9, 100_000, 20.0
 SEEN = PPO(horizon=32, learning_rate=1e-3, discount=0.98, gae_lambda=0.9, epochs=10, minibatch=64,
            entropy=0.0, anneal=STEPS // N_ENVS)
-MASKED = replace(SEEN, horizon=128, minibatch=256, unroll=32, anneal=STEPS_MASKED // N_ENVS)
-ARMS: dict[str, tuple[Callable[..., Any] | None, bool]] = {  # network, whether velocities are hidden
-    "built-in": (None, False),
-    "its twin by autograd": (ByAutograd, False),
-    "built-in, no velocities": (None, True),
-    "GRU, no velocities": (Remembering, True),
-}
+MASKED = replace(SEEN, gae_lambda=0.8, epochs=20, minibatch=256, unroll=32)
+BUILT_IN, TWIN, BLIND = "built-in", "its twin by autograd", "built-in, no velocities"
+GRU, CONTRIB = "GRU, no velocities", "sb3-contrib's recurrent PPO, no velocities"
+ARMS: dict[str, Callable[..., Any] | None] = {BUILT_IN: None, TWIN: ByAutograd, BLIND: None, GRU: Remembering,
+                                              CONTRIB: None}
 
 
-def environments(masked: bool) -> Any:
-    """Return CartPole-v1, with only the places of cart and pole to be seen where it is masked."""
+def without_velocities(env: Any) -> Any:
+    """Return CartPole of which only the places of cart and pole are seen, in units of what ends an episode,
+    with rewards of 1 / DIVISOR."""
     import gymnasium
     import numpy as np
 
     limits = np.array([2.4, 12 * np.pi / 180], np.float32)  # [m, rad]
-
-    class Masked(gymnasium.ObservationWrapper):  # type: ignore[type-arg]
-        """Hides both velocities."""
-
-        def __init__(self, env: Any) -> None:
-            super().__init__(env)
-            space = env.observation_space
-            low, high = space.low[[0, 2]] / limits, space.high[[0, 2]] / limits
-            self.observation_space = gymnasium.spaces.Box(low, high, dtype=np.float32)
-
-        def observation(self, observation: Any) -> Any:
-            """Return what is left, in units of what ends an episode."""
-            return observation[[0, 2]] / limits
-
-    return gymnasium.make_vec("CartPole-v1", N_ENVS, vectorization_mode="sync",
-                              wrappers=[Masked] if masked else [])
+    low, high = (bound[[0, 2]] / limits for bound in (env.observation_space.low, env.observation_space.high))
+    seen = gymnasium.wrappers.TransformObservation(
+        env, lambda observation: observation[[0, 2]] / limits,
+        gymnasium.spaces.Box(low, high, dtype=np.float32))
+    return gymnasium.wrappers.TransformReward(seen, lambda reward: float(reward) / DIVISOR)
 
 
-def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
+def run(config: dict[str, Any], case: Mapping[str, Any]) -> dict[str, Any]:
     """Train one arm with one seed until the task is solved or the steps are over."""
-    network, masked = ARMS[case["arm"]]
-    ppo, steps = PPO(**config["masked" if masked else "seen"]), config["steps masked" if masked else "steps"]
-    start = time.process_time()
-    training = train(environments(masked), ppo, steps, case["seed"], trunk="separate", network=network,
-                     stop=lambda so_far: so_far.steps_to(SOLVED) is not None)  # fmt: skip
-    took = len(training.reports) * ppo.horizon * N_ENVS
+    masked, start = case["arm"] not in (BUILT_IN, TWIN), time.process_time()
+    ppo = PPO(**config["masked" if masked else "seen"])
+    if case["arm"] == CONTRIB:
+        training, unit, took = sb3_contrib(case["seed"], config["steps"], ppo)
+    else:
+        import gymnasium
+
+        unit = DIVISOR if masked else 1.0
+        envs = gymnasium.make_vec("CartPole-v1", N_ENVS, vectorization_mode="sync",
+                                  wrappers=[without_velocities] if masked else [])
+        training = train(envs, ppo, config["steps"], case["seed"], trunk="separate",
+                         network=ARMS[case["arm"]],
+                         stop=lambda so_far: so_far.steps_to(SOLVED / unit) is not None)
+        took = len(training.reports) * ppo.horizon * N_ENVS
     means = [statistics.fmean(training.returns[i - 100 : i]) for i in range(100, len(training.returns) + 1)]
-    return {"steps_to_solve": training.steps_to(SOLVED), "steps": took,
-            "best_mean": round(max(means, default=0.0), 1),
+    return {"steps_to_solve": training.steps_to(SOLVED / unit), "steps": took,
+            "best_mean": round(max(means, default=0.0) * unit, 1),
             "steps_per_s": round(took / (time.process_time() - start), 1)}  # fmt: skip
+
+
+def sb3_contrib(seed: int, steps: int, ppo: PPO) -> tuple[Training, float, int]:
+    """Train sb3-contrib's recurrent PPO; return what it left, the unit of its returns and its steps."""
+    import torch
+    from sb3_contrib import RecurrentPPO
+    from stable_baselines3.common.callbacks import BaseCallback
+    from stable_baselines3.common.env_util import make_vec_env
+
+    class Episodes(BaseCallback):
+        """Note each episode's return, in the environment's own unit, and the steps at its end; stop after the
+        rollout that solves the task."""
+
+        def __init__(self) -> None:
+            super().__init__()
+            self.training = Training(brain=None)  # type: ignore[arg-type]
+
+        def _on_step(self) -> bool:
+            ended = [info["episode"]["r"] for info in self.locals["infos"] if "episode" in info]
+            self.training.returns += ended
+            self.training.steps += [self.num_timesteps] * len(ended)
+            return self.num_timesteps % (N_ENVS * ppo.horizon) > 0 or self.training.steps_to(SOLVED) is None
+
+    torch.set_num_threads(1)
+    episodes = Episodes()
+    model = RecurrentPPO(
+        "MlpLstmPolicy", make_vec_env("CartPole-v1", N_ENVS, seed=seed, wrapper_class=without_velocities),
+        n_steps=ppo.horizon, batch_size=ppo.minibatch, n_epochs=ppo.epochs, gamma=ppo.discount,
+        gae_lambda=ppo.gae_lambda, ent_coef=ppo.entropy, clip_range=lambda left: ppo.clip * left,
+        learning_rate=lambda left: ppo.learning_rate * left, seed=seed, device="cpu",
+        policy_kwargs={"ortho_init": False, "activation_fn": torch.nn.ReLU, "lstm_hidden_size": 64,
+                       "enable_critic_lstm": True, "net_arch": {"pi": [64], "vf": [64]}},
+    )  # fmt: skip
+    model.learn(steps, callback=episodes)
+    return episodes.training, 1.0, model.num_timesteps
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
@@ -91,16 +126,19 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
                          statistics.median(r["best_mean"] for r in runs),
                          statistics.median(r["steps_per_s"] for r in runs)])  # fmt: skip
     verdicts = []
-    if took["built-in"] and took["its twin by autograd"]:
-        ratio = statistics.median(took["its twin by autograd"]) / statistics.median(took["built-in"])
+    if took[BUILT_IN] and took[TWIN]:
+        ratio = statistics.median(took[TWIN]) / statistics.median(took[BUILT_IN])
         verdicts.append(verdict("steps of the twin by autograd, times those of the built-in network",
                                 round(ratio, 3), "<= 1.2", ratio <= 1.2))
-    for arm, goal, met in (("GRU, no velocities", ">= 8 of 10", lambda k, n: k >= 0.8 * n),
-                           ("built-in, no velocities", "none", lambda k, n: k == 0)):  # fmt: skip
+    for arm, goal, met in ((GRU, ">= 4 of 5", solved[GRU] >= 0.8 * len(arms[GRU])),
+                           (BLIND, "none", solved[BLIND] == 0)):
         if arms[arm]:
-            n = len(arms[arm])
-            verdicts.append(verdict(f"{arm}: solved within {STEPS_MASKED:,} steps", f"{solved[arm]} of {n}",
-                                    goal, met(solved[arm], n)))
+            verdicts.append(verdict(f"{arm}: solved", f"{solved[arm]} of {len(arms[arm])}", goal, met))
+    if arms[GRU] and arms[CONTRIB]:
+        best, theirs = (statistics.median(r["best_mean"] for r in arms[arm]) for arm in (GRU, CONTRIB))
+        verdicts.append(verdict("best mean return of 100 episodes, GRU without velocities", best,
+                                f">= 475, or that of sb3-contrib's recurrent PPO, {theirs}",
+                                best >= min(SOLVED, theirs)))
     return {"verdicts": verdicts,
             "table": {"head": ["arm", "solved", "median steps", "median best mean of 100",
                                "steps per second"], "rows": rows}}  # fmt: skip
@@ -108,11 +146,11 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
 
 STUDY = Study(
     name="own_networks", claim=str(__doc__).split("\n", 1)[0], run=run, summarise=summarise,
-    config={"seen": asdict(SEEN), "masked": asdict(MASKED), "steps": STEPS, "steps masked": STEPS_MASKED,
-            "environments": N_ENVS, "solved": SOLVED},
-    cases=[{"seed": seed, "arm": arm} for seed in range(10) for arm in ARMS],
-    short_cases=[{"seed": 0, "arm": arm} for arm in ("its twin by autograd", "GRU, no velocities")],
-    short_config={"steps": 4000, "steps masked": 4000},
+    config={"seen": asdict(SEEN), "masked": asdict(MASKED), "steps": STEPS, "environments": N_ENVS,
+            "solved": SOLVED, "divisor": DIVISOR},
+    cases=[{"seed": seed, "arm": arm} for seed in range(10) for arm in ARMS
+           if seed < 5 or arm in (BUILT_IN, TWIN)],
+    short_cases=[{"seed": 0, "arm": arm} for arm in (TWIN, GRU)], short_config={"steps": 4000},
 )  # fmt: skip
 
 if __name__ == "__main__":
