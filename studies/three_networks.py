@@ -9,7 +9,7 @@ Hypotheses, before the run that decides (seeds 1-5; 100 was seen). "At the end" 
 1. With the Sequential deer eat as much at the end as with the built-in network: the interval of 95 % of the
    ratio, paired by seed, holds 1 and lies within .9 and 1.1.
 2. With the GRU they eat at least .8 times as much: it has more to learn, and its steps are fewer.
-3. With each network deer of all seeds eat at the end at least twice what they ate at the beginning (the first
+3. With each network deer of all seeds eat at the end at least 1.75 times what they ate at first (in the first
    of 30 parts).
 """
 
@@ -63,8 +63,8 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
         lines.append(verdict("what deer eat with the GRU, times that with the built-in network",
                              f"{middle:.3f} [{low:.3f}, {high:.3f}]", ">= .8", middle >= 0.8))
     gains = [_end(r["intake"]) / r["intake"][0] for runs in arms.values() for r in runs]
-    lines.append(verdict("intake at the end, times that at the beginning: the least of all",
-                         round(min(gains), 2), ">= 2", min(gains) >= 2))
+    lines.append(verdict("intake at the end, times that at first: the least of all seeds",
+                         round(min(gains), 2), ">= 1.75", min(gains) >= 1.75))
     if len(built_in) > 1:
         draw(arms)
     return {"verdicts": lines,
