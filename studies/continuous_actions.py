@@ -20,6 +20,7 @@ from typing import Any
 for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ[name] = "1"
 from ecs_eco.learning import PPO, Training, train
+from studies.common.stable_baselines import learn, settings
 from studies.common.study import Study, verdict
 
 STEPS, N_ENVS, LEARNT, NEVER, DIVISOR = 100_000, 4, -250.0, 10**9, 10.0
@@ -52,32 +53,12 @@ def ours(seed: int, steps: int, ppo: PPO) -> dict[str, Any]:
 
 def stable_baselines(seed: int, steps: int, ppo: PPO) -> dict[str, Any]:
     """The same with Stable-Baselines3."""
-    import torch
     from stable_baselines3 import PPO as StableBaselinesPPO
-    from stable_baselines3.common.callbacks import BaseCallback
 
-    class Episodes(BaseCallback):
-        """Note each episode's return, in the environment's own unit, and the steps at its end."""
-
-        def __init__(self) -> None:
-            super().__init__()
-            self.training = Training(brain=None)  # type: ignore[arg-type]
-
-        def _on_step(self) -> bool:
-            ended = [info["episode"]["r"] for info in self.locals["infos"] if "episode" in info]
-            self.training.returns += ended
-            self.training.steps += [self.num_timesteps] * len(ended)
-            return self.training.steps_to(LEARNT) is None
-
-    torch.set_num_threads(1)
-    episodes, start = Episodes(), time.process_time()
-    model = StableBaselinesPPO(
-        "MlpPolicy", environments(seed), n_steps=ppo.horizon, batch_size=ppo.minibatch, n_epochs=ppo.epochs,
-        gamma=ppo.discount, gae_lambda=ppo.gae_lambda, ent_coef=ppo.entropy, clip_range=ppo.clip,
-        learning_rate=ppo.learning_rate, seed=seed, device="cpu",
-    )  # fmt: skip
-    model.learn(steps, callback=episodes)
-    return _report(episodes.training, model.num_timesteps, 1.0, time.process_time() - start)
+    start = time.process_time()
+    model = StableBaselinesPPO("MlpPolicy", environments(seed), seed=seed, device="cpu",
+                               **settings(ppo, anneal=False))
+    return _report(learn(model, steps, LEARNT), model.num_timesteps, 1.0, time.process_time() - start)
 
 
 def _report(training: Training, n_steps: int, unit: float, seconds: float) -> dict[str, Any]:

@@ -31,6 +31,7 @@ for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ[name] = "1"
 from ecs_eco.learning import PPO, Training, train
 from studies.common.networks import ByAutograd, Remembering
+from studies.common.stable_baselines import learn, settings
 from studies.common.study import Study, verdict
 
 N_ENVS, SOLVED, NEVER, STEPS, DIVISOR = 8, 475.0, 10**9, 100_000, 20.0
@@ -83,35 +84,15 @@ def sb3_contrib(seed: int, steps: int, ppo: PPO) -> tuple[Training, float, int]:
     """Train sb3-contrib's recurrent PPO; return what it left, the unit of its returns and its steps."""
     import torch
     from sb3_contrib import RecurrentPPO
-    from stable_baselines3.common.callbacks import BaseCallback
     from stable_baselines3.common.env_util import make_vec_env
 
-    class Episodes(BaseCallback):
-        """Note each episode's return, in the environment's own unit, and the steps at its end; stop after the
-        rollout that solves the task."""
-
-        def __init__(self) -> None:
-            super().__init__()
-            self.training = Training(brain=None)  # type: ignore[arg-type]
-
-        def _on_step(self) -> bool:
-            ended = [info["episode"]["r"] for info in self.locals["infos"] if "episode" in info]
-            self.training.returns += ended
-            self.training.steps += [self.num_timesteps] * len(ended)
-            return self.num_timesteps % (N_ENVS * ppo.horizon) > 0 or self.training.steps_to(SOLVED) is None
-
-    torch.set_num_threads(1)
-    episodes = Episodes()
     model = RecurrentPPO(
         "MlpLstmPolicy", make_vec_env("CartPole-v1", N_ENVS, seed=seed, wrapper_class=without_velocities),
-        n_steps=ppo.horizon, batch_size=ppo.minibatch, n_epochs=ppo.epochs, gamma=ppo.discount,
-        gae_lambda=ppo.gae_lambda, ent_coef=ppo.entropy, clip_range=lambda left: ppo.clip * left,
-        learning_rate=lambda left: ppo.learning_rate * left, seed=seed, device="cpu",
+        seed=seed, device="cpu", **settings(ppo, anneal=True),
         policy_kwargs={"ortho_init": False, "activation_fn": torch.nn.ReLU, "lstm_hidden_size": 64,
                        "enable_critic_lstm": True, "net_arch": {"pi": [64], "vf": [64]}},
     )  # fmt: skip
-    model.learn(steps, callback=episodes)
-    return episodes.training, 1.0, model.num_timesteps
+    return learn(model, steps, SOLVED), 1.0, model.num_timesteps
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:

@@ -17,6 +17,7 @@ from typing import Any
 for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ[name] = "1"
 from ecs_eco.learning import PPO, Training, train
+from studies.common.stable_baselines import learn, settings
 from studies.common.study import Study, verdict
 
 STEPS, N_ENVS, SOLVED, NEVER = 100_000, 8, 475.0, 10**9
@@ -49,47 +50,13 @@ def ours(seed: int, steps: int, ppo: PPO) -> dict[str, Any]:
 
 def stable_baselines(seed: int, steps: int, ppo: PPO) -> dict[str, Any]:
     """The same with Stable-Baselines3."""
-    import torch
     from stable_baselines3 import PPO as StableBaselinesPPO
-    from stable_baselines3.common.callbacks import BaseCallback
     from stable_baselines3.common.env_util import make_vec_env
 
-    class Episodes(BaseCallback):
-        """Note each episode's return and the steps at its end; stop after the rollout that solves the task.
-        """
-
-        def __init__(self) -> None:
-            super().__init__()
-            self.training = Training(brain=None)  # type: ignore[arg-type]
-            self.solved = False
-
-        def _on_step(self) -> bool:
-            ended = [info["episode"]["r"] for info in self.locals["infos"] if "episode" in info]
-            self.training.returns += ended
-            self.training.steps += [self.num_timesteps] * len(ended)
-            return not self.solved
-
-        def _on_rollout_end(self) -> None:
-            self.solved = self.training.steps_to(SOLVED) is not None
-
-    torch.set_num_threads(1)
-    episodes, start = Episodes(), time.process_time()
-    model = StableBaselinesPPO(
-        "MlpPolicy",
-        make_vec_env("CartPole-v1", N_ENVS, seed=seed),
-        n_steps=ppo.horizon,
-        batch_size=ppo.minibatch,
-        n_epochs=ppo.epochs,
-        gamma=ppo.discount,
-        gae_lambda=ppo.gae_lambda,
-        ent_coef=ppo.entropy,
-        learning_rate=lambda left: left * ppo.learning_rate,
-        clip_range=lambda left: left * ppo.clip,
-        seed=seed,
-        device="cpu",
-    )
-    model.learn(steps, callback=episodes)
-    return _report(episodes.training, model.num_timesteps, time.process_time() - start)
+    start = time.process_time()
+    model = StableBaselinesPPO("MlpPolicy", make_vec_env("CartPole-v1", N_ENVS, seed=seed), seed=seed,
+                               device="cpu", **settings(ppo, anneal=True))
+    return _report(learn(model, steps, SOLVED), model.num_timesteps, time.process_time() - start)
 
 
 def _report(training: Training, n_steps: int, seconds: float) -> dict[str, Any]:

@@ -1,0 +1,47 @@
+"""Stable-Baselines3 with our settings, for studies that measure ours by it; it has to be installed."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ecs_eco.learning import PPO, Training
+
+
+def settings(ppo: PPO, anneal: bool) -> dict[str, Any]:
+    """Return hyperparameters in its words; with `anneal` learning rate and clip fall linearly to 0."""
+
+    def schedule(value: float) -> Any:
+        return (lambda left: left * value) if anneal else value
+
+    return {"n_steps": ppo.horizon, "batch_size": ppo.minibatch, "n_epochs": ppo.epochs,
+            "gamma": ppo.discount, "gae_lambda": ppo.gae_lambda, "ent_coef": ppo.entropy,
+            "learning_rate": schedule(ppo.learning_rate), "clip_range": schedule(ppo.clip)}  # fmt: skip
+
+
+def learn(model: Any, steps: int, threshold: float) -> Training:
+    """Train a model for `steps`, or until after a rollout the last 100 episodes have a mean return of
+    `threshold`; return its episodes, with returns in the environments' own unit (those of their Monitor)."""
+    import torch
+    from stable_baselines3.common.callbacks import BaseCallback
+
+    class Episodes(BaseCallback):
+        """Notes each episode's return and the steps at its end."""
+
+        def __init__(self) -> None:
+            super().__init__()
+            self.training = Training(brain=None)  # type: ignore[arg-type]
+            self.reached = False
+
+        def _on_step(self) -> bool:
+            ended = [info["episode"]["r"] for info in self.locals["infos"] if "episode" in info]
+            self.training.returns += ended
+            self.training.steps += [self.num_timesteps] * len(ended)
+            return not self.reached
+
+        def _on_rollout_end(self) -> None:
+            self.reached = self.training.steps_to(threshold) is not None
+
+    torch.set_num_threads(1)
+    episodes = Episodes()
+    model.learn(steps, callback=episodes)
+    return episodes.training
