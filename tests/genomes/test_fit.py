@@ -27,6 +27,7 @@ def diver(request):
     return fit_network(dive, 3, LOW, HIGH, seed=request.param)
 
 
+@pytest.mark.definition("3 hand-coded")
 def test_a_diving_reflex_is_fitted_to_one_error_in_two_hundred(diver) -> None:
     assert diver.error < 0.005
     x = np.random.default_rng(9).uniform(LOW, HIGH, (5000, 3)).astype(np.float32)
@@ -36,6 +37,7 @@ def test_a_diving_reflex_is_fitted_to_one_error_in_two_hundred(diver) -> None:
 
 
 @pytest.mark.parametrize("seed", [0, 1, 2])
+@pytest.mark.definition("3 hand-coded")
 def test_a_happiness_is_fitted_to_three_hundredths(seed: int) -> None:
     fitted = fit_network(happiness, 3, LOW, HIGH, kind="happiness", seed=seed)
     assert fitted.error < 0.03

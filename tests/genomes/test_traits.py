@@ -39,6 +39,7 @@ def species(**changes):
     return WorldConfig.model_validate(world).species["beast"]
 
 
+@pytest.mark.definition("3 genome encodes")
 def test_every_heritable_value_of_a_species_is_listed_with_its_column_and_own_value() -> None:
     traits = {t.name: (t.component, t.field, t.index, t.default) for t in traits_of(species(), 2).values()}
     assert traits == {

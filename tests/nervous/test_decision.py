@@ -27,6 +27,7 @@ def _decide(nerves, choice, y, policy=True):
 
 @pytest.mark.parametrize(("y", "z", "h"),
                          [(-1, 0, 0), (-1, 1, 0), (0, 0, 0), (0, 1, 1), (1, 0, 1), (1, 1, 1)])
+@pytest.mark.definition("5 decision")
 def test_each_combination_of_reflex_and_policy(y, z, h):
     nerves = _nerves({"speed": ["walk", "run"]})
     chosen = 0 if z else 1
@@ -44,6 +45,7 @@ def test_h_of_y_plus_z_for_whole_vectors():
     assert _decide(nerves, choice, y) == (y + z > 0).astype(int).tolist()
 
 
+@pytest.mark.definition("3 reflex agents")
 def test_without_reflex_the_policy_decides_and_without_policy_the_reflex():
     nerves = _nerves({"speed": ["still", "walk", "run"]})
     assert _decide(nerves, [[2], [0]], []) == [[0, 0, 1], [1, 0, 0]]

@@ -1,4 +1,5 @@
 import numpy as np
+import pytest
 
 from ecs_eco.components import Biology
 from ecs_eco.systems import Age
@@ -6,6 +7,7 @@ from ecs_eco.systems.age import grow_old
 from ecs_eco.testing import act, arrange
 
 
+@pytest.mark.definition("1 age")
 def test_everyone_is_dt_older_after_a_tick(meadow):
     world = meadow(world={"dt": 0.5})
     deer = arrange(world, "deer", age=[0, 10])

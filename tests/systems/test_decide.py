@@ -23,6 +23,7 @@ def test_without_policy_and_reflex_only_what_is_automatic_is_done(meadow):
     assert _decision(meadow(automatic=[])).tolist() == [[0] * 7] * 2
 
 
+@pytest.mark.definition("3 reflex", "5 reflex")
 def test_a_reflex_of_the_sensors_decides(meadow):
     links = [
         {"sensor": "energy", "action": "run", "weight": 1, "above": 0.5},
@@ -33,6 +34,7 @@ def test_a_reflex_of_the_sensors_decides(meadow):
     assert _decision(world).tolist() == [[0, 0, 0, 0, 0, 0, 1], [0, 0, 1, 0, 0, 0, 0]]
 
 
+@pytest.mark.definition("3 policy", "3 actions", "5 choice", "5 decision")
 def test_the_policy_takes_one_of_each_group_and_the_reflex_is_added(meadow):
     blocked = {"connections": [{"sensor": "energy", "action": "walk", "weight": -1, "above": -1.0}]}
     world = meadow(count=300, reflex=blocked, options={"policies": "random"}, **POLICY)

@@ -17,6 +17,7 @@ def _live(world, energy):
     return n.happiness[:2].tolist(), n.reward[:2].tolist()
 
 
+@pytest.mark.definition("3 happiness", "5 reward")
 def test_the_reward_is_the_change_of_happiness_and_a_newborn_has_none(meadow):
     world = meadow(happiness={"formula": "2 * energy"})
     assert not world.tables["deer"][Nervous].awake[:2].any()

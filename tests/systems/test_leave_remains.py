@@ -19,6 +19,7 @@ def world(meadow):
     return meadow(world=WORLD, count=3, **DEER)
 
 
+@pytest.mark.definition("3 remains")
 def test_the_dead_leave_an_object_with_their_place_mass_and_substances(world):
     arrange(world, "deer", x=[1, 2, 3], y=[4, 5, 6], heading=0.5, energy=[0.5, -1, 0.5],
             temperature=[310, 290, 310], mass=[60, 55, 60])

@@ -11,6 +11,7 @@ from ecs_eco.testing import arrange, check_system, difference, shuffle, state
 from tests.systems.couples import FEMALE, MALE, WAY, couples_of, mate, mix, plain_draw, values_by_uid
 
 
+@pytest.mark.definition("3 reproduction")
 def test_a_female_conceives_by_a_male_if_both_are_old_and_fed_enough_rested_and_not_pregnant(meadow):
     world = couples_of(meadow, 13, reproduction={"age_min": 10.0, "gestation": 5.0, "litter": 3})
     age, energy, sex = np.full((13, 2), 10.0), np.full((13, 2), 0.5), np.tile([FEMALE, MALE], (13, 1))
@@ -129,6 +130,7 @@ def with_genome(table, loci):
         table.add_component(component)
 
 
+@pytest.mark.definition("3 hyperparameters")
 def test_the_organisms_own_life_history_replaces_that_of_the_species(meadow):
     world = couples_of(meadow, 4, reproduction={"father_share": 0.5, "energy_given": 0.5, "age_min": 50.0})
     world.tables["deer"].add_component(LifeHistory)

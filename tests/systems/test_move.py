@@ -20,6 +20,7 @@ def _moved(world, decision, **columns):
     return np.stack([p.x, p.y, p.heading], 1)[rows]
 
 
+@pytest.mark.definition("3 physical rules")
 def test_an_animal_turns_then_goes_ahead_and_pays_for_its_gait(meadow):
     world = meadow(count=4, world={"dt": 0.5})
     decision = [[*STILL, *NONE, 1], [*WALK, *LEFT, 1], [*RUN, *RIGHT, 0], [0] * 7]

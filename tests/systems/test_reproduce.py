@@ -19,6 +19,7 @@ def _born(world):
     return born[0] if born else ([], np.zeros(0, int))
 
 
+@pytest.mark.definition("3 reproduction")
 def test_the_fed_and_grown_give_birth_with_their_chance_and_pay(meadow):
     way = WAY | {"age_min": 10.0}
     world = meadow(count=200, world={"space": {"size": [400.0, 400.0]}}, reproduction=way)
@@ -204,6 +205,7 @@ def test_max_count_counts_those_who_wait_to_be_born(meadow):
     assert deer.n == 12
 
 
+@pytest.mark.definition("1 sex")
 def test_sexes_are_drawn_where_they_are_random(meadow):
     world = meadow(count=400, sex="random", world={"space": {"size": [400.0, 400.0]}}, reproduction=WAY)
     deer = arrange(world, "deer", energy=1.0)
@@ -216,6 +218,7 @@ def test_sexes_are_drawn_where_they_are_random(meadow):
     assert female.tables["deer"][Biology].sex[:2].tolist() == [1, 1]
 
 
+@pytest.mark.definition("1 fertility")
 def test_the_infertile_and_worlds_in_training_have_no_births(meadow):
     world = meadow(count=50, fertility=0.0, reproduction=WAY)
     arrange(world, "deer", energy=1.0)

@@ -14,6 +14,7 @@ SENSORS = [
 ]
 
 
+@pytest.mark.definition("5 sense")
 def test_the_vector_x_has_the_channels_in_order_for_everyone_in_canonical_order(meadow):
     world = meadow(sensors=SENSORS, count=3, grass={"count": 1})
     table = arrange(world, "deer", x=[19, 1, 10], y=[1, 1, 10], energy=[1, 2, 3], heading=[0, np.pi, 0])

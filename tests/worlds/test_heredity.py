@@ -50,6 +50,7 @@ def test_learning_alone_is_the_same_in_any_order_of_rows_and_on_two_threads():
         assert World.from_config(herd(count=150), threads=2).run(40).digest() == one.digest()
 
 
+@pytest.mark.definition("3 genome encodes")
 def test_a_newborn_is_what_its_genome_says():
     world = World.from_config(HERD).run(60)
     for name in ("goat", "grass"):
@@ -69,6 +70,7 @@ def test_a_newborn_is_what_its_genome_says():
     assert goat[Wool].length[goat.rows()].std() > 0.01
 
 
+@pytest.mark.definition("3 reproduction", "3 genome inherited")
 def test_genes_cross_and_mutate_and_letters_come_from_the_parents():
     world = World.from_config(herd(reproduction=HERD["species"]["goat"]["reproduction"]
                                     | {"gestation": 0.0}))

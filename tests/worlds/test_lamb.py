@@ -72,6 +72,7 @@ def test_who_inhales_with_its_nostrils_in_water_drowns_and_who_turns_away_does_n
     assert deaths == [(first, "drowned")]
 
 
+@pytest.mark.definition("3 chemical rules")
 def test_milk_flows_after_four_seconds_of_sucking_without_a_pause():
     world = meadow()
     fill(world, "glucose", 2.0, 2.0, 4.99, 2.0)
@@ -92,6 +93,7 @@ def test_milk_flows_after_four_seconds_of_sucking_without_a_pause():
     assert blood(world, "glucose")[0] == pytest.approx(2.18, abs=1e-5)
 
 
+@pytest.mark.definition("3 chemical rules")
 def test_living_and_walking_burn_glucose_and_oxygen_by_the_second():
     world = meadow(dt=0.5)
     fill(world, "glucose", 3.0, 3.0, 0.001, 3.0)

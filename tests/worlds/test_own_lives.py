@@ -60,6 +60,7 @@ def test_large_bodies_burn_more_by_the_three_quarters_power():
                                                           rel=1e-5)
 
 
+@pytest.mark.definition("3 hyperparameters", "3 staying alive")
 def test_each_dies_at_an_age_of_its_own():
     config = herd(genome={"loci": 4, "genes": [gene_for("span", "life.age_max", 1, values=[5, 10, 15, 20])]},
                    reproduction=None, count=40,
@@ -74,6 +75,7 @@ def test_each_dies_at_an_age_of_its_own():
     assert all(age == span for age, span in died)
 
 
+@pytest.mark.definition("3 hyperparameters", "5 learning")
 def test_each_learns_with_hyperparameters_of_its_own():
     gene = gene_for("rate", "ppo.learning_rate", 1, values=[0.0, 0.0, 0.05, 0.05])
     world = World.from_config(herd(genome={"loci": 4, "genes": [gene]}))

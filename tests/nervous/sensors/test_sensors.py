@@ -50,6 +50,7 @@ def _columns(world, name):
             b.radius[rows].astype(float))
 
 
+@pytest.mark.definition("3 sensor property")
 def test_every_own_property_and_substance_can_be_felt():
     world = World()
     table = world.add_table("ram", Position, Metabolism, Biology, Physical, Chemistry, dims={"substances": 2})
@@ -80,6 +81,7 @@ def test_every_own_property_and_substance_can_be_felt():
     ("size", "edges"), [((12.0, 9.0), "torus"), ((12.0, 9.0), "walls"), ((12.0, 9.0, 6.0), "torus"),
                         ((12.0, 9.0, 6.0), "walls")]
 )
+@pytest.mark.definition("3 sensor place")
 def test_a_nose_reads_the_field_at_its_place_on_the_body(size, edges):
     world = _crowd(size, edges)
     field = world.fields["musk"] = Field(world.space, 1.5)
@@ -165,6 +167,7 @@ def test_within_a_sector_counter_clockwise():
         assert within(F(angle), F(sector[0]), F(sector[1])) == inside
 
 
+@pytest.mark.definition("3 sensor place")
 def test_the_surroundings_are_read_at_the_sensors_place_on_the_body():
     world = World((10, 10, 20), edges="walls")
     world.add_table("a", Position, Body)
