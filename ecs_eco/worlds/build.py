@@ -172,7 +172,7 @@ def _species_table(world: SpatialWorld, name: str, species: Any) -> None:
     if species.sensors or actions:
         table.add_component(Nervous)
         dims = world.config.dims
-        senses = senses_of(species, dims, world.substances, world.config.function)
+        senses = senses_of(species, dims, world.substances, world.config.function, world.config.bearers)
         table.species.nerves = Nerves(species.channels(dims), senses, species.groups(), species.neutral,
                                       species.automatic, species.readings(dims), species.ranges())
         table.derived[Sensor] = Readings(table)

@@ -13,7 +13,18 @@ from ecs_eco.config.checks.body import farthest, too_wide, widest
 from ecs_eco.config.checks.matter import Key, unknown
 from ecs_eco.config.formula import FormulaError, compile_formula
 from ecs_eco.config.memory import n_weights
-from ecs_eco.config.models.sensors import Approach, Gradient, Nearest, Own, Place, Rays, Sensor, Smell, Touch
+from ecs_eco.config.models.sensors import (
+    Approach,
+    Gradient,
+    Nearest,
+    Own,
+    Place,
+    Property,
+    Rays,
+    Sensor,
+    Smell,
+    Touch,
+)
 from ecs_eco.config.models.species import Species, ppo_defaults
 from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.engine.errors import Problem, listed, nearest
@@ -37,9 +48,11 @@ def check_nerves(config: WorldConfig, name: str, folder: Path) -> Iterator[Probl
 
 def _check_sensor(config: WorldConfig, species: Species, key: Key, sensor: Sensor) -> Iterator[Problem]:
     kinds = [*config.species, *config.objects]
-    if isinstance(sensor, Own) and sensor.property not in species.own():
+    if isinstance(sensor, Own) and sensor.property not in species.felt():
         yield unknown((*key, "property"), "property or substance of the species", sensor.property,
-                      species.own())
+                      species.felt())
+    if isinstance(sensor, Property):
+        yield from _check_property(config, key, sensor)
     if isinstance(sensor, Smell | Gradient) and sensor.field not in config.fields:
         yield unknown((*key, "field"), "field", sensor.field, config.fields)
     if isinstance(sensor, Nearest) and sensor.target not in kinds:
@@ -53,16 +66,32 @@ def _check_sensor(config: WorldConfig, species: Species, key: Key, sensor: Senso
         for j, target in enumerate(sensor.targets):
             if target not in (*kinds, "wall"):
                 yield unknown((*key, "targets", j), "species, object type or wall", target, [*kinds, "wall"])
-    if isinstance(sensor, Nearest | Rays | Approach) and sensor.radius > widest(config):
+    if isinstance(sensor, Nearest | Rays | Approach | Property) and sensor.radius > widest(config):
         yield Problem((*key, "radius"), too_wide(config), sensor.radius, f"at most {widest(config):g} m")
     at = getattr(sensor, "at", [])
-    if isinstance(sensor, Smell | Place) and math.hypot(*at) > (most := farthest(config, species)):
+    if (isinstance(sensor, Smell | Place | Rays | Property)
+        and math.hypot(*at) > (most := farthest(config, species))):
         yield Problem((*key, "at"), "further off the body than the world is wide, in its radii", at,
                       f"at most {most:g}")
     if isinstance(sensor, Touch) and at[0] == at[1]:
         yield Problem((*key, "at"), "the sector is empty", at, "two angles that differ [rad]")
     elif not isinstance(sensor, Touch) and len(at) > config.dims:
         yield Problem((*key, "at"), "too many numbers for a plane", at, "forward and left")
+
+
+def _check_property(config: WorldConfig, key: Key, sensor: Property) -> Iterator[Problem]:
+    kinds, named = [*config.species, *config.objects], sensor.kinds()
+    for i, kind in enumerate(named):
+        at = (*key, "of") if isinstance(sensor.of, str) else (*key, "of", i)
+        if kind not in kinds:
+            yield unknown(at, "species or object type", kind, kinds)
+        elif kind in named[:i]:
+            yield Problem(at, "named twice", kind, "each species or object type once")
+        elif sensor.property not in (felt := config.felt(kind)):
+            yield unknown((*key, "property"), f"property or substance of {kind}", sensor.property, felt)
+    if not named and not config.bearers(sensor.property):
+        felt = dict.fromkeys(name for kind in kinds for name in config.felt(kind))
+        yield unknown((*key, "property"), "property or substance of any body", sensor.property, felt)
 
 
 def _check_channels(config: WorldConfig, key: Key, species: Species) -> Iterator[Problem]:

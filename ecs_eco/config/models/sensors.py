@@ -10,9 +10,9 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import Field
+from pydantic import Discriminator, Field, Tag
 
 from ecs_eco.engine.section import (
     Function,
@@ -29,6 +29,14 @@ from ecs_eco.engine.section import (
 
 Angle = Annotated[float, Field(ge=-math.pi, le=math.pi)]
 WIDEST = 2.0 * math.pi + 1e-6
+
+
+def _word_or_list(value: Any) -> str:
+    return "names" if isinstance(value, list) else "word"
+
+
+Kinds = Annotated[Annotated[str, Tag("word")] | Annotated[list[str], Field(min_length=1), Tag("names")],
+                  Discriminator(_word_or_list)]
 
 
 class Sensor(Section):
@@ -49,7 +57,8 @@ class Own(Sensor):
     """Feels one property or substance of the own body."""
 
     kind: Literal["own"]
-    property: str = about("energy, age, fertility, or a property or substance that the species has")
+    property: str = about("energy, age, fertility, sex (0 none, 1 female, 2 male), mass, radius, volume, "
+                          "or a property or substance that the species has")
     scale: Positive = quantity("the value that reads 1", "unit of the property", 1.0)
 
     def base(self) -> str:
@@ -94,10 +103,46 @@ class Rays(Sensor):
     )
     report: Literal["per_ray", "closest"] = about("each ray's closeness, or where the closest hit is",
                                                   "closest")
+    at: Point = quantity("place on the body that they begin at: forward, left (, up), in radii of the body",
+                         "1", [0.0, 0.0])
+    angle: Angle = quantity("direction of the middle ray; 0 is ahead and left is positive", "rad", 0.0)
 
     def channels(self, dims: int) -> tuple[str, ...]:
         ways = _ways(dims) if self.report == "closest" else tuple(str(i + 1) for i in range(self.count))
         return tuple(f"{self.name or self.base()}_{target}_{way}" for target in self.targets for way in ways)
+
+
+class Property(Sensor):
+    """Feels a property of the bodies around: the sum of weight × (value − zero)/scale over all whose centres
+    are nearer than the radius, or their mean.
+
+    The weight of a body at distance d [m] is 1 with decay = "none", 1 − d/radius with "linear" and 1/d²
+    [1/m²] with "inverse_square", where d is at least that body's own radius: luminous intensity [cd] becomes
+    illuminance [lx]. The mean is the same sum divided by that of the weights. It reads 0 where there is
+    nobody; the own body does not count.
+    """
+
+    kind: Literal["property"]
+    property: str = about("energy, age, fertility, sex (0 none, 1 female, 2 male), mass, radius, volume, "
+                          "or a property or substance that the bodies have")
+    of: Kinds | None = about("a species or an object type, or a list of them; "
+                             "absent: all that have the property", None)
+    radius: Positive = quantity("how far it reaches, to the centre of a body", "m")
+    at: Point = quantity("place on the body: forward, left (, up), in radii of the body", "1", [0.0, 0.0])
+    decay: Literal["none", "linear", "inverse_square"] = about(
+        "how the weight of a body falls with its distance", "none"
+    )
+    report: Literal["sum", "mean"] = about("the sum over the bodies, or their weighted mean", "sum")
+    zero: Real = quantity("the value of a body that adds nothing", "unit of the property", 0.0)
+    scale: Positive = quantity("the sum or the mean that reads 1", "unit of the property, over m² for a sum "
+                               "with inverse_square", 1.0)
+
+    def base(self) -> str:
+        return "_".join([*(self.kinds() or ["any"]), self.property])
+
+    def kinds(self) -> list[str]:
+        """The species and object types that are named; none: all that have the property."""
+        return [self.of] if isinstance(self.of, str) else list(self.of or [])
 
 
 class Smell(Sensor):
@@ -212,7 +257,8 @@ class Custom(Sensor):
 
 
 AnySensor = Annotated[
-    Own | Nearest | Rays | Smell | Gradient | Approach | Touch | Light | Temperature | Pressure | Custom,
+    Own | Nearest | Rays | Property | Smell | Gradient | Approach | Touch
+    | Light | Temperature | Pressure | Custom,
     Field(discriminator="kind")
 ]
 

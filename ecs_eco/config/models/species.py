@@ -11,7 +11,7 @@ from pydantic import Field, field_validator, model_validator
 from ecs_eco.config.models.nerves import Continuous, Group, Happiness, Neutral, Policy, Reflex
 from ecs_eco.config.models.reproduction import AnyReproduction
 from ecs_eco.config.models.sensors import AnySensor, Smell, name_sensors
-from ecs_eco.config.models.surroundings import PROPERTIES, Body, Color
+from ecs_eco.config.models.surroundings import BODY, PROPERTIES, Body, Color
 from ecs_eco.engine.section import (
     Count,
     Function,
@@ -191,6 +191,10 @@ class Species(Section):
     def own(self) -> tuple[str, ...]:
         """Names of properties that the species can sense in itself or die of."""
         return (*OWN, *self.properties, *self.substances)
+
+    def felt(self) -> tuple[str, ...]:
+        """Names of properties that the species can sense in itself, and others in its bodies."""
+        return tuple(dict.fromkeys((*self.own(), "sex", *BODY)))
 
     def _sensor_of_channel(self, dims: int) -> list[Any]:
         return [sensor for sensor in self.sensors for _ in sensor.channels(dims)]

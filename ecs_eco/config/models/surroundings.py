@@ -14,6 +14,7 @@ PROPERTIES = {  # physical properties a body may have besides mass, and their un
     "electric_current": "A",
     "luminous_intensity": "cd",
 }
+BODY = ("mass", "radius", "volume")  # of the body itself
 Color = Annotated[str, Field(pattern=r"^#[0-9a-fA-F]{6}$")]
 
 
@@ -93,3 +94,7 @@ class ObjectType(Section):
     properties: dict[str, Real] = table(f"physical properties by name: {', '.join(PROPERTIES)}", dict)
     substances: dict[Name, NonNegative] = table("concentrations by name [mol/L]", dict)
     emits: dict[Name, NonNegative] = table("field = amount that each puts into it [1/s]", dict)
+
+    def felt(self) -> tuple[str, ...]:
+        """Names of properties and substances of these bodies."""
+        return tuple(dict.fromkeys((*self.properties, *self.substances, *BODY)))

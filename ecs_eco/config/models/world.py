@@ -110,6 +110,19 @@ class WorldConfig(Section):
         """2 in a plane, 3 in a volume."""
         return len(self.space.size)
 
+    def felt(self, kind: str) -> tuple[str, ...]:
+        """Names of properties and substances of the bodies of a species or object type; objects that are the
+        remains of a species have its own."""
+        if kind in self.species:
+            return self.species[kind].felt()
+        left = (name for species in self.species.values() if species.remains == kind
+                for name in (*species.properties, *species.substances))
+        return tuple(dict.fromkeys((*self.objects[kind].felt(), *left)))
+
+    def bearers(self, property: str) -> list[str]:
+        """The object types and species whose bodies have a property or substance."""
+        return [kind for kind in (*self.objects, *self.species) if property in self.felt(kind)]
+
     @property
     def folder(self) -> Path:
         """Folder of the world file, the base of relative file names."""

@@ -12,6 +12,7 @@ from ecs_eco.nervous.sensors.approach import feel_approach
 from ecs_eco.nervous.sensors.gradient import smell_gradient
 from ecs_eco.nervous.sensors.nearest import see_nearest
 from ecs_eco.nervous.sensors.own import own
+from ecs_eco.nervous.sensors.property import feel_property
 from ecs_eco.nervous.sensors.rays import cast_rays
 from ecs_eco.nervous.sensors.sense import Sense
 from ecs_eco.nervous.sensors.smell import smell
@@ -20,9 +21,13 @@ from ecs_eco.nervous.sensors.touch import touch
 
 
 def senses_of(species: Any, dims: int, substances: list[str],
-              find: Callable[[Any], Any] = handed_over) -> list[tuple[Sense, int]]:
-    """Return (sense, number of channels) for each sensor of a species' configuration."""
-    made = [find(s.function) if s.kind == "custom" else _sense_of(s, substances, i)
+              find: Callable[[Any], Any] = handed_over,
+              bearers: Callable[[str], list[str]] = lambda _: []) -> list[tuple[Sense, int]]:
+    """Return (sense, number of channels) for each sensor of a species' configuration; `bearers(property)`
+    are the kinds of bodies that have a property."""
+    made = [find(s.function) if s.kind == "custom"
+            else _property_of(s, bearers(s.property), substances, i) if s.kind == "property"
+            else _sense_of(s, substances, i)
             for i, s in enumerate(species.sensors)]
     return [(sense, len(s.channels(dims))) for sense, s in zip(made, species.sensors, strict=True)]
 
@@ -33,7 +38,7 @@ def _sense_of(s: Any, substances: list[str], number: int) -> Sense:
     if s.kind == "nearest":
         return see_nearest(s.target, s.radius, s.fov, s.occlusion, number, s.sight, s.blind)
     if s.kind == "rays":
-        return cast_rays(s.targets, s.count, s.fov, s.radius, s.report, number)
+        return cast_rays(s.targets, s.count, s.fov, s.radius, s.report, number, s.at, s.angle)
     if s.kind == "smell":
         return smell(s.field, s.at, s.scale, number)
     if s.kind == "touch":
@@ -44,3 +49,8 @@ def _sense_of(s: Any, substances: list[str], number: int) -> Sense:
     if s.kind == "approach":
         return feel_approach(s.target, s.radius, s.scale)
     return ambient(s.kind, s.zero, s.scale, s.at, number, getattr(s, "dark", None))
+
+
+def _property_of(s: Any, bearers: list[str], substances: list[str], number: int) -> Sense:
+    return feel_property(s.property, s.kinds() or bearers, s.radius, s.decay, s.report, s.zero, s.scale, s.at,
+                         substances, number)

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ecs_eco.components import Biology, Chemistry, Metabolism, Physical
+from ecs_eco.components import Biology, Body, Chemistry, Metabolism, Physical
 from ecs_eco.engine.jit import njit
 from ecs_eco.nervous.sensors.sense import Seekers, Sense
 
@@ -14,13 +14,20 @@ if TYPE_CHECKING:
 
 
 def own_column(table: "Table", name: str, substances: list[str]) -> np.ndarray:
-    """Return the column of a property or substance by name: f32[capacity]."""
+    """Return the column of a property or substance by name: f32[capacity], of the sex u8[capacity]."""
     if name == "energy":
         return table[Metabolism].energy
     if name in ("age", "fertility"):
         return getattr(table[Biology], name)
     if name in substances:
         return table[Chemistry].molarity[:, substances.index(name)]
+    if name == "sex":
+        return table[Biology].sex
+    if name in ("mass", "radius"):
+        return getattr(table[Body], name)
+    if name == "volume":
+        with np.errstate(over="ignore"):
+            return np.float32(4 / 3 * np.pi) * table[Body].radius ** 3
     return getattr(table[Physical], name)
 
 

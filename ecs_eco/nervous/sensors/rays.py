@@ -1,12 +1,13 @@
 """The sensor that casts rays."""
 
 import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ecs_eco.components import Body
-from ecs_eco.nervous.sensors.sense import Seekers, Sense, own_range
+from ecs_eco.nervous.sensors.sense import Seekers, Sense, own_range, place_of
 from ecs_eco.space import sight
 from ecs_eco.space.bodies import merged, rocks
 
@@ -16,23 +17,27 @@ if TYPE_CHECKING:
 
 
 def cast_rays(targets: list[str], count: int, fov: float, reach: float, report: str,
-              number: int = 0) -> Sense:
+              number: int = 0, at: Sequence[float] = (), angle: float = 0.0) -> Sense:
     """Cast rays that stop at the first body, rock or wall; report closeness per ray,
-    or the closest hit of each type."""
+    or the closest hit of each type.
+
+    They begin at a place on the body, `at`, and spread to both sides of `angle` from the heading.
+    """
     # no ray twice on a full circle
     turn = fov if fov >= 2 * math.pi - 1e-5 else fov * count / max(count - 1, 1)
-    angles = (np.arange(count) - (count - 1) / 2) * (turn / count)
+    angles = (np.arange(count) - (count - 1) / 2) * (turn / count) + angle
     ray_cos, ray_sin = np.cos(angles).astype(np.float32), np.sin(angles).astype(np.float32)
 
     def sense(world: "SpatialWorld", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
         space, mine, (ground, inverse) = world.space, seekers.index, rocks(world)
         radius, own = own_range(table, seekers, number, reach)
+        (x, y, z), _ = place_of(table, seekers, number, at, space)
         names = [n for n, t in world.tables.items()
                  if Body in t and (n in targets or t.species.opaque is not False)]
         bodies = merged(world, names)
         hit = np.empty((seekers.n, count), np.int32)
         distance = np.empty((seekers.n, count), np.float32)
-        world.split(sight.cast, seekers.n, mine.x, mine.y, mine.z, mine.uid, seekers.cos, seekers.sin, mine.x,
+        world.split(sight.cast, seekers.n, x, y, z, mine.uid, seekers.cos, seekers.sin, mine.x,
                     bodies.x, bodies.y, bodies.z, bodies.radius, bodies.uid, bodies.kind, bodies.start,
                     *space.shape, space.inverse, space.lengths,
                     space.torus, space.reach(radius + bodies.largest), np.float32(radius), ray_cos, ray_sin,

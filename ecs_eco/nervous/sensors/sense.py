@@ -1,6 +1,6 @@
 """What all sensors share: those who sense now, where on the body a sensor is, and how far it reaches."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -38,6 +38,26 @@ def own_range(table: "Table", seekers: Seekers, number: int, radius: float) -> t
         return radius, np.full(seekers.n, radius, np.float32)
     own = table[Senses].radius[seekers.rows, number]
     return float(own.max()), own
+
+
+def place_of(table: "Table", seekers: Seekers, number: int, at: Sequence[float],
+             space: Any) -> tuple[tuple[np.ndarray, np.ndarray, np.ndarray], float]:
+    """Return where a sensor is on each body, x, y, z f32[n] [m], and how far off its centre at most [m].
+
+    `at` is ahead, to the left (, up), in radii of the body, where that is not an organism's own.
+    """
+    x, y, z = seekers.index.x, seekers.index.y, seekers.index.z
+    forward, left, up = (np.float32(v) for v in [*at, 0.0, 0.0, 0.0][:3])
+    own = number in table.species.own_places
+    if not (own or forward or left or up):
+        return (x, y, z), 0.0
+    ahead, aside = ((table[Senses].forward[seekers.rows, number], table[Senses].left[seekers.rows, number])
+                    if own else (forward, left))
+    x, y = nose(seekers, ahead, aside, space)
+    if space.volume:
+        z = back_into(z + seekers.radius * up, space.lengths[2], space.wrap[2])
+    off = seekers.radius * np.hypot(np.hypot(ahead, aside), up)
+    return (x, y, z), float(off.max(initial=0.0))
 
 
 def nose(seekers: Seekers, forward: Any, left: Any, space: Any) -> tuple[np.ndarray, np.ndarray]:

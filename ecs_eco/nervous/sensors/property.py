@@ -1,0 +1,48 @@
+"""The sensor of a property of the bodies around: warmth, light, electric current, a substance, age."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ecs_eco.components import Body
+from ecs_eco.engine.jit import njit
+from ecs_eco.nervous.sensors.own import own_column
+from ecs_eco.nervous.sensors.sense import Seekers, Sense, own_range, place_of
+from ecs_eco.space.sums import DECAYS, add_near
+
+if TYPE_CHECKING:
+    from ecs_eco.engine.table import Table
+    from ecs_eco.space.world import SpatialWorld
+
+
+def feel_property(property: str, of: list[str], radius: float, decay: str, report: str, zero: float,
+                  scale: float, at: list[float], substances: list[str], number: int = 0) -> Sense:
+    """Feel a property of the bodies of some kinds around a place on the own body, which itself is left out:
+    Σ weight × (value − zero)/scale, or, as a mean, that over Σ weight; 0 where there is nobody.
+
+    A body counts if its centre is nearer than `radius` [m]. Its weight at distance d is 1 with decay "none",
+    1 − d/radius with "linear", 1/d² [1/m²] with "inverse_square", where d is at least its own radius.
+    """
+
+    def sense(world: "SpatialWorld", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
+        _, own = own_range(table, seekers, number, radius)
+        place, off = place_of(table, seekers, number, at, world.space)
+        total, weight = np.zeros(seekers.n), np.zeros(seekers.n)
+        for other in (world.tables[name] for name in of):
+            targets = world.index(other)
+            value = own_column(other, property, substances)[targets.rows] - np.float32(zero)
+            add_near(seekers.index, place, off, own, targets, value, other[Body].radius[targets.rows],
+                     DECAYS[decay], total, weight, world.split)
+        world.split(_write, seekers.n, total, weight, report == "mean", 1.0 / scale, out, column)
+
+    return sense
+
+
+@njit
+def _write(first, last, total, weight, mean, factor, out, column):
+    """Write the sums over the scale, or the means."""
+    for i in range(first, last):
+        share = 1.0
+        if mean:
+            share = 1.0 / weight[i] if weight[i] > 0 else 0.0
+        out[i, column] = total[i] * share * factor
