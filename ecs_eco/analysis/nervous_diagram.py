@@ -10,6 +10,7 @@ from typing import Any
 from ecs_eco.analysis.formula_signs import Sign, directions, pushes
 from ecs_eco.config import WorldConfig
 from ecs_eco.config.models.species import OWN, Species
+from ecs_eco.config.models.surroundings import BODY, PROPERTIES
 from ecs_eco.engine.errors import ConfigError, Problem, nearest
 from ecs_eco.engine.section import function_name
 
@@ -19,6 +20,7 @@ KINDS = {
     "smell": "smell",
     "nearest": "vision",
     "rays": "vision",
+    "property": "bodies around",
     "light": "surroundings",
     "temperature": "surroundings",
     "pressure": "surroundings",
@@ -33,7 +35,7 @@ ORDER = ("homeostatic regulation", "reproduction", "other actions", "locomotion"
 class SensorNode:
     """A sensor: its kind, what it is sensitive to and where, and its channels (rows of the sensory input)."""
 
-    kind: str  # heading: interoception, touch, smell, vision, surroundings, other senses
+    kind: str  # heading: interoception, touch, smell, vision, bodies around, surroundings, other senses
     text: str
     channels: tuple[str, ...]
     first: int  # row of its first channel
@@ -156,8 +158,11 @@ def _sensors(species: Species, dims: int) -> list[SensorNode]:
     nodes, first = [], 0
     for s in species.sensors:
         channels = s.channels(dims)
-        at = tuple(s.at[:2]) if hasattr(s, "at") and s.kind != "touch" else None
-        sector = tuple(s.at) if s.kind == "touch" else (-s.fov / 2, s.fov / 2) if hasattr(s, "fov") else None
+        placed = hasattr(s, "at") and s.kind != "touch" and (s.kind != "rays" or any(s.at))
+        at = tuple(s.at[:2]) if placed else None
+        ahead = getattr(s, "angle", 0.0)
+        sector = (tuple(s.at) if s.kind == "touch"
+                  else (ahead - s.fov / 2, ahead + s.fov / 2) if hasattr(s, "fov") else None)
         kind = KINDS.get(s.kind, "other senses")
         genes = list(dict.fromkeys(g.name for trait, g in _genes(species).items()
                                    if trait.startswith(f"sensors.{s.name}.")))
@@ -179,7 +184,14 @@ def _text(sensor: Any) -> str:
             return f"nearest {sensor.target} within {sensor.radius:g} m{_angle(sensor.fov)}{hidden}"
         case "rays":
             rays = "1 ray" if sensor.count == 1 else f"{sensor.count} rays"
-            return f"{rays} of {sensor.radius:g} m{_angle(sensor.fov)}: {', '.join(sensor.targets)}"
+            where = (f" around {math.degrees(sensor.angle):.0f}°".replace("-", "−") * bool(sensor.angle)
+                     + f", {_place(sensor.at)}" * any(sensor.at))
+            return f"{rays} of {sensor.radius:g} m{_angle(sensor.fov)}{where}: {', '.join(sensor.targets)}"
+        case "property":
+            decay = {"none": "", "linear": ", falling linearly", "inverse_square": ", by inverse square"}
+            mean, whose = "mean " * (sensor.report == "mean"), " or ".join(sensor.kinds()) or "all bodies"
+            return (f"{mean}{sensor.property} of {whose} within {sensor.radius:g} m{decay[sensor.decay]}, "
+                    f"{_place(sensor.at)}")
         case "touch":
             begin, end = sensor.at
             where = ("all round" if end - begin >= 2 * math.pi - 1e-5
@@ -296,13 +308,13 @@ def _positive(species: Species, dims: int) -> set[str]:
     names: set[str] = set()
     for s in species.sensors:
         channels = s.channels(dims)
-        if s.kind == "own" and s.property in (*OWN, *species.substances):
+        if s.kind == "own" and s.property in (*OWN, "sex", *BODY, *species.substances):
             names |= set(channels)
         elif s.kind in ("smell", "touch") or (s.kind == "rays" and s.report == "per_ray"):
             names |= {*channels, getattr(s, "field", channels[0])}
         elif s.kind in ("nearest", "rays"):
             names |= {c for c in channels if c.endswith("_near")}
-        elif s.kind == "light" and s.zero <= 0:
+        elif (s.kind == "light" or (s.kind == "property" and s.property not in PROPERTIES)) and s.zero <= 0:
             names |= set(channels)
     return names
 

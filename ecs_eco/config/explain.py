@@ -80,15 +80,18 @@ def _problem(error: Any, data: dict[str, Any]) -> Problem:
 
 
 def _key(loc: tuple[Any, ...], data: Any) -> Key:
-    """The location without the tags of unions, which pydantic puts between."""
+    """The location without the tags of unions, which pydantic puts between: a section's kind,
+    which may be one of its keys too, comes first."""
     key: list[str | int] = []
+    tagged = False  # whether the tag of this section is left out already
     for part in loc:
-        if part == "[key]" or (isinstance(data, dict) and part not in data and data.get("kind") == part):
+        if part == "[key]" or (isinstance(data, dict) and data.get("kind") == part and not tagged):
+            tagged = True
             continue
         if part in FORMS and not (isinstance(data, dict) and part in data):
             continue
         key.append(part)
-        data = value_at(data, (part,))
+        data, tagged = value_at(data, (part,)), False
     return tuple(key)
 
 
