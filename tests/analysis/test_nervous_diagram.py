@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import math
+
+import pytest
+
 from ecs_eco.analysis.nervous_diagram import diagram
 from ecs_eco.config import load
 from tests.analysis.nervous_worlds import heritable, lamb
@@ -64,6 +68,27 @@ def test_formulas_are_connections_from_every_sensor_that_they_name() -> None:
     assert [(r.sign, r.label) for r in d.reflexes] == [(None, "(lips > 0.5) - (milk_smell < 0.1)"),
                                                        (1, "glucose")]
     assert d.function.endswith(":bounce")
+
+
+def test_senses_of_bodies_around_say_what_of_whom_how_far_and_where() -> None:
+    feels = {"kind": "property", "radius": 6.0}
+    sensors = [
+        feels | {"property": "mass", "of": ["lamb"], "at": [1.0, -0.5], "decay": "linear"},
+        feels | {"property": "glucose", "report": "mean", "decay": "inverse_square", "zero": 0.001},
+        {"kind": "rays", "count": 3, "radius": 5.0, "targets": ["lamb"], "angle": -math.pi / 2, "at": [1, 0]},
+        {"kind": "rays", "name": "eye", "count": 1, "radius": 5.0, "fov": 1.0, "targets": ["lamb"]},
+    ]
+    happiness = {"formula": "abs(lamb_mass) - any_glucose", "minimum": -1.0}
+    d = diagram(lamb(sensors=sensors, reflex=None, happiness=happiness), "lamb")
+    assert [(s.kind, s.text, s.at) for s in d.sensors] == [
+        ("vision", "3 rays of 5 m over 180° around −90°, 1 ahead: lamb", (1, 0)),
+        ("vision", "1 ray of 5 m over 57°: lamb", None),
+        ("bodies around", "mass of lamb within 6 m, falling linearly, 1 ahead, 0.5 right", (1, -0.5)),
+        ("bodies around", "mean glucose of all bodies within 6 m, by inverse square, at the centre", (0, 0)),
+    ]
+    assert d.sensors[0].sector == pytest.approx((-math.pi, 0))
+    assert d.happiness is not None
+    assert d.happiness.sources == ((0, 1), (1, -1))  # no mass is below 0
 
 
 def test_a_lone_action_and_its_absence_are_two_options_of_the_policy() -> None:

@@ -145,6 +145,11 @@ def test_values_are_checked_in_the_order_of_time_each_with_those_before():
     assert "more than energy_max" in text
 
 
+def test_a_wrong_key_beside_one_that_is_named_as_the_kind_is_named_itself():
+    assert refusal({"kind": "set", "at": -1, "set": {"species.deer.fertility": 0.5}}).startswith(
+        "interventions.0.at:")  # fmt: skip
+
+
 def test_a_fence_may_be_taken_away_once_for_each_time_it_was_put_up():
     planned(FENCE, FENCE | {"at": 7, "remove": True})
     assert refusal(FENCE, FENCE | {"at": 7, "remove": True},
