@@ -158,8 +158,8 @@ def _sensors(species: Species, dims: int) -> list[SensorNode]:
     nodes, first = [], 0
     for s in species.sensors:
         channels = s.channels(dims)
-        placed = hasattr(s, "at") and s.kind != "touch" and (s.kind != "rays" or any(s.at))
-        at = tuple(s.at[:2]) if placed else None
+        place = [] if s.kind == "touch" else getattr(s, "at", [])
+        at = tuple(place[:2]) if s.kind != "rays" or any(place) else None
         ahead = getattr(s, "angle", 0.0)
         sector = (tuple(s.at) if s.kind == "touch"
                   else (ahead - s.fov / 2, ahead + s.fov / 2) if hasattr(s, "fov") else None)
@@ -167,7 +167,7 @@ def _sensors(species: Species, dims: int) -> list[SensorNode]:
         genes = list(dict.fromkeys(g.name for trait, g in _genes(species).items()
                                    if trait.startswith(f"sensors.{s.name}.")))
         text = _text(s) + f", gene{'s' * (len(genes) > 1)} {', '.join(genes)}" * bool(genes)
-        nodes.append(SensorNode(kind, text, channels, first, at, sector,  # type: ignore[arg-type]
+        nodes.append(SensorNode(kind, text, channels, first, at or None, sector,  # type: ignore[arg-type]
                                 kind == "vision"))
         first += len(channels)
     order = [*dict.fromkeys(KINDS.values()), "other senses"]

@@ -6,7 +6,8 @@ import pytest
 from ecs_eco import World
 from ecs_eco.components import Biology, Body, Chemistry, Genome, Metabolism, Nervous, Physical, Position
 from ecs_eco.genomes import DNA
-from ecs_eco.testing import arrange, check_world
+from ecs_eco.systems import Sense
+from ecs_eco.testing import act, arrange, check_world
 
 PROPERTIES = {  # Definition 1: property, component, its unit, the value in this world
     "temperature": (Physical, 311.0),  # [K]
@@ -79,7 +80,7 @@ def test_definition_2_inanimate_objects_have_a_type_and_properties(world):
 
 def test_definition_3_an_organism_has_a_nervous_system_of_sensors_actions_and_three_networks(world):
     nerves = world.tables["ram"].species.nerves
-    assert len(nerves.channels) == 4 + 2 * 3 + 2 * 3 + 2 + 1 + 3
+    assert len(nerves.channels) == 4 + 2 * 3 + 2 * 3 + 3 + 2 + 1 + 3
     assert [a for _, a in nerves.actions] == ["still", "walk", "run", "left", "none", "right", "eat"]
     assert nerves.reflex is not None
     assert nerves.happiness is not None
@@ -90,6 +91,31 @@ def test_definition_3_an_organism_has_a_nervous_system_of_sensors_actions_and_th
     reflex_agent = world.tables["lynx"].species.nerves
     assert (reflex_agent.policy, reflex_agent.happiness, reflex_agent.reflex is None) == (False, None, False)
     assert world.tables["moss"].species.nerves is None  # plants and bacteria
+
+
+def test_definition_3_a_sensor_may_be_sensitive_to_any_property_of_bodies_of_any_type(menagerie):
+    felt = [name for name in PROPERTIES if name != "x"] + ["volume", "glucose", "oxygen", "hydron"]
+    of = {"ram": felt, "boulder": ["temperature", "mass", "radius", "volume", "hydron"], "moss": ["energy"]}
+    sensors = [{"kind": "property", "property": name, "of": kind, "radius": 1.0, "at": [2.0, -3.0],
+                "decay": "inverse_square", "scale": 2.0} for kind, names in of.items() for name in names]
+    world = World.from_config(menagerie(species={"lynx": {"sensors": sensors, "reflex": None}}),
+                              policies="random")  # fmt: skip
+    nerves = arrange(world, "lynx", x=10, y=10, heading=np.pi / 2).species.nerves  # their sensors are at 11.8, 11.2
+    arrange(world, "ram", x=30, y=25)
+    for kind, name in ((kind, name) for kind, names in of.items() for name in names):
+        table = world.tables[kind]
+        row = table.by_uid()[0]
+        p, rows = table[Position], table.rows()
+        p.x[rows], p.y[rows] = 30, 25
+        p.x[row], p.y[row] = 11.8, 11.9  # 0.7 m off
+        table.version += 1
+        act(world, Sense)
+        x = nerves.reading(f"{kind}_{name}", nerves.x)
+        value = (4 / 3 * np.pi * table[Body].radius[row] ** 3 if name == "volume"
+                 else table[Chemistry].molarity[row, world.substances.index(name)] if name in world.substances
+                 else table.field(PROPERTIES[name][0], name)[row])
+        distance = max(0.7, table[Body].radius[row])
+        assert x.tolist() == pytest.approx([value / distance**2 / 2] * len(x), rel=1e-4), (kind, name)
 
 
 def test_definition_3_a_genome_is_a_string_over_a_finite_alphabet(world):

@@ -90,8 +90,8 @@ def _check_property(config: WorldConfig, key: Key, sensor: Property) -> Iterator
         elif sensor.property not in (felt := config.felt(kind)):
             yield unknown((*key, "property"), f"property or substance of {kind}", sensor.property, felt)
     if not named and not config.bearers(sensor.property):
-        felt = dict.fromkeys(name for kind in kinds for name in config.felt(kind))
-        yield unknown((*key, "property"), "property or substance of any body", sensor.property, felt)
+        anywhere = dict.fromkeys(name for kind in kinds for name in config.felt(kind))
+        yield unknown((*key, "property"), "property or substance of any body", sensor.property, anywhere)
 
 
 def _check_channels(config: WorldConfig, key: Key, species: Species) -> Iterator[Problem]:
