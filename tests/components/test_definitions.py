@@ -100,14 +100,14 @@ def test_definition_3_a_sensor_may_be_sensitive_to_any_property_of_bodies_of_any
                 "decay": "inverse_square", "scale": 2.0} for kind, names in of.items() for name in names]
     world = World.from_config(menagerie(species={"lynx": {"sensors": sensors, "reflex": None}}),
                               policies="random")  # fmt: skip
-    nerves = arrange(world, "lynx", x=10, y=10, heading=np.pi / 2).species.nerves  # their sensors are at 11.8, 11.2
+    nerves = arrange(world, "lynx", x=10, y=10, heading=np.pi / 2).species.nerves
     arrange(world, "ram", x=30, y=25)
     for kind, name in ((kind, name) for kind, names in of.items() for name in names):
         table = world.tables[kind]
         row = table.by_uid()[0]
         p, rows = table[Position], table.rows()
         p.x[rows], p.y[rows] = 30, 25
-        p.x[row], p.y[row] = 11.8, 11.9  # 0.7 m off
+        p.x[row], p.y[row] = 11.8, 11.9  # 0.7 m from the sensors, which are at (11.8, 11.2)
         table.version += 1
         act(world, Sense)
         x = nerves.reading(f"{kind}_{name}", nerves.x)
