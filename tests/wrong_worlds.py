@@ -39,7 +39,7 @@ sensors = [
   { kind = "smell", field = "smoke", at = [1.0, 0.0] },
   { kind = "touch", target = "stone" },
   { kind = "rays", count = 3, radius = 4.0, targets = ["grass", "wall"] },
-  { kind = "property", property = "glucose", of = "goat", radius = 3.0 },
+  { kind = "property", property = "fertility", of = "goat", radius = 3.0 },
 ]
 actions = { speed = ["still", "walk"], turn = ["left", "none", "right"], eat = ["eat"] }
 neutral = { speed = "still", turn = "none" }
@@ -61,10 +61,10 @@ CASES: dict[str, tuple[str, str, str, str, str, str]] = {
               "wall, any", "stone"),
     "ray": ('"wall"]', '"wal"]', "goat.sensors.4.targets.1", '"wal"', "wall", "wall"),
     "whose": ('of = "goat"', 'of = "gaot"', "goat.sensors.5.of", '"gaot"', "grass, goat, stone", "goat"),
-    "of whom": ('of = "goat"', 'of = ["stone", "goat"]', "goat.sensors.5.property", '"glucose"',
+    "of whom": ('of = "goat"', 'of = ["stone", "goat"]', "goat.sensors.5.property", '"fertility"',
                 "mass, radius, volume", ""),
-    "what of it": ('property = "glucose", of', 'property = "glucos", of', "goat.sensors.5.property",
-                   '"glucos"', "glucose", "glucose"),
+    "what of it": ('property = "fertility", of', 'property = "fertlity", of', "goat.sensors.5.property",
+                   '"fertlity"', "glucose", "fertility"),
     "smell": ('field = "smoke"', 'field = "smok"', "goat.sensors.2.field", '"smok"', "smoke", "smoke"),
     "emits": ("{ smoke = 0.1 }", "{ smole = 0.1 }", "grass.emits.smole", '"smole"', "smoke", "smoke"),
     "property": ('property = "energy" }', 'property = "enrgy" }', "goat.sensors.0.property", '"enrgy"',
