@@ -9,6 +9,7 @@ from collections.abc import Callable
 import numpy as np
 
 from ecs_eco.engine.jit import njit
+from ecs_eco.space.geometry import floor_between
 from ecs_eco.space.index import Index
 
 LANES = 16
@@ -17,27 +18,62 @@ DECAYS = {"none": NONE, "linear": LINEAR, "inverse_square": INVERSE_SQUARE}
 TOUCHING2 = 1e-12  # [m^2] the least square of a distance
 
 
-def add_near(seekers: Index, places: tuple[np.ndarray, ...], off: float, radius: np.ndarray, targets: Index,
+def add_near(seekers: Index, places: tuple[np.ndarray, ...], radius: np.ndarray, targets: Index,
              value: np.ndarray, size: np.ndarray, decay: int, total: np.ndarray, weight: np.ndarray,
              split: Callable[..., None] | None = None) -> None:
     """Add to total f64[n] each target's value times its weight, and its weight to weight f64[n].
 
-    `places` x, y, z f32[n] [m] are the seekers' own, or others in the space at most `off` [m] away from them;
-    `radius` f32[n] [m] is how far each looks, from its place to the centre of a body. `value` and `size` [m],
-    the radius of the body, are f32 of the targets in the order of their index. The weight at distance d is 1,
-    1 − d/radius, or 1/max(d, size)² [1/m^2]; sums are float32 within a row of cells, float64 over all.
-    A seeker is not its own target where both indexes are the same. `split(kernel, n, *arguments)` runs
-    a kernel over 0…n in parts.
+    `places` x, y, z f32[n] [m] are the seekers' own, or others in the space; `radius` f32[n] [m] is how far
+    each looks, from its place to the centre of a body. `value` and `size` [m], the body's radius, are f32 of
+    the targets in the order of their index. The weight at distance d is 1, 1 − d/radius, or
+    1/max(d, size)² [1/m^2]; sums are float32 within a row of cells, float64 over all. A seeker is not its own
+    target where both indexes are the same. `split(kernel, n, *arguments)` runs a kernel over 0…n in parts.
     """
     space = seekers.space
     nx, ny, nz = space.shape
-    arguments = (seekers.start, *places, radius, targets.x, targets.y, targets.z, targets.start, value, size,
-                 seekers is targets, space.reach(float(radius.max(initial=0.0)) + off), nx, ny, nz,
-                 space.lengths, space.torus, decay, total, weight)
+    arguments = (seekers.x, seekers.y, seekers.start, *places, radius, targets.x, targets.y, targets.z,
+                 targets.start, value, size, seekers is targets, nx, ny, nz, space.inverse, space.lengths,
+                 space.torus, decay, total, weight)
     if split is None:
         add_rows(0, ny * nz, *arguments)
     else:
         split(add_rows, ny * nz, *arguments, work=seekers.n)
+
+
+@njit
+def _take(i0, m, ox, oy, px, py, pz, radius, lengths, torus, block):
+    """Put the places of m seekers from i0 on into a block: on a torus beyond its edge
+    where that is nearer to the body."""
+    hx, hy = np.float32(0.5) * lengths[0], np.float32(0.5) * lengths[1]
+    for lane in range(LANES):
+        i = i0 + min(lane, m - 1)
+        x, y, r = px[i], py[i], radius[i]
+        if torus:
+            x = x - lengths[0] if x - ox[i] > hx else x
+            x = x + lengths[0] if x - ox[i] < -hx else x
+            y = y - lengths[1] if y - oy[i] > hy else y
+            y = y + lengths[1] if y - oy[i] < -hy else y
+        block[lane], block[LANES + lane], block[2 * LANES + lane] = x, y, pz[i]
+        block[3 * LANES + lane], block[4 * LANES + lane] = r * r, np.float32(1.0) / r
+        block[7 * LANES + lane] = r
+
+
+@njit
+def cells_touched(block, axis, length, inverse, n, torus):
+    """Return the first and the last cell along an axis that the lanes of a block look into.
+
+    Around a torus the first may be below 0, and the last beyond n; no cell comes twice.
+    """
+    start, low, high = axis * LANES, np.float32(np.inf), np.float32(-np.inf)
+    for lane in range(LANES):
+        place, reach = block[start + lane], block[7 * LANES + lane]
+        low, high = min(low, place - reach), max(high, place + reach)
+    wider = np.float32(1e-5) * length  # than rounding
+    low, high = (low - wider) * inverse, (high + wider) * inverse
+    if not torus:
+        return floor_between(low, 0, n), floor_between(high, -1, n - 1)
+    first, last = floor_between(low, -n, n), floor_between(high, -n, 2 * n - 1)
+    return (first, last) if last - first + 1 < n else (0, n - 1)
 
 
 @njit
@@ -74,50 +110,30 @@ def _add(begin, end, i0, same, seam, decay, tx, ty, tz, value, size, lengths, bl
 
 
 @njit
-def add_rows(first, last, ostart, px, py, pz, radius, tx, ty, tz, tstart, value, size, same, reach,
-             nx, ny, nz, lengths, torus, decay, total, weight):
+def add_rows(first, last, ox, oy, ostart, px, py, pz, radius, tx, ty, tz, tstart, value, size, same,
+             nx, ny, nz, inverse, lengths, torus, decay, total, weight):
     """`add_near` for the seekers in the rows of cells first … last − 1."""
-    # x, y, z, radius², 1/radius, two sums: one array, so that no check for overlap is compiled in
-    block, sums = np.zeros(7 * LANES, np.float32), np.empty(2 * LANES, np.float64)
-    all_rows = torus and 2 * reach + 1 >= ny
-    y_low, y_high = (0, ny) if all_rows else (-reach, reach + 1)
+    # x, y, z, radius², 1/radius, two sums, radius: one array, so that no check for overlap is compiled in
+    block, sums = np.zeros(8 * LANES, np.float32), np.empty(2 * LANES)
     for r in range(first, last):
-        layer, row = r // ny, r % ny
-        ca, i0, stop = 0, ostart[r * nx], ostart[r * nx + nx]
-        beyond = torus and (all_rows or row < reach or row + reach >= ny)
+        i0, stop = ostart[r * nx], ostart[r * nx + nx]
         while i0 < stop:
             m = min(LANES, stop - i0)
-            for lane in range(LANES):
-                i = i0 + min(lane, m - 1)
-                block[lane], block[LANES + lane], block[2 * LANES + lane] = px[i], py[i], pz[i]
-                block[3 * LANES + lane] = radius[i] * radius[i]
-                block[4 * LANES + lane] = np.float32(1.0) / radius[i]
+            _take(i0, m, ox, oy, px, py, pz, radius, lengths, torus, block)
+            x0, x1 = cells_touched(block, 0, lengths[0], inverse[0], nx, torus)
+            y0, y1 = cells_touched(block, 1, lengths[1], inverse[1], ny, torus)
+            z0, z1 = cells_touched(block, 2, lengths[2], inverse[2], nz, False)
+            seam = torus and (x0 < 0 or x1 >= nx or x1 - x0 + 1 >= nx
+                              or y0 < 0 or y1 >= ny or y1 - y0 + 1 >= ny)
             sums[:] = 0.0
-            while ostart[r * nx + ca + 1] <= i0:
-                ca += 1
-            cb = ca
-            while ostart[r * nx + cb + 1] < i0 + m:
-                cb += 1
-            low, high = ca - reach, cb + reach
-            whole = torus and high - low + 1 >= nx
-            seam = beyond or (torus and (low < 0 or high >= nx))
-            for k in range(max(layer - reach, 0), min(layer + reach, nz - 1) + 1):
-                for dy in range(y_low, y_high):
-                    j = dy if all_rows else row + dy
-                    if not torus and (j < 0 or j >= ny):
-                        continue
+            for k in range(z0, z1 + 1):
+                for j in range(y0, y1 + 1):
                     base = (k * ny + (j + ny) % ny) * nx
-                    for part in range(3):  # left of the seam, within, right of it
-                        a, b = (0, nx) if whole else (max(low, 0), min(high, nx - 1) + 1)
-                        if part != 1 and (whole or not torus):
-                            continue
-                        if part == 0:
-                            a, b = low + nx, nx
-                        elif part == 2:
-                            a, b = 0, high - nx + 1
-                        if a < b:
-                            _add(tstart[base + a], tstart[base + b], i0, same, seam, decay, tx, ty, tz, value,
-                                 size, lengths, block, sums)
+                    for part in range(-1, 2):  # left of the edge, within, right of it
+                        a, b = max(x0, part * nx) - part * nx, min(x1, part * nx + nx - 1) - part * nx
+                        if a <= b:
+                            _add(tstart[base + a], tstart[base + b + 1], i0, same, seam, decay, tx, ty, tz,
+                                 value, size, lengths, block, sums)
             for lane in range(m):
                 total[i0 + lane] += sums[lane]
                 weight[i0 + lane] += sums[LANES + lane]

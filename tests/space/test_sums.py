@@ -45,7 +45,7 @@ def test_sums_are_those_of_all_pairs(world, edges, radius, off, decay):
         own = rng.uniform(radius / 2, radius, seekers.n).astype(np.float32)
         value, body = (rng.uniform(low, 1.0, targets.n).astype(np.float32) for low in (-1.0, 0.1))
         total, weight = np.full(seekers.n, 5.0), np.zeros(seekers.n)
-        add_near(seekers, places, off, own, targets, value, body, DECAYS[decay], total, weight)
+        add_near(seekers, places, own, targets, value, body, DECAYS[decay], total, weight)
         expected = _slow(space, places, own, targets, value, body, decay, seekers is targets)
         assert total - 5 == pytest.approx(expected[0], rel=1e-4, abs=2e-4)
         assert weight == pytest.approx(expected[1], rel=1e-4, abs=2e-4)
@@ -58,7 +58,7 @@ def test_nobody_to_look_for_or_nobody_who_looks_adds_nothing():
     for seekers, targets in ((nobody, some), (some, nobody)):
         total = np.zeros(seekers.n)
         each = np.ones(targets.n, np.float32)
-        add_near(seekers, (seekers.x, seekers.y, seekers.z), 0.0, np.full(seekers.n, 2.0, np.float32),
+        add_near(seekers, (seekers.x, seekers.y, seekers.z), np.full(seekers.n, 2.0, np.float32),
                  targets, each, each, 0, total, total.copy())
         assert not total.any()
 
@@ -69,6 +69,6 @@ def test_points_at_the_same_place_are_no_division_by_zero():
     x = np.full(2, 3.0, np.float32)
     index.build(np.ones(2, np.bool_), x, x, np.zeros(2, np.float32), np.array([1, 2], np.uint64))
     total, weight = np.zeros(2), np.zeros(2)
-    add_near(index, (index.x, index.y, index.z), 0.0, x, index, np.ones(2, np.float32),
+    add_near(index, (index.x, index.y, index.z), x, index, np.ones(2, np.float32),
              np.zeros(2, np.float32), DECAYS["inverse_square"], total, weight)
     assert total == pytest.approx([1e12, 1e12])

@@ -26,12 +26,12 @@ def feel_property(property: str, of: list[str], radius: float, decay: str, repor
 
     def sense(world: "SpatialWorld", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
         _, own = own_range(table, seekers, number, radius)
-        place, off = place_of(table, seekers, number, at, world.space)
+        place = place_of(table, seekers, number, at, world.space)
         total, weight = np.zeros(seekers.n), np.zeros(seekers.n)
         for other in (world.tables[name] for name in of):
             targets = world.index(other)
             value = own_column(other, property, substances)[targets.rows] - np.float32(zero)
-            add_near(seekers.index, place, off, own, targets, value, other[Body].radius[targets.rows],
+            add_near(seekers.index, place, own, targets, value, other[Body].radius[targets.rows],
                      DECAYS[decay], total, weight, world.split)
         world.split(_write, seekers.n, total, weight, report == "mean", 1.0 / scale, out, column)
 

@@ -31,7 +31,7 @@ def cast_rays(targets: list[str], count: int, fov: float, reach: float, report: 
     def sense(world: "SpatialWorld", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
         space, mine, (ground, inverse) = world.space, seekers.index, rocks(world)
         radius, own = own_range(table, seekers, number, reach)
-        (x, y, z), _ = place_of(table, seekers, number, at, space)
+        x, y, z = place_of(table, seekers, number, at, space)
         names = [n for n, t in world.tables.items()
                  if Body in t and (n in targets or t.species.opaque is not False)]
         bodies = merged(world, names)

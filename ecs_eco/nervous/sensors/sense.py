@@ -41,8 +41,8 @@ def own_range(table: "Table", seekers: Seekers, number: int, radius: float) -> t
 
 
 def place_of(table: "Table", seekers: Seekers, number: int, at: Sequence[float],
-             space: Any) -> tuple[tuple[np.ndarray, np.ndarray, np.ndarray], float]:
-    """Return where a sensor is on each body, x, y, z f32[n] [m], and how far off its centre at most [m].
+             space: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return where a sensor is on each body: x, y, z f32[n] [m].
 
     `at` is ahead, to the left (, up), in radii of the body, where that is not an organism's own.
     """
@@ -50,14 +50,13 @@ def place_of(table: "Table", seekers: Seekers, number: int, at: Sequence[float],
     forward, left, up = (np.float32(v) for v in [*at, 0.0, 0.0, 0.0][:3])
     own = number in table.species.own_places
     if not (own or forward or left or up):
-        return (x, y, z), 0.0
+        return x, y, z
     ahead, aside = ((table[Senses].forward[seekers.rows, number], table[Senses].left[seekers.rows, number])
                     if own else (forward, left))
     x, y = nose(seekers, ahead, aside, space)
     if space.volume:
         z = back_into(z + seekers.radius * up, space.lengths[2], space.wrap[2])
-    off = seekers.radius * np.hypot(np.hypot(ahead, aside), up)
-    return (x, y, z), float(off.max(initial=0.0))
+    return x, y, z
 
 
 def nose(seekers: Seekers, forward: Any, left: Any, space: Any) -> tuple[np.ndarray, np.ndarray]:

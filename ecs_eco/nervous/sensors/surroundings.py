@@ -20,7 +20,7 @@ def ambient(quantity: str, zero: float, scale: float, at: Sequence[float] = (), 
     With `dark` the value is log10(1 + value/dark).
     """
     def sense(world: "SpatialWorld", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
-        (x, y, z), _ = place_of(table, seekers, number, at, world.space)
+        x, y, z = place_of(table, seekers, number, at, world.space)
         value = world.surroundings(quantity, x, y, z)
         if dark is not None:
             value = np.log10(np.float32(1) + value / np.float32(dark))
