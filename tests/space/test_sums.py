@@ -72,3 +72,24 @@ def test_points_at_the_same_place_are_no_division_by_zero():
     add_near(index, (index.x, index.y, index.z), x, index, np.ones(2, np.float32),
              np.zeros(2, np.float32), DECAYS["inverse_square"], total, weight)
     assert total == pytest.approx([1e12, 1e12])
+
+
+@pytest.mark.parametrize("decay", DECAYS)
+def test_sums_have_the_same_bits_however_the_work_is_split(decay):
+    rng, space = np.random.default_rng(4), Space((30.0, 20.0, 25.0), "torus", 4.4)
+    index = _index(space, 400, rng)
+    own = rng.uniform(2.0, 9.0, index.n).astype(np.float32)
+    value, body = (rng.random(index.n).astype(np.float32) for _ in range(2))
+
+    def row_by_row(kernel, n, *arguments, work):
+        assert work == index.n
+        for row in reversed(range(n)):
+            kernel(row, row + 1, *arguments)
+
+    results = []
+    for split in (None, row_by_row):
+        total, weight = np.zeros(index.n), np.zeros(index.n)
+        add_near(index, (index.x, index.y, index.z), own, index, value, body, DECAYS[decay], total, weight,
+                 split)
+        results.append(total.tobytes() + weight.tobytes())
+    assert results[0] == results[1]
