@@ -31,6 +31,12 @@ Angle = Annotated[float, Field(ge=-math.pi, le=math.pi)]
 WIDEST = 2.0 * math.pi + 1e-6
 
 
+def _is_zero(value: float | list[float]) -> bool:
+    """Whether rays begin at the centre or look ahead, as all did once: what is written leaves it out then,
+    so that worlds keep the hashes that they had."""
+    return not any(value if isinstance(value, list) else [value])
+
+
 def _word_or_list(value: Any) -> str:
     return "names" if isinstance(value, list) else "word"
 
@@ -104,8 +110,9 @@ class Rays(Sensor):
     report: Literal["per_ray", "closest"] = about("each ray's closeness, or where the closest hit is",
                                                   "closest")
     at: Point = quantity("place on the body that they begin at: forward, left (, up), in radii of the body",
-                         "1", [0.0, 0.0])
-    angle: Angle = quantity("direction of the middle ray; 0 is ahead and left is positive", "rad", 0.0)
+                         "1", [0.0, 0.0], exclude_if=_is_zero)
+    angle: Angle = quantity("direction of the middle ray; 0 is ahead and left is positive", "rad", 0.0,
+                            exclude_if=_is_zero)
 
     def channels(self, dims: int) -> tuple[str, ...]:
         ways = _ways(dims) if self.report == "closest" else tuple(str(i + 1) for i in range(self.count))
