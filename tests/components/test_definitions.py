@@ -93,6 +93,7 @@ def test_definition_3_an_organism_has_a_nervous_system_of_sensors_actions_and_th
     assert world.tables["moss"].species.nerves is None  # plants and bacteria
 
 
+@pytest.mark.definition("3 sensor property")
 def test_definition_3_a_sensor_may_be_sensitive_to_any_property_of_bodies_of_any_type(menagerie):
     felt = [name for name in PROPERTIES if name != "x"] + ["volume", "glucose", "oxygen", "hydron"]
     of = {"ram": felt, "boulder": ["temperature", "mass", "radius", "volume", "hydron"], "moss": ["energy"]}

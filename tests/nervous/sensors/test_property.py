@@ -42,6 +42,7 @@ def _world(*sensors, **changes):
     return world
 
 
+@pytest.mark.definition("3 sensor property")
 @pytest.mark.parametrize(("decay", "reads"), [
     ("none", [6, 3, 3, 0]),
     ("linear", [3 * (0.5 + 0.25), 1.5, 0.75, 0]),
@@ -110,6 +111,7 @@ def test_a_sensor_of_the_own_body_feels_its_sex_mass_radius_and_volume():
     assert _read(world)[0] == pytest.approx([1, 2, 1, 4 / 3 * np.pi])
 
 
+@pytest.mark.definition("3 sensor place")
 def test_the_place_of_the_sensor_turns_with_the_body_and_may_lie_beyond_the_edge():
     world = _world({"property": "mass", "of": "wolf", "radius": 1.0, "at": [2.0, 1.0], "decay": "linear"})
     arrange(world, "eel", x=[19, 19, 19, 10], y=[10, 10, 10, 5], heading=[0, np.pi / 2, np.pi, 0])

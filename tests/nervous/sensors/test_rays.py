@@ -41,6 +41,7 @@ def test_the_closest_hit_of_rays_at_an_angle_has_the_direction_from_the_heading(
                                                                                              abs=1e-6)
 
 
+@pytest.mark.definition("3 sensor place")
 def test_rays_begin_where_the_eye_is_on_the_body():
     world = _world(at=[2.0, 1.0])  # 1 m ahead, 0.5 m to the left
     assert _read(world, (15, 10.5))["eye_post_1"] == pytest.approx(1 - 3 / 5)
