@@ -7,12 +7,14 @@ what all members of a species share is no component, but a field of `ecs_eco.lif
 from ecs_eco.components.biology import Biology
 from ecs_eco.components.body import Body
 from ecs_eco.components.chemistry import Chemistry
+from ecs_eco.components.coat import Coat
 from ecs_eco.components.defence import Defence
 from ecs_eco.components.desires import Desires
 from ecs_eco.components.experience import Experience
 from ecs_eco.components.genome import Genome
 from ecs_eco.components.gestation import Gestation
 from ecs_eco.components.growth import Growth
+from ecs_eco.components.heat_exchange import HeatExchange
 from ecs_eco.components.life_history import LifeHistory
 from ecs_eco.components.memory import Memory
 from ecs_eco.components.metabolism import Metabolism
@@ -29,7 +31,7 @@ from ecs_eco.components.velocity import Velocity
 from ecs_eco.components.vigour import Vigour
 
 __all__ = [
-    "Biology", "Body", "Chemistry", "Defence", "Desires", "Experience", "Genome", "Gestation", "Growth",
-    "LifeHistory", "Memory", "Metabolism", "Motor", "Nervous", "Physical", "Plasticity", "Policy", "Position",
-    "Reflexes", "Senses", "Sensor", "Velocity", "Vigour",
+    "Biology", "Body", "Chemistry", "Coat", "Defence", "Desires", "Experience", "Genome", "Gestation",
+    "Growth", "HeatExchange", "LifeHistory", "Memory", "Metabolism", "Motor", "Nervous", "Physical",
+    "Plasticity", "Policy", "Position", "Reflexes", "Senses", "Sensor", "Velocity", "Vigour",
 ]  # fmt: skip

@@ -28,6 +28,7 @@ RULES: tuple[tuple[str, str], ...] = (
     ("species.*.policy.network", SHAPE), ("species.*.policy.device", SHAPE),
     ("species.*.policy.file", "World.from_config(…, policies=…)"),
     ("species.*.policy.*", ""), ("species.*.locomotion.**", ""), ("species.*.metabolism.*", ""),
+    ("*.*.heat", SHAPE), ("*.*.heat.**", ""),
     ("species.*.defence.*", ""), ("species.*.emits**", ""), ("species.*.diet**", ""),
     ("species.*.reflex**", ""), ("species.*.happiness**", ""), ("species.*.ppo.*", ""),
     ("species.*.reproduction.**", ""), ("species.*.lethal**", ""), ("species.*.max_count", ""),

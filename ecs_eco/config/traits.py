@@ -57,6 +57,10 @@ def _of_body(species: Species) -> Iterator[Trait]:
     text = "energy made in full light"
     yield Trait("metabolism.growth", "Growth", "growth", None, metabolism.growth, 0.0, LARGEST, "number",
                 "energy/s", text)
+    if species.heat is not None:
+        text = "insulation of its fur, feathers or fat"
+        yield Trait("heat.insulation", "Coat", "insulation", None, species.heat.insulation, 0.0, LARGEST,
+                    "number", "K m^2/W", text)
     defence = species.defence
     text = "share of the bites into it that fail"
     yield Trait("defence.toughness", "Defence", "toughness", None, defence.toughness, 0.0, 1.0,

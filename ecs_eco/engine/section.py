@@ -44,6 +44,12 @@ def about(text: str, default: Any = ..., **limits: Any) -> Any:
     return Field(default, description=text, **limits)
 
 
+def is_absent(value: Any) -> bool:
+    """Whether a section that may be absent is: with `exclude_if` it is then left out of what is written, so
+    that worlds without it have the hash and the digests that they had before there was such a section."""
+    return value is None
+
+
 def table(text: str, factory: Any) -> Any:
     """A section or list that may be left out, and its default factory."""
     return Field(default_factory=factory, description=text)

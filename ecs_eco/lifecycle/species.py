@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     import numpy as np
 
+    from ecs_eco.config.models.heat import Heat
     from ecs_eco.config.models.reproduction import AnyReproduction
     from ecs_eco.config.models.species import Diet, Lethal
     from ecs_eco.config.models.species import Species as SpeciesConfig
@@ -42,6 +43,8 @@ class Species:
     color: str = "#888888"
     emits: dict[str, float] = field(default_factory=dict)
     """Field → what each body emits into it [amount/s]."""
+    heat: Heat | None = None
+    """How its bodies exchange heat; None: they keep their temperature."""
     standard_mass: float | None = None
     """Mass to which its costs of living refer [kg], where a gene makes masses differ."""
 

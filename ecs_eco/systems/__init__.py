@@ -10,7 +10,8 @@ _HOME = {
     "Intervene": "intervene", "ResetFlows": "reset_flows", "Shade": "shade", "Grow": "grow",
     "Diffuse": "diffuse", "Sense": "sense", "Feel": "feel", "Learn": "learn", "Decide": "decide",
     "Move": "move", "Drift": "drift", "Collide": "collide", "Feed": "feed", "Mate": "mate",
-    "Metabolise": "metabolise", "Age": "age", "Perish": "perish",
+    "Metabolise": "metabolise", "ExchangeHeat": "exchange_heat", "Compress": "compress", "Age": "age",
+    "Perish": "perish",
     "LeaveRemains": "leave_remains", "Reproduce": "reproduce", "GiveBirth": "give_birth", "Spread": "spread",
     "Respawn": "respawn",
 }  # fmt: skip

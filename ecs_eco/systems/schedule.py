@@ -1,11 +1,19 @@
 """What happens in a tick, phase by phase and in order."""
 
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from typing import TYPE_CHECKING
+
+from ecs_eco.components import HeatExchange
 from ecs_eco.engine.system import System
 from ecs_eco.systems.age import Age
 from ecs_eco.systems.collide import Collide
+from ecs_eco.systems.compress import Compress
 from ecs_eco.systems.decide import Decide
 from ecs_eco.systems.diffuse import Diffuse
 from ecs_eco.systems.drift import Drift
+from ecs_eco.systems.exchange_heat import ExchangeHeat
 from ecs_eco.systems.feed import Feed
 from ecs_eco.systems.feel import Feel
 from ecs_eco.systems.give_birth import GiveBirth
@@ -24,6 +32,9 @@ from ecs_eco.systems.sense import Sense
 from ecs_eco.systems.shade import Shade
 from ecs_eco.systems.spread import Spread
 
+if TYPE_CHECKING:
+    from ecs_eco.engine.table import Table
+
 SCHEDULE: dict[str, tuple[type[System], ...]] = {
     "environment": (Intervene, ResetFlows, Shade, Grow, Diffuse),
     "sense": (Sense,),
@@ -32,7 +43,7 @@ SCHEDULE: dict[str, tuple[type[System], ...]] = {
     "decide": (Decide,),
     "move": (Move, Drift),
     "interact": (Collide, Feed, Mate),
-    "metabolise": (Metabolise, Age),
+    "metabolise": (Metabolise, ExchangeHeat, Compress, Age),
     "die": (Perish, LeaveRemains),  # at its end the rows of the dying are freed
     "reproduce": (Reproduce, GiveBirth, Spread),  # at its end the newborn get rows
     "record": (),  # a world that is recorded has its recorder here
@@ -44,7 +55,17 @@ RESPAWNING = SCHEDULE | {"reproduce": (Respawn, Reproduce, Spread)}
 """
 
 
-def schedule(respawn: bool = False) -> list[System]:
-    """Return new systems for a world, in the order of a tick."""
-    phases = RESPAWNING if respawn else SCHEDULE
-    return [system() for systems in phases.values() for system in systems]
+OPTIONAL: dict[type[System], Callable[[Table], bool]] = {
+    ExchangeHeat: lambda table: HeatExchange in table,
+    Compress: lambda table: "pressure" in getattr(table.species.config, "properties", ()),
+}
+"""Systems that a world from a world file has only where some table asks for them: others are as fast as
+without."""
+
+
+def schedule(respawn: bool = False, tables: Iterable[Table] | None = None) -> list[System]:
+    """Return new systems for a world, in the order of a tick; where its `tables` are given, only those
+    optional ones that they ask for."""
+    phases, given = RESPAWNING if respawn else SCHEDULE, None if tables is None else list(tables)
+    return [system() for systems in phases.values() for system in systems
+            if given is None or system not in OPTIONAL or any(map(OPTIONAL[system], given))]

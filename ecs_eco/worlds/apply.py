@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ecs_eco.components import Biology, Body, Chemistry, Metabolism, Physical
+from ecs_eco.components import Biology, Body, Chemistry, HeatExchange, Metabolism, Physical
 from ecs_eco.config import WorldConfig
 from ecs_eco.config.models.species import MOTIONS
 from ecs_eco.config.mutable_keys import Key, changes
@@ -85,15 +85,18 @@ def climate(world: SpatialWorld, config: WorldConfig) -> None:
 
 
 def matter(table: Table, kind: Any, substances: list[str]) -> None:
-    """Set mass, radius, physical and chemical properties of newborn."""
+    """Set mass, radius, physical and chemical properties of newborn, and how bodies exchange heat."""
     table.set_defaults(Body, radius=kind.body.radius, mass=kind.body.mass)
     alike: Species = table.species
     alike.sinking, alike.emits, alike.color = kind.body.sinking, dict(kind.emits), kind.color
     alike.opaque, alike.solid = kind.body.opaque, kind.body.solid
     if alike.radius is None:
         alike.radius = kind.body.radius
+    alike.heat = kind.heat
     if kind.properties:
         table.add_component(Physical, **kind.properties)
+    if kind.heat is not None:
+        table.add_component(HeatExchange)
     if kind.substances:
         table.add_component(Chemistry, molarity=[kind.substances.get(s, 0.0) for s in substances])
 

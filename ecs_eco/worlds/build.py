@@ -87,7 +87,8 @@ def build(cls: Any, config: Any, *, seed: int | None = None, policies: Any = "tr
         _motor(world.tables[name], len(species.ranges()))
     apply(world, config)
     treat(controls, world)
-    for system in [*schedule(training and config.training.respawn), *_own_systems(config)]:
+    shipped = schedule(training and config.training.respawn, world.tables.values())
+    for system in [*shipped, *_own_systems(config)]:
         world.add_system(system)
     _populate(world, config, populate)
     world.flush()

@@ -48,6 +48,10 @@ def _energies(config: WorldConfig, species: Species, key: Key) -> Iterator[Probl
     if 0 < budget.basal * config.dt < step:
         allowed = f"0, or at least {step / config.dt:.3g} per second; or a smaller energy_max"
         yield Problem((*key, "metabolism", "basal"), fault, budget.basal, allowed)
+    way = None if species.heat is None else species.heat.regulate
+    if way is not None and 0 < (burnt := way.cost * max(way.warming, way.cooling)) * config.dt < step:
+        allowed = f"0, or at least {way.cost * step / (burnt * config.dt):.3g}; or a smaller energy_max"
+        yield Problem((*key, "heat", "regulate", "cost"), fault, way.cost, allowed)
     for i, food in enumerate(species.diet):
         if 0 < food.gain < step:
             allowed = f"0, or at least {step:.3g}; or a smaller energy_max"

@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, field_validator, model_validator
 
+from ecs_eco.config.models.heat import BodyHeat
 from ecs_eco.config.models.nerves import Continuous, Group, Happiness, Neutral, Policy, Reflex
 from ecs_eco.config.models.reproduction import AnyReproduction
 from ecs_eco.config.models.sensors import AnySensor, Smell, name_sensors
@@ -22,6 +23,7 @@ from ecs_eco.engine.section import (
     Section,
     Share,
     about,
+    is_absent,
     quantity,
     table,
 )
@@ -89,7 +91,10 @@ class Defence(Section):
 
 
 class Lethal(Section):
-    """The interval of one property outside of which the organism dies."""
+    """The interval of one property outside of which the organism dies.
+
+    A pressure with such a limit is that of the organism's place.
+    """
 
     property: str = about("energy, age, fertility, or a property or substance that the species has")
     min: Real | None = quantity("dies at or below", "unit of the property", None)
@@ -117,6 +122,8 @@ class Species(Section):
     body: Body = about("size, mass, opacity")
     properties: dict[str, Real] = table(f"physical properties at birth by name: {', '.join(PROPERTIES)}",
                                         dict)
+    heat: BodyHeat | None = about("how its temperature changes; absent: it stays as it was at birth", None,
+                                  exclude_if=is_absent)
     substances: dict[Name, NonNegative] = table("concentrations at birth by name [mol/L]", dict)
     sex: Literal["none", "female", "male", "random"] = about("sex at birth", "none")
     fertility: Share = quantity("fertility at birth", "1", 1.0)

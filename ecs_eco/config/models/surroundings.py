@@ -6,7 +6,19 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from ecs_eco.engine.section import Name, NonNegative, Point, Positive, Real, Section, about, quantity, table
+from ecs_eco.config.models.heat import Heat
+from ecs_eco.engine.section import (
+    Name,
+    NonNegative,
+    Point,
+    Positive,
+    Real,
+    Section,
+    about,
+    is_absent,
+    quantity,
+    table,
+)
 
 PROPERTIES = {  # physical properties a body may have besides mass, and their units (paper, Definition 1)
     "temperature": "K",
@@ -92,6 +104,7 @@ class ObjectType(Section):
     color: Color = about("colour in figures, #rrggbb", "#888888")
     body: Body = about("size, mass, opacity")
     properties: dict[str, Real] = table(f"physical properties by name: {', '.join(PROPERTIES)}", dict)
+    heat: Heat | None = about("how their temperature changes; absent: it stays", None, exclude_if=is_absent)
     substances: dict[Name, NonNegative] = table("concentrations by name [mol/L]", dict)
     emits: dict[Name, NonNegative] = table("field = amount that each puts into it [1/s]", dict)
 

@@ -1,0 +1,41 @@
+"""Depth weighs on bodies."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ecs_eco.components import Physical, Position
+from ecs_eco.engine.jit import njit
+from ecs_eco.engine.system import System
+
+if TYPE_CHECKING:
+    from ecs_eco.engine.table import Table
+    from ecs_eco.space.world import SpatialWorld
+
+
+class Compress(System):
+    """The pressure in a body is that of its place, where pressure can kill it.
+
+    In a species without a lethal limit of pressure it stays what it was at birth: it may stand for another
+    one, such as that of the blood.
+    """
+
+    needs = (Position, Physical)
+    phase = "metabolise"
+
+    def update(self, table: Table, world: SpatialWorld) -> None:
+        """Set the pressure of one species."""
+        if any(limit.property == "pressure" for limit in table.species.lethal):
+            p, high = table[Position], table.high
+            around = world.surroundings("pressure", p.x[:high], p.y[:high], p.z[:high])
+            equalise(table.alive[:high], around.astype(np.float32, copy=False), table[Physical].pressure)
+
+
+@njit
+def equalise(alive, around, pressure):
+    """Give the living the pressure around them [Pa]."""
+    for row in range(alive.size):
+        if alive[row]:
+            pressure[row] = around[row]

@@ -1,0 +1,112 @@
+"""Bodies take on the temperature of their surroundings, unless they keep their own."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ecs_eco.components import Body, Coat, HeatExchange, Metabolism, Physical, Position
+from ecs_eco.engine.jit import njit
+from ecs_eco.engine.system import System
+
+if TYPE_CHECKING:
+    from ecs_eco.engine.table import Table
+    from ecs_eco.space.world import SpatialWorld
+
+NOTHING = np.zeros(0, np.float32)
+LEAST_CAPACITY = 1e-60  # [J/K] of a body without mass: it has the temperature of its surroundings at once
+
+
+class ExchangeHeat(System):
+    """A body cools or warms towards its surroundings; what it burns warms it; an animal that regulates
+    pays to keep its set point.
+
+    Newton's law of cooling, C dT/dt = k (T_surroundings − T) + P: C is mass × specific heat, k is
+    surface / (1/conductance + insulation), P the heat of metabolism and of regulation. It is solved exactly,
+    so that ticks of any length give the same course. Where no energy is left, nothing is regulated.
+    """
+
+    needs = (Position, Body, Physical, HeatExchange)
+    phase = "metabolise"
+
+    def update(self, table: Table, world: SpatialWorld) -> None:
+        """Change the temperatures of one kind of bodies."""
+        heat = table.species.heat
+        if heat is None:
+            return
+        p, b, high = table[Position], table[Body], table.high
+        around = world.surroundings("temperature", p.x[:high], p.y[:high], p.z[:high])
+        around = around.astype(np.float32, copy=False)
+        coat = table[Coat].insulation if Coat in table else NOTHING
+        energy, burnt = ((table[Metabolism].energy, table[Metabolism].burnt) if Metabolism in table
+                         else (NOTHING, NOTHING))
+        way = getattr(heat, "regulate", None)
+        regulation = (0.0, 0.0, 0.0, 0.0) if way is None or not energy.size else (
+            float(np.float32(way.set_point)), way.warming, way.cooling, way.cost)
+        world.split(exchange, high, table.alive, b.mass, b.radius, around, coat, heat.specific_heat,
+                    heat.conductance, heat.insulation, getattr(heat, "metabolic_heat", 0.0), *regulation,
+                    world.dt, table[Physical].temperature, table[HeatExchange].residue, energy, burnt)
+
+
+@njit
+def exchange(first, last, alive, mass, radius, around, coat, specific_heat, conductance, insulation,
+             metabolic_heat, set_point, warming, cooling, cost, dt, temperature, residue, energy, burnt):
+    """Bring the temperature of the living [K] from the start to the end of a tick; book what it costs."""
+    for row in range(first, last):
+        if not alive[row]:
+            continue
+        # float64(), for float() of a float32 is a float32 in a kernel
+        capacity = max(np.float64(mass[row]) * specific_heat, LEAST_CAPACITY)
+        resistance = coat[row] if coat.size else insulation
+        k = 4.0 * math.pi * np.float64(radius[row]) ** 2 * conductance / (1.0 + conductance * resistance)
+        rate, place = k / capacity, np.float64(around[row])
+        own = metabolic_heat * burnt[row] / dt if burnt.size else 0.0
+        now, left, spent = np.float64(temperature[row]) + residue[row], dt, 0.0
+        if warming > 0 or cooling > 0:
+            # [J] that it can pay for
+            most = max(np.float64(energy[row]), 0.0) / cost if cost > 0 else np.inf
+            if now != set_point:
+                power = warming if now < set_point else -cooling
+                slope = (own + power) / capacity - rate * (now - place)
+                arrives = when(set_point - now, slope, rate)
+                time = min(arrives, dt, lasts(most, power))
+                now = set_point if time == arrives else now + slope * span(rate, time)
+                spent, left = abs(power) * time, dt - time
+            if now == set_point and left > 0:
+                hold = k * (set_point - place) - own
+                power = min(max(hold, -cooling), warming)
+                time = min(left, lasts(most - spent, power))
+                if power != hold:
+                    now += (own + power - k * (now - place)) / capacity * span(rate, time)
+                spent, left = spent + abs(power) * time, left - time
+        if left > 0:
+            now += (own / capacity - rate * (now - place)) * span(rate, left)
+        temperature[row] = now
+        residue[row] = now - temperature[row]
+        if spent > 0:
+            before = energy[row]
+            energy[row] = before - spent * cost
+            burnt[row] += before - energy[row]
+
+
+@njit
+def span(rate, time):
+    """Return the integral of exp(−rate t) from 0 to `time` [s]."""
+    return -math.expm1(-rate * time) / rate if rate > 0 else time
+
+
+@njit
+def when(gap, slope, rate):
+    """Return the time [s] until a temperature that first changes by `slope` [K/s], and exponentially less,
+    has changed by `gap` [K]; infinite if it never does."""
+    if gap * slope <= 0 or gap * rate / slope >= 1:
+        return np.inf
+    return -math.log1p(-gap * rate / slope) / rate if rate > 0 else gap / slope
+
+
+@njit
+def lasts(most, power):
+    """Return the time [s] for which so much heat [J] lasts at a power [W]."""
+    return max(most, 0.0) / abs(power) if power != 0 else np.inf
