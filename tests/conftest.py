@@ -37,6 +37,7 @@ MENAGERIE = {  # everything that a world file can say, in little
             "at": [[20.0, 15.0], [33.0, 6.0]],
             "body": {"radius": 1.5, "mass": 9000.0, "solid": True},
             "properties": {"temperature": 275.0},
+            "heat": {"specific_heat": 800.0},
             "substances": {"hydron": 1e-7},
         },
         "carcass": {"body": {"radius": 0.2, "mass": 1.0, "opaque": False}},
@@ -103,6 +104,9 @@ MENAGERIE = {  # everything that a world file can say, in little
         "lynx": {
             "count": 8,
             "body": {"radius": 0.6, "mass": 25.0, "solid": True},
+            "properties": {"temperature": 311.0, "pressure": 101_325.0},
+            "heat": {"insulation": 0.2, "metabolic_heat": 1e4,
+                     "regulate": {"set_point": 311.0, "warming": 400.0, "cooling": 50.0, "cost": 1e-6}},
             "metabolism": {"energy": 0.5, "basal": 0.01, "digestion": 3.0},
             "locomotion": {"speed": {"still": 0.0, "walk": 1.0, "run": 2.5}, "cost": {"run": 0.02},
                            "turn": 1.0},
@@ -115,7 +119,11 @@ MENAGERIE = {  # everything that a world file can say, in little
                                     "right": "-ram_left - 0.1"}},
             "reproduction": {"kind": "simplified", "rate": 0.02, "energy_min": 0.6, "energy_given": 0.3,
                              "spacing": 2.0},
-            "lethal": [{"property": "energy", "min": 0.0, "low": "starved"}],
+            "lethal": [
+                {"property": "energy", "min": 0.0, "low": "starved"},
+                {"property": "temperature", "min": 305.0, "low": "frozen"},
+                {"property": "pressure", "max": 200_000.0, "high": "crushed"},
+            ],
         },
     },
 }

@@ -16,7 +16,7 @@ from ecs_eco.genomes import Trait
 BEAST = {
     "count": 3, "body": {"radius": 0.4, "mass": 7.0}, "metabolism": {"energy": 0.5, "growth": 0.1},
     "sex": "random", "locomotion": {"speed": {"sit": 0.0, "hop": 1.0}, "turn": 0.8},
-    "defence": {"toughness": 0.25, "poison": 2.0},
+    "defence": {"toughness": 0.25, "poison": 2.0}, "heat": {"insulation": 0.125},
     "sensors": [{"kind": "own", "property": "energy"},
                 {"kind": "nearest", "name": "eye", "target": "beast", "radius": 5.0},
                 {"kind": "smell", "name": "nose", "field": "musk", "at": [1.0, -0.5]},
@@ -46,6 +46,7 @@ def test_every_heritable_value_of_a_species_is_listed_with_its_column_and_own_va
         "body.radius": ("Body", "radius", None, 0.4), "body.mass": ("Body", "mass", None, 7.0),
         "locomotion.pace": ("Vigour", "pace", None, 1.0),
         "metabolism.growth": ("Growth", "growth", None, 0.1),
+        "heat.insulation": ("Coat", "insulation", None, 0.125),
         "defence.toughness": ("Defence", "toughness", None, 0.25),
         "defence.poison": ("Defence", "poison", None, 2.0),
         "sensors.eye.radius": ("Senses", "radius", 1, 5.0),

@@ -97,7 +97,7 @@ def test_small_bodies_cool_sooner_than_large_ones(cold):
 
 
 def test_what_is_burnt_warms_until_as_much_is_lost(cold):
-    """At 2 pi W/K, 62.8 W keep a body 10 K above its surroundings: it burns 0.0314 a second at 2000 J each."""
+    """At 2 pi W/K, 62.8 W keep a body 10 K above its surroundings: 0.0314 a second at 2000 J each."""
     world = cold({"metabolic_heat": 2000.0}, metabolism={"energy": 1.0, "energy_max": 1.0,
                                                          "basal": AREA / 100})
     for _ in range(20):
