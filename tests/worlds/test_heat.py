@@ -102,9 +102,9 @@ def test_the_dead_leave_remains_that_go_on_cooling():
 def test_depth_cools_where_the_water_is_stratified():
     sea = {"space": {"size": [20.0, 20.0, 50.0], "edges": "walls"},
            "water": {"deep_temperature": 275.0, "thermocline": 25.0, "thermocline_width": 1.0}}
-    world = pond(295.0, heat={}, lethal=[], world=sea)
+    world = pond(295.0, heat={"specific_heat": 35.0}, lethal=[], world=sea)
     arrange(world, "newt", z=[49, 49, 1, 1, 1])
-    world.run(30_000)
+    world.run(100)
     newt = world.tables["newt"]
     assert newt[Physical].temperature[newt.by_uid()] == pytest.approx([295, 295, 275, 275, 275], abs=0.01)
 
@@ -114,8 +114,8 @@ def test_depth_cools_where_the_water_is_stratified():
 
 def bred(**more):
     """Newts whose coat is a gene of one letter: 0 or 0.1 K m^2/W, twice the bare surface's."""
-    genome = {"alphabet": "01", "genes": [{"name": "coat", "trait": "heat.insulation", "letters": 1,
-                                           "values": [0.0, 0.1]}]}
+    genome = {"alphabet": "01", "loci": 4, "genes": [{"name": "coat", "trait": "heat.insulation",
+                                                      "letters": 1, "values": [0.0, 0.1]}]}
     return {"count": 40, "heat": {}, "genome": genome} | more
 
 
@@ -227,7 +227,7 @@ WRONG = {
     "negative": ({"heat": {"insulation": -1.0}}, "newt.heat.insulation = -1.0", "0"),
     "misspelt": ({"heat": {"conductence": 1.0}}, "newt.heat.conductence", "did you mean conductance"),
     "powerless": ({"heat": {"regulate": {"set_point": 300.0, "cost": 0.1}}},
-                  "newt.heat.regulate.warming = 0.0", "is 0, and cooling too; allowed: a power [W] of warming"),
+                  "newt.heat.regulate.warming = 0.0", "is 0, and cooling too; allowed: a power [W]"),
     "no set point": ({"heat": {"regulate": {"cost": 0.1, "warming": 1.0}}},
                      "newt.heat.regulate.set_point", "missing"),
     "no cost": ({"heat": {"regulate": {"set_point": 300.0, "warming": 1.0}}}, "newt.heat.regulate.cost",
