@@ -11,7 +11,7 @@ HARE = {
     "count": 150, "max_count": 300, "body": {"radius": 0.15, "mass": 2.0, "opaque": False},
     "properties": {"temperature": 312.0},
     "metabolism": {"energy": 0.5, "energy_max": 1.0, "basal": 1e-4, "growth": 1e-3},
-    # 15 W at rest; shivering adds up to 40 W, and that costs 24 times what 15 W do
+    # 15 W at rest; shivering adds up to 40 W, which costs 2.4 times what living does
     "heat": {"metabolic_heat": 150_000.0,
              "regulate": {"set_point": 312.0, "warming": 40.0, "cooling": 40.0, "cost": 6e-6}},
     "genome": {"alphabet": "01", "mutate": {"operator": "mutFlipBit", "indpb": 0.01},

@@ -103,7 +103,7 @@ MENAGERIE = {  # everything that a world file can say, in little
         },
         "lynx": {
             "count": 8,
-            "body": {"radius": 0.6, "mass": 25.0, "solid": True},
+            "body": {"radius": 0.6, "mass": 25.0, "solid": True, "compressible": True},
             "properties": {"temperature": 311.0, "pressure": 101_325.0},
             "heat": {"insulation": 0.2, "metabolic_heat": 1e4,
                      "regulate": {"set_point": 311.0, "warming": 400.0, "cooling": 50.0, "cost": 1e-6}},

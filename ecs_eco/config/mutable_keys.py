@@ -21,6 +21,7 @@ RULES: tuple[tuple[str, str], ...] = (
     ("terrain.slope_cost", ""), ("terrain**", 'an intervention of kind "fence"'),
     ("species.*.reproduction.kind", ANEW),
     ("species.*.reproduction", ANEW + '; or an intervention of kind "switch"'), ("*.*.body.radius", ANEW),
+    ("*.*.body.compressible", ANEW),
     ("*.*.body.*", ""), ("*.*.color", ""), ("*.*.properties.*", ""), ("*.*.substances.*", ""),
     ("species.*.sensors**", SHAPE), ("species.*.actions**", SHAPE), ("species.*.genome.mate**", ""),
     ("species.*.genome.mutate**", ""),

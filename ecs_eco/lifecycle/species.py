@@ -43,6 +43,8 @@ class Species:
     color: str = "#888888"
     emits: dict[str, float] = field(default_factory=dict)
     """Field → what each body emits into it [amount/s]."""
+    compressible: bool = False
+    """Whether the pressure in its bodies is that of their place."""
     heat: Heat | None = None
     """How its bodies exchange heat; None: they keep their temperature."""
     standard_mass: float | None = None

@@ -16,18 +16,14 @@ if TYPE_CHECKING:
 
 
 class Compress(System):
-    """The pressure in a body is that of its place, where pressure can kill it.
-
-    In a species without a lethal limit of pressure it stays what it was at birth: it may stand for another
-    one, such as that of the blood.
-    """
+    """The pressure in a compressible body is that of its place; in others it stays as it was at birth."""
 
     needs = (Position, Physical)
     phase = "metabolise"
 
     def update(self, table: Table, world: SpatialWorld) -> None:
-        """Set the pressure of one species."""
-        if any(limit.property == "pressure" for limit in table.species.lethal):
+        """Set the pressure in one kind of bodies."""
+        if table.species.compressible:
             p, high = table[Position], table.high
             around = world.surroundings("pressure", p.x[:high], p.y[:high], p.z[:high])
             equalise(table.alive[:high], around.astype(np.float32, copy=False), table[Physical].pressure)

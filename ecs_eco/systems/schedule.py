@@ -57,7 +57,7 @@ RESPAWNING = SCHEDULE | {"reproduce": (Respawn, Reproduce, Spread)}
 
 OPTIONAL: dict[type[System], Callable[[Table], bool]] = {
     ExchangeHeat: lambda table: HeatExchange in table,
-    Compress: lambda table: "pressure" in getattr(table.species.config, "properties", ()),
+    Compress: lambda table: table.species.compressible,
 }
 """Systems that a world from a world file has only where some table asks for them: others are as fast as
 without."""

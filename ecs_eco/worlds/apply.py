@@ -92,7 +92,7 @@ def matter(table: Table, kind: Any, substances: list[str]) -> None:
     alike.opaque, alike.solid = kind.body.opaque, kind.body.solid
     if alike.radius is None:
         alike.radius = kind.body.radius
-    alike.heat = kind.heat
+    alike.compressible, alike.heat = kind.body.compressible, kind.heat
     if kind.properties:
         table.add_component(Physical, **kind.properties)
     if kind.heat is not None:

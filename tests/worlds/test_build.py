@@ -4,7 +4,17 @@ import numpy as np
 import pytest
 
 from ecs_eco import World
-from ecs_eco.components import Biology, Body, Chemistry, Metabolism, Nervous, Physical, Position, Velocity
+from ecs_eco.components import (
+    Biology,
+    Body,
+    Chemistry,
+    HeatExchange,
+    Metabolism,
+    Nervous,
+    Physical,
+    Position,
+    Velocity,
+)
 from ecs_eco.engine.errors import ConfigError
 
 
@@ -19,11 +29,11 @@ def test_tables_are_objects_then_species_in_their_order_with_the_components_they
     assert [t.place for t in world.tables.values()] == [0, 1, 2, 3, 4, 5, 6]
     has = {name: set(t.columns) for name, t in world.tables.items()}
     body = {Position, Body}
-    assert has["boulder"] == body | {Physical, Chemistry}
+    assert has["boulder"] == body | {Physical, Chemistry, HeatExchange}
     assert has["carcass"] == body | {Physical, Chemistry}  # what rams are made of
     assert has["moss"] == body | {Metabolism, Biology}
     assert has["ram"] == body | {Metabolism, Biology, Nervous, Velocity, Physical, Chemistry}
-    assert has["lynx"] == body | {Metabolism, Biology, Nervous, Velocity}
+    assert has["lynx"] == body | {Metabolism, Biology, Nervous, Velocity, Physical, HeatExchange}
     assert world.tables["carcass"].species.radius == 0.5  # as large as the largest that leaves one
 
 

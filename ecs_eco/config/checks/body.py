@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from ecs_eco.config.checks.heat import check_heat
 from ecs_eco.config.checks.matter import Key, check_matter, check_size, unknown
+from ecs_eco.config.checks.physical import check_physical
 from ecs_eco.config.models.reproduction import Alone, Bearing, Sexual, Spread
 from ecs_eco.config.models.species import Species
 from ecs_eco.config.models.world import WorldConfig
@@ -22,7 +22,7 @@ def check_body(config: WorldConfig, name: str) -> Iterator[Problem]:
     species, key = config.species[name], ("species", name)
     yield from check_matter(config, key, species.properties, species.substances)
     yield from check_size(config, key, species.body.radius)
-    yield from check_heat(key, species)
+    yield from check_physical(key, species)
     if species.max_count is not None and species.count > species.max_count:
         yield Problem((*key, "count"), "more than max_count", species.count, f"at most {species.max_count}")
     if species.metabolism.energy > species.metabolism.energy_max:

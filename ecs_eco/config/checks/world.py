@@ -10,10 +10,10 @@ from pathlib import Path
 from ecs_eco.config.checks.body import check_body
 from ecs_eco.config.checks.code import check_code
 from ecs_eco.config.checks.genome import check_genome
-from ecs_eco.config.checks.heat import check_heat
 from ecs_eco.config.checks.interventions import Changed, check_interventions
 from ecs_eco.config.checks.matter import check_matter, check_size
 from ecs_eco.config.checks.nerves import check_nerves
+from ecs_eco.config.checks.physical import check_physical
 from ecs_eco.config.checks.resolution import check_resolution
 from ecs_eco.config.checks.water import check_water
 from ecs_eco.config.models.interventions import Cull
@@ -155,7 +155,7 @@ def _check_object(config: WorldConfig, name: str, kind: ObjectType) -> Iterator[
         yield from _outside((*key, "at", i), at, config.space.size)
     yield from check_matter(config, key, kind.properties, kind.substances)
     yield from check_size(config, key, kind.body.radius)
-    yield from check_heat(key, kind)
+    yield from check_physical(key, kind)
 
 
 def _outside(key: Key, at: list[float], size: list[float]) -> Iterator[Problem]:

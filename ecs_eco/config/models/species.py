@@ -91,10 +91,7 @@ class Defence(Section):
 
 
 class Lethal(Section):
-    """The interval of one property outside of which the organism dies.
-
-    A pressure with such a limit is that of the organism's place.
-    """
+    """The interval of one property outside of which the organism dies."""
 
     property: str = about("energy, age, fertility, or a property or substance that the species has")
     min: Real | None = quantity("dies at or below", "unit of the property", None)

@@ -93,6 +93,9 @@ class Body(Section):
     opaque: bool = about("whether it hides what is behind it", True)
     solid: bool = about("whether it pushes other solid bodies away", False)
     sinking: Real = quantity("speed at which it sinks in a volume, negative: rises", "m/s", 0.0)
+    compressible: bool = about("whether the pressure in it is that of its place, which rises with depth; "
+                               "else properties.pressure stays, and may be that of the blood", False,
+                               exclude_if=is_absent)
 
 
 class ObjectType(Section):

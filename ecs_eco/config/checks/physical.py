@@ -1,4 +1,4 @@
-"""Checks of how bodies exchange heat."""
+"""Checks of how temperature and pressure of bodies change."""
 
 from __future__ import annotations
 
@@ -10,8 +10,12 @@ from ecs_eco.config.models.surroundings import ObjectType
 from ecs_eco.engine.errors import Problem
 
 
-def check_heat(key: Key, kind: Species | ObjectType) -> Iterator[Problem]:
-    """Problems of bodies that exchange heat and have no temperature, or regulate it without any power."""
+def check_physical(key: Key, kind: Species | ObjectType) -> Iterator[Problem]:
+    """Problems of bodies that exchange heat and have no temperature, or regulate it without any power;
+    and of compressible ones without a pressure."""
+    if kind.body.compressible and "pressure" not in kind.properties:
+        yield Problem((*key, "properties", "pressure"), "is missing, and body.compressible changes it",
+                      allowed="the pressure at the start [Pa], or compressible = false")
     if kind.heat is None:
         return
     if "temperature" not in kind.properties:
