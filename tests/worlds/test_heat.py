@@ -121,45 +121,46 @@ def bred(**more):
 
 def test_a_coat_delays_freezing_by_what_it_insulates():
     world, died = pond(200.0, **bred()), []
-    world.on_death.append(lambda table, rows: died.extend((world.tick, float(c))
+    world.on_death.append(lambda table, rows: died.extend((world.tick, round(float(c), 6))
                                                           for c in table[Coat].insulation[rows]))
     world.run(200)
     bare = math.log(90 / 80) / (10.0 * AREA / 7000.0)
-    assert set(died) == {(math.ceil(bare) - 1, 0.0), (math.ceil(2 * bare) - 1, pytest.approx(0.1))}
+    assert set(died) == {(math.ceil(bare) - 1, 0.0), (math.ceil(2 * bare) - 1, 0.1)}
     assert len(died) == 40
 
 
 def test_a_coat_is_inherited_and_spreads_where_it_is_cold():
     division = {"kind": "asexual", "rate": 0.05, "energy_min": 0.2, "energy_given": 0.1, "dispersal": 5.0}
     snap = [{"kind": "set", "at": t, "set": {"ambient.temperature": v}}
-            for t, v in ((40, 230.0), (48, 290.0))]  # bare ones reach 280 K, the others 285
+            for t, v in ((40, 230.0), (56, 290.0))]  # bare ones pass 280 K, the others come to 281 K
     share = {}
     for name, plan in (("cold", snap), ("mild", [])):
-        world = pond(290.0, **bred(max_count=100, reproduction=division, heat={"specific_heat": 800.0},
+        world = pond(290.0, **bred(max_count=100, reproduction=division, heat={"specific_heat": 200.0},
                                    metabolism={"growth": 0.05}), world={"interventions": plan}).run(120)
         newt = world.tables["newt"]
         coat = newt[Coat].insulation[newt.rows()]
         assert newt.n == 100
         share[name] = (coat > 0).mean()
-    assert share["cold"] == 1.0
+    assert share["cold"] > 0.95  # all but mutants
     assert 0.2 < share["mild"] < 0.8
 
 
 def test_a_herd_inherits_coats_beside_all_else():
-    world = World.from_config(HERD).run(40)
+    world = World.from_config(HERD).run(60)
     table, rows = goats(world)
     born = rows[table.born[rows] > 0]
     assert born.size > 5
     assert table[Coat].insulation[born].std() > 0.05
-    plain = herd(genome={"genes": [gene_for("size", "body.radius")]})
+    plain = herd(genome={"genes": [gene_for("size", "body.radius", low=0.2, high=0.6)]})
     assert Coat not in World.from_config(plain).tables["goat"]
 
 
 # --- promises -----------------------------------------------------------------------------------------------
 
 
-LIVELY = bred(reproduction={"kind": "asexual", "rate": 0.05, "energy_min": 0.2, "energy_given": 0.1,
-                            "dispersal": 5.0}, metabolism={"growth": 0.05, "basal": 0.01},
+LIVELY = bred(max_count=80, reproduction={"kind": "asexual", "rate": 0.05, "energy_min": 0.2,
+                                          "energy_given": 0.1, "dispersal": 5.0},
+              metabolism={"growth": 0.05, "basal": 0.01},
               heat={"metabolic_heat": 2000.0, "regulate": KEEPS_WARM | {"cooling": 20.0, "warming": 20.0}})
 
 
@@ -225,7 +226,7 @@ WRONG = {
     "below 0 K": ({"properties": {"temperature": -5.0}}, "newt.properties.temperature = -5.0",
                   "below absolute zero; allowed: at least 0 K"),
     "negative": ({"heat": {"insulation": -1.0}}, "newt.heat.insulation = -1.0", "0"),
-    "misspelt": ({"heat": {"conductence": 1.0}}, "newt.heat.conductence", "did you mean conductance"),
+    "misspelt": ({"heat": {"conductence": 1.0}}, "newt.heat.conductence", 'did you mean "conductance"'),
     "powerless": ({"heat": {"regulate": {"set_point": 300.0, "cost": 0.1}}},
                   "newt.heat.regulate.warming = 0.0", "is 0, and cooling too; allowed: a power [W]"),
     "no set point": ({"heat": {"regulate": {"cost": 0.1, "warming": 1.0}}},
