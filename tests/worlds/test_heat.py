@@ -123,7 +123,7 @@ def test_a_coat_delays_freezing_by_what_it_insulates():
     world, died = pond(200.0, **bred()), []
     world.on_death.append(lambda table, rows: died.extend((world.tick, round(float(c), 6))
                                                           for c in table[Coat].insulation[rows]))
-    world.run(200)
+    world.run(220)
     bare = math.log(90 / 80) / (10.0 * AREA / 7000.0)
     assert set(died) == {(math.ceil(bare) - 1, 0.0), (math.ceil(2 * bare) - 1, 0.1)}
     assert len(died) == 40
