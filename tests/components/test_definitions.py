@@ -50,6 +50,8 @@ def world(menagerie):
     return World.from_config(menagerie(species={"ram": {"lethal": lethal}}), policies="untrained")
 
 
+@pytest.mark.definition("1 temperature", "1 mass", "1 pressure", "1 current", "1 luminosity",
+                        "1 conformation", "1 substances", "1 age", "1 sex", "1 fertility", "3 properties")
 def test_definition_1_every_object_property_has_a_column_and_its_value(world):
     ram = world.tables["ram"]
     rows = ram.rows()
@@ -65,6 +67,7 @@ def test_definition_1_every_object_property_has_a_column_and_its_value(world):
     assert ((x >= 0) & (x < 40) & (y >= 0) & (y < 30)).all()
 
 
+@pytest.mark.definition("2 type", "2 properties")
 def test_definition_2_inanimate_objects_have_a_type_and_properties(world):
     boulder = world.tables["boulder"]
     assert boulder.name == "boulder"
@@ -78,6 +81,8 @@ def test_definition_2_inanimate_objects_have_a_type_and_properties(world):
     assert boulder[Position].x[:2].tolist() == before  # solid, and nothing moves it
 
 
+@pytest.mark.definition("3 type", "3 actions", "3 reflex", "3 policy", "3 happiness", "3 reflex agents",
+                        "3 no nerves")
 def test_definition_3_an_organism_has_a_nervous_system_of_sensors_actions_and_three_networks(world):
     nerves = world.tables["ram"].species.nerves
     assert len(nerves.channels) == 4 + 2 * 3 + 2 * 3 + 3 + 2 + 1 + 3
@@ -93,7 +98,7 @@ def test_definition_3_an_organism_has_a_nervous_system_of_sensors_actions_and_th
     assert world.tables["moss"].species.nerves is None  # plants and bacteria
 
 
-@pytest.mark.definition("3 sensor property")
+@pytest.mark.definition("3 sensor property", "3 sensor place")
 def test_definition_3_a_sensor_may_be_sensitive_to_any_property_of_bodies_of_any_type(menagerie):
     felt = [name for name in PROPERTIES if name != "x"] + ["volume", "glucose", "oxygen", "hydron"]
     of = {"ram": felt, "boulder": ["temperature", "mass", "radius", "volume", "hydron"], "moss": ["energy"]}
@@ -119,6 +124,7 @@ def test_definition_3_a_sensor_may_be_sensitive_to_any_property_of_bodies_of_any
         assert x.tolist() == pytest.approx([value / distance**2 / 2] * len(x), rel=1e-4), (kind, name)
 
 
+@pytest.mark.definition("3 genome")
 def test_definition_3_a_genome_is_a_string_over_a_finite_alphabet(world):
     world = World()
     table = world.add_table("bacterium", Genome, Physical, dims={"loci": 4})
@@ -128,6 +134,7 @@ def test_definition_3_a_genome_is_a_string_over_a_finite_alphabet(world):
 
 
 @pytest.mark.parametrize(("name", "value", "cause"), LETHAL)
+@pytest.mark.definition("3 staying alive")
 def test_definition_3_each_property_that_leaves_its_interval_kills_by_a_cause_of_its_own(world, name,
                                                                                          value, cause):
     ram = world.tables["ram"]
@@ -149,6 +156,7 @@ def test_definition_3_each_property_that_leaves_its_interval_kills_by_a_cause_of
     assert world.tables["carcass"].n == carcasses + len(natural)
 
 
+@pytest.mark.definition("3 remains")
 def test_a_carcass_holds_the_bodys_substances_and_is_no_organism(world):
     ram = world.tables["ram"]
     uid = int(ram.uid[ram.by_uid()][0])
@@ -166,6 +174,7 @@ def test_a_carcass_holds_the_bodys_substances_and_is_no_organism(world):
     assert carcass.uid[0] != uid
 
 
+@pytest.mark.definition("4 space", "4 objects", "4 organisms")
 def test_definition_4_an_ecosystem_is_a_space_with_objects_and_organisms(menagerie, world):
     assert world.space.size == (40, 30)
     arrange(world, "ram", temperature=np.linspace(298, 318, 40))

@@ -39,6 +39,7 @@ def cold(meadow):
     return build
 
 
+@pytest.mark.definition("3 physical rules")
 def test_a_body_cools_as_newton_says(cold):
     world = cold()
     act(world, ExchangeHeat)

@@ -40,6 +40,7 @@ def deaths(world, ticks):
     (400.0, "overheated", 110.0, 90.0), (200.0, "frozen", 90.0, 80.0),
 ])  # fmt: skip
 @pytest.mark.parametrize("dt", [1.0, 7.0])
+@pytest.mark.definition("3 staying alive")
 def test_all_die_of_heat_or_cold_in_the_tick_that_the_closed_form_says(ambient, cause, far, near, dt):
     """400 K and a limit of 310 K: 400 − 110 exp(−rate t) = 310 after ln(110/90) / rate seconds."""
     rate = 10.0 * AREA / (2.0 * 3500.0)

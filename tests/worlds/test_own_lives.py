@@ -17,6 +17,7 @@ from ecs_eco.components import (
     Plasticity,
     Policy,
     Position,
+    Reflexes,
     Senses,
     Velocity,
     Vigour,
@@ -89,6 +90,28 @@ def test_each_learns_with_hyperparameters_of_its_own():
         still.append((table[Plasticity].learning_rate[row] == 0, unchanged))
     assert {s[0] for s in still} == {True, False}
     assert all(frozen == unchanged for frozen, unchanged in still)
+
+
+@pytest.mark.definition("5 evolution alone", "5 learning")
+def test_in_life_the_policy_changes_but_neither_reflex_nor_happiness():
+    world = World.from_config(HERD)
+    table, rows = goats(world)
+    before = {int(table.uid[row]): _networks(table, row) for row in rows}
+    world.run(20)
+    lived = table.rows()
+    learnt = [row for row in lived[table[Policy].updates[lived] > 0] if int(table.uid[row]) in before]
+    assert len(learnt) > 5
+    for row in learnt:
+        was = before[int(table.uid[row])]
+        assert [np.array_equal(a, b) for a, b in zip(_networks(table, row), was, strict=True)] == [
+            False, True, True, True]  # fmt: skip
+
+
+def _networks(table, row):
+    """Copies of what an animal's networks are made of: policy, reflexes and their thresholds, happiness."""
+    own = table[Reflexes]
+    return [column[row].copy() for column in (table[Policy].weights, own.weight, own.threshold,
+                                              table[Desires].weight)]
 
 
 def test_happiness_is_what_the_own_weights_make_of_the_senses():
