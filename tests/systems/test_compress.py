@@ -12,7 +12,7 @@ DIVER = {"body": {"compressible": True}, "properties": {"pressure": 101_325.0},
 SEA = {"space": {"size": [20.0, 20.0, 50.0], "edges": "walls"}, "water": {"density": 1000.0}}
 
 
-@pytest.mark.definition("3 physical rules")
+@pytest.mark.definition("1 pressure", "3 physical rules", "3 staying alive")
 def test_pressure_is_that_of_the_depth_and_kills(meadow):
     world = meadow(count=3, world=SEA, **DIVER)
     arrange(world, "deer", z=[40.0, 39.0, 49.9999])

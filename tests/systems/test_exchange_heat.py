@@ -39,7 +39,7 @@ def cold(meadow):
     return build
 
 
-@pytest.mark.definition("3 physical rules")
+@pytest.mark.definition("1 temperature", "3 physical rules")
 def test_a_body_cools_as_newton_says(cold):
     world = cold()
     act(world, ExchangeHeat)
@@ -158,6 +158,7 @@ def test_who_has_no_energy_cannot_regulate(cold):
     assert m.burnt[:2].tolist() == [0.25, 0]
 
 
+@pytest.mark.definition("2 properties")
 def test_objects_cool_too(meadow):
     stone = {"at": [[5.0, 5.0]], "body": {"radius": 0.5, "mass": 10.0}, "properties": {"temperature": 310.0},
              "heat": HEAT}

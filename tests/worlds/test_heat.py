@@ -36,11 +36,11 @@ def deaths(world, ticks):
     return out
 
 
+@pytest.mark.definition("3 staying alive")
 @pytest.mark.parametrize(("ambient", "cause", "far", "near"), [
     (400.0, "overheated", 110.0, 90.0), (200.0, "frozen", 90.0, 80.0),
 ])  # fmt: skip
 @pytest.mark.parametrize("dt", [1.0, 7.0])
-@pytest.mark.definition("3 staying alive")
 def test_all_die_of_heat_or_cold_in_the_tick_that_the_closed_form_says(ambient, cause, far, near, dt):
     """400 K and a limit of 310 K: 400 − 110 exp(−rate t) = 310 after ln(110/90) / rate seconds."""
     rate = 10.0 * AREA / (2.0 * 3500.0)
@@ -120,6 +120,7 @@ def bred(**more):
     return {"count": 40, "heat": {}, "genome": genome} | more
 
 
+@pytest.mark.definition("3 genome encodes")
 def test_a_coat_delays_freezing_by_what_it_insulates():
     world, died = pond(200.0, **bred()), []
     world.on_death.append(lambda table, rows: died.extend((world.tick, round(float(c), 6))
@@ -199,6 +200,7 @@ def goat(**more):
     return world
 
 
+@pytest.mark.definition("3 sensor property")
 def test_who_feels_cold_walks_until_it_is_warm():
     cold = {"connections": [{"sensor": "temperature", "action": "walk", "weight": 1, "below": 1.0}]}
     world = goat(reflex=cold).run(200)
