@@ -6,6 +6,7 @@ what all members of a species share is no component, but a field of `ecs_eco.lif
 
 from ecs_eco.components.biology import Biology
 from ecs_eco.components.body import Body
+from ecs_eco.components.breeding import Breeding
 from ecs_eco.components.chemistry import Chemistry
 from ecs_eco.components.coat import Coat
 from ecs_eco.components.defence import Defence
@@ -31,7 +32,7 @@ from ecs_eco.components.velocity import Velocity
 from ecs_eco.components.vigour import Vigour
 
 __all__ = [
-    "Biology", "Body", "Chemistry", "Coat", "Defence", "Desires", "Experience", "Genome", "Gestation",
-    "Growth", "HeatExchange", "LifeHistory", "Memory", "Metabolism", "Motor", "Nervous", "Physical",
-    "Plasticity", "Policy", "Position", "Reflexes", "Senses", "Sensor", "Velocity", "Vigour",
+    "Biology", "Body", "Breeding", "Chemistry", "Coat", "Defence", "Desires", "Experience", "Genome",
+    "Gestation", "Growth", "HeatExchange", "LifeHistory", "Memory", "Metabolism", "Motor", "Nervous",
+    "Physical", "Plasticity", "Policy", "Position", "Reflexes", "Senses", "Sensor", "Velocity", "Vigour",
 ]  # fmt: skip

@@ -23,7 +23,7 @@ def traits_of(species: Species, dims: int, extra_components: Iterable[Any] = ())
     `extra_components` are components of the user's own: each number of theirs is the trait Component.field.
     """
     traits = [*_of_body(species), *_of_sensors(species), *_of_nerves(species), *_of_learning(species),
-              *_of_life(species)]
+              *_of_breeding(species), *_of_life(species)]
     for component in extra_components:
         traits += _of_component(component)
     return {trait.name: trait for trait in traits}
@@ -112,6 +112,27 @@ def _of_learning(species: Species) -> Iterator[Trait]:
         # anything else is reported elsewhere
         own = float(settings[field]) if isinstance(settings[field], int | float) else 0.0
         yield Trait(f"ppo.{field}", "Plasticity", field, None, own, 0.0, high, "number", "1", text)
+
+
+def _of_breeding(species: Species) -> Iterator[Trait]:
+    way = species.breeding
+    if way is None:
+        if getattr(species.reproduction, "kind", "spread") == "spread":
+            return  # nothing asks for it
+        yield Trait("fertility", "Biology", "fertility", None, species.fertility, 0.0, 1.0, "number", "1",
+                    "its fertility")
+        return
+    values = {"maturity": (way.maturity, LARGEST, "s", "age from which it is fertile"),
+              "prime": (way.age_of_prime(), LARGEST, "s", "age at which it is most fertile"),
+              "end": (LARGEST if way.end is None else way.end, LARGEST, "s", "age at which fertility ends")}
+    if way.season is not None:
+        text = "length of its season: standard deviation, as a share of a year"
+        values |= {"season": (way.season, 1.0, "1", "time of the year when it is most fertile"),
+                   "width": (way.width, 1.0, "1", text)}
+    yield Trait("fertility", "Breeding", "peak", None, species.fertility, 0.0, 1.0, "number", "1",
+                "height of its fertility")
+    for field, (own, high, unit, text) in values.items():
+        yield Trait(f"breeding.{field}", "Breeding", field, None, own, 0.0, high, "number", unit, text)
 
 
 def _of_life(species: Species) -> Iterator[Trait]:

@@ -9,6 +9,7 @@ if TYPE_CHECKING:
     import numpy as np
 
     from ecs_eco.config.models.heat import Heat
+    from ecs_eco.config.models.life import Breeding
     from ecs_eco.config.models.reproduction import AnyReproduction
     from ecs_eco.config.models.species import Diet, Lethal
     from ecs_eco.config.models.species import Species as SpeciesConfig
@@ -70,6 +71,8 @@ class Species:
     max_count: int | None = None
     """Births stop at this number of living."""
     reproduction: AnyReproduction | None = None
+    breeding: Breeding | None = None
+    """How its fertility depends on age and season; None: it stays what it was at birth."""
     barren: bool = False
     """Whether an intervention has switched its reproduction off."""
 

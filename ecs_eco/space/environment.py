@@ -10,6 +10,7 @@ import numpy as np
 
 from ecs_eco.space.sun import Sun
 from ecs_eco.space.water import Water
+from ecs_eco.space.year import Year
 
 Quantity = Callable[..., np.ndarray]
 """f(world, x, y, z), of places f32[n] [m] → one number for each, or one for all."""
@@ -19,7 +20,7 @@ class Environment(dict[str, Quantity]):
     """Functions of places by what they give ("light", "temperature" [K], "pressure" [Pa]);
     each replaces a constant in `ambient`.
 
-    A sun and a water bring functions of their own; a function set by the user takes precedence.
+    A sun, a water and a year bring functions of their own; a function set by the user takes precedence.
     """
 
     def __init__(self) -> None:
@@ -27,25 +28,30 @@ class Environment(dict[str, Quantity]):
         self.ambient: dict[str, float] = {"temperature": 285.0, "pressure": 101_325.0, "light": 1.0}
         self.sun: Sun | None = None  # rises and sets
         self.water: Water | None = None  # fills a volume
+        self.year: Year | None = None  # its seasons
 
-    def set_climate(self, sun: Sun | None, water: Water | None) -> None:
-        """Replace the sun and the water."""
+    def set_climate(self, sun: Sun | None, water: Water | None, year: Year | None = None) -> None:
+        """Replace the sun, the water and the year."""
         for quantity in ("light", "temperature", "pressure"):
             if getattr(self.get(quantity), "of_climate", False):
                 del self[quantity]
-        self.sun, self.water = sun, water
+        self.sun, self.water, self.year = sun, water, year
+        warms = year is not None and year.temperature != 0
 
         def light(world: Any, x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
             surface = self.ambient["light"] * (1.0 if sun is None else sun.light(world.time))
             return np.full(x.size, surface, np.float32) if water is None else water.light(surface, z)
 
         def temperature(world: Any, x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
-            return water.temperature(self.ambient["temperature"], z)  # type: ignore[union-attr]
+            surface = self.ambient["temperature"] + (0.0 if year is None else year.warming(world.time))
+            surface = max(surface, 0.0)
+            return np.full(x.size, surface, np.float32) if water is None else water.temperature(surface, z)
 
         def pressure(world: Any, x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
             return water.pressure(self.ambient["pressure"], z)  # type: ignore[union-attr]
 
         for function in (light, temperature, pressure):
-            if water is not None or (sun is not None and function is light):
+            if (water is not None or (sun is not None and function is light)
+                or (warms and function is temperature)):
                 function.of_climate = True  # type: ignore[attr-defined]
                 self[function.__name__] = function

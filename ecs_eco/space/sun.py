@@ -11,14 +11,15 @@ class Sun:
 
     def __init__(self, kind: str = "natural", day: float = 86_400.0, start: float = 0.0,
                  latitude: float = 0.0, declination: float = 0.0,
-                 year: float | None = None, moon: float = 0.0) -> None:
+                 year: float | None = None, moon: float = 0.0, spring: float = 0.0) -> None:
         self.kind, self.day, self.start, self.year, self.moon = kind, day, start, year, moon
+        self.spring = spring  # share of the year that has passed at the start, since spring
         self.latitude, self.declination = math.radians(latitude), math.radians(declination)
 
     def season(self, time: float) -> float:
         """Return the declination of the sun [rad] at a time [s]: sinusoidal over a year (Cooper 1969)."""
-        return (self.declination
-                if self.year is None else self.declination * math.sin(2 * math.pi * time / self.year))
+        return (self.declination if self.year is None
+                else self.declination * math.sin(2 * math.pi * (time / self.year + self.spring)))
 
     def light(self, time: float) -> float:
         """Return the light at a time [s]; a year's seasons come also where days do not."""

@@ -13,7 +13,7 @@ _HOME = {
     "Metabolise": "metabolise", "ExchangeHeat": "exchange_heat", "Compress": "compress", "Age": "age",
     "Perish": "perish",
     "LeaveRemains": "leave_remains", "Reproduce": "reproduce", "GiveBirth": "give_birth", "Spread": "spread",
-    "Respawn": "respawn",
+    "Respawn": "respawn", "Mature": "mature",
 }  # fmt: skip
 __all__ = list(_HOME)
 __getattr__ = lazy(__name__, {name: f"{__name__}.{module}" for name, module in _HOME.items()})

@@ -22,6 +22,7 @@ from ecs_eco.systems.intervene import Intervene
 from ecs_eco.systems.learn import Learn
 from ecs_eco.systems.leave_remains import LeaveRemains
 from ecs_eco.systems.mate import Mate
+from ecs_eco.systems.mature import Mature
 from ecs_eco.systems.metabolise import Metabolise
 from ecs_eco.systems.move import Move
 from ecs_eco.systems.perish import Perish
@@ -36,7 +37,7 @@ if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
 
 SCHEDULE: dict[str, tuple[type[System], ...]] = {
-    "environment": (Intervene, ResetFlows, Shade, Grow, Diffuse),
+    "environment": (Intervene, ResetFlows, Shade, Grow, Diffuse, Mature),
     "sense": (Sense,),
     "feel": (Feel,),
     "learn": (Learn,),
@@ -57,6 +58,7 @@ RESPAWNING = SCHEDULE | {"reproduce": (Respawn, Reproduce, Spread)}
 
 OPTIONAL: dict[type[System], Callable[[Table], bool]] = {
     ExchangeHeat: lambda table: HeatExchange in table,
+    Mature: lambda table: table.species.breeding is not None,
     Compress: lambda table: table.species.compressible,
 }
 """Systems that a world from a world file has only where some table asks for them: others are as fast as

@@ -19,6 +19,7 @@ from ecs_eco.lifecycle.species import Species
 from ecs_eco.nervous.networks import HappinessNetwork, ReflexNetwork
 from ecs_eco.space.sun import Sun
 from ecs_eco.space.water import Water
+from ecs_eco.space.year import Year
 from ecs_eco.worlds.heredity import apply_heredity
 
 if TYPE_CHECKING:
@@ -52,7 +53,7 @@ def apply(world: SpatialWorld, config: WorldConfig, before: WorldConfig | None =
 
 def apply_surroundings(world: SpatialWorld, config: WorldConfig,
                        changed: Collection[Key] | None = None) -> None:
-    """Set what surrounds all organisms: ambient values, sun and water, smells, slopes.
+    """Set what surrounds all organisms: ambient values, sun, water and year, smells, slopes.
 
     Everything is set where `changed` is None; else what these keys of a configuration name, so that what
     users have set themselves stays.
@@ -63,7 +64,7 @@ def apply_surroundings(world: SpatialWorld, config: WorldConfig,
     for quantity, value in config.ambient.model_dump().items():
         if wanted("ambient", quantity):
             world.ambient[quantity] = value
-    if wanted("sun") or wanted("water"):
+    if wanted("sun") or wanted("water") or wanted("year"):
         climate(world, config)
     for name, field in config.fields.items():
         for coefficient in ("diffusion", "decay"):
@@ -74,14 +75,19 @@ def apply_surroundings(world: SpatialWorld, config: WorldConfig,
 
 
 def climate(world: SpatialWorld, config: WorldConfig) -> None:
-    """Give a world its sun and its water: functions of the environment in place of constants."""
+    """Give a world its sun, its water and its year: functions of the environment in place of constants."""
+    year = None if config.year is None else Year(**config.year.model_dump())
     sun = None if config.sun is None else Sun(**config.sun.model_dump())
+    if sun is not None and year is not None:
+        sun.year, sun.spring = year.length, year.start
+    elif sun is not None and sun.year is not None:
+        year = Year(sun.year)
     water = None
     if config.water is not None:
         given = config.water.model_dump(exclude={"shading", "current", "current_function"})
         current = [(c.depth, c.velocity[0], c.velocity[1]) for c in config.water.current]
         water = Water(config.space.size, current=current, **given)
-    world.environment.set_climate(sun, water)
+    world.environment.set_climate(sun, water, year)
 
 
 def matter(table: Table, kind: Any, substances: list[str]) -> None:
@@ -110,10 +116,12 @@ def apply_species(world: SpatialWorld, table: Table, species: Any,
     parts = None if changed is None else {key.partition(".")[0] for key in changed}
     matter(table, species, world.substances)
     table.set_defaults(Metabolism, energy=species.metabolism.energy)
-    table.set_defaults(Biology, sex=SEXES[species.sex], fertility=species.fertility)
+    immature = species.breeding is not None and species.breeding.maturity > 0
+    table.set_defaults(Biology, sex=SEXES[species.sex], fertility=0.0 if immature else species.fertility)
     alike: Species = table.species
     before, nerves = alike.config, alike.nerves
     alike.config, alike.diet, alike.lethal = species, list(species.diet), list(species.lethal)
+    alike.breeding = species.breeding
     alike.remains, alike.sex, alike.max_count = species.remains, species.sex, species.max_count
     alike.switch_reproduction(not alike.barren)
     if nerves is None:

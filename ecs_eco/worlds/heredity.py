@@ -89,7 +89,7 @@ def apply_traits(table: Table, traits: Mapping[str, Trait],
     columns = {component.__name__: component for component in table.columns
                if before is not None or component.__name__ in written}
     for name, trait in traits.items():
-        if trait.component not in columns or trait.component in ("Policy", "Body"):
+        if trait.component not in columns or trait.component in ("Policy", "Body", "Biology"):
             continue
         if before is not None and (name not in before or before[name].default == trait.default):
             continue

@@ -62,6 +62,7 @@ def test_every_heritable_value_of_a_species_is_listed_with_its_column_and_own_va
         "ppo.learning_rate": ("Plasticity", "learning_rate", None, 3e-4),
         "ppo.discount": ("Plasticity", "discount", None, 0.9),
         "ppo.entropy": ("Plasticity", "entropy", None, 0.01),
+        "fertility": ("Biology", "fertility", None, 1.0),
         "life.age_max": ("LifeHistory", "age_max", None, 900.0),
         "reproduction.age_min": ("LifeHistory", "age_min", None, 30.0),
         "reproduction.energy_min": ("LifeHistory", "energy_min", None, 0.6),

@@ -11,6 +11,7 @@ from ecs_eco.config.checks.body import check_body
 from ecs_eco.config.checks.code import check_code
 from ecs_eco.config.checks.genome import check_genome
 from ecs_eco.config.checks.interventions import Changed, check_interventions
+from ecs_eco.config.checks.life import check_year
 from ecs_eco.config.checks.matter import check_matter, check_size
 from ecs_eco.config.checks.nerves import check_nerves
 from ecs_eco.config.checks.physical import check_physical
@@ -40,7 +41,8 @@ def check(config: WorldConfig, folder: Path, changed: Changed) -> list[Problem]:
 
 def _all(config: WorldConfig, folder: Path, changed: Changed) -> Iterator[Problem]:
     yield from _check_causes(config)
-    for part in (_check_names, _check_space, _check_fields, _check_terrain, check_code, check_water):
+    for part in (_check_names, _check_space, _check_fields, _check_terrain, check_code, check_water,
+                 check_year):
         yield from part(config)
     for name, kind in config.objects.items():
         yield from _check_object(config, name, kind)

@@ -9,6 +9,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, field_validator, model_validator
 
 from ecs_eco.config.models.heat import BodyHeat
+from ecs_eco.config.models.life import Breeding
 from ecs_eco.config.models.nerves import Continuous, Group, Happiness, Neutral, Policy, Reflex
 from ecs_eco.config.models.reproduction import AnyReproduction
 from ecs_eco.config.models.sensors import AnySensor, Smell, name_sensors
@@ -123,7 +124,9 @@ class Species(Section):
                                   exclude_if=is_absent)
     substances: dict[Name, NonNegative] = table("concentrations at birth by name [mol/L]", dict)
     sex: Literal["none", "female", "male", "random"] = about("sex at birth", "none")
-    fertility: Share = quantity("fertility at birth", "1", 1.0)
+    fertility: Share = quantity("fertility at birth; with breeding, its height", "1", 1.0)
+    breeding: Breeding | None = about("how fertility depends on age and season; absent: it stays", None,
+                                      exclude_if=is_absent)
     metabolism: Metabolism = table("energy budget", Metabolism)
     locomotion: Locomotion | None = about("how it moves; absent: it does not", None)
     defence: Defence = table("defence against being eaten", Defence)

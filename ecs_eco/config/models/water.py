@@ -1,4 +1,4 @@
-"""The sun and the water: light with depth, temperature, currents."""
+"""The sun, the year and the water: light with depth, temperature, currents."""
 
 from __future__ import annotations
 
@@ -38,10 +38,21 @@ class Sun(Section):
         "of the sun: 23.4 in the northern midsummer, 0 at the equinoxes; with a year, its greatest", "deg",
         0.0
     )
-    year: Positive | None = quantity("length of a year that begins in spring; absent: the season stays", "s",
-                                     None)
+    year: Positive | None = quantity("length of a year that begins in spring; absent: that of `year`, "
+                                     "and without it the season stays", "s", None)
     moon: NonNegative = quantity("light of a full moon in the zenith, which stands opposite to the sun", "1",
                                  0.0)
+
+
+class Year(Section):
+    """The year, and how the temperature follows it; of the seasons of light, see `sun`."""
+
+    length: Positive = quantity("length of a year", "s")
+    start: Share = quantity("time of the year at the start: 0 is the spring equinox, 0.25 midsummer, "
+                            "as a share of a year", "1", 0.0)
+    temperature: Real = quantity("how much warmer than ambient.temperature it is in the warmest time, "
+                                 "and colder half a year later, by a sine wave", "K", 0.0)
+    warmest: Share = quantity("the warmest time of the year; the air lags behind the sun", "1", 0.33)
 
 
 class Current(Section):

@@ -13,7 +13,7 @@ from ecs_eco.config.models.interventions import AnyIntervention
 from ecs_eco.config.models.search import Search
 from ecs_eco.config.models.species import Species
 from ecs_eco.config.models.surroundings import Ambient, ObjectType, ScalarField, Space, Terrain
-from ecs_eco.config.models.water import Sun, Water
+from ecs_eco.config.models.water import Sun, Water, Year
 from ecs_eco.config.names import code_of
 from ecs_eco.engine.code import NONE, Code
 from ecs_eco.engine.section import (
@@ -25,6 +25,7 @@ from ecs_eco.engine.section import (
     Section,
     Share,
     about,
+    is_absent,
     quantity,
     table,
 )
@@ -88,6 +89,8 @@ class WorldConfig(Section):
     terrain: Terrain | None = about("the shape of the ground; absent: flat", None)
     ambient: Ambient = table("state of the environment", Ambient)
     sun: Sun | None = about("the sun over it; absent: light is that of ambient at all times", None)
+    year: Year | None = about("the year; absent: that of the sun, if that has one", None,
+                              exclude_if=is_absent)
     water: Water | None = about("the water that fills a volume; absent: none", None)
     substances: dict[Name, Annotated[str, Field(max_length=1000)]] = table(
         "name = description of every chemical substance", dict

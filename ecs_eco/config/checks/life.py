@@ -1,0 +1,32 @@
+"""Checks of the course of a life, and of the year that it follows."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from ecs_eco.config.checks.matter import Key
+from ecs_eco.config.models.species import Species
+from ecs_eco.config.models.world import WorldConfig
+from ecs_eco.engine.errors import Problem
+
+
+def check_year(config: WorldConfig) -> Iterator[Problem]:
+    """The problem of a year that is given twice."""
+    if config.year is not None and config.sun is not None and config.sun.year is not None:
+        yield Problem(("sun", "year"), "given together with the world's own year", config.sun.year,
+                      "one of year.length and sun.year")
+
+
+def check_life(config: WorldConfig, key: Key, species: Species) -> Iterator[Problem]:
+    """All problems of the course of a species' life."""
+    way, at = species.breeding, (*key, "breeding")
+    if way is None:
+        return
+    if way.end is not None and way.end <= way.maturity:
+        yield Problem((*at, "end"), "not after maturity", way.end, f"more than {way.maturity:g} s")
+    elif way.prime is not None and not (way.maturity < way.prime < (way.end or float("inf"))):
+        allowed = f"more than {way.maturity:g} s" + (f", less than {way.end:g} s" if way.end else "")
+        yield Problem((*at, "prime"), "not between maturity and end", way.prime, allowed)
+    if way.season is not None and config.year is None and (config.sun is None or config.sun.year is None):
+        yield Problem((*at, "season"), "there is no year for it", way.season,
+                      "a section year, or sun.year; or no season")

@@ -1,0 +1,20 @@
+"""The year: how far it has gone, and how the temperature follows it."""
+
+import math
+
+
+class Year:
+    """A year of `length` [s]; a share of 0 is the spring equinox, 0.25 midsummer, 0.5 the autumn equinox;
+    see `ecs_eco.config.models.water.Year` for the values."""
+
+    def __init__(self, length: float, start: float = 0.0, temperature: float = 0.0,
+                 warmest: float = 0.25) -> None:
+        self.length, self.start, self.temperature, self.warmest = length, start, temperature, warmest
+
+    def share(self, time: float) -> float:
+        """Return how much of the year has passed at a time [s]: from 0 to 1."""
+        return (time / self.length + self.start) % 1.0
+
+    def warming(self, time: float) -> float:
+        """Return how much warmer than its mean over the year it is at a time [s]: a sine wave [K]."""
+        return self.temperature * math.cos(2 * math.pi * (self.share(time) - self.warmest))

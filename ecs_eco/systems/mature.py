@@ -1,0 +1,82 @@
+"""Fertility comes and goes with age and season."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ecs_eco.components import Biology, Breeding
+from ecs_eco.engine.jit import njit
+from ecs_eco.engine.system import System
+
+if TYPE_CHECKING:
+    from ecs_eco.engine.table import Table
+    from ecs_eco.space.world import SpatialWorld
+
+NEVER = 1e30  # [s] an age at which nobody arrives
+EDGE = 1e-3  # least distance of the prime from maturity and from the end, as a share of the time between
+
+
+class Mature(System):
+    """An organism becomes fertile at maturity, is most fertile in its prime and least in old age; outside of
+    the season it is less so.
+
+    Between maturity and end, a share u of the way, fertility is proportional to u^(3 m) (1 − u)^(3 (1 − m)),
+    a beta curve with its height at m; with m = 1/3 this is Brass's polynomial u (1 − u)² (Brass 1975, Gage
+    2001). The season multiplies it by exp(κ (cos 2π(t − season) − 1)), von Mises' curve, where t is the share
+    of the year and κ = 1/(2π width)².
+    """
+
+    needs = (Biology,)
+    phase = "environment"
+
+    def update(self, table: Table, world: SpatialWorld) -> None:
+        """Set the fertility of one species for this tick."""
+        way, year = table.species.breeding, world.environment.year
+        if way is None:
+            return
+        own = Breeding in table
+        b = table[Biology]
+        world.split(ripen, table.high, table.alive, b.age, *columns(table, way), own,
+                    0.0 if year is None else year.share(world.time), year is not None, b.fertility)
+
+
+def columns(table: Table, way: Any) -> tuple[np.ndarray, ...]:
+    """Return peak, maturity, prime, end, season and width: columns, or the species' values as arrays of one.
+    """
+    if Breeding in table:
+        b = table[Breeding]
+        return b.peak, b.maturity, b.prime, b.end, b.season, b.width
+    values = (table.species.config.fertility, way.maturity, way.age_of_prime(),
+              NEVER if way.end is None else way.end, way.season or 0.0,
+              0.0 if way.season is None else way.width)
+    return tuple(np.array([v], np.float32) for v in values)
+
+
+@njit
+def ripen(first, last, alive, age, peak, maturity, prime, end, season, width, own, share, seasonal,
+          fertility):
+    """Set the fertility of the living; `share` of the year has passed."""
+    for row in range(first, last):
+        if alive[row]:
+            i = row if own else 0
+            value = np.float64(peak[i]) * by_age(np.float64(age[row]), np.float64(maturity[i]),
+                                                 np.float64(prime[i]), np.float64(end[i]))
+            if seasonal and width[i] > 0:
+                kappa = 1.0 / (2.0 * math.pi * np.float64(width[i])) ** 2
+                value *= math.exp(kappa * (math.cos(2.0 * math.pi * (share - season[i])) - 1.0))
+            fertility[row] = value
+
+
+@njit
+def by_age(age, maturity, prime, end):
+    """Return fertility at an age [s] as a share of its height."""
+    if age < maturity or age >= end:
+        return 0.0
+    if end >= NEVER:
+        return min((age - maturity) / (prime - maturity), 1.0) if prime > maturity else 1.0
+    u = (age - maturity) / (end - maturity)
+    m = min(max((prime - maturity) / (end - maturity), EDGE), 1.0 - EDGE)
+    return (u / m) ** (3.0 * m) * ((1.0 - u) / (1.0 - m)) ** (3.0 * (1.0 - m))
