@@ -37,10 +37,10 @@ class Infect(System):
     needs = (Health, Position)
 
     def update(self, table, world) -> None:
-        rows, health, p = table.by_uid(), table[Health], table[Position]
-        ill, well = (rows[health.state[rows] == s] for s in (ILL, WELL))
-        near = (p.x[well, None] - p.x[ill]) ** 2 + (p.y[well, None] - p.y[ill]) ** 2 < 2.0**2
-        caught = well[near.any(axis=1)]
+        rows, health = table.rows(), table[Health]
+        one, other, _ = world.pairs(table, table, 2.0)
+        caught = one[(health.state[one] == WELL) & (health.state[other] == ILL)]
+        ill = rows[health.state[rows] == ILL]
         health.left[ill] -= world.dt
         health.state[ill[health.left[ill] <= 0]] = IMMUNE
         health.state[caught], health.left[caught] = ILL, 60.0

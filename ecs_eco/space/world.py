@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 import threading
 from collections.abc import Sequence
 from typing import Any
@@ -13,10 +14,13 @@ from ecs_eco.components.position import Position
 from ecs_eco.engine.table import Table
 from ecs_eco.engine.world import World
 from ecs_eco.space import gate
+from ecs_eco.space import pairs as near
 from ecs_eco.space.environment import Environment
 from ecs_eco.space.field import Field
 from ecs_eco.space.geometry import Space
 from ecs_eco.space.index import Index
+from ecs_eco.space.nearest import nearest
+from ecs_eco.space.pairs import Pairs
 from ecs_eco.space.sight import Bodies
 from ecs_eco.space.terrain import Terrain
 
@@ -95,6 +99,52 @@ class SpatialWorld(World):
                     index.build(table.alive[:high], p.x[:high], p.y[:high], p.z[:high], table.uid[:high])
                     index.version = table.version
         return index
+
+    def pairs(self, table: Table | str, other: Table | str, radius: Any) -> Pairs:
+        """Return all pairs of one of `table` and one of `other` that are closer than `radius` [m]: rows of
+        both, and distances.
+
+        Both may be the same: nobody is paired with itself, and two that are near each other are two pairs,
+        one of each. Tables are given by themselves or by name; `radius` is a number, or an array with one for
+        each row of `table`. Pairs come in canonical order, whatever the rows. Distances are from centre to
+        centre, the shorter way around a torus, at places as they are now: a system that has moved bodies says
+        so first (`table.version += 1`). Raises KeyError for an unknown table, ValueError for a radius that
+        cannot be.
+        """
+        seekers, targets = self._two(table, other)
+        own = near.radii(radius, seekers.n, seekers.rows)
+        return near.pairs((seekers.x, seekers.y, seekers.z), seekers.rows, own, targets, seekers is targets,
+                          self.split)
+
+    def within(self, table: Table | str, places: Any, radius: Any) -> Pairs:
+        """Return all of `table` that are closer than `radius` [m] to places [n, axes] [m]: numbers of places,
+        rows, distances.
+
+        They come in the order of the places, and for each in canonical order; `radius` is a number, or an
+        array with one for each place. See `pairs`; raises ValueError also for places that cannot be.
+        """
+        targets = self._two(table, table)[0]
+        xyz = near.places_in(self.space, places)
+        n = len(xyz[0])
+        return near.pairs(xyz, np.arange(n), near.radii(radius, n), targets, False, self.split)
+
+    def nearest(self, table: Table | str, other: Table | str, radius: float | None = None) -> Pairs:
+        """Return, for each of `table` that has one of `other` closer than `radius` [m], the nearest one: rows
+        of both, and distances.
+
+        Without a radius it is sought in the whole world. Who has none in reach is left out; of two that are
+        equally near one is taken by the canonical order. Nobody is its own neighbour. See `pairs`.
+        """
+        seekers, targets = self._two(table, other)
+        widest = math.dist([0.0] * 3, self.space.lengths)
+        reach = float(near.radii(widest if radius is None else radius, 1)[0])
+        target, distance2 = np.empty(seekers.n, np.int32), np.empty(seekers.n, np.float32)
+        nearest(seekers, targets, reach, target, distance2, self.split)
+        some = target >= 0
+        return Pairs(seekers.rows[some], targets.rows[target[some]], np.sqrt(distance2[some]))
+
+    def _two(self, *tables: Table | str) -> list[Index]:
+        return [self.index(self.table(table) if isinstance(table, str) else table) for table in tables]
 
     def merged(self, names: tuple[str, ...], build: Any) -> Bodies:
         """Return the bodies of several tables in one index, as things stand now:

@@ -1,0 +1,174 @@
+"""Who is near whom: all pairs of a place and a body that are closer than a radius, from the neighbour index.
+
+Two passes over the cells in reach, one that counts and one that writes, so that threads share the places and
+the result has no order but that of places and of the index.
+"""
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ecs_eco.engine.jit import njit
+from ecs_eco.space.geometry import back_into, floor_between
+from ecs_eco.space.index import Index
+
+
+class Pairs(NamedTuple):
+    """Pairs that are near each other, as arrays [k]; `rows, others, distance = pairs`."""
+
+    rows: np.ndarray  # i64, rows of the table asked, or numbers of the places
+    others: np.ndarray  # i64, rows of the other table
+    distance: np.ndarray  # f32 [m], from centre to centre, the shorter way around a torus
+
+
+def pairs(places: tuple[np.ndarray, ...], rows: np.ndarray, radius: np.ndarray, targets: Index, same: bool,
+          split: Callable[..., None] | None = None) -> Pairs:
+    """Return every pair of a place and a target closer to it than its radius.
+
+    `places` x, y, z f32[n] [m] lie in the space, `rows` i64[n] are what the result calls them, `radius`
+    f32[n] [m]. Pairs come in the order of the places, and for each of them in that of the index. Where places
+    are those of the targets' own index (`same`), nobody is paired with itself. `split(kernel, n, *arguments)`
+    runs a kernel over 0…n in parts.
+    """
+    space, n = targets.space, len(rows)
+    nx, ny, nz = space.shape
+    start, nothing = np.zeros(n + 1, np.int64), (np.empty(0, np.int64), np.empty(0, np.float32))
+    arguments = (*places, radius, same, targets.x, targets.y, targets.z, targets.start, nx, ny, nz,
+                 space.inverse, space.lengths, space.torus, start)
+    _run(split, n, *arguments, *nothing)
+    np.cumsum(start, out=start)
+    k = int(start[-1])
+    entry, distance2 = np.empty(k, np.int64), np.empty(k, np.float32)
+    if k:
+        _run(split, n, *arguments, entry, distance2)
+    return Pairs(np.repeat(rows, np.diff(start)), targets.rows[entry], np.sqrt(distance2))
+
+
+def places_in(space: Any, places: Any) -> tuple[np.ndarray, ...]:
+    """Return places [n, axes] [m] as x, y, z f32[n] within the space: around a torus, between walls as they
+    are.
+
+    Raises ValueError for another shape, for what is no finite number, and for places beyond the walls.
+    """
+    axes, array = len(space.size), np.asarray(places, np.float64)
+    if array.ndim != 2 or array.shape[1] != axes:
+        raise ValueError(f"places: an array of the shape {array.shape}; allowed is (n, {axes}): "
+                         f"{', '.join('xyz'[:axes])} of each [m]")
+    if (wrong := np.argwhere(~np.isfinite(array))).size:
+        place, axis = wrong[0]
+        raise ValueError(f"places[{place}].{'xyz'[axis]} is {array[place, axis]}; "
+                         "allowed are finite numbers [m]")
+    out = []
+    for axis, length in enumerate(space.size):
+        v = array[:, axis]
+        if not space.wrap[axis] and (beyond := np.flatnonzero((v < 0) | (v > length))).size:
+            raise ValueError(f"places[{beyond[0]}].{'xyz'[axis]} is {v[beyond[0]]:g}; "
+                             f"allowed is 0 to {length:g} m, between the walls")
+        out.append(back_into(v, length, space.wrap[axis]).astype(np.float32))
+    return (*out, *[np.zeros(len(array), np.float32)] * (3 - axes))
+
+
+def radii(radius: Any, n: int, rows: np.ndarray | None = None) -> np.ndarray:
+    """Return a radius for each of n seekers, f32[n] [m], from a number or an array.
+
+    An array has one for each of them or, where they are the `rows` i64[n] of a table, one for each of its
+    rows. Raises ValueError for other lengths, and for what is negative or no number.
+    """
+    array, least = np.asarray(radius, np.float32), n if rows is None else int(rows.max(initial=-1)) + 1
+    if array.ndim > 1 or (array.ndim == 1 and (array.size != n if rows is None else array.size < least)):
+        allowed = f"({n},), one for each place" if rows is None else f"({least},) or more, one for each row"
+        raise ValueError(f"radius: an array of the shape {array.shape}; allowed is a number, or {allowed}")
+    if array.ndim == 1 and rows is not None:
+        array = array[rows]
+    if not (array >= 0).all():
+        raise ValueError(f"radius is {array[~(array >= 0)].flat[0]}; allowed is at least 0 m")
+    return np.ascontiguousarray(np.broadcast_to(array, n))
+
+
+def _run(split: Callable[..., None] | None, n: int, *arguments: Any) -> None:
+    if split is None:
+        pair(0, n, *arguments)
+    else:
+        split(pair, n, *arguments, work=n)
+
+
+@njit
+def _cells(place, reach, length, inverse, n, torus):
+    """Return the first and the last cell that a search along one axis looks into; around a torus the first
+    may be below 0 and the last beyond n, and no cell comes twice."""
+    wider = reach + np.float32(1e-5) * length  # than rounding
+    low, high = (place - wider) * inverse, (place + wider) * inverse
+    if not torus:
+        return floor_between(low, 0, n), floor_between(high, -1, n - 1)
+    first, last = floor_between(low, -n, n), floor_between(high, -n, 2 * n - 1)
+    return (first, last) if last - first + 1 < n else (0, n - 1)
+
+
+@njit
+def _shorter(d, length):
+    """Return a difference of two places on a ring, or that of the other way around where it is shorter."""
+    half = np.float32(0.5) * length
+    d = d - length if d > half else d
+    return d + length if d < -half else d
+
+
+@njit
+def _count(begin, end, own, x, y, z, radius2, tx, ty, tz, seam, lengths):
+    """Return how many of the targets begin … end − 1, but for `own`, are near a place."""
+    n = np.int64(0)
+    for t in range(begin, end):  # without branches: this becomes vector code
+        dx, dy, dz = tx[t] - x, ty[t] - y, tz[t] - z
+        if seam:
+            dx, dy = _shorter(dx, lengths[0]), _shorter(dy, lengths[1])
+        n += np.int64((dx * dx + dy * dy + dz * dz < radius2) & (t != own))
+    return n
+
+
+@njit
+def _write(begin, end, own, x, y, z, radius2, tx, ty, tz, seam, lengths, n, stop, entry, distance2):
+    """Write those that `_count` counts from n on, until all are found at `stop`; return where the next
+    belong.
+
+    Every target is written, and the next one over it if it was not near: that costs less than a branch.
+    """
+    for t in range(begin, end):
+        if n == stop:
+            break
+        dx, dy, dz = tx[t] - x, ty[t] - y, tz[t] - z
+        if seam:
+            dx, dy = _shorter(dx, lengths[0]), _shorter(dy, lengths[1])
+        d2 = dx * dx + dy * dy + dz * dz
+        entry[n], distance2[n] = t, d2
+        n += np.int64((d2 < radius2) & (t != own))
+    return n
+
+
+@njit
+def pair(first, last, px, py, pz, radius, same, tx, ty, tz, tstart, nx, ny, nz, inverse, lengths, torus,
+         start, entry, distance2):
+    """Count the targets near the places first … last − 1 into start[place + 1]; or, where `distance2` has
+    room, write them from start[place] on."""
+    counts = distance2.size == 0
+    for i in range(first, last):
+        x, y, z, r = px[i], py[i], pz[i], radius[i]
+        x0, x1 = _cells(x, r, lengths[0], inverse[0], nx, torus)
+        y0, y1 = _cells(y, r, lengths[1], inverse[1], ny, torus)
+        z0, z1 = _cells(z, r, lengths[2], inverse[2], nz, False)
+        seam = torus and (x0 < 0 or x1 >= nx or x1 - x0 + 1 >= nx or y0 < 0 or y1 >= ny or y1 - y0 + 1 >= ny)
+        n = 0 if counts else start[i]
+        for k in range(z0, z1 + 1):
+            for j in range(y0, y1 + 1):
+                base = (k * ny + (j + ny) % ny) * nx
+                for part in range(-1, 2):  # left of the edge, within, right of it
+                    a, b = max(x0, part * nx) - part * nx, min(x1, part * nx + nx - 1) - part * nx
+                    if a > b:
+                        continue
+                    c, d, own = tstart[base + a], tstart[base + b + 1], i if same else -1
+                    if counts:
+                        n += _count(c, d, own, x, y, z, r * r, tx, ty, tz, seam, lengths)
+                    else:
+                        n = _write(c, d, own, x, y, z, r * r, tx, ty, tz, seam, lengths, n, start[i + 1],
+                                   entry, distance2)
+        if counts:
+            start[i + 1] = n
