@@ -8,6 +8,7 @@ from typing import Any
 from ecs_eco.cli.terminal import refuse, say
 from ecs_eco.config import WorldConfig, load
 from ecs_eco.config.memory import require_memory
+from ecs_eco.config.notes import notes
 
 
 def _layout(config: WorldConfig, name: str) -> Any:
@@ -43,6 +44,7 @@ def summary(config: WorldConfig) -> str:
     lines += [f"  {name}: {kind.count or len(kind.at)}" for name, kind in config.objects.items()]
     for name, span in config.search.ranges.items():
         lines.append(f"  search varies {name}: {span.search[0]:g} to {span.search[1]:g}")
+    lines += [f"  note: {note}" for note in notes(config)]
     return "\n".join([*lines, f"  configuration {config.config_hash[:16]}, no problems", *_code(config)])
 
 

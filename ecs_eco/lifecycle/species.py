@@ -62,6 +62,8 @@ class Species:
     heredity: Heredity | None = None
 
     # living and dying
+    torpor: bool = False
+    """Whether those without energy are torpid; else their energy falls below 0."""
     diet: list[Diet] = field(default_factory=list)
     lethal: list[Lethal] = field(default_factory=list)
     """Properties and the interval in which it can live."""

@@ -12,6 +12,7 @@ from ecs_eco.engine.jit import njit
 from ecs_eco.engine.random import draw
 from ecs_eco.engine.system import System
 from ecs_eco.lifecycle.causes import register_eaters
+from ecs_eco.lifecycle.torpor import least_energy
 from ecs_eco.space.nearest import nearest
 
 if TYPE_CHECKING:
@@ -67,7 +68,8 @@ class Feed(System):
                np.float32(food.efficiency), held,
                np.float32(species.metabolism.energy_max), np.float32(species.metabolism.digestion), world.key,
                random.FEED + (number << 8), toughness, poison, world.cause(f"eaten by {table.name}"),
-               world.cause(f"poisoned by {food.eats}") if food.deadly else 0, table.cause, table.killer,
+               world.cause(f"poisoned by {food.eats}") if food.deadly else 0, least_energy(table),
+               table.cause, table.killer,
                table.uid, best, m.energy, m.digesting, m.taken, prey.cause, prey.killer, prey.uid)
 
 
@@ -85,7 +87,7 @@ def defences(prey: Any) -> tuple[np.ndarray, np.ndarray]:
 @njit
 def ingest(target, distance2, rows, uid, food_rows, radius, food_radius, reach, decision, column, chance,
            until, gain, efficiency, held, ceiling, digestion, key, purpose, toughness, poison, cause, deadly,
-           eater_cause, eater_killer, uids, best, energy, digesting,
+           least, eater_cause, eater_killer, uids, best, energy, digesting,
            taken, food_cause, food_killer, food_uids):
     """Resolve the proposals of all eaters, in canonical order, and apply them."""
     for i in range(target.size):
@@ -115,7 +117,8 @@ def ingest(target, distance2, rows, uid, food_rows, radius, food_radius, reach, 
             worth += efficiency * max(held[food], np.float32(0.0))
         if poison.size:
             worth -= poison[food % poison.size]
-        energy[row] = min(before + worth, max(before, ceiling))  # bad food has a negative gain
+        after = min(before + worth, max(before, ceiling))  # bad food has a negative gain
+        energy[row] = max(after, min(before, least))
         taken[row] += energy[row] - before
         digesting[row] = digestion
         food_cause[food] = cause

@@ -14,6 +14,7 @@ from ecs_eco.engine.jit import njit
 from ecs_eco.engine.random import draw, mix
 from ecs_eco.engine.system import System
 from ecs_eco.lifecycle.births import life_history, ticks, whole
+from ecs_eco.lifecycle.torpor import awake
 from ecs_eco.space.sight import gather, offset
 
 if TYPE_CHECKING:
@@ -48,8 +49,8 @@ class Mate(System):
         own, age_min, energy_min, energy_given, litter, choice = life_history(table, way)
         can = np.empty(table.high, np.uint8)
         column, decision = action(table)
-        n_chooses, n_sires = ready(table.alive[: table.high], table.cause, b.sex, b.age, m.energy, g.carrying,
-                                   g.rest, world.tick, own,
+        n_chooses, n_sires = ready(awake(table)[: table.high], table.cause, b.sex, b.age, m.energy,
+                                   g.carrying, g.rest, world.tick, own,
                                    age_min, energy_min, litter, decision, column, WILLING[way.consent], can)
         if n_chooses == 0 or n_sires == 0:
             return

@@ -9,6 +9,7 @@ import numpy as np
 from ecs_eco.components import Body, Metabolism, Velocity
 from ecs_eco.engine.jit import njit
 from ecs_eco.engine.system import System
+from ecs_eco.lifecycle.torpor import least_energy
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
@@ -20,7 +21,7 @@ NO_SCALE = np.zeros(0, np.float32)
 
 class Metabolise(System):
     """An organism burns its basal rate and the cost of its locomotion; energy may fall below 0,
-    until it starves.
+    until it starves. One that falls into torpor burns no more than it has.
 
     If mass is heritable, the basal rate scales with mass to the power 3/4 (Kleiber 1932):
     large bodies burn more, but less per kg.
@@ -40,16 +41,18 @@ class Metabolise(System):
                 (table[Body].mass[: table.high] / np.float32(standard)) ** np.float32(0.75)
             ).astype(np.float32)
         world.split(burn, table.high, table.alive, scale, cost, cost is not STILL, np.float32(basal),
-                    np.float32(world.dt), m.energy, m.digesting, m.burnt)
+                    np.float32(world.dt), least_energy(table), m.energy, m.digesting, m.burnt)
 
 
 @njit
-def burn(first, last, alive, scale, cost, moves, basal, dt, energy, digesting, burnt):
-    """Burn (basal + cost) dt of the energy of the living; digestion goes on."""
+def burn(first, last, alive, scale, cost, moves, basal, dt, least, energy, digesting, burnt):
+    """Burn (basal + cost) dt of the energy of the living, which does not fall below `least`;
+    digestion goes on."""
     for row in range(first, last):
         if alive[row]:
             before = energy[row]
             upkeep = basal * scale[row] if scale.size else basal
-            energy[row] = before - (upkeep + (cost[row] if moves else np.float32(0.0))) * dt
+            after = before - (upkeep + (cost[row] if moves else np.float32(0.0))) * dt
+            energy[row] = max(after, min(before, least))
             burnt[row] += before - energy[row]
             digesting[row] = max(digesting[row] - dt, np.float32(0.0))

@@ -9,6 +9,7 @@ import numpy as np
 from ecs_eco.components import Motor, Nervous, Position, Velocity, Vigour
 from ecs_eco.engine.jit import njit
 from ecs_eco.engine.system import System
+from ecs_eco.lifecycle.torpor import awake
 from ecs_eco.nervous.decision import first_on
 from ecs_eco.space.geometry import half_cells, into
 from ecs_eco.space.terrain import FENCE, OPEN, ground_at, height_at
@@ -26,9 +27,9 @@ class Move(System):
     """An animal turns, then goes ahead at the speed of its gait, and pays for it; uphill costs more.
 
     Vigour multiplies the speed of every gait, and the cost by its square. Water, rock, fences and walls stop
-    it where they begin. In a volume the group `climb` moves it up and down: at a speed of its own, or along a
-    slope at that of its gait. With drag, speed approaches that of the gait by dv/dt = drag (v_gait − v), the
-    balance of thrust and Stokes' drag (Stokes 1851), solved exactly.
+    it where they begin; the torpid lie still. In a volume the group `climb` moves it up and down: at a speed
+    of its own, or along a slope at that of its gait. With drag, speed approaches that of the gait by
+    dv/dt = drag (v_gait − v), the balance of thrust and Stokes' drag (Stokes 1851), solved exactly.
 
     Continuous speed [m/s], turn [rad/s], climb [m/s] and pitch [rad] are taken as they are; the cost of a
     speed between those of two gaits lies between theirs, on a straight line.
@@ -48,7 +49,11 @@ class Move(System):
             else (terrain.height, terrain.ground, terrain.inverse, terrain.slope_cost))
         pace = table[Vigour].pace if Vigour in table else NO_VIGOUR
         command = table[Motor].command if Motor in table else NO_MOTOR
-        world.split(move, table.high, table.alive, table[Nervous].decision, command, *gaits, pace,
+        moving = awake(table)
+        if moving is not table.alive:
+            for flow in (v.speed, v.climb, v.cost):
+                flow[~moving] = 0
+        world.split(move, table.high, moving, table[Nervous].decision, command, *gaits, pace,
                     np.float32(world.dt), space.lengths, space.torus, space.volume, height, ground, inverse,
                     np.float32(slope_cost), p.x, p.y, p.z, p.heading, v.speed, v.climb, v.cost)
         table.version += 1

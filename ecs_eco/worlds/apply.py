@@ -122,6 +122,7 @@ def apply_species(world: SpatialWorld, table: Table, species: Any,
     before, nerves = alike.config, alike.nerves
     alike.config, alike.diet, alike.lethal = species, list(species.diet), list(species.lethal)
     alike.breeding = species.breeding
+    alike.torpor = species.metabolism.torpor
     alike.remains, alike.sex, alike.max_count = species.remains, species.sex, species.max_count
     alike.switch_reproduction(not alike.barren)
     if nerves is None:

@@ -43,7 +43,7 @@ def test_the_kernel_is_its_slow_twin():
     cost, energy, digesting, burnt = (rng.random(n).astype(F) for _ in range(4))
     before = [a.copy() for a in (energy, digesting, burnt)]
     scale = rng.random(n).astype(F)
-    burn(0, n, alive, scale, cost, True, F(0.1), F(0.5), energy, digesting, burnt)
+    burn(0, n, alive, scale, cost, True, F(0.1), F(0.5), F(-np.inf), energy, digesting, burnt)
     paid = np.where(alive, (0.1 * scale + cost) * 0.5, 0)
     assert energy == pytest.approx(before[0] - paid, abs=1e-6)
     assert burnt == pytest.approx(before[2] + paid, abs=1e-6)

@@ -8,28 +8,46 @@ from ecs_eco.components import Metabolism, Position
 from ecs_eco.config import load
 from ecs_eco.testing import check_world
 
+SMALL = {"species.phytoplankton.count": 150, "species.copepod.count": 40, "species.krill.count": 12,
+         "space.size": [20.0, 20.0, 20.0]}  # fmt: skip
+
 
 @pytest.fixture(scope="module")
 def small():
-    return load("diel-migration", {"species.phytoplankton.count": 150, "species.copepod.count": 40,
-                                   "species.krill.count": 12, "space.size": [20.0, 20.0, 20.0]})  # fmt: skip
+    return load("diel-migration", SMALL)
 
 
 def test_the_sea_keeps_its_promises(small):
     check_world(lambda threads: World.from_config(small, policies="untrained", threads=threads), ticks=60)
 
 
-def test_energy_from_light_to_phytoplankton_to_copepods_to_krill_closes(small):
+def test_krill_have_no_energy_budget_and_are_never_full(small):
+    world = World.from_config(small, policies="untrained", seed=3)
+    krill = world.tables["krill"]
+    before = krill[Metabolism].energy[krill.rows()].copy()
+    world.run(150)
+    assert (krill[Metabolism].energy[krill.rows()] == before).all()
+    assert (before < small.species["krill"].metabolism.energy_max).all()
+    assert sum(world.series().to_pydict()["died: eaten by krill"]) > 3
+
+
+@pytest.mark.parametrize("budget", [
+    {},
+    {"species.krill.metabolism.basal": 0.002, "species.krill.diet.0.efficiency": 0.7},  # as in learning-krill
+])
+def test_energy_from_light_to_phytoplankton_to_copepods_to_krill_closes(budget):
     """What the eaten held is gained by the eater to the share `efficiency`, but for what no longer fits in.
     """
+    small = load("diel-migration", SMALL | budget)
     world = World.from_config(small, policies="untrained", seed=3, learn=False)
     eaten = {"phytoplankton": 0.0, "copepod": 0.0}
-    gained = {"copepod": 0.0, "krill": 0.0}
+    gained, meals = {"copepod": 0.0, "krill": 0.0}, dict.fromkeys(eaten, 0)
 
     def note(table, rows):
         if table.name in eaten:
             prey = [r for r in rows if world.causes[table.cause[r] - 1].startswith("eaten")]
             eaten[table.name] += float(table[Metabolism].energy[prey].sum(dtype=float))
+            meals[table.name] += len(prey)
 
     world.on_death.append(note)
     start = {n: _held(world, n) for n in world.tables}
@@ -59,7 +77,10 @@ def test_energy_from_light_to_phytoplankton_to_copepods_to_krill_closes(small):
     )
     unused = sum((1 - c[n].diet[0].efficiency) * eaten[prey]
                  for n, prey in (("copepod", "phytoplankton"), ("krill", "copepod")))
-    assert gone >= unused - 1e-3
+    # what is eaten still burns its share of that tick, after its eater has gained
+    late = sum(meals[prey] * c[n].diet[0].efficiency * c[prey].metabolism.basal
+               for n, prey in (("copepod", "phytoplankton"), ("krill", "copepod")))
+    assert gone >= unused - late - 1e-3
     assert unused > 0.3
 
 

@@ -52,6 +52,9 @@ class Metabolism(Section):
     basal: NonNegative = quantity("energy burnt by living", "energy/s", 0.0)
     growth: NonNegative = quantity("energy made in full light", "energy/s", 0.0)
     digestion: NonNegative = quantity("time after a meal without another", "s", 0.0)
+    torpor: bool = about("whether it falls into torpor where no energy is left: it burns nothing, stands "
+                         "still and does not mate until it has eaten or grown; else energy falls below 0, "
+                         "and `lethal` says what that means", False, exclude_if=is_absent)
 
 
 class Locomotion(Section):
