@@ -28,11 +28,13 @@ from ecs_eco.components.position import Position
 from ecs_eco.components.reflexes import Reflexes
 from ecs_eco.components.senses import Senses
 from ecs_eco.components.sensor import Sensor
+from ecs_eco.components.stature import Stature
 from ecs_eco.components.velocity import Velocity
 from ecs_eco.components.vigour import Vigour
 
 __all__ = [
     "Biology", "Body", "Breeding", "Chemistry", "Coat", "Defence", "Desires", "Experience", "Genome",
     "Gestation", "Growth", "HeatExchange", "LifeHistory", "Memory", "Metabolism", "Motor", "Nervous",
-    "Physical", "Plasticity", "Policy", "Position", "Reflexes", "Senses", "Sensor", "Velocity", "Vigour",
+    "Physical", "Plasticity", "Policy", "Position", "Reflexes", "Senses", "Sensor", "Stature",
+    "Velocity", "Vigour",
 ]  # fmt: skip

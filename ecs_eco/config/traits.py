@@ -47,9 +47,10 @@ def policy_shapes(species: Species, dims: int) -> list[tuple[int, ...]]:
 
 def _of_body(species: Species) -> Iterator[Trait]:
     body, moves, metabolism = species.body, species.locomotion, species.metabolism
-    yield Trait("body.radius", "Body", "radius", None, body.radius, TINY, LARGEST, "number", "m",
+    owner = "Body" if species.growth is None else "Stature"
+    yield Trait("body.radius", owner, "radius", None, body.radius, TINY, LARGEST, "number", "m",
                 "radius of the body")
-    yield Trait("body.mass", "Body", "mass", None, body.mass, TINY, LARGEST, "number", "kg",
+    yield Trait("body.mass", owner, "mass", None, body.mass, TINY, LARGEST, "number", "kg",
                 "mass of the body")
     if moves is not None:
         text = "factor of all its speeds; the cost of moving grows with its square"

@@ -12,6 +12,7 @@ from ecs_eco.engine import random
 from ecs_eco.engine.jit import njit
 from ecs_eco.engine.random import draw, mix
 from ecs_eco.genomes.choices import CHOICES
+from ecs_eco.lifecycle import sizes
 from ecs_eco.space.bodies import rocks
 from ecs_eco.space.geometry import cell_of, into
 from ecs_eco.space.sight import gather, offset
@@ -77,6 +78,7 @@ def bring_forth(table: Table, world: SpatialWorld, way: Any, parents: np.ndarray
             living = None if second is None else rows_of(table, second)
             values |= heredity.offspring(world, table, mothers, living, identity,
                                          **({} if sperm is None else {"sperm": sperm[which]}))
+        values |= sizes.of_newborn(table, values, which.size)
         table.request(table.uid[mothers], values, second)
     return np.bincount(which, minlength=parents.size)
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from ecs_eco.components import Biology, Metabolism, Position
 from ecs_eco.engine import random
+from ecs_eco.lifecycle import sizes
 from ecs_eco.space.geometry import cells_of
 
 if TYPE_CHECKING:
@@ -41,7 +42,7 @@ def newcomers(table: Table, world: SpatialWorld, kind: Any, identity: np.ndarray
             0, kind.metabolism.energy_max).astype(np.float32)
     if (heredity := table.species.heredity) is not None:
         values |= heredity.founders(world, table, identity[:count])
-    return values
+    return values | sizes.of_adults(table, values, count)
 
 
 def scatter(table: Table, world: SpatialWorld, identity: np.ndarray, within: Any = None) -> Values:

@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     import numpy as np
 
     from ecs_eco.config.models.heat import Heat
-    from ecs_eco.config.models.life import Breeding
+    from ecs_eco.config.models.life import Breeding, Growth
     from ecs_eco.config.models.reproduction import AnyReproduction
     from ecs_eco.config.models.species import Diet, Lethal
     from ecs_eco.config.models.species import Species as SpeciesConfig
@@ -49,7 +49,7 @@ class Species:
     heat: Heat | None = None
     """How its bodies exchange heat; None: they keep their temperature."""
     standard_mass: float | None = None
-    """Mass to which its costs of living refer [kg], where a gene makes masses differ."""
+    """Mass to which its costs of living refer [kg], where growth or a gene makes masses differ."""
 
     # nerves and genes
     nerves: Nerves | None = None
@@ -73,6 +73,8 @@ class Species:
     max_count: int | None = None
     """Births stop at this number of living."""
     reproduction: AnyReproduction | None = None
+    growth: Growth | None = None
+    """How the young grow; None: they are born as large as adults."""
     breeding: Breeding | None = None
     """How its fertility depends on age and season; None: it stays what it was at birth."""
     barren: bool = False

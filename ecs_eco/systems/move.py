@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ecs_eco.components import Motor, Nervous, Position, Velocity, Vigour
+from ecs_eco.components import Body, Motor, Nervous, Position, Stature, Velocity, Vigour
 from ecs_eco.engine.jit import njit
 from ecs_eco.engine.system import System
 from ecs_eco.lifecycle.torpor import awake
@@ -20,16 +20,18 @@ if TYPE_CHECKING:
 
 NO_MOTOR = np.zeros((1, 1), np.float32)
 NO_VIGOUR = np.ones(0, np.float32)
+TINY = np.float32(1e-30)  # [kg]
 FLAT, OPEN_GROUND = np.zeros((1, 1), np.float32), np.zeros((1, 1), np.uint8)
 
 
 class Move(System):
     """An animal turns, then goes ahead at the speed of its gait, and pays for it; uphill costs more.
 
-    Vigour multiplies the speed of every gait, and the cost by its square. Water, rock, fences and walls stop
-    it where they begin; the torpid lie still. In a volume the group `climb` moves it up and down: at a speed
-    of its own, or along a slope at that of its gait. With drag, speed approaches that of the gait by
-    dv/dt = drag (v_gait − v), the balance of thrust and Stokes' drag (Stokes 1851), solved exactly.
+    Vigour multiplies the speed of every gait, and the cost by its square; so does the size of young that
+    grow. Water, rock, fences and walls stop it where they begin; the torpid lie still. In a volume the group
+    `climb` moves it up and down: at a speed of its own, or along a slope at that of its gait. With drag,
+    speed approaches that of the gait by dv/dt = drag (v_gait − v), the balance of thrust and Stokes' drag
+    (Stokes 1851), solved exactly.
 
     Continuous speed [m/s], turn [rad/s], climb [m/s] and pitch [rad] are taken as they are; the cost of a
     speed between those of two gaits lies between theirs, on a straight line.
@@ -47,7 +49,7 @@ class Move(System):
         height, ground, inverse, slope_cost = (
             (FLAT, OPEN_GROUND, np.zeros(2, np.float32), 0.0) if terrain is None
             else (terrain.height, terrain.ground, terrain.inverse, terrain.slope_cost))
-        pace = table[Vigour].pace if Vigour in table else NO_VIGOUR
+        pace = paces(table)
         command = table[Motor].command if Motor in table else NO_MOTOR
         moving = awake(table)
         if moving is not table.alive:
@@ -57,6 +59,16 @@ class Move(System):
                     np.float32(world.dt), space.lengths, space.torus, space.volume, height, ground, inverse,
                     np.float32(slope_cost), p.x, p.y, p.z, p.heading, v.speed, v.climb, v.cost)
         table.version += 1
+
+
+def paces(table: Table) -> np.ndarray:
+    """Return the factor of each organism's speeds f32[rows], by its genes and its size; empty: 1 for all."""
+    pace = table[Vigour].pace if Vigour in table else NO_VIGOUR
+    if (growth := table.species.growth) is None or growth.pace == 0:
+        return pace
+    size = table[Body].mass[: table.high] / np.maximum(table[Stature].mass[: table.high], TINY)
+    young = (np.minimum(size, np.float32(1)) ** np.float32(growth.pace)).astype(np.float32)
+    return young * pace[: table.high] if pace.size else young
 
 
 @njit

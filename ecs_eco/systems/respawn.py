@@ -8,6 +8,7 @@ import numpy as np
 
 from ecs_eco.components import Biology, Metabolism, Nervous, Position
 from ecs_eco.engine.system import System
+from ecs_eco.lifecycle import sizes
 from ecs_eco.lifecycle.founders import scatter
 
 if TYPE_CHECKING:
@@ -30,4 +31,4 @@ class Respawn(System):
         values = scatter(table, world, identity)
         if (heredity := table.species.heredity) is not None:
             values |= heredity.founders(world, table, identity)
-        table.request(np.zeros(k, np.uint64), values)
+        table.request(np.zeros(k, np.uint64), values | sizes.of_adults(table, values, k))

@@ -18,6 +18,7 @@ from ecs_eco.systems.feed import Feed
 from ecs_eco.systems.feel import Feel
 from ecs_eco.systems.give_birth import GiveBirth
 from ecs_eco.systems.grow import Grow
+from ecs_eco.systems.grow_up import GrowUp
 from ecs_eco.systems.intervene import Intervene
 from ecs_eco.systems.learn import Learn
 from ecs_eco.systems.leave_remains import LeaveRemains
@@ -44,7 +45,7 @@ SCHEDULE: dict[str, tuple[type[System], ...]] = {
     "decide": (Decide,),
     "move": (Move, Drift),
     "interact": (Collide, Feed, Mate),
-    "metabolise": (Metabolise, ExchangeHeat, Compress, Age),
+    "metabolise": (Metabolise, ExchangeHeat, Compress, GrowUp, Age),
     "die": (Perish, LeaveRemains),  # at its end the rows of the dying are freed
     "reproduce": (Reproduce, GiveBirth, Spread),  # at its end the newborn get rows
     "record": (),  # a world that is recorded has its recorder here
@@ -59,6 +60,7 @@ RESPAWNING = SCHEDULE | {"reproduce": (Respawn, Reproduce, Spread)}
 OPTIONAL: dict[type[System], Callable[[Table], bool]] = {
     ExchangeHeat: lambda table: HeatExchange in table,
     Mature: lambda table: table.species.breeding is not None,
+    GrowUp: lambda table: table.species.growth is not None,
     Compress: lambda table: table.species.compressible,
 }
 """Systems that a world from a world file has only where some table asks for them: others are as fast as

@@ -11,6 +11,7 @@ from ecs_eco.engine import random
 from ecs_eco.engine.jit import njit
 from ecs_eco.engine.random import draw
 from ecs_eco.engine.system import System
+from ecs_eco.lifecycle import sizes
 from ecs_eco.lifecycle.births import room
 from ecs_eco.lifecycle.defence import left_by_defence
 from ecs_eco.space.bodies import rocks
@@ -79,7 +80,7 @@ class Spread(System):
             for name, some in fresh.items():
                 values[name] = np.empty((n, *some.shape[1:]), some.dtype)
                 values[name][own], values[name][grown] = some, inherited[name]
-        table.request(parents, values)
+        table.request(parents, values | sizes.of_newborn(table, values, n))
 
 
 def seeds(table: Table, rate: float) -> tuple[float, np.ndarray]:

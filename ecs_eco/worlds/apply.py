@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ecs_eco.components import Biology, Body, Chemistry, HeatExchange, Metabolism, Physical
+from ecs_eco.components import Biology, Body, Chemistry, HeatExchange, Metabolism, Physical, Stature
 from ecs_eco.config import WorldConfig
 from ecs_eco.config.models.species import MOTIONS
 from ecs_eco.config.mutable_keys import Key, changes
@@ -121,8 +121,11 @@ def apply_species(world: SpatialWorld, table: Table, species: Any,
     alike: Species = table.species
     before, nerves = alike.config, alike.nerves
     alike.config, alike.diet, alike.lethal = species, list(species.diet), list(species.lethal)
-    alike.breeding = species.breeding
+    alike.breeding, alike.growth = species.breeding, species.growth
     alike.torpor = species.metabolism.torpor
+    if species.growth is not None:
+        table.add_component(Stature, radius=species.body.radius, mass=species.body.mass)
+        alike.standard_mass = species.body.mass
     alike.remains, alike.sex, alike.max_count = species.remains, species.sex, species.max_count
     alike.switch_reproduction(not alike.barren)
     if nerves is None:

@@ -19,6 +19,10 @@ def check_year(config: WorldConfig) -> Iterator[Problem]:
 
 def check_life(config: WorldConfig, key: Key, species: Species) -> Iterator[Problem]:
     """All problems of the course of a species' life."""
+    grows = species.growth
+    if grows is not None and grows.cost and grows.reserve >= species.metabolism.energy_max:
+        yield Problem((*key, "growth", "reserve"), "as much as energy_max: nobody would grow", grows.reserve,
+                      f"less than {species.metabolism.energy_max:g}")
     way, at = species.breeding, (*key, "breeding")
     if way is None:
         return

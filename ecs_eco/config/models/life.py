@@ -1,14 +1,32 @@
-"""The course of a life: fertility with age and season."""
+"""The course of a life: growth, fertility with age and season."""
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 from pydantic import Field
 
-from ecs_eco.engine.section import NonNegative, Positive, Section, Share, quantity
+from ecs_eco.engine.section import NonNegative, Positive, Section, Share, about, quantity
 
 Season = Annotated[float, Field(gt=0, le=1)]
+Newborn = Annotated[float, Field(ge=1e-9, le=1)]
+
+
+class Growth(Section):
+    """Growth from newborn to adult size, which is that of `body`; the costs of living follow the mass to the
+    power 3/4. Founders and immigrants are adults."""
+
+    law: Literal["von_bertalanffy", "west"] = about(
+        "what approaches the adult's at a constant rate: the cube root of the mass (von Bertalanffy 1957) or "
+        "the fourth root (West, Brown & Enquist 2001)", "von_bertalanffy"
+    )
+    rate: Positive = quantity("of that approach; of an adult mass that is a gene, the one of body", "1/s")
+    newborn: Newborn = quantity("mass of a newborn, as a share of the adult's", "1", 0.05)
+    cost: NonNegative = quantity("energy burnt for each kilogram of growth", "energy/kg", 0.0)
+    reserve: NonNegative = quantity("energy that it keeps back: it grows by what it holds beyond; "
+                                    "with 0 it spends all on growth, and starves", "energy", 0.0)
+    pace: NonNegative = quantity("power of the mass, as a share of the adult's, with which speeds rise; 0: "
+                                 "the young are as fast as adults", "1", 0.0)
 
 
 class Breeding(Section):

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, field_validator, model_validator
 
 from ecs_eco.config.models.heat import BodyHeat
-from ecs_eco.config.models.life import Breeding
+from ecs_eco.config.models.life import Breeding, Growth
 from ecs_eco.config.models.nerves import Continuous, Group, Happiness, Neutral, Policy, Reflex
 from ecs_eco.config.models.reproduction import AnyReproduction
 from ecs_eco.config.models.sensors import AnySensor, Smell, name_sensors
@@ -130,6 +130,8 @@ class Species(Section):
     fertility: Share = quantity("fertility at birth; with breeding, its height", "1", 1.0)
     breeding: Breeding | None = about("how fertility depends on age and season; absent: it stays", None,
                                       exclude_if=is_absent)
+    growth: Growth | None = about("how the young grow; absent: they are born as large as adults", None,
+                                  exclude_if=is_absent)
     metabolism: Metabolism = table("energy budget", Metabolism)
     locomotion: Locomotion | None = about("how it moves; absent: it does not", None)
     defence: Defence = table("defence against being eaten", Defence)
