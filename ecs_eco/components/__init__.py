@@ -21,6 +21,7 @@ from ecs_eco.components.memory import Memory
 from ecs_eco.components.metabolism import Metabolism
 from ecs_eco.components.motor import Motor
 from ecs_eco.components.nervous import Nervous
+from ecs_eco.components.parentage import Parentage
 from ecs_eco.components.physical import Physical
 from ecs_eco.components.plasticity import Plasticity
 from ecs_eco.components.policy import Policy
@@ -35,6 +36,6 @@ from ecs_eco.components.vigour import Vigour
 __all__ = [
     "Biology", "Body", "Breeding", "Chemistry", "Coat", "Defence", "Desires", "Experience", "Genome",
     "Gestation", "Growth", "HeatExchange", "LifeHistory", "Memory", "Metabolism", "Motor", "Nervous",
-    "Physical", "Plasticity", "Policy", "Position", "Reflexes", "Senses", "Sensor", "Stature",
+    "Parentage", "Physical", "Plasticity", "Policy", "Position", "Reflexes", "Senses", "Sensor", "Stature",
     "Velocity", "Vigour",
 ]  # fmt: skip

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ecs_eco.components import Biology, Body, LifeHistory, Metabolism, Position
+from ecs_eco.components import Biology, Body, LifeHistory, Metabolism, Parentage, Position
 from ecs_eco.engine import random
 from ecs_eco.engine.jit import njit
 from ecs_eco.engine.random import draw, mix
@@ -79,6 +79,9 @@ def bring_forth(table: Table, world: SpatialWorld, way: Any, parents: np.ndarray
             values |= heredity.offspring(world, table, mothers, living, identity,
                                          **({} if sperm is None else {"sperm": sperm[which]}))
         values |= sizes.of_newborn(table, values, which.size)
+        if Parentage in table:
+            values[Parentage, "mother"] = table.uid[mothers]
+            values[Parentage, "father"] = np.zeros(which.size, np.uint64) if second is None else second
         table.request(table.uid[mothers], values, second)
     return np.bincount(which, minlength=parents.size)
 

@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     import numpy as np
 
     from ecs_eco.config.models.heat import Heat
-    from ecs_eco.config.models.life import Breeding, Growth
+    from ecs_eco.config.models.life import Breeding, Care, Growth
     from ecs_eco.config.models.reproduction import AnyReproduction
     from ecs_eco.config.models.species import Diet, Lethal
     from ecs_eco.config.models.species import Species as SpeciesConfig
@@ -73,6 +73,8 @@ class Species:
     max_count: int | None = None
     """Births stop at this number of living."""
     reproduction: AnyReproduction | None = None
+    care: Care | None = None
+    """How its parents feed their young; None: they do not."""
     growth: Growth | None = None
     """How the young grow; None: they are born as large as adults."""
     breeding: Breeding | None = None

@@ -14,7 +14,7 @@ _HOME = {
     "Perish": "perish",
     "LeaveRemains": "leave_remains", "Reproduce": "reproduce", "GiveBirth": "give_birth", "Spread": "spread",
     "Respawn": "respawn", "Mature": "mature",
-    "GrowUp": "grow_up",
+    "GrowUp": "grow_up", "Nurse": "nurse",
 }  # fmt: skip
 __all__ = list(_HOME)
 __getattr__ = lazy(__name__, {name: f"{__name__}.{module}" for name, module in _HOME.items()})

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ecs_eco.components import Body, Chemistry, Metabolism, Stature
+from ecs_eco.components import Body, Metabolism, Stature
 from ecs_eco.engine.jit import njit
 from ecs_eco.engine.system import System
 
@@ -14,7 +14,6 @@ if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
     from ecs_eco.space.world import SpatialWorld
 
-NOTHING = np.zeros((0, 0), np.float32)
 ROOTS = {"von_bertalanffy": 1.0 / 3.0, "west": 0.25}  # of the mass, which approaches that of the adult
 
 
@@ -24,8 +23,7 @@ class GrowUp(System):
     The cube root of its mass approaches the adult's at a constant rate (von Bertalanffy 1957), or the fourth
     root does (West, Brown & Enquist 2001), at a rate that falls with the fourth root of the adult's mass. The
     course is exact. Each kilogram costs energy beyond the reserve; who cannot pay grows less, and catches up
-    later. The radius grows with the cube root of the mass; substances are diluted, so that their
-    amounts stay.
+    later. The radius grows with the cube root of the mass.
     """
 
     needs = (Body, Metabolism, Stature)
@@ -37,16 +35,15 @@ class GrowUp(System):
                               table.high)
         if way is None or not (table.alive[:high] & (b.mass[:high] < s.mass[:high])).any():
             return
-        molarity = table[Chemistry].molarity if Chemistry in table else NOTHING
         world.split(grow_up, high, table.alive, s.mass, s.radius, ROOTS[way.law], way.rate * world.dt,
                     table.species.standard_mass if way.law == "west" else 0.0, way.cost, way.reserve,
-                    b.mass, b.radius, s.residue, molarity, m.energy, m.burnt)
+                    b.mass, b.radius, s.residue, m.energy, m.burnt)
         table.version += 1  # bodies that touch and hide others are larger
 
 
 @njit
 def grow_up(first, last, alive, adult_mass, adult_radius, root, step, standard, cost, reserve, mass, radius,
-            residue, molarity, energy, burnt):
+            residue, energy, burnt):
     """Let the living grow for a tick, `step` is rate × dt; `standard` [kg] is the adult mass for which that
     holds, 0: for any."""
     for row in range(first, last):
@@ -63,8 +60,4 @@ def grow_up(first, last, alive, adult_mass, adult_radius, root, step, standard, 
             burnt[row] += held - energy[row]
         mass[row] = before + gain
         residue[row] = before + gain - mass[row]
-        old = np.float64(radius[row])
         radius[row] = adult_radius[row] * ((before + gain) / most) ** (1.0 / 3.0)
-        if radius[row] > 0:
-            for k in range(molarity.shape[1]):
-                molarity[row, k] *= (old / radius[row]) ** 3

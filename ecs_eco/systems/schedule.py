@@ -26,6 +26,7 @@ from ecs_eco.systems.mate import Mate
 from ecs_eco.systems.mature import Mature
 from ecs_eco.systems.metabolise import Metabolise
 from ecs_eco.systems.move import Move
+from ecs_eco.systems.nurse import Nurse
 from ecs_eco.systems.perish import Perish
 from ecs_eco.systems.reproduce import Reproduce
 from ecs_eco.systems.reset_flows import ResetFlows
@@ -44,7 +45,7 @@ SCHEDULE: dict[str, tuple[type[System], ...]] = {
     "learn": (Learn,),
     "decide": (Decide,),
     "move": (Move, Drift),
-    "interact": (Collide, Feed, Mate),
+    "interact": (Collide, Feed, Nurse, Mate),
     "metabolise": (Metabolise, ExchangeHeat, Compress, GrowUp, Age),
     "die": (Perish, LeaveRemains),  # at its end the rows of the dying are freed
     "reproduce": (Reproduce, GiveBirth, Spread),  # at its end the newborn get rows
@@ -60,6 +61,7 @@ RESPAWNING = SCHEDULE | {"reproduce": (Respawn, Reproduce, Spread)}
 OPTIONAL: dict[type[System], Callable[[Table], bool]] = {
     ExchangeHeat: lambda table: HeatExchange in table,
     Mature: lambda table: table.species.breeding is not None,
+    Nurse: lambda table: table.species.care is not None,
     GrowUp: lambda table: table.species.growth is not None,
     Compress: lambda table: table.species.compressible,
 }

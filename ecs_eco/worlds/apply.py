@@ -121,7 +121,7 @@ def apply_species(world: SpatialWorld, table: Table, species: Any,
     alike: Species = table.species
     before, nerves = alike.config, alike.nerves
     alike.config, alike.diet, alike.lethal = species, list(species.diet), list(species.lethal)
-    alike.breeding, alike.growth = species.breeding, species.growth
+    alike.breeding, alike.growth, alike.care = species.breeding, species.growth, species.care
     alike.torpor = species.metabolism.torpor
     if species.growth is not None:
         table.add_component(Stature, radius=species.body.radius, mass=species.body.mass)

@@ -17,6 +17,7 @@ from ecs_eco.components import (
     Metabolism,
     Motor,
     Nervous,
+    Parentage,
     Physical,
     Position,
     Sensor,
@@ -179,6 +180,8 @@ def _species_table(world: SpatialWorld, name: str, species: Any) -> None:
         table.derived[Sensor] = Readings(table)
     if species.locomotion is not None and table.species.nerves is not None:
         table.add_component(Velocity)
+    if name in world.config.have_parents():
+        table.add_component(Parentage)
 
 
 def _networks(world: SpatialWorld, table: Table, species: Any, policies: Any, learn: Any, number: int,

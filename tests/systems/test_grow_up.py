@@ -1,11 +1,11 @@
-"""Growth from newborn to adult size: hand-counted courses, costs, needs, substances, genes, refusals."""
+"""Growth from newborn to adult size: hand-counted courses, costs, needs, genes, refusals."""
 
 import math
 
 import numpy as np
 import pytest
 
-from ecs_eco.components import Body, Chemistry, Metabolism, Position, Stature, Velocity
+from ecs_eco.components import Body, Metabolism, Position, Stature, Velocity
 from ecs_eco.engine.errors import ConfigError
 from ecs_eco.record.ledger import LEDGER, imbalance
 from ecs_eco.systems import GrowUp, Metabolise, Move, Reproduce
@@ -100,16 +100,6 @@ def test_the_small_are_slower_where_that_is_declared(meadow):
         assert deer[Velocity].cost[rows] == pytest.approx([0.02 * v * v for v in speeds], rel=1e-6)
 
 
-def test_substances_are_diluted_so_that_their_amounts_stay(meadow):
-    world = meadow(world={"substances": {"salt": "NaCl"}}, substances={"salt": 0.8}, **DEER)
-    arrange(world, "deer", mass=[1.0, 8.0], radius=[0.5, 1.0])
-    act(world, GrowUp)
-    deer = world.tables["deer"]
-    rows = deer.by_uid()
-    amount = deer[Chemistry].molarity[rows, 0] * deer[Body].radius[rows] ** 3
-    assert amount == pytest.approx([0.8 * 0.125, 0.8], rel=1e-6)
-
-
 def test_newborn_are_small_and_founders_are_grown(meadow):
     world = meadow(reproduction=BIRTHS, world={"dt": 0.01}, **DEER)
     assert body(world)[0].tolist() == [8, 8]
@@ -179,7 +169,7 @@ def test_the_kernel_does_what_plain_python_does(cost):
     before, held, radius = mass.copy(), energy.copy(), np.ones(n, F)
     burnt, residue = np.zeros(n, F), np.zeros(n, F)
     grow_up(0, n, alive, adult, np.ones(n, F), 1 / 3, 0.3, 0.0, cost, 0.1, mass, radius, residue,
-            np.zeros((0, 0), F), energy, burnt)
+            energy, burnt)
     wanted = [plain(float(m), float(a), 1 / 3, 0.3, cost, 0.1, float(e)) if lives else m
               for m, a, e, lives in zip(before, adult, held, alive, strict=True)]
     assert mass == pytest.approx(wanted, rel=1e-6)

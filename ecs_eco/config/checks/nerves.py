@@ -53,6 +53,8 @@ def _check_sensor(config: WorldConfig, species: Species, key: Key, sensor: Senso
                       species.felt())
     if isinstance(sensor, Property):
         yield from _check_property(config, key, sensor)
+    if isinstance(sensor, Nearest | Property) and sensor.kin is not None:
+        yield from _check_kin(config, species, key, sensor)
     if isinstance(sensor, Smell | Gradient) and sensor.field not in config.fields:
         yield unknown((*key, "field"), "field", sensor.field, config.fields)
     if isinstance(sensor, Nearest) and sensor.target not in kinds:
@@ -92,6 +94,22 @@ def _check_property(config: WorldConfig, key: Key, sensor: Property) -> Iterator
     if not named and not config.bearers(sensor.property):
         anywhere = dict.fromkeys(name for kind in kinds for name in config.felt(kind))
         yield unknown((*key, "property"), "property or substance of any body", sensor.property, anywhere)
+
+
+def _check_kin(config: WorldConfig, species: Species, key: Key,
+               sensor: Nearest | Property) -> Iterator[Problem]:
+    family = config.family(next(name for name, s in config.species.items() if s is species))
+    named = [sensor.target] if isinstance(sensor, Nearest) else sensor.kinds()
+    at = (*key, "target" if isinstance(sensor, Nearest) else "of")
+    for kind in named:
+        if kind not in family and kind in (*config.species, *config.objects):
+            yield Problem(at, "none of its kin is among them", kind, " or ".join(family) + ", or no kin")
+    if not named:
+        yield Problem(at, "is missing, and kin needs it", allowed=" or ".join(family))
+    if isinstance(sensor, Nearest) and (sensor.occlusion or sensor.sight is not None):
+        word = "occlusion" if sensor.occlusion else "sight"
+        yield Problem((*key, word), "kin are known by their voices, not by sight", getattr(sensor, word),
+                      f"kin or {word}, not both")
 
 
 def _check_channels(config: WorldConfig, key: Key, species: Species) -> Iterator[Problem]:

@@ -1,4 +1,4 @@
-"""The course of a life: growth, fertility with age and season."""
+"""The course of a life: growth, fertility with age and season, care for the young."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from pydantic import Field
 from ecs_eco.engine.section import NonNegative, Positive, Section, Share, about, quantity
 
 Season = Annotated[float, Field(gt=0, le=1)]
+Arriving = Annotated[float, Field(ge=1e-6, le=1)]
 Newborn = Annotated[float, Field(ge=1e-9, le=1)]
 
 
@@ -56,3 +57,17 @@ class Breeding(Section):
         return self.maturity if self.end is None else self.maturity + (self.end - self.maturity) / 3
 
 
+
+
+class Care(Section):
+    """Feeding of the young by their parents, who pay for it.
+
+    With an action `nurse` a parent feeds when it decides to, else whenever it can.
+    """
+
+    rate: Positive = quantity("most energy given to each of the young", "energy/s")
+    until: Positive = quantity("age until which the young are fed", "s")
+    reach: NonNegative = quantity("distance between the surfaces of both bodies", "m", 0.0)
+    reserve: NonNegative = quantity("energy that a parent keeps back", "energy", 0.0)
+    efficiency: Arriving = quantity("share of the energy given that reaches the young", "1", 1.0)
+    by: Literal["mother", "father", "both"] = about("who feeds them", "mother")

@@ -24,6 +24,7 @@ from ecs_eco.engine.section import (
     Section,
     about,
     function_name,
+    is_absent,
     quantity,
 )
 
@@ -41,6 +42,7 @@ def _word_or_list(value: Any) -> str:
     return "names" if isinstance(value, list) else "word"
 
 
+Kin = Literal["mother", "father", "offspring", "siblings"]
 Kinds = Annotated[Annotated[str, Tag("word")] | Annotated[list[str], Field(min_length=1), Tag("names")],
                   Discriminator(_word_or_list)]
 
@@ -87,9 +89,11 @@ class Nearest(Sensor):
         "if given, it sees by light: as far as blind + sight × light at its eye, at most radius", "m", None
     )
     blind: NonNegative = quantity("how far it notices the target in the dark, if sight is given", "m", 0.0)
+    kin: Kin | None = about("only relatives count, those of the own species or its eggs; absent: all", None,
+                            exclude_if=is_absent)
 
     def base(self) -> str:
-        return self.target
+        return self.target if self.kin is None else f"{self.target}_{self.kin}"
 
     def channels(self, dims: int) -> tuple[str, ...]:
         return tuple(f"{self.name or self.base()}_{way}" for way in _ways(dims))
@@ -144,8 +148,11 @@ class Property(Sensor):
     scale: Positive = quantity("the sum or the mean that reads 1", "unit of the property, over m² for a sum "
                                "with inverse_square", 1.0)
 
+    kin: Kin | None = about("only relatives count, of kinds that are named; absent: all", None,
+                            exclude_if=is_absent)
+
     def base(self) -> str:
-        return "_".join([*(self.kinds() or ["any"]), self.property])
+        return "_".join([*(self.kinds() or ["any"]), *([self.kin] if self.kin else []), self.property])
 
     def kinds(self) -> list[str]:
         """The species and object types that are named; none: all that have the property."""

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, field_validator, model_validator
 
 from ecs_eco.config.models.heat import BodyHeat
-from ecs_eco.config.models.life import Breeding, Growth
+from ecs_eco.config.models.life import Breeding, Care, Growth
 from ecs_eco.config.models.nerves import Continuous, Group, Happiness, Neutral, Policy, Reflex
 from ecs_eco.config.models.reproduction import AnyReproduction
 from ecs_eco.config.models.sensors import AnySensor, Smell, name_sensors
@@ -38,6 +38,7 @@ GROUPS: dict[str, tuple[str, ...] | None] = {
     "pitch": (),
     "eat": ("eat",),
     "mate": ("mate",),
+    "nurse": ("nurse",),
 }
 MOTIONS = ("speed", "turn", "climb", "pitch")  # that may be continuous
 THINKING = ("shared", "individual")  # kinds of policies that are networks
@@ -150,6 +151,8 @@ class Species(Section):
     genome: GenomeSection | None = about("heredity; absent: all are born with these values", None)
     components: list[Function] = table("module:name of components of your own for its organisms", list)
     reproduction: AnyReproduction | None = about("how it multiplies; absent: it does not", None)
+    care: Care | None = about("how parents feed their young; absent: they do not", None,
+                              exclude_if=is_absent)
     lethal: list[Lethal] = table("what kills it besides being eaten", list)
     remains: str | None = about("object type that the dead leave", None)
 
@@ -203,6 +206,10 @@ class Species(Section):
     def own(self) -> tuple[str, ...]:
         """Names of properties that the species can sense in itself or die of."""
         return (*OWN, *self.properties, *self.substances)
+
+    def knows_kin(self) -> bool:
+        """Whether its members must know whose children they are."""
+        return self.care is not None or any(getattr(sensor, "kin", None) for sensor in self.sensors)
 
     def felt(self) -> tuple[str, ...]:
         """Names of properties that the species can sense in itself, and others in its bodies."""

@@ -122,6 +122,15 @@ class WorldConfig(Section):
                 for name in (*species.properties, *species.substances))
         return tuple(dict.fromkeys((*self.objects[kind].felt(), *left)))
 
+    def family(self, name: str) -> tuple[str, ...]:
+        """The species whose members are of one kind with those of a species: itself."""
+        return (name,)
+
+    def have_parents(self) -> frozenset[str]:
+        """The species whose members must know whose children they are."""
+        return frozenset(one for name, species in self.species.items() if species.knows_kin()
+                         for one in self.family(name))
+
     def bearers(self, property: str) -> list[str]:
         """The object types and species whose bodies have a property or substance."""
         return [kind for kind in (*self.objects, *self.species) if property in self.felt(kind)]

@@ -36,7 +36,7 @@ def _sense_of(s: Any, substances: list[str], number: int) -> Sense:
     if s.kind == "own":
         return own(s.property, s.scale, substances)
     if s.kind == "nearest":
-        return see_nearest(s.target, s.radius, s.fov, s.occlusion, number, s.sight, s.blind)
+        return see_nearest(s.target, s.radius, s.fov, s.occlusion, number, s.sight, s.blind, s.kin)
     if s.kind == "rays":
         return cast_rays(s.targets, s.count, s.fov, s.radius, s.report, number, s.at, s.angle)
     if s.kind == "smell":
@@ -53,4 +53,4 @@ def _sense_of(s: Any, substances: list[str], number: int) -> Sense:
 
 def _property_of(s: Any, bearers: list[str], substances: list[str], number: int) -> Sense:
     return feel_property(s.property, s.kinds() or bearers, s.radius, s.decay, s.report, s.zero, s.scale, s.at,
-                         substances, number)
+                         substances, number, s.kin)

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ecs_eco.engine.jit import njit
+from ecs_eco.nervous.sensors.kin import nearest_kin
 from ecs_eco.nervous.sensors.sense import Seekers, Sense, own_range
 from ecs_eco.space import sight
 from ecs_eco.space.bodies import opaque, rocks
@@ -17,11 +18,11 @@ if TYPE_CHECKING:
 
 
 def see_nearest(target: str, reach: float, fov: float, occlusion: bool, number: int = 0,
-                by_light: float | None = None, blind: float = 0.0) -> Sense:
+                by_light: float | None = None, blind: float = 0.0, kin: str | None = None) -> Sense:
     """See the nearest of a kind: its direction in the body's frame, as a unit vector, and 1 − distance/reach.
 
     With `by_light` [m] it sees as far as blind + by_light × light at its eye [m],
-    and never further than without.
+    and never further than without. With `kin` only relatives count.
     """
     cos_half_fov = np.float32(-2.0 if fov >= 2 * math.pi - 1e-5 else math.cos(fov / 2))
 
@@ -32,9 +33,13 @@ def see_nearest(target: str, reach: float, fov: float, occlusion: bool, number: 
             light = world.surroundings("light", mine.x, mine.y, mine.z)
             own = np.minimum(own, np.float32(blind) + np.float32(by_light) * light)
             radius = max(float(own.max(initial=0.0)), 1e-6)
-        entries, distance2 = np.empty(seekers.n, np.int32), np.empty(seekers.n, np.float32)
-        nearest(mine, targets, radius, entries, distance2, world.split)
-        if occlusion or cos_half_fov > -1:
+        if kin is None:
+            entries, distance2 = np.empty(seekers.n, np.int32), np.empty(seekers.n, np.float32)
+            nearest(mine, targets, radius, entries, distance2, world.split)
+        else:
+            entries, distance2 = nearest_kin(seekers, table, world.tables[target], targets, kin, own,
+                                             cos_half_fov, world.split)
+        if kin is None and (occlusion or cos_half_fov > -1):
             space, ground, inverse = world.space, *rocks(world)
             bodies: Any = opaque(world) if occlusion else targets
             radii = bodies.radius if occlusion else targets.x

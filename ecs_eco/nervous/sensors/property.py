@@ -6,6 +6,7 @@ import numpy as np
 
 from ecs_eco.components import Body
 from ecs_eco.engine.jit import njit
+from ecs_eco.nervous.sensors.kin import add_kin
 from ecs_eco.nervous.sensors.own import own_column
 from ecs_eco.nervous.sensors.sense import Seekers, Sense, own_range, place_of
 from ecs_eco.space.sums import DECAYS, add_near
@@ -16,12 +17,14 @@ if TYPE_CHECKING:
 
 
 def feel_property(property: str, of: list[str], radius: float, decay: str, report: str, zero: float,
-                  scale: float, at: list[float], substances: list[str], number: int = 0) -> Sense:
+                  scale: float, at: list[float], substances: list[str], number: int = 0,
+                  kin: str | None = None) -> Sense:
     """Feel a property of the bodies of some kinds around a place on the own body, which itself is left out:
     Σ weight × (value − zero)/scale, or, as a mean, that over Σ weight; 0 where there is nobody.
 
     A body counts if its centre is nearer than `radius` [m]. Its weight at distance d is 1 with decay "none",
     1 − d/radius with "linear", 1/d² [1/m²] with "inverse_square", where d is at least its own radius.
+    With `kin` only relatives count.
     """
 
     def sense(world: "SpatialWorld", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
@@ -31,8 +34,13 @@ def feel_property(property: str, of: list[str], radius: float, decay: str, repor
         for other in (world.tables[name] for name in of):
             targets = world.index(other)
             value = own_column(other, property, substances)[targets.rows] - np.float32(zero)
-            add_near(seekers.index, place, own, targets, value, other[Body].radius[targets.rows],
-                     DECAYS[decay], total, weight, world.split)
+            size = other[Body].radius[targets.rows]
+            if kin is not None:
+                add_kin(seekers, table, other, targets, kin, place, own, value.astype(np.float32), size,
+                        DECAYS[decay], total, weight, world.split)
+            else:
+                add_near(seekers.index, place, own, targets, value, size, DECAYS[decay], total, weight,
+                         world.split)
         world.split(_write, seekers.n, total, weight, report == "mean", 1.0 / scale, out, column)
 
     return sense

@@ -1,0 +1,89 @@
+"""Parents feed their young."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ecs_eco.components import Biology, Body, Metabolism, Nervous, Parentage, Position
+from ecs_eco.engine.jit import njit
+from ecs_eco.engine.system import System
+from ecs_eco.lifecycle.births import rows_of
+from ecs_eco.space.sight import offset
+
+if TYPE_CHECKING:
+    from ecs_eco.engine.table import Table
+    from ecs_eco.space.world import SpatialWorld
+
+NO_DECISION = np.zeros((1, 1), np.uint8)
+PARENTS = {"mother": ("mother",), "father": ("father",), "both": ("mother", "father")}
+
+
+class Nurse(System):
+    """A parent that holds more than its reserve gives energy to each of its own young within reach, at a
+    rate, until they are full or old enough.
+
+    Where it cannot give all that they can take, each gets the same share of it. What does not arrive is burnt
+    by the parent. An animal with an action `nurse` feeds when it decides to; one without feeds whenever it
+    can. Where both parents feed, the mother is first.
+    """
+
+    needs = (Position, Body, Metabolism, Biology, Parentage)
+    phase = "interact"
+
+    def update(self, table: Table, world: SpatialWorld) -> None:
+        """Let one species feed its young."""
+        way, b = table.species.care, table[Biology]
+        if way is None or not table.n:
+            return
+        rows = table.by_uid()
+        young = rows[(b.age[rows] < np.float32(way.until)) & (table.cause[rows] == 0)]
+        for parent in PARENTS[way.by] if young.size else ():
+            its = rows_of(table, getattr(table[Parentage], parent)[young])
+            self.feed(table, world, way, young[its >= 0], its[its >= 0])
+
+    def feed(self, table: Table, world: SpatialWorld, way: Any, young: np.ndarray,
+             parent: np.ndarray) -> None:
+        """Let `parent` i64[k] feed `young` i64[k], rows in the order of the uids of the young."""
+        p, m, nerves, space = table[Position], table[Metabolism], table.species.nerves, world.space
+        column = -1 if nerves is None else next(
+            (i for i, (group, _) in enumerate(nerves.actions) if group == "nurse"), -1)
+        decision = table[Nervous].decision if column >= 0 else NO_DECISION
+        demand, gives = np.zeros(table.high), np.zeros(table.high)
+        nurse(young, parent, p.x, p.y, p.z, table[Body].radius, np.float32(way.reach), space.lengths,
+              space.torus, decision, column, table.cause, way.rate * world.dt, way.reserve, way.efficiency,
+              table.species.config.metabolism.energy_max, np.zeros(young.size), demand, gives, m.energy,
+              m.taken, m.given, m.burnt)
+
+
+@njit
+def nurse(young, parent, x, y, z, radius, reach, lengths, torus, decision, column, cause, most, reserve,
+          efficiency, full, gets, demand, gives, energy, taken, given, burnt):
+    """Move energy from parents to young: gets f64[k], demand and gives f64[rows] are 0, room for sums."""
+    for k in range(young.size):
+        one, it = young[k], parent[k]
+        dx, dy, dz = offset(x[one], y[one], z[one], x[it], y[it], z[it], lengths, torus)
+        far, feeds = radius[one] + radius[it] + reach, column < 0 or decision[it, column] != 0
+        if feeds and cause[it] == 0 and dx * dx + dy * dy + dz * dz <= far * far:
+            gets[k] = min(most, max(full - energy[one], 0.0) / efficiency)
+            demand[it] += gets[k]
+    for k in range(young.size):  # before anything moves: who feeds may itself be fed
+        it = parent[k]
+        if gets[k] > 0:
+            gets[k] *= min(max(energy[it] - reserve, 0.0) / demand[it], 1.0)
+            gives[it] += gets[k]
+    for k in range(young.size):
+        one, it = young[k], parent[k]
+        if gives[it] > 0:
+            before = energy[it]
+            energy[it] = before - gives[it]
+            lost = np.float32((before - energy[it]) * (1.0 - efficiency))
+            burnt[it] += lost
+            given[it] += before - energy[it] - lost
+            gives[it] = 0.0
+    for k in range(young.size):
+        if gets[k] > 0:
+            before = energy[young[k]]
+            energy[young[k]] = before + gets[k] * efficiency
+            taken[young[k]] += energy[young[k]] - before
