@@ -40,7 +40,8 @@ MENAGERIE = {  # everything that a world file can say, in little
             "heat": {"specific_heat": 800.0},
             "substances": {"hydron": 1e-7},
         },
-        "carcass": {"body": {"radius": 0.2, "mass": 1.0, "opaque": False}},
+        "carcass": {"body": {"radius": 0.2, "mass": 1.0, "opaque": False}, "energy": {"decay": 0.05}},
+        "cone": {"count": 12, "body": {"radius": 0.1, "mass": 0.05, "opaque": False}, "renewal": 0.1},
     },
     "species": {
         "moss": {

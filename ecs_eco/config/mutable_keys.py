@@ -32,6 +32,7 @@ RULES: tuple[tuple[str, str], ...] = (
     ("species.*.care", SHAPE), ("species.*.care.*", ""), ("species.*.growth", SHAPE),
     ("species.*.growth.*", ""), ("species.*.breeding", ANEW),
     ("species.*.breeding.**", ""), ("*.*.heat", SHAPE), ("*.*.heat.**", ""),
+    ("objects.*.energy", SHAPE), ("objects.*.energy.*", ""), ("objects.*.renewal", ""),
     ("species.*.defence.*", ""), ("species.*.emits**", ""), ("species.*.diet**", ""),
     ("species.*.reflex**", ""), ("species.*.happiness**", ""), ("species.*.ppo.*", ""),
     ("species.*.reproduction.**", ""), ("species.*.lethal**", ""), ("species.*.max_count", ""),

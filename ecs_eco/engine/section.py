@@ -50,6 +50,11 @@ def is_absent(value: Any) -> bool:
     return value is None or value is False
 
 
+def is_empty(value: Any) -> bool:
+    """Whether a value is 0 or a list without entries: `exclude_if` as with `is_absent`."""
+    return not value
+
+
 def table(text: str, factory: Any) -> Any:
     """A section or list that may be left out, and its default factory."""
     return Field(default_factory=factory, description=text)

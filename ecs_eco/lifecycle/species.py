@@ -10,6 +10,7 @@ if TYPE_CHECKING:
 
     from ecs_eco.config.models.heat import Heat
     from ecs_eco.config.models.life import Breeding, Care, Growth
+    from ecs_eco.config.models.objects import Store
     from ecs_eco.config.models.reproduction import AnyReproduction
     from ecs_eco.config.models.species import Diet, Lethal
     from ecs_eco.config.models.species import Species as SpeciesConfig
@@ -50,6 +51,12 @@ class Species:
     """How its bodies exchange heat; None: they keep their temperature."""
     standard_mass: float | None = None
     """Mass to which its costs of living refer [kg], where growth or a gene makes masses differ."""
+
+    # of objects
+    store: Store | None = None
+    """The energy that they hold; None: none."""
+    upkeep: tuple[int, float] = (0, 0.0)
+    """The number to which they come back, and the rate at which each missing one does [1/s]."""
 
     # nerves and genes
     nerves: Nerves | None = None

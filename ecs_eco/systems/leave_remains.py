@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ecs_eco.components import Body, Chemistry, Physical, Position
+from ecs_eco.components import Body, Chemistry, Metabolism, Physical, Position
 from ecs_eco.engine.system import System
 
 if TYPE_CHECKING:
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 class LeaveRemains(System):
     """The dead leave an object of the type that their species names, where they died,
-    with their mass and substances.
+    with their mass and substances, and with the energy that they still held where the type holds energy.
 
     The eaten leave nothing: their bodies are in their eaters.
     """
@@ -44,4 +44,6 @@ class LeaveRemains(System):
                 kept += [(Physical, f) for f in Physical.fields]  # type: ignore[attr-defined]
                 into = world.tables[remains]
                 values = {(c, f): table.field(c, f)[rows] for c, f in kept if c in table and c in into}
+                if Metabolism in table and Metabolism in into:
+                    values[Metabolism, "energy"] = table[Metabolism].energy[rows].clip(0, None)
                 into.request(table.uid[rows], values)

@@ -10,6 +10,7 @@ from ecs_eco.engine.system import System
 from ecs_eco.systems.age import Age
 from ecs_eco.systems.collide import Collide
 from ecs_eco.systems.compress import Compress
+from ecs_eco.systems.decay import Decay
 from ecs_eco.systems.decide import Decide
 from ecs_eco.systems.diffuse import Diffuse
 from ecs_eco.systems.drift import Drift
@@ -28,6 +29,7 @@ from ecs_eco.systems.metabolise import Metabolise
 from ecs_eco.systems.move import Move
 from ecs_eco.systems.nurse import Nurse
 from ecs_eco.systems.perish import Perish
+from ecs_eco.systems.renew import Renew
 from ecs_eco.systems.reproduce import Reproduce
 from ecs_eco.systems.reset_flows import ResetFlows
 from ecs_eco.systems.respawn import Respawn
@@ -46,14 +48,14 @@ SCHEDULE: dict[str, tuple[type[System], ...]] = {
     "decide": (Decide,),
     "move": (Move, Drift),
     "interact": (Collide, Feed, Nurse, Mate),
-    "metabolise": (Metabolise, ExchangeHeat, Compress, GrowUp, Age),
+    "metabolise": (Metabolise, Decay, ExchangeHeat, Compress, GrowUp, Age),
     "die": (Perish, LeaveRemains),  # at its end the rows of the dying are freed
-    "reproduce": (Reproduce, GiveBirth, Spread),  # at its end the newborn get rows
+    "reproduce": (Renew, Reproduce, GiveBirth, Spread),  # at its end the newborn get rows
     "record": (),  # a world that is recorded has its recorder here
 }
 """The shipped systems by phase. A world's own systems come after those of their phase."""
 
-RESPAWNING = SCHEDULE | {"reproduce": (Respawn, Reproduce, Spread)}
+RESPAWNING = SCHEDULE | {"reproduce": (Renew, Respawn, Reproduce, Spread)}
 """The schedule of training worlds that hold numbers constant: the dead are replaced, and nobody gives birth.
 """
 
@@ -64,6 +66,8 @@ OPTIONAL: dict[type[System], Callable[[Table], bool]] = {
     Nurse: lambda table: table.species.care is not None,
     GrowUp: lambda table: table.species.growth is not None,
     Compress: lambda table: table.species.compressible,
+    Decay: lambda table: table.species.store is not None,
+    Renew: lambda table: table.species.upkeep[0] > 0,
 }
 """Systems that a world from a world file has only where some table asks for them: others are as fast as
 without."""

@@ -9,6 +9,7 @@ import numpy as np
 from ecs_eco.components import Position
 from ecs_eco.record.ledger import LEDGER, imbalance
 from ecs_eco.testing.states import all_threads, difference, shuffle, state
+from ecs_eco.testing.stores import Stores
 
 if TYPE_CHECKING:
     from ecs_eco.ecosystem import World
@@ -73,8 +74,10 @@ def watch(world: World, ticks: int) -> None:
     """Run a world tick by tick, and check after each what must always hold."""
     dead: set[int] = set()
     world.on_death.append(lambda table, rows: dead.update(table.uid[rows].tolist()))
+    stores = Stores(world)
     for _ in range(ticks):
         world.run(1)
+        stores.note()
         _check_identities(world, dead)
         _check_bounds(world)
     if world.recorder is not None:

@@ -41,7 +41,7 @@ def apply(world: SpatialWorld, config: WorldConfig, before: WorldConfig | None =
     apply_surroundings(world, config, changed)
     for name, kind in config.objects.items():
         if changed is None or any(key[:2] == ("objects", name) for key in changed):
-            matter(world.tables[name], kind, world.substances)
+            apply_object(world.tables[name], kind, world.substances)
     for name, species in config.species.items():
         keys = None if changed is None else {".".join(map(str, key[2:]))
                                              for key in changed if key[:2] == ("species", name)}
@@ -105,6 +105,16 @@ def matter(table: Table, kind: Any, substances: list[str]) -> None:
         table.add_component(HeatExchange)
     if kind.substances:
         table.add_component(Chemistry, molarity=[kind.substances.get(s, 0.0) for s in substances])
+
+
+def apply_object(table: Table, kind: Any, substances: list[str]) -> None:
+    """Set what objects of a type are made of, and the energy that they hold."""
+    matter(table, kind, substances)
+    alike: Species = table.species
+    alike.store, alike.upkeep = kind.energy, (kind.count, kind.renewal)
+    if kind.energy is not None:
+        table.add_component(Metabolism)
+        table.set_defaults(Metabolism, energy=kind.energy.initial)
 
 
 def apply_species(world: SpatialWorld, table: Table, species: Any,

@@ -33,7 +33,7 @@ from ecs_eco.nervous.readings import Readings
 from ecs_eco.nervous.sensors import senses_of
 from ecs_eco.space import Field, Terrain
 from ecs_eco.systems.schedule import schedule
-from ecs_eco.worlds.apply import apply, begin_learning, cell, learner_seed, matter, settings
+from ecs_eco.worlds.apply import apply, apply_object, begin_learning, cell, learner_seed, matter, settings
 from ecs_eco.worlds.heredity import add_heredity
 from ecs_eco.worlds.policies import (
     fresh_brain,
@@ -151,7 +151,7 @@ def _landmarks(world: SpatialWorld, terrain: Any) -> None:
 def _object_table(world: SpatialWorld, name: str, kind: Any) -> None:
     table = world.add_table(name, Position, Body, dims={"substances": len(world.substances)},
                             capacity=max(16, kind.count + len(kind.at)))
-    matter(table, kind, world.substances)
+    apply_object(table, kind, world.substances)
     table.species.is_object = True
 
 

@@ -67,8 +67,9 @@ def _check_diet(config: WorldConfig, key: Key, species: Species) -> Iterator[Pro
         eaten.add(diet.eats)
         if "gain" not in diet.model_fields_set and "efficiency" not in diet.model_fields_set:
             yield Problem((*at, "gain"), "is missing, and efficiency too", allowed="gain, efficiency or both")
-        if diet.efficiency and diet.eats in config.objects:
-            yield Problem((*at, "efficiency"), "objects hold no energy", diet.efficiency, "a gain instead")
+        if diet.efficiency and diet.eats in config.objects and config.objects[diet.eats].energy is None:
+            yield Problem((*at, "efficiency"), f"{diet.eats} holds no energy", diet.efficiency,
+                          f"a gain instead, or objects.{diet.eats}.energy = {{ initial = 0.1 }}")
         if diet.reach > widest(config):
             yield Problem((*at, "reach"), too_wide(config), diet.reach, f"at most {widest(config):g} m")
 

@@ -86,6 +86,9 @@ def _causes(config: WorldConfig) -> Iterator[tuple[Key, str]]:
             for end, cause in ends.items():
                 if getattr(limit, end) is not None:
                     yield ("species", name, "lethal", i, end), cause
+    for name, kind in config.objects.items():
+        if kind.energy is not None:
+            yield ("objects", name, "energy"), "decayed"
     for i, intervention in enumerate(config.interventions):
         if isinstance(intervention, Cull):
             yield ("interventions", i, "cause"), intervention.cause
@@ -155,6 +158,9 @@ def _check_object(config: WorldConfig, name: str, kind: ObjectType) -> Iterator[
         yield Problem((*key, "count"), "none of these would ever exist", kind.count, allowed)
     for i, at in enumerate(kind.at):
         yield from _outside((*key, "at", i), at, config.space.size)
+    if kind.renewal and not kind.count:
+        yield Problem((*key, "renewal"), "there is no count for it to come back to", kind.renewal,
+                      "count of at least 1, or no renewal")
     yield from check_matter(config, key, kind.properties, kind.substances)
     yield from check_size(config, key, kind.body.radius)
     yield from check_physical(key, kind)

@@ -7,6 +7,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from ecs_eco.config.models.heat import Heat
+from ecs_eco.config.models.objects import Store
 from ecs_eco.engine.section import (
     Name,
     NonNegative,
@@ -16,6 +17,7 @@ from ecs_eco.engine.section import (
     Section,
     about,
     is_absent,
+    is_empty,
     quantity,
     table,
 )
@@ -110,7 +112,11 @@ class ObjectType(Section):
     heat: Heat | None = about("how their temperature changes; absent: it stays", None, exclude_if=is_absent)
     substances: dict[Name, NonNegative] = table("concentrations by name [mol/L]", dict)
     emits: dict[Name, NonNegative] = table("field = amount that each puts into it [1/s]", dict)
+    energy: Store | None = about("energy that they hold, as food; absent: none", None, exclude_if=is_absent)
+    renewal: NonNegative = quantity("rate at which each one missing of `count` comes back, at a random "
+                                    "place; 0: never", "1/s", 0.0, exclude_if=is_empty)
 
     def felt(self) -> tuple[str, ...]:
         """Names of properties and substances of these bodies."""
-        return tuple(dict.fromkeys((*self.properties, *self.substances, *BODY)))
+        held = () if self.energy is None else ("energy",)
+        return tuple(dict.fromkeys((*held, *self.properties, *self.substances, *BODY)))

@@ -1,0 +1,55 @@
+"""What the dead leave rots."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ecs_eco.components import Metabolism
+from ecs_eco.engine.jit import njit
+from ecs_eco.engine.system import System
+
+if TYPE_CHECKING:
+    from ecs_eco.engine.table import Table
+    from ecs_eco.space.world import SpatialWorld
+
+CAUSE = "decayed"
+
+
+class Decay(System):
+    """Objects that hold energy lose a share of it in each second, as warmth and to creatures too small to be
+    told apart: dE/dt = −decay E (Olson 1963). Those that have rotted for long enough are no more.
+    """
+
+    needs = (Metabolism,)
+    phase = "metabolise"
+
+    def start(self, world: SpatialWorld) -> None:
+        """Register the cause of death."""
+        world.cause(CAUSE)
+
+    def update(self, table: Table, world: SpatialWorld) -> None:
+        """Let one type of objects rot."""
+        store = table.species.store
+        if store is None or store.decay == 0:
+            return
+        last = math.inf if store.left == 0 else -math.log(store.left) / (store.decay * world.dt)
+        m = table[Metabolism]
+        # the tick in which it came to be is not counted: that came after this system
+        rot(table.alive[: table.high], table.born, world.tick, last,
+            np.float32(-math.expm1(-store.decay * world.dt)), world.cause(CAUSE), m.energy, m.burnt,
+            table.cause)
+
+
+@njit
+def rot(alive, born, tick, last, share, decayed, energy, burnt, cause):
+    """Take a share of the energy of each; mark those that are `last` ticks old."""
+    for row in range(alive.size):
+        if alive[row]:
+            before = energy[row]
+            energy[row] = before - share * before
+            burnt[row] += before - energy[row]
+            if cause[row] == 0 and tick - born[row] >= last:
+                cause[row] = decayed

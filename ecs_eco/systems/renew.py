@@ -1,0 +1,40 @@
+"""Objects come back."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ecs_eco.components import Position
+from ecs_eco.engine import random
+from ecs_eco.engine.system import System
+from ecs_eco.lifecycle.founders import newcomers
+
+if TYPE_CHECKING:
+    from ecs_eco.engine.table import Table
+    from ecs_eco.space.world import SpatialWorld
+
+
+class Renew(System):
+    """Of the objects that are missing of the type's number, each comes back with a probability per second,
+    at a random place: fruit that falls, stones that a stream brings.
+    """
+
+    needs = (Position,)
+    phase = "reproduce"
+
+    def update(self, table: Table, world: SpatialWorld) -> None:
+        """Let one type of objects come back."""
+        count, rate = table.species.upkeep
+        missing = count - table.n - table.waiting
+        if rate == 0 or missing <= 0:
+            return
+        chance = -math.expm1(-rate * world.dt)
+        salt = random.BIRTH + (3 << 8) + ((table.place + 1) << 20)
+        come = int((random.draw_many(world.key, np.arange(missing, dtype=np.uint64), salt) < chance).sum())
+        if come:
+            # future uids: no draw has used them yet
+            identity = np.arange(come, dtype=np.uint64) + np.uint64(world.next_uid + table.waiting)
+            table.request(np.zeros(come, np.uint64), newcomers(table, world, None, identity))
