@@ -34,8 +34,9 @@ class Stores:
             page["burnt"] += float(table[Metabolism].burnt[table.rows()].sum(dtype=np.float64))
             page["stock_after"] = self._held(table)
             if abs(imbalance(page)) > 1e-6 * sum(map(abs, page.values())) + 1e-9:
-                raise AssertionError(f"{self.world.name}, tick {self.world.tick}: the energy ledger of {name} "
-                                     f"is off by {imbalance(page):g}: {page}")
+                where = f"{self.world.name}, tick {self.world.tick}"
+                raise AssertionError(f"{where}: the energy ledger of {name} is off by "
+                                     f"{imbalance(page):g}: {page}")
 
     def _born(self, table: Table, rows: np.ndarray, parents: np.ndarray, second: np.ndarray) -> None:
         if table.name in self.ledger:
