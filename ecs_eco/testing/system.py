@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ecs_eco.components import Position
+from ecs_eco.debug import Debug, DebugError
 from ecs_eco.engine.phases import PHASES
 from ecs_eco.engine.schema import Handle
 from ecs_eco.engine.system import System
@@ -22,14 +23,16 @@ def check_system(kind: Any, make_world: Callable[[int], Any], ticks: int = 5) ->
     """Check a system in equal new worlds from `make_world(threads)` that have a system of this kind.
 
     It must declare itself; leave births and deaths to `request` and `kill`; keep columns, their types, and
-    everything living finite and in bounds; say `table.version += 1` where it moves something; use no global
-    random numbers; and do the same whatever the order of rows and the number of threads.
+    everything living finite and in bounds; write to nobody but the living; say `table.version += 1` where it
+    moves something, and in the columns of flows what energy it gives and takes; use no global random numbers;
+    and do the same whatever the order of rows and the number of threads. Raises AssertionError.
     """
     _check_declaration(kind)
     alone = _followed(kind, make_world(1), ticks)
     with all_threads():
         _same(kind, alone, _followed(kind, make_world(2), ticks), "with two threads")
     _same(kind, alone, _followed(kind, shuffle(make_world(1)), ticks), "with rows in another order")
+    _watch(make_world(1), ticks)
 
 
 def _check_declaration(kind: Any) -> None:
@@ -45,6 +48,18 @@ def _check_declaration(kind: Any) -> None:
         raise AssertionError(f"{name}: needs names {wrong[0]!r}, which is not a component")
     if kind.update is System.update and kind.process is System.process:
         raise AssertionError(f"{name}: it defines neither update(table, world) nor process()")
+
+
+def _watch(world: World, ticks: int) -> None:
+    """Run a world with the checks of the debug mode, whatever the environment says of it."""
+    if world.debug is None:
+        world.debug = Debug(world)
+        for system in world.systems:
+            world.debug.follow(system)
+    try:
+        world.run(ticks)
+    except DebugError as error:
+        raise AssertionError(str(error)) from error
 
 
 def _followed(kind: Any, world: World, ticks: int) -> list[tuple[State, State]]:

@@ -17,7 +17,7 @@ from ecs_eco.analysis.why.case import in_force, look_up
 from ecs_eco.analysis.why.conduct import chance, distance, effort
 from ecs_eco.analysis.why.figure import draw
 from ecs_eco.analysis.why.hunger import Fall, newborn, offspring, supply
-from ecs_eco.analysis.why.limits import losses, turns
+from ecs_eco.analysis.why.limits import losses, phases, turns
 from ecs_eco.config import load
 from ecs_eco.config.loading import changed
 from ecs_eco.config.shipped import shipped
@@ -206,6 +206,19 @@ def test_a_stopped_run_is_told_by_who_has_as_good_as_died_out() -> None:
     findings = sentences(run, explain(run))["What happened"]
     assert "stopped at tick 99 of 500" in findings[0]
     assert "had nearly died out" in findings[1]
+
+
+def test_a_meadow_that_is_always_full_falls_because_it_is_grazed() -> None:
+    n = {"algae": course((0, 1000), (50, 1000), (99, 100)), "snail": course((0, 10), (50, 10), (99, 90))}
+    eaten = np.where(np.arange(TICKS) < 50, 0.06, 0.09) * n["algae"]
+    plant = PLANT | {"reproduction": {"kind": "spread", "rate": 0.3, "spacing": 1.0}}
+    run = case(n, {("algae", "eaten by snail"): eaten}, {"algae": plant, "snail": animal("algae")},
+               births={"algae": 0.06 * n["algae"]}, burnt={"snail": 0.01 * n["snail"]})
+    full, fell = phases(run, "algae")
+    assert [(p["trend"], p["limit"], p["by"]) for p in (full, fell)] == [("held", "room", "level"),
+                                                                         ("fell", "predators", "rise")]
+    assert (fell["share"] > 0.95, fell["losses"]["room"] > fell["losses"]["predators"]) == (True, True)
+    assert any("mostly by being eaten" in w for w in sentences(run, explain(run))["What limited whom"])
 
 
 def test_losses_are_counted_per_head_and_tick() -> None:

@@ -52,6 +52,7 @@ def _world(system):
             world.spawn("hare", Position(x=rng.random() * 10, y=rng.random() * 10),
                         Metabolism(energy=rng.random()))
         world.flush()
+        world.add_system(systems.ResetFlows())
         world.add_system(system())
         return world
 
@@ -149,6 +150,24 @@ class Threads(Good):
         world.split(kernel, table.high, table[Metabolism].energy)
 
 
+class Haunt(Good):
+    """Feeds a row in which nobody lives."""
+
+    needs = (Metabolism,)
+
+    def update(self, table, world):
+        table[Metabolism].energy[table.capacity - 1] += 1
+
+
+class Manna(Good):
+    """Feeds everyone from nothing."""
+
+    needs = (Metabolism,)
+
+    def update(self, table, world):
+        table[Metabolism].energy[table.alive] += np.float32(0.5)
+
+
 class Bare(Good):
     def update(self, table, world):
         pass
@@ -184,6 +203,8 @@ class Empty(System):
         (First,
          "First: its results change with rows in another order: tick 0, hare: Metabolism.energy of uid 1 is"),
         (Threads, "Threads: its results change with two threads: tick 0, hare: Metabolism.energy"),
+        (Haunt, "Haunt.*'hare'.*, which is free, was .* and is .*; write to the living only"),
+        (Manna, "Manna.*'hare'.*energy came from nothing: .*; book it in taken, burnt or given"),
         (Bare, "Bare: say in a docstring what happens to whom"),
         (Nowhere, "Nowhere: the phase is 'dusk'; it must be one of environment, sense"),
         (Needy, "Needy: needs names <class 'int'>, which is not a component"),

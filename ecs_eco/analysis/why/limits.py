@@ -2,7 +2,9 @@
 and its actual growth, by cause.
 
 Births at the greatest rate minus actual growth = births that failed for lack of energy or of room + deaths by
-cause. All are rates per head and tick, so that they can be compared; the largest is the limit.
+cause. All are rates per head and tick, so that they can be compared; the largest is the limit. Of a fall that
+follows another phase it is the loss that has risen most since then: a meadow that is always short of room falls
+because it is grazed.
 """
 
 from __future__ import annotations
@@ -70,27 +72,39 @@ def poisoned_share(case: Case, species: str, first: int, last: int) -> float:
 
 
 def phases(case: Case, species: str) -> list[dict[str, Any]]:
-    """The phases in which a species grew, fell or held, and what limited it in each."""
+    """The phases in which a species grew, fell or held, and what limited it in each.
+
+    `limit` is the largest loss and `share` its share of all or, where `by` is "rise", the loss that has risen
+    most since the phase before, and its share of all that rose.
+    """
     n = case.series.of(species)
     gone = np.flatnonzero(n > 0)
     if not len(gone):
         return []
     end = min(int(gone[-1]) + 2, len(n))
     marks = turns(n[:end])
-    out = []
+    out: list[dict[str, Any]] = []
     for first, last in zip(marks, marks[1:], strict=False):
         lost = losses(case, species, first, last)
-        total = sum(lost.values())
-        limit = max(lost, key=lambda k: lost[k]) if total > 0 else None
         factor = (n[last - 1] + 1) / (n[first] + 1)
         trend = "grew" if factor > 1.25 else "fell" if factor < 0.8 else "held"
+        by, limit, share = _limit(lost, out[-1]["losses"] if out and trend == "fell" else None)
         out.append(
             {"from": int(case.series.ticks[first]), "to": int(case.series.ticks[last - 1]),
              "n": [int(n[first]), int(n[last - 1])],
-             "trend": trend, "limit": limit, "share": lost[limit] / total if limit else 0.0, "losses": lost,
+             "trend": trend, "limit": limit, "share": share, "by": by, "losses": lost,
              "births": float(case.flow(species, "births")[first:last].sum() / max(n[first:last].sum(), 1))}
         )  # fmt: skip
     return out
+
+
+def _limit(lost: dict[str, float], before: dict[str, float] | None) -> tuple[str, str | None, float]:
+    """What the limit is measured by, the limit, and its share."""
+    risen = {} if before is None else {k: max(0.0, loss - before[k]) for k, loss in lost.items()}
+    by, sizes = ("rise", risen) if sum(risen.values()) > 0 else ("level", lost)
+    total = sum(sizes.values())
+    limit = max(sizes, key=lambda k: sizes[k]) if total > 0 else None
+    return by, limit, sizes[limit] / total if limit else 0.0
 
 
 def turns(n: np.ndarray, most: int = MOST) -> list[int]:
@@ -112,10 +126,15 @@ def _zigzag(level: np.ndarray, swing: float) -> list[int]:
         high = i if v > level[high] else high
         low = i if v < level[low] else low
         if way >= 0 and level[high] - v > swing:  # it has turned down
-            marks, low, way = _marked(marks, high), i, -1
+            marks, low, way = _marked(marks, _left(level[high:i] - level[high], swing) + high), i, -1
         elif way <= 0 and v - level[low] > swing:
-            marks, high, way = _marked(marks, low), i, 1
+            marks, high, way = _marked(marks, _left(level[low] - level[low:i], swing) + low), i, 1
     return [*marks, len(level)]
+
+
+def _left(below: np.ndarray, swing: float) -> int:
+    """When a series leaves a height at which it may have lingered: the last place near it."""
+    return int(np.flatnonzero(below >= -0.1 * swing)[-1])
 
 
 def _marked(marks: list[int], at: int) -> list[int]:

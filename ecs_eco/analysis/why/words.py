@@ -142,7 +142,10 @@ def energy(species: str, flows: Mapping[str, float]) -> str:
 def phase(case: Case, species: str, p: Mapping[str, Any]) -> str:
     """What limited a species in one phase."""
     named = LIMITED | ({} if case.is_animal(species) else {"room": "want of room"})
-    limit = f"limited by {named[p['limit']]} ({p['share']:.0%})" if p["limit"] else "nothing limited it"
+    limit = "nothing limited it"
+    if p["limit"]:
+        limit = (f"mostly by {named[p['limit']]} ({p['share']:.0%} of what rose)" if p["by"] == "rise"
+                 else f"limited by {named[p['limit']]} ({p['share']:.0%})")
     a, b = p["n"]
     return f"{species}, ticks {p['from']:,} to {p['to']:,}: {p['trend']} from {a:,} to {b:,}, {limit}."
 
