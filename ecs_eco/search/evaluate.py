@@ -12,6 +12,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from ecs_eco.config import WorldConfig, load
 from ecs_eco.engine.errors import ConfigError
 from ecs_eco.experiments.trained import train_or_find
@@ -84,7 +86,10 @@ class Life:
         self.seconds = 0.0
 
     def until(self, ticks: int) -> dict[str, Any]:
-        """Run to a tick or the first extinction; return how long all lived, what died out, and the score."""
+        """Run to a tick or the first extinction; return how long all lived, what died out, and the score.
+
+        In a run of full length a species without births in the later half counts as lost with its last birth.
+        """
         from ecs_eco.analysis.runs import load_series
         from ecs_eco.search.objectives import objective
 
@@ -96,6 +101,8 @@ class Life:
                 self._go(min(STEP, ticks - self.world.tick))
         except FloatingPointError:
             self.died = self.world.tick if self.world is not None else 0, "numbers that are not finite"
+        if self.died is None and ticks == self.job.stages[-1][0]:
+            self.died = self._last_birth(ticks)
         lived = ticks if self.died is None else min(self.died[0], ticks)
         score, goal = lived / ticks, None
         if self.died is None:
@@ -131,6 +138,21 @@ class Life:
             self.died = when[first], first
         elif sum(t.n for t in self.world.tables.values()) > self.most:
             self.died = self.world.tick, "too many"
+
+
+    def _last_birth(self, ticks: int) -> tuple[int, str] | None:
+        """Return when the first species to stop breeding had its last birth, and its name; None where all
+        that can breed have births in the later half: who only outlives the run does not persist."""
+        from ecs_eco.analysis.runs import load_series
+
+        series = load_series(self.world.series())
+        last = {}
+        for name in self.persist:
+            if self.config.species[name].reproduction is not None:
+                born = np.flatnonzero(series.columns["births"][:, series.index(name)])
+                last[name] = int(series.ticks[born[-1]]) if born.size else 0
+        first = min(last, key=lambda name: last[name], default=None)
+        return None if first is None or last[first] > ticks / 2 else (last[first], f"{first}, without births")
 
 
 def persisting(config: WorldConfig) -> list[str]:

@@ -73,6 +73,24 @@ def test_who_lives_to_the_end_scores_more_than_anyone_who_dies(world: Path) -> N
     assert outcome["score"] == pytest.approx(2.0)  # all its time, and nobody fewer than the mean
 
 
+def test_who_outlives_the_run_without_births_does_not_persist(world: Path) -> None:
+    """Mites that divide from an energy on that none of them has, and others that can."""
+    path = world.parent / "old.toml"
+    path.write_text(WORLD.replace("[search]", """[species.mite.reproduction]
+kind = "asexual"
+rate = 0.2
+energy_min = 0.4
+energy_given = 0.01
+
+[search]"""), encoding="utf-8")
+    barren, breeding = (evaluate(job(path, {BASAL: 0.002, ENERGY: energy}, [], stages=[(20, 1), (100, 1)]))
+                        for energy in (0.3, 1.0))
+    assert [s["lost"] for s in barren["stages"]] == [0, 1]  # in the first stage it is too early to tell
+    (run,) = barren["stages"][1]["runs"]
+    assert (run["extinct"], run["lived"], run["score"]) == ("mite, without births", 0, 0.0)
+    assert [s["lost"] for s in breeding["stages"]] == [0, 0]
+
+
 def test_a_candidate_without_hope_is_given_up_at_once(world: Path) -> None:
     outcome = evaluate(job(world, {BASAL: 0.04}, []))  # dead at 13 of the first 25 ticks
     assert (outcome["stage"], [s["ticks"] for s in outcome["stages"]],

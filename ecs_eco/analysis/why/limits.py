@@ -2,9 +2,9 @@
 and its actual growth, by cause.
 
 Births at the greatest rate minus actual growth = births that failed for lack of energy or of room + deaths by
-cause. All are rates per head and tick, so that they can be compared; the largest is the limit. Of a fall that
-follows another phase it is the loss that has risen most since then: a meadow that is always short of room falls
-because it is grazed.
+cause. All are rates per head and tick, so that they can be compared; the largest is the limit. Of a fall
+that follows another phase it is the loss that has risen most since then: a meadow that is always short of
+room falls because it is grazed.
 """
 
 from __future__ import annotations
