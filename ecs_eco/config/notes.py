@@ -10,9 +10,61 @@ from ecs_eco.config.models.world import WorldConfig
 
 def notes(config: WorldConfig) -> list[str]:
     """Return the notes on a world, a line each."""
-    return [f"species.{name}: its energy can fall below 0 ({why}), and nothing happens then: give it "
-            'lethal = [{ property = "energy", min = 0.0 }] or metabolism.torpor = true, or no costs'
-            for name, species in config.species.items() if (why := meaningless_debt(config, species))]
+    found = []
+    for name, species in config.species.items():
+        about = (*_on_energy(config, species), *_on_decisions(species), *_on_lives(config, name, species))
+        found += [f"species.{name}{note}" for note in about]
+    return found
+
+
+def _on_energy(config: WorldConfig, species: Species) -> Iterator[str]:
+    most = species.metabolism.energy_max
+    if why := meaningless_debt(config, species):
+        yield (f": its energy can fall below 0 ({why}), and nothing happens then: give it "
+               'lethal = [{ property = "energy", min = 0.0 }] or metabolism.torpor = true, or no costs')
+    for i, food in enumerate(species.diet):
+        if food.until is not None and food.until > most:
+            yield (f".diet.{i}.until = {food.until:g}: it never holds so much, metabolism.energy_max is "
+                   f"{most:g}; it eats when it is full, too, and gains nothing")
+
+
+def _on_decisions(species: Species) -> Iterator[str]:
+    groups = species.groups()
+    free = [f"{group}.{action}" for group, actions in groups.items() for action in actions
+            if not {action, f"{group}.{action}"} & set(species.automatic)]
+    if free and species.reflex is None and species.policy.kind == "none":
+        yield (f".actions: nothing decides on {', '.join(free)}: give it a reflex or a policy, "
+               "or name under automatic what it always does")
+    formulas = species.reflex.formulas if species.reflex is not None else {}
+    for group, actions in groups.items():
+        always = [a for a in actions if _is_positive(formulas.get(f"{group}.{a}", formulas.get(a, "")))]
+        if always and (never := actions[actions.index(always[0]) + 1 :]):
+            yield (f".reflex.formulas.{always[0]} forces it always, and of a group the first that is on "
+                   f"is done: {', '.join(never)} never")
+
+
+def _is_positive(formula: str) -> bool:
+    try:
+        return float(formula) > 0
+    except ValueError:
+        return False
+
+
+def _on_lives(config: WorldConfig, name: str, species: Species) -> Iterator[str]:
+    way = species.reproduction
+    oldest = min((limit.max for limit in species.lethal if limit.property == "age" and limit.max is not None),
+                 default=None)
+    if oldest is not None and (age := getattr(way, "age_min", 0.0)) >= oldest:
+        yield f".reproduction.age_min = {age:g}: it never breeds, as it dies at the age of {oldest:g}"
+    eaten = any(food.eats == name for other in config.species.values() for food in other.diet)
+    if (way is not None and way.kind != "spread" and not species.lethal and not eaten
+        and species.max_count is None):
+        yield (": it breeds, and nothing kills it: give it lethal limits, as "
+               '[{ property = "age", max = 1000.0 }], something that eats it, or max_count')
+    ticks = config.search.ticks or config.ticks
+    if config.search.ranges and oldest is not None and way is not None and ticks * config.dt < oldest:
+        yield (f": a search runs for {ticks * config.dt:g} s, less than a life of {oldest:g} s: "
+               "who is there at the end need not have been born there")
 
 
 def meaningless_debt(config: WorldConfig, species: Species) -> str:

@@ -56,3 +56,45 @@ def test_a_note_names_what_takes_energy_that_nothing_kills_for(species, why):
 def test_what_a_note_warns_of_does_happen():
     world = World.from_config(_hermit(metabolism={"basal": 0.25, "energy": 0.5})).run(4)
     assert np.unique(world.tables["hermit"][Metabolism].energy[:3]).tolist() == [-0.5]
+
+
+WALKS = {"locomotion": {"speed": {"still": 0.0, "walk": 1.0}}, "actions": {"speed": ["still", "walk"]},
+         "lethal": [{"property": "age", "max": 50.0}]}
+THINKS = {"policy": {"kind": "shared"}, "sensors": [{"kind": "own", "property": "energy"}],
+          "happiness": {"weights": {"energy": 1.0}, "minimum": 0.0}}
+BREEDS = {"reproduction": {"kind": "asexual", "rate": 0.1, "energy_min": 0.5, "energy_given": 0.2}}
+
+
+@pytest.mark.parametrize(("species", "note"), [
+    (WALKS, "species.hermit.actions: nothing decides on speed.still, speed.walk: give it a reflex or"),
+    (WALKS | THINKS, ""),
+    (WALKS | {"reflex": {"formulas": {"walk": "1"}}}, ""),
+    (WALKS | THINKS | {"reflex": {"formulas": {"still": "1.0"}}},
+     "species.hermit.reflex.formulas.still forces it always, and of a group the first that is on is"),
+    (WALKS | THINKS | {"reflex": {"formulas": {"still": "energy - 0.5"}}}, ""),
+    (BREEDS, "species.hermit: it breeds, and nothing kills it"),
+    (BREEDS | {"max_count": 9}, ""),
+    (BREEDS | {"diet": [{"eats": "hermit", "gain": 0.5}]}, ""),
+    (BREEDS | {"lethal": [{"property": "age", "max": 50.0}]}, ""),
+    ({"reproduction": BREEDS["reproduction"] | {"age_min": 50.0},
+      "lethal": [{"property": "age", "max": 50.0}]},
+     "species.hermit.reproduction.age_min = 50: it never breeds, as it dies at the age of 50"),
+    ({"diet": [{"eats": "hermit", "gain": 0.5, "until": 1.5}]},
+     "species.hermit.diet.0.until = 1.5: it never holds so much, metabolism.energy_max is 1"),
+])  # fmt: skip
+def test_notes_name_what_cannot_work(species, note):
+    metabolism = {"metabolism": {"energy": 0.5, "energy_max": 1.0}}
+    found = notes(_hermit(**metabolism | species))
+    assert len(found) == (1 if note else 0), found
+    assert not note or found[0].startswith(note)
+
+
+def test_a_search_over_less_than_a_life_is_noted():
+    config = {"format": 1, "name": "cell", "space": {"size": [10.0, 10.0]}, "ticks": 40,
+              "species": {"hermit": {"count": 3, "body": {"radius": 0.5}, "max_count": 9,
+                                     "lethal": [{"property": "age", "max": 50.0}]} | BREEDS}}
+    ranges = {"search": {"ranges": {"species.hermit.reproduction.rate": [0.05, 0.2]}}}
+    assert notes(load(config)) == []
+    assert notes(load(config | ranges | {"ticks": 60})) == []
+    (found,) = notes(load(config | ranges))
+    assert found.startswith("species.hermit: a search runs for 40 s, less than a life of 50 s")
