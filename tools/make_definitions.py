@@ -51,8 +51,8 @@ CLAUSES = {  # clause: (what it says, what of it is missing)
     "3 happiness": ("A happiness network leads from the sensors to one number", ""),
     "3 hyperparameters": ("An organism has hyperparameters of its learning, reproduction and death", ""),
     "3 physical rules": ("Physical properties change by rules: place by moving, temperature by heat", ""),
-    "3 chemical rules": ("Chemical properties change by rules: eating and moving change substances",
-                         "only the lamb's own systems change substances"),
+    "3 chemical rules": ("Chemical properties change by rules: eating, breathing, moving and decay change "
+                         "substances", ""),
     "3 reproduction": ("Reproduction is sexual or asexual, with crossover and mutation", ""),
     "3 biological rules": ("Biological properties change by rules: age by time, fertility by age and season, "
                            "size by growing", ""),

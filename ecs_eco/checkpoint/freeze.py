@@ -15,6 +15,7 @@ from ecs_eco.engine.code import NONE, Code, CodeError
 from ecs_eco.engine.errors import CheckpointError
 from ecs_eco.engine.interruption import require_whole, whole
 from ecs_eco.engine.section import function_name
+from ecs_eco.lifecycle.matter import stocks
 from ecs_eco.record.code import FOLDER, check_code, noted, sources
 
 if TYPE_CHECKING:
@@ -149,6 +150,8 @@ def _load(world: SpatialWorld, meta: Mapping[str, Any], arrays: Arrays, where: s
     for owner, part in stateful(world).items():
         if owner in meta["stateful"]:
             _load_part(part, owner, arrays, where)
+    if world.matter is not None:
+        world.matter.turn(stocks(world, world.matter))
     if world.recorder is not None and "recorder" in meta:
         _load_part(world.recorder, "recorder", arrays, where)
     world.forget_neighbours()

@@ -17,6 +17,7 @@ from ecs_eco.components.gestation import Gestation
 from ecs_eco.components.growth import Growth
 from ecs_eco.components.heat_exchange import HeatExchange
 from ecs_eco.components.life_history import LifeHistory
+from ecs_eco.components.matter import Matter
 from ecs_eco.components.memory import Memory
 from ecs_eco.components.metabolism import Metabolism
 from ecs_eco.components.motor import Motor
@@ -35,7 +36,8 @@ from ecs_eco.components.vigour import Vigour
 
 __all__ = [
     "Biology", "Body", "Breeding", "Chemistry", "Coat", "Defence", "Desires", "Experience", "Genome",
-    "Gestation", "Growth", "HeatExchange", "LifeHistory", "Memory", "Metabolism", "Motor", "Nervous",
-    "Parentage", "Physical", "Plasticity", "Policy", "Position", "Reflexes", "Senses", "Sensor", "Stature",
+    "Gestation", "Growth", "HeatExchange", "LifeHistory", "Matter", "Memory", "Metabolism", "Motor",
+    "Nervous", "Parentage", "Physical", "Plasticity", "Policy", "Position", "Reflexes", "Senses", "Sensor",
+    "Stature",
     "Velocity", "Vigour",
 ]  # fmt: skip

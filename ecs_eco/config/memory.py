@@ -37,7 +37,8 @@ def require_memory(config: WorldConfig, available: float | None = None) -> None:
 def needs(config: WorldConfig) -> Iterator[tuple[Key, float]]:
     """Key and bytes of all that a world allocates before its first tick, and in its first rollout."""
     for name, field in config.fields.items():
-        yield ("fields", name, "cell"), 12 * math.prod(max(1.0, s / field.cell) for s in config.space.size)
+        yield ("fields", name, "cell"), (12 if field.substance is None else 32) * math.prod(
+            max(1.0, s / field.cell) for s in config.space.size)
     if config.terrain is not None:
         yield ("terrain", "cell"), 16 * math.prod(max(1.0, s / config.terrain.cell)
                                                   for s in config.space.size[:2])

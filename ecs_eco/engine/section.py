@@ -45,9 +45,10 @@ def about(text: str, default: Any = ..., **limits: Any) -> Any:
 
 
 def is_absent(value: Any) -> bool:
-    """Whether a value is None or false: with `exclude_if` it is then left out of what is written, so that
-    worlds without it have the hash and the digests that they had before there was such a key."""
-    return value is None or value is False
+    """Whether a value is None, false or an empty list: with `exclude_if` it is then left out of what is
+    written, so that worlds without it have the hash and the digests that they had before there was such a
+    key."""
+    return value is None or value is False or value == []
 
 
 def is_empty(value: Any) -> bool:

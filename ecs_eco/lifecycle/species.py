@@ -10,6 +10,7 @@ if TYPE_CHECKING:
 
     from ecs_eco.config.models.heat import Heat
     from ecs_eco.config.models.life import Breeding, Care, Growth
+    from ecs_eco.config.models.matter import AnyExchange, Decomposition, Emission, Reaction
     from ecs_eco.config.models.objects import Store
     from ecs_eco.config.models.reproduction import AnyReproduction
     from ecs_eco.config.models.species import Diet, Lethal
@@ -49,6 +50,16 @@ class Species:
     """Whether the pressure in its bodies is that of their place."""
     heat: Heat | None = None
     """How its bodies exchange heat; None: they keep their temperature."""
+    reactions: list[Reaction] = field(default_factory=list)
+    """What its metabolism makes of its substances."""
+    exchange: list[AnyExchange] = field(default_factory=list)
+    """What its bodies take up from fields and give off."""
+    decomposition: Decomposition | None = None
+    """How its objects decay; None: they do not."""
+    emissions: dict[str, Emission] = field(default_factory=dict)
+    """Field → what each body emits into it of a substance that it holds."""
+    born_with: str = "declared"
+    """Where the substances of newborn come from: "declared", "mother" or "soil"."""
     standard_mass: float | None = None
     """Mass to which its costs of living refer [kg], where growth or a gene makes masses differ."""
 

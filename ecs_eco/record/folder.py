@@ -41,7 +41,7 @@ class Folder:
 
     def sink(self, kind: str, columns: dict[str, np.ndarray]) -> None:
         """Write one block of rows as a Parquet part."""
-        words = {"species": self.world.recorder.names} if "species" in columns else {}
+        words = {name: known for name, known in self.world.recorder.words(kind).items() if name in columns}
         if kind == "deaths":
             columns = columns | {"cause": columns["cause"].astype(np.int32) - 1}
             words["cause"] = self.world.causes
@@ -90,7 +90,8 @@ class Folder:
 PARTS = "part-*.parquet"
 OURS = {  # what a run writes, by folder
     "": ("manifest.json", "report.html", "why.html", "why.json"), "series": (PARTS,), "births": (PARTS,),
-    "deaths": (PARTS,), "snapshots": (PARTS,), "details-*": (PARTS,), "checkpoints": ("tick-*.safetensors",),
+    "deaths": (PARTS,), "snapshots": (PARTS,), "matter": (PARTS,), "details-*": (PARTS,),
+    "checkpoints": ("tick-*.safetensors",),
     "policies": ("*.safetensors",), "figures": ("*.png",),
 }  # fmt: skip
 

@@ -13,6 +13,7 @@ from ecs_eco.engine.interruption import require_whole
 from ecs_eco.engine.system import System
 from ecs_eco.record.details import Details, how_many
 from ecs_eco.record.ledger import FLOWS, LEDGER_ROW
+from ecs_eco.record.matter import MatterPages
 from ecs_eco.record.sums import add_up, mean_depth
 
 if TYPE_CHECKING:
@@ -71,6 +72,7 @@ class Recorder(System):
         # of each species with a genome: a letter per number, "S1" or "U1"
         self._letters: dict[str, np.ndarray] = {}
         self.details = None if most == 0 else Details(world, most, sink)
+        self.matter = None if world.matter is None else MatterPages(world)
         world.on_birth.append(self.born)
         world.on_death.append(self.died)
         world.recorder = self
@@ -171,6 +173,8 @@ class Recorder(System):
             self._snapshot()
         if self.details is not None:
             self.details.note(world)
+        if self.matter is not None:
+            self.matter.turn(world)
         self._at, self._last = self._at + 1, world.tick
         if self._at == self.block:
             self.flush()
@@ -194,6 +198,8 @@ class Recorder(System):
                 self.sink("series", block)
             else:
                 self._blocks.append(block)
+            if self.matter is not None:
+                self.matter.flush(self.sink)
             for array in (self._counts, self._means, self._ledger, self._died):
                 # the page of a tick that is not over
                 begun = array[self._at].copy() if self._at < self.block else 0
@@ -222,6 +228,8 @@ class Recorder(System):
                         for name, column in zip(names, columns, strict=True)}
         if self.details is not None:
             out |= {f"details/{name}": column for name, column in self.details.state().items()}
+        if self.matter is not None:
+            out |= {f"matter/{name}": array for name, array in self.matter.state().items()}
         for name in dict.fromkeys(n for b in self._blocks for n in b):
             out[f"series/{name}"] = np.concatenate([b.get(name, np.zeros(b["tick"].size, np.int32))
                                                     for b in self._blocks])
@@ -240,10 +248,10 @@ class Recorder(System):
                 self._events[kind] = [tuple(_as_text(state[f"{kind}/{n}"])
                                             if n == "genome" else state[f"{kind}/{n}"] for n in names)]
         if self.details is not None:
-            self.details.load({key.removeprefix("details/"): array
-                               for key, array in state.items() if key.startswith("details/")})
-        series = {key.removeprefix("series/"): array
-                  for key, array in state.items() if key.startswith("series/")}
+            self.details.load(_part(state, "details/"))
+        if self.matter is not None:
+            self.matter.load(_part(state, "matter/"))
+        series = _part(state, "series/")
         self._blocks = [series] if series else []
 
     def events(self, kind: str) -> dict[str, np.ndarray]:
@@ -279,6 +287,22 @@ class Recorder(System):
                                      or [np.zeros(0)])
                    for n in names}
         return to_arrow(columns, {"species": self.names})
+
+    def matter_series(self) -> Any:
+        """Return the ledger of matter of all ticks still in memory as a pyarrow.Table: a row per tick, holder
+        and substance, columns as in `ecs_eco.record.matter.LEDGER` [mol]. RuntimeError where no body has
+        substances."""
+        if self.matter is None:
+            raise RuntimeError("this world keeps no books of matter: no body in it has substances")
+        return self.matter.series()
+
+    def words(self, kind: str) -> dict[str, list[str]]:
+        """Return what the numbers stand for in columns of a kind of block: column → words."""
+        return self.matter.words if kind == "matter" and self.matter is not None else {"species": self.names}
+
+
+def _part(state: dict[str, np.ndarray], prefix: str) -> dict[str, np.ndarray]:
+    return {key.removeprefix(prefix): array for key, array in state.items() if key.startswith(prefix)}
 
 
 PAGES = ("counts", "means", "ledger", "died")

@@ -10,6 +10,7 @@ from ecs_eco.space.terrain import FENCE
 ONE = np.ones(1, np.int64)
 MOST = float(np.finfo(np.float32).max)
 FINITE = np.array([-MOST], np.float32), np.array([MOST], np.float32)
+CONCENTRATION = np.zeros(1), np.array([MOST])
 GROUND = np.zeros(1, np.uint8), np.array([FENCE], np.uint8)
 AMBIENT = ("temperature", "pressure", "light")
 
@@ -17,8 +18,10 @@ AMBIENT = ("temperature", "pressure", "light")
 def check_surroundings(world: Any) -> None:
     """Raise ValueError that names a field, ground or ambient value that kernels cannot use."""
     for name, field in world.fields.items():
-        _check_form(f"field {name!r}: source", field.source, field.shape[::-1], np.float32)
-        _check_map(f"field {name!r}: value", field.value, field.shape[::-1], FINITE, "finite numbers")
+        finite = FINITE if field.substance is None else CONCENTRATION
+        _check_form(f"field {name!r}: source", field.source, field.shape[::-1], finite[0].dtype)
+        _check_map(f"field {name!r}: value", field.value, field.shape[::-1], finite,
+                   "finite numbers" if field.substance is None else "concentrations, 0 or more [mol/L]")
     if world.terrain is not None:
         shape = world.terrain.shape
         _check_map("terrain: height", world.terrain.height, shape, FINITE, "finite numbers [m]")

@@ -17,6 +17,10 @@ class Field:
         n = [max(1, round(s / cell)) for s in space.size]
         self.shape = (n[0], n[1], n[2] if space.volume else 1)
         self.diffusion, self.decay = diffusion, decay
+        self.substance: str | None = None  # whose concentrations [mol/L] it holds
+        self.litres = 0.0  # of a cell, where it holds a substance
+        self.initial: np.ndarray | None = None  # [mol/L], where it holds a substance
+        self.renewal = 0.0  # [1/s]
         self.value = np.zeros(self.shape[::-1], np.float32)
         self.source = np.zeros_like(self.value)
         self._next = np.zeros_like(self.value)
@@ -27,6 +31,32 @@ class Field:
         """Put `amount` f32[n] into the cells of places (x, y, z) f32[n] [m], in the order given,
         with the next `pass_time`."""
         _deposit(self.source, x, y, z, amount, self.inverse)
+
+    def contain(self, substance: str, depth: float, initial: np.ndarray, renewal: float) -> None:
+        """Let it hold the concentrations of a substance [mol/L], in float64 so that none is lost: at first
+        `initial` f64[nz, ny, nx]; a plane is a layer of `depth` [m]."""
+        size = [*self.space.size[:2], depth] if len(self.space.size) == 2 else self.space.size
+        self.litres = 1000 * math.prod(size) / math.prod(self.shape)
+        self.substance, self.initial, self.renewal = substance, initial, renewal
+        self.value = np.array(initial, np.float64)
+        self.source, self._next = np.zeros_like(self.value), np.zeros_like(self.value)
+
+    def renew(self, dt: float) -> float:
+        """Let it come nearer to its initial concentrations for `dt` seconds; return the amount that was
+        brought [mol]."""
+        if self.initial is None or self.renewal == 0:
+            return 0.0
+        before = self.held()
+        self.value += (self.initial - self.value) * -math.expm1(-self.renewal * dt)
+        return self.held() - before
+
+    def give(self, x: np.ndarray, y: np.ndarray, z: np.ndarray, amount: np.ndarray) -> None:
+        """Put amounts f64[n] [mol] of its substance into the cells of places f32[n] [m], at once."""
+        _deposit(self.value, x, y, z, amount / self.litres, self.inverse)
+
+    def held(self) -> float:
+        """Return how much of its substance it holds [mol]."""
+        return float(self.value.sum(dtype=np.float64) + self.source.sum(dtype=np.float64)) * self.litres
 
     def pass_time(self, dt: float) -> None:
         """Let sources flow in and the field diffuse and decay for `dt` seconds,

@@ -43,6 +43,7 @@ class SpatialWorld(World):
         self.reproduction = True  # switched off while policies are pre-trained
         self.config: Any = None  # the WorldConfig that it was built from
         self.recorder: Any = None
+        self.matter: Any = None  # the Books of its substances (ecs_eco.lifecycle.matter)
         self.origin: dict[str, Any] = {}  # the arguments of `build`
         self.intervened: list[tuple[int, Any]] = []  # (tick, intervention) carried out
         self.lock = threading.RLock()  # held while something is made that threads share

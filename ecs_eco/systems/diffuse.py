@@ -1,15 +1,24 @@
 """Smells leave bodies, spread and fade."""
 
-from typing import Any
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ecs_eco.engine.jit import njit
 from ecs_eco.engine.system import System
+from ecs_eco.lifecycle.matter import bodies, held, hold
 from ecs_eco.space.world import SpatialWorld
+
+if TYPE_CHECKING:
+    from ecs_eco.engine.table import Table
 
 
 class Diffuse(System):
-    """Every body emits into the fields; the fields diffuse and decay."""
+    """Every body emits into the fields, at a rate or in proportion to what it is made of; the fields diffuse,
+    decay and are renewed from outside."""
 
     phase = "environment"
     world: SpatialWorld
@@ -20,7 +29,25 @@ class Diffuse(System):
         emitters = [t for t in world.tables.values() if t.species.emits]
         for table in emitters:
             world.index(table)
+        for table in world.tables.values():
+            for name in table.species.emissions:
+                self.emanate(name, table)
         world.together(*(lambda name=name: self.spread(name, emitters) for name in world.fields))
+
+    def emanate(self, name: str, table: Table) -> None:
+        """Let one kind of bodies emit into one field what they are made of."""
+        world, field, way = self.world, self.world.fields[name], table.species.emissions[name]
+        index, s = world.index(table), world.substances.index(way.substance)
+        share = -math.expm1(-way.rate * world.dt) if way.consume else way.rate * world.dt
+        amount = np.empty(index.n)
+        evaporate(index.rows, *bodies(table), s, share, way.consume, amount)
+        if way.consume and world.matter is not None:
+            world.matter.book(("table", table.name), "emitted", -amount.sum(), s)
+            if field.substance is not None:
+                world.matter.book(("field", name), "emitted", amount.sum(), s)
+        if field.substance is not None:
+            amount /= field.litres
+        field.emit(index.x, index.y, index.z, amount.astype(field.source.dtype))
 
     def spread(self, name: str, emitters: list[Any]) -> None:
         """Let one field receive what is emitted into it, then spread and fade."""
@@ -29,4 +56,23 @@ class Diffuse(System):
             if name in table.species.emits:
                 index, amount = world.index(table), np.float32(table.species.emits[name] * world.dt)
                 field.emit(index.x, index.y, index.z, np.full(index.n, amount, np.float32))
+        before = 0.0 if field.substance is None else field.held()
         field.pass_time(world.dt)
+        if field.substance is not None:
+            decayed = field.held() - before if field.decay else 0.0
+            renewed = field.renew(world.dt)
+            if world.matter is not None:
+                s = world.substances.index(field.substance)
+                world.matter.book(("field", name), "decayed", decayed, s)
+                world.matter.book(("field", name), "renewed", renewed, s)
+
+
+@njit
+def evaporate(rows, volume, molarity, residue, s, share, consume, amount):
+    """Write what bodies emit of a substance, a share of what they hold, to `amount` f64[n] [mol]; take it
+    from them where it is consumed."""
+    for i in range(rows.size):
+        row = rows[i]
+        c = held(molarity, residue, row, s)
+        left = hold(molarity, residue, row, s, c * (1 - share)) if consume else c * (1 - share)
+        amount[i] = (c - left) * volume[row]

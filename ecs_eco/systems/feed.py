@@ -6,12 +6,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ecs_eco.components import Body, Defence, Metabolism, Nervous, Position
+from ecs_eco.components import Body, Defence, Matter, Metabolism, Nervous, Position
 from ecs_eco.engine import random
 from ecs_eco.engine.jit import njit
 from ecs_eco.engine.random import draw
 from ecs_eco.engine.system import System
 from ecs_eco.lifecycle.causes import register_eaters
+from ecs_eco.lifecycle.ingestion import swallow
 from ecs_eco.lifecycle.torpor import least_energy
 from ecs_eco.space.nearest import nearest
 
@@ -30,7 +31,8 @@ class Feed(System):
 
     Each proposes one item; an item goes to the nearest of those that want it, ties to the lower uid; the
     eaten die. An animal with an action `eat` eats when it decides to; one without eats whenever it can. Tough
-    food resists some bites, poison costs the eater energy, and deadly food kills it.
+    food resists some bites, poison costs the eater energy, and deadly food kills it. Where the eater's body
+    holds substances, those of the eaten go into it.
     """
 
     needs = (Position, Body, Metabolism)
@@ -71,6 +73,10 @@ class Feed(System):
                world.cause(f"poisoned by {food.eats}") if food.deadly else 0, least_energy(table),
                table.cause, table.killer,
                table.uid, best, m.energy, m.digesting, m.taken, prey.cause, prey.killer, prey.uid)
+        if Matter in table:
+            eaten = np.flatnonzero(best >= 0)
+            swallow(world, table, eaters.rows[best[eaten]], prey, foods.rows[eaten],
+                    1.0 if food.assimilation is None else food.assimilation)
 
 
 def defences(prey: Any) -> tuple[np.ndarray, np.ndarray]:

@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ecs_eco.components import Body, Chemistry, Metabolism, Physical, Position
+from ecs_eco.components import Body, Chemistry, Matter, Metabolism, Physical, Position
 from ecs_eco.engine.system import System
+from ecs_eco.lifecycle.matter import remaining
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
@@ -34,13 +35,11 @@ class LeaveRemains(System):
         """Request one object for each of the dying that were not eaten; rows i64[k] in the order of uids."""
         world, remains = self.world, table.species.remains
         if remains is not None:
-            eaten = np.zeros(256, np.bool_)  # of any code that a cause can have
-            eaten[: len(world.causes)] = [c.startswith("eaten") for c in world.causes]
-            rows = rows[~eaten[table.cause[rows] - 1]]
+            rows = rows[remaining(world, table, rows)]
             if rows.size:
                 kept: list[tuple[Any, str]] = ([(Position, f) for f in ("x", "y", "z", "heading")]
                                                + [(Body, "radius"), (Body, "mass")])
-                kept += [(Chemistry, "molarity")]
+                kept += [(Chemistry, "molarity"), (Matter, "volume"), (Matter, "residue")]
                 kept += [(Physical, f) for f in Physical.fields]  # type: ignore[attr-defined]
                 into = world.tables[remains]
                 values = {(c, f): table.field(c, f)[rows] for c, f in kept if c in table and c in into}

@@ -5,16 +5,19 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING
 
-from ecs_eco.components import HeatExchange
+from ecs_eco.components import HeatExchange, Matter
 from ecs_eco.engine.system import System
 from ecs_eco.systems.age import Age
 from ecs_eco.systems.collide import Collide
 from ecs_eco.systems.compress import Compress
 from ecs_eco.systems.decay import Decay
 from ecs_eco.systems.decide import Decide
+from ecs_eco.systems.decompose import Decompose
 from ecs_eco.systems.diffuse import Diffuse
+from ecs_eco.systems.dilute import Dilute
 from ecs_eco.systems.drift import Drift
 from ecs_eco.systems.exchange_heat import ExchangeHeat
+from ecs_eco.systems.exchange_matter import ExchangeMatter
 from ecs_eco.systems.feed import Feed
 from ecs_eco.systems.feel import Feel
 from ecs_eco.systems.give_birth import GiveBirth
@@ -29,6 +32,8 @@ from ecs_eco.systems.metabolise import Metabolise
 from ecs_eco.systems.move import Move
 from ecs_eco.systems.nurse import Nurse
 from ecs_eco.systems.perish import Perish
+from ecs_eco.systems.provide import Provide
+from ecs_eco.systems.react import React
 from ecs_eco.systems.renew import Renew
 from ecs_eco.systems.reproduce import Reproduce
 from ecs_eco.systems.reset_flows import ResetFlows
@@ -36,31 +41,38 @@ from ecs_eco.systems.respawn import Respawn
 from ecs_eco.systems.sense import Sense
 from ecs_eco.systems.shade import Shade
 from ecs_eco.systems.spread import Spread
+from ecs_eco.systems.take_stock import TakeStock
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
 
 SCHEDULE: dict[str, tuple[type[System], ...]] = {
-    "environment": (Intervene, ResetFlows, Shade, Grow, Diffuse, Mature),
+    "environment": (Intervene, ResetFlows, TakeStock, Dilute, Shade, Grow, Diffuse, Mature),
     "sense": (Sense,),
     "feel": (Feel,),
     "learn": (Learn,),
     "decide": (Decide,),
     "move": (Move, Drift),
     "interact": (Collide, Feed, Nurse, Mate),
-    "metabolise": (Metabolise, Decay, ExchangeHeat, Compress, GrowUp, Age),
+    "metabolise": (Metabolise, ExchangeMatter, React, Decay, Decompose, ExchangeHeat, Compress, GrowUp, Age),
     "die": (Perish, LeaveRemains),  # at its end the rows of the dying are freed
-    "reproduce": (Renew, Reproduce, GiveBirth, Spread),  # at its end the newborn get rows
+    "reproduce": (Provide, Renew, Reproduce, GiveBirth, Spread),  # at its end the newborn get rows
     "record": (),  # a world that is recorded has its recorder here
 }
 """The shipped systems by phase. A world's own systems come after those of their phase."""
 
-RESPAWNING = SCHEDULE | {"reproduce": (Renew, Respawn, Reproduce, Spread)}
+RESPAWNING = SCHEDULE | {"reproduce": (Provide, Renew, Respawn, Reproduce, Spread)}
 """The schedule of training worlds that hold numbers constant: the dead are replaced, and nobody gives birth.
 """
 
 
 OPTIONAL: dict[type[System], Callable[[Table], bool]] = {
+    TakeStock: lambda table: Matter in table,
+    Dilute: lambda table: Matter in table,
+    ExchangeMatter: lambda table: bool(table.species.exchange),
+    React: lambda table: bool(table.species.reactions),
+    Decompose: lambda table: table.species.decomposition is not None,
+    Provide: lambda table: table.species.born_with == "mother",
     ExchangeHeat: lambda table: HeatExchange in table,
     Mature: lambda table: table.species.breeding is not None,
     Nurse: lambda table: table.species.care is not None,

@@ -14,6 +14,7 @@ from ecs_eco.engine.system import System
 from ecs_eco.lifecycle import sizes
 from ecs_eco.lifecycle.births import room
 from ecs_eco.lifecycle.defence import left_by_defence
+from ecs_eco.lifecycle.provision import root
 from ecs_eco.space.bodies import rocks
 from ecs_eco.space.geometry import cell_of
 from ecs_eco.space.terrain import ROCK, WATER, ground_at
@@ -32,7 +33,8 @@ class Spread(System):
     In a tick a free site receives a seed from a random other site, anywhere or within `dispersal`, with
     probability rate·dt, which sprouts if a plant stands there; and one from the seed rain with probability
     seed_rain·dt. The share of a plant's seeds that sprout is that of its genes, and smaller the more it
-    spends on its defence.
+    spends on its defence. Plants come from nothing, whatever the light, except where they are born with what
+    the soil holds: then a seed sprouts only where there is enough.
     """
 
     needs = (Position, Metabolism)
@@ -80,7 +82,11 @@ class Spread(System):
             for name, some in fresh.items():
                 values[name] = np.empty((n, *some.shape[1:]), some.dtype)
                 values[name][own], values[name][grown] = some, inherited[name]
-        table.request(parents, values | sizes.of_newborn(table, values, n))
+        values |= sizes.of_newborn(table, values, n)
+        if table.species.born_with == "soil":
+            rooted = root(world, table, values)
+            parents, values = parents[rooted], {name: some[rooted] for name, some in values.items()}
+        table.request(parents, values)
 
 
 def seeds(table: Table, rate: float) -> tuple[float, np.ndarray]:

@@ -67,9 +67,9 @@ def apply_surroundings(world: SpatialWorld, config: WorldConfig,
     if wanted("sun") or wanted("water") or wanted("year"):
         climate(world, config)
     for name, field in config.fields.items():
-        for coefficient in ("diffusion", "decay"):
+        for coefficient in ("diffusion", "decay", "renewal"):
             if wanted("fields", name, coefficient):
-                setattr(world.fields[name], coefficient, getattr(field, coefficient))
+                setattr(world.fields[name], coefficient, getattr(field, coefficient) or 0.0)
     if config.terrain is not None and world.terrain is not None and wanted("terrain", "slope_cost"):
         world.terrain.slope_cost = float(config.terrain.slope_cost)
 
@@ -94,11 +94,16 @@ def matter(table: Table, kind: Any, substances: list[str]) -> None:
     """Set mass, radius, physical and chemical properties of newborn, and how bodies exchange heat."""
     table.set_defaults(Body, radius=kind.body.radius, mass=kind.body.mass)
     alike: Species = table.species
-    alike.sinking, alike.emits, alike.color = kind.body.sinking, dict(kind.emits), kind.color
+    alike.sinking, alike.color = kind.body.sinking, kind.color
+    alike.emits = {name: rate for name, rate in kind.emits.items() if isinstance(rate, int | float)}
+    alike.emissions = {name: way for name, way in kind.emits.items() if name not in alike.emits}
     alike.opaque, alike.solid = kind.body.opaque, kind.body.solid
     if alike.radius is None:
         alike.radius = kind.body.radius
     alike.compressible, alike.heat = kind.body.compressible, kind.heat
+    alike.reactions, alike.exchange = list(kind.reactions), list(kind.exchange)
+    alike.decomposition = getattr(kind, "decomposition", None)
+    alike.born_with = getattr(kind, "born_with", "declared")
     if kind.properties:
         table.add_component(Physical, **kind.properties)
     if kind.heat is not None:

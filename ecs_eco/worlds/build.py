@@ -35,6 +35,7 @@ from ecs_eco.space import Field, Terrain
 from ecs_eco.systems.schedule import schedule
 from ecs_eco.worlds.apply import apply, apply_object, begin_learning, cell, learner_seed, matter, settings
 from ecs_eco.worlds.heredity import add_heredity
+from ecs_eco.worlds.matter import add_matter, contain, keep_books
 from ecs_eco.worlds.policies import (
     fresh_brain,
     fresh_individuals,
@@ -81,6 +82,7 @@ def build(cls: Any, config: Any, *, seed: int | None = None, policies: Any = "tr
     world.origin = {"policies": sources, "training": training, "controls": list(controls)}
     world.reproduction = not (training and config.training.respawn)
     _surroundings(world, config)
+    contain(world, config)
     _tables(world, config)
     for number, (name, species) in enumerate(config.species.items()):
         founder = _networks(world, world.tables[name], species, policies, learn, number, training)
@@ -91,6 +93,7 @@ def build(cls: Any, config: Any, *, seed: int | None = None, policies: Any = "tr
     shipped = schedule(training and config.training.respawn, world.tables.values())
     for system in [*shipped, *_own_systems(config)]:
         world.add_system(system)
+    keep_books(world)
     _populate(world, config, populate)
     world.flush()
     if record:
@@ -117,6 +120,7 @@ def _tables(world: SpatialWorld, config: WorldConfig) -> None:
         _species_table(world, name, species)
     for name, species in config.species.items():
         _remains(world, world.tables[name], species.remains)
+    add_matter(world, config)
     if config.terrain is not None:
         _landmarks(world, config.terrain)
 

@@ -1,5 +1,9 @@
+import math
+
 import pytest
 
+from ecs_eco.components import Chemistry
+from ecs_eco.lifecycle.matter import NUMBER, stocks
 from ecs_eco.systems import Diffuse
 from ecs_eco.testing import act, arrange
 
@@ -34,3 +38,49 @@ def test_the_dead_emit_no_more(meadow):
     world.flush()
     act(world, Diffuse)
     assert world.fields["musk"].value.sum(dtype=float) == pytest.approx(1.0)
+
+
+# --- smells of what bodies are made of ----------------------------------------------------------------------
+
+SMELLY = {"substances": {"musk": 0.5, "salt": 0.1}}
+LITRES = 4000 * math.pi / 3 / 8  # of a deer
+
+
+def musky(meadow, way, fields=None, **deer):
+    world = FIELDS | {"substances": {"musk": "", "salt": ""}, "fields": FIELDS["fields"] | (fields or {})}
+    return meadow(world=world, emits={"musk": {"substance": "musk", "rate": 0.02} | way}, **(SMELLY | deer))
+
+
+@pytest.mark.definition("3 chemical rules")
+def test_a_body_smells_in_proportion_to_what_it_is_made_of(meadow):
+    world = musky(meadow, {})
+    world.tables["deer"][Chemistry].molarity[:2, 0] = [0.5, 0.125]
+    act(world, Diffuse)
+    assert world.fields["musk"].value.sum(dtype=float) == pytest.approx(0.625 * LITRES * 0.02 * 0.5)
+    assert world.tables["deer"][Chemistry].molarity[:2, 0].tolist() == [0.5, 0.125]
+
+
+def test_what_evaporates_is_lost_to_the_body(meadow):
+    world = musky(meadow, {"consume": True})
+    act(world, Diffuse)
+    gone = 2 * 0.5 * LITRES * (1 - math.exp(-0.01))
+    assert world.fields["musk"].value.sum(dtype=float) == pytest.approx(gone)
+    assert world.tables["deer"][Chemistry].molarity[0].tolist() == pytest.approx([0.5 * math.exp(-0.01), 0.1])
+    assert world.matter.flows[0, 0, NUMBER["emitted"]] == pytest.approx(-gone)
+
+
+def test_what_evaporates_into_a_field_of_its_substance_stays_in_the_world(meadow):
+    air = {"musk": {"cell": 2.0, "diffusion": 0.5, "substance": "musk"}}
+    world = musky(meadow, {"consume": True}, fields=air)
+    before = stocks(world, world.matter).sum(0)
+    world.run(4)
+    assert stocks(world, world.matter).sum(0) == pytest.approx(before, rel=1e-12)
+    assert world.fields["musk"].held() == pytest.approx(LITRES * (1 - math.exp(-0.04)))
+
+
+def test_what_decays_in_a_field_is_in_the_books(meadow):
+    air = {"musk": {"cell": 2.0, "diffusion": 0.5, "decay": 0.5, "substance": "musk", "initial": 0.1}}
+    world = musky(meadow, {"consume": True, "rate": 0.0}, fields=air).run(1)
+    page = world.recorder.matter_series().to_pydict()
+    assert sum(page["decayed"]) == pytest.approx(-0.1 * 400_000 * (1 - math.exp(-0.25)), rel=1e-6)
+    assert sum(page["set"]) == pytest.approx(0, abs=1e-6)

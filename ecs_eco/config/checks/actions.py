@@ -16,7 +16,7 @@ from ecs_eco.engine.section import LARGEST
 
 def check_actions(config: WorldConfig, key: Key, species: Species) -> Iterator[Problem]:
     """All problems of the species' groups of actions."""
-    others = _groups_of_systems(config)
+    others = [*_groups_of_systems(config), *_groups_of_exchange(species)]
     ranges = species.ranges()
     for group, actions in species.groups().items():
         at = (*key, "actions", group)
@@ -119,6 +119,13 @@ def _groups_of_systems(config: WorldConfig) -> list[str]:
     for system in config.systems:
         groups += getattr(config._code.known(system), "acts", ())
     return groups
+
+
+def _groups_of_exchange(species: Species) -> list[str]:
+    """The groups of actions by which a species exchanges substances, of any name."""
+    used = {action for way in species.exchange if (action := getattr(way, "action", None)) is not None}
+    return [group for group, actions in species.groups().items()
+            if group not in GROUPS and not used.isdisjoint(actions)]
 
 
 def _may_act(config: WorldConfig) -> bool:

@@ -8,6 +8,7 @@ from itertools import islice
 from pathlib import Path
 
 from ecs_eco.config.checks.body import check_body
+from ecs_eco.config.checks.chemistry import check_chemistry, check_field_of_substance
 from ecs_eco.config.checks.code import check_code
 from ecs_eco.config.checks.genome import check_genome
 from ecs_eco.config.checks.interventions import Changed, check_interventions
@@ -89,6 +90,8 @@ def _causes(config: WorldConfig) -> Iterator[tuple[Key, str]]:
     for name, kind in config.objects.items():
         if kind.energy is not None:
             yield ("objects", name, "energy"), "decayed"
+        if kind.decomposition is not None:
+            yield ("objects", name, "decomposition"), "decomposed"
     for i, intervention in enumerate(config.interventions):
         if isinstance(intervention, Cull):
             yield ("interventions", i, "cause"), intervention.cause
@@ -111,6 +114,7 @@ def _check_fields(config: WorldConfig) -> Iterator[Problem]:
     space = config.space
     most = min(space.size[:2]) / 2 if space.edges == "torus" else min(space.size[:2])
     for name, field in config.fields.items():
+        yield from check_field_of_substance(config, name)
         cells = math.prod(max(1.0, s / field.cell) for s in space.size)
         sides = [min(field.cell, s) for s in space.size]
         # a square may be 0
@@ -164,6 +168,7 @@ def _check_object(config: WorldConfig, name: str, kind: ObjectType) -> Iterator[
     yield from check_matter(config, key, kind.properties, kind.substances)
     yield from check_size(config, key, kind.body.radius)
     yield from check_physical(key, kind)
+    yield from check_chemistry(config, key, kind)
 
 
 def _outside(key: Key, at: list[float], size: list[float]) -> Iterator[Problem]:

@@ -43,8 +43,9 @@ class Simplified(Alone):
 
 
 class Spread(Reproduction):
-    """The ground is divided into sites of side `spacing`; a free one is taken
-    with probability dt (seed_rain + rate × share taken)."""
+    """The ground is divided into sites of side `spacing`; a free one is taken with probability
+    dt (seed_rain + rate × share taken). Light and soil do not matter, unless they are `born_with = "soil"`.
+    """
 
     kind: Literal["spread"]
     rate: NonNegative = quantity("births per second and parent", "1/s")

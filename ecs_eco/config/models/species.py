@@ -10,6 +10,7 @@ from pydantic import Field, field_validator, model_validator
 
 from ecs_eco.config.models.heat import BodyHeat
 from ecs_eco.config.models.life import Breeding, Care, Growth
+from ecs_eco.config.models.matter import AnyExchange, Emission, Reaction
 from ecs_eco.config.models.nerves import Continuous, Group, Happiness, Neutral, Policy, Reflex
 from ecs_eco.config.models.reproduction import AnyReproduction
 from ecs_eco.config.models.sensors import AnySensor, Smell, name_sensors
@@ -83,6 +84,9 @@ class Diet(Section):
     efficiency: Share = quantity("share of the energy held by the eaten that is gained in addition", "1", 0.0)
     deadly: bool = about("whether its poison kills the eater", False)
     until: Real | None = quantity("eats only below this energy; absent: while it is not full", "energy", None)
+    assimilation: Share | None = quantity(
+        "share of the eaten's substances that its body keeps, where both hold substances; the rest goes to "
+        "the first field of each, or is lost; absent: all of it", "1", None, exclude_if=is_absent)
 
 
 class Defence(Section):
@@ -127,6 +131,14 @@ class Species(Section):
     heat: BodyHeat | None = about("how its temperature changes; absent: it stays as it was at birth", None,
                                   exclude_if=is_absent)
     substances: dict[Name, NonNegative] = table("concentrations at birth by name [mol/L]", dict)
+    reactions: list[Reaction] = about("what its metabolism makes of its substances, in this order", [],
+                                      exclude_if=is_absent)
+    exchange: list[AnyExchange] = about("what it takes up from fields and gives off, in this order",
+                                        [], exclude_if=is_absent)
+    born_with: Literal["declared", "mother", "soil"] = about(
+        "where the substances of newborn come from: declared: from nowhere; mother: she shares what she "
+        "holds, at equal concentration; soil: from the first field of each, where a seed falls, and it "
+        "sprouts only where there is enough", "declared", exclude_if=lambda value: value == "declared")
     sex: Literal["none", "female", "male", "random"] = about("sex at birth", "none")
     fertility: Share = quantity("fertility at birth; with breeding, its height", "1", 1.0)
     breeding: Breeding | None = about("how fertility depends on age and season; absent: it stays", None,
@@ -136,7 +148,8 @@ class Species(Section):
     metabolism: Metabolism = table("energy budget", Metabolism)
     locomotion: Locomotion | None = about("how it moves; absent: it does not", None)
     defence: Defence = table("defence against being eaten", Defence)
-    emits: dict[Name, NonNegative] = table("field = amount put into it [1/s]", dict)
+    emits: dict[Name, NonNegative | Emission] = table(
+        "field = amount put into it [1/s], or { substance, rate, consume }", dict)
     diet: list[Diet] = table("what it eats", list)
     sensors: list[AnySensor] = table("what it senses", list)
     actions: dict[str, Group] = table("group = actions, of which the policy takes one at a time, "

@@ -7,6 +7,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from ecs_eco.config.models.heat import Heat
+from ecs_eco.config.models.matter import AnyExchange, Decomposition, Emission, Reaction
 from ecs_eco.config.models.objects import Store
 from ecs_eco.engine.section import (
     Name,
@@ -85,6 +86,17 @@ class ScalarField(Section):
     cell: Positive = quantity("side of the field's cells", "m")
     diffusion: NonNegative = quantity("diffusion coefficient", "m^2/s", 0.0)
     decay: NonNegative = quantity("share lost per second", "1/s", 0.0)
+    substance: str | None = about("the substance whose concentration [mol/L] it is; absent: a smell without "
+                                  "amount", None, exclude_if=is_absent)
+    depth: Positive | None = quantity("thickness of the layer in a plane; absent: 1 m", "m", None,
+                                      exclude_if=is_absent)
+    initial: Positive | None = quantity("concentration at the start, and that of renewal; absent: 0",
+                                        "mol/L", None, exclude_if=is_absent)
+    renewal: Positive | None = quantity("share of the difference from `initial` that air, rain or springs "
+                                        "from outside of the world make up for in a second; absent: none",
+                                        "1/s", None, exclude_if=is_absent)
+    only: Literal["lakes", "land"] | None = about(
+        "where `initial` holds; elsewhere it is 0; absent: everywhere", None, exclude_if=is_absent)
 
 
 class Body(Section):
@@ -111,7 +123,14 @@ class ObjectType(Section):
     properties: dict[str, Real] = table(f"physical properties by name: {', '.join(PROPERTIES)}", dict)
     heat: Heat | None = about("how their temperature changes; absent: it stays", None, exclude_if=is_absent)
     substances: dict[Name, NonNegative] = table("concentrations by name [mol/L]", dict)
-    emits: dict[Name, NonNegative] = table("field = amount that each puts into it [1/s]", dict)
+    reactions: list[Reaction] = about("what becomes of their substances, in this order", [],
+                                      exclude_if=is_absent)
+    exchange: list[AnyExchange] = about("what they take up from fields and give off, in this order", [],
+                                        exclude_if=is_absent)
+    decomposition: Decomposition | None = about("how they decay; absent: they do not", None,
+                                                exclude_if=is_absent)
+    emits: dict[Name, NonNegative | Emission] = table(
+        "field = amount that each puts into it [1/s], or { substance, rate, consume }", dict)
     energy: Store | None = about("energy that they hold, as food; absent: none", None, exclude_if=is_absent)
     renewal: NonNegative = quantity("rate at which each one missing of `count` comes back, at a random "
                                     "place; 0: never", "1/s", 0.0, exclude_if=is_empty)

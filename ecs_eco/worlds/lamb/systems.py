@@ -14,6 +14,7 @@ from ecs_eco.components import Chemistry, Nervous, Velocity
 from ecs_eco.engine.jit import njit
 from ecs_eco.engine.schema import component, f32
 from ecs_eco.engine.system import System
+from ecs_eco.lifecycle.matter import booked
 from ecs_eco.nervous.sensors.sense import Seekers
 from ecs_eco.nervous.sensors.touch import touch
 
@@ -50,9 +51,10 @@ class Breathe(System):
         if "breathe" in nerves.groups:
             rows, wet = touching(table, world, "water", NOSTRILS)
             oxygen, water = world.substances.index("oxygen"), world.substances.index("water")
-            inhale(rows, wet, nerves.doing(table, "inhale"), np.float32(self.breath * world.dt),
-                   np.float32(self.saturation),
-                   np.float32(self.water * world.dt), oxygen, water, table[Chemistry].molarity)
+            with booked(world, table, "taken_up"):
+                inhale(rows, wet, nerves.doing(table, "inhale"), np.float32(self.breath * world.dt),
+                       np.float32(self.saturation),
+                       np.float32(self.water * world.dt), oxygen, water, table[Chemistry].molarity)
 
 
 class Suckle(System):
@@ -79,9 +81,10 @@ class Suckle(System):
         """Let one species suckle."""
         if Sucking in table:
             rows, at_udder = touching(table, world, "ewe", MOUTH)
-            suck(rows, at_udder, table.species.nerves.doing(table, "suck"), np.float32(self.let_down),
-                 np.float32(self.milk * world.dt), np.float32(self.full), np.float32(world.dt),
-                 world.substances.index("glucose"), table[Sucking].since, table[Chemistry].molarity)
+            with booked(world, table, "eaten"):
+                suck(rows, at_udder, table.species.nerves.doing(table, "suck"), np.float32(self.let_down),
+                     np.float32(self.milk * world.dt), np.float32(self.full), np.float32(world.dt),
+                     world.substances.index("glucose"), table[Sucking].since, table[Chemistry].molarity)
 
 
 class Burn(System):
@@ -95,9 +98,11 @@ class Burn(System):
 
     def update(self, table: Table, world: SpatialWorld) -> None:
         """Burn glucose and oxygen of one species."""
-        for substance, (rest, walk) in (("glucose", self.glucose), ("oxygen", self.oxygen)):
-            burn(table.alive[: table.high], table[Velocity].speed, np.float32(rest * world.dt),
-                 np.float32(walk * world.dt), world.substances.index(substance), table[Chemistry].molarity)
+        with booked(world, table, "reacted"):
+            for substance, (rest, walk) in (("glucose", self.glucose), ("oxygen", self.oxygen)):
+                burn(table.alive[: table.high], table[Velocity].speed, np.float32(rest * world.dt),
+                     np.float32(walk * world.dt), world.substances.index(substance),
+                     table[Chemistry].molarity)
 
 
 def touching(table: Table, world: SpatialWorld, kind: str,

@@ -1,0 +1,116 @@
+"""Checks of how substances move: reactions, exchange, decay, smells, newborn, and their fields."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from ecs_eco.config.checks.matter import Key, unknown
+from ecs_eco.config.models.matter import Emission, Release
+from ecs_eco.config.models.reproduction import Spread
+from ecs_eco.config.models.species import Species
+from ecs_eco.config.models.surroundings import ObjectType
+from ecs_eco.config.models.world import WorldConfig
+from ecs_eco.engine.errors import Problem
+
+Kind = Species | ObjectType
+
+
+def check_chemistry(config: WorldConfig, key: Key, kind: Kind) -> Iterator[Problem]:
+    """All problems of what a species or object type does with its substances."""
+    moves = {"reactions": kind.reactions, "exchange": kind.exchange,
+             "decomposition": getattr(kind, "decomposition", None),
+             "born_with": getattr(kind, "born_with", "declared") != "declared"}
+    used = next((name for name, ways in moves.items() if ways), None)
+    if used is not None and not _substances(config, key[1]):
+        yield Problem((*key, "substances"), f"is missing, and {used} changes them",
+                      allowed="concentrations at the start [mol/L], 0 for those that it begins without")
+    yield from _check_reactions(config, key, kind)
+    yield from _check_exchange(config, key, kind)
+    yield from _check_emissions(config, key, kind)
+    if isinstance(kind, Species):
+        yield from _check_newborn(config, key, kind)
+
+
+def check_field_of_substance(config: WorldConfig, name: str) -> Iterator[Problem]:
+    """All problems of what a field holds."""
+    field, key = config.fields[name], ("fields", name)
+    if field.substance is not None and field.substance not in config.substances:
+        yield unknown((*key, "substance"), "substance", field.substance, config.substances)
+    for part in ("depth", "initial", "renewal", "only"):
+        if field.substance is None and getattr(field, part) is not None:
+            yield Problem((*key, part), "given without a substance", getattr(field, part),
+                          "a substance that the field holds, or none of these")
+    if field.depth is not None and config.dims == 3:
+        yield Problem((*key, "depth"), "a volume has a depth of its own", field.depth, "no depth")
+    if field.only == "lakes" and (config.terrain is None or not config.terrain.lakes):
+        yield Problem((*key, "only"), "there are no lakes", field.only, "terrain.lakes, or no `only`")
+
+
+def _substances(config: WorldConfig, name: str | int) -> set[str]:
+    """The substances that bodies of a kind are declared to hold, of remains those of the dead too."""
+    kind: Kind = config.species.get(str(name)) or config.objects[str(name)]
+    dead = [s.substances for s in config.species.values() if s.remains == name]
+    return {substance for held in (kind.substances, *dead) for substance in held}
+
+
+def _check_reactions(config: WorldConfig, key: Key, kind: Kind) -> Iterator[Problem]:
+    for i, reaction in enumerate(kind.reactions):
+        at = (*key, "reactions", i)
+        for part in ("from", "to", "half"):
+            for name in getattr(reaction, part):
+                if name not in config.substances:
+                    yield unknown((*at, part, name), "substance", name, config.substances)
+        if reaction.energy and isinstance(kind, ObjectType):
+            yield Problem((*at, "energy"), "objects hold no energy", reaction.energy, "0")
+
+
+def _check_exchange(config: WorldConfig, key: Key, kind: Kind) -> Iterator[Problem]:
+    for i, way in enumerate(kind.exchange):
+        at = (*key, "exchange", i)
+        holding = {name: f.substance for name, f in config.fields.items() if f.substance is not None}
+        if isinstance(way, Release) and way.substance not in config.substances:
+            yield unknown((*at, "substance"), "substance", way.substance, config.substances)
+        if way.field is not None and way.field not in holding:
+            yield unknown((*at, "field"), "field of a substance", way.field, holding)
+        elif isinstance(way, Release) and way.field is not None and holding[way.field] != way.substance:
+            yield Problem((*at, "field"), f"it holds {holding[way.field]}", way.field,
+                          f"a field of {way.substance}")
+        action = getattr(way, "action", None)
+        if action is None:
+            continue
+        if isinstance(kind, ObjectType):
+            yield Problem((*at, "action"), "objects do not act", action, "no action")
+        elif action not in kind.action_rows():
+            yield unknown((*at, "action"), "action of the species", action, kind.action_rows())
+        elif kind.action_list()[kind.action_rows()[action]][0] in kind.ranges():
+            yield Problem((*at, "action"), "is continuous", action, "an action that is done or not")
+
+
+def _check_emissions(config: WorldConfig, key: Key, kind: Kind) -> Iterator[Problem]:
+    for name, way in kind.emits.items():
+        holds = config.fields[name].substance if name in config.fields else None
+        at = (*key, "emits", name)
+        if isinstance(way, Emission) and way.substance not in config.substances:
+            yield unknown((*at, "substance"), "substance", way.substance, config.substances)
+        elif isinstance(way, Emission) and not _substances(config, key[1]):
+            yield Problem((*at, "substance"), "its bodies hold no substances", way.substance,
+                          "substances, or a number")
+        elif holds is not None and not (isinstance(way, Emission) and way.consume
+                                        and way.substance == holds):
+            yield Problem(at, f"the field holds {holds}, which cannot come from nothing",
+                          allowed=f'{{ substance = "{holds}", rate = …, consume = true }}, or `exchange`')
+
+
+def _check_newborn(config: WorldConfig, key: Key, species: Species) -> Iterator[Problem]:
+    at, way = (*key, "born_with"), species.reproduction
+    if species.born_with == "mother" and (way is None or isinstance(way, Spread)):
+        yield Problem(at, "it has no mother", "mother", "declared or soil, or another reproduction")
+    if species.born_with != "soil":
+        return
+    if not isinstance(way, Spread):
+        yield Problem(at, "it has no seeds", "soil", 'declared or mother, or reproduction.kind = "spread"')
+    held = {field.substance for field in config.fields.values()}
+    for name, concentration in species.substances.items():
+        if concentration > 0 and name not in held:
+            yield Problem((*key, "substances", name), "no field holds it, and newborn take it from the soil",
+                          concentration, "0, or a field with this substance")

@@ -1,0 +1,85 @@
+"""The ledger of matter in a recording: a row per tick, holder and substance."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ecs_eco.lifecycle.matter import FLOWS, Books, stocks
+
+if TYPE_CHECKING:
+    from ecs_eco.space.world import SpatialWorld
+
+LEDGER = ("stock_before", *FLOWS, "stock_after")
+"""The columns of the ledger of matter [mol]; flows are positive into what holds the substance."""
+
+
+def imbalance(ledger: Mapping[str, Any]) -> Any:
+    """Return the imbalance of the ledger of matter [mol], 0 if it closes; takes anything with its columns."""
+    return ledger["stock_before"] + sum(ledger[flow] for flow in FLOWS) - ledger["stock_after"]
+
+
+class MatterPages:
+    """The pages of the ledger of a world that keeps books, until they are passed on."""
+
+    def __init__(self, world: SpatialWorld) -> None:
+        self.books: Books = world.matter
+        self.books.turn(stocks(world, self.books))
+        self.substances = list(world.substances)
+        self.blocks: list[dict[str, np.ndarray]] = []  # pages that stay in memory
+        self.ticks: list[int] = []
+        self.pages: list[np.ndarray] = []  # f64[holders, substances, columns]
+
+    def turn(self, world: SpatialWorld) -> None:
+        """Close the page of this tick, and open the next."""
+        books, after = self.books, stocks(world, self.books)
+        page = np.concatenate([books.stock[:, :, None], books.flows, after[:, :, None]], 2)
+        self.ticks.append(world.tick)
+        self.pages.append(page)
+        books.turn(after)
+
+    def columns(self) -> dict[str, np.ndarray]:
+        """Return the pages as flat columns: by tick, then holder, then substance."""
+        n, (h, s) = len(self.ticks), self.books.stock.shape
+        each = np.reshape(self.pages, (n * h * s, len(LEDGER)))
+        out: dict[str, np.ndarray] = {"tick": np.repeat(np.array(self.ticks, np.int64), h * s),
+                                      "holder": np.tile(np.repeat(np.arange(h, dtype=np.int16), s), n),
+                                      "substance": np.tile(np.arange(s, dtype=np.int16), n * h)}
+        return out | {name: each[:, i].copy() for i, name in enumerate(LEDGER)}
+
+    @property
+    def words(self) -> dict[str, list[str]]:
+        """What the numbers stand for in columns: column → words."""
+        return {"holder": self.books.names, "substance": self.substances}
+
+    def flush(self, sink: Callable[[str, dict[str, np.ndarray]], None] | None) -> None:
+        """Pass the pages on, or keep them as a block."""
+        if sink is not None:
+            sink("matter", self.columns())
+        else:
+            self.blocks.append(self.columns())
+        self.ticks, self.pages = [], []
+
+    def series(self) -> Any:
+        """Return all pages that are still in memory as a pyarrow.Table."""
+        from ecs_eco.record.parquet import to_arrow
+
+        blocks = [*self.blocks, self.columns()]
+        return to_arrow({name: np.concatenate([b[name] for b in blocks]) for name in blocks[0]}, self.words)
+
+    def state(self) -> dict[str, np.ndarray]:
+        """Return the open page, and the blocks in memory, after `flush`."""
+        out = {"stock": self.books.stock.copy(), "flows": self.books.flows.copy()}
+        for name in self.blocks[0] if self.blocks else ():
+            out[f"series/{name}"] = np.concatenate([b[name] for b in self.blocks])
+        return out
+
+    def load(self, state: Mapping[str, np.ndarray]) -> None:
+        """Go on from a `state()`."""
+        self.ticks, self.pages = [], []
+        if "stock" in state:
+            self.books.stock[...], self.books.flows[...] = state["stock"], state["flows"]
+        block = {name.removeprefix("series/"): state[name] for name in state if name.startswith("series/")}
+        self.blocks = [block] if block else []

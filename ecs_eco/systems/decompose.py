@@ -1,0 +1,58 @@
+"""What the dead leave gives back what it holds."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ecs_eco.components import Chemistry, Matter, Position
+from ecs_eco.engine.jit import njit
+from ecs_eco.engine.system import System
+from ecs_eco.lifecycle.matter import bodies, held, hold, release
+
+if TYPE_CHECKING:
+    from ecs_eco.engine.table import Table
+    from ecs_eco.space.world import SpatialWorld
+
+CAUSE = "decomposed"
+
+
+class Decompose(System):
+    """A carcass gives back a share of what it holds in each tick (Olson 1963), at last the rest, and is gone:
+    nutrients return to the soil."""
+
+    needs = (Position, Chemistry, Matter)
+    phase = "metabolise"
+
+    def start(self, world: SpatialWorld) -> None:
+        """Register the cause of death."""
+        world.cause(CAUSE)
+
+    def update(self, table: Table, world: SpatialWorld) -> None:
+        """Let one kind of objects decay."""
+        way = table.species.decomposition
+        if way is None or not table.n:
+            return
+        rows, p = world.index(table).rows, table[Position]
+        # in the tick of birth nothing decays: it comes after this system
+        last = math.ceil(-math.log(way.left) / (way.rate * world.dt))
+        old = world.tick - table.born[rows] >= last
+        amount = np.zeros((rows.size, len(world.substances)))
+        give_back(rows, old, -math.expm1(-way.rate * world.dt), *bodies(table), amount)
+        release(world, table, amount, p.x[rows], p.y[rows], p.z[rows])
+        ends = rows[old]
+        table.cause[ends[table.cause[ends] == 0]] = world.cause(CAUSE)
+
+
+@njit
+def give_back(rows, old, share, volume, molarity, residue, amount):
+    """Take a share of all substances from bodies, everything from the old ones; write it to `amount`
+    f64[n, substances] [mol]."""
+    for i in range(rows.size):
+        row = rows[i]
+        for s in range(molarity.shape[1]):
+            c = held(molarity, residue, row, s)
+            left = 0.0 if old[i] else c * (1 - share)
+            amount[i, s] = (c - hold(molarity, residue, row, s, left)) * volume[row]

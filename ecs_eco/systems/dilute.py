@@ -1,0 +1,52 @@
+"""Bodies that grow dilute what they hold."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ecs_eco.components import Body, Chemistry, Matter
+from ecs_eco.engine.jit import njit
+from ecs_eco.engine.system import System
+from ecs_eco.lifecycle.matter import held, hold, litres
+
+if TYPE_CHECKING:
+    from ecs_eco.engine.table import Table
+    from ecs_eco.space.world import SpatialWorld
+
+
+class Dilute(System):
+    """A body that has grown dilutes its substances, one that has shrunk concentrates them: amounts stay."""
+
+    needs = (Body, Chemistry, Matter)
+    phase = "environment"
+
+    def start(self, world: SpatialWorld) -> None:
+        """Give newborn the volume of their bodies."""
+        world.on_birth.append(measure)
+
+    def update(self, table: Table, world: SpatialWorld) -> None:
+        """Bring the concentrations of one table to the volumes of its bodies."""
+        high, m = table.high, table[Matter]
+        dilute(table.alive[:high], litres(table[Body].radius[:high]), m.volume, table[Chemistry].molarity,
+               m.residue)
+
+
+def measure(table: Table, rows: np.ndarray, parents: np.ndarray, second: np.ndarray) -> None:
+    """Set the volume that the concentrations of newborn refer to: rows i64[k]."""
+    if Matter in table:
+        volume = table[Matter].volume
+        volume[rows] = np.where(volume[rows] > 0, volume[rows], litres(table[Body].radius[rows]))
+
+
+@njit
+def dilute(alive, wanted, volume, molarity, residue):
+    """Bring the concentrations of the living to the volumes `wanted` f64[rows] [L]."""
+    for row in range(alive.size):
+        if alive[row] and wanted[row] != volume[row]:
+            if volume[row] > 0 and wanted[row] > 0:
+                share = volume[row] / wanted[row]
+                for s in range(molarity.shape[1]):
+                    hold(molarity, residue, row, s, held(molarity, residue, row, s) * share)
+            volume[row] = wanted[row]

@@ -1,0 +1,165 @@
+"""Bodies breathe, drink, excrete and leak."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ecs_eco.components import Body, Chemistry, Matter, Position
+from ecs_eco.engine.jit import njit
+from ecs_eco.engine.system import System
+from ecs_eco.lifecycle.matter import bodies, held, hold
+from ecs_eco.space.geometry import cell_of, into
+
+if TYPE_CHECKING:
+    from ecs_eco.engine.table import Table
+    from ecs_eco.space.world import SpatialWorld
+
+ALL = np.zeros(0, np.bool_)
+OUTSIDE = np.zeros(0)
+
+
+class ExchangeMatter(System):
+    """A body takes substances up from fields and gives them off, as its species says, in that order.
+
+    Uptake is limited by what is there, and shared where it is not enough; what equilibrates is solved exactly
+    for a body and its part of the cell that it is in. Everything goes in canonical order.
+    """
+
+    needs = (Position, Body, Chemistry, Matter)
+    phase = "metabolise"
+
+    def update(self, table: Table, world: SpatialWorld) -> None:
+        """Let one kind of bodies exchange what its species lists."""
+        if not table.n:
+            return
+        for way in table.species.exchange:
+            {"uptake": self.take_up, "release": self.release, "equilibrate": self.equilibrate}[way.kind](
+                table, world, way)
+
+    def take_up(self, table: Table, world: SpatialWorld, way: Any) -> None:
+        """Let bodies take up what they want, or their share of what there is."""
+        field, rows, cell = self.places(table, world, way)
+        s = world.substances.index(field.substance)
+        moved = take(rows, cell, self.doing(table, way), *bodies(table), s, way.rate * world.dt,
+                     way.half or 0.0, way.until or np.inf, field.value.reshape(-1), field.litres)
+        self.book(table, world, way.field, "taken_up", s, moved)
+
+    def equilibrate(self, table: Table, world: SpatialWorld, way: Any) -> None:
+        """Let concentrations in and around bodies come nearer to each other."""
+        field, rows, cell = self.places(table, world, way)
+        s = world.substances.index(field.substance)
+        moved = pass_skin(rows, cell, *bodies(table), s, way.rate * world.dt, way.partition,
+                          field.value.reshape(-1), field.litres)
+        self.book(table, world, way.field, "taken_up", s, moved)
+
+    def release(self, table: Table, world: SpatialWorld, way: Any) -> None:
+        """Let bodies give off a share of what they hold above what they keep."""
+        s, share = world.substances.index(way.substance), -math.expm1(-way.rate * world.dt)
+        if way.field is None:
+            rows = world.index(table).rows
+            cell, value, litres = rows, OUTSIDE, 1.0
+        else:
+            field, rows, cell = self.places(table, world, way)
+            value, litres = field.value.reshape(-1), field.litres
+        moved = give(rows, cell, self.doing(table, way), *bodies(table), s, share, way.above, value, litres)
+        self.book(table, world, way.field, "lost" if way.field is None else "released", s, -moved)
+
+    def book(self, table: Table, world: SpatialWorld, field: str | None, flow: str, s: int,
+             moved: float) -> None:
+        """Book what has come into the bodies [mol]."""
+        if world.matter is not None:
+            world.matter.book(("table", table.name), flow, moved, s)
+            if field is not None:
+                world.matter.book(("field", field), flow, -moved, s)
+
+    def doing(self, table: Table, way: Any) -> np.ndarray:
+        """Return who does the action that it needs, bool[capacity]; empty where it needs none."""
+        return ALL if way.action is None else table.species.nerves.doing(table, way.action)
+
+    def places(self, table: Table, world: SpatialWorld, way: Any) -> tuple[Any, np.ndarray, np.ndarray]:
+        """Return the field, the rows of the living in canonical order i64[n], and the cell of the field that
+        each one's mouth is in: i64[n]."""
+        field, index = world.fields[way.field], world.index(table)
+        cell, space = np.empty(index.n, np.int64), world.space
+        forward, left, up = [*way.at, 0.0, 0.0][:3]
+        find(index.rows, index.x, index.y, index.z, table[Position].heading, table[Body].radius,
+             np.float32(forward), np.float32(left), np.float32(up), space.lengths, space.torus, field.inverse,
+             *field.shape, cell)
+        return field, index.rows, cell
+
+
+@njit
+def find(rows, x, y, z, heading, radius, forward, left, up, lengths, torus, inverse, nx, ny, nz, cell):
+    """Write the cell of a field in which a place on each body is."""
+    for i in range(rows.size):
+        r, cos, sin = radius[rows[i]], np.cos(heading[rows[i]]), np.sin(heading[rows[i]])
+        px = into(x[i] + r * (forward * cos - left * sin), lengths[0], torus)
+        py = into(y[i] + r * (forward * sin + left * cos), lengths[1], torus)
+        pz = z[i] + r * up
+        cell[i] = (cell_of(pz * inverse[2], nz) * ny + cell_of(py * inverse[1], ny)) * nx + cell_of(
+            px * inverse[0], nx)
+
+
+@njit
+def take(rows, cell, does, volume, molarity, residue, s, rate, half, until, value, litres):
+    """Move a substance from the cells of a field into bodies: at most `rate` [mol/L] of each; return how much
+    [mol]."""
+    wanted, total, moved = np.zeros(rows.size), np.zeros(value.size), 0.0
+    for i in range(rows.size):
+        row, c = rows[i], value[cell[i]]
+        if does.size and not does[row]:
+            continue
+        most = rate if half == 0 else rate * c / (half + c)
+        wanted[i] = max(min(most, until - held(molarity, residue, row, s)), 0.0) * volume[row]
+        total[cell[i]] += wanted[i]
+    for i in range(rows.size):  # from amounts wanted to shares of what is there at the start
+        if wanted[i] > 0:
+            wanted[i] *= min(1.0, value[cell[i]] * litres / total[cell[i]])
+    for i in range(rows.size):
+        if wanted[i] > 0:
+            row, k = rows[i], cell[i]
+            before = held(molarity, residue, row, s)
+            now = hold(molarity, residue, row, s, before + wanted[i] / volume[row])
+            amount = (now - before) * volume[row]
+            value[k] = max(value[k] - amount / litres, 0.0)
+            moved += amount
+    return moved
+
+
+@njit
+def pass_skin(rows, cell, volume, molarity, residue, s, rate, partition, value, litres):
+    """Let a substance pass between bodies and their parts, by volume, of the cells that they are in; return
+    how much has come into bodies [mol]."""
+    total, moved, before = np.zeros(value.size), 0.0, value.copy()
+    for i in range(rows.size):
+        total[cell[i]] += volume[rows[i]]
+    for i in range(rows.size):
+        row, k = rows[i], cell[i]
+        c = held(molarity, residue, row, s)
+        # y = partition × c_field − c falls as exp(−rate × crowd × t)
+        crowd = 1.0 + partition * total[k] / litres
+        change = (partition * before[k] - c) * -math.expm1(-rate * crowd) / crowd
+        amount = (hold(molarity, residue, row, s, max(c + change, 0.0)) - c) * volume[row]
+        value[k] = max(value[k] - amount / litres, 0.0)
+        moved += amount
+    return moved
+
+
+@njit
+def give(rows, cell, does, volume, molarity, residue, s, share, above, value, litres):
+    """Move a share of what bodies hold of a substance above a concentration into the cells of a field, or out
+    of the world where there is none; return how much [mol]."""
+    moved = 0.0
+    for i in range(rows.size):
+        row = rows[i]
+        c = held(molarity, residue, row, s)
+        if c <= above or (does.size and not does[row]):
+            continue
+        amount = (c - hold(molarity, residue, row, s, c - (c - above) * share)) * volume[row]
+        if value.size:
+            value[cell[i]] += amount / litres
+        moved += amount
+    return moved

@@ -1,0 +1,66 @@
+"""Mothers give newborn a part of what they are made of."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ecs_eco.components import Chemistry, Matter
+from ecs_eco.engine.jit import njit
+from ecs_eco.engine.system import System
+from ecs_eco.lifecycle.births import rows_of
+from ecs_eco.lifecycle.matter import book, held, hold
+
+if TYPE_CHECKING:
+    from ecs_eco.engine.table import Table
+    from ecs_eco.space.world import SpatialWorld
+
+
+class Provide(System):
+    """A mother and her young share what she holds, at equal concentrations: nothing comes from nowhere.
+
+    So do the two halves of a cell that divides. Who has no living parent keeps what it is born with.
+    """
+
+    needs = (Chemistry, Matter)
+    phase = "reproduce"
+    world: SpatialWorld
+
+    def start(self, world: SpatialWorld) -> None:
+        """Listen for births."""
+        world.on_birth.append(self.share)
+
+    def process(self, *_: object) -> None:
+        """Do nothing: matter is shared when a birth takes effect."""
+
+    def share(self, table: Table, rows: np.ndarray, parents: np.ndarray, second: np.ndarray) -> None:
+        """Let newborn of one species, rows i64[k], share what their mothers hold; parents u64[k] are uids."""
+        if table.species.born_with != "mother" or Matter not in table:
+            return
+        young = rows[parents != 0]
+        mothers = rows_of(table, parents[parents != 0])
+        known = mothers >= 0
+        given = np.zeros(table[Chemistry].molarity.shape[1])
+        divide(young[known], mothers[known], table[Matter].volume, table[Chemistry].molarity,
+               table[Matter].residue, given)
+        book(self.world, table, "endowed", -given)  # the same amount is booked of the newborn
+
+
+@njit
+def divide(young, mothers, volume, molarity, residue, given):
+    """Bring mothers and their young to equal concentrations; add what mothers give to `given`
+    f64[substances] [mol]."""
+    together = np.zeros(volume.size)  # [L] of a mother and her young
+    for i in range(young.size):
+        together[mothers[i]] += volume[young[i]]
+    for i in range(young.size):
+        row = mothers[i]
+        if together[row] > 0:
+            for s in range(molarity.shape[1]):
+                before = held(molarity, residue, row, s)
+                now = hold(molarity, residue, row, s, before * volume[row] / (volume[row] + together[row]))
+                given[s] += (before - now) * volume[row]
+            together[row] = 0.0
+        for s in range(molarity.shape[1]):
+            hold(molarity, residue, young[i], s, held(molarity, residue, row, s))

@@ -1,0 +1,97 @@
+"""Metabolism turns substances into others."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ecs_eco.components import Chemistry, Matter, Metabolism, Position
+from ecs_eco.engine.jit import njit
+from ecs_eco.engine.system import System
+from ecs_eco.lifecycle.matter import bodies, book, held, hold
+
+if TYPE_CHECKING:
+    from ecs_eco.engine.table import Table
+    from ecs_eco.space.world import SpatialWorld
+
+EVEN = np.zeros(0, np.float32)
+NO_ENERGY = np.zeros(0, np.float32)
+
+
+class React(System):
+    """An organism burns sugar with oxygen, or makes it in light: by the reactions of its species, in order.
+
+    The extent in a tick is rate × Π c/(half + c) × volume × dt (Michaelis & Menten 1913; the product over
+    several substances after Monod 1949), in proportion to the light where it is needed. No more is used up
+    than is there; a reaction that sets energy free stops where the organism is full, one that needs energy
+    where it has none.
+    """
+
+    needs = (Chemistry, Matter)
+    phase = "metabolise"
+
+    def update(self, table: Table, world: SpatialWorld) -> None:
+        """Let the reactions of one species take place."""
+        alive, species = table.alive[: table.high], table.species
+        if not species.reactions:
+            return
+        energy = taken = burnt = NO_ENERGY
+        ceiling = 0.0
+        if Metabolism in table:
+            m = table[Metabolism]
+            energy, taken, burnt = m.energy, m.taken, m.burnt
+            ceiling = species.config.metabolism.energy_max if species.config is not None else np.inf
+        light = self.light(table, world) if any(r.light for r in species.reactions) else EVEN
+        made = np.zeros(len(world.substances))
+        for reaction in species.reactions:
+            used, change, half = coefficients(reaction, world.substances)
+            react(alive, *bodies(table), used, change, half, reaction.rate * world.dt,
+                  light if reaction.light else EVEN, reaction.energy, ceiling, energy, taken, burnt, made)
+        book(world, table, "reacted", made)
+
+    def light(self, table: Table, world: SpatialWorld) -> np.ndarray:
+        """Return the light at the place of each: f32[high]."""
+        p, high = table[Position], table.high
+        return world.surroundings("light", p.x[:high], p.y[:high], p.z[:high]).astype(np.float32, copy=False)
+
+
+def coefficients(reaction: Any, substances: list[str]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return what a mole of extent uses up, by how much it changes each substance [mol/mol], and the
+    concentrations at half of the rate [mol/L], 0 for none: f64[substances] each."""
+    used, made, half = ([amounts.get(s, 0.0) for s in substances]
+                        for amounts in (getattr(reaction, "from"), reaction.to, reaction.half))
+    return np.array(used), np.array(made) - np.array(used), np.array(half)
+
+
+@njit
+def react(alive, volume, molarity, residue, used, change, half, extent, light, gain, ceiling, energy, taken,
+          burnt, made):
+    """Let a reaction of at most `extent` [mol/L] take place in the living; add what it makes, less what it
+    uses up, to `made` f64[substances] [mol]."""
+    for row in range(alive.size):
+        if not alive[row]:
+            continue
+        reach = extent * np.float64(light[row]) if light.size else extent
+        for s in range(used.size):
+            c = held(molarity, residue, row, s)
+            if half[s] > 0:
+                reach *= c / (half[s] + c)
+        for s in range(used.size):
+            if used[s] > 0:
+                reach = min(reach, held(molarity, residue, row, s) / used[s])
+        if energy.size and gain != 0:
+            left = np.float64(ceiling) - energy[row] if gain > 0 else np.float64(energy[row])
+            reach = min(reach, max(left, 0.0) / (abs(gain) * volume[row]))
+        if not reach > 0:
+            continue
+        for s in range(used.size):
+            if change[s] != 0:
+                before = held(molarity, residue, row, s)
+                now = hold(molarity, residue, row, s, max(before + change[s] * reach, 0.0))
+                made[s] += (now - before) * volume[row]
+        if energy.size and gain != 0:
+            before = energy[row]
+            energy[row] = before + gain * reach * volume[row]
+            taken[row] += max(energy[row] - before, np.float32(0))
+            burnt[row] += max(before - energy[row], np.float32(0))

@@ -1,0 +1,22 @@
+"""A new tick opens a page of the ledger of matter."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ecs_eco.engine.system import System
+from ecs_eco.lifecycle.matter import NUMBER, stocks
+from ecs_eco.space.world import SpatialWorld
+
+
+class TakeStock(System):
+    """What has changed since the last tick without a flow was set by hand, and is booked as such."""
+
+    phase = "environment"
+    world: SpatialWorld
+
+    def process(self, *_: Any) -> None:
+        """Compare what bodies and fields hold with what the books say."""
+        books = self.world.matter
+        if books is not None:
+            books.flows[:, :, NUMBER["set"]] += stocks(self.world, books) - books.stock - books.flows.sum(2)

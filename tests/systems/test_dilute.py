@@ -1,0 +1,34 @@
+"""A body that changes its volume neither makes matter nor loses it."""
+
+import pytest
+
+from ecs_eco.components import Body, Chemistry, Matter
+from ecs_eco.lifecycle.matter import litres, stocks
+from ecs_eco.systems import Dilute
+from ecs_eco.testing import act
+
+ROTS = [{"from": {"sugar": 1.0}, "to": {}, "rate": 1e-30}]
+
+
+@pytest.fixture
+def herd(meadow):
+    return meadow(world={"substances": {"sugar": "", "salt": ""}}, substances={"sugar": 0.5, "salt": 0.25},
+                  reactions=ROTS)
+
+
+@pytest.mark.definition("1 substances")
+def test_a_body_of_twice_the_radius_holds_an_eighth_of_the_concentration(herd):
+    table = herd.tables["deer"]
+    before = stocks(herd, herd.matter)
+    table[Body].radius[0] *= 2
+    act(herd, Dilute)
+    assert table[Chemistry].molarity[:2].tolist() == [[0.0625, 0.03125], [0.5, 0.25]]
+    assert table[Matter].volume[:2] == pytest.approx(litres([1.0, 0.5]))
+    assert stocks(herd, herd.matter) == pytest.approx(before, rel=1e-12)
+
+
+def test_newborn_have_the_volume_of_their_bodies(herd):
+    herd.spawn("deer", Body(radius=0.25))
+    herd.flush()
+    volume = herd.tables["deer"][Matter].volume
+    assert volume[:3] == pytest.approx(litres([0.5, 0.5, 0.25]))

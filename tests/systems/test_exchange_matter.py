@@ -1,0 +1,201 @@
+"""Breathing, drinking, excreting, leaking: what passes between bodies and the fields around them."""
+
+import math
+
+import numpy as np
+import pytest
+
+from ecs_eco.components import Chemistry, Matter
+from ecs_eco.engine.errors import ConfigError
+from ecs_eco.lifecycle.matter import NUMBER, litres, stocks
+from ecs_eco.systems import ExchangeMatter
+from ecs_eco.systems.exchange_matter import give, pass_skin, take
+from ecs_eco.testing import act, arrange
+
+# the field has cells of 10 m × 10 m × 1 m: 100,000 L; a deer of 0.5 m has 523.6 L
+AIR = {"air": {"cell": 10.0, "substance": "oxygen", "initial": 0.01}}
+CELL, DEER = 100_000.0, float(litres(0.5))
+
+
+@pytest.fixture
+def pasture(meadow):
+    """A function of exchanges that returns a world of two deer, each alone in a cell of the air."""
+    def build(*exchange, fields=None, world=None, **deer):
+        around = {"substances": {"oxygen": "", "salt": ""}, "fields": AIR | (fields or {})}
+        new = meadow(world=around | (world or {}),
+                     **({"substances": {"oxygen": 0.002, "salt": 0.5}, "exchange": list(exchange)} | deer))
+        arrange(new, "deer", x=[5.0, 15.0], y=5.0, heading=0.0)
+        return new
+
+    return build
+
+
+def held(world, s=0):
+    table = world.tables["deer"]
+    rows = table.by_uid()
+    return table[Chemistry].molarity[rows, s].astype(float) + table[Matter].residue[rows, s]
+
+
+def flow(world, name):
+    return {holder: world.matter.flows[i, :, NUMBER[name]].sum()
+            for (_, holder), i in world.matter.holders.items()}
+
+
+@pytest.mark.definition("3 chemical rules")
+def test_breathing_takes_oxygen_from_the_air_until_the_blood_is_saturated(pasture):
+    world = pasture({"kind": "uptake", "field": "air", "rate": 0.0007, "until": 0.003})
+    before = stocks(world, world.matter).sum(0)
+    act(world, ExchangeMatter)
+    assert held(world) == pytest.approx([0.0027, 0.0027], abs=1e-9)
+    assert world.fields["air"].value[0, 0] == pytest.approx([0.01 - 0.0007 * DEER / CELL] * 2, abs=1e-12)
+    assert flow(world, "taken_up") == {"deer": pytest.approx(0.0014 * DEER),
+                                       "air": pytest.approx(-0.0014 * DEER)}
+    act(world, ExchangeMatter)
+    assert held(world) == pytest.approx([0.003, 0.003], abs=1e-9)
+    assert stocks(world, world.matter).sum(0) == pytest.approx(before, rel=1e-12)
+
+
+def test_thin_air_gives_half_as_much_at_the_half_concentration(pasture):
+    world = pasture({"kind": "uptake", "field": "air", "rate": 0.001, "half": 0.01})
+    act(world, ExchangeMatter)
+    assert held(world) == pytest.approx([0.0025, 0.0025], abs=1e-9)
+
+
+def test_who_wants_more_than_there_is_gets_a_share_by_what_each_wants(pasture):
+    world = pasture({"kind": "uptake", "field": "air", "rate": 5.0})
+    arrange(world, "deer", x=[4.0, 6.0], y=5.0, radius=[0.5, 0.25])
+    world.tables["deer"][Matter].volume[:2] = litres([0.5, 0.25])
+    act(world, ExchangeMatter)
+    shares = 0.01 * CELL * np.array([8, 1]) / 9  # all of the cell's
+    assert held(world) == pytest.approx(0.002 + shares / litres([0.5, 0.25]), rel=1e-9)
+    assert world.fields["air"].value[0, 0, 0] == pytest.approx(0, abs=1e-15)
+    assert world.fields["air"].value.min() >= 0
+
+
+def test_it_drinks_from_where_its_mouth_is(pasture):
+    mouth = {"kind": "uptake", "field": "air", "rate": 0.001, "at": [2.0, 0.0]}
+    world = pasture(mouth)
+    arrange(world, "deer", x=[9.5, 5.0], y=[5.0, 9.5], heading=[0.0, math.pi / 2])
+    act(world, ExchangeMatter)
+    lost = 0.01 - world.fields["air"].value[0] > 1e-9
+    assert lost.tolist() == [[False, True], [True, False]]
+
+
+def test_only_who_does_the_action_drinks(pasture):
+    drink = {"kind": "uptake", "field": "air", "rate": 0.001, "action": "drink"}
+    dry = {"formulas": {"drink": "0.5 - oxygen"}}
+    world = pasture(drink, reflex=dry, sensors=[
+        {"kind": "own", "property": "oxygen", "scale": 0.001}, {"kind": "own", "property": "energy"}],
+                    actions={"speed": ["still", "walk", "run"], "turn": ["left", "none", "right"],
+                             "swallow": ["drink"]}, automatic=[])
+    arrange(world, "deer")
+    world.tables["deer"][Chemistry].molarity[:2, 0] = [0.0001, 0.002]
+    world.run(1)
+    assert held(world) == pytest.approx([0.0011, 0.002], abs=1e-9)
+
+
+@pytest.mark.parametrize("dt", [1.0, 7.0])
+def test_what_passes_the_skin_comes_to_balance_and_no_amount_changes(pasture, dt):
+    world = pasture({"kind": "equilibrate", "field": "air", "rate": 0.1, "partition": 2.0}, world={"dt": dt},
+                    locomotion={"speed": {"still": 0.0, "walk": 0.1, "run": 0.2}, "turn": 0.1})
+    before = stocks(world, world.matter)[:, 0].sum()
+    act(world, ExchangeMatter)
+    crowd = 1 + 2 * DEER / CELL
+    assert held(world) == pytest.approx([0.002 + 0.018 / crowd * (1 - math.exp(-0.1 * crowd * dt))] * 2,
+                                        rel=1e-6)
+    for _ in range(400):
+        act(world, ExchangeMatter)
+    assert held(world) == pytest.approx(2 * world.fields["air"].value[0, 0], rel=1e-9)
+    assert stocks(world, world.matter)[:, 0].sum() == pytest.approx(before, rel=1e-12)
+
+
+def test_sweat_and_urine_go_to_the_field_of_the_substance_or_are_lost(pasture):
+    soil = {"soil": {"cell": 5.0, "substance": "salt", "depth": 0.2}}
+    sweat = {"kind": "release", "substance": "salt", "rate": 0.1, "above": 0.25}
+    for field, flow_name in (("soil", "released"), (None, "lost")):
+        world = pasture(sweat | ({"field": field} if field else {}), fields=soil)
+        act(world, ExchangeMatter)
+        gone = 0.25 * (1 - math.exp(-0.1))
+        assert held(world, 1) == pytest.approx([0.5 - gone] * 2, abs=1e-9)
+        assert flow(world, flow_name)["deer"] == pytest.approx(-2 * gone * DEER)
+        assert world.fields["soil"].held() == pytest.approx(2 * gone * DEER if field else 0)
+
+
+@pytest.mark.definition("3 staying alive")
+def test_who_breathes_no_oxygen_and_burns_it_suffocates(pasture):
+    """0.002 mol/L, 0.0003 a second: it lasts for 6.67 s, and at 0.0002 it is too late after the 6th."""
+    burns = [{"from": {"oxygen": 1.0}, "to": {}, "rate": 0.0003}]
+    limit = [{"property": "oxygen", "min": 0.0003, "low": "suffocated"}]
+    breath = {"kind": "uptake", "field": "air", "rate": 0.0004, "until": 0.002}
+    for exchange, living in ((), 0), ((breath,), 2):
+        world = pasture(*exchange, reactions=burns, lethal=limit)
+        world.run(5)
+        assert world.tables["deer"].n == 2
+        world.run(1)
+        assert world.tables["deer"].n == living
+    assert "suffocated" in world.causes
+
+
+def test_fields_are_renewed_from_outside(pasture):
+    world = pasture(fields={"air": AIR["air"] | {"renewal": 0.5}})
+    world.fields["air"].value[...] = 0.004
+    world.run(1)
+    assert world.fields["air"].value[0, 0, 0] == pytest.approx(0.01 - 0.006 * math.exp(-0.5), abs=1e-9)
+    page = world.recorder.matter_series().to_pydict()
+    assert sum(page["renewed"]) == pytest.approx(0.006 * (1 - math.exp(-0.5)) * 4 * CELL)
+    assert sum(page["set"]) == pytest.approx(0)
+
+
+def test_water_is_where_the_lakes_are(pasture):
+    lake = {"lake": {"cell": 2.0, "substance": "salt", "initial": 55.0, "only": "lakes"}}
+    world = pasture(fields=lake, world={"terrain": {"lakes": [{"at": [5.0, 5.0], "radius": 3.0}]}})
+    wet = world.fields["lake"].value[0] > 0
+    assert [wet[2, 2], wet[0, 0], wet[7, 7]] == [True, False, False]
+    assert 7 <= wet.sum() <= 9  # of cells of 4 m^2, in 28 m^2
+
+
+@pytest.mark.parametrize(("wrong", "says"), [
+    ({"kind": "uptake", "field": "ait", "rate": 1.0}, "did you mean \"air\""),
+    ({"kind": "release", "substance": "salt", "field": "air", "rate": 1.0}, "it holds oxygen"),
+    ({"kind": "uptake", "field": "air", "rate": 1.0, "action": "eet"}, "did you mean \"eat\""),
+])
+def test_what_cannot_be_exchanged_is_refused_by_name(pasture, wrong, says):
+    with pytest.raises(ConfigError, match=says):
+        pasture(wrong)
+
+
+def test_a_smell_without_amount_cannot_go_into_a_field_of_a_substance(pasture):
+    with pytest.raises(ConfigError, match="cannot come from nothing"):
+        pasture(emits={"air": 1.0})
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_the_kernels_are_their_slow_twins(seed):
+    rng = np.random.default_rng(seed)
+    n, cells, litre = 12, 4, 50.0
+    rows, cell = rng.permutation(n)[:9], rng.integers(0, cells, 9)
+    volume, none = rng.uniform(0.5, 3, n), np.zeros(0, np.bool_)
+
+    def bodies():
+        return volume, molarity.astype(np.float32), np.zeros((n, 1), np.float32)
+
+    molarity, value = rng.uniform(0, 0.1, (n, 1)).astype(np.float32), rng.uniform(0, 0.2, cells)
+    b, field, c = bodies(), value.copy(), molarity[rows, 0].astype(float)
+    wanted = np.minimum(2.0 * value[cell] / (0.1 + value[cell]), 1.5 - c) * volume[rows]
+    each = np.bincount(cell, wanted, cells)
+    wanted *= np.minimum(1, value * litre / np.maximum(each, 1e-9))[cell]
+    assert take(rows, cell, none, *b, 0, 2.0, 0.1, 1.5, field, litre) == pytest.approx(wanted.sum())
+    assert b[1][rows, 0] == pytest.approx(c + wanted / volume[rows], rel=1e-6)
+    assert field == pytest.approx(value - np.bincount(cell, wanted, cells) / litre, abs=1e-12)
+
+    b, field = bodies(), value.copy()
+    crowd = (1 + 1.5 * np.bincount(cell, volume[rows], cells) / litre)[cell]
+    change = (1.5 * value[cell] - c) * (1 - np.exp(-0.3 * crowd)) / crowd
+    moved = pass_skin(rows, cell, *b, 0, 0.3, 1.5, field, litre)
+    assert moved == pytest.approx((change * volume[rows]).sum())
+    assert field == pytest.approx(value - np.bincount(cell, change * volume[rows], cells) / litre, abs=1e-9)
+
+    b, field = bodies(), value.copy()
+    gone = 0.2 * (c - 0.05).clip(0) * volume[rows]
+    assert give(rows, cell, none, *b, 0, 0.2, 0.05, field, litre) == pytest.approx(gone.sum())
+    assert field == pytest.approx(value + np.bincount(cell, gone, cells) / litre, abs=1e-9)
