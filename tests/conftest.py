@@ -41,7 +41,9 @@ MENAGERIE = {  # everything that a world file can say, in little
             "substances": {"hydron": 1e-7},
         },
         "carcass": {"body": {"radius": 0.2, "mass": 1.0, "opaque": False}, "energy": {"decay": 0.05}},
-        "cone": {"count": 12, "body": {"radius": 0.1, "mass": 0.05, "opaque": False}, "renewal": 0.1},
+        "cone": {"count": 12, "body": {"radius": 0.1, "mass": 0.05, "opaque": False}, "renewal": 0.1,
+                 "motion": {"velocity": [0.25, 0.125]}},
+        "cairn": {"body": {"radius": 0.4, "solid": True}, "pushed": True},
     },
     "species": {
         "moss": {
@@ -112,6 +114,8 @@ MENAGERIE = {  # everything that a world file can say, in little
             "locomotion": {"speed": {"still": 0.0, "walk": 1.0, "run": 2.5}, "cost": {"run": 0.02},
                            "turn": 1.0},
             "diet": [{"eats": "ram", "reach": 0.2, "chance": 0.6, "gain": 0.5}],
+            "carries": [{"object": "cone", "reach": 0.5, "cost": 0.001}],
+            "builds": [{"object": "cairn", "cost": 0.01, "spacing": 4.0, "most": 9}],
             "sensors": [{"kind": "nearest", "target": "ram", "radius": 9.0}],
             "actions": {"speed": ["still", "walk", "run"], "turn": ["left", "none", "right"], "eat": ["eat"]},
             "neutral": {"speed": "walk", "turn": "none"},

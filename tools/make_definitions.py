@@ -39,6 +39,7 @@ CLAUSES = {  # clause: (what it says, what of it is missing)
     "1 sex": ("An organism is female, male, or has no sex", ""),
     "1 fertility": ("An organism has a fertility between 0 and 1", ""),
     "2 type": ("An inanimate object has a type", ""),
+    "2 moves": ("An inanimate object may move, be pushed, carried and built", ""),
     "2 properties": ("An inanimate object has physical and chemical properties", ""),
     "3 type": ("An organism is of a species", ""),
     "3 genome": ("An organism has a genome: a string over a finite alphabet", "strings of different lengths"),

@@ -7,6 +7,7 @@ what all members of a species share is no component, but a field of `ecs_eco.lif
 from ecs_eco.components.biology import Biology
 from ecs_eco.components.body import Body
 from ecs_eco.components.breeding import Breeding
+from ecs_eco.components.carrier import Carrier
 from ecs_eco.components.chemistry import Chemistry
 from ecs_eco.components.coat import Coat
 from ecs_eco.components.defence import Defence
@@ -17,6 +18,7 @@ from ecs_eco.components.gestation import Gestation
 from ecs_eco.components.growth import Growth
 from ecs_eco.components.heat_exchange import HeatExchange
 from ecs_eco.components.life_history import LifeHistory
+from ecs_eco.components.load import Load
 from ecs_eco.components.matter import Matter
 from ecs_eco.components.memory import Memory
 from ecs_eco.components.metabolism import Metabolism
@@ -28,6 +30,7 @@ from ecs_eco.components.plasticity import Plasticity
 from ecs_eco.components.policy import Policy
 from ecs_eco.components.position import Position
 from ecs_eco.components.reflexes import Reflexes
+from ecs_eco.components.route import Route
 from ecs_eco.components.senses import Senses
 from ecs_eco.components.sensor import Sensor
 from ecs_eco.components.stature import Stature
@@ -35,9 +38,8 @@ from ecs_eco.components.velocity import Velocity
 from ecs_eco.components.vigour import Vigour
 
 __all__ = [
-    "Biology", "Body", "Breeding", "Chemistry", "Coat", "Defence", "Desires", "Experience", "Genome",
-    "Gestation", "Growth", "HeatExchange", "LifeHistory", "Matter", "Memory", "Metabolism", "Motor",
-    "Nervous", "Parentage", "Physical", "Plasticity", "Policy", "Position", "Reflexes", "Senses", "Sensor",
-    "Stature",
-    "Velocity", "Vigour",
+    "Biology", "Body", "Breeding", "Carrier", "Chemistry", "Coat", "Defence", "Desires", "Experience",
+    "Genome", "Gestation", "Growth", "HeatExchange", "LifeHistory", "Load", "Matter", "Memory",
+    "Metabolism", "Motor", "Nervous", "Parentage", "Physical", "Plasticity", "Policy", "Position",
+    "Reflexes", "Route", "Senses", "Sensor", "Stature", "Velocity", "Vigour",
 ]  # fmt: skip

@@ -80,6 +80,7 @@ def _costs(config: WorldConfig, species: Species) -> Iterator[str]:
         yield "metabolism.basal"
     if species.locomotion is not None:
         yield from (f"locomotion.cost.{gait}" for gait, cost in species.locomotion.cost.items() if cost > 0)
+    yield from (f"carries.{i}.cost" for i, way in enumerate(species.carries) if way.cost > 0)
     for i, food in enumerate(species.diet):
         if food.gain < 0:
             yield f"diet.{i}.gain"

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from ecs_eco.config.models.heat import Heat
     from ecs_eco.config.models.life import Breeding, Care, Growth
     from ecs_eco.config.models.matter import AnyExchange, Decomposition, Emission, Reaction
-    from ecs_eco.config.models.objects import Store
+    from ecs_eco.config.models.objects import Build, Carry, Motion, Store
     from ecs_eco.config.models.reproduction import AnyReproduction
     from ecs_eco.config.models.species import Diet, Lethal
     from ecs_eco.config.models.species import Species as SpeciesConfig
@@ -69,6 +69,11 @@ class Species:
     upkeep: tuple[int, float] = (0, 0.0)
     """The number to which they come back, and the rate at which each missing one does [1/s]."""
 
+    motion: Motion | None = None
+    """How they move by themselves; None: they do not."""
+    pushed: bool = False
+    """Whether solid bodies push them away."""
+
     # nerves and genes
     nerves: Nerves | None = None
     gaits: tuple[Any, ...] | None = None
@@ -85,6 +90,8 @@ class Species:
     diet: list[Diet] = field(default_factory=list)
     lethal: list[Lethal] = field(default_factory=list)
     """Properties and the interval in which it can live."""
+    carries: list[Carry] = field(default_factory=list)
+    builds: list[Build] = field(default_factory=list)
     remains: str | None = None
     """The object type that its dead become."""
     sex: str = "none"

@@ -167,6 +167,22 @@ def fence_between(x, y, dx, dy, ground, inverse, lengths, torus):
 
 
 @njit
+def is_open(x, y, dx, dy, ground, inverse, lengths, torus):
+    """Return whether the whole way (dx, dy) is on open ground, for one who may stand on a fence;
+    looks at every half cell."""
+    on = ground_at(ground, inverse, x, y) == FENCE
+    steps = half_cells(np.sqrt(dx * dx + dy * dy), inverse, lengths)
+    for s in range(1, steps + 1):
+        way = np.float32(s) / np.float32(steps)
+        kind = ground_at(ground, inverse, into(x + way * dx, lengths[0], torus),
+                         into(y + way * dy, lengths[1], torus))
+        if kind != OPEN and not (on and kind == FENCE):
+            return False
+        on = on and kind == FENCE
+    return True
+
+
+@njit
 def ground_at(ground, inverse, x, y):
     """Return the kind of ground at a place."""
     return ground[cell_of(y * inverse[1], ground.shape[0]), cell_of(x * inverse[0], ground.shape[1])]

@@ -1,6 +1,8 @@
 """Bodies do not share a place."""
 
-from typing import Any
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -12,6 +14,9 @@ from ecs_eco.space.geometry import into
 from ecs_eco.space.sight import gather, offset
 from ecs_eco.space.terrain import OPEN, fence_between, ground_at
 from ecs_eco.space.world import SpatialWorld
+
+if TYPE_CHECKING:
+    from ecs_eco.engine.table import Table
 
 
 class Collide(System):
@@ -31,13 +36,13 @@ class Collide(System):
         solid = [t for t in world.tables.values() if t.has((Position, Body)) and t.species.solid]
         pushes = []
         for table in solid:
-            if Velocity not in table or not table.n:
+            if not moves(table) or not table.n:
                 continue
             index, largest = world.index(table), merged(world, [table.name]).largest
             push = np.zeros((index.n, 3), np.float32)
             for other in solid:
                 bodies = merged(world, [other.name])
-                share = np.float32(0.5 if Velocity in other else 1.0)
+                share = np.float32(0.5 if moves(other) else 1.0)
                 reach = world.space.reach(largest + bodies.largest)
                 world.split(push_apart, index.n, index.x, index.y, index.z, index.uid, index.rows,
                             table[Body].radius, bodies.x, bodies.y, bodies.z, bodies.radius, bodies.uid,
@@ -50,6 +55,11 @@ class Collide(System):
             _displace(rows, push, world.space.lengths, world.space.torus, world.space.volume, ground, inverse,
                       p.x, p.y, p.z)
             table.version += 1
+
+
+def moves(table: Table) -> bool:
+    """Return whether bodies of a table give way: those that move, and objects that can be pushed."""
+    return Velocity in table or table.species.pushed
 
 
 @njit

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 from ecs_eco.components import HeatExchange, Matter
 from ecs_eco.engine.system import System
 from ecs_eco.systems.age import Age
+from ecs_eco.systems.build import Build
+from ecs_eco.systems.carry import Carry
 from ecs_eco.systems.collide import Collide
 from ecs_eco.systems.compress import Compress
 from ecs_eco.systems.decay import Decay
@@ -42,6 +44,7 @@ from ecs_eco.systems.sense import Sense
 from ecs_eco.systems.shade import Shade
 from ecs_eco.systems.spread import Spread
 from ecs_eco.systems.take_stock import TakeStock
+from ecs_eco.systems.travel import Travel
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
@@ -52,8 +55,8 @@ SCHEDULE: dict[str, tuple[type[System], ...]] = {
     "feel": (Feel,),
     "learn": (Learn,),
     "decide": (Decide,),
-    "move": (Move, Drift),
-    "interact": (Collide, Feed, Nurse, Mate),
+    "move": (Move, Drift, Travel, Carry),
+    "interact": (Collide, Feed, Nurse, Mate, Build),
     "metabolise": (Metabolise, ExchangeMatter, React, Decay, Decompose, ExchangeHeat, Compress, GrowUp, Age),
     "die": (Perish, LeaveRemains),  # at its end the rows of the dying are freed
     "reproduce": (Provide, Renew, Reproduce, GiveBirth, Spread),  # at its end the newborn get rows
@@ -78,6 +81,9 @@ OPTIONAL: dict[type[System], Callable[[Table], bool]] = {
     Nurse: lambda table: table.species.care is not None,
     GrowUp: lambda table: table.species.growth is not None,
     Compress: lambda table: table.species.compressible,
+    Travel: lambda table: table.species.motion is not None,
+    Carry: lambda table: bool(table.species.carries),
+    Build: lambda table: bool(table.species.builds),
     Decay: lambda table: table.species.store is not None,
     Renew: lambda table: table.species.upkeep[0] > 0,
 }

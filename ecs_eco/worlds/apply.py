@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ecs_eco.components import Biology, Body, Chemistry, HeatExchange, Metabolism, Physical, Stature
+from ecs_eco.components import Biology, Body, Chemistry, HeatExchange, Metabolism, Physical, Route, Stature
 from ecs_eco.config import WorldConfig
 from ecs_eco.config.models.species import MOTIONS
 from ecs_eco.config.mutable_keys import Key, changes
@@ -117,6 +117,9 @@ def apply_object(table: Table, kind: Any, substances: list[str]) -> None:
     matter(table, kind, substances)
     alike: Species = table.species
     alike.store, alike.upkeep = kind.energy, (kind.count, kind.renewal)
+    alike.motion, alike.pushed = kind.motion, kind.pushed
+    if kind.motion is not None:
+        table.add_component(Route)
     if kind.energy is not None:
         table.add_component(Metabolism)
         table.set_defaults(Metabolism, energy=kind.energy.initial)
@@ -138,6 +141,7 @@ def apply_species(world: SpatialWorld, table: Table, species: Any,
     alike.config, alike.diet, alike.lethal = species, list(species.diet), list(species.lethal)
     alike.breeding, alike.growth, alike.care = species.breeding, species.growth, species.care
     alike.torpor = species.metabolism.torpor
+    alike.carries, alike.builds = list(species.carries), list(species.builds)
     if species.growth is not None:
         table.add_component(Stature, radius=species.body.radius, mass=species.body.mass)
         alike.standard_mass = species.body.mass

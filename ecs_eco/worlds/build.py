@@ -12,7 +12,9 @@ import numpy as np
 from ecs_eco.components import (
     Biology,
     Body,
+    Carrier,
     Chemistry,
+    Load,
     Memory,
     Metabolism,
     Motor,
@@ -184,6 +186,11 @@ def _species_table(world: SpatialWorld, name: str, species: Any) -> None:
         table.derived[Sensor] = Readings(table)
     if species.locomotion is not None and table.species.nerves is not None:
         table.add_component(Velocity)
+    if species.carries:
+        table.add_component(Load)
+    for way in species.carries:
+        if Carrier not in world.tables[way.object]:
+            world.tables[way.object].add_component(Carrier)
     if name in world.config.have_parents():
         table.add_component(Parentage)
 

@@ -44,12 +44,13 @@ def _check_known_group(config: WorldConfig, at: Key, species: Species, group: st
                       "{ continuous = [least, most] }; or up, none and down in the group climb")
         return
     gaits = species.locomotion.speed if species.locomotion else {}
-    known = list(gaits) if group == "speed" else list(GROUPS[group] or ())
+    made = [way.object for way in species.builds]
+    known = {"speed": list(gaits), "build": made}.get(group, list(GROUPS[group] or ()))
     if not actions:
         yield Problem(at, "is empty", actions, listed(known))
     for i, action in enumerate(actions):
         if action not in known:
-            fault = "gait in locomotion.speed" if group == "speed" else "action"
+            fault = {"speed": "gait in locomotion.speed", "build": "object in builds"}.get(group, "action")
             yield unknown((*at, i), fault, action, known)
         elif action in actions[:i]:
             yield Problem((*at, i), "named twice", action, listed(known))

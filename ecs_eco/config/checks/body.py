@@ -159,7 +159,7 @@ def _room(config: WorldConfig, species: Species) -> float:
 
 def _check_lethal(key: Key, species: Species) -> Iterator[Problem]:
     born = {"energy": species.metabolism.energy, "age": 0.0, "fertility": species.fertility}
-    born |= species.properties | species.substances
+    born |= species.properties | species.substances | ({"load": 0.0} if species.carries else {})
     for i, lethal in enumerate(species.lethal):
         at, value = (*key, "lethal", i), born.get(lethal.property)
         low = -math.inf if lethal.min is None else lethal.min

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from itertools import islice
 from pathlib import Path
 
-from ecs_eco.config.checks.body import check_body
+from ecs_eco.config.checks.body import check_body, widest
 from ecs_eco.config.checks.chemistry import check_chemistry, check_field_of_substance
 from ecs_eco.config.checks.code import check_code
 from ecs_eco.config.checks.genome import check_genome
@@ -15,6 +15,7 @@ from ecs_eco.config.checks.interventions import Changed, check_interventions
 from ecs_eco.config.checks.life import check_year
 from ecs_eco.config.checks.matter import check_matter, check_size
 from ecs_eco.config.checks.nerves import check_nerves
+from ecs_eco.config.checks.objects import check_handling, check_motion
 from ecs_eco.config.checks.physical import check_physical
 from ecs_eco.config.checks.resolution import check_resolution
 from ecs_eco.config.checks.water import check_water
@@ -49,6 +50,7 @@ def _all(config: WorldConfig, folder: Path, changed: Changed) -> Iterator[Proble
         yield from _check_object(config, name, kind)
     for name in config.species:
         yield from check_body(config, name)
+        yield from check_handling(config, name, widest(config))
         yield from check_resolution(config, name)
         yield from check_nerves(config, name, folder)
         yield from check_genome(config, name)
@@ -157,8 +159,10 @@ def _check_object(config: WorldConfig, name: str, kind: ObjectType) -> Iterator[
     key = ("objects", name)
     if kind.count and kind.at:
         yield Problem((*key, "count"), "given together with at", kind.count, "one of count and at")
-    if not kind.count and not kind.at and all(s.remains != name for s in config.species.values()):
-        allowed = "at least 1, or a list at, or a species that leaves it as remains"
+    if not kind.count and not kind.at and not any(
+            s.remains == name or any(way.object == name for way in s.builds)
+            for s in config.species.values()):
+        allowed = "at least 1, or a list at, or a species that leaves it as remains or builds it"
         yield Problem((*key, "count"), "none of these would ever exist", kind.count, allowed)
     for i, at in enumerate(kind.at):
         yield from _outside((*key, "at", i), at, config.space.size)
@@ -169,6 +173,7 @@ def _check_object(config: WorldConfig, name: str, kind: ObjectType) -> Iterator[
     yield from check_size(config, key, kind.body.radius)
     yield from check_physical(key, kind)
     yield from check_chemistry(config, key, kind)
+    yield from check_motion(config, key, kind)
 
 
 def _outside(key: Key, at: list[float], size: list[float]) -> Iterator[Problem]:

@@ -12,6 +12,7 @@ from ecs_eco.config.models.heat import BodyHeat
 from ecs_eco.config.models.life import Breeding, Care, Growth
 from ecs_eco.config.models.matter import AnyExchange, Emission, Reaction
 from ecs_eco.config.models.nerves import Continuous, Group, Happiness, Neutral, Policy, Reflex
+from ecs_eco.config.models.objects import Build, Carry
 from ecs_eco.config.models.reproduction import AnyReproduction
 from ecs_eco.config.models.sensors import AnySensor, Smell, name_sensors
 from ecs_eco.config.models.surroundings import BODY, PROPERTIES, Body, Color
@@ -26,6 +27,7 @@ from ecs_eco.engine.section import (
     Share,
     about,
     is_absent,
+    is_empty,
     quantity,
     table,
 )
@@ -40,6 +42,8 @@ GROUPS: dict[str, tuple[str, ...] | None] = {
     "eat": ("eat",),
     "mate": ("mate",),
     "nurse": ("nurse",),
+    "carry": ("take", "none", "drop"),
+    "build": None,
 }
 MOTIONS = ("speed", "turn", "climb", "pitch")  # that may be continuous
 THINKING = ("shared", "individual")  # kinds of policies that are networks
@@ -151,6 +155,8 @@ class Species(Section):
     emits: dict[Name, NonNegative | Emission] = table(
         "field = amount put into it [1/s], or { substance, rate, consume }", dict)
     diet: list[Diet] = table("what it eats", list)
+    carries: list[Carry] = about("what it can pick up and put down", [], exclude_if=is_empty)
+    builds: list[Build] = about("what it can make", [], exclude_if=is_empty)
     sensors: list[AnySensor] = table("what it senses", list)
     actions: dict[str, Group] = table("group = actions, of which the policy takes one at a time, "
                                       "or { continuous = [least, most] }", dict)
@@ -218,7 +224,7 @@ class Species(Section):
 
     def own(self) -> tuple[str, ...]:
         """Names of properties that the species can sense in itself or die of."""
-        return (*OWN, *self.properties, *self.substances)
+        return (*OWN, *(("load",) if self.carries else ()), *self.properties, *self.substances)
 
     def knows_kin(self) -> bool:
         """Whether its members must know whose children they are."""

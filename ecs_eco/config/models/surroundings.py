@@ -8,7 +8,7 @@ from pydantic import Field
 
 from ecs_eco.config.models.heat import Heat
 from ecs_eco.config.models.matter import AnyExchange, Decomposition, Emission, Reaction
-from ecs_eco.config.models.objects import Store
+from ecs_eco.config.models.objects import Motion, Store
 from ecs_eco.engine.section import (
     Name,
     NonNegative,
@@ -134,6 +134,10 @@ class ObjectType(Section):
     energy: Store | None = about("energy that they hold, as food; absent: none", None, exclude_if=is_absent)
     renewal: NonNegative = quantity("rate at which each one missing of `count` comes back, at a random "
                                     "place; 0: never", "1/s", 0.0, exclude_if=is_empty)
+    motion: Motion | None = about("how they move by themselves; absent: they do not", None,
+                                  exclude_if=is_absent)
+    pushed: bool = about("whether solid bodies push them away, as they push each other; else nothing does",
+                         False, exclude_if=is_absent)
 
     def felt(self) -> tuple[str, ...]:
         """Names of properties and substances of these bodies."""

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ecs_eco.components import Biology, Body, Chemistry, Metabolism, Physical
+from ecs_eco.components import Biology, Body, Chemistry, Load, Metabolism, Physical
 from ecs_eco.engine.jit import njit
 from ecs_eco.nervous.sensors.sense import Seekers, Sense
 
@@ -21,6 +21,8 @@ def own_column(table: "Table", name: str, substances: list[str]) -> np.ndarray:
         return getattr(table[Biology], name)
     if name in substances:
         return table[Chemistry].molarity[:, substances.index(name)]
+    if name == "load":
+        return table[Load].mass
     if name == "sex":
         return table[Biology].sex
     if name in ("mass", "radius"):

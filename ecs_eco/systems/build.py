@@ -1,0 +1,85 @@
+"""Animals build."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ecs_eco.components import Body, Metabolism, Position
+from ecs_eco.engine.jit import njit
+from ecs_eco.engine.system import System
+from ecs_eco.lifecycle.torpor import awake
+from ecs_eco.space.sight import offset
+
+if TYPE_CHECKING:
+    from ecs_eco.engine.table import Table
+    from ecs_eco.space.world import SpatialWorld
+
+
+class Build(System):
+    """An animal that decides to, and has more energy than it takes, makes an object where it is: a nest, a
+    dam, a store of honey.
+
+    It burns the cost, and gives the object the energy that objects of this type hold. None is made closer to
+    another than the spacing, or beyond the greatest number; the lower uid goes first. The objects are there
+    at the end of the tick.
+    """
+
+    needs = (Position, Body, Metabolism)
+    phase = "interact"
+
+    def update(self, table: Table, world: SpatialWorld) -> None:
+        """Let one species build."""
+        for way in table.species.builds:
+            self.build(table, world.tables[way.object], way, world)
+
+    def build(self, table: Table, thing: Table, way: Any, world: SpatialWorld) -> None:
+        """Let one species build objects of one type."""
+        m, p, nerves = table[Metabolism], table[Position], table.species.nerves
+        worth = np.float32(0.0 if thing.species.store is None else thing.species.store.initial)
+        price = np.float32(way.cost) + worth
+        wants = awake(table) & (table.cause == 0) & (m.energy > price)
+        if nerves is not None and "build" in nerves.groups:
+            wants &= (nerves.doing(table, f"build.{way.object}") if way.object in nerves.groups["build"]
+                      else False)
+        rows = table.by_uid()
+        rows = rows[wants[rows]]
+        if way.spacing > 0 and rows.size:
+            rows = rows[free(thing, np.stack([p.x[rows], p.y[rows], p.z[rows]], 1), way.spacing, world)]
+        if way.most is not None:
+            rows = rows[: max(0, way.most - thing.n - thing.waiting)]
+        if not rows.size:
+            return
+        thing.request(table.uid[rows], {(Position, axis): getattr(p, axis)[rows]
+                                        for axis in ("x", "y", "z", "heading")})
+        before = m.energy[rows]
+        m.energy[rows] = before - price
+        m.given[rows] += worth
+        m.burnt[rows] += before - m.energy[rows] - worth
+
+
+def free(thing: Table, places: np.ndarray, spacing: float, world: SpatialWorld) -> np.ndarray:
+    """Return which of places f32[k, 3] [m] are far enough from all objects of a type, from those asked for
+    already, and from those before them: bool[k]."""
+    out = np.ones(len(places), np.bool_)
+    if thing.n:
+        out[world.within(thing, places[:, : len(world.space.size)], spacing).rows] = False
+    asked = [np.stack([values[Position, axis] for axis in "xyz"], 1) for _, _, values in thing.births
+             if (Position, "x") in values]
+    before = np.concatenate([np.zeros((0, 3), np.float32), *asked]).astype(np.float32)
+    keep_apart(places, before, np.float32(spacing), world.space.lengths, world.space.torus, out)
+    return out
+
+
+@njit
+def keep_apart(places, before, spacing, lengths, torus, out):
+    """Take away from `out` who is closer than the spacing to a place `before`, or to one that is kept."""
+    for i in range(len(places)):
+        for j in range(len(before) + i):
+            if out[i] and (j < len(before) or out[j - len(before)]):
+                other = before[j] if j < len(before) else places[j - len(before)]
+                dx, dy, dz = offset(places[i, 0], places[i, 1], places[i, 2], other[0], other[1], other[2],
+                                    lengths, torus)
+                if dx * dx + dy * dy + dz * dz < spacing * spacing:
+                    out[i] = False

@@ -1,0 +1,89 @@
+"""Carts roll."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ecs_eco.components import Carrier, Position, Route
+from ecs_eco.engine.jit import njit
+from ecs_eco.engine.system import System
+from ecs_eco.space.bodies import rocks
+from ecs_eco.space.geometry import into
+from ecs_eco.space.sight import offset
+from ecs_eco.space.terrain import is_open
+
+if TYPE_CHECKING:
+    from ecs_eco.engine.table import Table
+    from ecs_eco.space.world import SpatialWorld
+
+
+class Travel(System):
+    """Objects move by themselves: with a velocity, until rocks, lakes, fences or walls stop them,
+    or along a path, from its last place to its first again. What is carried goes where it is carried.
+    """
+
+    needs = (Position, Route)
+    phase = "move"
+
+    def update(self, table: Table, world: SpatialWorld) -> None:
+        """Move one type of objects for a tick."""
+        motion, p, space = table.species.motion, table[Position], world.space
+        if motion is None or not table.n:
+            return
+        free = table.alive[: table.high]
+        if Carrier in table:
+            free = free & (table[Carrier].uid[: table.high] == 0)
+        shape = space.lengths, space.torus, space.volume
+        if motion.path is None:
+            step = np.zeros(3, np.float32)
+            step[: len(motion.velocity)] = np.array(motion.velocity) * world.dt
+            roll(free, step, *shape, *rocks(world), p.x, p.y, p.z, p.heading)
+        else:
+            path = np.array([[*place, 0.0][:3] for place in motion.path], np.float32)
+            follow(free, path, np.float32(motion.speed * world.dt), *shape, p.x, p.y, p.z, p.heading,
+                   table[Route].leg)
+        table.version += 1
+
+
+@njit
+def roll(free, step, lengths, torus, volume, ground, inverse, x, y, z, heading):
+    """Move all by a step f32[3] [m] where no rock, water or fence is in the way."""
+    for row in range(free.size):
+        if free[row]:
+            nx, ny = into(x[row] + step[0], lengths[0], torus), into(y[row] + step[1], lengths[1], torus)
+            if ground.size == 1 or is_open(x[row], y[row], step[0], step[1], ground, inverse, lengths, torus):
+                x[row] = nx
+                y[row] = ny
+            if volume:
+                z[row] = into(z[row] + step[2], lengths[2], False)
+            if step[0] != 0 or step[1] != 0:
+                heading[row] = np.arctan2(step[1], step[0])
+
+
+@njit
+def follow(free, path, way, lengths, torus, volume, x, y, z, heading, leg):
+    """Move all along a path f32[k, 3] [m], by a way [m], towards place leg[row] first."""
+    k = len(path)
+    for row in range(free.size):
+        if not free[row]:
+            continue
+        left, at = way, leg[row] % k
+        for _ in range(k + 1000):  # a short path is gone around many times in a tick, one without extent not
+            dx, dy, dz = offset(x[row], y[row], z[row], path[at, 0], path[at, 1], path[at, 2], lengths, torus)
+            if not volume:
+                dz = np.float32(0.0)
+            d = np.sqrt(dx * dx + dy * dy + dz * dz)
+            if dx != 0 or dy != 0:
+                heading[row] = np.arctan2(dy, dx)
+            part = np.float32(1.0) if d <= left else left / d
+            x[row] = path[at, 0] if part == 1 else into(x[row] + part * dx, lengths[0], torus)
+            y[row] = path[at, 1] if part == 1 else into(y[row] + part * dy, lengths[1], torus)
+            if volume:
+                z[row] = path[at, 2] if part == 1 else into(z[row] + part * dz, lengths[2], False)
+            if d > left:
+                break
+            left -= d
+            at = (at + 1) % k
+        leg[row] = at
