@@ -54,7 +54,7 @@ def test_an_ant_takes_the_nearest_seed_in_reach_carries_it_and_drops_it_at_the_n
     arrange(world, "ant", x=[7, 15], y=[8, 5], heading=1.5)
     _tick(world)
     assert [c[1] for c in (_column(world, "seed", Position, f) for f in ("x", "y", "heading"))] == [7, 8, 1.5]
-    assert world.tables["ant"].species.nerves.x[0, 0] == pytest.approx(1.0)  # it feels its load
+    assert sorted(world.tables["ant"].species.nerves.x[:, 0].tolist()) == [0, pytest.approx(1)]  # it feels it
     arrange(world, "ant", x=[17.5, 15], y=[18, 5])
     _tick(world)
     assert _column(world, "ant", Load, "object") == [0, 0]
