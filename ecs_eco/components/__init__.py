@@ -33,6 +33,7 @@ from ecs_eco.components.reflexes import Reflexes
 from ecs_eco.components.route import Route
 from ecs_eco.components.senses import Senses
 from ecs_eco.components.sensor import Sensor
+from ecs_eco.components.shape import Shape
 from ecs_eco.components.stature import Stature
 from ecs_eco.components.velocity import Velocity
 from ecs_eco.components.vigour import Vigour
@@ -41,5 +42,5 @@ __all__ = [
     "Biology", "Body", "Breeding", "Carrier", "Chemistry", "Coat", "Defence", "Desires", "Experience",
     "Genome", "Gestation", "Growth", "HeatExchange", "LifeHistory", "Load", "Matter", "Memory",
     "Metabolism", "Motor", "Nervous", "Parentage", "Physical", "Plasticity", "Policy", "Position",
-    "Reflexes", "Route", "Senses", "Sensor", "Stature", "Velocity", "Vigour",
+    "Reflexes", "Route", "Senses", "Sensor", "Shape", "Stature", "Velocity", "Vigour",
 ]  # fmt: skip

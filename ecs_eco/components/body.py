@@ -5,7 +5,11 @@ from ecs_eco.engine.schema import component, f32
 
 @component
 class Body:
-    """A sphere, or a disc on a plane (the paper's conformation), and its mass."""
+    """The size of a body (the paper's conformation) and its mass: a sphere, or a disc on a plane, unless the
+    component Shape says otherwise.
+
+    The radius of a capsule is that across, of a box that of the smallest sphere around it.
+    """
 
     radius: f32.within(0, 1e30) = 0.5  # [m]
     mass: f32.within(0, 1e30) = 1.0  # [kg]

@@ -18,6 +18,8 @@ SHAPE = "weights and columns have their shapes from it: build a world with it"
 # the first match counts; "" means that it may change; * is one part of a key, ** any
 RULES: tuple[tuple[str, str], ...] = (
     ("species.*.count", NUMBERS), ("objects.*.count", NUMBERS), ("objects.*.at**", NUMBERS),
+    ("objects.*.heading**", ANEW), ("objects.*.between**", NUMBERS), ("*.*.body.shape", ANEW),
+    ("*.*.body.length", ANEW), ("*.*.body.size**", ANEW),
     ("terrain.slope_cost", ""), ("terrain**", 'an intervention of kind "fence"'),
     ("species.*.reproduction.kind", ANEW),
     ("species.*.reproduction", ANEW + '; or an intervention of kind "switch"'), ("*.*.body.radius", ANEW),

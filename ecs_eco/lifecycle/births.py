@@ -7,15 +7,18 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ecs_eco.components import Biology, Body, LifeHistory, Metabolism, Parentage, Position
+from ecs_eco.components import Biology, Body, LifeHistory, Metabolism, Parentage, Position, Shape
 from ecs_eco.engine import random
 from ecs_eco.engine.jit import njit
 from ecs_eco.engine.random import draw, mix
 from ecs_eco.genomes.choices import CHOICES
 from ecs_eco.lifecycle import sizes
-from ecs_eco.space.bodies import rocks
+from ecs_eco.space.barriers import POINT
+from ecs_eco.space.bodies import rocks, solids
 from ecs_eco.space.geometry import cell_of, into
+from ecs_eco.space.shapes import touching
 from ecs_eco.space.sight import gather, offset
+from ecs_eco.space.solids import around
 from ecs_eco.space.terrain import ROCK, WATER, ground_at
 
 if TYPE_CHECKING:
@@ -116,7 +119,7 @@ def find_places(table: Table, world: SpatialWorld, parents: np.ndarray,
     drawn for `identity` u64[k]: f32[k, 4]."""
     space, p, own = world.space, table[Position], world.index(table)
     out = np.zeros((parents.size, 4), np.float32)
-    radius = float(table.defaults[Body]["radius"])
+    radius = float(table.defaults[Body]["radius"]) * bound_of(table)
     ground, inverse = rocks(world)
     near = np.float32(-1.0 if way.place == "anywhere" else way.dispersal or 4 * radius)
     homeless = np.arange(parents.size)
@@ -129,6 +132,12 @@ def find_places(table: Table, world: SpatialWorld, parents: np.ndarray,
         taken = np.zeros(parents.size, np.bool_)
         for other in world.tables.values():
             if other.n and other.species.opaque and Body in other:
+                if Shape in other:
+                    bodies = solids(world, [other.name])
+                    _occupied_by_solids(out, bodies.form, *space.shape, space.inverse, space.lengths,
+                                        space.torus, space.volume, *bodies.cells, np.float32(radius), POINT,
+                                        taken)
+                    continue
                 index = world.index(other)
                 s = np.float32(radius + other.species.radius)
                 _occupied(out, index.x, index.y, index.z, index.start, s, space.reach(float(s)), *space.shape,
@@ -138,6 +147,14 @@ def find_places(table: Table, world: SpatialWorld, parents: np.ndarray,
             return out
     out[homeless, 3] = 0
     return out
+
+
+def bound_of(table: Table) -> float:
+    """Return the radius of the smallest sphere around a newborn, in radii of its body."""
+    if Shape not in table:
+        return 1.0
+    form = {field: float(value) for field, value in table.defaults[Shape].items()}
+    return form.pop("rounding") + math.hypot(*form.values())
 
 
 @njit
@@ -215,5 +232,25 @@ def _occupied(places, ox, oy, oz, start, s, reach, nx, ny, nz, inverse, lengths,
         for q in range(n):
             dx, dy, dz = offset(x, y, z, ox[near[q]], oy[near[q]], oz[near[q]], lengths, torus)
             if dx * dx + dy * dy + dz * dz < s * s:
+                taken[i] = True
+                break
+
+
+@njit
+def _occupied_by_solids(places, form, nx, ny, nz, inverse, lengths, torus, volume, start, entry, radius,
+                        point, taken):
+    """`_occupied` for capsules and boxes, whose surfaces are no nearer than `radius` [m] to a free place."""
+    near, seen = np.empty(len(form), np.int64), np.zeros(len(form) + 1, np.int64)
+    r = np.float64(radius)
+    for i in range(taken.size):
+        if places[i, 3] == 0 or taken[i]:
+            continue
+        x, y, z = np.float64(places[i, 0]), np.float64(places[i, 1]), np.float64(places[i, 2])
+        n = around(x, y, z, r, r, r, nx, ny, nz, inverse, lengths, torus, start, entry, seen, near)
+        for q in range(n):
+            e = near[q]
+            gap, _, _, _ = touching(point, 0, form, e, x - form[e, 0], y - form[e, 1], z - form[e, 2],
+                                    lengths, torus, volume)
+            if gap < r:
                 taken[i] = True
                 break

@@ -4,10 +4,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ecs_eco.components import Body, Position
+from ecs_eco.components import Body, Position, Shape
 from ecs_eco.space import sight
+from ecs_eco.space.solids import Solids
 
 if TYPE_CHECKING:
+    from ecs_eco.engine.table import Table
     from ecs_eco.space.world import SpatialWorld
 
 
@@ -19,8 +21,18 @@ def rocks(world: "SpatialWorld") -> tuple[np.ndarray, np.ndarray]:
 
 
 def opaque(world: "SpatialWorld") -> sight.Bodies:
-    """Return all bodies that hide what is behind them."""
-    return merged(world, [n for n, t in world.tables.items() if Body in t and t.species.opaque is not False])
+    """Return all spheres that hide what is behind them."""
+    return merged(world, [n for n in opaque_kinds(world) if Shape not in world.tables[n]])
+
+
+def opaque_solids(world: "SpatialWorld") -> Solids:
+    """Return all bodies that hide what is behind them and are no spheres."""
+    return solids(world, [n for n in opaque_kinds(world) if Shape in world.tables[n]])
+
+
+def opaque_kinds(world: "SpatialWorld") -> list[str]:
+    """Return the names of the tables whose bodies hide what is behind them."""
+    return [n for n, t in world.tables.items() if Body in t and t.species.opaque is not False]
 
 
 def merged(world: "SpatialWorld", names: list[str]) -> sight.Bodies:
@@ -34,3 +46,43 @@ def merged(world: "SpatialWorld", names: list[str]) -> sight.Bodies:
         return sight.Bodies(world.space, parts)
 
     return world.merged(tuple(names), build)
+
+
+def solids(world: "SpatialWorld", names: list[str]) -> Solids:
+    """Return the bodies of several tables, of any shape, in one index of all cells that they touch; rebuilt
+    when one of them has changed."""
+
+    def build() -> Solids:
+        tables = [world.tables[name] for name in names]
+        rows = [world.index(table).rows.copy() for table in tables]
+        return Solids(world.space, [(form_of(table, r), r, table.uid[r])
+                                    for table, r in zip(tables, rows, strict=True)])
+
+    return world.merged(tuple(names), build, "solids")
+
+
+def form_of(table: "Table", rows: np.ndarray) -> np.ndarray:
+    """Return the forms f32[n, 9] of the bodies in these rows, as `ecs_eco.space.shapes` takes them."""
+    p, radius, form = table[Position], table[Body].radius[rows], np.zeros((rows.size, 9), np.float32)
+    for i, column in enumerate((p.x, p.y, p.z)):
+        form[:, i] = column[rows]
+    form[:, 6], form[:, 7], form[:, 8] = radius, np.cos(p.heading[rows]), np.sin(p.heading[rows])
+    if Shape in table:
+        s = table[Shape]
+        for i, column in enumerate((s.half_length, s.half_width, s.half_height, s.rounding)):
+            form[:, 3 + i] = column[rows] * radius
+    return form
+
+
+def bound(table: "Table") -> float:
+    """Return the radius of the smallest sphere around any body of a table [m]."""
+    form = np.abs(form_of(table, table.rows()))
+    return float((np.sqrt((form[:, 3:6] ** 2).sum(axis=1)) + form[:, 6]).max(initial=0.0))
+
+
+def extents(table: "Table") -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Return length, width and height of the box within each body of a table that has Shape, and by how much
+    it is rounded: f64[capacity] [m]."""
+    s, radius = table[Shape], table[Body].radius.astype(np.float64)
+    length, width, height = (2 * half * radius for half in (s.half_length, s.half_width, s.half_height))
+    return length, width, height, s.rounding * radius

@@ -5,8 +5,8 @@ from __future__ import annotations
 
 import math
 import threading
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Callable, Sequence
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -21,8 +21,9 @@ from ecs_eco.space.geometry import Space
 from ecs_eco.space.index import Index
 from ecs_eco.space.nearest import nearest
 from ecs_eco.space.pairs import Pairs
-from ecs_eco.space.sight import Bodies
 from ecs_eco.space.terrain import Terrain
+
+T = TypeVar("T")
 
 
 class SpatialWorld(World):
@@ -49,7 +50,7 @@ class SpatialWorld(World):
         self.lock = threading.RLock()  # held while something is made that threads share
         self._looked: gate.Looked | None = None
         self._indexes: dict[str, Index] = {}
-        self._merged: dict[tuple[str, ...], tuple[tuple[int, ...], Bodies]] = {}
+        self._merged: dict[tuple[str, tuple[str, ...]], tuple[tuple[int, ...], Any]] = {}
         super().__init__(dt=dt, seed=seed, threads=threads, name=name)
 
     @property
@@ -147,14 +148,14 @@ class SpatialWorld(World):
     def _two(self, *tables: Table | str) -> list[Index]:
         return [self.index(self.table(table) if isinstance(table, str) else table) for table in tables]
 
-    def merged(self, names: tuple[str, ...], build: Any) -> Bodies:
-        """Return the bodies of several tables in one index, as things stand now:
+    def merged(self, names: tuple[str, ...], build: Callable[[], T], kind: str = "spheres") -> T:
+        """Return the bodies of several tables in one index of a kind, as things stand now:
         those that `build()` returned, or does now."""
         with self.lock:  # several threads may want it at once
             version = tuple(self.tables[name].version for name in names)
-            kept = self._merged.get(names)
+            kept = self._merged.get((kind, names))
             if kept is None or kept[0] != version:
-                kept = self._merged[names] = (version, build())
+                kept = self._merged[kind, names] = (version, build())
             return kept[1]
 
     def forget_neighbours(self) -> None:

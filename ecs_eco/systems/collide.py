@@ -6,12 +6,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ecs_eco.components import Body, Position, Velocity
+from ecs_eco.components import Body, Position, Shape, Velocity
 from ecs_eco.engine.jit import njit
 from ecs_eco.engine.system import System
-from ecs_eco.space.bodies import merged, rocks
+from ecs_eco.space.barriers import barriers, hold_back
+from ecs_eco.space.bodies import merged, rocks, solids
 from ecs_eco.space.geometry import into
+from ecs_eco.space.shapes import bounds, contact, shift_to
 from ecs_eco.space.sight import gather, offset
+from ecs_eco.space.solids import around
 from ecs_eco.space.terrain import OPEN, fence_between, ground_at
 from ecs_eco.space.world import SpatialWorld
 
@@ -20,10 +23,11 @@ if TYPE_CHECKING:
 
 
 class Collide(System):
-    """Overlapping spheres push each other apart, each by half of the overlap;
+    """Overlapping bodies push each other apart, each by half of the overlap;
     a body that cannot move pushes by all of it.
 
-    All pushes are computed from the places before any push: the outcome does not depend on the order.
+    All pushes are computed from the places before any push: the outcome does not depend on the order. Nobody
+    is pushed through a capsule or box that cannot move. Bodies do not turn when they are pushed.
     """
 
     needs = (Position, Velocity, Body)
@@ -41,8 +45,11 @@ class Collide(System):
             index, largest = world.index(table), merged(world, [table.name]).largest
             push = np.zeros((index.n, 3), np.float32)
             for other in solid:
-                bodies = merged(world, [other.name])
                 share = np.float32(0.5 if moves(other) else 1.0)
+                if Shape in table or Shape in other:
+                    push_solids(world, table, other, share, push)
+                    continue
+                bodies = merged(world, [other.name])
                 reach = world.space.reach(largest + bodies.largest)
                 world.split(push_apart, index.n, index.x, index.y, index.z, index.uid, index.rows,
                             table[Body].radius, bodies.x, bodies.y, bodies.z, bodies.radius, bodies.uid,
@@ -50,8 +57,11 @@ class Collide(System):
                             world.space.lengths, world.space.torus, reach, share, push)
             pushes.append((table, index.rows.copy(), push))
         ground, inverse = rocks(world)
+        walls = barriers(world)
         for table, rows, push in pushes:
             p = table[Position]
+            if walls is not None:
+                hold_back(world, walls, p.x[rows], p.y[rows], p.z[rows], push)
             _displace(rows, push, world.space.lengths, world.space.torus, world.space.volume, ground, inverse,
                       p.x, p.y, p.z)
             table.version += 1
@@ -60,6 +70,44 @@ class Collide(System):
 def moves(table: Table) -> bool:
     """Return whether bodies of a table give way: those that move, and objects that can be pushed."""
     return Velocity in table or table.species.pushed
+
+
+def push_solids(world: SpatialWorld, table: Table, other: Table, share: np.float32,
+                push: np.ndarray) -> None:
+    """Add to push f32[n, 3] [m] the displacement of each of a table out of the bodies of another, where some
+    are no spheres; rows are those of the table's index."""
+    mine, theirs, space = solids(world, [table.name]), solids(world, [other.name]), world.space
+    world.split(push_shapes, len(push), mine.form, mine.uid, theirs.form, theirs.uid, *space.shape,
+                space.inverse, space.lengths, space.torus, space.volume, *theirs.cells, share, push)
+
+
+@njit
+def push_shapes(first, last, form, uid, other, other_uid, nx, ny, nz, inverse, lengths, torus, volume, start,
+                entry, share, push):
+    """`push_apart` for bodies of any shape: along the shortest way out of each other."""
+    near, seen = np.empty(len(other), np.int64), np.zeros(len(other) + 1, np.int64)
+    images = 2 if torus else 1
+    for i in range(first, last):
+        x, y, z = np.float64(form[i, 0]), np.float64(form[i, 1]), np.float64(form[i, 2])
+        ex, ey, ez = bounds(form, i)
+        for q in range(around(x, y, z, ex, ey, ez, nx, ny, nz, inverse, lengths, torus, start, entry, seen,
+                              near)):
+            e = near[q]
+            if other_uid[e] == uid[i]:
+                continue
+            fx, fy, _ = bounds(other, e)
+            dx, dy, dz = x - other[e, 0], y - other[e, 1], z - other[e, 2]
+            tie = 1.0 if uid[i] > other_uid[e] else -1.0
+            for image in range(images * images):
+                ax = shift_to(dx, lengths[0], ex + fx, image % 2) if torus else dx
+                ay = shift_to(dy, lengths[1], ey + fy, image // 2) if torus else dy
+                if abs(ax) > ex + fx or abs(ay) > ey + fy:
+                    continue
+                gap, px, py, pz = contact(form, i, other, e, ax, ay, dz, volume, tie)
+                if gap < 0:
+                    push[i, 0] -= np.float32(share * gap * px)
+                    push[i, 1] -= np.float32(share * gap * py)
+                    push[i, 2] -= np.float32(share * gap * pz)
 
 
 @njit

@@ -7,9 +7,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ecs_eco.components import Body, Coat, HeatExchange, Metabolism, Physical, Position
+from ecs_eco.components import Body, Coat, HeatExchange, Metabolism, Physical, Position, Shape
 from ecs_eco.engine.jit import njit
 from ecs_eco.engine.system import System
+from ecs_eco.space.bodies import extents
+from ecs_eco.space.shapes import surface
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
@@ -45,9 +47,16 @@ class ExchangeHeat(System):
         way = getattr(heat, "regulate", None)
         regulation = (0.0, 0.0, 0.0, 0.0) if way is None or not energy.size else (
             float(np.float32(way.set_point)), way.warming, way.cooling, way.cost)
-        world.split(exchange, high, table.alive, b.mass, b.radius, around, coat, heat.specific_heat,
+        world.split(exchange, high, table.alive, b.mass, round_as(table), around, coat, heat.specific_heat,
                     heat.conductance, heat.insulation, getattr(heat, "metabolic_heat", 0.0), *regulation,
                     world.dt, table[Physical].temperature, table[HeatExchange].residue, energy, burnt)
+
+
+def round_as(table: Table) -> np.ndarray:
+    """Return the radius of the sphere with the surface of each body: f32[capacity] [m]."""
+    if Shape not in table:
+        return table[Body].radius
+    return np.sqrt(surface(*extents(table)) / (4 * math.pi)).astype(np.float32)
 
 
 @njit

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ecs_eco.components import Body, Defence, Matter, Metabolism, Nervous, Position
+from ecs_eco.components import Body, Defence, Matter, Metabolism, Nervous, Position, Shape
 from ecs_eco.engine import random
 from ecs_eco.engine.jit import njit
 from ecs_eco.engine.random import draw
@@ -15,6 +15,7 @@ from ecs_eco.lifecycle.causes import register_eaters
 from ecs_eco.lifecycle.ingestion import swallow
 from ecs_eco.lifecycle.torpor import least_energy
 from ecs_eco.space.nearest import nearest
+from ecs_eco.space.surfaces import nearest_surface
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
@@ -54,9 +55,14 @@ class Feed(System):
             return
         eaters, foods = world.index(table), world.index(prey)
         b, m, nerves, species = table[Body], table[Metabolism], table.species.nerves, table.species.config
-        widest = float(b.radius[: table.high].max() + prey[Body].radius[: prey.high].max()) + food.reach
         target, distance2 = np.empty(eaters.n, np.int32), np.empty(eaters.n, np.float32)
-        nearest(eaters, foods, widest, target, distance2, world.split)
+        radius, food_radius = b.radius, prey[Body].radius
+        if Shape in table or Shape in prey:
+            target, distance2 = nearest_surface(world, table, prey, food.reach)
+            radius, food_radius = np.zeros_like(radius), np.zeros_like(food_radius)
+        else:
+            widest = float(b.radius[: table.high].max() + prey[Body].radius[: prey.high].max()) + food.reach
+            nearest(eaters, foods, widest, target, distance2, world.split)
         column = -1 if nerves is None else next((i for i, (_, a) in enumerate(nerves.actions) if a == "eat"),
                                                 -1)
         decision = NO_DECISION if nerves is None else table[Nervous].decision
@@ -65,7 +71,7 @@ class Feed(System):
         best = np.full(foods.n, -1, np.int32)
         toughness, poison = defences(prey)
         held = prey[Metabolism].energy if Metabolism in prey else NOTHING
-        ingest(target, distance2, eaters.rows, eaters.uid, foods.rows, b.radius, prey[Body].radius,
+        ingest(target, distance2, eaters.rows, eaters.uid, foods.rows, radius, food_radius,
                np.float32(food.reach), decision, column, chance, np.float32(ceiling), np.float32(food.gain),
                np.float32(food.efficiency), held,
                np.float32(species.metabolism.energy_max), np.float32(species.metabolism.digestion), world.key,

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ecs_eco.components import Body, Chemistry, Matter, Metabolism, Physical, Position
+from ecs_eco.components import Body, Chemistry, Matter, Metabolism, Physical, Position, Shape
 from ecs_eco.engine.system import System
 from ecs_eco.lifecycle.matter import remaining
 
@@ -39,6 +39,7 @@ class LeaveRemains(System):
             if rows.size:
                 kept: list[tuple[Any, str]] = ([(Position, f) for f in ("x", "y", "z", "heading")]
                                                + [(Body, "radius"), (Body, "mass")])
+                kept += [(Shape, f) for f in Shape.fields]  # type: ignore[attr-defined]
                 kept += [(Chemistry, "molarity"), (Matter, "volume"), (Matter, "residue")]
                 kept += [(Physical, f) for f in Physical.fields]  # type: ignore[attr-defined]
                 into = world.tables[remains]

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ecs_eco.components import Biology, Body, Genome, Gestation, Metabolism, Nervous, Position
+from ecs_eco.components import Biology, Body, Genome, Gestation, Metabolism, Nervous, Position, Shape
 from ecs_eco.components.biology import FEMALE, MALE
 from ecs_eco.engine import random
 from ecs_eco.engine.jit import njit
@@ -15,6 +15,8 @@ from ecs_eco.engine.random import draw, mix
 from ecs_eco.engine.system import System
 from ecs_eco.lifecycle.births import life_history, ticks, whole
 from ecs_eco.lifecycle.torpor import awake
+from ecs_eco.space.bodies import bound, solids
+from ecs_eco.space.shapes import touching
 from ecs_eco.space.sight import gather, offset
 
 if TYPE_CHECKING:
@@ -24,6 +26,7 @@ if TYPE_CHECKING:
 CHOOSES, SIRES = 1, 2  # bits: the roles of an organism that is ready
 MEET, TASTE = random.MATE, random.MATE + (1 << 8)  # purposes of random draws
 NO_DECISION = np.zeros((1, 1), np.uint8)
+SPHERES = np.zeros((0, 9), np.float32)  # where the forms of capsules and boxes would be
 WILLING = {"none": 0, "one": 1, "both": 2}
 
 
@@ -58,18 +61,19 @@ class Mate(System):
         rule = select_mate(table)
         if rule is not None and not own:
             choice = np.array([max(rule[0], 0)], np.uint8)
-        widest = 2 * float(radius[: table.high].max()) + way.reach
+        form = solids(world, [table.name]).form if Shape in table else SPHERES
+        widest = 2 * (float(radius[: table.high].max()) if form is SPHERES else bound(table)) + way.reach
         partner, distance2 = np.empty(i.n, np.int64), np.empty(i.n, np.float32)
         world.split(propose, i.n, i.rows, i.x, i.y, i.z, i.uid, i.start, can, radius, np.float32(way.reach),
-                    space.reach(widest), *space.shape, space.inverse, space.lengths, space.torus, decision,
-                    column, WILLING[way.consent], m.energy, b.age, own,
+                    space.reach(widest), *space.shape, space.inverse, space.lengths, space.torus, form,
+                    space.volume, decision, column, WILLING[way.consent], m.energy, b.age, own,
                     energy_given, litter, choice, np.float32(way.father_share), world.key, partner, distance2)
         choosers = np.flatnonzero(partner >= 0)
         if choosers.size == 0:
             return
         if rule is not None and rule[0] < 0 and not own:
             near = (np.float32(way.reach), space.reach(widest), *space.shape, space.inverse, space.lengths,
-                    space.torus)
+                    space.torus, form, space.volume)
             pay = np.float32(way.father_share), energy_given, litter
             self.ask(table, rule[1], i, choosers, can, near, (decision, column, WILLING[way.consent]), pay,
                      partner, distance2, world)
@@ -161,29 +165,34 @@ def ready(alive, cause, sex, age, energy, carrying, rest, tick, own, age_min, en
 
 
 @njit
-def suits(i, j, rows, x, y, z, can, radius, near, lengths, torus, decision, column, want, energy, share, pay):
+def suits(i, j, rows, x, y, z, can, radius, near, lengths, torus, form, volume, decision, column, want,
+          energy, share, pay):
     """Return the squared distance from entry i to entry j where j can sire, pay,
-    is willing and in reach; else −1."""
+    is willing and in reach; else −1. It is that of the surfaces where they are no spheres."""
     it = rows[j]
     if (j == i or not can[it] & SIRES or (share > 0 and not energy[it] > pay)
         or wills(decision, column, it) < want):
         return np.float32(-1)
+    if len(form):
+        gap, _, _, _ = touching(form, i, form, j, np.float64(x[i] - x[j]), np.float64(y[i] - y[j]),
+                                np.float64(z[i] - z[j]), lengths, torus, volume)
+        return np.float32(max(gap, 0.0) ** 2) if gap <= near else np.float32(-1)
     dx, dy, dz = offset(x[i], y[i], z[i], x[j], y[j], z[j], lengths, torus)
     d2, s = dx * dx + dy * dy + dz * dz, radius[rows[i]] + radius[it] + near
     return d2 if d2 <= s * s else np.float32(-1)
 
 
 @njit
-def suitors(i, rows, x, y, z, start, can, radius, near, reach, nx, ny, nz, inverse, lengths, torus, decision,
-            column, consent, energy, share, energy_given, litter, chosen, far):
+def suitors(i, rows, x, y, z, start, can, radius, near, reach, nx, ny, nz, inverse, lengths, torus, form,
+            volume, decision, column, consent, energy, share, energy_given, litter, chosen, far):
     """List the entries that suit entry i, and their squared distances; return how many."""
     close, n = np.empty(x.size, np.int64), 0
     pay, want = (share * energy_given[0] * np.float32(whole(litter[0])),
                  consent - wills(decision, column, rows[i]))
     for c in range(gather(x[i], y[i], z[i], reach, start, x, y, z, nx, ny, nz, inverse, lengths,
                           torus, close)):
-        d2 = suits(i, close[c], rows, x, y, z, can, radius, near, lengths, torus, decision, column, want,
-                   energy, share, pay)
+        d2 = suits(i, close[c], rows, x, y, z, can, radius, near, lengths, torus, form, volume, decision,
+                   column, want, energy, share, pay)
         if d2 >= 0:
             chosen[n], far[n] = close[c], d2
             n += 1
@@ -192,7 +201,7 @@ def suitors(i, rows, x, y, z, start, can, radius, near, reach, nx, ny, nz, inver
 
 @njit
 def propose(first, last, rows, x, y, z, uid, start, can, radius, near, reach, nx, ny, nz, inverse, lengths,
-            torus, decision, column,
+            torus, form, volume, decision, column,
             consent, energy, age, own, energy_given, litter, choice, share, key, partner, distance2):
     """Write the father that each of the entries first … last − 1 of the index chooses (−1: none),
     and his squared distance.
@@ -212,8 +221,8 @@ def propose(first, last, rows, x, y, z, uid, start, can, radius, near, reach, nx
         for c in range(n):
             j = close[c]
             it = rows[j]
-            d2 = suits(i, j, rows, x, y, z, can, radius, near, lengths, torus, decision, column, want,
-                       energy, share, pay)
+            d2 = suits(i, j, rows, x, y, z, can, radius, near, lengths, torus, form, volume, decision,
+                       column, want, energy, share, pay)
             if d2 < 0:
                 continue
             score = d2

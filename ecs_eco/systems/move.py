@@ -11,11 +11,13 @@ from ecs_eco.engine.jit import njit
 from ecs_eco.engine.system import System
 from ecs_eco.lifecycle.torpor import awake
 from ecs_eco.nervous.decision import first_on
-from ecs_eco.space.geometry import half_cells, into
+from ecs_eco.space.barriers import barriers, hold_back
+from ecs_eco.space.geometry import back_into, half_cells, into
 from ecs_eco.space.terrain import FENCE, OPEN, ground_at, height_at
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
+    from ecs_eco.space.solids import Solids
     from ecs_eco.space.world import SpatialWorld
 
 NO_MOTOR = np.zeros((1, 1), np.float32)
@@ -31,7 +33,8 @@ class Move(System):
     grow. Water, rock, fences and walls stop it where they begin; the torpid lie still. In a volume the group
     `climb` moves it up and down: at a speed of its own, or along a slope at that of its gait. With drag,
     speed approaches that of the gait by dv/dt = drag (v_gait − v), the balance of thrust and Stokes' drag
-    (Stokes 1851), solved exactly.
+    (Stokes 1851), solved exactly. The centre of a solid animal ends its way at a solid capsule or box that
+    cannot move, however fast it is.
 
     Continuous speed [m/s], turn [rad/s], climb [m/s] and pitch [rad] are taken as they are; the cost of a
     speed between those of two gaits lies between theirs, on a straight line.
@@ -55,10 +58,31 @@ class Move(System):
         if moving is not table.alive:
             for flow in (v.speed, v.climb, v.cost):
                 flow[~moving] = 0
+        walls = barriers(world) if table.species.solid else None
+        before = None if walls is None else np.stack([p.x, p.y, p.z], 1)[: table.high]
         world.split(move, table.high, moving, table[Nervous].decision, command, *gaits, pace,
                     np.float32(world.dt), space.lengths, space.torus, space.volume, height, ground, inverse,
                     np.float32(slope_cost), p.x, p.y, p.z, p.heading, v.speed, v.climb, v.cost)
+        if walls is not None and before is not None:
+            stop(world, table, walls, before)
         table.version += 1
+
+
+def stop(world: SpatialWorld, table: Table, walls: Solids, before: np.ndarray) -> None:
+    """Let the ways of the living from places f32[rows, 3] [m] end before solid capsules and boxes that cannot
+    move; their speeds are those of the ways that are left."""
+    p, v, space, rows = table[Position], table[Velocity], world.space, table.rows()
+    x, y, z = before[rows].T.copy()
+    way = np.stack([p.x[rows] - x, p.y[rows] - y, p.z[rows] - z], 1)
+    if space.torus:
+        way[:, :2] -= space.lengths[:2] * np.floor(way[:, :2] / space.lengths[:2] + np.float32(0.5))
+    share = hold_back(world, walls, x, y, z, way)
+    held = share < 1
+    for axis, name in enumerate("xyz"[: len(space.size)]):
+        place = back_into((before[rows, axis] + way[:, axis])[held], space.lengths[axis], space.wrap[axis])
+        getattr(p, name)[rows[held]] = place
+    v.speed[rows] *= share
+    v.climb[rows] *= share
 
 
 def paces(table: Table) -> np.ndarray:

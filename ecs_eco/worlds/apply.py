@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ecs_eco.components import Biology, Body, Chemistry, HeatExchange, Metabolism, Physical, Route, Stature
+from ecs_eco.components import Biology, Body, Chemistry, HeatExchange, Metabolism, Physical, Route, Shape, Stature
 from ecs_eco.config import WorldConfig
 from ecs_eco.config.models.species import MOTIONS
 from ecs_eco.config.mutable_keys import Key, changes
@@ -91,8 +91,10 @@ def climate(world: SpatialWorld, config: WorldConfig) -> None:
 
 
 def matter(table: Table, kind: Any, substances: list[str]) -> None:
-    """Set mass, radius, physical and chemical properties of newborn, and how bodies exchange heat."""
+    """Set mass, size, shape, physical and chemical properties of newborn, and how bodies exchange heat."""
     table.set_defaults(Body, radius=kind.body.radius, mass=kind.body.mass)
+    if kind.body.shape != "sphere":
+        table.add_component(Shape, **kind.body.form)
     alike: Species = table.species
     alike.sinking, alike.color = kind.body.sinking, kind.color
     alike.emits = {name: rate for name, rate in kind.emits.items() if isinstance(rate, int | float)}

@@ -23,6 +23,7 @@ from ecs_eco.components import (
     Physical,
     Position,
     Sensor,
+    Shape,
     Velocity,
 )
 from ecs_eco.config import WorldConfig, for_training, load
@@ -38,6 +39,7 @@ from ecs_eco.systems.schedule import schedule
 from ecs_eco.worlds.apply import apply, apply_object, begin_learning, cell, learner_seed, matter, settings
 from ecs_eco.worlds.heredity import add_heredity
 from ecs_eco.worlds.matter import add_matter, contain, keep_books
+from ecs_eco.worlds.placed import placed
 from ecs_eco.worlds.policies import (
     fresh_brain,
     fresh_individuals,
@@ -156,7 +158,7 @@ def _landmarks(world: SpatialWorld, terrain: Any) -> None:
 
 def _object_table(world: SpatialWorld, name: str, kind: Any) -> None:
     table = world.add_table(name, Position, Body, dims={"substances": len(world.substances)},
-                            capacity=max(16, kind.count + len(kind.at)))
+                            capacity=max(16, kind.count + len(kind.at) + len(kind.between)))
     apply_object(table, kind, world.substances)
     table.species.is_object = True
 
@@ -165,7 +167,7 @@ def _remains(world: SpatialWorld, table: Table, remains: str | None) -> None:
     """Give the objects that the dead of a species become the substances of its bodies."""
     if remains is not None:
         into = world.tables[remains]
-        for component in (Physical, Chemistry):
+        for component in (Physical, Chemistry, Shape):
             if component in table and component not in into:
                 into.add_component(component)
         into.species.radius = max(into.species.radius, table.species.radius)
@@ -256,10 +258,9 @@ def _populate(world: SpatialWorld, config: WorldConfig, populate: bool) -> None:
 
 def _request(world: SpatialWorld, table: Table, kind: Any) -> None:
     """Request the first of one kind: at the places given, the rest at random."""
-    if len(getattr(kind, "at", ())):
-        place = np.array([[*at, 0.0][:3] for at in kind.at], np.float32)
-        none = np.zeros(len(place), np.uint64)
-        table.request(none, {(Position, axis): place[:, i] for i, axis in enumerate("xyz")})
+    if table.species.is_object:
+        for values in placed(kind, world.space):
+            table.request(np.zeros(values[Position, "x"].size, np.uint64), values)
     if kind.count:
         identity = np.arange(1, kind.count + 1, dtype=np.uint64)
         values = newcomers(table, world, kind, identity)

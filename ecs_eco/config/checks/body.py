@@ -23,7 +23,7 @@ def check_body(config: WorldConfig, name: str) -> Iterator[Problem]:
     """All problems of the species except those of its nerves."""
     species, key = config.species[name], ("species", name)
     yield from check_matter(config, key, species.properties, species.substances)
-    yield from check_size(config, key, species.body.radius)
+    yield from check_size(config, key, species.body)
     yield from check_physical(key, species)
     yield from check_life(config, key, species)
     yield from check_chemistry(config, key, species)
@@ -126,12 +126,12 @@ def _check_mating(config: WorldConfig, key: Key, species: Species, way: Sexual) 
                       "random, or none for hermaphrodites")
     if way.reach > widest(config):
         yield Problem((*at, "reach"), too_wide(config), way.reach, f"at most {widest(config):g} m")
-    farthest = (way.dispersal or 4 * species.body.radius) * (1 if config.dims == 2 else math.sqrt(2))
+    farthest = (way.dispersal or 4 * species.body.bound) * (1 if config.dims == 2 else math.sqrt(2))
     if way.place == "near" and farthest <= way.spacing:
         yield Problem((*at, "spacing"), "the mother herself is nearer to every newborn", way.spacing,
                       f"less than {farthest:g} m")
-    elif way.place == "near" and species.body.opaque and farthest <= 2 * species.body.radius:
-        allowed = f"more than {2 * species.body.radius:g} m, or body.opaque = false"
+    elif way.place == "near" and species.body.opaque and farthest <= 2 * species.body.bound:
+        allowed = f"more than {2 * species.body.bound:g} m, or body.opaque = false"
         yield Problem((*at, "dispersal"), "the mother's own body is in the way of every birth",
                       way.dispersal, allowed)
     if way.energy_given > most:

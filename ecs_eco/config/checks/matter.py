@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator
 
+from ecs_eco.config.models.body import Body
 from ecs_eco.config.models.surroundings import PROPERTIES
 from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.engine.errors import Problem, listed, nearest
@@ -29,9 +31,24 @@ def check_matter(
             yield unknown((*key, "substances", name), "substance", name, config.substances)
 
 
-def check_size(config: WorldConfig, key: Key, radius: float) -> Iterator[Problem]:
+def check_size(config: WorldConfig, key: Key, body: Body) -> Iterator[Problem]:
     """Problems of a body that does not fit into the world."""
-    most = min(config.space.size) / 2
-    if radius > most:
-        yield Problem((*key, "body", "radius"), "the body does not fit into the world", radius,
-                      f"at most {most:g} m")
+    size, at = config.space.size, (*key, "body")
+    if body.shape == "sphere":
+        most = min(size) / 2
+        if body.radius > most:
+            yield Problem((*at, "radius"), "the body does not fit into the world", body.radius,
+                          f"at most {most:g} m")
+        return
+    name, most = "length" if body.shape == "capsule" else "size", longest(config)
+    if max(body.extents[:2]) > most:
+        yield Problem((*at, name), "the body does not fit into the world", allowed=f"at most {most:g} m")
+    if len(size) == 3 and body.extents[2] > size[2]:
+        yield Problem((*at, "radius" if body.shape == "capsule" else name), "higher than the world is deep",
+                      body.extents[2], f"at most {size[2]:g} m")
+
+
+def longest(config: WorldConfig) -> float:
+    """How long a capsule or a box may be [m]: the shorter side of a torus, or the diagonal between walls."""
+    sides = config.space.size[:2]
+    return min(sides) if config.space.edges == "torus" else math.hypot(*sides)

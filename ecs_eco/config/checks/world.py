@@ -8,19 +8,17 @@ from itertools import islice
 from pathlib import Path
 
 from ecs_eco.config.checks.body import check_body, widest
-from ecs_eco.config.checks.chemistry import check_chemistry, check_field_of_substance
+from ecs_eco.config.checks.chemistry import check_field_of_substance
 from ecs_eco.config.checks.code import check_code
 from ecs_eco.config.checks.genome import check_genome
+from ecs_eco.config.checks.inanimate import check_object, outside
 from ecs_eco.config.checks.interventions import Changed, check_interventions
 from ecs_eco.config.checks.life import check_year
-from ecs_eco.config.checks.matter import check_matter, check_size
 from ecs_eco.config.checks.nerves import check_nerves
-from ecs_eco.config.checks.objects import check_handling, check_motion
-from ecs_eco.config.checks.physical import check_physical
+from ecs_eco.config.checks.objects import check_handling
 from ecs_eco.config.checks.resolution import check_resolution
 from ecs_eco.config.checks.water import check_water
 from ecs_eco.config.models.interventions import Cull
-from ecs_eco.config.models.surroundings import ObjectType
 from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.engine.errors import MOST, Problem
 from ecs_eco.engine.section import RESERVED
@@ -47,7 +45,7 @@ def _all(config: WorldConfig, folder: Path, changed: Changed) -> Iterator[Proble
                  check_year):
         yield from part(config)
     for name, kind in config.objects.items():
-        yield from _check_object(config, name, kind)
+        yield from check_object(config, name, kind)
     for name in config.species:
         yield from check_body(config, name)
         yield from check_handling(config, name, widest(config))
@@ -147,37 +145,9 @@ def _check_terrain(config: WorldConfig) -> Iterator[Problem]:
     for group in ("mountains", "rocks", "lakes"):
         for i, mark in enumerate(getattr(terrain, group)):
             key = ("terrain", group, i)
-            yield from _outside((*key, "at"), mark.at, size[:2])
+            yield from outside((*key, "at"), mark.at, size[:2])
             if mark.radius > most:
                 yield Problem((*key, "radius"), "larger than half of the world", mark.radius,
                               f"at most {most:g} m")
             if group == "mountains" and mark.height == 0:
                 yield Problem((*key, "height"), "a mountain without height", mark.height, "more than 0 m")
-
-
-def _check_object(config: WorldConfig, name: str, kind: ObjectType) -> Iterator[Problem]:
-    key = ("objects", name)
-    if kind.count and kind.at:
-        yield Problem((*key, "count"), "given together with at", kind.count, "one of count and at")
-    if not kind.count and not kind.at and not any(
-            s.remains == name or any(way.object == name for way in s.builds)
-            for s in config.species.values()):
-        allowed = "at least 1, or a list at, or a species that leaves it as remains or builds it"
-        yield Problem((*key, "count"), "none of these would ever exist", kind.count, allowed)
-    for i, at in enumerate(kind.at):
-        yield from _outside((*key, "at", i), at, config.space.size)
-    if kind.renewal and not kind.count:
-        yield Problem((*key, "renewal"), "there is no count for it to come back to", kind.renewal,
-                      "count of at least 1, or no renewal")
-    yield from check_matter(config, key, kind.properties, kind.substances)
-    yield from check_size(config, key, kind.body.radius)
-    yield from check_physical(key, kind)
-    yield from check_chemistry(config, key, kind)
-    yield from check_motion(config, key, kind)
-
-
-def _outside(key: Key, at: list[float], size: list[float]) -> Iterator[Problem]:
-    if len(at) != len(size):
-        yield Problem(key, "wrong number of coordinates", at, f"{len(size)} numbers [m]")
-    elif not all(0 <= x < length for x, length in zip(at, size, strict=True)):
-        yield Problem(key, "outside of the world", at, " and ".join(f"0 to {s:g} m" for s in size))

@@ -6,7 +6,7 @@ from ecs_eco.engine.section import NonNegative, Positive, Section, about, quanti
 
 
 class Heat(Section):
-    """Exchange of heat with the surroundings by Newton's law of cooling; the surface is that of the sphere.
+    """Exchange of heat with the surroundings by Newton's law of cooling; the surface is that of its shape.
 
     The body needs `properties.temperature`, which is that at the start.
     """

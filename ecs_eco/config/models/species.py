@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, field_validator, model_validator
 
+from ecs_eco.config.models.body import Body
 from ecs_eco.config.models.heat import BodyHeat
 from ecs_eco.config.models.life import Breeding, Care, Growth
 from ecs_eco.config.models.matter import AnyExchange, Emission, Reaction
@@ -15,7 +16,7 @@ from ecs_eco.config.models.nerves import Continuous, Group, Happiness, Neutral, 
 from ecs_eco.config.models.objects import Build, Carry
 from ecs_eco.config.models.reproduction import AnyReproduction
 from ecs_eco.config.models.sensors import AnySensor, Smell, name_sensors
-from ecs_eco.config.models.surroundings import BODY, PROPERTIES, Body, Color
+from ecs_eco.config.models.surroundings import BODY, PROPERTIES, Color
 from ecs_eco.engine.section import (
     Count,
     Function,
@@ -129,7 +130,7 @@ class Species(Section):
     count: Annotated[int, Field(ge=0, le=50_000_000)] = quantity("organisms at the start", "1")
     max_count: Count | None = quantity("most that may live at once; absent: no limit but memory", "1", None)
     color: Color = about("colour in figures, #rrggbb", "#4477aa")
-    body: Body = about("size, mass, opacity")
+    body: Body = about("shape, size, mass, opacity")
     properties: dict[str, Real] = table(f"physical properties at birth by name: {', '.join(PROPERTIES)}",
                                         dict)
     heat: BodyHeat | None = about("how its temperature changes; absent: it stays as it was at birth", None,

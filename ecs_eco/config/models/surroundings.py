@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
+from ecs_eco.config.models.body import Body
 from ecs_eco.config.models.heat import Heat
 from ecs_eco.config.models.matter import AnyExchange, Decomposition, Emission, Reaction
 from ecs_eco.config.models.objects import Motion, Store
@@ -30,6 +31,7 @@ PROPERTIES = {  # physical properties a body may have besides mass, and their un
     "luminous_intensity": "cd",
 }
 BODY = ("mass", "radius", "volume")  # of the body itself
+Way = Annotated[list[Real], Field(min_length=4, max_length=4)]
 Color = Annotated[str, Field(pattern=r"^#[0-9a-fA-F]{6}$")]
 
 
@@ -99,17 +101,9 @@ class ScalarField(Section):
         "where `initial` holds; elsewhere it is 0; absent: everywhere", None, exclude_if=is_absent)
 
 
-class Body(Section):
-    """A sphere."""
-
-    radius: Positive = quantity("radius", "m")
-    mass: Positive = quantity("mass", "kg", 1.0)
-    opaque: bool = about("whether it hides what is behind it", True)
-    solid: bool = about("whether it pushes other solid bodies away", False)
-    sinking: Real = quantity("speed at which it sinks in a volume, negative: rises", "m/s", 0.0)
-    compressible: bool = about("whether the pressure in it is that of its place, which rises with depth; "
-                               "else properties.pressure stays, and may be that of the blood", False,
-                               exclude_if=is_absent)
+def _is_empty(value: list[Any]) -> bool:
+    """Whether there is nothing to write: worlds without such objects have the hashes that they had."""
+    return not value
 
 
 class ObjectType(Section):
@@ -118,8 +112,15 @@ class ObjectType(Section):
     count: Annotated[int, Field(ge=0, le=50_000_000)] = quantity("how many lie at random places at the start",
                                                                  "1", 0)
     at: list[Point] = table("places of single objects at the start [m]", list)
+    heading: list[Real] = Field(default_factory=list, exclude_if=_is_empty, json_schema_extra={"unit": "rad"},
+                                description="headings of the objects in at, counter-clockwise from the x "
+                                "axis: one for each, or one for all; absent: 0 [rad]")
+    between: list[Way] = Field(default_factory=list, exclude_if=_is_empty, json_schema_extra={"unit": "m"},
+                               description="single objects at the start that reach from one place on the "
+                               "ground to another, [x, y, x, y]: middle, heading and length follow; capsules "
+                               "or boxes, in a volume on its floor [m]")
     color: Color = about("colour in figures, #rrggbb", "#888888")
-    body: Body = about("size, mass, opacity")
+    body: Body = about("shape, size, mass, opacity")
     properties: dict[str, Real] = table(f"physical properties by name: {', '.join(PROPERTIES)}", dict)
     heat: Heat | None = about("how their temperature changes; absent: it stays", None, exclude_if=is_absent)
     substances: dict[Name, NonNegative] = table("concentrations by name [mol/L]", dict)

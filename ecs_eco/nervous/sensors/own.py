@@ -4,9 +4,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ecs_eco.components import Biology, Body, Chemistry, Load, Metabolism, Physical
+from ecs_eco.components import Biology, Body, Chemistry, Load, Metabolism, Physical, Shape
 from ecs_eco.engine.jit import njit
 from ecs_eco.nervous.sensors.sense import Seekers, Sense
+from ecs_eco.space.bodies import extents
+from ecs_eco.space.shapes import volume
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
@@ -29,6 +31,8 @@ def own_column(table: "Table", name: str, substances: list[str]) -> np.ndarray:
         return getattr(table[Body], name)
     if name == "volume":
         with np.errstate(over="ignore"):
+            if Shape in table:
+                return volume(*extents(table)).astype(np.float32)
             return np.float32(4 / 3 * np.pi) * table[Body].radius ** 3
     return getattr(table[Physical], name)
 

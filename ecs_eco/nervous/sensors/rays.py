@@ -6,10 +6,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ecs_eco.components import Body
+from ecs_eco.components import Body, Shape
 from ecs_eco.nervous.sensors.sense import Seekers, Sense, own_range, place_of
 from ecs_eco.space import sight
-from ecs_eco.space.bodies import merged, rocks
+from ecs_eco.space.bodies import merged, rocks, solids
+from ecs_eco.space.solid_sight import cast_on_solids
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
@@ -29,21 +30,13 @@ def cast_rays(targets: list[str], count: int, fov: float, reach: float, report: 
     ray_cos, ray_sin = np.cos(angles).astype(np.float32), np.sin(angles).astype(np.float32)
 
     def sense(world: "SpatialWorld", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
-        space, mine, (ground, inverse) = world.space, seekers.index, rocks(world)
         radius, own = own_range(table, seekers, number, reach)
-        x, y, z = place_of(table, seekers, number, at, space)
+        place = place_of(table, seekers, number, at, world.space)
         names = [n for n, t in world.tables.items()
                  if Body in t and (n in targets or t.species.opaque is not False)]
-        bodies = merged(world, names)
-        hit = np.empty((seekers.n, count), np.int32)
-        distance = np.empty((seekers.n, count), np.float32)
-        world.split(sight.cast, seekers.n, x, y, z, mine.uid, seekers.cos, seekers.sin, mine.x,
-                    bodies.x, bodies.y, bodies.z, bodies.radius, bodies.uid, bodies.kind, bodies.start,
-                    *space.shape, space.inverse, space.lengths,
-                    space.torus, space.reach(radius + bodies.largest), np.float32(radius), ray_cos, ray_sin,
-                    ground, inverse, hit, distance)
+        names, hit, distance = trace(world, seekers, place, names, radius, ray_cos, ray_sin)
         near = np.maximum(np.float32(1) - distance / own[:, None], np.float32(0))
-        width = count if report == "per_ray" else (4 if space.volume else 3)
+        width = count if report == "per_ray" else (4 if world.space.volume else 3)
         for i, target in enumerate(targets):
             of_kind = hit == (-2 if target == "wall" else names.index(target))
             closeness = np.where(of_kind, near, np.float32(0))
@@ -59,3 +52,28 @@ def cast_rays(targets: list[str], count: int, fov: float, reach: float, report: 
             out[:, c + width - 1] = value
 
     return sense
+
+
+def trace(world: "SpatialWorld", seekers: Seekers, place: tuple[np.ndarray, ...], kinds: list[str],
+          radius: float, ray_cos: np.ndarray,
+          ray_sin: np.ndarray) -> tuple[list[str], np.ndarray, np.ndarray]:
+    """Return the kinds of bodies in the order of their numbers; and for each seeker and ray the number of
+    what is hit first, i32[n, rays], −1 none, −2 rock or wall, and how far it is, f32[n, rays] [m]."""
+    space, mine, (ground, inverse) = world.space, seekers.index, rocks(world)
+    shaped = [n for n in kinds if Shape in world.tables[n]]
+    spheres = [n for n in kinds if n not in shaped]
+    bodies = merged(world, spheres)
+    hit = np.empty((seekers.n, ray_cos.size), np.int32)
+    distance = np.empty((seekers.n, ray_cos.size), np.float32)
+    world.split(sight.cast, seekers.n, *place, mine.uid, seekers.cos, seekers.sin, mine.x,
+                bodies.x, bodies.y, bodies.z, bodies.radius, bodies.uid, bodies.kind, bodies.start,
+                *space.shape, space.inverse, space.lengths,
+                space.torus, space.reach(radius + bodies.largest), np.float32(radius), ray_cos, ray_sin,
+                ground, inverse, hit, distance)
+    if shaped:
+        others = solids(world, shaped)
+        world.split(cast_on_solids, seekers.n, *place, mine.uid, seekers.cos, seekers.sin, others.form,
+                    others.uid, others.kind + np.int32(len(spheres)), *space.shape, space.inverse,
+                    space.lengths, space.torus, *others.cells, np.float32(radius), ray_cos, ray_sin, hit,
+                    distance)
+    return [*spheres, *shaped], hit, distance

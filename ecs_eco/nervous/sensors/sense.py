@@ -5,7 +5,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ecs_eco.components import Body, Position, Senses
+from ecs_eco.components import Body, Position, Senses, Shape
+from ecs_eco.space.bodies import extents
 from ecs_eco.space.geometry import back_into
 
 if TYPE_CHECKING:
@@ -24,6 +25,11 @@ class Seekers:
         self.cos, self.sin = np.cos(self.heading), np.sin(self.heading)
         self.radius = table[Body].radius[self.rows] if Body in table else np.zeros(self.rows.size, np.float32)
         self.n = self.rows.size
+        self.half: tuple[np.ndarray, ...] | None = None
+        """Half of the length, width and height of each body that is no sphere, f32[n] [m]; else None."""
+        if Shape in table:
+            *sides, rounding = (side[self.rows] for side in extents(table))
+            self.half = tuple((side / 2 + rounding).astype(np.float32) for side in sides)
 
 
 Sense = Callable[["SpatialWorld", "Table", Seekers, np.ndarray, int], None]
@@ -44,7 +50,8 @@ def place_of(table: "Table", seekers: Seekers, number: int, at: Sequence[float],
              space: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return where a sensor is on each body: x, y, z f32[n] [m].
 
-    `at` is ahead, to the left (, up), in radii of the body, where that is not an organism's own.
+    `at` is ahead, to the left (, up), in radii of the body, where that is not an organism's own; of a capsule
+    or box in halves of its length, width and height.
     """
     x, y, z = seekers.index.x, seekers.index.y, seekers.index.z
     forward, left, up = (np.float32(v) for v in [*at, 0.0, 0.0, 0.0][:3])
@@ -55,12 +62,17 @@ def place_of(table: "Table", seekers: Seekers, number: int, at: Sequence[float],
                     if own else (forward, left))
     x, y = nose(seekers, ahead, aside, space)
     if space.volume:
-        z = back_into(z + seekers.radius * up, space.lengths[2], space.wrap[2])
+        high = seekers.radius if seekers.half is None else seekers.half[2]
+        z = back_into(z + high * up, space.lengths[2], space.wrap[2])
     return x, y, z
 
 
 def nose(seekers: Seekers, forward: Any, left: Any, space: Any) -> tuple[np.ndarray, np.ndarray]:
-    """Return x and y f32[n] of a place on each body, given in radii ahead and to the left."""
-    x = seekers.index.x + seekers.radius * (forward * seekers.cos - left * seekers.sin)
-    y = seekers.index.y + seekers.radius * (forward * seekers.sin + left * seekers.cos)
+    """Return x and y f32[n] of a place on each body, given in radii ahead and to the left; of a capsule or
+    box in halves of its length and width."""
+    x, y, radius = seekers.index.x, seekers.index.y, seekers.radius
+    if seekers.half is not None:
+        forward, left, radius = forward * seekers.half[0], left * seekers.half[1], np.float32(1)
+    x = x + radius * (forward * seekers.cos - left * seekers.sin)
+    y = y + radius * (forward * seekers.sin + left * seekers.cos)
     return back_into(x, space.lengths[0], space.wrap[0]), back_into(y, space.lengths[1], space.wrap[1])

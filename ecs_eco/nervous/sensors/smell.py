@@ -6,7 +6,7 @@ import numpy as np
 
 from ecs_eco.components import Senses
 from ecs_eco.engine.jit import njit
-from ecs_eco.nervous.sensors.sense import Seekers, Sense, nose
+from ecs_eco.nervous.sensors.sense import Seekers, Sense, nose, place_of
 from ecs_eco.space.field import at as field_at
 from ecs_eco.space.geometry import into
 
@@ -22,14 +22,17 @@ def smell(field: str, at: list[float], scale: float, number: int = 0) -> Sense:
 
     def sense(world: "SpatialWorld", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
         f, mine, space = world.fields[field], seekers.index, world.space
-        x, y = mine.x, mine.y
+        x, y, z, high = mine.x, mine.y, mine.z, up
         body = (seekers.radius, seekers.cos, seekers.sin, forward, left)
-        if number in table.species.own_places:  # the kernel finds each one's nose where its body is
+        if seekers.half is not None:
+            x, y, z = place_of(table, seekers, number, at, space)
+            body, high = (*body[:3], np.float32(0), np.float32(0)), np.float32(0)
+        elif number in table.species.own_places:  # the kernel finds each one's nose where its body is
             own = table[Senses]
             x, y = nose(seekers, own.forward[seekers.rows, number], own.left[seekers.rows, number], space)
             body = (seekers.radius, seekers.cos, seekers.sin, np.float32(0), np.float32(0))
         if space.volume:
-            world.split(_sniff_volume, seekers.n, f.value, f.inverse, x, y, mine.z, *body, up,
+            world.split(_sniff_volume, seekers.n, f.value, f.inverse, x, y, z, *body, high,
                         np.float32(scale), space.lengths, space.torus, out, column)
         else:
             world.split(_sniff_plane, seekers.n, f.value[0], f.inverse, x, y, *body, np.float32(scale),

@@ -4,11 +4,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ecs_eco.components import Body, Position
+from ecs_eco.components import Body, Position, Shape
 from ecs_eco.engine.jit import njit
 from ecs_eco.nervous.sensors.sense import Seekers, Sense
 from ecs_eco.space import sight
-from ecs_eco.space.bodies import merged
+from ecs_eco.space.bodies import merged, solids
+from ecs_eco.space.shapes import bounds, touching
+from ecs_eco.space.solids import around
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
@@ -23,7 +25,13 @@ def touch(targets: list[str] | None, wall: bool, at: list[float], reach: float =
         mine, space = seekers.index, world.space
         names = ([n for n, t in world.tables.items() if Body in t and Position in t]
                  if targets is None else targets)
-        if names:
+        shaped = names if Shape in table else [n for n in names if Shape in world.tables[n]]
+        if shaped:
+            me, others = solids(world, [table.name]), solids(world, shaped)
+            world.split(_touch_solids, seekers.n, me.form, me.uid, seekers.heading, others.form, others.uid,
+                        *space.shape, space.inverse, space.lengths, space.torus, space.volume, *others.cells,
+                        np.float32(reach), np.float32(at[0]), np.float32(at[1]), out, column)
+        if names := [n for n in names if n not in shaped]:
             bodies = merged(world, names)
             widest = float(seekers.radius.max(initial=0.0)) + bodies.largest + reach
             world.split(_touch, seekers.n, mine.x, mine.y, mine.z, mine.uid, seekers.radius, seekers.heading,
@@ -31,10 +39,26 @@ def touch(targets: list[str] | None, wall: bool, at: list[float], reach: float =
                         space.inverse, space.lengths, space.torus, space.reach(widest), np.float32(reach),
                         np.float32(at[0]), np.float32(at[1]), out, column)
         if wall and (space.volume or not space.torus):
-            _touch_walls(mine.x, mine.y, mine.z, seekers.radius, seekers.heading, space.lengths, space.torus,
-                         space.volume, np.float32(at[0]), np.float32(at[1]), out, column)
+            _touch_walls(mine.x, mine.y, mine.z, *sides(world, table, seekers), seekers.heading,
+                         space.lengths, space.torus, space.volume, np.float32(at[0]), np.float32(at[1]), out,
+                         column)
 
     return sense
+
+
+def sides(world: "SpatialWorld", table: "Table", seekers: Seekers) -> tuple[np.ndarray, ...]:
+    """Return how far each body reaches from its centre along x, y and z: f32[n] [m]."""
+    if Shape not in table:
+        return seekers.radius, seekers.radius, seekers.radius
+    out = np.empty((3, seekers.n), np.float32)
+    _sides(solids(world, [table.name]).form, out)
+    return tuple(out)
+
+
+@njit
+def _sides(form, out):
+    for i in range(len(form)):
+        out[0, i], out[1, i], out[2, i] = bounds(form, i)
 
 
 @njit
@@ -73,16 +97,37 @@ def _touch(first, last, ox, oy, oz, ou, radius, heading, bx, by, bz, br, bu, bst
 
 
 @njit
-def _touch_walls(ox, oy, oz, radius, heading, lengths, torus, volume, begin, end, out, column):
+def _touch_solids(first, last, form, uid, heading, other, other_uid, nx, ny, nz, inverse, lengths, torus,
+                  volume, start, entry, reach, begin, end, out, column):
+    """`_touch` for bodies of any shape: the direction is that of the place where they are nearest."""
+    near, seen = np.empty(len(other), np.int64), np.zeros(len(other) + 1, np.int64)
+    for i in range(first, last):
+        x, y, z = np.float64(form[i, 0]), np.float64(form[i, 1]), np.float64(form[i, 2])
+        ex, ey, ez = bounds(form, i)
+        n = around(x, y, z, ex + reach, ey + reach, ez + reach, nx, ny, nz, inverse, lengths, torus, start,
+                   entry, seen, near)
+        for q in range(n):
+            e = near[q]
+            if other_uid[e] == uid[i]:
+                continue
+            gap, wx, wy, _ = touching(form, i, other, e, x - other[e, 0], y - other[e, 1], z - other[e, 2],
+                                      lengths, torus, volume)
+            if gap <= reach and within(np.float32(np.arctan2(wy, wx)) - heading[i], begin, end):
+                out[i, column] = 1
+                break
+
+
+@njit
+def _touch_walls(ox, oy, oz, ex, ey, ez, heading, lengths, torus, volume, begin, end, out, column):
     half = np.float32(1.5707964)
-    for i in range(radius.size):
-        r, h = radius[i], heading[i]
-        if volume and (oz[i] <= r or oz[i] >= lengths[2] - r):
+    for i in range(heading.size):
+        h = heading[i]
+        if volume and (oz[i] <= ez[i] or oz[i] >= lengths[2] - ez[i]):
             out[i, column] = 1
         if torus:
             continue
-        if ((ox[i] >= lengths[0] - r and within(-h, begin, end))
-                or (ox[i] <= r and within(half + half - h, begin, end))
-                or (oy[i] >= lengths[1] - r and within(half - h, begin, end))
-                or (oy[i] <= r and within(-half - h, begin, end))):
+        if ((ox[i] >= lengths[0] - ex[i] and within(-h, begin, end))
+                or (ox[i] <= ex[i] and within(half + half - h, begin, end))
+                or (oy[i] >= lengths[1] - ey[i] and within(half - h, begin, end))
+                or (oy[i] <= ey[i] and within(-half - h, begin, end))):
             out[i, column] = 1

@@ -1,0 +1,116 @@
+"""The body of an organism or of an inanimate object: its shape, its size and its mass."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, model_validator
+
+from ecs_eco.engine.section import Positive, Real, Section, about, is_absent, quantity
+
+Size = Annotated[list[Positive], Field(min_length=2, max_length=3)]
+
+
+def _is_sphere(value: str) -> bool:
+    return value == "sphere"
+
+
+class Body(Section):
+    """A sphere; a capsule, which is a cylinder with two half spheres as its ends, along its heading; or an
+    upright box. On a plane they are seen from above: a disc, a stadium, a rectangle."""
+
+    shape: Literal["sphere", "capsule", "box"] = about("its shape", "sphere", exclude_if=_is_sphere)
+    radius: Positive = quantity("radius of a sphere, or of a capsule across; that of the smallest sphere "
+                                "around a box follows from its size, and is not given", "m")
+    length: Positive | None = quantity("length of a capsule along its heading, from tip to tip", "m", None,
+                                       exclude_if=is_absent)
+    size: Size | None = quantity("size of a box along its heading, across, and upright; without the third "
+                                 "number it is as high as wide", "m", None, exclude_if=is_absent)
+    mass: Positive = quantity("mass", "kg", 1.0)
+    density: Positive | None = quantity("its mass is this times its volume; instead of mass", "kg/m^3", None,
+                                        exclude_if=is_absent)
+    opaque: bool = about("whether it hides what is behind it", True)
+    solid: bool = about("whether it pushes other solid bodies away", False)
+    sinking: Real = quantity("speed at which it sinks in a volume, negative: rises", "m/s", 0.0)
+    compressible: bool = about("whether the pressure in it is that of its place, which rises with depth; "
+                               "else properties.pressure stays, and may be that of the blood", False,
+                               exclude_if=is_absent)
+
+    @property
+    def extents(self) -> tuple[float, float, float]:
+        """Its length along the heading, its width and its height [m]."""
+        if self.size is not None:
+            length, width, *height = self.size
+            return length, width, height[0] if height else width
+        return self.length or 2 * self.radius, 2 * self.radius, 2 * self.radius
+
+    @property
+    def bound(self) -> float:
+        """Radius of the smallest sphere around it [m]."""
+        return self.radius if self.length is None else self.length / 2
+
+    @property
+    def volume(self) -> float:
+        """Its volume [m^3]."""
+        if self.size is not None:
+            return math.prod(self.extents)
+        r, straight = self.radius, self.extents[0] - 2 * self.radius
+        return math.pi * r * r * (straight + 4 / 3 * r)
+
+    @property
+    def form(self) -> dict[str, float]:
+        """The fields of the component Shape [radii of the body]."""
+        rounding = 0.0 if self.shape == "box" else self.radius
+        inner = (max(extent / 2 - rounding, 0.0) / self.radius for extent in self.extents)
+        return dict(zip(("half_length", "half_width", "half_height"), inner, strict=True),
+                    rounding=rounding / self.radius)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _derive(cls, data: Any) -> Any:
+        """Put in what follows from other keys; wrong ones are left for their own checks."""
+        if not isinstance(data, dict):
+            return data
+        if data.get("shape") == "box":
+            if "radius" in data:
+                raise ValueError("a box has no radius: its size says it all")
+            size = data.get("size")
+            data = data | {"radius": _around(size) if isinstance(size, list) else 1.0}
+        if "density" in data and "mass" in data:
+            raise ValueError("give one of mass and density: mass is density × volume")
+        return data
+
+    @model_validator(mode="after")
+    def _fits_shape(self) -> Body:
+        for key, shape in (("length", "capsule"), ("size", "box")):
+            given = getattr(self, key) is not None
+            if given and self.shape != shape:
+                raise ValueError(f'{key} is that of a {shape}: shape = "{shape}", or no {key}')
+            if not given and self.shape == shape:
+                raise ValueError(f"a {shape} needs its {key} [m]")
+        if self.length is not None and self.length < 2 * self.radius:
+            raise ValueError(f"its length is from tip to tip, so it is at least twice the radius, "
+                             f"{2 * self.radius:g} m")
+        if self.density is not None:
+            self.__dict__["mass"] = _finite(self.density * self.volume)
+        return self
+
+    @model_serializer(mode="wrap")
+    def _leave_out(self, write: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Leave out what follows from other keys."""
+        data: dict[str, Any] = write(self)
+        derived = {"radius": self.shape == "box", "mass": self.density is not None}
+        return {key: value for key, value in data.items() if not derived.get(key)}
+
+
+def _around(size: list[Any]) -> float:
+    """Radius of the smallest sphere around a box [m]; 1 where its size is wrong, which is said elsewhere."""
+    sides = [float(side) for side in size if isinstance(side, int | float) and 0 < side <= 1e30]
+    return math.hypot(*[*sides, sides[-1]][:3]) / 2 if len(sides) == len(size) in (2, 3) else 1.0
+
+
+def _finite(mass: float) -> float:
+    if not 1e-30 <= mass <= 1e30:
+        raise ValueError(f"density × volume is {mass:g} kg; allowed is 1e-30 to 1e+30")
+    return mass
