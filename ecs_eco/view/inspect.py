@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from ecs_eco.components import Biology, Genome, Metabolism, Nervous, Position
+from ecs_eco.components import Biology, Genome, Metabolism, Nervous, Position, Shape
 from ecs_eco.nervous.thoughts import Minds, minds, thinkers
+from ecs_eco.space.bodies import extents
 
 if TYPE_CHECKING:
     from ecs_eco.ecosystem import World
@@ -84,6 +85,9 @@ def body(world: World, table: Table, row: int) -> dict[str, Any]:
         p = table[Position]
         out |= {"place": [number(p.x[row]), number(p.y[row]), number(p.z[row])],
                 "heading": number(p.heading[row])}
+    if Shape in table:
+        *sides, rounding = extents(table)
+        out["size"] = [number(side[row] + 2 * rounding[row]) for side in sides]
     if Biology in table:
         out |= {"age": number(table[Biology].age[row]), "sex": SEXES[table[Biology].sex[row]]}
     if Metabolism in table:

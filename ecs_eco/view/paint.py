@@ -13,6 +13,7 @@ from ecs_eco.analysis.style import as_delivered
 from ecs_eco.engine import files
 from ecs_eco.view.hues import safe
 from ecs_eco.view.interpolate import Organisms
+from ecs_eco.view.outlines import outlines
 from ecs_eco.view.replay import Replay
 
 INK, SOFT, PAPER = "#22282e", "#7a838c", "#ffffff"
@@ -142,7 +143,14 @@ class Painter:
         elif (ground := self._ground()) is not None:
             ax.imshow(ground, extent=(0, w, 0, h), origin="lower", interpolation="nearest", aspect="auto")
         for name, places in self.replay.recording.objects.items():
-            radius = next(kind["radius"] for kind in self.replay.hello()["objects"] if kind["name"] == name)
+            kind = next(kind for kind in self.replay.hello()["objects"] if kind["name"] == name)
+            if kind.get("shape"):
+                heading, *sides = self.replay.recording.poses(name).T
+                centres = places[:, [0, 2 if self.volume else 1]]
+                ax.add_collection(self._shapes(outlines(kind["shape"], centres, heading, sides, self.volume),
+                                               self.hues[name], linewidth=0, alpha=0.8))
+                continue
+            radius = kind["radius"]
             size = max(radius * self.scale, LEAST["moves"])
             self._discs(ax, places[:, 0], places[:, 2 if self.volume else 1], size, self.hues[name], 0.6)
 
@@ -199,7 +207,7 @@ class Painter:
     # --- what moves -----------------------------------------------------------------------------------------
 
     def _moving(self) -> list[Any]:
-        from matplotlib.collections import LineCollection, PolyCollection
+        from matplotlib.collections import LineCollection
 
         self.fences = LineCollection([], colors=INK, linewidths=1.2, linestyles=(0, (3, 1)), clip_on=True)
         self.ax.add_collection(self.fences)
@@ -214,9 +222,8 @@ class Painter:
         self.bodies: dict[str, Any] = {}
         for kind in sorted(self.kinds, key=lambda kind: kind["moves"]):
             hue = self.hues[kind["name"]]
-            if kind["moves"]:
-                self.bodies[kind["name"]] = PolyCollection([], facecolor=hue, clip_on=True,
-                                                           **self.rims[kind["name"]])
+            if kind["moves"] or kind.get("shape"):
+                self.bodies[kind["name"]] = self._shapes([], hue, **self.rims[kind["name"]])
                 self.ax.add_collection(self.bodies[kind["name"]])
             else:
                 radius = max(kind["radius"] * self.scale, LEAST["stays"])
@@ -233,9 +240,18 @@ class Painter:
         return ax.scatter(x, y, s=(2 * radius * 0.72) ** 2, facecolor=hue, alpha=alpha, marker="o",
                           **(rim or {"linewidth": 0}))
 
+    def _shapes(self, corners: Any, hue: str, **rim: Any) -> Any:
+        from matplotlib.collections import PolyCollection
+
+        return PolyCollection(corners, facecolor=hue, clip_on=True, **rim)
+
     def _organisms(self, kind: dict[str, Any], organisms: Organisms) -> None:
         places = np.stack([organisms.x, organisms.z if self.volume else organisms.y], axis=1).astype(float)
         body = self.bodies[kind["name"]]
+        if kind.get("shape"):
+            size = [np.full(len(places), side) for side in kind["size"]]
+            body.set_verts(outlines(kind["shape"], places, organisms.heading, size, self.volume))
+            return
         if not kind["moves"]:
             body.set_offsets(places)
             return

@@ -96,25 +96,34 @@ class Recording:
         """Return columns of the details of a species at a tick, empty where none were recorded."""
         return self.details[species].between(tick, tick, names)
 
-    @cached_property
+    @property
     def objects(self) -> dict[str, np.ndarray]:
         """Places f32[n, 3] [m] of permanent objects, by type, from the first checkpoint that is left."""
+        return {name: columns[:, :3] for name, columns in self._lying.items()}
+
+    def poses(self, name: str) -> np.ndarray:
+        """Return heading [rad], length, width and height [m] of the permanent objects of a type: f32[n, 4];
+        sizes are 0 where they are spheres."""
+        return self._lying[name][:, 3:]
+
+    @cached_property
+    def _lying(self) -> dict[str, np.ndarray]:
+        """Place, heading and size f32[n, 7] of permanent objects, by type."""
         config = self.manifest["config"]
         declared = config.get("objects") or {}
         remains = {s.get("remains") for s in config["species"].values()}
         names = [name for name in declared if name not in remains]
         kept = sorted((self.path / "checkpoints").glob(f"tick-*{checkpoint.SUFFIX}"))
         if not names or not kept:
-            return {n: np.array([[*at, 0.0][:3] for at in declared[n].get("at", [])],
-                                np.float32).reshape(-1, 3)
+            return {n: np.array([[*[*at, 0.0][:3], 0, 0, 0, 0] for at in declared[n].get("at", [])],
+                                np.float32).reshape(-1, 7)
                     for n in names}
         from safetensors import SafetensorError, safe_open
 
         try:
             files.require_regular(kept[0])
             with safe_open(str(kept[0]), framework="numpy") as file:
-                return {n: np.stack([file.get_tensor(f"table/{n}/Position.{axis}") for axis in "xyz"], axis=1)
-                        for n in names}
+                return {n: lying(file, n, declared[n]["body"].get("shape")) for n in names}
         except (SafetensorError, OSError) as error:
             raise CheckpointError(f"{kept[0]}: is no whole checkpoint: {error}") from None
 
@@ -264,3 +273,16 @@ def overlaid(organisms: Organisms, details: Columns) -> Organisms:
         getattr(organisms, name)[at] = details[name][there]
     organisms.exact[at] = True
     return organisms
+
+
+def lying(file: Any, name: str, shape: str | None) -> np.ndarray:
+    """Return place, heading and size f32[n, 7] of the objects of a type in an open checkpoint."""
+    def column(field: str) -> np.ndarray:
+        return file.get_tensor(f"table/{name}/{field}")
+
+    pose = [column(f"Position.{field}") for field in ("x", "y", "z", "heading")]
+    if shape is None:
+        return np.stack([*pose, *[np.zeros_like(pose[0])] * 3], axis=1)
+    radius, rounding = column("Body.radius"), column("Shape.rounding")
+    sides = [2 * radius * (column(f"Shape.half_{side}") + rounding) for side in ("length", "width", "height")]
+    return np.stack([*pose, *sides], axis=1)

@@ -16,7 +16,7 @@ from ecs_eco.view.life import Lives
 from ecs_eco.view.parts import Cache
 from ecs_eco.view.recording import COMPARED, Recording, overlaid
 from ecs_eco.view.rerun import Rerun, Stretch
-from ecs_eco.view.scene import coloured_genes, describe, sky
+from ecs_eco.view.scene import coloured_genes, describe, size_in, sized, sky
 from ecs_eco.view.source import Message
 
 STRETCHES = 3  # that are kept
@@ -101,21 +101,21 @@ class Replay:
                 kind["learns"] = (policy["kind"] != "none"
                                   and bool(policy["learn"] if learn is None else learn))
                 kind["color"] = colors.get(kind["name"], kind["color"])
-            return message
+            return message | {"objects": sized(message["objects"], r.poses, OBJECT_UID)}
         kinds = [{"name": n, "color": colors.get(n, "#888888"),
-                  "radius": config["species"][n]["body"]["radius"],
+                  **size_in(config["species"][n]["body"]),
                   "moves": bool(config["species"][n].get("locomotion")),
                   "sessile": not config["species"][n].get("locomotion"), "genes": [], "learns": False}
                  for n in r.species]  # fmt: skip
         things = [{"name": n, "color": config["objects"][n].get("color", "#888888"),
-                   "radius": config["objects"][n]["body"]["radius"],
+                   **size_in(config["objects"][n]["body"]),
                    "moves": False, "sessile": True, "genes": [], "learns": False, "inanimate": True,
                    "solid": config["objects"][n]["body"]["solid"]} for n in r.objects]  # fmt: skip
         world = r.manifest["world"]
         return {"world": world, "title": r.manifest.get("title") or world, "dt": r.dt,
                 "seed": r.manifest["seed"], "size": r.size,
                 "edges": "torus" if r.torus else "walls", "day": None, "usual_speed": 10.0,
-                "species": kinds, "objects": things, "terrain": None}  # fmt: skip
+                "species": kinds, "objects": sized(things, r.poses, OBJECT_UID), "terrain": None}  # fmt: skip
 
     def greeting(self) -> list[Message]:
         """Return births and deaths along the time line, and interventions."""
@@ -194,10 +194,10 @@ class Replay:
             self._encoder.add(organisms.x, organisms.y, organisms.z, organisms.heading,
                               self._value(name, organisms, colour), organisms.uid)
         first = OBJECT_UID
-        for places in self.recording.objects.values():
-            none = np.zeros(len(places), np.float32)
+        for name, places in self.recording.objects.items():
             x, y, z = (np.ascontiguousarray(places[:, i]) for i in range(3))
-            self._encoder.add(x, y, z, none, none.astype(np.uint8),
+            heading = np.ascontiguousarray(self.recording.poses(name)[:, 0])
+            self._encoder.add(x, y, z, heading, np.zeros(len(places), np.uint8),
                               np.arange(first, first + len(places), dtype=np.uint64))
             first += len(places)
         return self._encoder.bytes()

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import base64
 import math
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ecs_eco.components import Position, Velocity
+from ecs_eco.components import Position, Shape, Velocity
+from ecs_eco.config.models.body import Body
+from ecs_eco.space.bodies import extents
 from ecs_eco.space.sun import Sun, sine_of_elevation
 
 if TYPE_CHECKING:
@@ -51,9 +54,46 @@ def describe(world: World, species: list[str], objects: list[str],
 def _kind(world: World, name: str, genes: list[str]) -> dict[str, Any]:
     table = world.tables[name]
     nerves, moves = table.species.nerves, Velocity in table
-    return {"name": name, "color": table.species.color, "radius": float(table.species.radius or 0.5),
+    kind = {"name": name, "color": table.species.color, "radius": float(table.species.radius or 0.5),
             "moves": moves, "sessile": not moves, "solid": bool(table.species.solid), "genes": genes,
             "learns": bool(nerves is not None and nerves.learning)}  # fmt: skip
+    config = None if world.config is None else {**world.config.objects, **world.config.species}.get(name)
+    return kind if config is None else kind | shape_of(config.body) | sizes_of(table)
+
+
+def shape_of(body: Any) -> dict[str, Any]:
+    """Return shape and size [m] of a kind of bodies by its section of the world file; nothing of spheres."""
+    return {} if body.shape == "sphere" else {"shape": body.shape, "size": list(body.extents)}
+
+
+def size_in(body: dict[str, Any]) -> dict[str, Any]:
+    """Return radius, shape and size [m] of a kind of bodies by its section in a manifest."""
+    known = Body.model_validate(body)
+    return {"radius": known.radius} | shape_of(known)
+
+
+def sized(kinds: list[dict[str, Any]], poses: Callable[[str], np.ndarray],
+          first: int) -> list[dict[str, Any]]:
+    """Return object types with the sizes [m] of single capsules and boxes, by uid, which begin at `first`;
+    `poses` gives heading and size f32[n, 4] of the objects of a type."""
+    out = []
+    for kind in kinds:
+        size = poses(kind["name"])[:, 1:].round(4).tolist()
+        uids = [str(first + i) for i in range(len(size))]
+        first += len(size)
+        out.append(kind | ({"sizes": dict(zip(uids, size, strict=True))} if kind.get("shape") else {}))
+    return out
+
+
+def sizes_of(table: Table) -> dict[str, Any]:
+    """Return the sizes [m] of the objects of a type by uid where they differ from each other."""
+    if Shape not in table or not table.species.is_object or not table.n:
+        return {}
+    rows = table.by_uid()
+    size = np.stack(extents(table)[:3], 1)[rows] + 2 * extents(table)[3][rows, None]
+    if np.ptp(size, axis=0).max() <= 1e-3 * size.max():
+        return {}
+    return {"sizes": dict(zip(map(str, table.uid[rows].tolist()), size.round(4).tolist(), strict=True))}
 
 
 def ground(world: World) -> dict[str, Any] | None:

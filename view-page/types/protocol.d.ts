@@ -10,6 +10,9 @@ export interface Kind {
   solid?: boolean;
   learns?: boolean;
   genes?: string[];
+  shape?: "capsule" | "box"; // absent: a sphere
+  size?: number[]; // of a capsule or box: length, width, height [m]
+  sizes?: Record<string, number[]>; // of single objects, by uid, where they differ
 }
 
 export interface Landmark {
@@ -131,6 +134,7 @@ export interface Organism {
   energy_max: number | null;
   place: number[] | null;
   heading: number | null;
+  size?: (number | null)[]; // of a capsule or box [m]
   parents: number[];
   children: number[];
   born: number | null;

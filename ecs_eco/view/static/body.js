@@ -1,4 +1,5 @@
-// The shape of a moving animal: a dart, its nose ahead (+x), eight facets, in radii of the body.
+// The shapes of bodies. A moving animal is a dart, its nose ahead (+x), eight facets, in radii of the body; capsules and boxes are a box,
+// −1 or 1 along each axis, whose corners the shader moves outwards along `facing` by the rounding.
 
 const NOSE = [1.75, 0, 0];
 const TAIL = [-0.65, 0, 0.05];
@@ -27,4 +28,51 @@ export function dart() {
     }
   });
   return { corners, normals };
+}
+
+/** Corners and normals of a box, three of each a facet. */
+export function box() {
+  /** @type {number[]} */
+  const corners = [];
+  /** @type {number[]} */
+  const normals = [];
+  for (let axis = 0; axis < 3; axis++)
+    for (const end of [-1, 1])
+      for (const [u, v] of [[-1, -1], [1, -1], [1, 1], [-1, -1], [1, 1], [-1, 1]]) {
+        const corner = [0, 0, 0], normal = [0, 0, 0];
+        corner[axis] = normal[axis] = end;
+        corner[(axis + 1) % 3] = u;
+        corner[(axis + 2) % 3] = v;
+        corners.push(...corner);
+        normals.push(...normal);
+      }
+  return { corners: new Float32Array(corners), normals: new Float32Array(normals) };
+}
+
+/** The same of a capsule: a sphere, cut in two halves that lie at both ends. */
+export function capsule(around = 12, along = 8) {
+  /** @type {number[]} */
+  const corners = [];
+  /** @type {number[]} */
+  const normals = [];
+  /** @param {number} i @param {number} j @param {number} end */
+  const put = (i, j, end) => {
+    const a = (Math.PI * i) / along, b = (2 * Math.PI * j) / around;
+    corners.push(end, 0, 0);
+    normals.push(-Math.cos(a), Math.sin(a) * Math.cos(b), Math.sin(a) * Math.sin(b));
+  };
+  for (let j = 0; j < around; j++) {
+    const bands = [];
+    for (let i = 0; i < along; i++) bands.push([i, i + 1, i < along / 2 ? -1 : 1, i < along / 2 ? -1 : 1]);
+    bands.push([along / 2, along / 2, -1, 1]); // the straight part
+    for (const [i, k, from, to] of bands) {
+      put(i, j, from);
+      put(k, j, to);
+      put(k, j + 1, to);
+      put(i, j, from);
+      put(k, j + 1, to);
+      put(i, j + 1, from);
+    }
+  }
+  return { corners: new Float32Array(corners), normals: new Float32Array(normals) };
 }

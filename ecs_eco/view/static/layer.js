@@ -4,12 +4,13 @@ import {
   BufferAttribute, BufferGeometry, DoubleSide, DynamicDrawUsage, InstancedBufferGeometry, InstancedInterleavedBuffer, InterleavedBuffer,
   InterleavedBufferAttribute, Mesh, Points, ShaderMaterial,
 } from "./vendor.js";
-import { dart } from "./body.js";
+import { box, capsule, dart } from "./body.js";
 import { LONGS, WORDS } from "./frame.js";
 import { match, still } from "./match.js";
-import { BODY_FRAGMENT, BODY_VERTEX, POINT_FRAGMENT, POINT_VERTEX } from "./shaders.js";
+import { BODY_FRAGMENT, BODY_VERTEX, POINT_FRAGMENT, POINT_VERTEX, SOLID_VERTEX } from "./shaders.js";
 
 const DARTS = 3000; // above so many, points
+const BOXES = 50000;
 const NOTHING = { n: 0, words: new Uint16Array(0), longs: new Uint32Array(0) };
 
 /** @typedef {import("./frame.js").Block} Block */
@@ -33,7 +34,7 @@ export class Layer {
     this.past = new Uint16Array(0);
     this.shown = true;
     this.own = {
-      radius: { value: kind.radius || 0.3 },
+      radius: { value: kind.size ? kind.size[2] / 2 : kind.radius || 0.3 },
       plain: { value: [0.5, 0.5, 0.5] },
       least: { value: 2 },
       byValue: { value: 0 },
@@ -42,7 +43,7 @@ export class Layer {
     };
     const uniforms = { ...shared, ...this.own };
     this.pointed = new ShaderMaterial({ uniforms, vertexShader: POINT_VERTEX, fragmentShader: POINT_FRAGMENT, transparent: true });
-    this.bodied = new ShaderMaterial({ uniforms, vertexShader: BODY_VERTEX, fragmentShader: BODY_FRAGMENT, side: DoubleSide });
+    this.bodied = new ShaderMaterial({ uniforms, vertexShader: kind.shape ? SOLID_VERTEX : BODY_VERTEX, fragmentShader: BODY_FRAGMENT, side: DoubleSide });
     /** @type {{drawn: Points | Mesh, geometry: BufferGeometry, buffers: InterleavedBuffer[], darts: boolean} | null} */
     this.form = null;
   }
@@ -56,7 +57,8 @@ export class Layer {
    */
   take(block, base, share, jump) {
     this.base = base;
-    const darts = Boolean(this.kind.moves) && block.n <= (this.form?.darts ? DARTS * 1.2 : DARTS);
+    const most = this.kind.shape === "box" ? BOXES : DARTS;
+    const darts = Boolean(this.kind.moves || this.kind.shape) && block.n <= (this.form?.darts ? most * 1.2 : most);
     if (block.n > this.room || !this.form || this.form.darts !== darts) this.build(block.n, darts);
     [this.before, this.past] = [this.past, this.before];
     if (jump || !this.kind.moves) still(this.before, block);
@@ -64,6 +66,20 @@ export class Layer {
     this.now.set(block.words);
     this.block = block;
     this.upload();
+    this.resize();
+  }
+
+  /** Says how large each capsule or box is. */
+  resize() {
+    const form = this.form?.geometry.getAttribute("form");
+    if (!(form instanceof InterleavedBufferAttribute) || !this.kind.size) return;
+    const sizes = this.kind.sizes ?? {};
+    for (let row = 0; row < this.block.n; row++) {
+      const [length, width, height] = sizes[String(this.uid(row))] ?? this.kind.size;
+      const round = this.kind.shape === "capsule" ? width / 2 : 0;
+      form.setXYZW(row, length / 2 - round, width / 2 - round, height / 2 - round, round);
+    }
+    form.data.needsUpdate = true;
   }
 
   upload() {
@@ -108,7 +124,11 @@ export class Layer {
       geometry.setAttribute(name, new InterleavedBufferAttribute(buffers[k], 4, 0));
     }
     if (darts) {
-      const { corners, normals } = dart();
+      const { corners, normals } = this.kind.shape === "box" ? box() : this.kind.shape ? capsule() : dart();
+      if (this.kind.shape) {
+        const forms = new InstancedInterleavedBuffer(new Float32Array(4 * this.room), 4);
+        geometry.setAttribute("form", new InterleavedBufferAttribute(forms, 4, 0));
+      }
       geometry.setAttribute("corner", new BufferAttribute(corners, 3));
       geometry.setAttribute("facing", new BufferAttribute(normals, 3));
       geometry.setAttribute("position", geometry.getAttribute("corner"));

@@ -133,6 +133,7 @@ export class Panel {
       fact("born", organism.born === null ? "–" : `tick ${number(organism.born)}`),
       fact("place [m]", place ? place.slice(0, this.hello.size.length).map((value) => value.toFixed(1)).join(", ") : "–"),
       fact("heading", organism.heading === null ? "–" : `${Math.round((((organism.heading * 180) / Math.PI) % 360 + 360) % 360)}°`),
+      ...(organism.size ? [fact("size [m]", organism.size.map((value) => number(value)).join(" × "))] : []),
       fact("reward", number(nerves?.reward)),
     ];
     this.factsAt?.replaceChildren(...items);

@@ -124,6 +124,27 @@ void main() {
   gl_Position = projectionMatrix * viewMatrix * vec4(at + turn * corner * scale, 1.0);
 }`;
 
+/** Capsules and boxes: a box, enlarged on all sides by a rounding. */
+export const SOLID_VERTEX = /* glsl */ `
+${COMMON}
+attribute vec3 corner;    // of the box within: −1 or 1 along each axis, ahead is +x
+attribute vec3 facing;
+attribute vec4 form;      // half of its length, width and height, and the rounding [m]
+uniform vec3 sun;
+
+void main() {
+  vec3 at = place();
+  vec4 centre = viewMatrix * vec4(at, 1.0);
+  float most = max(form.x, max(form.y, form.z)) + form.w;
+  float scale = max(1.0, least * -centre.z / lens / most) * grown();
+  float h = heading(), c = cos(h), s = sin(h);
+  mat3 turn = mat3(c, s, 0.0, -s, c, 0.0, 0.0, 0.0, 1.0);
+  vec3 light = turn * facing;
+  float lit = 0.66 + 0.24 * dot(light, sun) + 0.16 * light.z;
+  vColour = colour(at.z) * clamp(lit, 0.4, 1.08);
+  gl_Position = projectionMatrix * viewMatrix * vec4(at + turn * (corner * form.xyz + facing * form.w) * scale, 1.0);
+}`;
+
 export const BODY_FRAGMENT = /* glsl */ `
 varying vec3 vColour;
 void main() { gl_FragColor = vec4(vColour, 1.0); }`;
