@@ -33,7 +33,7 @@ CLAUSES = {  # clause: (what it says, what of it is missing)
     "1 pressure": ("Every body may have a pressure [Pa]", ""),
     "1 current": ("Every body may carry an electric current [A]", ""),
     "1 luminosity": ("Every body may shine: luminous intensity [cd]", ""),
-    "1 conformation": ("A body has a shape and a place in space", "shapes other than spheres"),
+    "1 conformation": ("A body has a shape and a place in space", ""),
     "1 substances": ("A body holds chemical substances, each with its molarity", ""),
     "1 age": ("An organism has an age [s]", ""),
     "1 sex": ("An organism is female, male, or has no sex", ""),
