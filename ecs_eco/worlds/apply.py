@@ -9,7 +9,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ecs_eco.components import Biology, Body, Chemistry, HeatExchange, Metabolism, Physical, Route, Shape, Stature
+from ecs_eco.components import (
+    Biology,
+    Body,
+    Chemistry,
+    HeatExchange,
+    Metabolism,
+    Physical,
+    Route,
+    Shape,
+    Stature,
+)
 from ecs_eco.config import WorldConfig
 from ecs_eco.config.models.species import MOTIONS
 from ecs_eco.config.mutable_keys import Key, changes
