@@ -26,6 +26,7 @@ from ecs_eco.analysis.spectrum import (
     spectral_peak,
     thin,
     transform,
+    waves,
 )
 
 __all__ = [
@@ -45,8 +46,6 @@ __all__ = [
     "thin",
 ]
 
-BAND = 1.6
-"""The band around a period reaches from period / BAND to period × BAND."""
 LAG_SAMPLES = 2048
 BLOCK = 3
 """Periods in a block of the bootstrap: blocks of one period make intervals of 95 % that cover 70 %."""
@@ -74,18 +73,19 @@ class CycleStatistics:
     enough: bool  # whether that stretch is long enough to analyse
     peaks: dict[str, Peak | None] = field(default_factory=dict)  # against red noise that relaxes
     p_ar1: dict[str, float | None] = field(default_factory=dict)  # against AR(1), the lenient null
-    # [ticks] of the clearest peak of `period_of`: the one at which lags are taken
+    # [ticks] of the clearest peak of `period_of`, of those that recur if any does: lags are taken at it
     period: float | None = None
     period_of: tuple[str, ...] = ()  # species among whose peaks it was chosen
     lags: dict[str, Lag] = field(default_factory=dict)  # "grass→deer": …
 
     def cycling(self, level: float = 0.05) -> tuple[str, ...]:
-        """Species with a peak beyond red noise at this level."""
-        return tuple(s for s in self.species if (peak := self.peaks.get(s)) is not None and peak.p <= level)
+        """Species with a peak beyond red noise at this level that recurs and that no slower swing dwarfs."""
+        return tuple(s for s in self.species
+                     if (peak := self.peaks.get(s)) is not None and peak.p <= level and peak.recurs)
 
     def as_dict(self) -> dict[str, Any]:
         """Numbers and strings only; the spectra are left out."""
-        kept = ("p", "period", "n_periods", "ratio")
+        kept = ("p", "period", "n_periods", "ratio", "held", "slower", "recurs")
         peaks = {s: None if p is None else {k: getattr(p, k) for k in kept} for s, p in self.peaks.items()}
         return {
             "ticks": self.ticks,
@@ -145,7 +145,7 @@ def cycle_statistics(
     candidates = [peak for s in searched if (peak := peaks[s]) is not None]
     if not candidates:
         return CycleStatistics(names, len(n), True, peaks, p_ar1, period_of=searched)
-    period = min(candidates, key=lambda peak: (peak.p, -peak.ratio)).period
+    period = min(candidates, key=lambda peak: (not peak.recurs, peak.p, -peak.ratio)).period
     log = transform(n)
     pairs = [(i, j) for i in range(len(names)) for j in range(i + 1, len(names))]
     lags = {
@@ -163,17 +163,6 @@ def _asked(series: Series, names: Sequence[str], period_of: Sequence[str] | None
             series.index(name)
         return tuple(s for s in names if s in period_of)
     return tuple(s for s in consumers(series.manifest.get("config", {})) if s in names) or tuple(names)
-
-
-def waves(x: np.ndarray, period: float) -> np.ndarray:
-    """Analytic signal of the detrended series in the band around `period` [samples], along the last axis."""
-    n = x.shape[-1]
-    cycles = np.arange(n) * period / n  # frequency in units of the peak's
-    with np.errstate(divide="ignore"):
-        octave = np.abs(np.log(cycles)) / np.log(BAND)
-    gain = np.where((octave < 1) & (np.arange(n) <= n // 2), np.cos(np.pi / 2 * np.minimum(octave, 1)) ** 0.5,
-                    0.0)
-    return np.fft.ifft(2 * np.fft.fft(detrend(np.asarray(x, float))) * gain)
 
 
 def lag(a: np.ndarray, b: np.ndarray, period: float, *, n_boot: int = 999, seed: int = 0) -> Lag:

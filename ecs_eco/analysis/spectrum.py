@@ -26,6 +26,10 @@ SHORTEST = 96
 """Fewest samples that are tested at all."""
 MIN_CYCLES = 4
 """Fewest periods in the series for a peak to count."""
+BAND = 1.6
+"""The band around a period reaches from period / BAND to period × BAND."""
+RECURRENCES = 3
+"""Fewest times that a series must hold a period for it to be named."""
 TAPERS = 2
 GRID = {"ar1": 100, "relaxation": 24}
 """Values tried for a root, from white noise to a memory of 1,000 samples."""
@@ -158,11 +162,23 @@ class Peak:
     period: float  # [samples given, i.e. ticks]
     n_periods: float  # periods in the series
     ratio: float  # spectrum / null at the peak
+    held: float  # times that the series holds the period: n_periods, fewer where few are large
+    slower: float  # variance of the largest swing beyond the band, over that in the band
     null: str
     frequency: np.ndarray  # [1/tick]
     power: np.ndarray
     expected: np.ndarray  # the fitted null
     limit: np.ndarray  # what a null's ratio passes at one frequency in 20
+
+    @property
+    def recurs(self) -> bool:
+        """Whether the period may be named: the series holds it three times, and swings no more slowly than
+        that.
+
+        A boom and its crash, a start that rings and dies away, and the bumps upon a long swing do not recur,
+        however far they rise above red noise.
+        """
+        return self.held >= RECURRENCES and self.slower <= 1
 
 
 def spectral_peak(
@@ -200,6 +216,7 @@ def spectral_peak(
         period=float(factor * n / cycles),
         n_periods=float(cycles),
         ratio=float(ratio[0, best]),
+        **_recurrence(x, n / cycles),
         null=null,
         frequency=np.arange(n // 2 + 1) / (n * factor),
         power=power[0],
@@ -212,6 +229,31 @@ def _centre(power: np.ndarray, best: int, low: int, high: int) -> float:
     """Centre of mass [cycles per series] of the spectrum within a factor of 1.4 of the peak."""
     near = np.arange(max(low, int(best / 1.4)), min(high, int(np.ceil(best * 1.4))) + 1)
     return float((near * power[near]).sum() / power[near].sum())
+
+
+def _recurrence(x: np.ndarray, period: float) -> dict[str, float]:
+    """`held` and `slower` of a peak at a period [samples of x].
+
+    `held` is n_periods times the participation ratio (Σ|z|²)² / (n Σ|z|⁴) of the analytic signal z in the
+    band: 1 for a steady wave, 1/2 for noise in a narrow band, less for what is large for a while only.
+    """
+    energy = np.abs(waves(x, period)) ** 2
+    steady = energy.sum() ** 2 / (len(x) * (energy**2).sum())
+    slower, longer = 0.0, period * BAND**2
+    while longer < 2 * len(x):
+        slower, longer = max(slower, float((np.abs(waves(x, longer)) ** 2).mean())), longer * BAND
+    return {"held": float(steady * len(x) / period), "slower": float(slower / energy.mean())}
+
+
+def waves(x: np.ndarray, period: float) -> np.ndarray:
+    """Analytic signal of the detrended series in the band around `period` [samples], along the last axis."""
+    n = x.shape[-1]
+    cycles = np.arange(n) * period / n  # frequency in units of the peak's
+    with np.errstate(divide="ignore"):
+        octave = np.abs(np.log(cycles)) / np.log(BAND)
+    gain = np.where((octave < 1) & (np.arange(n) <= n // 2), np.cos(np.pi / 2 * np.minimum(octave, 1)) ** 0.5,
+                    0.0)
+    return np.fft.ifft(2 * np.fft.fft(detrend(np.asarray(x, float))) * gain)
 
 
 def fisher_g(series: np.ndarray) -> tuple[float, float]:

@@ -63,6 +63,35 @@ def test_ten_quasi_cycles_are_found_with_their_period() -> None:
     peaks = [spectral_peak(x, how="none", n_boot=19) for x in series]
     assert np.median([peak.period for peak in peaks]) == pytest.approx(200, rel=0.06)
     assert np.median([peak.n_periods for peak in peaks]) == pytest.approx(10, rel=0.06)
+    assert np.mean([peak.recurs for peak in peaks]) >= 0.85
+
+
+def counted(expected: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """Numbers that fluctuate around these."""
+    wobble = lfilter([1], [1, -0.9], 0.05 * rng.standard_normal(len(expected)))
+    return rng.poisson(expected * np.exp(wobble)).astype(float)
+
+
+def test_what_happens_once_or_dies_away_has_no_period() -> None:
+    rng, t = np.random.default_rng(11), np.arange(1000)
+    boom = 20 * np.exp(np.where(t < 100, 0.05 * t, 5 - 0.08 * (t - 100)).clip(-1))
+    swing = 500 * np.exp(1.2 * np.sin(2 * np.pi * np.arange(2500) / 1250))
+    ringing = 500 * np.exp(1.5 * np.exp(-t / 100) * np.cos(2 * np.pi * t / 100))
+    for expected in (boom, boom[:300], swing, ringing):
+        peaks = [spectral_peak(counted(expected, rng), n_boot=19) for _ in range(10)]
+        assert [peak.recurs for peak in peaks] == [False] * 10
+
+
+def test_a_steady_wave_is_held_as_often_as_it_has_periods_and_beyond_a_longer_one_it_is_not_named() -> None:
+    t = np.arange(2000)
+    steady = spectral_peak(np.sin(2 * np.pi * t / 100), how="none", n_boot=9)
+    assert steady.held == pytest.approx(20, rel=0.05)
+    assert steady.slower < 0.01
+    rng = np.random.default_rng(12)
+    upon = [spectral_peak(a * np.sin(2 * np.pi * t / 1900) + np.sin(2 * np.pi * t / 100)
+                          + 0.1 * rng.standard_normal(2000), how="none", n_boot=9) for a in (0.5, 3.0)]
+    assert [peak.period for peak in upon] == pytest.approx([100, 100], rel=0.05)
+    assert [peak.recurs for peak in upon] == [True, False]
 
 
 def test_white_noise_is_the_wrong_null_for_populations() -> None:

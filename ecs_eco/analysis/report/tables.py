@@ -91,6 +91,11 @@ def cycles(series: Series, statistics: CycleStatistics) -> str:
 def _cycle(species: str, peak: Peak | None, cycles: bool) -> str:
     if peak is None:
         return f"{species}: its number does not change."
+    if not cycles and peak.p <= 0.05:
+        why = (f"slower swings have {peak.slower:,.1f} times its variance" if peak.slower > 1
+               else f"the series holds it {peak.held:,.1f} times only")
+        return (f"{species}: no cycle; of the bump of its spectrum at {peak.period:,.0f} ticks "
+                f"(p {_p(peak.p)}), {why}.")
     if not cycles:
         return f"{species}: no cycle beyond red noise (p {_p(peak.p)})."
     few = (f" Fewer than {FEW_PERIODS} periods: a longer run is needed to be sure."
