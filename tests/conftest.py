@@ -28,7 +28,13 @@ MENAGERIE = {  # everything that a world file can say, in little
         "rocks": [{"at": [10.0, 8.0], "radius": 3.0}],
         "lakes": [{"at": [30.0, 20.0], "radius": 4.0}],
         "slope_cost": 2.0,
+        "roads": [{"line": [[2.0, 2.0], [2.0, 28.0], [25.0, 28.0]], "width": 3.0, "pace": 1.5, "cost": 0.5}],
     },
+    "land_use": [
+        {"kind": "harvest", "species": "moss", "rate": 0.05, "quota": 4, "period": 10.0, "season": [0.2, 0.9],
+         "region": [20.0, 15.0, 8.0], "cause": "cut"},
+        {"kind": "plant", "species": "moss", "rate": 0.5, "region": [0.0, 0.0, 10.0, 10.0], "up_to": 40},
+    ],
     "ambient": {"temperature": 280.0, "light": 0.8},
     "substances": {"glucose": "blood sugar", "oxygen": "dissolved", "hydron": "acid"},
     "fields": {"musk": {"cell": 2.0, "diffusion": 0.5, "decay": 0.1}},

@@ -35,6 +35,8 @@ RULES: tuple[tuple[str, str], ...] = (
     ("species.*.growth.*", ""), ("species.*.breeding", ANEW),
     ("species.*.breeding.**", ""), ("*.*.heat", SHAPE), ("*.*.heat.**", ""),
     ("objects.*.energy", SHAPE), ("objects.*.energy.*", ""), ("objects.*.renewal", ""),
+    ("land_use", ANEW), ("land_use.*", ANEW), ("land_use.*.kind", ANEW), ("land_use.*.species", ANEW),
+    ("land_use.**", ""),
     ("objects.*.motion", SHAPE), ("objects.*.motion.**", ""), ("objects.*.pushed", ""),
     ("species.*.carries", SHAPE), ("species.*.carries.*.object", SHAPE), ("species.*.carries.*.*", ""),
     ("species.*.builds", ANEW), ("species.*.builds.*.object", ANEW), ("species.*.builds.*.*", ""),

@@ -63,6 +63,9 @@ class Species:
     standard_mass: float | None = None
     """Mass to which its costs of living refer [kg], where growth or a gene makes masses differ."""
 
+    used: bool = False
+    """Whether people harvest or plant its members."""
+
     # of objects
     store: Store | None = None
     """The energy that they hold; None: none."""

@@ -1,8 +1,10 @@
 """A height map with slopes that cost and cells that nothing walks into: lakes, rocks, steep mountains."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -24,7 +26,8 @@ class Terrain:
 
     def __init__(self, space: Space, cell: float = 1.0, *, hills: Mapping[str, float] | None = None,
                  mountains: Sequence[Mapping[str, Any]] = (), rocks: Sequence[Mapping[str, Any]] = (),
-                 lakes: Sequence[Mapping[str, Any]] = (), slope_cost: float = 1.0) -> None:
+                 lakes: Sequence[Mapping[str, Any]] = (), slope_cost: float = 1.0,
+                 roads: Sequence[Mapping[str, Any]] = ()) -> None:
         nx, ny = max(1, round(space.size[0] / cell)), max(1, round(space.size[1] / cell))
         self.space, self.slope_cost = space, float(slope_cost)
         self.shape = (ny, nx)
@@ -33,6 +36,9 @@ class Terrain:
         self.inverse = np.array([nx / space.size[0], ny / space.size[1]], np.float32)
         self.declared = True  # declared in the world file; an intervention keeps the ground that it makes
         self.fences: list[np.ndarray] = []  # the corners of each, f64[k, 2] [m]
+        self.roads: list[Road] = []
+        self.pace: np.ndarray | None = None  # f32[ny, nx], factor of speeds; None without roads
+        self.toll: np.ndarray | None = None  # f32[ny, nx], factor of costs
         if hills:
             self.height += _hills(space, nx, ny, **hills)
         for mountain in mountains:
@@ -43,6 +49,8 @@ class Terrain:
         for kind, places in ((ROCK, rocks), (WATER, lakes)):
             for place in places:
                 self.ground[self._closeness(place) > 0] = kind
+        for road in roads:
+            self.pave(np.array(road["line"], float), road["width"], road["pace"], road["cost"])
 
     def _closeness(self, place: Mapping[str, Any]) -> np.ndarray:
         """Return 1 at the centre of a round place, 0 at its radius and beyond: f64[ny, nx]."""
@@ -88,28 +96,90 @@ class Terrain:
             i, j = i[inside], j[inside]
             self.ground[j, i] = np.where(self.ground[j, i] == OPEN, FENCE, self.ground[j, i])
 
+    def pave(self, corners: np.ndarray, width: float, pace: float, cost: float) -> None:
+        """Lay a road along a line f64[k, 2] [m]: factors of the speed of those on it and of its costs."""
+        self.roads.append(Road(np.asarray(corners, float), float(width), float(pace), float(cost)))
+        self._draw_roads()
+
+    def unpave(self, corners: np.ndarray | None = None) -> None:
+        """Take a road away, or all of them; raises ValueError where none lies along this line."""
+        same = [i for i, road in enumerate(self.roads) if corners is None or np.array_equal(road[0], corners)]
+        if corners is not None and not same:
+            raise ValueError(f"no road lies along {np.asarray(corners).tolist()}; "
+                             f"there are {len(self.roads)} others")
+        gone = same if corners is None else same[:1]
+        self.roads = [road for i, road in enumerate(self.roads) if i not in gone]
+        self._draw_roads()
+
+    def _draw_roads(self) -> None:
+        self.pace = self.toll = None
+        for road in self.roads:
+            if self.pace is None or self.toll is None:
+                self.pace, self.toll = np.ones(self.shape, np.float32), np.ones(self.shape, np.float32)
+            on = road.covers(self)
+            self.pace[on], self.toll[on] = road.pace, road.cost
+
     def state(self) -> dict[str, np.ndarray]:
-        """Return what a run can change: the ground and the fences on it;
+        """Return what a run can change: the ground, and the fences and roads on it;
         nothing of ground that is kept elsewhere."""
         return self.fenced() if self.declared else {}
 
     def fenced(self) -> dict[str, np.ndarray]:
-        """Return the ground, and the corners of all fences with the number of each one's."""
-        corners = np.concatenate([np.zeros((0, 2)), *self.fences])
-        return {"ground": self.ground.copy(), "corners": corners,
-                "lengths": np.array([len(f) for f in self.fences], np.int64)}
+        """Return the ground, and the corners of all fences with the number of each one's; roads follow, with
+        negative numbers and two rows more: width and pace, cost and 0."""
+        lines = [*self.fences, *(np.array([*road.line, (road.width, road.pace), (road.cost, 0.0)])
+                                 for road in self.roads)]
+        lengths = [*map(len, self.fences), *(-len(road.line) - 2 for road in self.roads)]
+        return {"ground": self.ground.copy(), "corners": np.concatenate([np.zeros((0, 2)), *lines]),
+                "lengths": np.array(lengths, np.int64)}
 
     def load(self, state: Mapping[str, np.ndarray]) -> None:
         """Take a `state()`; raises ValueError for ground of another size."""
         if state["ground"].shape != self.ground.shape:
             raise ValueError(f"terrain has {self.ground.shape} cells, its state {state['ground'].shape}")
         corners, lengths, far = state["corners"], state["lengths"], 4 * max(self.space.size)
-        if corners.shape != (lengths.sum(), 2) or (lengths < 1).any() or not (np.abs(corners) <= far).all():
+        rows = np.abs(lengths)
+        lines = np.split(corners, np.cumsum(rows)[:-1]) if len(rows) else []
+        near = [line if n > 0 else line[:-2] for line, n in zip(lines, lengths, strict=True)]
+        if (corners.shape != (rows.sum(), 2) or (rows < 1).any() or ((lengths < 0) & (rows < 4)).any()
+            or not np.isfinite(corners).all() or not all((np.abs(line) <= far).all() for line in near)):
             raise ValueError(f"fences have corners {corners.tolist()[:4]} …, {lengths.tolist()[:4]} … of "
                              f"each; allowed are two finite numbers each, up to {far:g} m")
         self.ground[...] = state["ground"]
-        self.fences = ([f.copy() for f in np.split(state["corners"], np.cumsum(state["lengths"])[:-1])]
-                       if len(state["lengths"]) else [])
+        self.fences = [line.copy() for line, n in zip(lines, lengths, strict=True) if n > 0]
+        self.roads = [Road(line[:-2].copy(), float(line[-2, 0]), float(line[-2, 1]), float(line[-1, 0]))
+                      for line, n in zip(lines, lengths, strict=True) if n < 0]
+        self._draw_roads()
+
+
+class Road(NamedTuple):
+    """A strip of ground along a line."""
+
+    line: np.ndarray  # f64[k, 2] [m]
+    width: float  # [m]
+    pace: float  # factor of speeds
+    cost: float  # factor of costs
+
+    def covers(self, terrain: Terrain) -> np.ndarray:
+        """Return the cells whose centre is on it or that its line passes: bool[ny, nx]."""
+        (ny, nx), space, out = terrain.shape, terrain.space, np.zeros(terrain.shape, np.bool_)
+        i, j = cells_along(self.line * np.array([nx, ny]) / np.array(space.size[:2])).T
+        if space.torus:
+            i, j = i % nx, j % ny
+        inside = (i >= 0) & (i < nx) & (j >= 0) & (j < ny)
+        out[j[inside], i[inside]] = True
+        x = (np.arange(nx)[None, :] + 0.5) / terrain.inverse[0]
+        y = (np.arange(ny)[:, None] + 0.5) / terrain.inverse[1]
+        for (ax, ay), (bx, by) in pairwise(self.line.tolist()):
+            dx, dy = x - (ax + bx) / 2, y - (ay + by) / 2
+            if space.torus:
+                dx = dx - space.size[0] * np.round(dx / space.size[0])
+                dy = dy - space.size[1] * np.round(dy / space.size[1])
+            length2 = (bx - ax) ** 2 + (by - ay) ** 2
+            along = (dx * (bx - ax) + dy * (by - ay)) / max(length2, 1e-30)
+            along = np.clip(along, -0.5, 0.5)
+            out |= np.hypot(dx - along * (bx - ax), dy - along * (by - ay)) <= self.width / 2
+        return out
 
 
 def cells_along(corners: np.ndarray) -> np.ndarray:

@@ -16,7 +16,8 @@ _HOME = {
     "LeaveRemains": "leave_remains", "Reproduce": "reproduce", "GiveBirth": "give_birth", "Spread": "spread",
     "Respawn": "respawn", "Mature": "mature",
     "GrowUp": "grow_up", "Nurse": "nurse",
-    "Decay": "decay", "Renew": "renew", "Travel": "travel", "Carry": "carry", "Build": "build",
+    "Decay": "decay", "Renew": "renew", "Travel": "travel",
+    "Carry": "carry", "Build": "build", "UseLand": "use_land",
 }  # fmt: skip
 __all__ = list(_HOME)
 __getattr__ = lazy(__name__, {name: f"{__name__}.{module}" for name, module in _HOME.items()})

@@ -1,4 +1,4 @@
-"""Interventions: cull, add, fence, set values, switch reproduction and learning."""
+"""Interventions: cull, add, fence, lay roads, set values, switch reproduction and learning."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from ecs_eco.engine.system import System
 from ecs_eco.lifecycle.births import room
 from ecs_eco.lifecycle.founders import newcomers
 from ecs_eco.space.gate import newborn
+from ecs_eco.space.region import Region
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
     from ecs_eco.space.world import SpatialWorld
 
 CELL = 1.0  # [m] side of the cells of a fence where the world has no ground of its own; less in a small world
-CORNERS = 64  # of a round fence
 
 
 class Intervene(System):
@@ -99,6 +99,18 @@ class Intervene(System):
         elif corners is not None:
             world.terrain.fence(corners)
 
+    def road(self, world: SpatialWorld, order: Any) -> None:
+        """Lay a road, or take one away."""
+        corners = None if order.line is None else np.array(order.line, float)
+        if world.terrain is None:
+            if order.remove:
+                return
+            world.terrain, self.made_ground = flat_ground(world.space), True
+        if order.remove:
+            world.terrain.unpave(corners)
+        elif corners is not None:
+            world.terrain.pave(corners, order.width, order.pace, order.cost)
+
     def set(self, world: Any, order: Any) -> None:
         """Change values of the world."""
         from ecs_eco.config.loading import changed
@@ -151,47 +163,6 @@ class Intervene(System):
             world.terrain.load(ground)
 
 
-class Region:
-    """A circle [x, y, radius] or a rectangle [x0, y0, x1, y1] on the ground [m];
-    a circle wraps around a torus."""
-
-    def __init__(self, space: Any, numbers: Sequence[float]) -> None:
-        self.space, self.numbers, self.round = space, [float(v) for v in numbers], len(numbers) == 3
-
-    def has(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """Return whether each place is in it: bool[n]."""
-        if not self.round:
-            x0, y0, x1, y1 = self.numbers
-            return (x >= x0) & (x <= x1) & (y >= y0) & (y <= y1)
-        away = [np.asarray(v, float) - centre for v, centre in zip((x, y), self.numbers, strict=False)]
-        if self.space.torus:
-            away = [d - size * np.round(d / size) for d, size in zip(away, self.space.size, strict=False)]
-        return np.hypot(*away) <= self.numbers[2]
-
-    def places(self, u: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Return the places in it that two numbers in [0, 1) each stand for, all equally likely: f32[n, 2].
-        """
-        if self.round:
-            x, y, radius = self.numbers
-            r, angle = radius * np.sqrt(u), 2 * np.pi * v
-            place = np.stack([x + r * np.cos(angle), y + r * np.sin(angle)], 1)
-        else:
-            x0, y0, x1, y1 = self.numbers
-            place = np.stack([x0 + u * (x1 - x0), y0 + v * (y1 - y0)], 1)
-        size = np.array(self.space.size[:2])
-        place = place % size if self.space.torus else place.clip(0, size)
-        return np.minimum(place.astype(np.float32), np.nextafter(self.space.lengths[:2], np.float32(0)))
-
-    def border(self) -> np.ndarray:
-        """Return the corners of its border, the first one again at the end: f64[k, 2]."""
-        if not self.round:
-            x0, y0, x1, y1 = self.numbers
-            return np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1], [x0, y0]])
-        x, y, radius = self.numbers
-        angle = 2 * np.pi * (np.arange(CORNERS + 1) % CORNERS) / CORNERS
-        return np.stack([x + radius * np.cos(angle), y + radius * np.sin(angle)], 1)
-
-
 def flat_ground(space: Any) -> Any:
     """Return open ground without hills, on which fences can stand."""
     from ecs_eco.space import Terrain
@@ -217,9 +188,9 @@ def checked(world: SpatialWorld, order: Any, requests: Sequence[dict[str, Any]])
         raise ValueError(f"intervene: it is tick {world.tick} now; leave out at, every and until, "
                          "or put it into the world file")
     if world.config is not None:
-        fences = [done for _, done in world.intervened if done["kind"] == "fence"]
+        fences = [done for _, done in world.intervened if done["kind"] in ("fence", "road")]
         # that it depends on; values set so far are in the config
-        waiting = [done for done in requests if done["kind"] in ("fence", "set")]
+        waiting = [done for done in requests if done["kind"] in ("fence", "road", "set")]
         return intervention(world.config, data, [*fences, *waiting])
     try:
         model = TypeAdapter(AnyIntervention).validate_python(data)

@@ -12,12 +12,13 @@ from ecs_eco.engine.system import System
 from ecs_eco.lifecycle.torpor import awake
 from ecs_eco.nervous.decision import first_on
 from ecs_eco.space.barriers import barriers, hold_back
-from ecs_eco.space.geometry import back_into, half_cells, into
+from ecs_eco.space.geometry import back_into, cells_of, half_cells, into
 from ecs_eco.space.terrain import FENCE, OPEN, ground_at, height_at
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
     from ecs_eco.space.solids import Solids
+    from ecs_eco.space.terrain import Terrain
     from ecs_eco.space.world import SpatialWorld
 
 NO_MOTOR = np.zeros((1, 1), np.float32)
@@ -30,11 +31,11 @@ class Move(System):
     """An animal turns, then goes ahead at the speed of its gait, and pays for it; uphill costs more.
 
     Vigour multiplies the speed of every gait, and the cost by its square; so does the size of young that
-    grow. Water, rock, fences and walls stop it where they begin; the torpid lie still. In a volume the group
-    `climb` moves it up and down: at a speed of its own, or along a slope at that of its gait. With drag,
-    speed approaches that of the gait by dv/dt = drag (v_gait − v), the balance of thrust and Stokes' drag
-    (Stokes 1851), solved exactly. The centre of a solid animal ends its way at a solid capsule or box that
-    cannot move, however fast it is.
+    grow. Water, rock, fences and walls stop it where they begin; roads change its speed and its costs; the
+    torpid lie still. In a volume the group `climb` moves it up and down: at a speed of its own, or along a
+    slope at that of its gait. With drag, speed approaches that of the gait by dv/dt = drag (v_gait − v), the
+    balance of thrust and Stokes' drag (Stokes 1851), solved exactly. The centre of a solid animal ends its
+    way at a solid capsule or box that cannot move, however fast it is.
 
     Continuous speed [m/s], turn [rad/s], climb [m/s] and pitch [rad] are taken as they are; the cost of a
     speed between those of two gaits lies between theirs, on a straight line.
@@ -53,6 +54,9 @@ class Move(System):
             (FLAT, OPEN_GROUND, np.zeros(2, np.float32), 0.0) if terrain is None
             else (terrain.height, terrain.ground, terrain.inverse, terrain.slope_cost))
         pace = paces(table)
+        factor = None if terrain is None or terrain.pace is None else _on_roads(table, terrain)
+        if factor is not None:
+            pace = factor[0] * (pace[: table.high] if pace.size else np.float32(1))
         command = table[Motor].command if Motor in table else NO_MOTOR
         moving = awake(table)
         if moving is not table.alive:
@@ -63,6 +67,8 @@ class Move(System):
         world.split(move, table.high, moving, table[Nervous].decision, command, *gaits, pace,
                     np.float32(world.dt), space.lengths, space.torus, space.volume, height, ground, inverse,
                     np.float32(slope_cost), p.x, p.y, p.z, p.heading, v.speed, v.climb, v.cost)
+        if factor is not None:
+            v.cost[: table.high] *= factor[1]
         if walls is not None and before is not None:
             stop(world, table, walls, before)
         table.version += 1
@@ -83,6 +89,17 @@ def stop(world: SpatialWorld, table: Table, walls: Solids, before: np.ndarray) -
         getattr(p, name)[rows[held]] = place
     v.speed[rows] *= share
     v.climb[rows] *= share
+
+
+def _on_roads(table: Table, terrain: Terrain) -> tuple[np.ndarray, np.ndarray]:
+    """Return the factors of speeds and of costs by where each is, f32[high] each; that of costs makes up for
+    the square of pace that `move` pays."""
+    p, high, (ny, nx) = table[Position], table.high, terrain.shape
+    i, j = cells_of(p.x[:high], terrain.inverse[0], nx), cells_of(p.y[:high], terrain.inverse[1], ny)
+    assert terrain.pace is not None
+    assert terrain.toll is not None
+    pace = terrain.pace[j, i]
+    return pace, terrain.toll[j, i] / (pace * pace)
 
 
 def paces(table: Table) -> np.ndarray:

@@ -45,12 +45,13 @@ from ecs_eco.systems.shade import Shade
 from ecs_eco.systems.spread import Spread
 from ecs_eco.systems.take_stock import TakeStock
 from ecs_eco.systems.travel import Travel
+from ecs_eco.systems.use_land import UseLand
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
 
 SCHEDULE: dict[str, tuple[type[System], ...]] = {
-    "environment": (Intervene, ResetFlows, TakeStock, Dilute, Shade, Grow, Diffuse, Mature),
+    "environment": (Intervene, UseLand, ResetFlows, TakeStock, Dilute, Shade, Grow, Diffuse, Mature),
     "sense": (Sense,),
     "feel": (Feel,),
     "learn": (Learn,),
@@ -81,6 +82,7 @@ OPTIONAL: dict[type[System], Callable[[Table], bool]] = {
     Nurse: lambda table: table.species.care is not None,
     GrowUp: lambda table: table.species.growth is not None,
     Compress: lambda table: table.species.compressible,
+    UseLand: lambda table: table.species.used,
     Travel: lambda table: table.species.motion is not None,
     Carry: lambda table: bool(table.species.carries),
     Build: lambda table: bool(table.species.builds),

@@ -49,6 +49,8 @@ def apply(world: SpatialWorld, config: WorldConfig, before: WorldConfig | None =
     changed = None if before is None else [k for k, *_ in changes(before.model_dump(), config.model_dump())]
     world.config = config
     apply_surroundings(world, config, changed)
+    for use in config.land_use:
+        world.tables[use.species].species.used = True
     for name, kind in config.objects.items():
         if changed is None or any(key[:2] == ("objects", name) for key in changed):
             apply_object(world.tables[name], kind, world.substances)

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from ecs_eco.config.checks.matter import Key, unknown
-from ecs_eco.config.models.interventions import REGION, Add, Cull, Fence, Set, Switch
+from ecs_eco.config.models.interventions import REGION, Add, Cull, Fence, Road, Set, Switch
 from ecs_eco.config.models.reproduction import Spread
 from ecs_eco.config.models.species import THINKING
 from ecs_eco.config.models.world import WorldConfig
@@ -28,12 +28,13 @@ def check_interventions(config: WorldConfig, folder: Path, changed: Changed) -> 
         if isinstance(intervention, Cull | Add):
             yield from _check_who(config, key, intervention)
         if isinstance(intervention, Cull | Add | Fence) and intervention.region is not None:
-            yield from _check_region((*key, "region"), intervention.region, config)
+            yield from check_region((*key, "region"), intervention.region, config)
         if isinstance(intervention, Add):
             yield from _check_add(config, key, intervention)
         elif isinstance(intervention, Switch):
             yield from _check_switch(config, key, intervention)
     yield from _check_fences(config)
+    yield from _check_roads(config)
     yield from _check_sets(config, folder, changed)
 
 
@@ -61,7 +62,8 @@ def _check_who(config: WorldConfig, key: Key, intervention: Cull | Add) -> Itera
                           "random, oldest, youngest")
 
 
-def _check_region(key: Key, region: list[float], config: WorldConfig) -> Iterator[Problem]:
+def check_region(key: Key, region: list[float], config: WorldConfig) -> Iterator[Problem]:
+    """Problems of a region that is not in the world."""
     size = config.space.size[:2]
     extent = " and ".join(f"0 to {s:g} m" for s in size)
     if len(region) == 4:
@@ -132,10 +134,7 @@ def _check_fences(config: WorldConfig) -> Iterator[Problem]:
         elif fence.line is None and fence.region is None and not fence.remove:
             yield Problem((*key, "line"), "is missing, and region too",
                           allowed="corners [[x, y], …], or a region")
-        for corner in fence.line or ():
-            if not all(0 <= x <= s for x, s in zip(corner, config.space.size, strict=False)):
-                extent = " and ".join(f"0 to {s:g} m" for s in config.space.size[:2])
-                yield Problem((*key, "line"), "a corner outside of the world", corner, extent)
+        yield from check_line((*key, "line"), fence.line or [], config)
         shape = (fence.line, fence.region)
         if not fence.remove:
             standing.append(shape)
@@ -146,6 +145,34 @@ def _check_fences(config: WorldConfig) -> Iterator[Problem]:
         else:
             allowed = "the line or region of a fence put up before, or neither for all fences"
             yield Problem((*key, "remove"), "no such fence stands then", True, allowed)
+
+
+def _check_roads(config: WorldConfig) -> Iterator[Problem]:
+    """Roads in the order of time: a road must lie to be taken away."""
+    lying: list[Any] = [] if config.terrain is None else [road.line for road in config.terrain.roads]
+    roads = [(i, r) for i, r in enumerate(config.interventions) if isinstance(r, Road)]
+    for i, road in sorted(roads, key=lambda pair: pair[1].at):
+        key = ("interventions", i)
+        if road.line is None and not road.remove:
+            yield Problem((*key, "line"), "is missing", allowed="corners [[x, y], …]")
+        yield from check_line((*key, "line"), road.line or [], config)
+        if not road.remove:
+            lying.append(road.line)
+        elif road.line is None:
+            lying.clear()
+        elif road.line in lying:
+            lying.remove(road.line)
+        else:
+            yield Problem((*key, "remove"), "no such road lies there then", True,
+                          "the line of a road laid before, or none for all roads")
+
+
+def check_line(key: Key, line: list[Any], config: WorldConfig) -> Iterator[Problem]:
+    """Problems of corners [x, y] [m] outside of the world."""
+    for corner in line:
+        if not all(0 <= x <= s for x, s in zip(corner, config.space.size, strict=False)):
+            extent = " and ".join(f"0 to {s:g} m" for s in config.space.size[:2])
+            yield Problem(key, "a corner outside of the world", corner, extent)
 
 
 def _check_sets(config: WorldConfig, folder: Path, changed: Changed) -> Iterator[Problem]:

@@ -12,13 +12,15 @@ from ecs_eco.config.checks.chemistry import check_field_of_substance
 from ecs_eco.config.checks.code import check_code
 from ecs_eco.config.checks.genome import check_genome
 from ecs_eco.config.checks.inanimate import check_object, outside
-from ecs_eco.config.checks.interventions import Changed, check_interventions
+from ecs_eco.config.checks.interventions import Changed, check_interventions, check_line
+from ecs_eco.config.checks.land_use import check_land_use
 from ecs_eco.config.checks.life import check_year
 from ecs_eco.config.checks.nerves import check_nerves
 from ecs_eco.config.checks.objects import check_handling
 from ecs_eco.config.checks.resolution import check_resolution
 from ecs_eco.config.checks.water import check_water
 from ecs_eco.config.models.interventions import Cull
+from ecs_eco.config.models.land_use import Harvest
 from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.engine.errors import MOST, Problem
 from ecs_eco.engine.section import RESERVED
@@ -53,6 +55,7 @@ def _all(config: WorldConfig, folder: Path, changed: Changed) -> Iterator[Proble
         yield from check_nerves(config, name, folder)
         yield from check_genome(config, name)
     yield from check_interventions(config, folder, changed)
+    yield from check_land_use(config)
 
 
 def _check_names(config: WorldConfig) -> Iterator[Problem]:
@@ -92,6 +95,9 @@ def _causes(config: WorldConfig) -> Iterator[tuple[Key, str]]:
             yield ("objects", name, "energy"), "decayed"
         if kind.decomposition is not None:
             yield ("objects", name, "decomposition"), "decomposed"
+    for i, use in enumerate(config.land_use):
+        if isinstance(use, Harvest):
+            yield ("land_use", i, "cause"), use.cause
     for i, intervention in enumerate(config.interventions):
         if isinstance(intervention, Cull):
             yield ("interventions", i, "cause"), intervention.cause
@@ -142,6 +148,8 @@ def _check_terrain(config: WorldConfig) -> Iterator[Problem]:
     if (cells := (size[0] / terrain.cell) * (size[1] / terrain.cell)) > MOST_CELLS:
         fault = f"too small: {cells:.3g} cells"
         yield Problem(("terrain", "cell"), fault, terrain.cell, f"at most {MOST_CELLS:.0e} cells")
+    for i, road in enumerate(terrain.roads):
+        yield from check_line(("terrain", "roads", i, "line"), road.line, config)
     for group in ("mountains", "rocks", "lakes"):
         for i, mark in enumerate(getattr(terrain, group)):
             key = ("terrain", group, i)

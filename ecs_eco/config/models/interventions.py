@@ -7,7 +7,19 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, PlainSerializer
 
-from ecs_eco.engine.section import Count, Name, Point, Real, Section, Share, about, function_name, quantity
+from ecs_eco.engine.section import (
+    Count,
+    Name,
+    NonNegative,
+    Point,
+    Positive,
+    Real,
+    Section,
+    Share,
+    about,
+    function_name,
+    quantity,
+)
 
 Tick = Annotated[int, Field(ge=0, le=10**12)]
 Region = Annotated[list[Real], Field(min_length=3, max_length=4)]
@@ -99,6 +111,21 @@ class Fence(Intervention):
                          False)
 
 
+class Road(Intervention):
+    """A strip of ground on which walkers are faster or slower from then on, and pay more or less for each
+    second; where two cross, the later one counts."""
+
+    kind: Literal["road"]
+    line: Annotated[list[Corner], Field(min_length=2)] | None = quantity(
+        "the corners of its middle line", "m", None
+    )
+    width: Positive = quantity("breadth of the strip; at least the cells of the ground that the line passes",
+                               "m", 1.0)
+    pace: Positive = quantity("factor of the speed of those on it", "1", 1.0)
+    cost: NonNegative = quantity("factor of what moving costs them in a second", "1", 1.0)
+    remove: bool = about("whether to take away the road that lies there; without line, all roads", False)
+
+
 class Set(Intervention):
     """Values of the world file change from then on."""
 
@@ -117,7 +144,7 @@ class Switch(Intervention):
     )
 
 
-AnyIntervention = Annotated[Cull | Add | Fence | Set | Switch, Field(discriminator="kind")]
+AnyIntervention = Annotated[Cull | Add | Fence | Road | Set | Switch, Field(discriminator="kind")]
 
 
 def coming(planned: Sequence[Intervention], tick: int) -> list[Intervention]:
@@ -145,6 +172,9 @@ def describe(intervention: Mapping[str, Any] | str) -> str:
         around = f" around {_place(done['region'])}" if done.get("region") else ""
         along = f" along {' '.join(_place(p) for p in done['line'])}" if done.get("line") else ""
         return ("remove fence" if done.get("remove") else "fence") + (around or along or "s")
+    if kind == "road":
+        along = f" along {' '.join(_place(p) for p in done['line'])}" if done.get("line") else "s"
+        return f"remove road{along}" if done.get("remove") else f"road{along}, pace {done.get('pace', 1):g}"
     if kind == "set":
         return ", ".join(f"{key} = {value}" for key, value in done["set"].items())
     switches = [name for name in ("reproduction", "learning") if done.get(name) is not None]

@@ -63,6 +63,17 @@ class Landmark(Section):
     height: NonNegative = quantity("height of the top above the ground around; a lake has none", "m", 0.0)
 
 
+class Strip(Section):
+    """A road: a strip of ground on which walkers are faster or slower, and pay more or less."""
+
+    line: Annotated[list[Annotated[list[Real], Field(min_length=2, max_length=2)]],
+                    Field(min_length=2)] = quantity("the corners of its middle line", "m")
+    width: Positive = quantity("breadth of the strip; at least the cells of the ground that the line passes",
+                               "m", 1.0)
+    pace: Positive = quantity("factor of the speed of those on it", "1", 1.0)
+    cost: NonNegative = quantity("factor of what moving costs them in a second", "1", 1.0)
+
+
 class Terrain(Section):
     """The shape of the ground."""
 
@@ -71,6 +82,8 @@ class Terrain(Section):
     mountains: list[Landmark] = table("high ground, slow to climb", list)
     rocks: list[Landmark] = table("cannot be entered or seen through", list)
     lakes: list[Landmark] = table("water", list)
+    roads: list[Strip] = about("roads that lie there from the start; others are interventions", [],
+                               exclude_if=is_empty)
     slope_cost: NonNegative = quantity("extra cost of moving, as a factor per unit of slope", "1", 1.0)
 
 

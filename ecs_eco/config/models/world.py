@@ -10,6 +10,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, PrivateAttr
 
 from ecs_eco.config.models.interventions import AnyIntervention
+from ecs_eco.config.models.land_use import AnyUse
 from ecs_eco.config.models.search import Search
 from ecs_eco.config.models.species import Species
 from ecs_eco.config.models.surroundings import Ambient, ObjectType, ScalarField, Space, Terrain
@@ -26,6 +27,7 @@ from ecs_eco.engine.section import (
     Share,
     about,
     is_absent,
+    is_empty,
     quantity,
     table,
 )
@@ -101,6 +103,7 @@ class WorldConfig(Section):
     training: Training = table("pre-training", Training)
     systems: list[Function] = table("module:name of systems of your own, each at the end of its phase", list)
     interventions: list[AnyIntervention] = table("interventions while it runs", list)
+    land_use: list[AnyUse] = about("harvests and plantings that go on", [], exclude_if=is_empty)
     search: Search = Field(default_factory=Search, exclude=True,
                            description="settings of `ecs-eco search`; runs ignore them")
 

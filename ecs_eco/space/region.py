@@ -1,0 +1,51 @@
+"""Parts of the ground: circles and rectangles."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+CORNERS = 64  # of the border of a circle
+
+
+class Region:
+    """A circle [x, y, radius] or a rectangle [x0, y0, x1, y1] on the ground [m];
+    a circle wraps around a torus."""
+
+    def __init__(self, space: Any, numbers: Sequence[float]) -> None:
+        self.space, self.numbers, self.round = space, [float(v) for v in numbers], len(numbers) == 3
+
+    def has(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        """Return whether each place is in it: bool[n]."""
+        if not self.round:
+            x0, y0, x1, y1 = self.numbers
+            return (x >= x0) & (x <= x1) & (y >= y0) & (y <= y1)
+        away = [np.asarray(v, float) - centre for v, centre in zip((x, y), self.numbers, strict=False)]
+        if self.space.torus:
+            away = [d - size * np.round(d / size) for d, size in zip(away, self.space.size, strict=False)]
+        return np.hypot(*away) <= self.numbers[2]
+
+    def places(self, u: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """Return the places in it that two numbers in [0, 1) each stand for, all equally likely: f32[n, 2].
+        """
+        if self.round:
+            x, y, radius = self.numbers
+            r, angle = radius * np.sqrt(u), 2 * np.pi * v
+            place = np.stack([x + r * np.cos(angle), y + r * np.sin(angle)], 1)
+        else:
+            x0, y0, x1, y1 = self.numbers
+            place = np.stack([x0 + u * (x1 - x0), y0 + v * (y1 - y0)], 1)
+        size = np.array(self.space.size[:2])
+        place = place % size if self.space.torus else place.clip(0, size)
+        return np.minimum(place.astype(np.float32), np.nextafter(self.space.lengths[:2], np.float32(0)))
+
+    def border(self) -> np.ndarray:
+        """Return the corners of its border, the first one again at the end: f64[k, 2]."""
+        if not self.round:
+            x0, y0, x1, y1 = self.numbers
+            return np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1], [x0, y0]])
+        x, y, radius = self.numbers
+        angle = 2 * np.pi * (np.arange(CORNERS + 1) % CORNERS) / CORNERS
+        return np.stack([x + radius * np.cos(angle), y + radius * np.sin(angle)], 1)

@@ -1,0 +1,98 @@
+"""People harvest and plant."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ecs_eco.components import Body, Position
+from ecs_eco.engine import random
+from ecs_eco.engine.system import System
+from ecs_eco.lifecycle.births import room
+from ecs_eco.lifecycle.founders import newcomers
+from ecs_eco.space.gate import newborn
+from ecs_eco.space.region import Region
+
+if TYPE_CHECKING:
+    from ecs_eco.space.world import SpatialWorld
+
+PLANTING = random.CULL + (1 << 24)  # purpose of the draws of how many come
+
+
+class UseLand(System):
+    """Fishing, felling, sowing and reaping: what the section `land_use` of a world says, in its order.
+
+    Each of those in the region, of the right size, is taken with the probability 1 − exp(−rate dt); of a
+    quota that would be passed, those with the lowest draws. The taken die at the end of the phase die of this
+    tick, newcomers live from the end of the phase reproduce on.
+    """
+
+    phase = "environment"
+    world: Any
+
+    def __init__(self) -> None:
+        self.taken = np.zeros((0, 2), np.int64)  # of each use: the year, and how many in it
+
+    def start(self, world: SpatialWorld) -> None:
+        """Register the causes of death."""
+        if world.config is not None:
+            self.taken = np.zeros((len(world.config.land_use), 2), np.int64)
+            for use in world.config.land_use:
+                if use.kind == "harvest":
+                    world.cause(use.cause)
+
+    def process(self, *_: Any) -> None:
+        """Do what is to be done in this tick."""
+        world = self.world
+        for i, use in enumerate(() if world.config is None else world.config.land_use):
+            if use.active(world.tick, world.dt):
+                getattr(self, use.kind)(world, use, i)
+
+    def harvest(self, world: SpatialWorld, use: Any, i: int) -> None:
+        """Mark those that are taken to die."""
+        table, year = world.table(use.species), use.year(world.tick, world.dt)
+        if self.taken[i, 0] != year:
+            self.taken[i] = year, 0
+        rows = self.there(world, use)
+        rows = rows[table.cause[rows] == 0]
+        radius = table[Body].radius[rows]
+        rows = rows[(radius >= (use.least or 0.0)) & (radius <= (math.inf if use.most is None else use.most))]
+        drawn = random.draw_many(world.key, table.uid[rows], random.CULL + ((i + 1) << 8))
+        order = np.argsort(drawn, kind="stable")
+        rows = rows[order[drawn[order] < -math.expm1(-use.rate * world.dt)]]
+        if use.quota is not None:
+            rows = rows[: max(0, use.quota - int(self.taken[i, 1]))]
+        table.cause[rows] = world.cause(use.cause)
+        self.taken[i, 1] += rows.size
+
+    def plant(self, world: SpatialWorld, use: Any, i: int) -> None:
+        """Ask for newcomers: the integer part of rate × dt, and one more by chance for the rest."""
+        table = world.table(use.species)
+        count = int(use.rate * world.dt + float(random.draw(world.key, np.uint64(i), PLANTING)))
+        if use.up_to is not None:
+            count = min(count, max(0, use.up_to - self.there(world, use).size))
+        count = room(table, count)
+        if count == 0:
+            return
+        # future uids: no draw has used them yet
+        identities = np.arange(count, dtype=np.uint64) + np.uint64(world.next_uid + table.waiting)
+        within = None if use.region is None else Region(world.space, use.region)
+        values = newcomers(table, world, table.species.config, identities, within)
+        values = newborn(world, table, values, f"land_use: plant {use.species!r}")
+        table.request(np.zeros(values[Position, "x"].size, np.uint64), values)
+
+    def there(self, world: SpatialWorld, use: Any) -> np.ndarray:
+        """Return the living rows in the region of a use, in the order of uids: i64[k]."""
+        table = world.table(use.species)
+        rows, p = table.by_uid(), table[Position]
+        return rows if use.region is None else rows[Region(world.space, use.region).has(p.x[rows], p.y[rows])]
+
+    def state(self) -> dict[str, np.ndarray]:
+        """Return how many have been taken in which year."""
+        return {"taken": self.taken.copy()}
+
+    def load(self, state: dict[str, np.ndarray]) -> None:
+        """Take a `state()`."""
+        self.taken[...] = state["taken"]
