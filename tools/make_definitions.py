@@ -57,6 +57,7 @@ CLAUSES = {  # clause: (what it says, what of it is missing)
     "3 reproduction": ("Reproduction is sexual or asexual, with crossover and mutation", ""),
     "3 biological rules": ("Biological properties change by rules: age by time, fertility by age and season, "
                            "size by growing", ""),
+    "3 eggs": ("Newborn may begin as eggs, which lie until they hatch and can be eaten", ""),
     "3 parental care": ("Parents feed their young, who know their mother and follow her", ""),
     "3 staying alive": ("An organism dies outside the interval of a property, or when too old", ""),
     "3 remains": ("What dies becomes an inanimate object", ""),

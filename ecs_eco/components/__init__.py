@@ -17,6 +17,7 @@ from ecs_eco.components.genome import Genome
 from ecs_eco.components.gestation import Gestation
 from ecs_eco.components.growth import Growth
 from ecs_eco.components.heat_exchange import HeatExchange
+from ecs_eco.components.incubation import Incubation
 from ecs_eco.components.life_history import LifeHistory
 from ecs_eco.components.load import Load
 from ecs_eco.components.matter import Matter
@@ -40,7 +41,7 @@ from ecs_eco.components.vigour import Vigour
 
 __all__ = [
     "Biology", "Body", "Breeding", "Carrier", "Chemistry", "Coat", "Defence", "Desires", "Experience",
-    "Genome", "Gestation", "Growth", "HeatExchange", "LifeHistory", "Load", "Matter", "Memory",
+    "Genome", "Gestation", "Growth", "HeatExchange", "Incubation", "LifeHistory", "Load", "Matter", "Memory",
     "Metabolism", "Motor", "Nervous", "Parentage", "Physical", "Plasticity", "Policy", "Position",
     "Reflexes", "Route", "Senses", "Sensor", "Shape", "Stature", "Velocity", "Vigour",
 ]  # fmt: skip

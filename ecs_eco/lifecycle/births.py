@@ -7,7 +7,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ecs_eco.components import Biology, Body, LifeHistory, Metabolism, Parentage, Position, Shape
+from ecs_eco.components import (
+    Biology,
+    Body,
+    Genome,
+    LifeHistory,
+    Metabolism,
+    Parentage,
+    Policy,
+    Position,
+    Shape,
+)
 from ecs_eco.engine import random
 from ecs_eco.engine.jit import njit
 from ecs_eco.engine.random import draw, mix
@@ -49,8 +59,11 @@ def life_history(table: Table, way: Any) -> tuple[Any, ...]:
 
 def room(table: Table, wanted: int) -> int:
     """Return how many of `wanted` newborn there is room for:
-    `max_count` minus the living and the births pending."""
-    most = table.species.max_count
+    `max_count` minus the living, the births pending, and the eggs."""
+    most, eggs = table.species.max_count, table.species.eggs
+    if eggs is not None:
+        wanted = room(eggs, wanted)
+        most = None if most is None else most - eggs.n - eggs.waiting
     return wanted if most is None else max(0, min(wanted, most - table.n - table.waiting))
 
 
@@ -59,6 +72,7 @@ def bring_forth(table: Table, world: SpatialWorld, way: Any, parents: np.ndarray
                 fathers: np.ndarray | None = None, sperm: np.ndarray | None = None) -> np.ndarray:
     """Request `number` i64[k] newborn of each parent (rows i64[k] in the order of uids);
     return how many there was room for.
+    A species that lays eggs has them laid.
 
     Each newborn gets the energy `given` f32[k]; the caller takes it from the parent. `fathers` are uids
     u64[k], dead or alive, `sperm` u8[k, loci] their genomes.
@@ -75,17 +89,21 @@ def bring_forth(table: Table, world: SpatialWorld, way: Any, parents: np.ndarray
     placed = places[:, 3] > 0
     which, mothers, identity, places = which[placed], mothers[placed], identity[placed], places[placed]
     if which.size:
-        values = newborn(table, world, places, identity, given[which])
-        second = None if fathers is None else fathers[which]
+        nest, second = table.species.eggs, None if fathers is None else fathers[which]
+        values = newborn(table if nest is None else nest, world, places, identity, given[which])
         if (heredity := table.species.heredity) is not None:
             living = None if second is None else rows_of(table, second)
             values |= heredity.offspring(world, table, mothers, living, identity,
                                          **({} if sperm is None else {"sperm": sperm[which]}))
-        values |= sizes.of_newborn(table, values, which.size)
-        if Parentage in table:
+        if nest is None:
+            nest = table
+            values |= sizes.of_newborn(table, values, which.size)
+        else:  # traits are expressed when it hatches
+            values = {key: v for key, v in values.items() if key[0] in (Position, Metabolism, Genome, Policy)}
+        if Parentage in nest:
             values[Parentage, "mother"] = table.uid[mothers]
             values[Parentage, "father"] = np.zeros(which.size, np.uint64) if second is None else second
-        table.request(table.uid[mothers], values, second)
+        nest.request(table.uid[mothers], values, second)
     return np.bincount(which, minlength=parents.size)
 
 

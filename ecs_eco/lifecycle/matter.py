@@ -118,9 +118,10 @@ class Books:
 
 
 def remaining(world: Any, table: Table, rows: np.ndarray) -> np.ndarray:
-    """Return which of the dying leave their bodies behind: all but the eaten, bool[k]; rows i64[k]."""
+    """Return which of the dying leave their bodies behind: all but the eaten and eggs that
+    hatched, bool[k]; rows i64[k]."""
     eaten = np.zeros(256, np.bool_)  # of any code that a cause can have
-    eaten[: len(world.causes)] = [c.startswith("eaten") for c in world.causes]
+    eaten[: len(world.causes)] = [c.startswith("eaten") or c == "hatched" for c in world.causes]
     return ~eaten[table.cause[rows] - 1]
 
 

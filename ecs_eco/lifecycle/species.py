@@ -9,12 +9,13 @@ if TYPE_CHECKING:
     import numpy as np
 
     from ecs_eco.config.models.heat import Heat
-    from ecs_eco.config.models.life import Breeding, Care, Growth
+    from ecs_eco.config.models.life import Breeding, Care, Growth, Hatching
     from ecs_eco.config.models.matter import AnyExchange, Decomposition, Emission, Reaction
     from ecs_eco.config.models.objects import Build, Carry, Motion, Store
     from ecs_eco.config.models.reproduction import AnyReproduction
     from ecs_eco.config.models.species import Diet, Lethal
     from ecs_eco.config.models.species import Species as SpeciesConfig
+    from ecs_eco.engine.table import Table
     from ecs_eco.genomes.heredity import Heredity
     from ecs_eco.nervous.nerves import Nerves
 
@@ -107,6 +108,10 @@ class Species:
     """How the young grow; None: they are born as large as adults."""
     breeding: Breeding | None = None
     """How its fertility depends on age and season; None: it stays what it was at birth."""
+    eggs: Table | None = None
+    """The table of its eggs; None: it lays none."""
+    hatch: Hatching | None = None
+    """Who hatches from them, and when; None: they are no eggs."""
     barren: bool = False
     """Whether an intervention has switched its reproduction off."""
 

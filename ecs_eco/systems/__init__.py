@@ -15,7 +15,7 @@ _HOME = {
     "ExchangeMatter": "exchange_matter", "Decompose": "decompose", "Provide": "provide",
     "LeaveRemains": "leave_remains", "Reproduce": "reproduce", "GiveBirth": "give_birth", "Spread": "spread",
     "Respawn": "respawn", "Mature": "mature",
-    "GrowUp": "grow_up", "Nurse": "nurse",
+    "GrowUp": "grow_up", "Nurse": "nurse", "Hatch": "hatch",
     "Decay": "decay", "Renew": "renew", "Travel": "travel",
     "Carry": "carry", "Build": "build", "UseLand": "use_land",
 }  # fmt: skip

@@ -25,6 +25,7 @@ from ecs_eco.systems.feel import Feel
 from ecs_eco.systems.give_birth import GiveBirth
 from ecs_eco.systems.grow import Grow
 from ecs_eco.systems.grow_up import GrowUp
+from ecs_eco.systems.hatch import Hatch
 from ecs_eco.systems.intervene import Intervene
 from ecs_eco.systems.learn import Learn
 from ecs_eco.systems.leave_remains import LeaveRemains
@@ -59,7 +60,7 @@ SCHEDULE: dict[str, tuple[type[System], ...]] = {
     "move": (Move, Drift, Travel, Carry),
     "interact": (Collide, Feed, Nurse, Mate, Build),
     "metabolise": (Metabolise, ExchangeMatter, React, Decay, Decompose, ExchangeHeat, Compress, GrowUp, Age),
-    "die": (Perish, LeaveRemains),  # at its end the rows of the dying are freed
+    "die": (Hatch, Perish, LeaveRemains),  # at its end the rows of the dying are freed
     "reproduce": (Provide, Renew, Reproduce, GiveBirth, Spread),  # at its end the newborn get rows
     "record": (),  # a world that is recorded has its recorder here
 }
@@ -79,6 +80,7 @@ OPTIONAL: dict[type[System], Callable[[Table], bool]] = {
     Provide: lambda table: table.species.born_with == "mother",
     ExchangeHeat: lambda table: HeatExchange in table,
     Mature: lambda table: table.species.breeding is not None,
+    Hatch: lambda table: table.species.hatch is not None,
     Nurse: lambda table: table.species.care is not None,
     GrowUp: lambda table: table.species.growth is not None,
     Compress: lambda table: table.species.compressible,

@@ -156,6 +156,7 @@ def apply_species(world: SpatialWorld, table: Table, species: Any,
     alike.breeding, alike.growth, alike.care = species.breeding, species.growth, species.care
     alike.torpor = species.metabolism.torpor
     alike.carries, alike.builds = list(species.carries), list(species.builds)
+    alike.hatch = species.hatch
     if species.growth is not None:
         table.add_component(Stature, radius=species.body.radius, mass=species.body.mass)
         alike.standard_mass = species.body.mass

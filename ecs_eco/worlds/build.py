@@ -37,7 +37,7 @@ from ecs_eco.nervous.sensors import senses_of
 from ecs_eco.space import Field, Terrain
 from ecs_eco.systems.schedule import schedule
 from ecs_eco.worlds.apply import apply, apply_object, begin_learning, cell, learner_seed, matter, settings
-from ecs_eco.worlds.heredity import add_heredity
+from ecs_eco.worlds.heredity import add_eggs, add_heredity
 from ecs_eco.worlds.matter import add_matter, contain, keep_books
 from ecs_eco.worlds.placed import placed
 from ecs_eco.worlds.policies import (
@@ -92,6 +92,8 @@ def build(cls: Any, config: Any, *, seed: int | None = None, policies: Any = "tr
         founder = _networks(world, world.tables[name], species, policies, learn, number, training)
         add_heredity(world, world.tables[name], species, founder)
         _motor(world.tables[name], len(species.ranges()))
+    for name, species in config.species.items():
+        add_eggs(world, world.tables[name], species)
     apply(world, config)
     treat(controls, world)
     shipped = schedule(training and config.training.respawn, world.tables.values())

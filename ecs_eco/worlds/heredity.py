@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ecs_eco import components as own
-from ecs_eco.components import Experience, Genome, Gestation, Memory, Policy
+from ecs_eco.components import Experience, Genome, Gestation, Incubation, Memory, Policy
 from ecs_eco.config.traits import policy_shapes, traits_of
 from ecs_eco.genomes.heredity import Heredity
 
@@ -51,6 +51,19 @@ def add_heredity(world: SpatialWorld, table: Table, species: Any, founder: np.nd
         table.add_component(Gestation)
     if section is not None or minds is not None:
         table.species.heredity = Heredity(layout, None, targets, minds=minds, founder=founder, alike=alike)
+
+
+def add_eggs(world: SpatialWorld, table: Table, species: Any) -> None:
+    """Give the eggs of a species, if it lays any, what they carry of it: genomes, and brains of their own."""
+    name = getattr(species.reproduction, "eggs", None)
+    if name is None:
+        return
+    eggs = table.species.eggs = world.tables[name]
+    eggs.add_component(Incubation)
+    eggs.dims |= {size: n for size, n in table.dims.items() if size not in eggs.dims}
+    for component in (Genome, Policy):
+        if component in table:
+            eggs.add_component(component)
 
 
 def apply_heredity(world: SpatialWorld, table: Table, species: Any,

@@ -85,6 +85,8 @@ def _causes(config: WorldConfig) -> Iterator[tuple[Key, str]]:
             yield ("species", name, "diet", i), f"eaten by {name}"
             if food.deadly:
                 yield ("species", name, "diet", i), f"poisoned by {food.eats}"
+        if species.hatch is not None:
+            yield ("species", name, "hatch"), "hatched"
         for i, limit in enumerate(species.lethal):
             ends = {"min": limit.low, "max": limit.high}
             for end, cause in ends.items():

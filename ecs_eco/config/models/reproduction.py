@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from ecs_eco.engine.section import NonNegative, Positive, Section, Share, about, quantity
+from ecs_eco.engine.section import NonNegative, Positive, Section, Share, about, is_absent, quantity
 
 Litter = Annotated[int, Field(ge=1, le=10_000)]
 
@@ -26,6 +26,8 @@ class Bearing(Reproduction):
     energy_given: NonNegative = quantity("energy of each newborn, paid by its parents", "energy")
     age_min: NonNegative = quantity("least age of a parent", "s", 0.0)
     litter: Litter = quantity("newborn at a time, fewer if the parent cannot pay for all", "1", 1)
+    eggs: str | None = about("species with `hatch` as which the newborn begin; absent: they are born as they "
+                             "are", None, exclude_if=is_absent)
 
 
 class Alone(Bearing):

@@ -10,7 +10,7 @@ from pydantic import Field, field_validator, model_validator
 
 from ecs_eco.config.models.body import Body
 from ecs_eco.config.models.heat import BodyHeat
-from ecs_eco.config.models.life import Breeding, Care, Growth
+from ecs_eco.config.models.life import Breeding, Care, Growth, Hatching
 from ecs_eco.config.models.matter import AnyExchange, Emission, Reaction
 from ecs_eco.config.models.nerves import Continuous, Group, Happiness, Neutral, Policy, Reflex
 from ecs_eco.config.models.objects import Build, Carry
@@ -173,6 +173,8 @@ class Species(Section):
     reproduction: AnyReproduction | None = about("how it multiplies; absent: it does not", None)
     care: Care | None = about("how parents feed their young; absent: they do not", None,
                               exclude_if=is_absent)
+    hatch: Hatching | None = about("these are eggs: who hatches from them, and when; absent: they are not",
+                                   None, exclude_if=is_absent)
     lethal: list[Lethal] = table("what kills it besides being eaten", list)
     remains: str | None = about("object type that the dead leave", None)
 

@@ -126,13 +126,15 @@ class WorldConfig(Section):
         return tuple(dict.fromkeys((*self.objects[kind].felt(), *left)))
 
     def family(self, name: str) -> tuple[str, ...]:
-        """The species whose members are of one kind with those of a species: itself."""
-        return (name,)
+        """The species whose members are of one kind with those of a species: itself and its eggs."""
+        eggs = (one for one, s in self.species.items() if s.hatch is not None and s.hatch.into == name)
+        return (name, *eggs)
 
     def have_parents(self) -> frozenset[str]:
         """The species whose members must know whose children they are."""
-        return frozenset(one for name, species in self.species.items() if species.knows_kin()
-                         for one in self.family(name))
+        eggs = {name for name, species in self.species.items() if species.hatch is not None}
+        return frozenset(eggs | {one for name, species in self.species.items() if species.knows_kin()
+                                 for one in self.family(name)})
 
     def bearers(self, property: str) -> list[str]:
         """The object types and species whose bodies have a property or substance."""

@@ -1,0 +1,48 @@
+"""Eggs: what they carry of those that laid them, and who hatches from them."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ecs_eco.components import Genome, Metabolism, Parentage, Policy, Position
+from ecs_eco.lifecycle import sizes
+from ecs_eco.lifecycle.births import newborn
+
+if TYPE_CHECKING:
+    from ecs_eco.engine.table import Table
+    from ecs_eco.space.world import SpatialWorld
+
+Values = dict[tuple[type, str], np.ndarray]
+
+
+def hatch(eggs: Table, rows: np.ndarray, into: Table, world: SpatialWorld) -> None:
+    """Request the newborn that hatch from eggs, rows i64[k] in the order of uids: where these lie, with their
+    energy, their genome and their parents."""
+    p, uid, parents = eggs[Position], eggs.uid[rows], eggs[Parentage]
+    places = np.stack([p.x[rows], p.y[rows], p.z[rows]], 1)
+    values = newborn(into, world, places, uid, eggs[Metabolism].energy[rows])
+    mother, father = parents.mother[rows], parents.father[rows]
+    if into.species.heredity is not None:
+        values |= _inherited(eggs, rows, into, world, mother)
+    values |= sizes.of_newborn(into, values, rows.size)
+    if Parentage in into:
+        values |= {(Parentage, "mother"): mother, (Parentage, "father"): father}
+    into.request(mother, values, father)
+
+
+def _inherited(eggs: Table, rows: np.ndarray, into: Table, world: SpatialWorld, mother: np.ndarray) -> Values:
+    """Return the inherited columns of newborn; eggs that nobody laid are those of founders."""
+    heredity = into.species.heredity
+    assert heredity is not None
+    carried = {(c, f): eggs.field(c, f)[rows] for c in (Genome, Policy) if c in eggs
+               for f in eggs.defaults[c]}
+    values = heredity.express(into, carried[Genome, "loci"]) if Genome in eggs else {}
+    values |= carried
+    if not (first := mother == 0).any():
+        return values
+    for name, founder in heredity.founders(world, into, eggs.uid[rows][first]).items():
+        values[name] = np.array(values[name])
+        values[name][first] = founder
+    return values
