@@ -1,5 +1,5 @@
-"""A world with all of a life: eggs, kin, care, growth, fertility with age and season, genes for them; it keeps
-its promises."""
+"""A world with all of a life: eggs, kin, care, growth, fertility with age and season, genes for them;
+it keeps its promises."""
 
 import copy
 
