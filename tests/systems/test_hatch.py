@@ -158,6 +158,9 @@ def flock(**changes):
     config = {**HERD, "species": {k: dict(v) for k, v in HERD["species"].items()}}
     goat = config["species"]["goat"]
     goat["reproduction"] = goat["reproduction"] | {"eggs": "egg", "litter": 2, "age_min": 1.0, "rest": 8.0}
+    goat["components"] = []
+    genes = [gene for gene in goat["genome"]["genes"] if gene["name"] != "wool"]
+    goat["genome"] = goat["genome"] | {"genes": genes}
     goat["sensors"] = [*goat["sensors"],
                        {"kind": "nearest", "target": "egg", "radius": 5.0, "kin": "offspring"}]
     config["species"]["egg"] = EGG | {"hatch": {"into": "goat", "incubation": 4.0}}

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from ecs_eco.config.checks.matter import Key, unknown
+from ecs_eco.config.models.reproduction import Bearing
 from ecs_eco.config.models.species import Species
 from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.engine.errors import Problem
@@ -39,8 +40,8 @@ def check_life(config: WorldConfig, key: Key, species: Species) -> Iterator[Prob
 
 def _check_eggs(config: WorldConfig, key: Key, species: Species) -> Iterator[Problem]:
     """Problems of species that lay eggs, and of eggs."""
-    name, egg, way = key[1], getattr(species.reproduction, "eggs", None), species.hatch
-    if egg is not None:
+    name, lays, way = key[1], species.reproduction, species.hatch
+    if isinstance(lays, Bearing) and (egg := lays.eggs) is not None:
         at = (*key, "reproduction", "eggs")
         eggs = [n for n, s in config.species.items() if s.hatch is not None and s.hatch.into == name]
         if egg not in config.species:
@@ -48,9 +49,9 @@ def _check_eggs(config: WorldConfig, key: Key, species: Species) -> Iterator[Pro
         elif egg not in eggs:
             allowed = f'a species with hatch = {{ into = "{name}" }}'
             yield Problem(at, f"no {name} hatches from it", egg, allowed)
-        elif (most := config.species[egg].metabolism.energy_max) < species.reproduction.energy_given:
+        elif (most := config.species[egg].metabolism.energy_max) < lays.energy_given:
             yield Problem((*key, "reproduction", "energy_given"), f"more than an egg holds, {egg}",
-                          species.reproduction.energy_given, f"at most {most:g}, its metabolism.energy_max")
+                          lays.energy_given, f"at most {most:g}, its metabolism.energy_max")
     if way is None:
         return
     if way.into not in config.species:
