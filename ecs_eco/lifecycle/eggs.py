@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ecs_eco.components import Genome, Metabolism, Parentage, Policy, Position
+from ecs_eco.components import Body, Chemistry, Genome, Metabolism, Parentage, Policy, Position
 from ecs_eco.lifecycle import sizes
 from ecs_eco.lifecycle.births import newborn
 
@@ -19,7 +19,7 @@ Values = dict[tuple[type, str], np.ndarray]
 
 def hatch(eggs: Table, rows: np.ndarray, into: Table, world: SpatialWorld) -> None:
     """Request the newborn that hatch from eggs, rows i64[k] in the order of uids: where these lie, with their
-    energy, their genome and their parents."""
+    energy, substances, genome and parents."""
     p, uid, parents = eggs[Position], eggs.uid[rows], eggs[Parentage]
     places = np.stack([p.x[rows], p.y[rows], p.z[rows]], 1)
     values = newborn(into, world, places, uid, eggs[Metabolism].energy[rows])
@@ -27,6 +27,10 @@ def hatch(eggs: Table, rows: np.ndarray, into: Table, world: SpatialWorld) -> No
     if into.species.heredity is not None:
         values |= _inherited(eggs, rows, into, world, mother)
     values |= sizes.of_newborn(into, values, rows.size)
+    if Chemistry in eggs and Chemistry in into:  # amounts stay
+        radius = values.get((Body, "radius"), into.defaults[Body]["radius"])
+        share = (eggs[Body].radius[rows].astype(float) / np.maximum(radius, 1e-30)) ** 3
+        values[Chemistry, "molarity"] = (eggs[Chemistry].molarity[rows] * share[:, None]).astype(np.float32)
     if Parentage in into:
         values |= {(Parentage, "mother"): mother, (Parentage, "father"): father}
     into.request(mother, values, father)

@@ -92,8 +92,7 @@ def build(cls: Any, config: Any, *, seed: int | None = None, policies: Any = "tr
         founder = _networks(world, world.tables[name], species, policies, learn, number, training)
         add_heredity(world, world.tables[name], species, founder)
         _motor(world.tables[name], len(species.ranges()))
-    for name, species in config.species.items():
-        add_eggs(world, world.tables[name], species)
+    add_eggs(world)
     apply(world, config)
     treat(controls, world)
     shipped = schedule(training and config.training.respawn, world.tables.values())

@@ -53,17 +53,19 @@ def add_heredity(world: SpatialWorld, table: Table, species: Any, founder: np.nd
         table.species.heredity = Heredity(layout, None, targets, minds=minds, founder=founder, alike=alike)
 
 
-def add_eggs(world: SpatialWorld, table: Table, species: Any) -> None:
-    """Give the eggs of a species, if it lays any, what they carry of it: genomes, and brains of their own."""
-    name = getattr(species.reproduction, "eggs", None)
-    if name is None:
-        return
-    eggs = table.species.eggs = world.tables[name]
-    eggs.add_component(Incubation)
-    eggs.dims |= {size: n for size, n in table.dims.items() if size not in eggs.dims}
-    for component in (Genome, Policy):
-        if component in table:
-            eggs.add_component(component)
+def add_eggs(world: SpatialWorld) -> None:
+    """Give the eggs of each species that lays any what they carry of it: genomes, and brains of their own."""
+    for name, species in world.config.species.items():
+        nest = getattr(species.reproduction, "eggs", None)
+        if nest is None:
+            continue
+        table, eggs = world.tables[name], world.tables[nest]
+        table.species.eggs = eggs
+        eggs.add_component(Incubation)
+        eggs.dims |= {size: n for size, n in table.dims.items() if size not in eggs.dims}
+        for component in (Genome, Policy):
+            if component in table:
+                eggs.add_component(component)
 
 
 def apply_heredity(world: SpatialWorld, table: Table, species: Any,

@@ -4,7 +4,17 @@ import numpy as np
 import pytest
 
 from ecs_eco import World
-from ecs_eco.components import Body, Genome, Incubation, Metabolism, Parentage, Physical, Policy, Position
+from ecs_eco.components import (
+    Body,
+    Chemistry,
+    Genome,
+    Incubation,
+    Metabolism,
+    Parentage,
+    Physical,
+    Policy,
+    Position,
+)
 from ecs_eco.engine.errors import ConfigError
 from ecs_eco.record.ledger import LEDGER, imbalance
 from ecs_eco.systems import Feed, Hatch, Reproduce
@@ -142,6 +152,16 @@ def test_yolk_is_used_up_and_eggs_die_of_what_is_lethal(meadow):
     assert world.tables["deer"].n == 2
 
 
+def test_what_an_egg_holds_is_in_who_hatches(meadow):
+    world = lay(nest(meadow, world={"substances": {"water": "H2O"}}, egg={"substances": {"water": 40.0}},
+                     substances={"water": 30.0}, growth={"rate": 0.01, "newborn": 0.064}))
+    world.run(3)
+    deer = world.tables["deer"]
+    young = deer.by_uid()[2:]
+    assert deer[Body].radius[young] == pytest.approx(0.2)  # 0.5 × 0.4: twice that of an egg
+    assert deer[Chemistry].molarity[young, 0] == pytest.approx(5.0)
+
+
 def test_eggs_that_nobody_laid_are_founders(meadow):
     genome = {"genes": [gene_for("size", "body.radius", 5, low=0.2, high=0.4)]}
     world = nest(meadow, egg={"count": 12}, genome=genome, reproduction=LAYS | {"rate": 0.0}, count=0)
@@ -225,6 +245,7 @@ def test_the_system_keeps_the_rules(meadow):
     ({}, {"reproduction": None}, "it does not lay these eggs"),
     ({"hatch": {"into": "der", "incubation": 1.0}}, {}, "hatch.into = \"der\""),
     ({"hatch": EGG["hatch"] | {"temperature": 270.0}}, {}, "not above the threshold"),
+    ({}, {"substances": {}, "born_with": "mother"}, "its newborn are eggs"),
     ({"diet": [{"eats": "grass", "gain": 0.1}]}, {}, "an egg has none"),
     ({"metabolism": {"energy": 0.1, "energy_max": 0.1}}, {}, "more than an egg holds"),
 ])  # fmt: skip

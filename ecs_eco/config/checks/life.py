@@ -52,6 +52,9 @@ def _check_eggs(config: WorldConfig, key: Key, species: Species) -> Iterator[Pro
         elif (most := config.species[egg].metabolism.energy_max) < lays.energy_given:
             yield Problem((*key, "reproduction", "energy_given"), f"more than an egg holds, {egg}",
                           lays.energy_given, f"at most {most:g}, its metabolism.energy_max")
+        if species.born_with == "mother":
+            yield Problem((*key, "born_with"), "its newborn are eggs, which hold what their own section says",
+                          species.born_with, '"declared"')
     if way is None:
         return
     if way.into not in config.species:
