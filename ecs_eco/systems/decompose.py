@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
     from ecs_eco.space.world import SpatialWorld
 
-CAUSE = "decomposed"
+CAUSE, ROTTED = "decomposed", "decayed"  # the latter by losing the energy that it held
 
 
 class Decompose(System):
@@ -25,10 +25,12 @@ class Decompose(System):
 
     needs = (Position, Chemistry, Matter)
     phase = "metabolise"
+    world: SpatialWorld
 
     def start(self, world: SpatialWorld) -> None:
-        """Register the cause of death."""
+        """Register the cause of death, and listen for those who vanish for want of energy."""
         world.cause(CAUSE)
+        world.on_death.append(self.vanish)
 
     def update(self, table: Table, world: SpatialWorld) -> None:
         """Let one kind of objects decay."""
@@ -44,6 +46,15 @@ class Decompose(System):
         release(world, table, amount, p.x[rows], p.y[rows], p.z[rows])
         ends = rows[old]
         table.cause[ends[table.cause[ends] == 0]] = world.cause(CAUSE)
+
+    def vanish(self, table: Table, rows: np.ndarray) -> None:
+        """Let those that rotted away give all that they still hold; rows i64[k] in the order of uids."""
+        if table.species.decomposition is None or Matter not in table or ROTTED not in self.world.causes:
+            return
+        rows, p = rows[table.cause[rows] == self.world.cause(ROTTED)], table[Position]
+        amount = np.zeros((rows.size, len(self.world.substances)))
+        give_back(rows, np.ones(rows.size, np.bool_), 1.0, *bodies(table), amount)
+        release(self.world, table, amount, p.x[rows], p.y[rows], p.z[rows])
 
 
 @njit

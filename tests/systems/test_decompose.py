@@ -67,6 +67,14 @@ def test_the_dead_return_to_the_soil():
     assert world.tables["carcass"].n == world.tables["fly"].n == 0
 
 
+def test_what_rots_away_for_want_of_energy_gives_all_that_it_still_holds():
+    world = forest(carcass={"decomposition": {"rate": 0.01}, "energy": {"initial": 1.0, "decay": 1.0}})
+    world.run(20)
+    assert world.tables["carcass"].n == 0
+    assert world.causes.count("decayed") == 1
+    assert world.fields["soil"].held() == pytest.approx(HELD, rel=1e-12)
+
+
 def test_what_holds_nothing_cannot_decay():
     with pytest.raises(ConfigError, match="decomposition changes them"):
         forest(carcass={"substances": {}})

@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 
 from ecs_eco import World
 from ecs_eco.config.shipped import shipped
+from ecs_eco.engine.errors import ConfigError
 from ecs_eco.testing import check_world
 from studies.common.ledgers import drawn, furthest_off
 
@@ -36,3 +37,34 @@ def test_the_lamb_keeps_books_of_what_it_breathes_sucks_and_burns():
     page = {k: np.array(v) for k, v in world.recorder.matter_series().to_pydict().items()}
     oxygen = page["substance"] == "oxygen"
     assert page["reacted"][oxygen].max() < 0 < page["taken_up"][oxygen][1:].min()
+
+
+@pytest.mark.parametrize("seed", [3, 5])
+def test_matter_goes_on_from_a_checkpoint_with_its_books(seed, tmp_path):
+    world = World.from_config(drawn(seed), policies="random").run(12)
+    world.save(tmp_path / "here")
+    again = World.restore(tmp_path / "here").run(8)
+    copy = world.copy()
+    copy.run(8)
+    assert world.run(8).digest() == again.digest() == copy.digest()
+    pages = [w.recorder.matter_series().to_pydict() for w in (world, again)]
+    assert pages[0] == pages[1]
+    assert max(furthest_off(again).values()) < 1e-6
+
+
+def test_the_debug_mode_finds_nothing_wrong_with_what_moves_matter(monkeypatch):
+    monkeypatch.setenv("ECS_ECO_DEBUG", "1")
+    World.from_config(drawn(1), policies="random").run(15)
+
+
+def test_rates_may_change_while_they_live_but_ways_may_not_come_or_go():
+    config = drawn(1)
+    config["species"]["slug"]["reactions"] = [{"from": {"salt": 1.0}, "to": {}, "rate": 0.01}]
+    world = World.from_config(config, policies="random")
+    world.intervene({"kind": "set", "set": {"species.slug.reactions.0.rate": 1e-9,
+                                            "fields.gas_field.renewal": 0.5}})
+    world.run(2)
+    assert world.tables["slug"].species.reactions[0].rate == 1e-9
+    assert world.fields["gas_field"].renewal == 0.5
+    with pytest.raises(ConfigError, match=r"reactions.*\n.*cannot change in a living world"):
+        world.intervene({"kind": "set", "set": {"species.slug.reactions": []}})
