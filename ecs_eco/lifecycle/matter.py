@@ -6,12 +6,14 @@ import math
 import weakref
 from collections.abc import Iterator
 from contextlib import contextmanager
+from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from ecs_eco.components import Body, Chemistry, Matter
+from ecs_eco.components import Body, Chemistry, Matter, Shape
 from ecs_eco.engine.jit import njit
+from ecs_eco.space.shapes import volume as volume_of
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
@@ -34,7 +36,6 @@ FLOWS = {
 
 NUMBER = {flow: i for i, flow in enumerate(FLOWS)}
 NO_RESIDUE = np.zeros((0, 0), np.float32)
-LITRES = 4000 * math.pi / 3  # of a sphere of 1 m
 
 
 class Bodies(NamedTuple):
@@ -46,9 +47,25 @@ class Bodies(NamedTuple):
     residue: np.ndarray
 
 
-def litres(radius: Any) -> Any:
-    """Return the volume of spheres [L]; `radius` in metres."""
-    return LITRES * np.asarray(radius, np.float64) ** 3
+def litres(radius: Any, shape: Any = None) -> Any:
+    """Return the volume of bodies [L]: of spheres, or of a shape that has the fields of `Shape`; `radius` in
+    metres."""
+    r = np.asarray(radius, np.float64)
+    if shape is None:
+        return 4000 * math.pi / 3 * r**3
+    length, width, height = (2 * np.asarray(half, np.float64) * r
+                             for half in (shape.half_length, shape.half_width, shape.half_height))
+    return 1000 * volume_of(length, width, height, np.asarray(shape.rounding, np.float64) * r)
+
+
+def volumes(table: Table) -> np.ndarray:
+    """Return the volumes of a table's bodies as they are now [L]: f64[capacity]."""
+    return litres(table[Body].radius, table[Shape] if Shape in table else None)
+
+
+def newborn_volumes(table: Table, radius: Any) -> Any:
+    """Return the volumes [L] of newborn with these radii [m] and the shape of their kind."""
+    return litres(radius, SimpleNamespace(**table.defaults[Shape]) if Shape in table else None)
 
 
 def bodies(table: Table) -> Bodies:
@@ -56,7 +73,7 @@ def bodies(table: Table) -> Bodies:
     molarity = table[Chemistry].molarity
     if Matter in table:
         return Bodies(table[Matter].volume, molarity, table[Matter].residue)
-    return Bodies(litres(table[Body].radius), molarity, NO_RESIDUE)
+    return Bodies(volumes(table), molarity, NO_RESIDUE)
 
 
 class Books:

@@ -9,7 +9,7 @@ import numpy as np
 
 from ecs_eco.components import Body, Chemistry, Position
 from ecs_eco.engine.jit import njit
-from ecs_eco.lifecycle.matter import book, first_fields, litres
+from ecs_eco.lifecycle.matter import book, first_fields, newborn_volumes
 from ecs_eco.space.geometry import cells_of
 
 if TYPE_CHECKING:
@@ -23,7 +23,8 @@ def root(world: SpatialWorld, table: Table, values: Mapping[tuple[type, str], np
     molarity, fields = table.defaults[Chemistry]["molarity"], first_fields(world)
     needed = [s for s, name in enumerate(world.substances) if molarity[s] > 0 and name in fields]
     n = values[Position, "x"].size
-    volume = litres(np.broadcast_to(values.get((Body, "radius"), table.defaults[Body]["radius"]), n))
+    radius = np.broadcast_to(values.get((Body, "radius"), table.defaults[Body]["radius"]), n)
+    volume = newborn_volumes(table, radius)
     rooted = np.ones(n, np.bool_)
     if not needed:
         return rooted

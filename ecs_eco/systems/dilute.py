@@ -9,7 +9,7 @@ import numpy as np
 from ecs_eco.components import Body, Chemistry, Matter
 from ecs_eco.engine.jit import njit
 from ecs_eco.engine.system import System
-from ecs_eco.lifecycle.matter import held, hold, litres
+from ecs_eco.lifecycle.matter import held, hold, volumes
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
@@ -29,15 +29,14 @@ class Dilute(System):
     def update(self, table: Table, world: SpatialWorld) -> None:
         """Bring the concentrations of one table to the volumes of its bodies."""
         high, m = table.high, table[Matter]
-        dilute(table.alive[:high], litres(table[Body].radius[:high]), m.volume, table[Chemistry].molarity,
-               m.residue)
+        dilute(table.alive[:high], volumes(table), m.volume, table[Chemistry].molarity, m.residue)
 
 
 def measure(table: Table, rows: np.ndarray, parents: np.ndarray, second: np.ndarray) -> None:
     """Set the volume that the concentrations of newborn refer to: rows i64[k]."""
     if Matter in table:
         volume = table[Matter].volume
-        volume[rows] = np.where(volume[rows] > 0, volume[rows], litres(table[Body].radius[rows]))
+        volume[rows] = np.where(volume[rows] > 0, volume[rows], volumes(table)[rows])
 
 
 @njit

@@ -8,7 +8,7 @@ import numpy as np
 
 from ecs_eco.components import Body, Chemistry, Matter, Metabolism, Physical, Position, Shape
 from ecs_eco.engine.system import System
-from ecs_eco.lifecycle.matter import remaining
+from ecs_eco.lifecycle.matter import bodies, remaining
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
@@ -40,10 +40,12 @@ class LeaveRemains(System):
                 kept: list[tuple[Any, str]] = ([(Position, f) for f in ("x", "y", "z", "heading")]
                                                + [(Body, "radius"), (Body, "mass")])
                 kept += [(Shape, f) for f in Shape.fields]  # type: ignore[attr-defined]
-                kept += [(Chemistry, "molarity"), (Matter, "volume"), (Matter, "residue")]
+                kept += [(Chemistry, "molarity"), (Matter, "residue")]
                 kept += [(Physical, f) for f in Physical.fields]  # type: ignore[attr-defined]
                 into = world.tables[remains]
                 values = {(c, f): table.field(c, f)[rows] for c, f in kept if c in table and c in into}
                 if Metabolism in table and Metabolism in into:
                     values[Metabolism, "energy"] = table[Metabolism].energy[rows].clip(0, None)
+                if Chemistry in table and Matter in into:
+                    values[Matter, "volume"] = bodies(table).volume[rows]
                 into.request(table.uid[rows], values)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ecs_eco.components import Chemistry, Matter
+from ecs_eco.components import Chemistry, Matter, Shape
 from ecs_eco.config import WorldConfig
 from ecs_eco.config.models.matter import Emission
 from ecs_eco.lifecycle.matter import Books
@@ -50,6 +50,10 @@ def add_matter(world: SpatialWorld, config: WorldConfig) -> None:
         or any(Chemistry in world.tables[food.eats] for food in getattr(kind, "diet", ()))
         or getattr(kind, "born_with", "declared") != "declared")]
     left = [left for name in moves if (left := getattr(kinds[name], "remains", None)) is not None]
+    # in remains of another shape than the body's the same amounts have another concentration
+    left += [species.remains for name, species in config.species.items()
+             if species.remains is not None and Chemistry in world.tables[name]
+             and (Shape in world.tables[name]) != (Shape in world.tables[species.remains])]
     for name in dict.fromkeys([*moves, *left]):
         world.tables[name].add_component(Matter)
 
