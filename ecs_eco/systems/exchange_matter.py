@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ecs_eco.components import Body, Chemistry, Matter, Position
+from ecs_eco.components import Body, Chemistry, Matter, Position, Shape
 from ecs_eco.engine.jit import njit
 from ecs_eco.engine.system import System
 from ecs_eco.lifecycle.matter import bodies, held, hold
+from ecs_eco.nervous.sensors.sense import Seekers, place_of
 from ecs_eco.space.geometry import cell_of, into
 
 if TYPE_CHECKING:
@@ -85,7 +86,11 @@ class ExchangeMatter(System):
         field, index = world.fields[way.field], world.index(table)
         cell, space = np.empty(index.n, np.int64), world.space
         forward, left, up = [*way.at, 0.0, 0.0][:3]
-        find(index.rows, index.x, index.y, index.z, table[Position].heading, table[Body].radius,
+        x, y, z = index.x, index.y, index.z
+        if Shape in table:
+            x, y, z = place_of(table, Seekers(world, table), -1, way.at, world.space)
+            forward = left = up = 0.0
+        find(index.rows, x, y, z, table[Position].heading, table[Body].radius,
              np.float32(forward), np.float32(left), np.float32(up), space.lengths, space.torus, field.inverse,
              *field.shape, cell)
         return field, index.rows, cell

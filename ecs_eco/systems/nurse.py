@@ -6,10 +6,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ecs_eco.components import Biology, Body, Metabolism, Nervous, Parentage, Position
+from ecs_eco.components import Biology, Body, Metabolism, Nervous, Parentage, Position, Shape
 from ecs_eco.engine.jit import njit
 from ecs_eco.engine.system import System
 from ecs_eco.lifecycle.births import rows_of
+from ecs_eco.space.bodies import form_of
+from ecs_eco.space.shapes import touching
 from ecs_eco.space.sight import offset
 
 if TYPE_CHECKING:
@@ -17,6 +19,7 @@ if TYPE_CHECKING:
     from ecs_eco.space.world import SpatialWorld
 
 NO_DECISION = np.zeros((1, 1), np.uint8)
+SPHERES = np.zeros((0, 9), np.float32)  # where the forms of capsules and boxes would be
 PARENTS = {"mother": ("mother",), "father": ("father",), "both": ("mother", "father")}
 
 
@@ -50,22 +53,28 @@ class Nurse(System):
         column = -1 if nerves is None else next(
             (i for i, (group, _) in enumerate(nerves.actions) if group == "nurse"), -1)
         decision = table[Nervous].decision if column >= 0 else NO_DECISION
+        form = form_of(table, np.arange(table.high)) if Shape in table else SPHERES
         demand, gives = np.zeros(table.high), np.zeros(table.high)
         nurse(young, parent, p.x, p.y, p.z, table[Body].radius, np.float32(way.reach), space.lengths,
-              space.torus, decision, column, table.cause, way.rate * world.dt, way.reserve, way.efficiency,
-              table.species.config.metabolism.energy_max, np.zeros(young.size), demand, gives, m.energy,
+              space.torus, form, space.volume, decision, column, table.cause, way.rate * world.dt,
+              way.reserve, way.efficiency, table.species.config.metabolism.energy_max, np.zeros(young.size), demand, gives, m.energy,
               m.taken, m.given, m.burnt)
 
 
 @njit
-def nurse(young, parent, x, y, z, radius, reach, lengths, torus, decision, column, cause, most, reserve,
-          efficiency, full, gets, demand, gives, energy, taken, given, burnt):
+def nurse(young, parent, x, y, z, radius, reach, lengths, torus, form, volume, decision, column, cause, most,
+          reserve, efficiency, full, gets, demand, gives, energy, taken, given, burnt):
     """Move energy from parents to young: gets f64[k], demand and gives f64[rows] are 0, room for sums."""
     for k in range(young.size):
         one, it = young[k], parent[k]
         dx, dy, dz = offset(x[one], y[one], z[one], x[it], y[it], z[it], lengths, torus)
         far, feeds = radius[one] + radius[it] + reach, column < 0 or decision[it, column] != 0
-        if feeds and cause[it] == 0 and dx * dx + dy * dy + dz * dz <= far * far:
+        near = dx * dx + dy * dy + dz * dz <= far * far
+        if len(form):
+            gap, _, _, _ = touching(form, one, form, it, np.float64(-dx), np.float64(-dy), np.float64(-dz),
+                                    lengths, torus, volume)
+            near = gap <= reach
+        if feeds and cause[it] == 0 and near:
             gets[k] = min(most, max(full - energy[one], 0.0) / efficiency)
             demand[it] += gets[k]
     for k in range(young.size):  # before anything moves: who feeds may itself be fed

@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from ecs_eco.components import Body, Metabolism, Physical, Position, Shape
+from ecs_eco.components import Body, Matter, Metabolism, Parentage, Physical, Position, Shape
 from ecs_eco.lifecycle.births import find_places
-from ecs_eco.systems import Collide, Decide, ExchangeHeat, Feed, LeaveRemains, Mate, Sense
+from ecs_eco.systems import Collide, Decide, ExchangeHeat, Feed, LeaveRemains, Mate, Nurse, Sense
 from ecs_eco.testing import act, arrange, check_system
 from tests.systems.couples import FEMALE, MALE, WAY, mate
 
@@ -93,6 +93,31 @@ def test_a_long_body_cools_by_its_own_surface(meadow):
     table = world.tables["deer"]
     expected = 285 + 25 * math.exp(-10 * area / 2000)
     assert table[Physical].temperature[table.rows()] == pytest.approx([expected] * 2, abs=1e-3)
+
+
+@pytest.mark.definition("1 conformation", "1 substances")
+def test_amounts_of_substances_go_by_the_volume_of_the_shape(meadow):
+    salt = {"substances": {"salt": "NaCl"}, "fields": {"brine": {"cell": 2.0, "substance": "salt"}}}
+    ways = [{"kind": "release", "substance": "salt", "field": "brine", "rate": 0.1}]
+    world = meadow(world=salt, body=LONG, substances={"salt": 0.2}, exchange=ways)
+    volume = 1000 * math.pi * (0.25**2 * 2.5 + 0.25**3 * 4 / 3)
+    matter = world.tables["deer"][Matter].volume
+    assert matter[world.tables["deer"].rows()] == pytest.approx([volume] * 2, rel=1e-6)
+
+
+@pytest.mark.definition("1 conformation")
+def test_young_are_fed_from_surface_to_surface(meadow):
+    care = {"by": "mother", "until": 100.0, "rate": 0.1, "reach": 0.3}
+    way = {"kind": "asexual", "rate": 0.1, "energy_min": 0.1, "energy_given": 0.05, "dispersal": 8.0}
+    world = meadow(count=3, body=LONG, care=care, reproduction=way)
+    deer = arrange(world, "deer", x=[10, 10, 10], y=[10, 10.7, 10.9], heading=0, energy=[0.9, 0.2, 0.2],
+                   age=[500, 1, 1])
+    mother = deer.uid[deer.by_uid()[0]]
+    deer[Parentage].mother[deer.by_uid()[1:]] = mother
+    act(world, Nurse)
+    energy = deer[Metabolism].energy[deer.by_uid()]
+    assert energy[1] > 0.2
+    assert energy[2] == pytest.approx(0.2)
 
 
 def test_the_systems_conform_with_shapes(meadow):
