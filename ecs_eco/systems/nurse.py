@@ -57,8 +57,8 @@ class Nurse(System):
         demand, gives = np.zeros(table.high), np.zeros(table.high)
         nurse(young, parent, p.x, p.y, p.z, table[Body].radius, np.float32(way.reach), space.lengths,
               space.torus, form, space.volume, decision, column, table.cause, way.rate * world.dt,
-              way.reserve, way.efficiency, table.species.config.metabolism.energy_max, np.zeros(young.size), demand, gives, m.energy,
-              m.taken, m.given, m.burnt)
+              way.reserve, way.efficiency, table.species.config.metabolism.energy_max, np.zeros(young.size),
+              demand, gives, m.energy, m.taken, m.given, m.burnt)
 
 
 @njit
