@@ -29,6 +29,8 @@ from ecs_eco.engine.section import (
 )
 
 Angle = Annotated[float, Field(ge=-math.pi, le=math.pi)]
+ON_BODY = ("place on the body: forward, left (, up), in radii of the body; of a capsule or box in halves of "
+           "its length, width and height")
 WIDEST = 2.0 * math.pi + 1e-6
 
 
@@ -76,7 +78,8 @@ class Own(Sensor):
 class Nearest(Sensor):
     """Sees the nearest of one kind: name_forward and name_left (cosine and sine of its bearing), name_near.
 
-    The last is 1 where it touches and falls to 0 at the radius; all are 0 where there is none.
+    The last is 1 where it touches and falls to 0 at the radius; all are 0 where there is none. It is the
+    centre of a sphere that is seen, of a capsule or box the nearest place of its axis or of the box.
     """
 
     kind: Literal["nearest"]
@@ -113,7 +116,7 @@ class Rays(Sensor):
     )
     report: Literal["per_ray", "closest"] = about("each ray's closeness, or where the closest hit is",
                                                   "closest")
-    at: Point = quantity("place on the body that they begin at: forward, left (, up), in radii of the body",
+    at: Point = quantity(f"{ON_BODY}; they begin there",
                          "1", [0.0, 0.0], exclude_if=_is_zero)
     angle: Angle = quantity("direction of the middle ray; 0 is ahead and left is positive", "rad", 0.0,
                             exclude_if=_is_zero)
@@ -139,7 +142,7 @@ class Property(Sensor):
     of: Kinds | None = about("a species or an object type, or a list of them; "
                              "absent: all that have the property", None)
     radius: Positive = quantity("how far it reaches, to the centre of a body", "m")
-    at: Point = quantity("place on the body: forward, left (, up), in radii of the body", "1", [0.0, 0.0])
+    at: Point = quantity(ON_BODY, "1", [0.0, 0.0])
     decay: Literal["none", "linear", "inverse_square"] = about(
         "how the weight of a body falls with its distance", "none"
     )
@@ -164,7 +167,7 @@ class Smell(Sensor):
 
     kind: Literal["smell"]
     field: str = about("name of a field")
-    at: Point = quantity("place on the body: forward, left (, up), in radii of the body", "1", [0.0, 0.0])
+    at: Point = quantity(ON_BODY, "1", [0.0, 0.0])
     scale: Positive = quantity("the value of the field that reads 1/2", "unit of the field", 1.0)
 
     def base(self) -> str:
@@ -227,7 +230,7 @@ class Touch(Sensor):
 class Place(Sensor):
     """Keys of sensors of the ambient conditions."""
 
-    at: Point = quantity("place on the body: forward, left (, up), in radii of the body", "1", [0.0, 0.0])
+    at: Point = quantity(ON_BODY, "1", [0.0, 0.0])
     zero: Real = quantity("the value that reads 0", "unit of the quantity", 0.0)
     scale: Positive = quantity("the difference from it that reads 1", "unit of the quantity", 1.0)
 
