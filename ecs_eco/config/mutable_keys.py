@@ -79,6 +79,8 @@ def refused(old: WorldConfig, new: WorldConfig) -> list[Problem]:
         hint = _hint(".".join(map(str, key)))
         if not hint and len(key) > 2 and key[2] in ("properties", "substances") and MISSING in (before, now):
             hint = SHAPE  # a column would be added or removed
+        if not hint and key[0] == "objects" and key[-1] == "renewal" and before is MISSING:
+            hint = ANEW  # there is no system for it
         if not hint and key[0] == "substances" and MISSING in (before, now):
             hint = SHAPE
         if hint:

@@ -89,7 +89,7 @@ OPTIONAL: dict[type[System], Callable[[Table], bool]] = {
     Carry: lambda table: bool(table.species.carries),
     Build: lambda table: bool(table.species.builds),
     Decay: lambda table: table.species.store is not None,
-    Renew: lambda table: table.species.upkeep[0] > 0,
+    Renew: lambda table: table.species.upkeep[1] > 0,
 }
 """Systems that a world from a world file has only where some table asks for them: others are as fast as
 without."""

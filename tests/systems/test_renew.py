@@ -43,8 +43,15 @@ def test_without_renewal_what_is_gone_stays_gone():
     assert world.run(20).tables["apple"].n == 399
 
 
-def test_renewal_may_change_while_a_world_lives():
+def test_renewal_may_begin_with_the_world_alone():
     world = World.from_config(_orchard())
+    assert "Renew" not in [type(s).__name__ for s in world.systems]
+    with pytest.raises(ConfigError, match="cannot change in a living world"):
+        world.intervene({"kind": "set", "set": {"objects.apple.renewal": 0.5}})
+
+
+def test_renewal_may_change_while_a_world_lives():
+    world = World.from_config(_orchard(renewal=1e-9))
     world.kill(int(world.tables["apple"].uid[0]))
     world.run(2)
     world.intervene({"kind": "set", "set": {"objects.apple.renewal": 1e9}})
