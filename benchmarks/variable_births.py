@@ -21,7 +21,7 @@ _bench.pin_threads()
 import numpy as np
 from deap import tools
 
-from ecs_eco.genomes import Layout, Operators
+from ecs_eco.genomes import layout_of, operators_of
 from ecs_eco.genomes.models import GenomeSection
 from ecs_eco.genomes.unequal import UnequalCrossover
 
@@ -62,7 +62,7 @@ def at_once(letters: int, ploidy: int, n: int, turns: int) -> list[dict[str, Any
     made = {}
     for variable in (True, False):
         of = section(letters, ploidy, variable)
-        operators = Operators.from_config(of, Layout.from_config(of))
+        operators = operators_of(of, layout_of(of))
         made[variable] = operators, parents(operators, n, 1), parents(operators, n, 2)
     keys = np.arange(n, dtype=np.uint64)
     seconds: dict[bool, list[float]] = {True: [], False: []}
@@ -79,7 +79,7 @@ def at_once(letters: int, ploidy: int, n: int, turns: int) -> list[dict[str, Any
 def one_by_one(letters: int, n: int) -> dict[str, Any]:
     """Measure the same births through a function with DEAP's signature, and DEAP's own mutation."""
     of = section(letters, 1, True)
-    operators = Operators.from_config(of, Layout.from_config(of))
+    operators = operators_of(of, layout_of(of))
     crossing = UnequalCrossover(operators.layout)
     operators.toolbox.register("mate", lambda a, b: crossing(a, b))
     operators.toolbox.register("mutate", lambda a, indpb: tools.mutUniformInt(a, 0, 3, indpb), indpb=0.001)

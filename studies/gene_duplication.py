@@ -1,15 +1,15 @@
 """Does a duplicated reflex gene diverge where a second reflex is of use?
 
 Goats walk straight on and eat what they touch: green grass feeds, red grass kills, and in the arm `use`
-yellow grass kills, too. Their genomes vary in length. Founders have one copy of a gene whose reflex keeps them from
-eating near red grass, and none of the gene for yellow grass, whose promoter differs from red's in one letter.
-So a goat gets a reflex against yellow by a point mutation of a red gene, at the price of that copy; one that
-has two copies keeps one for red. Genes are doubled and lost at the same rate, by mutation, and by unequal
-crossover where they are doubled already.
+yellow grass kills, too. Their genomes vary in length. Founders have one copy of a gene whose reflex keeps
+them from eating near red grass, and none of the gene for yellow grass, whose promoter differs from red's in
+one letter. So a goat gets a reflex against yellow by a point mutation of a red gene, at the price of that
+copy; one that has two copies keeps one for red. Genes are doubled and lost at the same rate, by mutation,
+and by unequal crossover where they are doubled already.
 
 Beside them are two markers that nothing reads, blue and white: the same lengths and rates, promoters that
-differ in the same letter, one copy of blue in founders and none of white. They are the neutral control within
-each run. Births and deaths are the only selection.
+differ in the same letter, one copy of blue in founders and none of white. They are the neutral control
+within each run. Births and deaths are the only selection.
 
 Arms, with the same seeds:
   use            yellow grass kills
@@ -17,18 +17,18 @@ Arms, with the same seeds:
   neutral drift  as `use`, but genes are not expressed: they are inherited and mutate, and do nothing
 
 Hypotheses, written before the runs that decide (a pilot with the seed 91 set the rates). "Doubled" is the
-share of goats with two or more copies of red and yellow together, "diverged" of those with a red and a yellow
-gene that both say to keep off; of blue and white alike; means of the last quarter of a run, differences paired by
-seed with a 95 % t interval:
+share of goats with two or more copies of red and yellow together, "diverged" of those with a red and a
+yellow gene that both say to keep off; of blue and white alike; means of the last quarter of a run,
+differences paired by seed with a 95 % t interval:
   1. Diverged duplicates are more frequent in `use` than in `no use`, and
   2. than in `neutral drift`.
   3. Doubled genes are more frequent in `use` than in `no use`.
   4. In `use` red and yellow are doubled, and diverged, more often than blue and white of the same goats.
   5. In `neutral drift` red and yellow are doubled as often as blue and white: 0 is within the interval.
   6. In most runs of `use` more than half of the goats have diverged duplicates at the end.
-Reported without a goal: in `no use`, doubled red and yellow less doubled blue and white (a second copy of red
-protects from the loss of the first); and where yellow genes come from: of those born with one whose parents
-had none, how many have a parent with two or more copies of red.
+Reported without a goal: in `no use`, doubled red and yellow less doubled blue and white (a second copy of
+red protects from the loss of the first); and where yellow genes come from: of those born with one whose
+parents had none, how many have a parent with two or more copies of red.
 """
 
 from typing import Any

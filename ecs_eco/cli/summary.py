@@ -14,7 +14,7 @@ from ecs_eco.config.notes import notes
 def _layout(config: WorldConfig, name: str) -> Any:
     from ecs_eco.config.checks.genome import components_of
     from ecs_eco.config.traits import policy_shapes, traits_of
-    from ecs_eco.genomes import Layout
+    from ecs_eco.genomes import layout_of
 
     species = config.species[name]
     own = components_of(config, species)
@@ -22,7 +22,7 @@ def _layout(config: WorldConfig, name: str) -> Any:
         return "genome: its genes may name fields in code that was not loaded"
     traits = traits_of(species, config.dims, own)
     assert species.genome is not None
-    return Layout.from_config(species.genome, traits, policy_shapes(species, config.dims))
+    return layout_of(species.genome, traits, policy_shapes(species, config.dims))
 
 
 def summary(config: WorldConfig) -> str:

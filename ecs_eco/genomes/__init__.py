@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from ecs_eco.genomes.fit import Fitted, fit_network
     from ecs_eco.genomes.layout import Layout
     from ecs_eco.genomes.models import Gene
+    from ecs_eco.genomes.of_section import layout_of, operators_of
     from ecs_eco.genomes.operators import toolbox_of
     from ecs_eco.genomes.traits import Trait
     from ecs_eco.genomes.variety import diversity, frequencies, statistics
@@ -25,7 +26,8 @@ _HOME = {
     "Alphabet": "alphabet", "DNA": "alphabet", "CHOICES": "choices", "Gene": "models", "Layout": "layout",
     "Operators": "batch", "toolbox_of": "operators", "Trait": "traits", "diversity": "variety",
     "frequencies": "variety", "statistics": "variety", "Fitted": "fit", "fit_network": "fit",
+    "layout_of": "of_section", "operators_of": "of_section",
 }  # fmt: skip
 __all__ = ["CHOICES", "DNA", "Alphabet", "Fitted", "Gene", "Layout", "Operators", "Trait", "diversity",
-           "fit_network", "frequencies", "statistics", "toolbox_of"]  # fmt: skip
+           "fit_network", "frequencies", "layout_of", "operators_of", "statistics", "toolbox_of"]  # fmt: skip
 __getattr__ = lazy(__name__, {name: f"{__name__}.{module}" for name, module in _HOME.items()})

@@ -44,10 +44,9 @@ class Operators:
                     find: Callable[[Any], Any] = handed_over) -> Operators:
         """Return the operators of a world file; `select_mate` is the rule of its species,
         `find` is as in `toolbox_of`."""
-        if section.longest is not None:
-            from ecs_eco.genomes.variable_births import VariableOperators
-
-            return VariableOperators.of_section(section, layout, select_mate, find)
+        if layout.longest is not None:
+            raise ValueError("Operators.from_config: strings of this layout vary in length; "
+                             "ecs_eco.genomes.operators_of takes it")
         return cls(toolbox_of(section, layout, select_mate, find), layout, section.mate.chance)
 
     @property

@@ -73,13 +73,14 @@ class Layout:
         shapes: Mapping[str, Shapes] | Shapes | None = None
     ) -> Layout:
         """Return the layout of a world file's genome; `shapes` given as a list are those of policy.weights.
+
+        Raises ValueError for strings of variable length.
         """
         if shapes is not None and not isinstance(shapes, Mapping):
             shapes = {"policy.weights": shapes}
         if section.longest is not None:
-            from ecs_eco.genomes.variable_layout import VariableLayout
-
-            return VariableLayout(section, traits, shapes)
+            raise ValueError("Layout.from_config: strings of this section vary in length; "
+                             "ecs_eco.genomes.layout_of takes it")
         return cls(section.genes, section.alphabet, section.ploidy, section.dominance, section.loci,
                    traits, shapes)
 

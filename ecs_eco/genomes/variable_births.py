@@ -42,9 +42,8 @@ class VariableOperators(Operators):
         super().__init__(toolbox, layout, chance)
 
     @classmethod
-    def of_section(cls, section: GenomeSection, layout: Any, select_mate: str,
-                   find: Callable[[Any], Any] = handed_over) -> VariableOperators:
-        """Return the operators of a world file; arguments as `Operators.from_config`."""
+    def from_config(cls, section: GenomeSection, layout: Any, select_mate: str = "nearest",
+                    find: Callable[[Any], Any] = handed_over) -> VariableOperators:
         return cls(toolbox_of(section, layout, select_mate, find), layout, section.mate.chance,
                    insertion=section.insertion, deletion=section.deletion, duplication=section.duplication,
                    loss=section.loss)

@@ -36,11 +36,11 @@ def add_heredity(world: SpatialWorld, table: Table, species: Any, founder: np.nd
             table.add_component(Experience)
     layout, targets, alike = None, {}, None
     if section is not None:
-        from ecs_eco.genomes import Layout
+        from ecs_eco.genomes import layout_of
 
         traits = traits_of(species, world.config.dims, [world.config.function(c) for c in species.components])
         shapes = policy_shapes(species, world.config.dims) if minds is None else minds.shapes
-        layout = Layout.from_config(section, traits, shapes=shapes)
+        layout = layout_of(section, traits, shapes)
         highest = len(layout.alphabet) - (1 if layout.longest is None else 0)  # the blank after the letters
         table.dims |= {"loci": layout.row, "highest letter": highest}
         table.add_component(Genome)
@@ -88,11 +88,10 @@ def apply_heredity(world: SpatialWorld, table: Table, species: Any,
     former = None if before is None else traits_of(before, world.config.dims, own_components)
     apply_traits(table, now, former)
     if changed is None or any(key.startswith(("genome.", "reproduction.choice")) for key in changed):
-        from ecs_eco.genomes import Operators
+        from ecs_eco.genomes import operators_of
 
         choice, counts = getattr(species.reproduction, "choice", "nearest"), heredity.state()
-        heredity.operators = Operators.from_config(species.genome, heredity.layout, choice,
-                                                   world.config.function)
+        heredity.operators = operators_of(species.genome, heredity.layout, choice, world.config.function)
         heredity.load(counts)
 
 

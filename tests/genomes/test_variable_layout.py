@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ecs_eco.engine.errors import ConfigError
-from ecs_eco.genomes import Gene, Layout, diversity, frequencies, statistics
+from ecs_eco.genomes import Gene, Layout, diversity, frequencies, layout_of, statistics
 from ecs_eco.genomes.promoters import copies_in, default_promoters
 from ecs_eco.genomes.traits import Trait
 from ecs_eco.testing import check_genome
@@ -49,7 +49,7 @@ def test_a_gene_may_have_a_rule_of_its_own() -> None:
 
 def test_without_a_copy_the_value_is_the_species_own() -> None:
     genes = [GENES[0] | {"trait": "reflex.red.weight"}, GENES[1]]
-    of = Layout.from_config(section(genes=genes), {"reflex.red.weight": TRAIT})
+    of = layout_of(section(genes=genes), {"reflex.red.weight": TRAIT})
     values = of.decode(of.rows(["GCAC", "TAA"]))
     assert (values["red"].tolist(), values["size"].tolist()) == ([2, 0], [1, 0])
 
@@ -58,7 +58,7 @@ def test_without_a_copy_the_value_is_the_species_own() -> None:
                                                      ("greater", [3, 3, 2, 2])])
 def test_of_two_strings_the_one_that_has_the_gene_says_its_value(dominance: str, expected: list) -> None:
     genes = [GENES[0] | {"trait": "reflex.red.weight"}]
-    of = Layout.from_config(section(genes=genes, ploidy=2, dominance=dominance), {TRAIT.name: TRAIT})
+    of = layout_of(section(genes=genes, ploidy=2, dominance=dominance), {TRAIT.name: TRAIT})
     rows = of.rows(["TAC|TAT", "A|TAT", "TAG|C", "A|C"])
     assert of.decode(rows)["red"].tolist() == expected
     assert of.alleles(rows, "red").tolist() == [[1, 3], [2, 3], [2, 2], [2, 2]]
@@ -76,7 +76,7 @@ def test_founders_have_as_many_copies_as_their_genes_say_and_random_letters_behi
 
 def test_founders_that_have_the_species_own_values() -> None:
     genes = [GENES[0] | {"trait": "reflex.red.weight", "copies": 2}, GENES[1]]
-    of = Layout.from_config(section(genes=genes), {"reflex.red.weight": TRAIT})
+    of = layout_of(section(genes=genes), {"reflex.red.weight": TRAIT})
     (text,) = texts(of, of.own())
     assert (text[:6], len(text)) == ("TAGTAG", 10)
     assert np.flatnonzero(of.coded()).tolist() == [2, 5]
@@ -119,7 +119,7 @@ def test_genomes_of_variable_length_pass_the_conformance_check(changes: dict) ->
 
 def test_a_network_of_weights_is_found_like_any_gene() -> None:
     gene = {"name": "w", "letters": 2, "low": -1, "high": 1, "form": "direct", "promoter": "TTT"}
-    of = Layout.from_config(section(longest=40, genes=[gene], doubled="mean"), shapes={"w": [(2, 1), (1,)]})
+    of = layout_of(section(longest=40, genes=[gene], doubled="mean"), shapes={"w": [(2, 1), (1,)]})
     rows = of.rows(["TTTAATTAA", "ATTTAAAAAATTTTTTTTTC", "ACGT"])
     assert of.decode(rows)["w"] == pytest.approx(np.array([[-1, 1, -1], [0, 0, 0], [0, 0, 0]]))
 

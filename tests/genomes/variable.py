@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from ecs_eco.genomes import Layout, Operators
+from ecs_eco.genomes import layout_of, operators_of
 from ecs_eco.genomes.models import GenomeSection
 
 GENES = [{"name": "red", "letters": 1, "values": [0, 1, 2, 3], "promoter": "TA"},
@@ -19,12 +19,12 @@ def section(**changes: Any) -> GenomeSection:
 
 def layout(**changes: Any) -> Any:
     """The layout of such a section."""
-    return Layout.from_config(section(**changes))
+    return layout_of(section(**changes))
 
 
 def births(**changes: Any) -> Any:
     """The operators of such a section; nothing mutates unless it says so."""
-    return Operators.from_config(section(**changes), layout(**changes))
+    return operators_of(section(**changes), layout(**changes))
 
 
 def texts(of: Any, loci: np.ndarray) -> list[str]:

@@ -41,9 +41,9 @@ def check_genome(config: WorldConfig, name: str) -> Iterator[Problem]:
     yield from _check_ranges(config, species, key, section)
     yield from _check_brain(name, species, section)
     if not own_problems:
-        from ecs_eco.genomes.layout import Layout
+        from ecs_eco.genomes.of_section import layout_of
 
-        layout = Layout.from_config(section, traits, shapes)
+        layout = layout_of(section, traits, shapes)
         yield from _check_operators(config, key, section, layout)
         yield from _check_founders(key, section, layout)
 
