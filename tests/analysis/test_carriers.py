@@ -42,6 +42,22 @@ def test_one_of_two_strings_is_enough_to_carry_a_value():
     assert beaks.n.tolist() == [3]
 
 
+def test_carriers_of_genes_without_a_place_are_found_by_promoters_once_for_each_value():
+    genes = {"alphabet": "ACGT", "ploidy": 2, "longest": 12, "separator": "|", "genes": [
+        {"name": "red", "promoter": "TA", "letters": 1, "trait": None, "values": [0.0, 0.0, 0.0, -1.0]},
+        {"name": "size", "promoter": "GC", "letters": 2, "trait": None}]}
+    rows = [(1, 0, 0, 0, ALIVE, "TATTAT|TAA"), (2, 0, 0, 0, ALIVE, "GCTAC|C"),
+            (3, 0, 0, 0, ALIVE, "ATAG|TAC"), (4, 0, 0, 0, ALIVE, "TA|GCAC")]
+    finches = family(rows, genomes={"finch": genes}, end=0)
+    red = finches.frequencies("finch", "red", 1)
+    assert dict(zip(red.values, red.count[0].tolist(), strict=True)) == {"0": 2, "-1": 1}
+    size = finches.frequencies("finch", "size", 1)  # TA within the first is no promoter
+    assert dict(zip(size.values, size.count[0].tolist(), strict=True)) == {"AC": 1, "TA": 1}
+    assert red.n.tolist() == [4]
+    with pytest.raises(ValueError, match="genes have no fixed place"):
+        finches.frequencies("finch", (0, 2), 1)
+
+
 def test_codons_are_numbered_with_the_first_letter_first():
     assert [codon_number(c, "ACGT") for c in ("A", "T", "CA", "TT", "CAG")] == [0, 3, 4, 15, 18]
     with pytest.raises(ValueError, match="codon 'AX' has the letter 'X'; the alphabet is 'ACGT'"):
