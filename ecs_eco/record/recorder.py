@@ -8,10 +8,10 @@ import numpy as np
 from numpy.lib.recfunctions import structured_to_unstructured, unstructured_to_structured
 
 from ecs_eco.components import Metabolism, Nervous, Position
-from ecs_eco.components.genome import Genome
 from ecs_eco.engine.interruption import require_whole
 from ecs_eco.engine.system import System
 from ecs_eco.record.details import Details, how_many
+from ecs_eco.record.genomes import letters_of, texts_of
 from ecs_eco.record.ledger import FLOWS, LEDGER_ROW
 from ecs_eco.record.matter import MatterPages
 from ecs_eco.record.sums import add_up, mean_depth
@@ -131,15 +131,9 @@ class Recorder(System):
     def _genomes(self, table: "Table", rows: np.ndarray) -> np.ndarray:
         """Return the genomes of rows as text: bytes[k], or str[k] where a letter is none of ASCII;
         "" without a genome."""
-        if Genome not in table or not table[Genome].loci.shape[1]:
-            return np.zeros(rows.size, "S1")
         if table.name not in self._letters:
             self._letters[table.name] = letters_of(table)
-        loci = table[Genome].loci[rows]
-        if (joined := getattr(getattr(table.species.heredity, "layout", None), "joined", None)) is not None:
-            loci = joined(loci)
-        text = self._letters[table.name][loci]
-        return text.view(f"{text.dtype.kind}{text.shape[1]}")[:, 0]
+        return texts_of(table, rows, self._letters[table.name])
 
     def _where(self, table: "Table", s: int, rows: np.ndarray, energy: np.ndarray | None,
                tick: np.ndarray | None = None) -> tuple[np.ndarray, ...]:
@@ -337,17 +331,3 @@ def _as_numbers(column: np.ndarray) -> np.ndarray:
 def _as_text(numbers: np.ndarray) -> np.ndarray:
     text = np.ascontiguousarray(numbers).view(f"U{numbers.shape[1]}")[:, 0]
     return text.astype("S") if numbers.size and numbers.max() < 128 else text
-
-
-def letters_of(table: "Table") -> np.ndarray:
-    """Return the letter of each number in a table's genomes: "S1"[256], "U1"[256] beyond ASCII;
-    "?" where there is none. Strings of variable length end with "", and have a separator."""
-    from ecs_eco.genomes import DNA
-
-    layout: Any = getattr(table.species.heredity, "layout", None)
-    alphabet: Any = getattr(layout, "alphabet", DNA)
-    letters = getattr(alphabet, "letters", alphabet)
-    if (separator := getattr(layout, "separator", None)) is not None:
-        letters += "\0" + separator
-    letters = letters.ljust(256, "?")
-    return np.array(list(letters), "S1" if letters.isascii() else "U1")

@@ -20,7 +20,7 @@ class Family:
     """Births and deaths of one species of a world, kept as they happen."""
 
     def __init__(self, world: Any, species: str) -> None:
-        from ecs_eco.record.recorder import letters_of
+        from ecs_eco.record.genomes import letters_of
 
         self.world, self.table, self.letters = world, world.tables[species], letters_of(world.tables[species])
         self.births: list[tuple[np.ndarray, ...]] = []
