@@ -36,7 +36,7 @@ def test_the_lamb_keeps_books_of_what_it_breathes_sucks_and_burns():
     world = World.from_config("lamb", policies="random").run(20)
     page = {k: np.array(v) for k, v in world.recorder.matter_series().to_pydict().items()}
     oxygen = page["substance"] == "oxygen"
-    assert page["reacted"][oxygen].max() < 0 < page["taken_up"][oxygen][1:].min()
+    assert page["reacted"][oxygen].max() < 0 < page["brought_in"][oxygen][1:].min()
 
 
 @pytest.mark.parametrize("seed", [3, 5])
