@@ -27,7 +27,7 @@ FLOWS = {
     "released": "from bodies into fields: excreted, leaked, given back by what decays, not assimilated",
     "emitted": "from bodies into the fields of their smells",
     "decayed": "decayed in fields",
-    "renewed": "brought to fields from outside of the world, less what was taken there",
+    "brought_in": "from outside of the world, less what went there: air, rain, milk of which no ewe runs out",
     "remains": "from the dead into what remains of them",
     "lost": "gone: with the dead who leave nothing, or to where no field holds it",
     "set": "set by hand, between ticks",

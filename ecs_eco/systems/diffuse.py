@@ -64,7 +64,7 @@ class Diffuse(System):
             if world.matter is not None:
                 s = world.substances.index(field.substance)
                 world.matter.book(("field", name), "decayed", decayed, s)
-                world.matter.book(("field", name), "renewed", renewed, s)
+                world.matter.book(("field", name), "brought_in", renewed, s)
 
 
 @njit

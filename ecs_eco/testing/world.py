@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ecs_eco.components import Position
+from ecs_eco.record import matter
 from ecs_eco.record.ledger import LEDGER, imbalance
 from ecs_eco.testing.states import all_threads, difference, shuffle, state
 from ecs_eco.testing.stores import Stores
@@ -20,9 +21,9 @@ def check_world(world: World, ticks: int = 30) -> None:
     """Check a world: a name, a file or a configuration, or a function of the number of threads
     that returns a new world.
 
-    In every tick uids are unique, the dead stay dead, all is finite and in bounds; the energy ledger and the
-    numbers add up; the same seed gives the same results, with two threads too; and the order of rows does not
-    matter.
+    In every tick uids are unique, the dead stay dead, all is finite and in bounds; the ledgers of energy and
+    matter and the numbers add up; the same seed gives the same results, with two threads too; and the order
+    of rows does not matter.
     """
     make = world if callable(world) else lambda threads: _built(world, threads)
     lives: list[tuple] = []
@@ -115,6 +116,17 @@ def _check_bounds(world: World) -> None:
                     raise AssertionError(f"{where}: Position.{axis} leaves [0, {length})")
 
 
+def _check_matter(world: World) -> None:
+    """Check that the ledger of matter closes, to 1e-6 of what it holds."""
+    pages = {name: np.array(values) for name, values in world.recorder.matter_series().to_pydict().items()}
+    off, size = np.abs(matter.imbalance(pages)), np.sum([np.abs(pages[c]) for c in matter.LEDGER], axis=0)
+    if (wrong := np.flatnonzero(off > 1e-6 * size + 1e-15)).size:
+        i = wrong[0]
+        raise AssertionError(f"{world.name}, tick {pages['tick'][i]}: the ledger of {pages['substance'][i]} "
+                             f"in {pages['holder'][i]} is off by {off[i]:g} mol; a system that changes "
+                             "concentrations books it, with ecs_eco.lifecycle.matter.booked")
+
+
 def _check_books(world: World) -> None:
     """Check the recorded series: energy in float tolerance of what flows and stays, numbers exactly."""
     series = world.series().to_pydict()
@@ -127,6 +139,8 @@ def _check_books(world: World) -> None:
                          for name, value in ((n, column[i]) for n, column in ledger.items()))
         where = f"{world.name}, tick {series['tick'][i]}, {series['species'][i]}"
         raise AssertionError(f"{where}: the energy ledger is off by {off[i]:g}: {page}")
+    if world.recorder.matter is not None:
+        _check_matter(world)
     s = len(world.recorder.names)
     n, births, deaths = (np.array(series[k]).reshape(-1, s) for k in ("n", "births", "deaths"))
     if (np.diff(n, axis=0) != (births - deaths)[1:]).any():

@@ -142,7 +142,7 @@ def test_fields_are_renewed_from_outside(pasture):
     world.run(1)
     assert world.fields["air"].value[0, 0, 0] == pytest.approx(0.01 - 0.006 * math.exp(-0.5), abs=1e-9)
     page = world.recorder.matter_series().to_pydict()
-    assert sum(page["renewed"]) == pytest.approx(0.006 * (1 - math.exp(-0.5)) * 4 * CELL)
+    assert sum(page["brought_in"]) == pytest.approx(0.006 * (1 - math.exp(-0.5)) * 4 * CELL)
     assert sum(page["set"]) == pytest.approx(0)
 
 

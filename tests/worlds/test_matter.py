@@ -5,10 +5,11 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from ecs_eco import World
+from ecs_eco import System, World
+from ecs_eco.components import Chemistry
 from ecs_eco.config.shipped import shipped
 from ecs_eco.engine.errors import ConfigError
-from ecs_eco.testing import check_world
+from ecs_eco.testing import check_world, watch
 from studies.common.ledgers import drawn, furthest_off
 
 
@@ -36,7 +37,7 @@ def test_the_lamb_keeps_books_of_what_it_breathes_sucks_and_burns():
     world = World.from_config("lamb", policies="random").run(20)
     page = {k: np.array(v) for k, v in world.recorder.matter_series().to_pydict().items()}
     oxygen = page["substance"] == "oxygen"
-    assert page["reacted"][oxygen].max() < 0 < page["taken_up"][oxygen][1:].min()
+    assert page["reacted"][oxygen].max() < 0 < page["brought_in"][oxygen][1:].min()
 
 
 @pytest.mark.parametrize("seed", [3, 5])
@@ -50,6 +51,20 @@ def test_matter_goes_on_from_a_checkpoint_with_its_books(seed, tmp_path):
     pages = [w.recorder.matter_series().to_pydict() for w in (world, again)]
     assert pages[0] == pages[1]
     assert max(furthest_off(again).values()) < 1e-6
+
+
+def test_a_system_that_makes_matter_and_does_not_book_it_is_named():
+    class Leak(System):
+        """Salt comes from nowhere."""
+
+        needs = (Chemistry,)
+        phase = "interact"
+
+        def update(self, table, world):
+            table[Chemistry].molarity[: table.high, 2] *= np.float32(1.01)
+
+    with pytest.raises(AssertionError, match=r"the ledger of salt in .* is off by"):
+        watch(World.from_config(drawn(1), policies="random", systems=[Leak()]), 2)
 
 
 def test_the_debug_mode_finds_nothing_wrong_with_what_moves_matter(monkeypatch):

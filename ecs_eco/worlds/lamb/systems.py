@@ -51,7 +51,7 @@ class Breathe(System):
         if "breathe" in nerves.groups:
             rows, wet = touching(table, world, "water", NOSTRILS)
             oxygen, water = world.substances.index("oxygen"), world.substances.index("water")
-            with booked(world, table, "taken_up"):
+            with booked(world, table, "brought_in"):
                 inhale(rows, wet, nerves.doing(table, "inhale"), np.float32(self.breath * world.dt),
                        np.float32(self.saturation),
                        np.float32(self.water * world.dt), oxygen, water, table[Chemistry].molarity)
@@ -81,7 +81,7 @@ class Suckle(System):
         """Let one species suckle."""
         if Sucking in table:
             rows, at_udder = touching(table, world, "ewe", MOUTH)
-            with booked(world, table, "eaten"):
+            with booked(world, table, "brought_in"):
                 suck(rows, at_udder, table.species.nerves.doing(table, "suck"), np.float32(self.let_down),
                      np.float32(self.milk * world.dt), np.float32(self.full), np.float32(world.dt),
                      world.substances.index("glucose"), table[Sucking].since, table[Chemistry].molarity)
