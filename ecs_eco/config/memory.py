@@ -58,7 +58,8 @@ def _of_species(config: WorldConfig, name: str, species: Species) -> Iterator[tu
     rows, key, channels = max(64, 1.5 * species.count), ("species", name), len(species.channels(config.dims))
     yield (*key, "count"), rows * (ROW + 8 * channels + 4 * len(config.substances))
     if species.genome is not None:
-        loci = species.genome.loci or sum(_loci(gene, species, config.dims) for gene in species.genome.genes)
+        loci = (species.genome.longest or species.genome.loci
+                or sum(_loci(gene, species, config.dims) for gene in species.genome.genes))
         yield (*key, "genome"), 2.0 * rows * species.genome.ploidy * loci
     if species.policy.kind == "none":
         return

@@ -44,6 +44,10 @@ class Operators:
                     find: Callable[[Any], Any] = handed_over) -> Operators:
         """Return the operators of a world file; `select_mate` is the rule of its species,
         `find` is as in `toolbox_of`."""
+        if section.longest is not None:
+            from ecs_eco.genomes.variable_births import VariableOperators
+
+            return VariableOperators.of_section(section, layout, select_mate, find)
         return cls(toolbox_of(section, layout, select_mate, find), layout, section.mate.chance)
 
     @property
@@ -69,7 +73,7 @@ class Operators:
         else:
             second = layout.check(second)
             gametes = [self._cross(p[:, :n], p[:, n:], keys, 1 + i) for i, p in enumerate((first, second))]
-            turned = _toss(keys, 0, kernels.ORDER)[:, None] < 0.5
+            turned = toss(keys, 0, kernels.ORDER)[:, None] < 0.5
             child = np.concatenate([np.where(turned, *gametes[::-1]), np.where(turned, *gametes)], axis=1)
         for string in range(layout.ploidy if self.mutation else 0):
             self._mutate(child[:, string * n : (string + 1) * n], keys, string)
@@ -87,8 +91,8 @@ class Operators:
         from deap import tools
 
         function, arguments = self._operator("mate")
-        swapped = _toss(keys, salt, kernels.ORDER) < 0.5
-        crossed = _toss(keys, salt, kernels.CROSS) < self.chance
+        swapped = toss(keys, salt, kernels.ORDER) < 0.5
+        crossed = toss(keys, salt, kernels.CROSS) < self.chance
         out = np.empty_like(a, order="C")
         if function in (tools.cxOnePoint, tools.cxTwoPoint):
             kernels.cross_points(a, b, swapped, crossed, keys, salt, 1 if function is tools.cxOnePoint else 2,
@@ -103,11 +107,11 @@ class Operators:
 
     def _cross_each(self, out: np.ndarray, other: np.ndarray, births: np.ndarray, keys: np.ndarray, salt: int,
                     function: Any) -> None:
-        size, mate, name = len(self.layout.alphabet), self.toolbox.mate, _name(function)
+        size, mate, name = len(self.layout.alphabet), self.toolbox.mate, named(function)
         state = random.getstate()
         try:
             for birth in births:
-                random.seed(_seed(keys[birth], MATE + 4 * salt))
+                random.seed(seed_of(keys[birth], MATE + 4 * salt))
                 pair = mate(out[birth].tolist(), other[birth].tolist())
                 out[birth] = strings_of("mate", name, pair, out.shape[1], size)[0]
         finally:
@@ -141,7 +145,7 @@ class Operators:
                      arguments: dict[str, Any]) -> None:
         """Mutate birth by birth; loci of genes with mutation rates of their own are passed
         to the operator separately."""
-        size, mutate, name = len(self.layout.alphabet), self.toolbox.mutate, _name(function)
+        size, mutate, name = len(self.layout.alphabet), self.toolbox.mutate, named(function)
         rates = self.layout.rates(arguments.get("indpb", 0.0))
         lists = {k: v for k, v in arguments.items() if isinstance(v, list | tuple)}
         parts = [(at, {"indpb": float(rates[at[0]])} | {k: [v[i] for i in at] for k, v in lists.items()})
@@ -151,7 +155,7 @@ class Operators:
         state = random.getstate()
         try:
             for birth in range(len(strings)):
-                random.seed(_seed(keys[birth], MUTATE + 4 * salt))
+                random.seed(seed_of(keys[birth], MUTATE + 4 * salt))
                 for loci, rate in parts:
                     mutated = mutate(strings[birth, loci].tolist(), **rate)
                     strings[birth, loci] = strings_of("mutate", name, mutated, loci.size, size)[0]
@@ -159,15 +163,18 @@ class Operators:
             random.setstate(state)
 
 
-def _toss(keys: np.ndarray, salt: int, purpose: int) -> np.ndarray:
+def toss(keys: np.ndarray, salt: int, purpose: int) -> np.ndarray:
+    """Return a draw for each birth: f32[k]."""
     out = np.empty(len(keys), np.float32)
     kernels.toss(keys, salt, purpose, out)
     return out
 
 
-def _seed(key: np.uint64, part: int) -> int:
+def seed_of(key: np.uint64, part: int) -> int:
+    """Return the seed of Python's random numbers for a part of a birth."""
     return mix_int((int(key) + part) & ((1 << 64) - 1))
 
 
-def _name(function: Any) -> str:
+def named(function: Any) -> str:
+    """Return the name of an operator for messages."""
     return getattr(function, "__name__", repr(function))

@@ -36,13 +36,19 @@ class Heredity:
         self.shuffled = False
 
     def state(self) -> dict[str, np.ndarray]:
-        """Return the state that no column holds: the weights of founders; empty if these are random."""
-        return {} if self.minds is None else {"founder": np.zeros(0, np.float32)
-                                              if self.founder is None else self.founder}
+        """Return the state that no column holds: the weights of founders, empty if these are random, and how
+        often strings of variable length were at their limit."""
+        out = {} if self.minds is None else {"founder": np.zeros(0, np.float32)
+                                             if self.founder is None else self.founder}
+        counts = getattr(self.operators, "at_limit", None)
+        return out if counts is None else out | {"at_limit": counts.copy()}
 
     def load(self, state: Mapping[str, np.ndarray]) -> None:
         """Take a `state()`."""
-        self.founder = state["founder"] if state["founder"].size else None
+        if "founder" in state:
+            self.founder = state["founder"] if state["founder"].size else None
+        if "at_limit" in state:
+            self.operators.at_limit[:] = state["at_limit"]
 
     def founders(self, world: Any, table: Any, identity: np.ndarray) -> Values:
         """Return the inherited columns of organisms without parents; `identity` u64[k] tells them apart."""

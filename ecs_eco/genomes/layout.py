@@ -35,6 +35,9 @@ class Layout:
     all that is wrong.
     """
 
+    longest: int | None = None
+    """Letters that a string may have; None: strings keep their length."""
+
     def __init__(
         self,
         genes: Sequence[Gene],
@@ -71,6 +74,10 @@ class Layout:
         """
         if shapes is not None and not isinstance(shapes, Mapping):
             shapes = {"policy.weights": shapes}
+        if section.longest is not None:
+            from ecs_eco.genomes.variable_layout import VariableLayout
+
+            return VariableLayout(section, traits, shapes)
         return cls(section.genes, section.alphabet, section.ploidy, section.dominance, section.loci,
                    traits, shapes)
 
@@ -180,6 +187,15 @@ class Layout:
                 out[code.first : code.stop] = code.gene.mutation
         return out
 
+    def text(self, row: np.ndarray) -> str:
+        """Return one genome u8[loci] as text."""
+        return self.alphabet.decode(row)
+
+    def rows(self, texts: Sequence[str]) -> np.ndarray:
+        """Return the rows u8[n, loci] of texts; raises ValueError for one of another length or letters."""
+        return self.check(np.stack([self.alphabet.encode(text) for text in texts])
+                          if texts else np.zeros((0, self.row), np.uint8))
+
     def mark(self, genome: str | np.ndarray) -> list[Piece]:
         """Return the pieces of one genome, text or u8[loci], in order:
         its genes and what is neutral between them."""
@@ -201,16 +217,18 @@ class Layout:
     def check(self, loci: np.ndarray) -> np.ndarray:
         """Return rows as they are; raises ValueError for another width or type,
         or a number that is no letter's."""
+        return self._checked(loci, len(self.alphabet) - 1)
+
+    def _checked(self, loci: np.ndarray, highest: int) -> np.ndarray:
         if (not isinstance(loci, np.ndarray) or loci.dtype != np.uint8 or loci.ndim != 2
             or loci.shape[1] != self.row):
             given = (f"an array of {getattr(loci, 'dtype', type(loci).__name__)} with the shape "
                      f"{np.shape(loci)}")
             raise ValueError(f"genome: {given}; allowed are rows of u8[n, {self.row}]")
-        size = len(self.alphabet)
-        if size < 256 and loci.size and loci.max() >= size:
-            row, place = np.argwhere(loci >= size)[0]
+        if highest < 255 and loci.size and loci.max() > highest:
+            row, place = np.argwhere(loci > highest)[0]
             raise ValueError(f"genome {row}: {loci[row, place]} at place {place} is no letter's number; "
-                             f"allowed are 0 to {size - 1}")
+                             f"allowed are 0 to {highest}")
         return loci
 
     def _expressed(self, code: Code, loci: np.ndarray) -> np.ndarray:

@@ -10,6 +10,7 @@ from pydantic import ConfigDict, Field, field_validator, model_validator
 from ecs_eco.engine.section import OF_CODE, Count, Name, Real, Section, Share, about, quantity, table
 
 Dominance = Literal["first", "mean", "greater"]
+Doubled = Literal["first", "mean", "sum", "greatest"]
 OperatorName = Annotated[str, Field(pattern=r"^[A-Za-z_][\w.]*(:[A-Za-z_]\w*)?$"), *OF_CODE]
 
 
@@ -45,6 +46,16 @@ class Gene(Section):
                                       "1", None)
     dominance: Dominance | None = about(
         "with two strings, how two alleles make the value; absent: that of the genome", None
+    )
+    promoter: Annotated[str, Field(min_length=1, max_length=16)] | None = about(
+        "with `longest`: the letters that begin each copy of the gene; absent: a word chosen by its number",
+        None
+    )
+    copies: Annotated[int, Field(ge=0, le=10_000)] = quantity(
+        "with `longest`: copies of the gene in a founder's string", "1", 1
+    )
+    doubled: Doubled | None = about(
+        "with `longest`: what several copies in a string make; absent: that of the genome", None
     )
 
 
@@ -100,7 +111,9 @@ class Operator(Section):
 class Mate(Operator):
     """How two strings are crossed."""
 
-    operator: OperatorName = about("cxOnePoint, cxTwoPoint, cxUniform …", "cxTwoPoint")
+    operator: OperatorName = about(
+        "cxOnePoint, cxTwoPoint, cxUniform …; with `longest` absent means cxUnequal", "cxTwoPoint"
+    )
     chance: Share = quantity("chance of a crossing; without one the child copies one parent, drawn", "1", 1.0)
 
 
@@ -127,7 +140,31 @@ class GenomeSection(Section):
     )
     mate: Mate = table("crossover", Mate)
     mutate: Mutate = table("mutation", lambda: Mutate.model_validate({"indpb": 0.005}))
+    longest: Count | None = quantity(
+        "letters that a string may have at most, which gives strings a length of their own; absent: all have "
+        "the same length, and genes a fixed place", "1", None
+    )
+    doubled: Doubled = about(
+        "with `longest`: what several copies of a gene in a string make: the first one's value, the mean, "
+        "the sum (within what one copy can say) or the greatest", "first"
+    )
+    insertion: Share = quantity("with `longest`: chance per letter that one is inserted before it", "1", 0.0)
+    deletion: Share = quantity("with `longest`: chance per letter to be lost", "1", 0.0)
+    duplication: Share = quantity("with `longest`: chance per copy of a gene to be doubled, in tandem", "1",
+                                  0.0)
+    loss: Share = quantity("with `longest`: chance per copy of a gene to be lost", "1", 0.0)
     genes: Annotated[list[Gene], Field(min_length=1)] = about("what the loci code for")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _unequal_crossover(cls, given: Any) -> Any:
+        """Let strings of variable length cross at genes, unless an operator is named."""
+        if not isinstance(given, dict) or given.get("longest") is None:
+            return given
+        mate = given.get("mate", {})
+        if isinstance(mate, dict) and "operator" not in mate:
+            return given | {"mate": {"operator": "cxUnequal"} | mate}
+        return given
 
     @field_validator("alphabet")
     @classmethod

@@ -32,6 +32,10 @@ SAFE: dict[str, dict[str, tuple[str, ...]]] = {
     "mutate": {"mutFlipBit": ("indpb",), "mutInversion": (), "mutShuffleIndexes": ("indpb",),
                "mutUniformInt": ("low", "up", "indpb")},
 }
+# those beside them for strings of variable length: our own, and DEAP's
+VARIABLE: dict[str, dict[str, tuple[str, ...]]] = {
+    "mate": {"cxUnequal": ("slip",), "cxMessyOnePoint": ()}, "mutate": {},
+}
 _NUMBERS = "it makes numbers between letters"
 _STRATEGY = "it needs a strategy besides the genome"
 _ORDER = "it permutes, and needs a genome that has every letter once"
@@ -40,7 +44,8 @@ REFUSED = {  # operators of DEAP that cannot work on letters
     "mutGaussian": _NUMBERS, "mutPolynomialBounded": _NUMBERS, "cxESBlend": _STRATEGY,
     "cxESTwoPoint": _STRATEGY, "cxESTwoPoints": _STRATEGY, "mutESLogNormal": _STRATEGY,
     "cxPartialyMatched": _ORDER, "cxUniformPartialyMatched": _ORDER, "cxOrdered": _ORDER,
-    "cxMessyOnePoint": "it changes the length of a genome", "cxTwoPoints": "its name is now cxTwoPoint",
+    "cxMessyOnePoint": "it changes the length of a genome, which needs genome.longest",
+    "cxTwoPoints": "its name is now cxTwoPoint",
 }  # fmt: skip
 
 
@@ -59,7 +64,7 @@ def toolbox_of(section: GenomeSection | Mapping[str, Any], layout: Layout, selec
     section = _section(section)
     for word in ("mate", "mutate"):
         entry = getattr(section, word)
-        toolbox.register(word, operator_of(word, entry.operator, find),
+        toolbox.register(word, operator_of(word, entry.operator, layout, find),
                          **defaults(entry.operator, layout) | entry.arguments)
     if select_mate not in RULES:
         raise UnknownName(unknown_name("select_mate", "rule", select_mate, RULES))
@@ -77,20 +82,33 @@ def _section(section: GenomeSection | Mapping[str, Any]) -> GenomeSection:
     return GenomeSection(**{"genes": [Gene(name="any", letters=1, low=0.0, high=1.0)], **section})
 
 
-def operator_of(word: str, name: Any, find: Callable[[Any], Any] = handed_over) -> Callable[..., Any]:
-    """Return DEAP's operator of this name, or what `find` returns for a function or "module:name"."""
+def operator_of(word: str, name: Any, layout: Layout,
+                find: Callable[[Any], Any] = handed_over) -> Callable[..., Any]:
+    """Return the operator of this name, or what `find` returns for a function or "module:name"."""
     if not isinstance(name, str) or ":" in name:
         return find(name)
-    check_name(word, name)
+    check_name(word, name, layout)
+    if name == "cxUnequal":
+        from ecs_eco.genomes.unequal import UnequalCrossover
+
+        return UnequalCrossover(layout)  # type: ignore[arg-type]  # of variable length: the name was checked
     from deap import tools
 
     return getattr(tools, name)
 
 
-def check_name(word: str, name: str) -> None:
-    """Raise ValueError or UnknownName for a name that is not one of DEAP's operators on letters."""
-    known = SAFE[word]
-    if name in REFUSED and name.startswith(PREFIX[word]):
+def known_operators(word: str, layout: Layout) -> dict[str, tuple[str, ...]]:
+    """Return the operators that data may name for genomes of a layout, and the arguments of each."""
+    return SAFE[word] | (VARIABLE[word] if layout.longest is not None else {})
+
+
+def check_name(word: str, name: str, layout: Layout) -> None:
+    """Raise ValueError or UnknownName for a name that is not one of the operators on letters."""
+    known = known_operators(word, layout)
+    if name == "cxUnequal" and name not in known:
+        raise ValueError(f"{word}: {name} cuts strings at genes, which needs genome.longest; "
+                         f"allowed are {listed(known, 30)}")
+    if name in REFUSED and name not in known and name.startswith(PREFIX[word]):
         raise ValueError(f"{word}: {name} does not work on genomes: {REFUSED[name]}; "
                          f"allowed are {listed(known, 30)}")
     if name not in known:
@@ -98,15 +116,19 @@ def check_name(word: str, name: str) -> None:
 
 
 def defaults(name: Any, layout: Layout) -> dict[str, Any]:
-    """Return the arguments that follow from the layout: mutUniformInt draws among all letters."""
+    """Return arguments that need not be given: mutUniformInt draws among all letters."""
+    if name == "cxUnequal":
+        from ecs_eco.genomes.unequal import SLIP
+
+        return {"slip": SLIP}
     return {"low": 0, "up": len(layout.alphabet) - 1} if name == "mutUniformInt" else {}
 
 
 def check_entry(word: str, name: str, given: Mapping[str, Any], layout: Layout) -> None:
     """Raise ValueError or UnknownName where DEAP's operator cannot work on these genomes with these
     arguments; nothing is called."""
-    check_name(word, name)
-    takes, given = SAFE[word][name], defaults(name, layout) | dict(given)
+    check_name(word, name, layout)
+    takes, given = known_operators(word, layout)[name], defaults(name, layout) | dict(given)
     if wrong := [k for k in given if k not in takes]:
         raise ValueError(f"{word}: {name}: got an unexpected keyword argument '{wrong[0]}'; "
                          f"{_takes(takes, wrong[0])}")
@@ -123,10 +145,11 @@ def check_operator(word: str, operator: Callable[..., Any], layout: Layout) -> N
     function, arguments = taken_apart(word, operator)
     name = getattr(function, "__name__", repr(function))
     deaps = vars(tools).get(name) is function
-    if name in REFUSED and deaps:
+    known = known_operators(word, layout)
+    if name in REFUSED and deaps and name not in known:
         raise ValueError(f"{word}: {name} does not work on genomes: {REFUSED[name]}")
     _check_values(word, name, arguments, layout)
-    if not (deaps and name in SAFE[word]):
+    if not (deaps and name in known):
         _try(word, name, operator, layout)
 
 
@@ -140,9 +163,13 @@ def _check_values(word: str, name: str, arguments: Mapping[str, Any], layout: La
         raise ValueError(f"{word}: {name} needs at least two loci, and the genome has {layout.length}")
     if name == "mutUniformInt":
         _check_letters(word, arguments, layout)
-    if "indpb" in arguments and not _is_share(arguments["indpb"]):
-        raise ValueError(f"{word}: {name} with indpb = {arguments['indpb']}; allowed are 0 to 1")
+    for share in ("indpb", "slip"):
+        if share in arguments and not _is_share(arguments[share]):
+            raise ValueError(f"{word}: {name} with {share} = {arguments[share]}; allowed are 0 to 1")
     own = [code.name for code in layout.genes if code.gene.mutation is not None]
+    if own and layout.longest is not None and word == "mutate" and name not in (*SAFE[word],):
+        raise ValueError(f"mutate: {name} does not know where genes are, so the gene {own[0]!r} cannot have "
+                         "a mutation of its own")
     if word == "mutate" and own and ("indpb" not in arguments or name == "mutShuffleIndexes"):
         why = "moves letters from gene to gene" if name == "mutShuffleIndexes" else "has no indpb"
         raise ValueError(f"mutate: {name} {why}, so the gene {own[0]!r} cannot have a mutation of its own")
@@ -155,6 +182,9 @@ def _check_letters(word: str, arguments: Mapping[str, Any], layout: Layout) -> N
         if not _letters(arguments[key], len(layout.alphabet)):
             raise ValueError(f"{word}: mutUniformInt with {key} = {arguments[key]}; "
                              f"allowed are 0 to {len(layout.alphabet) - 1}")
+        if isinstance(arguments[key], list | tuple) and layout.longest is not None:
+            raise ValueError(f"{word}: mutUniformInt with {len(arguments[key])} numbers as {key}; allowed is "
+                             "one, as genes have no fixed place")
         if isinstance(arguments[key], list | tuple) and len(arguments[key]) < layout.length:
             n = len(arguments[key])
             raise ValueError(f"{word}: mutUniformInt with {n} numbers as {key}; allowed is one, "
@@ -198,8 +228,8 @@ def choice_of(toolbox: Toolbox) -> int:
     return rules.index(function) if function in rules else -1
 
 
-def strings_of(word: str, name: str, result: Any, length: int, size: int) -> list[np.ndarray]:
-    """Return the genomes u8[length] that an operator gave back;
+def strings_of(word: str, name: str, result: Any, length: int | None, size: int) -> list[np.ndarray]:
+    """Return the genomes u8[length] that an operator gave back (None: of any length);
     raises ValueError that names what is wrong with them, and where."""
     n = 2 if word == "mate" else 1
     if not isinstance(result, tuple) or len(result) != n:
@@ -209,8 +239,10 @@ def strings_of(word: str, name: str, result: Any, length: int, size: int) -> lis
     return [_string(word, name, genome, length, size) for genome in result]
 
 
-def _string(word: str, name: str, genome: Any, length: int, size: int) -> np.ndarray:
-    if len(genome) != length:
+def _string(word: str, name: str, genome: Any, length: int | None, size: int) -> np.ndarray:
+    if length is None and not len(genome):
+        return np.zeros(0, np.uint8)
+    if length is not None and len(genome) != length:
         raise ValueError(f"{word}: {name} returns a genome of {len(genome)} loci; allowed are {length}: "
                          "genomes keep their length")
     try:
@@ -240,13 +272,14 @@ def _letters(value: Any, size: int) -> bool:
 
 def _try(word: str, name: str, operator: Callable[..., Any], layout: Layout) -> None:
     size, length = len(layout.alphabet), min(layout.length, LONGEST_TRIED)
+    expected = length if layout.longest is None else None
     chance, numbers = random.getstate(), str(np.random.get_state())  # noqa: NPY002
     try:
         for trial in range(TRIALS):
             random.seed(trial)
-            pair = [[random.randrange(size) for _ in range(length)]
-                    for _ in range(2 if word == "mate" else 1)]
-            strings_of(word, name, operator(*pair), length, size)
+            lengths = [length if expected else random.randrange(1, length + 1) for _ in range(2)]
+            pair = [[random.randrange(size) for _ in range(n)] for n in lengths[: 2 if word == "mate" else 1]]
+            strings_of(word, name, operator(*pair), expected, size)
     except (TypeError, AttributeError, IndexError, KeyError, ZeroDivisionError, OverflowError) as error:
         raise ValueError(f"{word}: {name} fails on a list of letters' numbers: "
                          f"{type(error).__name__}: {error}") from error

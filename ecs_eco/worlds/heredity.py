@@ -41,7 +41,8 @@ def add_heredity(world: SpatialWorld, table: Table, species: Any, founder: np.nd
         traits = traits_of(species, world.config.dims, [world.config.function(c) for c in species.components])
         shapes = policy_shapes(species, world.config.dims) if minds is None else minds.shapes
         layout = Layout.from_config(section, traits, shapes=shapes)
-        table.dims |= {"loci": layout.row, "highest letter": len(layout.alphabet) - 1}
+        highest = len(layout.alphabet) - (1 if layout.longest is None else 0)  # the blank after the letters
+        table.dims |= {"loci": layout.row, "highest letter": highest}
         table.add_component(Genome)
         targets = _targets(table, species, layout, traits)
         if section.founders == "own":
@@ -74,9 +75,10 @@ def apply_heredity(world: SpatialWorld, table: Table, species: Any,
     if changed is None or any(key.startswith(("genome.", "reproduction.choice")) for key in changed):
         from ecs_eco.genomes import Operators
 
-        choice = getattr(species.reproduction, "choice", "nearest")
+        choice, counts = getattr(species.reproduction, "choice", "nearest"), heredity.state()
         heredity.operators = Operators.from_config(species.genome, heredity.layout, choice,
                                                    world.config.function)
+        heredity.load(counts)
 
 
 def apply_traits(table: Table, traits: Mapping[str, Trait],

@@ -27,13 +27,16 @@ def check_genome(config: WorldConfig, name: str) -> Iterator[Problem]:
         return
     from ecs_eco.config.traits import policy_shapes, traits_of
     from ecs_eco.genomes.problems import problems
+    from ecs_eco.genomes.promoters import problems_of_variable
 
     yield from _check_connections(config, name)
     if (own := components_of(config, species)) is None:
         return  # its genes may name fields of components that are not loaded
     traits = traits_of(species, config.dims, own)
     shapes = {"policy.weights": policy_shapes(species, config.dims)}
-    own_problems = list(problems(section.genes, len(section.alphabet), section.loci, traits, shapes))
+    loci = section.loci if section.longest is None else None
+    own_problems = [*problems(section.genes, len(section.alphabet), loci, traits, shapes),
+                    *problems_of_variable(section, traits, shapes)]
     yield from (problem.moved(key=(*key, *problem.key)) for problem in own_problems)
     yield from _check_ranges(config, species, key, section)
     yield from _check_brain(name, species, section)

@@ -1,0 +1,144 @@
+"""Promoters: the words of letters by which genes are found in strings of variable length.
+
+A string is read from its first letter on. Where a promoter stands and the letters that its gene needs follow,
+there is a copy of the gene, and reading goes on behind it; any other letter is neutral.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ecs_eco.engine.errors import Problem
+from ecs_eco.genomes.problems import n_codons
+
+if TYPE_CHECKING:
+    from ecs_eco.genomes.models import Gene, GenomeSection
+    from ecs_eco.genomes.traits import Shapes, Trait
+
+MOST_WORDS = 2**16  # of the longest promoter's length
+LONGEST = 1_000_000  # letters of a string of variable length
+RARE = 64  # random letters begin a gene about once in so many, with promoters by default
+MOST_LETTERS = 255  # of an alphabet, as one number means that a string has ended
+ONLY = {"promoter": None, "copies": 1, "doubled": None}  # keys of a gene that need a variable length
+
+
+def default_promoters(n: int, letters: str) -> list[str]:
+    """Return words for n genes, of equal length and evenly spaced in the order of the alphabet."""
+    size, length = len(letters), 1
+    while size**length < RARE * n and size ** (length + 1) <= MOST_WORDS:
+        length += 1
+    return [_word(int((i + 0.5) * size**length / n), length, letters) for i in range(n)]
+
+
+def promoters_of(genes: Sequence[Gene], letters: str) -> list[str]:
+    """Return each gene's promoter: its own, or the default."""
+    given = default_promoters(len(genes), letters)
+    return [gene.promoter or word for gene, word in zip(genes, given, strict=True)]
+
+
+def spans_of(genes: Sequence[Gene], promoters: Sequence[str], traits: Mapping[str, Trait],
+             shapes: Mapping[str, Shapes]) -> list[int]:
+    """Return how many letters a copy of each gene has, with its promoter."""
+    return [len(word) + (n_codons(gene, traits.get(gene.trait or ""), shapes) or 0) * gene.letters
+            for gene, word in zip(genes, promoters, strict=True)]
+
+
+def word_table(promoters: Sequence[str], letters: str) -> np.ndarray:
+    """Return the number of the gene whose promoter begins each word of the longest promoter's length, −1 for
+    none: i16[size ** length]."""
+    size, length = len(letters), max(map(len, promoters))
+    table = np.full(size**length, -1, np.int16)
+    for gene, word in enumerate(promoters):
+        first = sum(letters.index(letter) * size ** (length - 1 - i) for i, letter in enumerate(word))
+        table[first : first + size ** (length - len(word))] = gene
+    return table
+
+
+def copies_in(string: str, promoters: Mapping[str, str],
+              spans: Mapping[str, int]) -> Iterator[tuple[str, int]]:
+    """Find the genes of a string, as text: the name of each copy and where its promoter begins.
+
+    `promoters` and `spans` (letters of a copy, with its promoter) are by name of the gene.
+    """
+    at = 0
+    while at < len(string):
+        here = next((name for name, word in promoters.items()
+                     if string.startswith(word, at) and at + spans[name] <= len(string)), None)
+        if here is not None:
+            yield here, at
+        at += 1 if here is None else spans[here]
+
+
+def problems_of_variable(section: GenomeSection, traits: Mapping[str, Trait] | None,
+                         shapes: Mapping[str, Shapes]) -> Iterator[Problem]:
+    """All problems of a genome section that have to do with strings of variable length."""
+    if section.longest is None:
+        for key in ("insertion", "deletion", "duplication", "loss"):
+            if value := getattr(section, key):
+                yield Problem((key,), "strings keep their length here", value, "longest = …, or nothing here")
+        for i, gene in enumerate(section.genes):
+            for key, default in ONLY.items():
+                if (value := getattr(gene, key)) != default:
+                    yield Problem(("genes", i, key), "strings keep their length here", value,
+                                  "genome.longest = …, or nothing here")
+        return
+    if len(section.alphabet) > MOST_LETTERS:
+        yield Problem(("alphabet",), "too many letters for strings of variable length", section.alphabet,
+                      f"at most {MOST_LETTERS}")
+    for first, second in (("insertion", "deletion"), ("duplication", "loss")):
+        if (total := getattr(section, first) + getattr(section, second)) > 1:
+            yield Problem((second,), f"more than 1 together with {first}", getattr(section, second),
+                          f"at most {1 - (total - getattr(section, second)):g}")
+    for i, gene in enumerate(section.genes):
+        if gene.at is not None:
+            yield Problem(("genes", i, "at"), "genes have no fixed place in strings of variable length",
+                          gene.at, "promoter = …, or nothing here")
+    yield from _of_words(section.genes, section.alphabet)
+    yield from _of_lengths(section, traits or {}, shapes)
+
+
+def _of_words(genes: Sequence[Gene], letters: str) -> Iterator[Problem]:
+    """Whether promoters are words of the alphabet, and none begins with another."""
+    most = max(k for k in range(1, 17) if len(letters) ** k <= MOST_WORDS)
+    words = promoters_of(genes, letters)
+    for i, word in enumerate(words):
+        key = ("genes", i, "promoter")
+        if wrong := [letter for letter in word if letter not in letters]:
+            yield Problem(key, f"{wrong[0]!r} is no letter of the alphabet", word, f"letters of {letters!r}")
+        elif len(word) > most:
+            yield Problem(key, f"too long with {len(letters)} letters", word, f"at most {most} letters")
+        for j, other in enumerate(words[:i]):
+            if word.startswith(other) or other.startswith(word):
+                yield Problem(key, f"one begins with the other: the promoter of {genes[j].name} is {other!r}",
+                              word, "words of which none begins with another")
+                break
+
+
+def _of_lengths(section: GenomeSection, traits: Mapping[str, Trait],
+                shapes: Mapping[str, Shapes]) -> Iterator[Problem]:
+    """Whether a founder's genes fit into its string, and this into the longest."""
+    longest = section.longest or 0
+    if longest > LONGEST:
+        yield Problem(("longest",), "too many letters", longest, f"at most {LONGEST}")
+    spans = spans_of(section.genes, promoters_of(section.genes, section.alphabet), traits, shapes)
+    needed = sum(span * gene.copies for span, gene in zip(spans, section.genes, strict=True))
+    if section.loci is not None and section.loci < needed:
+        yield Problem(("loci",), f"too short a string: a founder's genes need {needed} letters",
+                      section.loci, f"at least {needed}")
+    if needed == 0 and section.loci is None:
+        yield Problem(("genes",), "founders have no copy of any gene, and no letter",
+                      allowed="copies = 1 of a gene, or loci = …")
+    if longest < max(needed, section.loci or 0):
+        yield Problem(("longest",), "founders have more letters", longest,
+                      f"at least {max(needed, section.loci or 0)}")
+
+
+def _word(number: int, length: int, letters: str) -> str:
+    word = ""
+    for _ in range(length):
+        number, digit = divmod(number, len(letters))
+        word = letters[digit] + word
+    return word

@@ -1,0 +1,140 @@
+"""Births with strings of variable length: crossed at genes; genes double, letters come and go."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ecs_eco.engine.code import handed_over
+from ecs_eco.genomes import kernels, variable_kernels
+from ecs_eco.genomes.batch import MATE, MUTATE, Operators, named, seed_of, toss
+from ecs_eco.genomes.operators import strings_of, toolbox_of
+from ecs_eco.genomes.unequal import UnequalCrossover
+
+if TYPE_CHECKING:
+    from deap.base import Toolbox
+
+    from ecs_eco.genomes.models import GenomeSection
+    from ecs_eco.genomes.variable_layout import VariableLayout
+
+EVENTS = ("crossing", "duplication", "loss", "insertion", "deletion")
+
+
+class VariableOperators(Operators):
+    """Applies the operators of a toolbox to strings of variable length; `insertion` and `deletion` are
+    chances per letter, `duplication` and `loss` per copy of a gene.
+
+    A string is crossed, then its genes are doubled and lost, then letters inserted and lost, then `mutate` is
+    applied. What would make it longer than `longest`, or leave it without letters, does not happen:
+    `at_limit` i64[5] counts such crossings, duplications, losses, insertions and deletions.
+    """
+
+    layout: VariableLayout
+
+    def __init__(self, toolbox: Toolbox, layout: VariableLayout, chance: float = 1.0, *,
+                 insertion: float = 0.0, deletion: float = 0.0, duplication: float = 0.0,
+                 loss: float = 0.0) -> None:
+        self.insertion, self.deletion, self.duplication, self.loss = insertion, deletion, duplication, loss
+        self.at_limit = np.zeros(len(EVENTS), np.int64)
+        super().__init__(toolbox, layout, chance)
+
+    @classmethod
+    def of_section(cls, section: GenomeSection, layout: Any, select_mate: str,
+                   find: Callable[[Any], Any] = handed_over) -> VariableOperators:
+        """Return the operators of a world file; arguments as `Operators.from_config`."""
+        return cls(toolbox_of(section, layout, select_mate, find), layout, section.mate.chance,
+                   insertion=section.insertion, deletion=section.deletion, duplication=section.duplication,
+                   loss=section.loss)
+
+    @property
+    def genes(self) -> tuple[Any, ...]:
+        """What kernels need to find genes: blank, words, their length, letters, spans."""
+        layout = self.layout
+        return layout.blank, layout.words, layout.word, len(layout.alphabet), layout.spans
+
+    def _cross(self, a: np.ndarray, b: np.ndarray, keys: np.ndarray, salt: int) -> np.ndarray:
+        function, arguments = self._operator("mate")
+        a, b = np.ascontiguousarray(a), np.ascontiguousarray(b)
+        swapped = toss(keys, salt, kernels.ORDER) < 0.5
+        crossed = toss(keys, salt, kernels.CROSS) < self.chance
+        out = np.empty_like(a)
+        if isinstance(function, UnequalCrossover):
+            variable_kernels.cross_unequal(a, b, swapped, crossed, keys, salt, np.float32(arguments["slip"]),
+                                           *self.genes, self.at_limit, out)
+        else:
+            np.copyto(out, np.where(swapped[:, None], b, a))
+            self._cross_each(out, np.where(swapped[:, None], a, b), np.flatnonzero(crossed), keys, salt,
+                             function)
+        return out
+
+    def _cross_each(self, out: np.ndarray, other: np.ndarray, births: np.ndarray, keys: np.ndarray, salt: int,
+                    function: Any) -> None:
+        mate, name = self.toolbox.mate, named(function)
+        state = random.getstate()
+        try:
+            for birth in births:
+                random.seed(seed_of(keys[birth], MATE + 4 * salt))
+                pair = mate(self._letters(out[birth]), self._letters(other[birth]))
+                child = strings_of("mate", name, pair, None, self.layout.blank)[0]
+                self._take(out[birth], child, variable_kernels.CROSSING)
+        finally:
+            random.setstate(state)
+
+    def _mutate(self, strings: np.ndarray, keys: np.ndarray, salt: int) -> None:
+        letters = np.ascontiguousarray(strings)
+        size = len(self.layout.alphabet)
+        if self.duplication or self.loss:
+            variable_kernels.rearrange(letters, keys, salt, float(self.duplication), float(self.loss),
+                                       *self.genes, self.at_limit)
+        if self.insertion or self.deletion:
+            variable_kernels.insert_and_delete(letters, keys, salt, float(self.insertion),
+                                               float(self.deletion), self.layout.blank, size, self.at_limit)
+        self._mutate_letters(letters, keys, salt)
+        if letters is not strings:
+            strings[:] = letters
+
+    def _mutate_letters(self, letters: np.ndarray, keys: np.ndarray, salt: int) -> None:
+        from deap import tools
+
+        function, arguments = self._operator("mutate")
+        ways = {tools.mutUniformInt: variable_kernels.UNIFORM, tools.mutFlipBit: variable_kernels.FLIP,
+                tools.mutShuffleIndexes: variable_kernels.SHUFFLE}
+        if function not in ways:
+            self._mutate_each(letters, keys, salt, function, arguments)
+            return
+        chance, low, up = (arguments.get(k, 0) for k in ("indpb", "low", "up"))
+        given = letters, keys, salt, ways[function], float(chance)
+        if all(code.gene.mutation is None for code in self.layout.genes):
+            variable_kernels.mutate_letters(*given, int(low), int(up), self.layout.blank)
+        else:
+            variable_kernels.mutate_by_gene(*given, self.layout.rates(chance), int(low), int(up), *self.genes,
+                                            self.layout.skipped)
+
+    def _mutate_each(self, strings: np.ndarray, keys: np.ndarray, salt: int, function: Any,
+                     arguments: dict[str, Any]) -> None:
+        mutate, name = self.toolbox.mutate, named(function)
+        state = random.getstate()
+        try:
+            for birth in range(len(strings)):
+                random.seed(seed_of(keys[birth], MUTATE + 4 * salt))
+                mutated = strings_of("mutate", name, mutate(self._letters(strings[birth])), None,
+                                     self.layout.blank)[0]
+                grows = mutated.size > (strings[birth] != self.layout.blank).sum()
+                self._take(strings[birth], mutated,
+                           variable_kernels.INSERTION if grows else variable_kernels.DELETION)
+        finally:
+            random.setstate(state)
+
+    def _letters(self, string: np.ndarray) -> list[int]:
+        return string[: variable_kernels.end_of(string, self.layout.blank)].tolist()
+
+    def _take(self, string: np.ndarray, letters: np.ndarray, event: int) -> None:
+        """Write new letters into a string, unless they are none or too many, which is counted."""
+        if not 0 < letters.size <= string.size:
+            self.at_limit[event] += 1
+            return
+        string[: letters.size] = letters
+        string[letters.size :] = self.layout.blank

@@ -1,0 +1,278 @@
+"""The layout of genomes whose strings vary in length: genes are found by their promoters."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ecs_eco.engine.errors import ConfigError
+from ecs_eco.genomes.codes import Code, Weights
+from ecs_eco.genomes.layout import Layout, Piece
+from ecs_eco.genomes.promoters import copies_in, problems_of_variable, promoters_of, word_table
+
+if TYPE_CHECKING:
+    from ecs_eco.genomes.models import GenomeSection
+    from ecs_eco.genomes.traits import Shapes, Trait
+
+SEPARATORS = "|/;:,. "  # between the strings of a text; the first that is no letter
+
+
+class VariableLayout(Layout):
+    """Genes on one or two strings of at most `longest` letters: a row u8[longest * ploidy] holds the letters
+    of each string, then blanks, the number after the last letter's.
+
+    What follows the first blank of a string means nothing. Every row decodes to valid values: of a gene that
+    a string has several times `doubled` says what counts, and where no string has it the species' own value
+    does (of a neutral marker 0, of a network weights of 0). Raises ConfigError with all that is wrong.
+    """
+
+    def __init__(self, section: GenomeSection, traits: Mapping[str, Trait] | None = None,
+                 shapes: Mapping[str, Shapes] | None = None) -> None:
+        if wrong := list(problems_of_variable(section, traits, shapes or {})):
+            raise ConfigError(wrong, "this genome is refused")
+        super().__init__(section.genes, section.alphabet, section.ploidy, section.dominance, None, traits,
+                         shapes)
+        self.doubled = section.doubled
+        self.length = self.longest = section.longest or 0
+        self.row = self.length * self.ploidy
+        self.blank = len(self.alphabet)
+        self.separator = next(c for c in SEPARATORS + chr(0x2016) if c not in self.alphabet.letters)
+        words = promoters_of(section.genes, section.alphabet)
+        self.promoters = {code.name: word for code, word in zip(self.genes, words, strict=True)}
+        self.words, self.word = word_table(words, section.alphabet), max(map(len, words))
+        self.skipped = np.array([len(word) for word in words], np.int64)
+        self.spans = self.skipped + [code.codons.length for code in self.genes]
+        self.founder = [g for g, code in enumerate(self.genes) for _ in range(code.gene.copies)]
+        self.begin = section.loci or int(self.spans[self.founder].sum())  # letters of a founder's string
+        for code in self.genes:
+            code.first = code.codons.first = 0
+            code.stop = code.codons.length
+
+    def table(self) -> list[dict[str, Any]]:
+        """Return a row for each gene: gene, promoter, letters after it, trait, codes for, resolution."""
+        rows = super().table()
+        return [{"gene": code.name, "promoter": self.promoters[code.name], "letters": code.codons.length,
+                 **{k: v for k, v in row.items() if k not in ("gene", "loci")}}
+                for code, row in zip(self.genes, rows, strict=True)]
+
+    # --- reading --------------------------------------------------------------------------------------------
+
+    def copies(self, loci: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Find all copies of genes in rows u8[n, row], in order: their string (row × ploidy + string), the
+        letter at which their promoter begins, the number of their gene; i64[copies] each."""
+        from ecs_eco.genomes.variable_kernels import count_copies, find_copies
+
+        strings = np.ascontiguousarray(self.check(loci)).reshape(-1, self.longest)
+        n = np.empty(len(strings), np.int64)
+        given = self.blank, self.words, self.word, len(self.alphabet), self.spans
+        count_copies(strings, *given, n)
+        found = tuple(np.empty(int(n.sum()), np.int64) for _ in range(3))
+        find_copies(strings, *given, *found)
+        return found
+
+    def copy_numbers(self, loci: np.ndarray) -> dict[str, np.ndarray]:
+        """Return how many copies of each gene rows u8[n, row] have, in all strings: i64[n] by gene."""
+        string, _, gene = self.copies(loci)
+        return {code.name: np.bincount(string[gene == g] // self.ploidy, minlength=len(loci))
+                for g, code in enumerate(self.genes)}
+
+    def lengths(self, loci: np.ndarray) -> np.ndarray:
+        """Return how many letters each string of rows u8[n, row] has: i64[n, ploidy]."""
+        ended = self.check(loci).reshape(len(loci), self.ploidy, self.longest) == self.blank
+        return np.where(ended.any(axis=2), ended.argmax(axis=2), self.longest)
+
+    def values_of(self, loci: np.ndarray, name: str) -> tuple[np.ndarray, np.ndarray]:
+        """Return each copy of one gene in rows u8[n, row]: its string (row × ploidy + string) i64[copies] and
+        its value f64[copies, …]."""
+        return self._values(np.ascontiguousarray(self.check(loci)), self.copies(loci), self[name])
+
+    def decode(self, loci: np.ndarray, names: Collection[str] | None = None) -> dict[str, np.ndarray]:
+        loci = np.ascontiguousarray(self.check(loci))
+        found = self.copies(loci)
+        wanted = self.genes if names is None else [code for code in self.genes if code.name in names]
+        return {code.name: self._phenotype(loci, found, code).astype(code.dtype) for code in wanted}
+
+    def alleles(self, loci: np.ndarray, name: str) -> np.ndarray:
+        """Return what each string says of one gene, before dominance: [n, ploidy, …]; where it has no copy,
+        the species' own value."""
+        code, loci = self[name], np.ascontiguousarray(self.check(loci))
+        value, has = self._by_string(loci, self.copies(loci), code)
+        value[~has] = self.own_value(code)
+        return value.reshape(len(loci), self.ploidy, *code.width).astype(code.dtype)
+
+    def own_value(self, code: Code) -> float:
+        """Return what an organism has that has no copy of a gene: the species' own value, else 0."""
+        return 0.0 if code.trait is None else float(code.trait.default)
+
+    def _values(self, loci: np.ndarray, found: tuple[np.ndarray, ...],
+                code: Code) -> tuple[np.ndarray, np.ndarray]:
+        number = self.genes.index(code)
+        string, at = (column[found[2] == number] for column in found[:2])
+        places = (at + self.skipped[number])[:, None] + np.arange(code.codons.length)
+        letters = loci.reshape(-1, self.longest)[string[:, None], places]
+        return string, np.asarray(code.values(code.codons.read(letters, 0)), np.float64)
+
+    def _by_string(self, loci: np.ndarray, found: tuple[np.ndarray, ...],
+                   code: Code) -> tuple[np.ndarray, np.ndarray]:
+        """Return what each string's copies of a gene make together f64[strings, …], and whether it has any.
+        """
+        string, values = self._values(loci, found, code)
+        out = np.zeros((len(loci) * self.ploidy, *code.width))
+        has = np.zeros(len(out), np.bool_)
+        if not string.size:
+            return out, has
+        begin = np.flatnonzero(np.diff(string, prepend=-1))
+        has[string[begin]] = True
+        how = code.gene.doubled or self.doubled
+        if how == "first":
+            out[string[begin]] = values[begin]
+            return out, has
+        together = (np.maximum if how == "greatest" else np.add).reduceat(values, begin)
+        if how == "mean":
+            number = np.diff(begin, append=string.size)
+            together = together / number.reshape(-1, *[1] * len(code.width))
+        elif how == "sum" and not (isinstance(code, Weights) and code.bases is not None):
+            together = np.clip(together, code.low, code.high)
+        out[string[begin]] = together
+        return out, has
+
+    def _phenotype(self, loci: np.ndarray, found: tuple[np.ndarray, ...], code: Code) -> np.ndarray:
+        value, has = self._by_string(loci, found, code)
+        if self.ploidy == 1:
+            out, any_has = value, has
+        else:
+            (a, b), (has_a, has_b) = (x.reshape(len(loci), 2, *x.shape[1:]).swapaxes(0, 1)
+                                      for x in (value, has))
+            how, any_has = code.gene.dominance or self.dominance, has_a | has_b
+            both = {"first": a, "greater": np.maximum(a, b), "mean": (a + b) / 2}[how]
+            a_only, b_only = (h.reshape(-1, *[1] * len(code.width)) for h in (has_a & ~has_b, has_b & ~has_a))
+            out = np.where(a_only, a, np.where(b_only, b, both))
+        out[~any_has] = self.own_value(code)
+        return np.rint(out) if code.dtype is np.int32 else out
+
+    # --- writing --------------------------------------------------------------------------------------------
+
+    def encode(self, values: Mapping[str, Any], clip: bool = False) -> np.ndarray:
+        """Return rows u8[n, row] with one copy of each gene that has values, one or n, in the order of the
+        genes, the same in both strings, and no other letter.
+
+        Raises as `Layout.encode`; ValueError where they are longer than `longest`.
+        """
+        for name in values:
+            self[name]
+        arrays = {code.name: self._array(code, values)
+                  for code in self.genes if code.name in values or code.gene.trait}
+        n = max((len(a) for a in arrays.values()), default=1)
+        wrong = next((name for name, a in arrays.items() if len(a) not in (1, n)), None)
+        if wrong is not None:
+            raise ValueError(f"gene {wrong!r}: {len(arrays[wrong])} values, and {n} of another gene; "
+                             f"allowed are 1 or {n}")
+        order = [g for g, code in enumerate(self.genes) if code.name in arrays]
+        if (needed := int(self.spans[order].sum())) > self.longest:
+            raise ValueError(f"genome: these genes need {needed} letters; allowed are {self.longest}")
+        out = self._blanks(n)
+        for place, code in self._places(order):
+            numbers = np.broadcast_to(code.numbers(arrays[code.name], clip), (n, code.codons.n))
+            self._write(out, place, code, numbers)
+        return out
+
+    def own(self, n: int = 1) -> np.ndarray:
+        out = self.random(np.zeros(n, np.uint64))
+        for place, code in self._places(self.founder):
+            if code.trait is not None and not isinstance(code, Weights):
+                numbers = code.numbers(np.array([code.trait.default]), clip=False)
+                self._write(out, place, code, np.broadcast_to(numbers, (n, code.codons.n)))
+        return out
+
+    def coded(self) -> np.ndarray:
+        """Return which letters of a founder code for a value of its species: bool[row]."""
+        out = np.zeros((self.ploidy, self.longest), np.bool_)
+        for place, code in self._places(self.founder):
+            if code.trait is not None and not isinstance(code, Weights):
+                out[:, place : place + code.codons.length] = True
+        return out.ravel()
+
+    def random(self, keys: np.ndarray) -> np.ndarray:
+        """Return rows u8[n, row] of founders for keys u64[n]: each gene as often as its `copies` say, and
+        letters drawn uniformly behind promoters and up to `loci`; equal keys, equal rows."""
+        from ecs_eco.genomes.kernels import letters_of
+
+        drawn = np.empty((len(keys), self.ploidy * self.begin), np.uint8)
+        letters_of(np.asarray(keys, np.uint64), len(self.alphabet), drawn)
+        out = self._blanks(len(keys))
+        out.reshape(len(keys), self.ploidy, self.longest)[:, :, : self.begin] = drawn.reshape(
+            len(keys), self.ploidy, self.begin)
+        for place, code in self._places(self.founder):
+            self._write(out, place, code, None)
+        return out
+
+    def rates(self, chance: float) -> np.ndarray:
+        """Return each gene's chance of mutation of a letter behind its promoter f64[genes]: its own, else
+        `chance`."""
+        return np.array([chance if code.gene.mutation is None else code.gene.mutation for code in self.genes],
+                        np.float64)
+
+    def _blanks(self, n: int) -> np.ndarray:
+        return np.full((n, self.row), self.blank, np.uint8)
+
+    def _places(self, order: Sequence[int]) -> list[tuple[int, Code]]:
+        """Return where the letters behind its promoter begin, for each copy of a string made of these genes.
+        """
+        ends = np.cumsum(self.spans[list(order)]) if order else []
+        return [(int(end) - self.genes[g].codons.length, self.genes[g])
+                for g, end in zip(order, ends, strict=True)]
+
+    def _write(self, out: np.ndarray, place: int, code: Code, numbers: np.ndarray | None) -> None:
+        """Write a promoter that ends at `place`, and behind it the numbers of its codons."""
+        word = self.alphabet.encode(self.promoters[code.name])
+        for first in range(0, self.row, self.longest):
+            out[:, first + place - word.size : first + place] = word
+            if numbers is not None:
+                code.codons.write(numbers, out, first + place)
+
+    # --- texts ----------------------------------------------------------------------------------------------
+
+    def text(self, row: np.ndarray) -> str:
+        """Return one genome u8[row] as text: its strings, with a separator between two."""
+        (ends,) = self.lengths(np.asarray(row)[None])
+        return self.separator.join(self.alphabet.decode(row[s * self.longest : s * self.longest + end])
+                                   for s, end in enumerate(ends))
+
+    def rows(self, texts: Sequence[str]) -> np.ndarray:
+        """Return the rows u8[n, row] of texts; raises ValueError for one with another number of strings, or
+        letters."""
+        out = self._blanks(len(texts))
+        for i, text in enumerate(texts):
+            strings = text.split(self.separator)
+            if len(strings) != self.ploidy or max(map(len, strings)) > self.longest:
+                allowed = f"{self.ploidy} of at most {self.longest} letters, with {self.separator!r} between"
+                raise ValueError(f"genome {text[:40]!r}: strings of {[len(s) for s in strings]} letters; "
+                                 f"allowed are {allowed}")
+            for s, string in enumerate(strings):
+                out[i, s * self.longest : s * self.longest + len(string)] = self.alphabet.encode(string)
+        return out
+
+    def mark(self, genome: str | np.ndarray) -> list[Piece]:
+        """Return the pieces of one genome, text or u8[row], in order: copies of genes, with their promoters,
+        and what is neutral between them."""
+        text = genome if isinstance(genome, str) else self.text(genome)
+        self.rows([text])
+        spans = {code.name: int(span) for code, span in zip(self.genes, self.spans, strict=True)}
+        pieces = []
+        for s, string in enumerate(text.split(self.separator)):
+            at = 0
+            for name, first in copies_in(string, self.promoters, spans):
+                if first > at:
+                    pieces.append(Piece(s, "", at, string[at:first]))
+                at = first + spans[name]
+                pieces.append(Piece(s, name, first, string[first:at]))
+            if at < len(string):
+                pieces.append(Piece(s, "", at, string[at:]))
+        return pieces
+
+    def check(self, loci: np.ndarray) -> np.ndarray:
+        """Return rows as they are; raises ValueError for another width or type, or a number that is neither a
+        letter's nor the blank."""
+        return self._checked(loci, self.blank)
