@@ -29,8 +29,8 @@ class Frequencies:
     """How many of the living carry each value of a gene: `count` i64[samples,
     values] at `ticks` i64[samples].
 
-    `n` i64[samples] are all living. With several strings (ploidy 2) an organism counts once
-    for each value that it carries.
+    `n` i64[samples] are all living. With several strings (ploidy 2), or several copies of a gene, an organism
+    counts once for each value that it carries; one without the gene counts for none.
     """
 
     gene: str
@@ -61,12 +61,13 @@ def frequencies(lineage: Pedigree, species: str, gene: str | Sequence[int], ever
     """
     record, kept = gene_of(lineage, species, gene), lineage.genomes.get(species, {})
     mask, ticks = lineage.species == species, lineage.samples(every)
-    codons = _codons(lineage.genome[mask], record, species, kept.get("ploidy", 1))
+    codons = (_copies(lineage.genome[mask], record, kept) if kept.get("longest")
+              else _codons(lineage.genome[mask], record, species, kept.get("ploidy", 1)))
     names, values = _values(codons, record, kept.get("alphabet", "ACGT"))
     count = np.zeros((len(ticks), len(names)), np.int64)
     carries = np.zeros(len(lineage), bool)
     for j in range(len(names)):
-        carries[mask] = np.any([v == j for v in values], axis=0)
+        carries[mask] = np.any([v == j for v in values], axis=0) if values else False
         count[:, j] = lineage.living_sums(ticks, mask=carries)
     return Frequencies(record["name"], ticks, names, count, lineage.living_sums(ticks, mask=mask))
 
@@ -105,17 +106,38 @@ def _codons(genomes: np.ndarray, gene: dict[str, Any], species: str,
     return cuts
 
 
+def _copies(genomes: np.ndarray, gene: dict[str, Any],
+            kept: dict[str, Any]) -> list[tuple[list[str], np.ndarray]]:
+    """For each copy of a gene that a genome of variable length may have: the different codons, "" for none,
+    and which of them each organism has."""
+    from ecs_eco.genomes.promoters import copies_in
+
+    if "promoter" not in gene:
+        raise ValueError(f"gene {gene['name']!r}: genes have no fixed place in strings of variable length; "
+                         "allowed is the name of a gene")
+    texts = pa.array(genomes, pa.string()).dictionary_encode()
+    promoters = {g["name"]: g["promoter"] for g in kept["genes"]}
+    spans = {g["name"]: len(g["promoter"]) + g["letters"] for g in kept["genes"]}
+    skip, span = len(gene["promoter"]), spans[gene["name"]]
+    codons = [[string[at + skip : at + span] for string in text.split(kept["separator"])
+               for name, at in copies_in(string, promoters, spans) if name == gene["name"]]
+              for text in texts.dictionary.to_pylist()]
+    which = texts.indices.to_numpy(zero_copy_only=False)
+    return [([words[c] if c < len(words) else "" for words in codons], which)
+            for c in range(max(map(len, codons), default=0))]
+
+
 def _values(codons: list[tuple[list[str], np.ndarray]], gene: dict[str, Any],
             alphabet: str) -> tuple[tuple[str, ...], list[np.ndarray]]:
     """Names of a gene's values, and for each string of the genome which of them each organism has there."""
-    words = sorted({word for words_of_cut, _ in codons for word in words_of_cut})
+    words = sorted({word for words_of_cut, _ in codons for word in words_of_cut if word})
     if "values" in gene:
         distinct = list(dict.fromkeys(gene["values"]))
         names = [f"{v:g}" for v in distinct]
         meaning = {w: distinct.index(gene["values"][codon_number(w, alphabet)]) for w in words}
     else:
         names, meaning = words, {w: i for i, w in enumerate(words)}
-    return tuple(names), [np.array([meaning[w] for w in words_of_cut])[which]
+    return tuple(names), [np.array([meaning.get(w, -1) for w in words_of_cut])[which]
                           for words_of_cut, which in codons]
 
 

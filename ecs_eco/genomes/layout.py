@@ -37,6 +37,8 @@ class Layout:
 
     longest: int | None = None
     """Letters that a string may have; None: strings keep their length."""
+    doubled = "first"
+    """What several copies of a gene in a string make, where they have a length of their own."""
 
     def __init__(
         self,

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 MOST_WORDS = 2**16  # of the longest promoter's length
 LONGEST = 1_000_000  # letters of a string of variable length
 RARE = 64  # random letters begin a gene about once in so many, with promoters by default
-MOST_LETTERS = 255  # of an alphabet, as one number means that a string has ended
+MOST_LETTERS = 254  # of an alphabet: two numbers more mean the end of a string, and in texts its separator
 ONLY = {"promoter": None, "copies": 1, "doubled": None}  # keys of a gene that need a variable length
 
 

@@ -16,6 +16,7 @@ from ecs_eco.genomes.kernels import LETTER, MUTATE, POINT_1, SALT
 DUPLICATE, REARRANGE, GAP, INDEL, INSERT, SLIP = range(9, 15)
 CROSSING, DUPLICATION, LOSS, INSERTION, DELETION = range(5)  # in at_limit
 UNIFORM, FLIP, SHUFFLE = range(3)  # point mutations
+NEVER = 1 << 40  # more than a string has letters
 
 
 @njit
@@ -30,7 +31,9 @@ def end_of(string, blank):
 @njit
 def gap(u, chance):
     """Return how many trials of this chance fail before the next that succeeds, for a draw u in [0, 1)."""
-    return np.int64(np.log1p(-np.float64(u)) / np.log1p(-chance)) if 0 < chance < 1 else np.int64(0)
+    if chance <= 0:
+        return NEVER
+    return np.int64(np.log1p(-np.float64(u)) / np.log1p(-chance)) if chance < 1 else np.int64(0)
 
 
 @njit
@@ -77,6 +80,21 @@ def find_copies(strings, blank, words, k, size, spans, string, at, gene):
         for i in range(m):
             string[c], at[c], gene[c] = s, places[i], genes[i]
             c += 1
+
+
+@njit
+def join_strings(strings, blank, ploidy, out):
+    """Fill out u8[n, …] with the letters of each genome's strings, blank + 1 between two, then blanks."""
+    for row in range(out.shape[0]):
+        to = 0
+        for s in range(row * ploidy, (row + 1) * ploidy):
+            if to or s > row * ploidy:
+                out[row, to] = blank + 1
+                to += 1
+            n = end_of(strings[s], blank)
+            out[row, to : to + n] = strings[s, :n]
+            to += n
+        out[row, to:] = blank
 
 
 @njit
@@ -250,8 +268,6 @@ def insert_and_delete(strings, keys, salt, insertion, deletion, blank, size, at_
 @njit
 def mutate_letters(strings, keys, salt, way, chance, low, up, blank):
     """Mutate each letter by the same chance, as `kernels.mutate_uniform`, `mutate_flip`, `mutate_shuffle`."""
-    if chance == 0:
-        return
     for birth in range(keys.size):
         key, string = mix(keys[birth]), strings[birth]
         n = end_of(string, blank)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
+from itertools import accumulate
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -27,6 +28,8 @@ class VariableLayout(Layout):
     a string has several times `doubled` says what counts, and where no string has it the species' own value
     does (of a neutral marker 0, of a network weights of 0). Raises ConfigError with all that is wrong.
     """
+
+    longest: int
 
     def __init__(self, section: GenomeSection, traits: Mapping[str, Trait] | None = None,
                  shapes: Mapping[str, Shapes] | None = None) -> None:
@@ -68,9 +71,9 @@ class VariableLayout(Layout):
         n = np.empty(len(strings), np.int64)
         given = self.blank, self.words, self.word, len(self.alphabet), self.spans
         count_copies(strings, *given, n)
-        found = tuple(np.empty(int(n.sum()), np.int64) for _ in range(3))
-        find_copies(strings, *given, *found)
-        return found
+        string, at, gene = (np.empty(int(n.sum()), np.int64) for _ in range(3))
+        find_copies(strings, *given, string, at, gene)
+        return string, at, gene
 
     def copy_numbers(self, loci: np.ndarray) -> dict[str, np.ndarray]:
         """Return how many copies of each gene rows u8[n, row] have, in all strings: i64[n] by gene."""
@@ -81,7 +84,8 @@ class VariableLayout(Layout):
     def lengths(self, loci: np.ndarray) -> np.ndarray:
         """Return how many letters each string of rows u8[n, row] has: i64[n, ploidy]."""
         ended = self.check(loci).reshape(len(loci), self.ploidy, self.longest) == self.blank
-        return np.where(ended.any(axis=2), ended.argmax(axis=2), self.longest)
+        lengths: np.ndarray = np.where(ended.any(axis=2), ended.argmax(axis=2), self.longest)
+        return lengths
 
     def values_of(self, loci: np.ndarray, name: str) -> tuple[np.ndarray, np.ndarray]:
         """Return each copy of one gene in rows u8[n, row]: its string (row × ploidy + string) i64[copies] and
@@ -220,8 +224,8 @@ class VariableLayout(Layout):
     def _places(self, order: Sequence[int]) -> list[tuple[int, Code]]:
         """Return where the letters behind its promoter begin, for each copy of a string made of these genes.
         """
-        ends = np.cumsum(self.spans[list(order)]) if order else []
-        return [(int(end) - self.genes[g].codons.length, self.genes[g])
+        ends = accumulate(int(self.spans[g]) for g in order)
+        return [(end - self.genes[g].codons.length, self.genes[g])
                 for g, end in zip(order, ends, strict=True)]
 
     def _write(self, out: np.ndarray, place: int, code: Code, numbers: np.ndarray | None) -> None:
@@ -239,6 +243,15 @@ class VariableLayout(Layout):
         (ends,) = self.lengths(np.asarray(row)[None])
         return self.separator.join(self.alphabet.decode(row[s * self.longest : s * self.longest + end])
                                    for s, end in enumerate(ends))
+
+    def joined(self, loci: np.ndarray) -> np.ndarray:
+        """Return the letters of rows u8[n, row] as in texts: u8[n, row + ploidy − 1], where `blank`
+        is no letter and blank + 1 the separator."""
+        from ecs_eco.genomes.variable_kernels import join_strings
+
+        out = np.empty((len(loci), self.row + self.ploidy - 1), np.uint8)
+        join_strings(np.ascontiguousarray(loci).reshape(-1, self.longest), self.blank, self.ploidy, out)
+        return out
 
     def rows(self, texts: Sequence[str]) -> np.ndarray:
         """Return the rows u8[n, row] of texts; raises ValueError for one with another number of strings, or

@@ -9,6 +9,7 @@ import numpy as np
 from deap import tools
 
 from ecs_eco.genomes.codes import Weights
+from ecs_eco.genomes.variable_layout import VariableLayout
 
 if TYPE_CHECKING:
     from ecs_eco.genomes.layout import Layout
@@ -29,7 +30,13 @@ def frequencies(layout: Layout, loci: np.ndarray) -> dict[str, dict[float, float
 
 def diversity(layout: Layout, loci: np.ndarray) -> np.ndarray:
     """Return the expected heterozygosity of each locus of a string, f64[length]: 1 − Σ p²,
-    p the shares of letters (Nei 1973)."""
+    p the shares of letters (Nei 1973).
+
+    Raises ValueError for strings of variable length, which have no loci in common.
+    """
+    if layout.longest is not None:
+        raise ValueError("diversity: strings of variable length have no loci in common; "
+                         "count values with frequencies(), or copies with layout.copy_numbers()")
     strings = layout.check(loci).reshape(-1, layout.length)
     if not len(strings):
         return np.zeros(layout.length)
@@ -38,18 +45,29 @@ def diversity(layout: Layout, loci: np.ndarray) -> np.ndarray:
 
 
 class GenomeStatistics(tools.MultiStatistics):
-    """DEAP's MultiStatistics over genomes: registered functions are applied to each gene's values,
-    and to the diversity of the loci."""
+    """DEAP's MultiStatistics over genomes: registered functions are applied to each gene's values, and to the
+    diversity of the loci; of strings of variable length to letters and copies of genes."""
 
     def __init__(self, layout: Layout) -> None:
         names = [code.name for code in layout.genes if not isinstance(code, Weights)]
-        super().__init__({name: tools.Statistics() for name in [*names, "diversity"]})
+        more = ["diversity"] if layout.longest is None else ["letters", *self._copies(layout)]
+        super().__init__({name: tools.Statistics() for name in [*names, *more]})
         self.layout = layout
+
+    @staticmethod
+    def _copies(layout: Layout) -> list[str]:
+        return [f"copies of {code.name}" for code in layout.genes]
 
     def compile(self, data: np.ndarray) -> dict[str, dict[str, float]]:
         """Return {gene: {statistic: value}} of genomes u8[n, loci], as a Logbook records it."""
         loci = np.asarray(data, np.uint8)
-        columns = self.layout.decode(loci) | {"diversity": diversity(self.layout, loci)}
+        columns = self.layout.decode(loci)
+        if isinstance(self.layout, VariableLayout):
+            numbers = self.layout.copy_numbers(loci)
+            columns |= {f"copies of {name}": n for name, n in numbers.items()}
+            columns["letters"] = self.layout.lengths(loci).sum(axis=1)
+        else:
+            columns["diversity"] = diversity(self.layout, loci)
         return {name: entry.compile(columns[name]) for name, entry in self.items()}
 
 

@@ -148,7 +148,9 @@ def genes_of(table: Table) -> dict[str, Any] | None:
     """Describe a species' genome: alphabet, strings (ploidy), genes; None if it has none.
 
     A gene has its name, first locus `at`, number of `letters`, `trait` (null for a neutral marker), and
-    `values` where it lists them: one for each codon in their order.
+    `values` where it lists them: one for each codon in their order. Where strings vary in length it has a
+    `promoter`, which the letters follow, instead of a place, and the genome has `longest` and the `separator`
+    of two strings.
     """
     layout: Any = getattr(table.species.heredity, "layout", None)
     if layout is None:
@@ -159,4 +161,10 @@ def genes_of(table: Table) -> dict[str, Any] | None:
     for gene, code in zip(genes, layout.genes, strict=True):
         if code.gene.values is not None:
             gene["values"] = [float(v) for v in code.gene.values]
-    return {"alphabet": layout.alphabet.letters, "ploidy": int(layout.ploidy), "genes": genes}
+    out = {"alphabet": layout.alphabet.letters, "ploidy": int(layout.ploidy), "genes": genes}
+    if layout.longest is not None:
+        for gene in genes:
+            del gene["at"]
+            gene["promoter"] = layout.promoters[gene["name"]]
+        out |= {"longest": layout.longest, "separator": layout.separator}
+    return out

@@ -133,7 +133,10 @@ class Recorder(System):
             return np.zeros(rows.size, "S1")
         if table.name not in self._letters:
             self._letters[table.name] = letters_of(table)
-        text = self._letters[table.name][table[Genome].loci[rows]]
+        loci = table[Genome].loci[rows]
+        if (joined := getattr(getattr(table.species.heredity, "layout", None), "joined", None)) is not None:
+            loci = joined(loci)
+        text = self._letters[table.name][loci]
         return text.view(f"{text.dtype.kind}{text.shape[1]}")[:, 0]
 
     def _where(self, table: "Table", s: int, rows: np.ndarray, energy: np.ndarray | None,
@@ -314,9 +317,13 @@ def _as_text(numbers: np.ndarray) -> np.ndarray:
 
 def letters_of(table: "Table") -> np.ndarray:
     """Return the letter of each number in a table's genomes: "S1"[256], "U1"[256] beyond ASCII;
-    "?" where there is none."""
+    "?" where there is none. Strings of variable length end with "", and have a separator."""
     from ecs_eco.genomes import DNA
 
-    alphabet: Any = getattr(getattr(table.species.heredity, "layout", None), "alphabet", DNA)
-    letters = getattr(alphabet, "letters", alphabet).ljust(256, "?")
+    layout: Any = getattr(table.species.heredity, "layout", None)
+    alphabet: Any = getattr(layout, "alphabet", DNA)
+    letters = getattr(alphabet, "letters", alphabet)
+    if (separator := getattr(layout, "separator", None)) is not None:
+        letters += "\0" + separator
+    letters = letters.ljust(256, "?")
     return np.array(list(letters), "S1" if letters.isascii() else "U1")

@@ -105,6 +105,8 @@ def genome(table: Table, row: int) -> dict[str, Any] | None:
 def marked(layout: Any, loci: np.ndarray) -> dict[str, Any]:
     """Return a genome u8[loci] as text, with the place and the value of each gene;
     a network's weights are counted, not listed."""
+    if layout.longest is not None:
+        return _with_copies(layout, loci)
     decoded, length = layout.decode(loci[None]), layout.length
     text = layout.alphabet.decode(loci)
     genes = []
@@ -119,6 +121,40 @@ def marked(layout: Any, loci: np.ndarray) -> dict[str, Any]:
     return {"alphabet": layout.alphabet.letters,
             "strings": [text[s * length : (s + 1) * length] for s in range(layout.ploidy)],
             "genes": genes}  # fmt: skip
+
+
+def _with_copies(layout: Any, loci: np.ndarray) -> dict[str, Any]:
+    """Return a genome of variable length as text, with the string, the place and the value of each copy of a
+    gene; genes of which there is none have no letters."""
+    decoded, genes, seen = layout.decode(loci[None]), [], dict.fromkeys(layout.promoters, 0)
+    for piece in layout.mark(loci):
+        if piece.gene:
+            code = layout[piece.gene]
+            value = layout.values_of(loci[None], piece.gene)[1][seen[piece.gene]]
+            seen[piece.gene] += 1
+            genes.append({"name": code.name, "trait": code.gene.trait, "string": piece.string,
+                          "from": piece.first, "to": piece.first + len(piece.letters),
+                          "value": _listed(value),
+                          "text": f"{np.size(value):,} weights" if np.ndim(value) else code.text})
+    genes += [{"name": name, "trait": layout[name].gene.trait, "from": 0, "to": 0,
+               "value": _listed(decoded[name][0]), "text": "absent"} for name, n in seen.items() if not n]
+    return {"alphabet": layout.alphabet.letters, "strings": layout.text(loci).split(layout.separator),
+            "genes": genes}
+
+
+def copies_found(known: dict[str, Any], text: str) -> dict[str, Any]:
+    """Return a genome of variable length as the record alone describes it: where genes are, without values.
+    """
+    from ecs_eco.genomes.promoters import copies_in
+
+    promoters = {g["name"]: g["promoter"] for g in known["genes"]}
+    spans = {g["name"]: len(g["promoter"]) + g["letters"] for g in known["genes"]}
+    traits, strings = {g["name"]: g["trait"] for g in known["genes"]}, text.split(known["separator"])
+    genes = [{"name": name, "trait": traits[name], "string": s, "from": at, "to": at + spans[name],
+              "value": None}
+             for s, string in enumerate(strings)
+             for name, at in copies_in(string, promoters, spans)]  # fmt: skip
+    return {"alphabet": known["alphabet"], "strings": strings, "genes": genes}
 
 
 def _listed(value: Any) -> Any:

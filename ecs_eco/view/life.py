@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ecs_eco.view.inspect import SEXES, action, marked, nothing_of, number
+from ecs_eco.view.inspect import SEXES, action, copies_found, marked, nothing_of, number
 from ecs_eco.view.parts import Columns
 from ecs_eco.view.recording import Recording
 from ecs_eco.view.rerun import Stretch
@@ -93,10 +93,12 @@ class Lives:
             return None
         if (r.scene is not None and (heredity := r.scene.tables[species].species.heredity) is not None
             and heredity.layout is not None):
-            return marked(heredity.layout, heredity.layout.alphabet.encode(text))
+            return marked(heredity.layout, heredity.layout.rows([text])[0])
         known = r.manifest.get("genomes", {}).get(species)
         if known is None:
             return None
+        if known.get("longest"):
+            return copies_found(known, text)
         length = len(text) // known["ploidy"]
         genes = [{"name": g["name"], "trait": g["trait"], "from": g["at"], "to": g["at"] + g["letters"],
                   "value": None}

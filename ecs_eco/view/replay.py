@@ -262,7 +262,7 @@ class Replay:
         known = np.array([bool(text) for text in texts], np.bool_)
         out = {gene: np.full(uid.size, np.nan, np.float32) for gene in self._genes[name]}
         if known.any():
-            loci = np.stack([layout.alphabet.encode(text) for text in texts if text])
+            loci = layout.rows([text for text in texts if text])
             for gene, values in layout.decode(loci, list(self._genes[name])).items():
                 out[gene][known] = values
         return out

@@ -84,6 +84,7 @@ export interface Marks {
 export interface Gene {
   name: string;
   trait?: string | null;
+  string?: number;
   from: number;
   to: number;
   value: number | (number | null)[] | null;

@@ -17,7 +17,7 @@ export function drawGenome(genome) {
   /** @type {Map<string, HTMLElement[]>} */
   const marked = new Map();
   const light = (/** @type {string} */ name, /** @type {boolean} */ on) => marked.get(name)?.forEach((mark) => mark.classList.toggle("lit", on));
-  const root = h("div", {}, ...strings.map((string) => letters(string, genes, marked)));
+  const root = h("div", {}, ...strings.map((string, s) => letters(string, genes, marked, s)));
   const list = h("ul", { class: "genes" }, ...genes.map((gene, i) => h("li", {
     style: `--c:${HUES[i % HUES.length]}`, title: explain(gene),
     onpointerenter: () => light(gene.name, true), onpointerleave: () => light(gene.name, false),
@@ -28,18 +28,20 @@ export function drawGenome(genome) {
 
 /** @param {import("./protocol.js").Gene} gene */
 function explain(gene) {
-  return `${gene.name}${gene.trait && gene.trait !== gene.name ? ` (${gene.trait})` : ""} = ${decoded(gene)}, letters ${gene.from + 1}–${gene.to}${gene.alleles ? `; alleles ${gene.alleles.map((allele) => decoded({ ...gene, value: allele })).join(" and ")}` : ""}`;
+  return `${gene.name}${gene.trait && gene.trait !== gene.name ? ` (${gene.trait})` : ""} = ${decoded(gene)}, ${gene.to > gene.from ? `letters ${gene.from + 1}–${gene.to}` : "absent"}${gene.alleles ? `; alleles ${gene.alleles.map((allele) => decoded({ ...gene, value: allele })).join(" and ")}` : ""}`;
 }
 
 /**
  * @param {string} string
  * @param {import("./protocol.js").Gene[]} genes by where they begin; `to` is exclusive
  * @param {Map<string, HTMLElement[]>} marked written
+ * @param {number} s the number of the string
  */
-function letters(string, genes, marked) {
+function letters(string, genes, marked, s) {
   const root = h("div", { class: "genome", tabindex: 0, role: "group", "aria-label": `Genome of ${string.length} letters` });
   let at = 0;
   genes.forEach((gene, i) => {
+    if ((gene.string ?? s) !== s || gene.to === gene.from) return;
     if (gene.from > at) root.append(string.slice(at, gene.from));
     const mark = h("mark", { style: `--c:${HUES[i % HUES.length]}`, title: explain(gene), text: string.slice(Math.max(at, gene.from), gene.to) });
     marked.set(gene.name, [...(marked.get(gene.name) ?? []), mark]);
