@@ -41,7 +41,7 @@ CLAUSES = {  # clause: (what it says, what of it is missing)
     "2 type": ("An inanimate object has a type", ""),
     "2 properties": ("An inanimate object has physical and chemical properties", ""),
     "3 type": ("An organism is of a species", ""),
-    "3 genome": ("An organism has a genome: a string over a finite alphabet", "strings of different lengths"),
+    "3 genome": ("An organism has a genome: a string over a finite alphabet, of any length", ""),
     "3 properties": ("An organism has physical, chemical and biological properties", ""),
     "3 sensor place": ("A sensor has a place on the body", "places of `own` and `nearest`"),
     "3 sensor property": ("A sensor is sensitive to a property, of the own body or of any other", ""),
