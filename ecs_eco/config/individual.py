@@ -77,7 +77,8 @@ UNREAD = "not yet read for each organism"
 SHARED |= dict.fromkeys((
     "sensors.*.fov", "sensors.*.angle", "actions.*.continuous.*", "neutral.*",
     "care.rate", "care.until", "care.reach", "care.reserve", "care.efficiency",
-    "growth.pace", "hatch.incubation", "hatch.temperature", "hatch.threshold", "body.length", "body.size.*", "diet.*.assimilation", "emits.*.rate",
+    "growth.pace", "hatch.incubation", "hatch.temperature", "hatch.threshold",
+    "body.length", "body.size.*", "diet.*.assimilation", "emits.*.rate",
     "reactions.*.energy", "reactions.*.rate", "reactions.*.half.*",
     "exchange.*.rate", "exchange.*.half", "exchange.*.until", "exchange.*.at.*", "exchange.*.above",
     "exchange.*.partition", "carries.*.reach", "carries.*.cost", "builds.*.cost", "builds.*.spacing",
