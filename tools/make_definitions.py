@@ -62,7 +62,7 @@ CLAUSES = {  # clause: (what it says, what of it is missing)
     "3 staying alive": ("An organism dies outside the interval of a property, or when too old", ""),
     "3 remains": ("What dies becomes an inanimate object", ""),
     "3 genome encodes": ("The genome encodes body, nervous system and hyperparameters",
-                         "weights of policies, network shapes, diet"),
+                         "fields of view, limits of continuous actions, shapes, care and rates of reactions"),
     "3 genome inherited": ("One or two genomes give rise to a new one", ""),
     "3 reflex agents": ("An organism may have an empty policy network, or an empty reflex network, or both "
                         "networks", ""),

@@ -13,16 +13,21 @@ from ecs_eco.config.notes import notes
 
 def _layout(config: WorldConfig, name: str) -> Any:
     from ecs_eco.config.checks.genome import components_of
-    from ecs_eco.config.traits import policy_shapes, traits_of
+    from ecs_eco.config.shapes import shapes_of_networks
+    from ecs_eco.config.traits import traits_of
     from ecs_eco.genomes import layout_of
 
     species = config.species[name]
+    assert species.genome is not None
     own = components_of(config, species)
     if own is None:
         return "genome: its genes may name fields in code that was not loaded"
     traits = traits_of(species, config.dims, own)
-    assert species.genome is not None
-    return layout_of(species.genome, traits, policy_shapes(species, config.dims))
+    shapes = shapes_of_networks(config, name)
+    if any(gene.trait in traits and traits[gene.trait].kind == "weights" and gene.trait not in shapes
+           for gene in species.genome.genes):
+        return "genome: a gene codes for the weights of a network in code that was not loaded"
+    return layout_of(species.genome, traits, shapes)
 
 
 def summary(config: WorldConfig) -> str:

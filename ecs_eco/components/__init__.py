@@ -18,6 +18,7 @@ from ecs_eco.components.gestation import Gestation
 from ecs_eco.components.growth import Growth
 from ecs_eco.components.heat_exchange import HeatExchange
 from ecs_eco.components.incubation import Incubation
+from ecs_eco.components.instincts import Instincts
 from ecs_eco.components.life_history import LifeHistory
 from ecs_eco.components.load import Load
 from ecs_eco.components.matter import Matter
@@ -36,12 +37,14 @@ from ecs_eco.components.senses import Senses
 from ecs_eco.components.sensor import Sensor
 from ecs_eco.components.shape import Shape
 from ecs_eco.components.stature import Stature
+from ecs_eco.components.traits import Traits
 from ecs_eco.components.velocity import Velocity
 from ecs_eco.components.vigour import Vigour
 
 __all__ = [
     "Biology", "Body", "Breeding", "Carrier", "Chemistry", "Coat", "Defence", "Desires", "Experience",
-    "Genome", "Gestation", "Growth", "HeatExchange", "Incubation", "LifeHistory", "Load", "Matter", "Memory",
-    "Metabolism", "Motor", "Nervous", "Parentage", "Physical", "Plasticity", "Policy", "Position",
-    "Reflexes", "Route", "Senses", "Sensor", "Shape", "Stature", "Velocity", "Vigour",
+    "Genome", "Gestation", "Growth", "HeatExchange", "Incubation", "Instincts", "LifeHistory", "Load",
+    "Matter", "Memory", "Metabolism", "Motor", "Nervous", "Parentage", "Physical", "Plasticity", "Policy",
+    "Position", "Reflexes", "Route", "Senses", "Sensor", "Shape", "Stature", "Traits", "Velocity",
+    "Vigour",
 ]  # fmt: skip

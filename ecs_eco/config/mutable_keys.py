@@ -110,7 +110,7 @@ def _of_genes(key: Key, old: Any, new: Any, config: WorldConfig) -> Iterator[Pro
     from ecs_eco.config.traits import traits_of
 
     own = [c for name in new.components if (c := config._code.known(name)) is not None]
-    before, now = traits_of(old, config.dims, own), traits_of(new, config.dims, own)
+    before, now = (traits_of(species, config.dims, own) for species in (old, new))
     genes = {gene.trait: gene.name for gene in new.genome.genes if gene.trait}
     used = {before[name].component for name in genes if name in before}
     for section, component in (("reflex", "Reflexes"), ("happiness", "Desires"), ("lethal", "LifeHistory")):

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from itertools import pairwise
+from dataclasses import fields, replace
 from typing import Any
 
 import numpy as np
 
+from ecs_eco.config.individual import OF_SITES, OWN
 from ecs_eco.config.models.nerves import Connection
 from ecs_eco.config.models.species import Species, ppo_defaults
-from ecs_eco.engine.section import LARGEST
+from ecs_eco.config.models.surroundings import PROPERTIES
+from ecs_eco.config.numbers import Number, numbers_of, values_in
+from ecs_eco.engine.section import LARGEST, SMALLEST
 from ecs_eco.genomes.choices import CHOICES
 from ecs_eco.genomes.traits import Kind, Trait
 
@@ -21,28 +24,37 @@ def traits_of(species: Species, dims: int, extra_components: Iterable[Any] = ())
     """Return every trait that this species could make heritable, by name, in a space of `dims` axes.
 
     `extra_components` are components of the user's own: each number of theirs is the trait Component.field.
+    Of the traits in Traits those that a gene of the species codes for have an index.
     """
-    traits = [*_of_body(species), *_of_sensors(species), *_of_nerves(species), *_of_learning(species),
-              *_of_breeding(species), *_of_life(species)]
+    traits = [*_of_body(species), *_of_state(species), *_of_sensors(species),
+              *_of_nerves(species), *_of_instincts(species), *_of_learning(species), *_of_breeding(species),
+              *_of_life(species), *_of_section(species), *_of_organs(species)]
     for component in extra_components:
         traits += _of_component(component)
-    return {trait.name: trait for trait in traits}
+    in_traits = {trait.name for trait in traits if trait.component == "Traits"}
+    genes = species.genome.genes if species.genome is not None else ()
+    places = [gene.trait for gene in genes if gene.trait in in_traits]  # their order stays, whatever changes
+    return {trait.name: replace(trait, index=places.index(trait.name))
+            if trait.component == "Traits" and trait.name in places else trait for trait in traits}
+
+
+def numbers_of_species() -> dict[str, Number]:
+    """Every number that a species' section may hold, hyperparameters too, by its pattern."""
+    from ecs_eco.learning import PPO
+
+    known = {number.name: number for number in numbers_of(Species).values()}
+    for field in fields(PPO):
+        if field.type in ("int", "float"):
+            low, high, above = (field.metadata[word] for word in ("low", "high", "above"))
+            number = Number(("ppo", field.name), float(low), min(float(high), LARGEST), above,
+                            field.type == "int", "1", field.metadata["doc"])
+            known[number.name] = number
+    return known
 
 
 def label_of(connection: Connection) -> str:
     """The name of a reflex connection for genes: its own, or SENSOR_ACTION."""
     return connection.name or f"{connection.sensor}_{connection.action}"
-
-
-def policy_shapes(species: Species, dims: int) -> list[tuple[int, ...]]:
-    """Return the shapes of an individual policy's matrices (inputs, units) and biases,
-    in the order of its weights."""
-    logits = 0
-    for group, actions in species.groups().items():
-        automatic = [a in species.automatic or f"{group}.{a}" in species.automatic for a in actions]
-        logits += 0 if all(automatic) else max(len(actions), 2)
-    widths = [len(species.channels(dims)), *species.policy.hidden, logits + 1]
-    return [shape for a, b in pairwise(widths) for shape in ((a, b), (b,))]
 
 
 def _of_body(species: Species) -> Iterator[Trait]:
@@ -69,6 +81,25 @@ def _of_body(species: Species) -> Iterator[Trait]:
     text = "energy that its eater loses"
     yield Trait("defence.poison", "Defence", "poison", None, defence.poison, 0.0, LARGEST, "number",
                 "energy", text)
+
+
+def _of_state(species: Species) -> Iterator[Trait]:
+    """What an organism is born with, and what may change in its life."""
+    for name, value in species.properties.items():
+        yield Trait(f"properties.{name}", "Physical", name, None, value, -LARGEST, LARGEST, "number",
+                    PROPERTIES.get(name, "1"), f"{name.replace('_', ' ')} at birth")
+
+
+def _of_section(species: Species) -> Iterator[Trait]:
+    """The numbers of its section that are kept in Traits."""
+    sites = species.reproduction is not None and species.reproduction.kind == "spread"
+    for number, key, value in values_in(species):
+        name = ".".join(key)
+        if number.name not in OWN or (sites and number.name in OF_SITES) or name == "lethal.age.max":
+            continue
+        low = SMALLEST if number.above and number.low == 0 else number.low
+        yield Trait(name, "Traits", "value", None, value, low, number.high,
+                    "whole" if number.whole else "number", number.unit, number.text)
 
 
 def _of_sensors(species: Species) -> Iterator[Trait]:
@@ -102,6 +133,14 @@ def _of_nerves(species: Species) -> Iterator[Trait]:
                     "number", "1", text)
 
 
+def _of_instincts(species: Species) -> Iterator[Trait]:
+    """The weights of networks that evolution alone changes: functions that `fit_network` made."""
+    for word in ("reflex", "happiness"):
+        if getattr(getattr(species, word), "function", None) is not None:
+            yield Trait(f"{word}.weights", "Instincts", word, None, 0.0, -LARGEST, LARGEST, "weights", "1",
+                        f"weights of its {word} network, where the function is one of fit_network")
+
+
 def _of_learning(species: Species) -> Iterator[Trait]:
     if species.policy.kind != "individual":
         return
@@ -113,6 +152,14 @@ def _of_learning(species: Species) -> Iterator[Trait]:
         # anything else is reported elsewhere
         own = float(settings[field]) if isinstance(settings[field], int | float) else 0.0
         yield Trait(f"ppo.{field}", "Plasticity", field, None, own, 0.0, high, "number", "1", text)
+    if species.policy.network is not None or species.ranges():
+        return  # torch learns with the species' own
+    for name, number in numbers_of_species().items():
+        value = settings.get(name.removeprefix("ppo."))
+        if name.startswith("ppo.") and name in OWN and isinstance(value, int | float):
+            low = SMALLEST if number.above else number.low
+            yield Trait(name, "Traits", "value", None, float(value), low, number.high,
+                        "whole" if number.whole else "number", "1", number.text)
 
 
 def _of_breeding(species: Species) -> Iterator[Trait]:
@@ -158,6 +205,20 @@ def _of_life(species: Species) -> Iterator[Trait]:
         if value is not None:
             own = float(CHOICES.index(value) if field == "choice" else value)
             yield Trait(f"reproduction.{field}", "LifeHistory", field, None, own, low, high, kind, unit, text)
+
+
+def _of_organs(species: Species) -> Iterator[Trait]:
+    """Which of its sensors, actions and hidden units an organism has."""
+    switches = {f"sensors.{s.name}.present": f"whether it has the sensor {s.name}; without, it reads 0"
+                for s in species.sensors}
+    switches |= {f"actions.{group}.{action}.present": f"whether it can do {action}; without, it never does"
+                 for group, action in species.action_list()}
+    for name, text in switches.items():
+        yield Trait(name, "Traits", "value", None, 1.0, 0.0, 1.0, "whole", "1", text)
+    if species.policy.kind == "individual" and species.policy.network is None and not species.ranges():
+        for i, units in enumerate(species.policy.hidden):
+            yield Trait(f"policy.hidden.{i}", "Traits", "value", None, units, 1.0, units, "whole", "1",
+                        f"units of the hidden layer {i} that its policy network has")
 
 
 def _of_component(component: Any) -> Iterator[Trait]:

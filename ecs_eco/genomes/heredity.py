@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ecs_eco.components import Genome, Policy
+from ecs_eco.components import Genome, Policy, Traits
 from ecs_eco.engine import random
 from ecs_eco.engine.jit import njit
 from ecs_eco.engine.random import draw, mix
@@ -66,6 +66,7 @@ class Heredity:
             else:
                 values[Policy, "weights"] = self._noisy(np.repeat(self.founder[None], identity.size, axis=0),
                                                         keys)
+        self._prune(table, values)
         return values
 
     def offspring(self, world: Any, table: Any, first: np.ndarray, second: np.ndarray | None,
@@ -91,9 +92,21 @@ class Heredity:
             if self.inherit == "learned":
                 values[Policy, "weights"] = self._noisy(table[Policy].weights[_one_of(keys, first, second)],
                                                         keys)
+                if hidden_units(table):  # a child may have units that the parent lacked
+                    self.minds.complete(values[Policy, "weights"],
+                                        self.minds.draw(identity, keys_of(world, table)))
             else:
                 values[Policy, "weights"] = self.minds.draw(identity, keys_of(world, table))
+        self._prune(table, values)
         return values
+
+    def _prune(self, table: Any, values: Values) -> None:
+        """Leave networks the hidden units that genes give them."""
+        for layer, at in hidden_units(table).items():
+            if (Policy, "weights") in values and (Traits, "value") in values:
+                values[Policy, "weights"] = np.ascontiguousarray(values[Policy, "weights"])
+                self.minds.prune(values[Policy, "weights"], values[Traits, "value"][:, at].astype(np.int64),
+                                 layer)
 
     def express(self, table: Any, loci: np.ndarray) -> Values:
         """Return the traits that genomes u8[k, loci] code for, as columns."""
@@ -116,6 +129,13 @@ class Heredity:
         if self.noise > 0 and self.mutation:
             blur(keys, np.float32(self.noise), weights)
         return weights
+
+
+def hidden_units(table: Any) -> dict[int, int]:
+    """Return the hidden layers whose number of units a gene codes for, and their places in Traits."""
+    traits = {} if table.species is None else table.species.traits
+    return {int(key.rpartition(".")[2]): at for key, at in traits.items()
+            if key.startswith("policy.hidden.")}
 
 
 def keys_of(world: Any, table: Any) -> np.uint64:

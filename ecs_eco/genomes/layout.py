@@ -174,6 +174,10 @@ class Layout:
                 out[string * self.length + code.first : string * self.length + code.stop] = True
         return out
 
+    def begins(self, code: Code) -> list[int]:
+        """Return where in a founder's row the codons of a gene begin: in each string."""
+        return [string * self.length + code.first for string in range(self.ploidy)]
+
     def random(self, keys: np.ndarray) -> np.ndarray:
         """Return rows u8[n, loci] of letters drawn uniformly, for keys u64[n]: equal keys, equal rows."""
         from ecs_eco.genomes.kernels import letters_of

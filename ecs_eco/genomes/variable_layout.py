@@ -198,6 +198,10 @@ class VariableLayout(Layout):
                 out[:, place : place + code.codons.length] = True
         return out.ravel()
 
+    def begins(self, code: Code) -> list[int]:
+        return [first + place for place, one in self._places(self.founder) if one is code
+                for first in range(0, self.row, self.longest)]
+
     def random(self, keys: np.ndarray) -> np.ndarray:
         """Return rows u8[n, row] of founders for keys u64[n]: each gene as often as its `copies` say, and
         letters drawn uniformly behind promoters and up to `loci`; equal keys, equal rows."""

@@ -8,6 +8,7 @@ kernels are in individual_kernels.py.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from itertools import pairwise
 from typing import Any
 
@@ -16,6 +17,10 @@ import numpy as np
 from ecs_eco.learning import individual_kernels as kernels
 from ecs_eco.learning.policy_network import PolicyNetwork, Split
 from ecs_eco.learning.settings import PPO
+
+# hyperparameters that the kernels get in one row for each animal
+SETTINGS = ("gae_lambda", "clip", "clip_value", "value_weight", "adam_epsilon", "max_grad_norm",
+            "weight_decay")
 
 
 class Individuals:
@@ -51,10 +56,7 @@ class Individuals:
     def reset(self, ppo: PPO) -> None:
         """Take other hyperparameters; the horizon stays."""
         self.ppo = ppo
-        self._settings = np.array([
-            ppo.gae_lambda, ppo.clip, ppo.clip_value, ppo.value_weight, ppo.adam_epsilon, ppo.max_grad_norm,
-            ppo.weight_decay,
-        ])  # fmt: skip
+        self._settings = np.array([getattr(ppo, field) for field in SETTINGS], np.float64)
 
     def flat(self, brain: PolicyNetwork) -> np.ndarray:
         """Return the weights of a shared brain in the order in which individuals keep theirs: f32[size]."""
@@ -104,6 +106,27 @@ class Individuals:
         weights = np.empty((len(who), self.size), np.float32)
         kernels.draw_newborn(np.uint64(key), np.asarray(who, np.uint64), deviations, weights)
         return weights
+
+    def prune(self, weights: np.ndarray, units: np.ndarray, layer: int) -> None:
+        """Leave each network of weights f32[k, size] the first `units` i64[k] of a hidden layer.
+
+        All weights to and from the others become 0, and stay so: no gradient reaches them.
+        """
+        missing = np.arange(self.hidden[layer]) >= units[:, None]
+        into, bias, out = self.views(weights)[2 * layer : 2 * layer + 3]
+        into[np.broadcast_to(missing[:, None], into.shape)] = 0
+        bias[missing] = 0
+        out[missing] = 0
+
+    def complete(self, weights: np.ndarray, fresh: np.ndarray) -> None:
+        """Give networks f32[k, size] the hidden units that they lack (weights of 0) of `fresh` ones."""
+        for layer in range(len(self.hidden)):
+            into, bias, out = self.views(weights)[2 * layer : 2 * layer + 3]
+            lacking = ~(into.any(axis=1) | (bias != 0) | out.any(axis=2))
+            given = self.views(fresh)[2 * layer : 2 * layer + 3]
+            into[:] = np.where(lacking[:, None], given[0], into)
+            bias[:] = np.where(lacking, given[1], bias)
+            out[:] = np.where(lacking[:, :, None], given[2], out)
 
     def forward(self, policy: Any, rows: np.ndarray, x: np.ndarray,
                 split: Split) -> tuple[np.ndarray, np.ndarray]:
@@ -161,18 +184,25 @@ class Individuals:
         return due
 
     def learn(self, policy: Any, experience: Any, rows: np.ndarray, uid: np.ndarray, bootstrap: np.ndarray,
-              plasticity: tuple[Any, Any, Any] | None, split: Split) -> dict[str, float]:
+              plasticity: tuple[Any, Any, Any] | None, split: Split,
+              own: Mapping[str, np.ndarray] | None = None) -> dict[str, float]:
         """Let the animals of `rows` i64[n] learn from their rollouts and empty these;
         they expect `bootstrap` f32[n] of what comes.
 
         `plasticity` has their learning rates, discounts and weights of the entropy, each f32[n] or one number
-        for all; None: those of `ppo`. With a learning rate of 0 an animal forgets its rollout and stays as it
+        for all; None: those of `ppo`; `own` has other hyperparameters by name, [n] each.
+        With a learning rate of 0 an animal forgets its rollout and stays as it
         is. Returns the means over those that learnt, named as those of `Learner.update`, and their number
         n_animals. Raises FloatingPointError where a gradient is not finite.
         """
         ppo, n = self.ppo, len(rows)
         settings = np.empty((3, n), np.float32)
         settings[0], settings[1], settings[2] = plasticity or (ppo.learning_rate, ppo.discount, ppo.entropy)
+        own = own or {}
+        others = np.stack([np.broadcast_to(own.get(field, shared), n).astype(np.float64)
+                           for field, shared in zip(SETTINGS, self._settings, strict=True)], axis=1)
+        epochs, minibatch = (np.broadcast_to(own.get(field, getattr(ppo, field)), n).astype(np.int64)
+                             for field in ("epochs", "minibatch"))
         report, lengths = np.zeros((n, len(kernels.TERMS))), experience.length[rows]
         bootstrap = np.ascontiguousarray(bootstrap, np.float32)
 
@@ -186,11 +216,11 @@ class Individuals:
                     experience.log_probability.blocks[block], experience.value.blocks[block],
                     experience.reward.blocks[block], inner, places, rows[here], uid[here], policy.steps,
                     policy.updates, experience.length, bootstrap[here],
-                    np.ascontiguousarray(settings[:, here]), self._settings, ppo.epochs, ppo.minibatch,
+                    np.ascontiguousarray(settings[:, here]), others[here], epochs[here], minibatch[here],
                     ppo.normalise_advantage, np.uint64(self.seed), self.widths, self.offsets, report[here],
                 )  # fmt: skip
 
-        split(part, n, work=int(lengths.sum()) * ppo.epochs)
+        split(part, n, work=int((lengths * epochs).sum()))
         learnt = (settings[0] != 0) & (lengths > 0)
         require_finite(report, uid)
         return summary(report[learnt], lengths[learnt], settings[0, learnt])

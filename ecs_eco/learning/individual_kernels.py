@@ -127,7 +127,8 @@ def train(
     TERMS] gets the means over its steps.
 
     `plasticity` f32[3, n]: learning rate, discount, weight of the entropy;
-    with a learning rate of 0 nothing changes.
+    with a learning rate of 0 nothing changes. `settings` f64[n, 7] are the other hyperparameters, as
+    `individual.SETTINGS` names them; `epochs` and `minibatch` i64[n].
     """
     horizon, size = rewards.shape[1], weights.shape[1]
     room = widths.sum() * ((horizon + LANES - 1) // LANES * LANES)
@@ -137,19 +138,19 @@ def train(
     for j in range(len(inner)):
         at, place, row = inner[j], places[j], rows[places[j]]
         n, rate, terms = max(0, min(length[row], horizon)), plasticity[0, place], report[place]
-        length[row] = 0
+        length[row], others = 0, settings[place]
         if n == 0 or rate == 0:
             continue
         shift, scale = _look_back(
             lived[:n], log_probabilities[at], values[at], rewards[at], bootstrap[place], plasticity[1, place],
-            np.float32(settings[0]), normalise, terms,
+            np.float32(others[0]), normalise, terms,
         )  # fmt: skip
-        parts, chance = (max(1, (n + minibatch - 1) // minibatch),
+        parts, chance = (max(1, (n + minibatch[place] - 1) // minibatch[place]),
                          mix(mix(seed ^ uid[place]) + np.uint64(updates[row])))
         updates[row] += 1
         for i in range(n):
             index[i] = i
-        for epoch in range(epochs):
+        for epoch in range(epochs[place]):
             if parts > 1:
                 _shuffle(index[:n], chance + np.uint64(epoch))
             for part in range(parts):
@@ -159,14 +160,14 @@ def train(
                 steps[row] += 1
                 _slope(
                     weights[at], gradient[0], choices[at], lived, chosen, shift, scale, plasticity[2, place],
-                    settings, widths, offsets, activations, slopes, terms,
+                    others, widths, offsets, activations, slopes, terms,
                 )  # fmt: skip
                 terms[5] += adam(
-                    weights[at], gradient, moments_1[at], moments_2[at], steps[row], rate, settings[4],
-                    settings[5], settings[6],
+                    weights[at], gradient, moments_1[at], moments_2[at], steps[row], rate, others[4],
+                    others[5], others[6],
                 )  # fmt: skip
         for i in range(6):
-            terms[i] /= epochs * parts
+            terms[i] /= epochs[place] * parts
 
 
 @fused_njit

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import copy
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -104,10 +104,12 @@ class IndividualModules(Individuals):
         return logits, values, later
 
     def learn(self, policy: Any, experience: Any, rows: np.ndarray, uid: np.ndarray, bootstrap: np.ndarray,
-              plasticity: tuple[Any, Any, Any] | None, split: Split, memory: np.ndarray | None = None,
+              plasticity: tuple[Any, Any, Any] | None, split: Split,
+              own: Mapping[str, np.ndarray] | None = None, memory: np.ndarray | None = None,
               numbers: np.ndarray | None = None) -> dict[str, float]:
         """As `Individuals.learn`; `memory` f32[n, memory] is what the animals remembered when their rollouts
-        began, `numbers` f32[n, horizon, n_numbers] what they drew for continuous actions."""
+        began, `numbers` f32[n, horizon, n_numbers] what they drew for continuous actions. Nobody has `own`
+        hyperparameters here."""
         settings = np.empty((3, len(rows)), np.float32)
         settings[0], settings[1], settings[2] = plasticity or (self.ppo.learning_rate, self.ppo.discount,
                                                                self.ppo.entropy)

@@ -20,8 +20,10 @@ from ecs_eco.components import (
 )
 from ecs_eco.engine import random
 from ecs_eco.engine.jit import njit
+from ecs_eco.engine.per_row import of_row
 from ecs_eco.engine.random import draw, mix
 from ecs_eco.genomes.choices import CHOICES
+from ecs_eco.genomes.own_values import own_values
 from ecs_eco.lifecycle import sizes
 from ecs_eco.space.barriers import POINT
 from ecs_eco.space.bodies import rocks, solids
@@ -140,12 +142,16 @@ def find_places(table: Table, world: SpatialWorld, parents: np.ndarray,
     radius = float(table.defaults[Body]["radius"]) * bound_of(table)
     ground, inverse = rocks(world)
     near = np.float32(-1.0 if way.place == "anywhere" else way.dispersal or 4 * radius)
+    keys = {"reproduction.spacing": np.float32(way.spacing), "reproduction.dispersal": near}
+    spacing, near = (each[parents] if isinstance(each, np.ndarray) else each
+                     for each in own_values(table, keys))
+    widest = max(float(np.max(spacing)) if isinstance(spacing, np.ndarray) else way.spacing, 1e-3)
     homeless = np.arange(parents.size)
     for attempt in range(TRIES):
         out[homeless, 3] = 0
-        _place(homeless, identity, p.x[parents], p.y[parents], p.z[parents], near, np.float32(way.spacing),
+        _place(homeless, identity, p.x[parents], p.y[parents], p.z[parents], near, spacing,
                own.x, own.y, own.z, own.start,
-               space.reach(max(way.spacing, 1e-3)), *space.shape, space.inverse, space.lengths, space.torus,
+               space.reach(widest), *space.shape, space.inverse, space.lengths, space.torus,
                space.volume, ground, inverse, world.key, attempt, out)
         taken = np.zeros(parents.size, np.bool_)
         for other in world.tables.values():
@@ -183,8 +189,10 @@ def name(uid, nth, identity):
         identity[i] = uid[i] if nth[i] == 0 else mix(mix(uid[i]) + np.uint64(nth[i]))
 
 
-def ticks(seconds: float, dt: float) -> int:
-    """Return the least number of ticks that last at least `seconds`."""
+def ticks(seconds: Any, dt: float) -> Any:
+    """Return the least number of ticks that last at least `seconds`: a number, or one for each row i64."""
+    if isinstance(seconds, np.ndarray):
+        return np.ceil(seconds / dt - 1e-6).astype(np.int64)
     return math.ceil(seconds / dt - 1e-6)
 
 
@@ -213,28 +221,29 @@ def _place(homeless, identity, px, py, pz, dispersal, spacing, ox, oy, oz, start
         u, v, w = (draw(key, identity[i], random.PLACE + salt),
                    draw(key, identity[i], random.PLACE + (1 << 8) + salt),
                    draw(key, identity[i], random.PLACE + (2 << 8) + salt))
-        if dispersal < 0:
+        furthest, apart = of_row(dispersal, i), of_row(spacing, i)
+        if furthest < 0:
             x, y, z = u * lengths[0], v * lengths[1], w * lengths[2]
         else:
-            r, a = dispersal * np.sqrt(u), np.float32(6.2831855) * v
+            r, a = furthest * np.sqrt(u), np.float32(6.2831855) * v
             x, y = (into(px[i] + r * np.cos(a), lengths[0], torus),
                     into(py[i] + r * np.sin(a), lengths[1], torus))
-            z = (into(pz[i] + dispersal * (np.float32(2) * w - np.float32(1)), lengths[2], False)
+            z = (into(pz[i] + furthest * (np.float32(2) * w - np.float32(1)), lengths[2], False)
                  if volume else pz[i])
         free = True
         if ground.size > 1:  # fences leave a place free
             kind = ground_at(ground, ground_inverse, x, y)
             free = kind not in (WATER, ROCK)
-        if free and spacing > 0:
+        if free and apart > 0:
             n = gather(x, y, z, reach, start, ox, oy, oz, nx, ny, nz, inverse, lengths, torus, near)
             for q in range(n):
                 dx, dy, dz = offset(x, y, z, ox[near[q]], oy[near[q]], oz[near[q]], lengths, torus)
-                if dx * dx + dy * dy + dz * dz < spacing * spacing:
+                if dx * dx + dy * dy + dz * dz < apart * apart:
                     free = False
                     break
             for j in range(identity.size):  # and others of this tick that already have a place
                 dx, dy, dz = offset(x, y, z, out[j, 0], out[j, 1], out[j, 2], lengths, torus)
-                if out[j, 3] > 0 and dx * dx + dy * dy + dz * dz < spacing * spacing:
+                if out[j, 3] > 0 and dx * dx + dy * dy + dz * dz < apart * apart:
                     free = False
         out[i, 0], out[i, 1], out[i, 2], out[i, 3] = x, y, z, 1 if free else 0
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ecs_eco.components import Defence
+from ecs_eco.genomes.own_values import own_value
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
@@ -16,6 +17,11 @@ def left_by_defence(table: Table, high: int) -> np.ndarray | np.float32:
     """Return the share of growth and of sprouting seeds that defence leaves to each: f32[high],
     or one for all."""
     defence = table.species.config.defence
+    cost = own_value(table, "defence.cost", np.float32(defence.cost))
+    if isinstance(cost, np.ndarray):
+        spent = (table[Defence].toughness[:high] + table[Defence].poison[:high] if Defence in table
+                 else np.float32(defence.toughness + defence.poison))
+        return np.maximum(np.float32(1) - cost * spent, np.float32(0))
     if defence.cost == 0:
         return np.float32(1.0)
     if Defence not in table:

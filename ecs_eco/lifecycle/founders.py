@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ecs_eco.components import Biology, Metabolism, Position
+from ecs_eco.components import Biology, Metabolism, Position, Traits
 from ecs_eco.engine import random
 from ecs_eco.lifecycle import sizes
 from ecs_eco.space.geometry import cells_of
@@ -42,7 +42,17 @@ def newcomers(table: Table, world: SpatialWorld, kind: Any, identity: np.ndarray
             0, kind.metabolism.energy_max).astype(np.float32)
     if (heredity := table.species.heredity) is not None:
         values |= heredity.founders(world, table, identity[:count])
+        _keep_within_stores(table, values)
     return values | sizes.of_adults(table, values, count)
+
+
+def _keep_within_stores(table: Table, values: Values) -> None:
+    """Let nobody begin with more energy than its own store holds, where a gene says how much that is."""
+    at = table.species.traits.get("metabolism.energy_max")
+    if at is not None and (Traits, "value") in values:
+        most = values[Traits, "value"][:, at]
+        begun = values.get((Metabolism, "energy"), table.defaults[Metabolism]["energy"])
+        values[Metabolism, "energy"] = np.minimum(begun, most).astype(np.float32)
 
 
 def scatter(table: Table, world: SpatialWorld, identity: np.ndarray, within: Any = None) -> Values:

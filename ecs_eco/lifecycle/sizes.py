@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ecs_eco.components import Body, Stature
+from ecs_eco.components import Body, Stature, Traits
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
@@ -18,7 +18,10 @@ def of_newborn(table: Table, values: Values, n: int) -> Values:
     """Return mass and radius of `n` newborn whose other columns are `values`; {} if the species does not
     grow."""
     way = table.species.growth
-    return {} if way is None else _bodies(table, values, n, way.newborn)
+    if way is None:
+        return {}
+    at = table.species.traits.get("growth.newborn")
+    return _bodies(table, values, n, way.newborn if at is None else values[Traits, "value"][:, at])
 
 
 def of_adults(table: Table, values: Values, n: int) -> Values:
@@ -27,8 +30,10 @@ def of_adults(table: Table, values: Values, n: int) -> Values:
     return {} if table.species.growth is None else _bodies(table, values, n, 1.0)
 
 
-def _bodies(table: Table, values: Values, n: int, share: float) -> Values:
+def _bodies(table: Table, values: Values, n: int, share: Any) -> Values:
     """Return bodies of a share of the adult's mass, of the same shape."""
     known = table.defaults[Stature]
     mass, radius = (np.broadcast_to(values.get((Stature, f), known[f]), n) for f in ("mass", "radius"))
-    return {(Body, "mass"): mass * np.float32(share), (Body, "radius"): radius * np.float32(share ** (1 / 3))}
+    share = np.asarray(share, np.float64)
+    return {(Body, "mass"): mass * share.astype(np.float32),
+            (Body, "radius"): radius * (share ** (1 / 3)).astype(np.float32)}

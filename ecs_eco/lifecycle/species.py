@@ -86,6 +86,8 @@ class Species:
     """Sensors whose radius is individual."""
     own_places: frozenset[int | None] = frozenset()
     """Sensors whose place on the body is individual."""
+    traits: dict[str, int] = field(default_factory=dict)
+    """Keys of its section whose values are each organism's own, and their places in Traits."""
     heredity: Heredity | None = None
 
     # living and dying

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ecs_eco.components import Experience, Memory, Motor, Nervous, Plasticity, Policy
+from ecs_eco.components import Experience, Memory, Motor, Nervous, Plasticity, Policy, Traits
 from ecs_eco.learning.continuous import CONTINUOUS
 from ecs_eco.nervous.networks import Network
 from ecs_eco.nervous.ranges import Ranges
@@ -267,9 +267,13 @@ class Nerves:
         if Plasticity in table:
             own = table[Plasticity]
             settings = own.learning_rate[rows], own.discount[rows], own.entropy[rows]
-        began = {"memory": table[Memory].began[rows]} if Memory in table else {}
+        began: dict[str, Any] = {"memory": table[Memory].began[rows]} if Memory in table else {}
         if self.ranges.groups:
             began["numbers"] = table[Motor].drawn[rows]
+        coded = [key for key in table.species.traits if key.startswith("ppo.")]
+        if coded:
+            began["own"] = {key.removeprefix("ppo."): table[Traits].value[rows, table.species.traits[key]]
+                            for key in coded}
         minds.learn(table[Policy], table[Experience], rows, table.uid[rows], values, settings,
                     world.split, **began)
 

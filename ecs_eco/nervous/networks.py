@@ -6,9 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from ecs_eco.components import Desires, Reflexes
+from ecs_eco.components import Desires, Instincts, Reflexes
 from ecs_eco.engine.code import handed_over
 from ecs_eco.engine.jit import njit
+from ecs_eco.genomes.own_values import own_value
 
 Network = Callable[..., np.ndarray]
 """network(x f32[n, channels]) -> f32[n] (happiness) or [n, actions] (reflex); each may be a plain function.
@@ -50,7 +51,7 @@ class ReflexNetwork:
         nerves = self.nerves
         total = np.zeros((len(x), len(nerves.actions)), np.float32)
         if self.actions.size:
-            own = self.individual and table is not None
+            own = self.individual and table is not None and Reflexes in table
             weight, threshold = ((table[Reflexes].weight, table[Reflexes].threshold)
                                  if own else (self.weight, self.threshold))
             which = rows if own and rows is not None else np.zeros(len(x), np.int64)
@@ -60,7 +61,7 @@ class ReflexNetwork:
         for column, formula in self.formulas.items():
             total[:, column] += formula({n: nerves.reading(n, x) for n in formula.names})
         if self.function is not None:
-            total += self.function(x)
+            total += _asked(self.function, "reflex", x, table if self.individual else None, rows)
         return total
 
 
@@ -80,16 +81,27 @@ class HappinessNetwork:
     def __call__(self, x: np.ndarray, table: Any = None, rows: np.ndarray | None = None) -> np.ndarray:
         """Feel about x f32[n, channels]; of `rows` i64[n] of a table where weights are individual."""
         if self.function is not None:
-            felt = self.function(x)
+            felt = _asked(self.function, "happiness", x, table if self.individual else None, rows)
         elif self.formula is not None:
             felt = np.broadcast_to(self.formula({n: self.nerves.reading(n, x) for n in self.formula.names}),
                                    len(x))
         else:
-            own = self.individual and table is not None
+            own = self.individual and table is not None and Desires in table
             felt = np.empty(len(x), np.float32)
             which = rows if own and rows is not None else np.zeros(len(x), np.int64)
             weigh(x, self.channels, self.starts, table[Desires].weight if own else self.weight, which, felt)
-        return np.maximum(felt.astype(np.float32, copy=False), self.least)
+        least = self.least if table is None else own_value(table, "happiness.minimum", self.least)
+        if isinstance(least, np.ndarray):
+            least = least[rows]
+        return np.maximum(felt.astype(np.float32, copy=False), least)
+
+
+def _asked(function: Any, word: str, x: np.ndarray, table: Any, rows: np.ndarray | None) -> np.ndarray:
+    """Return what a function answers to x f32[n, channels]; of one that is a network of which genes hold the
+    weights, with each one's own."""
+    if table is None or Instincts not in table or not (own := getattr(table[Instincts], word)).shape[1]:
+        return np.asarray(function(x))
+    return np.asarray(function.each(x, own[rows]))
 
 
 def _readings(rows: list[tuple[int, ...]]) -> tuple[np.ndarray, np.ndarray]:

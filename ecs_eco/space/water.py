@@ -8,6 +8,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from ecs_eco.engine.jit import njit
+from ecs_eco.engine.per_row import of_row
 from ecs_eco.space.geometry import cell_of, into
 
 GRAVITY = 9.81  # [m/s^2]
@@ -101,7 +102,7 @@ def drift(first, last, alive, current, height, sinking, dt, lengths, torus, volu
             x[row], y[row] = (into(x[row] + u * dt, lengths[0], torus),
                               into(y[row] + v * dt, lengths[1], torus))
         if volume:
-            z[row] = into(z[row] - sinking * dt, lengths[2], False)
+            z[row] = into(z[row] - of_row(sinking, row) * dt, lengths[2], False)
 
 
 @njit

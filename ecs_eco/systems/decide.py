@@ -11,6 +11,7 @@ from ecs_eco.engine.system import System
 from ecs_eco.learning import choose
 from ecs_eco.learning.continuous import draw_numbers
 from ecs_eco.nervous.decision import decide, uniforms
+from ecs_eco.nervous.organs import disable
 from ecs_eco.nervous.thoughts import Thoughts
 
 if TYPE_CHECKING:
@@ -52,6 +53,8 @@ class Decide(System):
         if continuous:
             drawn = _draw(nerves, logits, key, uid, numbers, log_probability) if thinks else None
             table[Motor].command[nerves.rows] = nerves.ranges.command(drawn, nerves.shift)
+        if table.species.traits:
+            disable(table, nerves.rows)
         nerves.thoughts = Thoughts(world.tick, uid, logits if thinks else None, y if reacts else None, choice,
                                    numbers if thinks else None, nerves.shift)
         if thinks and nerves.learning:

@@ -9,6 +9,7 @@ import numpy as np
 
 from ecs_eco.engine.jit import njit
 from ecs_eco.engine.system import System
+from ecs_eco.genomes.own_values import own_value
 from ecs_eco.lifecycle.matter import bodies, held, hold
 from ecs_eco.space.world import SpatialWorld
 
@@ -54,8 +55,11 @@ class Diffuse(System):
         world, field = self.world, self.world.fields[name]
         for table in emitters:
             if name in table.species.emits:
-                index, amount = world.index(table), np.float32(table.species.emits[name] * world.dt)
-                field.emit(index.x, index.y, index.z, np.full(index.n, amount, np.float32))
+                index = world.index(table)
+                each = own_value(table, f"emits.{name}", table.species.emits[name])
+                amounts = ((each[index.rows] * world.dt).astype(np.float32) if isinstance(each, np.ndarray)
+                           else np.full(index.n, np.float32(each * world.dt), np.float32))
+                field.emit(index.x, index.y, index.z, amounts)
         before = 0.0 if field.substance is None else field.held()
         field.pass_time(world.dt)
         if field.substance is not None:

@@ -8,6 +8,7 @@ import numpy as np
 
 from ecs_eco.components import Position
 from ecs_eco.engine.system import System
+from ecs_eco.genomes.own_values import own_value
 from ecs_eco.space.gate import one_each
 from ecs_eco.space.water import carry, drift
 
@@ -28,7 +29,8 @@ class Drift(System):
     def update(self, table: Table, world: SpatialWorld) -> None:
         """Carry one kind of bodies."""
         water, space, p, sinking = (world.environment.water, world.space, table[Position],
-                                    table.species.sinking)
+                                    own_value(table, "body.sinking", np.float32(table.species.sinking)))
+        sinks = isinstance(sinking, np.ndarray) or bool(sinking)
         own = None if water is None or world.config is None else world.config.water.current_function
         current = STILL if water is None else water.current
         if own is not None:
@@ -37,9 +39,9 @@ class Drift(System):
             u, v, w = (one_each(a, high, own).astype(np.float32, copy=False) for a in flow)
             carry(table.alive[:high], u, v, w, np.float32(world.dt), space.lengths, space.torus,
                   p.x, p.y, p.z)
-        if len(current) or sinking:
+        if len(current) or sinks:
             height = np.float32(space.lengths[2])
-            world.split(drift, table.high, table.alive, current, height, np.float32(sinking),
+            world.split(drift, table.high, table.alive, current, height, sinking,
                         np.float32(world.dt), space.lengths, space.torus, space.volume, p.x, p.y, p.z)
-        if own is not None or len(current) or sinking:
+        if own is not None or len(current) or sinks:
             table.version += 1

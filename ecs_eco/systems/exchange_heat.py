@@ -9,7 +9,9 @@ import numpy as np
 
 from ecs_eco.components import Body, Coat, HeatExchange, Metabolism, Physical, Position, Shape
 from ecs_eco.engine.jit import njit
+from ecs_eco.engine.per_row import of_row
 from ecs_eco.engine.system import System
+from ecs_eco.genomes.own_values import own_values
 from ecs_eco.space.bodies import extents
 from ecs_eco.space.shapes import surface
 
@@ -18,6 +20,8 @@ if TYPE_CHECKING:
     from ecs_eco.space.world import SpatialWorld
 
 NOTHING = np.zeros(0, np.float32)
+KEYS = ("heat.specific_heat", "heat.conductance", "heat.insulation", "heat.metabolic_heat",
+        "heat.regulate.set_point", "heat.regulate.warming", "heat.regulate.cooling", "heat.regulate.cost")
 LEAST_CAPACITY = 1e-60  # [J/K] of a body without mass: it has the temperature of its surroundings at once
 
 
@@ -47,9 +51,11 @@ class ExchangeHeat(System):
         way = getattr(heat, "regulate", None)
         regulation = (0.0, 0.0, 0.0, 0.0) if way is None or not energy.size else (
             float(np.float32(way.set_point)), way.warming, way.cooling, way.cost)
-        world.split(exchange, high, table.alive, b.mass, round_as(table), around, coat, heat.specific_heat,
-                    heat.conductance, heat.insulation, getattr(heat, "metabolic_heat", 0.0), *regulation,
-                    world.dt, table[Physical].temperature, table[HeatExchange].residue, energy, burnt)
+        values = own_values(table, dict(zip(KEYS, (
+            heat.specific_heat, heat.conductance, heat.insulation, getattr(heat, "metabolic_heat", 0.0),
+            *regulation), strict=True)))
+        world.split(exchange, high, table.alive, b.mass, round_as(table), around, coat, *values, world.dt,
+                    table[Physical].temperature, table[HeatExchange].residue, energy, burnt)
 
 
 def round_as(table: Table) -> np.ndarray:
@@ -67,25 +73,27 @@ def exchange(first, last, alive, mass, radius, around, coat, specific_heat, cond
         if not alive[row]:
             continue
         # float64(), for float() of a float32 is a float32 in a kernel
-        capacity = max(np.float64(mass[row]) * specific_heat, LEAST_CAPACITY)
-        resistance = coat[row] if coat.size else insulation
-        k = 4.0 * math.pi * np.float64(radius[row]) ** 2 * conductance / (1.0 + conductance * resistance)
+        capacity = max(np.float64(mass[row]) * of_row(specific_heat, row), LEAST_CAPACITY)
+        resistance = coat[row] if coat.size else of_row(insulation, row)
+        leaks, costs, goal = of_row(conductance, row), of_row(cost, row), of_row(set_point, row)
+        shivers, pants = of_row(warming, row), of_row(cooling, row)
+        k = 4.0 * math.pi * np.float64(radius[row]) ** 2 * leaks / (1.0 + leaks * resistance)
         rate, place = k / capacity, np.float64(around[row])
-        own = metabolic_heat * burnt[row] / dt if burnt.size else 0.0
+        own = of_row(metabolic_heat, row) * burnt[row] / dt if burnt.size else 0.0
         now, left, spent = np.float64(temperature[row]) + residue[row], dt, 0.0
-        if warming > 0 or cooling > 0:
+        if shivers > 0 or pants > 0:
             # [J] that it can pay for
-            most = max(np.float64(energy[row]), 0.0) / cost if cost > 0 else np.inf
-            if now != set_point:
-                power = warming if now < set_point else -cooling
+            most = max(np.float64(energy[row]), 0.0) / costs if costs > 0 else np.inf
+            if now != goal:
+                power = shivers if now < goal else -pants
                 slope = (own + power) / capacity - rate * (now - place)
-                arrives = when(set_point - now, slope, rate)
+                arrives = when(goal - now, slope, rate)
                 time = min(arrives, dt, lasts(most, power))
-                now = set_point if time == arrives else now + slope * span(rate, time)
+                now = goal if time == arrives else now + slope * span(rate, time)
                 spent, left = abs(power) * time, dt - time
-            if now == set_point and left > 0:
-                hold = k * (set_point - place) - own
-                power = min(max(hold, -cooling), warming)
+            if now == goal and left > 0:
+                hold = k * (goal - place) - own
+                power = min(max(hold, -pants), shivers)
                 time = min(left, lasts(most - spent, power))
                 if power != hold:
                     now += (own + power - k * (now - place)) / capacity * span(rate, time)
@@ -96,7 +104,7 @@ def exchange(first, last, alive, mass, radius, around, coat, specific_heat, cond
         residue[row] = now - temperature[row]
         if spent > 0:
             before = energy[row]
-            energy[row] = before - spent * cost
+            energy[row] = before - spent * costs
             burnt[row] += before - energy[row]
 
 

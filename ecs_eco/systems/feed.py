@@ -9,8 +9,10 @@ import numpy as np
 from ecs_eco.components import Body, Defence, Matter, Metabolism, Nervous, Position, Shape
 from ecs_eco.engine import random
 from ecs_eco.engine.jit import njit
+from ecs_eco.engine.per_row import of_row
 from ecs_eco.engine.random import draw
 from ecs_eco.engine.system import System
+from ecs_eco.genomes.own_values import highest, own_values
 from ecs_eco.lifecycle.causes import register_eaters
 from ecs_eco.lifecycle.ingestion import swallow
 from ecs_eco.lifecycle.torpor import least_energy
@@ -54,27 +56,25 @@ class Feed(System):
         if not table.n or not prey.n:
             return
         eaters, foods = world.index(table), world.index(prey)
-        b, m, nerves, species = table[Body], table[Metabolism], table.species.nerves, table.species.config
+        b, m, nerves = table[Body], table[Metabolism], table.species.nerves
+        reach, chance, ceiling, gain, efficiency, store, digestion = meal(table, food, world.dt)
+        furthest = highest(reach, table.alive) if isinstance(reach, np.ndarray) else food.reach
         target, distance2 = np.empty(eaters.n, np.int32), np.empty(eaters.n, np.float32)
         radius, food_radius = b.radius, prey[Body].radius
         if Shape in table or Shape in prey:
-            target, distance2 = nearest_surface(world, table, prey, food.reach)
+            target, distance2 = nearest_surface(world, table, prey, furthest)
             radius, food_radius = np.zeros_like(radius), np.zeros_like(food_radius)
         else:
-            widest = float(b.radius[: table.high].max() + prey[Body].radius[: prey.high].max()) + food.reach
+            widest = float(b.radius[: table.high].max() + prey[Body].radius[: prey.high].max()) + furthest
             nearest(eaters, foods, widest, target, distance2, world.split)
         column = -1 if nerves is None else next((i for i, (_, a) in enumerate(nerves.actions) if a == "eat"),
                                                 -1)
         decision = NO_DECISION if nerves is None else table[Nervous].decision
-        chance = np.float32(1 - (1 - min(food.chance, 1.0)) ** world.dt)
-        ceiling = species.metabolism.energy_max if food.until is None else food.until
         best = np.full(foods.n, -1, np.int32)
         toughness, poison = defences(prey)
         held = prey[Metabolism].energy if Metabolism in prey else NOTHING
         ingest(target, distance2, eaters.rows, eaters.uid, foods.rows, radius, food_radius,
-               np.float32(food.reach), decision, column, chance, np.float32(ceiling), np.float32(food.gain),
-               np.float32(food.efficiency), held,
-               np.float32(species.metabolism.energy_max), np.float32(species.metabolism.digestion), world.key,
+               reach, decision, column, chance, ceiling, gain, efficiency, held, store, digestion, world.key,
                random.FEED + (number << 8), toughness, poison, world.cause(f"eaten by {table.name}"),
                world.cause(f"poisoned by {food.eats}") if food.deadly else 0, least_energy(table),
                table.cause, table.killer,
@@ -83,6 +83,21 @@ class Feed(System):
             eaten = np.flatnonzero(best >= 0)
             swallow(world, table, eaters.rows[best[eaten]], prey, foods.rows[eaten],
                     1.0 if food.assimilation is None else food.assimilation)
+
+
+def meal(table: Table, food: Any, dt: float) -> tuple[Any, ...]:
+    """Return reach, chance in a tick, ceiling, gain and efficiency of one kind of food, the most energy, and
+    the time of digestion: numbers, or arrays [high] where a gene codes for any of them."""
+    metabolism, kind = table.species.config.metabolism, f"diet.{food.eats}."
+    keys = {kind + field: np.float32(getattr(food, field)) for field in ("reach", "gain", "efficiency")}
+    keys |= {"metabolism.energy_max": np.float32(metabolism.energy_max),
+             "metabolism.digestion": np.float32(metabolism.digestion), kind + "chance": food.chance}
+    if food.until is not None:
+        keys[kind + "until"] = np.float32(food.until)
+    reach, gain, efficiency, store, digestion, chance, *until = own_values(table, keys)
+    chance = 1 - (1 - chance) ** dt
+    return (reach, chance.astype(np.float32) if isinstance(chance, np.ndarray) else np.float32(chance),
+            until[0] if until else store, gain, efficiency, store, digestion)
 
 
 def defences(prey: Any) -> tuple[np.ndarray, np.ndarray]:
@@ -105,12 +120,12 @@ def ingest(target, distance2, rows, uid, food_rows, radius, food_radius, reach, 
     for i in range(target.size):
         j, row = target[i], rows[i]
         if (j < 0 or eater_cause[row] or food_cause[food_rows[j]] or digesting[row] > 0
-            or energy[row] >= until):
+            or energy[row] >= of_row(until, row)):
             continue
         if column >= 0 and not decision[row, column]:
             continue
-        s = radius[row] + food_radius[food_rows[j]] + reach
-        succeeds = chance
+        s = radius[row] + food_radius[food_rows[j]] + of_row(reach, row)
+        succeeds = of_row(chance, row)
         if toughness.size:
             succeeds *= np.float32(1) - toughness[food_rows[j] % toughness.size]
         if distance2[i] > s * s or draw(key, uid[i], purpose) >= succeeds:
@@ -124,15 +139,15 @@ def ingest(target, distance2, rows, uid, food_rows, radius, food_radius, reach, 
         if i < 0:
             continue
         row, food = rows[i], food_rows[j]
-        before, worth = energy[row], gain
-        if efficiency > 0 and held.size:
-            worth += efficiency * max(held[food], np.float32(0.0))
+        before, worth, share = energy[row], of_row(gain, row), of_row(efficiency, row)
+        if share > 0 and held.size:
+            worth += share * max(held[food], np.float32(0.0))
         if poison.size:
             worth -= poison[food % poison.size]
-        after = min(before + worth, max(before, ceiling))  # bad food has a negative gain
+        after = min(before + worth, max(before, of_row(ceiling, row)))  # bad food has a negative gain
         energy[row] = max(after, min(before, least))
         taken[row] += energy[row] - before
-        digesting[row] = digestion
+        digesting[row] = of_row(digestion, row)
         food_cause[food] = cause
         food_killer[food] = uids[row]
         if deadly:

@@ -8,7 +8,9 @@ import numpy as np
 
 from ecs_eco.components import Biology, Body, Gestation, Metabolism, Position
 from ecs_eco.engine.jit import njit
+from ecs_eco.engine.per_row import of_row
 from ecs_eco.engine.system import System
+from ecs_eco.genomes.own_values import own_values
 from ecs_eco.lifecycle.births import affordable, bring_forth, life_history, ticks
 
 if TYPE_CHECKING:
@@ -43,9 +45,11 @@ class GiveBirth(System):
         mothers, number = mothers[order], number[order]
         given = energy_given[mothers] if own else np.full(n, energy_given[0], np.float32)
         born = bring_forth(table, world, way, mothers, number, given, g.father[mothers], g.sperm[mothers])
-        deliver(mothers, born, given, np.float32(table.species.config.metabolism.energy_max),
-                world.tick + ticks(way.rest, world.dt), m.energy, m.given, g.carrying, g.energy,
-                g.father, g.rest)
+        store, rest = own_values(table, {
+            "metabolism.energy_max": np.float32(table.species.config.metabolism.energy_max),
+            "reproduction.rest": way.rest})
+        deliver(mothers, born, given, store, world.tick + ticks(rest, world.dt), m.energy,
+                m.given, g.carrying, g.energy, g.father, g.rest)
         g.sperm[mothers] = 0
 
 
@@ -75,6 +79,6 @@ def deliver(mothers, born, given_each, energy_max, rested, energy, given, carryi
         before = energy[row]
         after = before - np.float32(born[i]) * her_part(given_each[i], stored[row], carrying[row])
         unused = stored[row] * np.float32(carrying[row] - born[i]) / np.float32(carrying[row])
-        energy[row] = min(after + unused, max(after, energy_max))
+        energy[row] = min(after + unused, max(after, of_row(energy_max, row)))
         given[row] += before - energy[row]
-        carrying[row], stored[row], father[row], rest[row] = 0, 0, 0, rested
+        carrying[row], stored[row], father[row], rest[row] = 0, 0, 0, of_row(rested, row)

@@ -8,7 +8,9 @@ import numpy as np
 
 from ecs_eco.components import Growth, Metabolism, Position
 from ecs_eco.engine.jit import njit
+from ecs_eco.engine.per_row import of_row
 from ecs_eco.engine.system import System
+from ecs_eco.genomes.own_values import own_value
 from ecs_eco.lifecycle.defence import left_by_defence
 
 if TYPE_CHECKING:
@@ -39,7 +41,8 @@ class Grow(System):
             rate = species.metabolism.growth
         light = light * left_by_defence(table, high)
         world.split(grow, high, table.alive, light, np.float32(rate * world.dt),
-                    np.float32(species.metabolism.energy_max), m.energy, m.taken)
+                    own_value(table, "metabolism.energy_max", np.float32(species.metabolism.energy_max)),
+                    m.energy, m.taken)
 
 
 @njit
@@ -48,5 +51,5 @@ def grow(first, last, alive, light, growth, ceiling, energy, taken):
     for row in range(first, last):
         if alive[row]:
             before = energy[row]
-            energy[row] = max(before, min(before + growth * light[row], ceiling))
+            energy[row] = max(before, min(before + growth * light[row], of_row(ceiling, row)))
             taken[row] += energy[row] - before

@@ -8,7 +8,9 @@ import numpy as np
 
 from ecs_eco.components import Body, Metabolism, Stature
 from ecs_eco.engine.jit import njit
+from ecs_eco.engine.per_row import of_row
 from ecs_eco.engine.system import System
+from ecs_eco.genomes.own_values import own_values
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
@@ -35,8 +37,10 @@ class GrowUp(System):
                               table.high)
         if way is None or not (table.alive[:high] & (b.mass[:high] < s.mass[:high])).any():
             return
-        world.split(grow_up, high, table.alive, s.mass, s.radius, ROOTS[way.law], way.rate * world.dt,
-                    table.species.standard_mass if way.law == "west" else 0.0, way.cost, way.reserve,
+        rate, cost, reserve = own_values(table, {"growth.rate": way.rate, "growth.cost": way.cost,
+                                                 "growth.reserve": way.reserve})
+        world.split(grow_up, high, table.alive, s.mass, s.radius, ROOTS[way.law], rate * world.dt,
+                    table.species.standard_mass if way.law == "west" else 0.0, cost, reserve,
                     b.mass, b.radius, s.residue, m.energy, m.burnt)
         table.version += 1  # bodies that touch and hide others are larger
 
@@ -50,13 +54,14 @@ def grow_up(first, last, alive, adult_mass, adult_radius, root, step, standard, 
         if not alive[row] or mass[row] >= adult_mass[row]:
             continue
         most, before = np.float64(adult_mass[row]), np.float64(mass[row]) + residue[row]
-        far = step * (standard / most) ** root if standard > 0 else step
+        stride, price = of_row(step, row), of_row(cost, row)
+        far = stride * (standard / most) ** root if standard > 0 else stride
         share = 1.0 - (1.0 - (before / most) ** root) * np.exp(-far)
         gain = max(most * share ** (1.0 / root) - before, 0.0)
-        if cost > 0:
-            gain = min(gain, max(np.float64(energy[row]) - reserve, 0.0) / cost)
+        if price > 0:
+            gain = min(gain, max(np.float64(energy[row]) - of_row(reserve, row), 0.0) / price)
             held = energy[row]
-            energy[row] = held - gain * cost
+            energy[row] = held - gain * price
             burnt[row] += held - energy[row]
         mass[row] = before + gain
         residue[row] = before + gain - mass[row]

@@ -11,8 +11,10 @@ from ecs_eco.components import Biology, Body, Genome, Gestation, Metabolism, Ner
 from ecs_eco.components.biology import FEMALE, MALE
 from ecs_eco.engine import random
 from ecs_eco.engine.jit import njit
+from ecs_eco.engine.per_row import of_row
 from ecs_eco.engine.random import draw, mix
 from ecs_eco.engine.system import System
+from ecs_eco.genomes.own_values import highest, own_value, own_values
 from ecs_eco.lifecycle.births import life_history, ticks, whole
 from ecs_eco.lifecycle.torpor import awake
 from ecs_eco.space.bodies import bound, solids
@@ -61,20 +63,23 @@ class Mate(System):
         rule = select_mate(table)
         if rule is not None and not own:
             choice = np.array([max(rule[0], 0)], np.uint8)
+        reach, share = own_values(table, {"reproduction.reach": np.float32(way.reach),
+                                          "reproduction.father_share": np.float32(way.father_share)})
+        furthest = highest(reach, table.alive) if isinstance(reach, np.ndarray) else way.reach
         form = solids(world, [table.name]).form if Shape in table else SPHERES
-        widest = 2 * (float(radius[: table.high].max()) if form is SPHERES else bound(table)) + way.reach
+        widest = 2 * (float(radius[: table.high].max()) if form is SPHERES else bound(table)) + furthest
         partner, distance2 = np.empty(i.n, np.int64), np.empty(i.n, np.float32)
-        world.split(propose, i.n, i.rows, i.x, i.y, i.z, i.uid, i.start, can, radius, np.float32(way.reach),
+        world.split(propose, i.n, i.rows, i.x, i.y, i.z, i.uid, i.start, can, radius, reach,
                     space.reach(widest), *space.shape, space.inverse, space.lengths, space.torus, form,
                     space.volume, decision, column, WILLING[way.consent], m.energy, b.age, own,
-                    energy_given, litter, choice, np.float32(way.father_share), world.key, partner, distance2)
+                    energy_given, litter, choice, share, world.key, partner, distance2)
         choosers = np.flatnonzero(partner >= 0)
         if choosers.size == 0:
             return
         if rule is not None and rule[0] < 0 and not own:
-            near = (np.float32(way.reach), space.reach(widest), *space.shape, space.inverse, space.lengths,
+            near = (reach, space.reach(widest), *space.shape, space.inverse, space.lengths,
                     space.torus, form, space.volume)
-            pay = np.float32(way.father_share), energy_given, litter
+            pay = share, energy_given, litter
             self.ask(table, rule[1], i, choosers, can, near, (decision, column, WILLING[way.consent]), pay,
                      partner, distance2, world)
         order = choosers[np.lexsort((i.uid[choosers], distance2[choosers]))]
@@ -108,11 +113,14 @@ class Mate(System):
         """Let `pairs` (rows of mother and father, i64[n, 2]) conceive by chance."""
         b, m, g = table[Biology], table[Metabolism], table[Gestation]
         own, _, _, energy_given, litter, _ = life_history(table, way)
-        chance = np.float32(1 - (1 - way.chance) ** world.dt)
+        chance = 1 - (1 - own_value(table, "reproduction.chance", way.chance)) ** world.dt
+        chance = chance.astype(np.float32) if isinstance(chance, np.ndarray) else np.float32(chance)
+        share, gestation, rest = own_values(table, {
+            "reproduction.father_share": np.float32(way.father_share),
+            "reproduction.gestation": way.gestation, "reproduction.father_rest": way.father_rest})
         conceived = np.zeros(len(pairs), np.bool_)
-        join(pairs, table.uid, b.fertility, own, energy_given, litter, np.float32(way.father_share), chance,
-             world.key,
-             world.tick + ticks(way.gestation, world.dt), world.tick + ticks(way.father_rest, world.dt),
+        join(pairs, table.uid, b.fertility, own, energy_given, litter, share, chance, world.key,
+             world.tick + ticks(gestation, world.dt), world.tick + ticks(rest, world.dt),
              conceived, m.energy, m.given, g.carrying, g.due, g.father, g.energy, g.rest)
         if Genome in table:
             mothers, fathers = pairs[conceived].T
@@ -166,19 +174,20 @@ def ready(alive, cause, sex, age, energy, carrying, rest, tick, own, age_min, en
 
 @njit
 def suits(i, j, rows, x, y, z, can, radius, near, lengths, torus, form, volume, decision, column, want,
-          energy, share, pay):
+          energy, share, each, number):
     """Return the squared distance from entry i to entry j where j can sire, pay,
     is willing and in reach; else −1. It is that of the surfaces where they are no spheres."""
     it = rows[j]
-    if (j == i or not can[it] & SIRES or (share > 0 and not energy[it] > pay)
+    part = of_row(share, it)
+    if (j == i or not can[it] & SIRES or (part > 0 and not energy[it] > part * each * number)
         or wills(decision, column, it) < want):
         return np.float32(-1)
     if len(form):
         gap, _, _, _ = touching(form, i, form, j, np.float64(x[i] - x[j]), np.float64(y[i] - y[j]),
                                 np.float64(z[i] - z[j]), lengths, torus, volume)
-        return np.float32(max(gap, 0.0) ** 2) if gap <= near else np.float32(-1)
+        return np.float32(max(gap, 0.0) ** 2) if gap <= of_row(near, rows[i]) else np.float32(-1)
     dx, dy, dz = offset(x[i], y[i], z[i], x[j], y[j], z[j], lengths, torus)
-    d2, s = dx * dx + dy * dy + dz * dz, radius[rows[i]] + radius[it] + near
+    d2, s = dx * dx + dy * dy + dz * dz, radius[rows[i]] + radius[it] + of_row(near, rows[i])
     return d2 if d2 <= s * s else np.float32(-1)
 
 
@@ -187,12 +196,12 @@ def suitors(i, rows, x, y, z, start, can, radius, near, reach, nx, ny, nz, inver
             volume, decision, column, consent, energy, share, energy_given, litter, chosen, far):
     """List the entries that suit entry i, and their squared distances; return how many."""
     close, n = np.empty(x.size, np.int64), 0
-    pay, want = (share * energy_given[0] * np.float32(whole(litter[0])),
-                 consent - wills(decision, column, rows[i]))
+    each, number = energy_given[0], np.float32(whole(litter[0]))
+    want = consent - wills(decision, column, rows[i])
     for c in range(gather(x[i], y[i], z[i], reach, start, x, y, z, nx, ny, nz, inverse, lengths,
                           torus, close)):
         d2 = suits(i, close[c], rows, x, y, z, can, radius, near, lengths, torus, form, volume, decision,
-                   column, want, energy, share, pay)
+                   column, want, energy, share, each, number)
         if d2 >= 0:
             chosen[n], far[n] = close[c], d2
             n += 1
@@ -215,14 +224,14 @@ def propose(first, last, rows, x, y, z, uid, start, can, radius, near, reach, nx
         if not can[me] & CHOOSES:
             continue
         life, best = me if own else 0, np.float32(np.inf)
-        pay, want = (share * energy_given[life] * np.float32(whole(litter[life])),
-                     consent - wills(decision, column, me))
+        each, number = energy_given[life], np.float32(whole(litter[life]))
+        want = consent - wills(decision, column, me)
         n = gather(x[i], y[i], z[i], reach, start, x, y, z, nx, ny, nz, inverse, lengths, torus, close)
         for c in range(n):
             j = close[c]
             it = rows[j]
             d2 = suits(i, j, rows, x, y, z, can, radius, near, lengths, torus, form, volume, decision,
-                       column, want, energy, share, pay)
+                       column, want, energy, share, each, number)
             if d2 < 0:
                 continue
             score = d2
@@ -258,13 +267,14 @@ def join(pairs, uid, fertility, own, energy_given, litter, share, chance, key, d
     """Let each pair conceive by chance: the mother carries, the father pays his share and rests."""
     for p in range(len(pairs)):
         she, he = pairs[p, 0], pairs[p, 1]
-        if draw(key, uid[she], MEET) >= chance * fertility[she] * fertility[he]:
+        if draw(key, uid[she], MEET) >= of_row(chance, she) * fertility[she] * fertility[he]:
             continue
         life = she if own else 0
         number = whole(litter[life])
         before = energy[he]
-        energy[he] = before - share * energy_given[life] * np.float32(number)
+        energy[he] = before - of_row(share, he) * energy_given[life] * np.float32(number)
         given[he] += before - energy[he]
         stored[she] = before - energy[he]
-        carrying[she], due_at[she], father[she], conceived[p] = number, due, uid[he], True
-        rest[he] = rested
+        carrying[she], due_at[she], father[she], conceived[p] = (
+            number, of_row(due, she), uid[he], True)
+        rest[he] = of_row(rested, he)

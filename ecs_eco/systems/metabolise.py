@@ -8,7 +8,9 @@ import numpy as np
 
 from ecs_eco.components import Body, Metabolism, Velocity
 from ecs_eco.engine.jit import njit
+from ecs_eco.engine.per_row import of_row
 from ecs_eco.engine.system import System
+from ecs_eco.genomes.own_values import own_value
 from ecs_eco.lifecycle.torpor import least_energy
 
 if TYPE_CHECKING:
@@ -34,14 +36,15 @@ class Metabolise(System):
         """Burn the energy of one species for a tick."""
         species, m = table.species.config, table[Metabolism]
         cost = table[Velocity].cost if Velocity in table else STILL
-        basal = species.metabolism.basal if species is not None else 0.0
+        basal = np.float32(species.metabolism.basal if species is not None else 0.0)
         scale = NO_SCALE
         if (standard := table.species.standard_mass) is not None:
             scale = (
                 (table[Body].mass[: table.high] / np.float32(standard)) ** np.float32(0.75)
             ).astype(np.float32)
-        world.split(burn, table.high, table.alive, scale, cost, cost is not STILL, np.float32(basal),
-                    np.float32(world.dt), least_energy(table), m.energy, m.digesting, m.burnt)
+        world.split(burn, table.high, table.alive, scale, cost, cost is not STILL,
+                    own_value(table, "metabolism.basal", basal), np.float32(world.dt), least_energy(table),
+                    m.energy, m.digesting, m.burnt)
 
 
 @njit
@@ -51,7 +54,8 @@ def burn(first, last, alive, scale, cost, moves, basal, dt, least, energy, diges
     for row in range(first, last):
         if alive[row]:
             before = energy[row]
-            upkeep = basal * scale[row] if scale.size else basal
+            own = of_row(basal, row)
+            upkeep = own * scale[row] if scale.size else own
             after = before - (upkeep + (cost[row] if moves else np.float32(0.0))) * dt
             energy[row] = max(after, min(before, least))
             burnt[row] += before - energy[row]

@@ -8,7 +8,9 @@ import numpy as np
 
 from ecs_eco.components import Body, Motor, Nervous, Position, Stature, Velocity, Vigour
 from ecs_eco.engine.jit import njit
+from ecs_eco.engine.per_row import is_own, of_row, row_of
 from ecs_eco.engine.system import System
+from ecs_eco.lifecycle.gaits import own_gaits
 from ecs_eco.lifecycle.torpor import awake
 from ecs_eco.nervous.decision import first_on
 from ecs_eco.space.barriers import barriers, hold_back
@@ -46,7 +48,7 @@ class Move(System):
 
     def update(self, table: Table, world: SpatialWorld) -> None:
         """Move one species."""
-        gaits = table.species.gaits
+        gaits = own_gaits(table)
         if gaits is None:
             return
         p, v, space, terrain = table[Position], table[Velocity], world.space, world.terrain
@@ -117,33 +119,31 @@ def move(first, last, alive, decision, command, layout, speeds, costs, turns, cl
          lengths, torus, volume, height, ground, inverse, slope_cost, x, y, z, heading, speed, climb, cost):
     """Move the living rows first … last − 1; layout i64[4, 3] is (start, n, neutral) of speed, turn, climb
     and pitch, (column of command, −1, −1) of a continuous one, or (0, 0, −1) of none."""
-    left = np.exp(-drag * dt) if drag > 0 else np.float32(0.0)  # of the old speed, after this tick
-    mean_left = (np.float32(1.0) - left) / (drag * dt) if drag > 0 else np.float32(0.0)  # in its mean
+    if first >= last:
+        return
+    force = of_row(drag, first)
+    left, mean_left = lag(force, dt)
     for row in range(first, last):
         if not alive[row]:
             continue
+        if is_own(drag):
+            force = of_row(drag, row)
+            left, mean_left = lag(force, dt)
         way = first_on(decision, row, layout[1, 0], layout[1, 1], layout[1, 2])
         if way >= 0 or layout[1, 1] < 0:
-            h = heading[row] + (turns[way] if way >= 0 else command[row, layout[1, 0]]) * dt
+            h = heading[row] + (row_of(turns, row)[way] if way >= 0 else command[row, layout[1, 0]]) * dt
             heading[row] = h - np.float32(6.2831855) * np.float32(np.floor(h / np.float32(6.2831855)))
         way = first_on(decision, row, layout[0, 0], layout[0, 1], layout[0, 2])
-        v, c = (speeds[way], costs[way]) if way >= 0 else (np.float32(0.0), np.float32(0.0))
+        v, c = ((row_of(speeds, row)[way], row_of(costs, row)[way]) if way >= 0
+                else (np.float32(0.0), np.float32(0.0)))
         if layout[0, 1] < 0:
             v = command[row, layout[0, 0]]
-            c = cost_between(v, speeds, costs)
+            c = cost_between(v, row_of(speeds, row), row_of(costs, row))
         if pace.size:
             v *= pace[row]
             c *= pace[row] * pace[row]
         if volume:
-            way = first_on(decision, row, layout[2, 0], layout[2, 1], layout[2, 2])
-            up, angle = (climbs[way], pitches[way]) if way >= 0 else (np.float32(0.0), np.float32(0.0))
-            if layout[2, 1] < 0:
-                up = command[row, layout[2, 0]]
-            if layout[3, 1] < 0:
-                angle = command[row, layout[3, 0]]
-            if angle != 0:
-                up += v * np.sin(angle)
-                v *= np.cos(angle)
+            up, v = climbing(decision, command, row, layout, row_of(climbs, row), row_of(pitches, row), v)
             z[row] = into(z[row] + (up + (climb[row] - up) * mean_left) * dt, lengths[2], False)
             climb[row] = up + (climb[row] - up) * left
         v_end = v + (speed[row] - v) * left
@@ -151,7 +151,7 @@ def move(first, last, alive, decision, command, layout, speeds, costs, turns, cl
         if v > 0:
             if ground.size > 1:
                 v = free_way(x[row], y[row], heading[row], v, dt, ground, inverse, lengths, torus)
-                v_end = min(v, v_end) if drag > 0 else v
+                v_end = min(v, v_end) if force > 0 else v
             nx = into(x[row] + v * dt * np.cos(heading[row]), lengths[0], torus)
             ny = into(y[row] + v * dt * np.sin(heading[row]), lengths[1], torus)
             if v > 0:
@@ -163,6 +163,29 @@ def move(first, last, alive, decision, command, layout, speeds, costs, turns, cl
                 y[row] = ny
         speed[row] = v_end
         cost[row] = c
+
+
+@njit
+def climbing(decision, command, row, layout, climbs, pitches, v):
+    """Return the speed upwards, and what of the speed v of the gait is left ahead."""
+    way = first_on(decision, row, layout[2, 0], layout[2, 1], layout[2, 2])
+    up, angle = (climbs[way], pitches[way]) if way >= 0 else (np.float32(0.0), np.float32(0.0))
+    if layout[2, 1] < 0:
+        up = command[row, layout[2, 0]]
+    if layout[3, 1] < 0:
+        angle = command[row, layout[3, 0]]
+    if angle != 0:
+        up += v * np.sin(angle)
+        v *= np.cos(angle)
+    return up, v
+
+
+@njit
+def lag(drag, dt):
+    """Return the shares of the old speed that are left after a tick of dt [s], and in its mean."""
+    left = np.exp(-drag * dt) if drag > 0 else np.float32(0.0)
+    mean_left = (np.float32(1.0) - left) / (drag * dt) if drag > 0 else np.float32(0.0)
+    return left, mean_left
 
 
 @njit

@@ -7,8 +7,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ecs_eco.components import Biology, LifeHistory, Nervous
+from ecs_eco.config.numbers import labels
 from ecs_eco.engine.jit import njit
+from ecs_eco.engine.per_row import of_row
 from ecs_eco.engine.system import System
+from ecs_eco.genomes.own_values import own_value, own_values
 from ecs_eco.lifecycle.causes import register_limits
 from ecs_eco.nervous.sensors.own import own_column
 from ecs_eco.space.world import SpatialWorld
@@ -35,16 +38,20 @@ class Perish(System):
     def process(self, *_: Any) -> None:
         """Mark those beyond a limit."""
         for table in self.world.tables.values():
-            for limit in table.species.lethal:
+            names = labels(table.species.lethal) if table.species.traits else []
+            for i, limit in enumerate(table.species.lethal):
                 low, high = limit.min, limit.max
                 column = own_column(table, limit.property, self.world.substances)
                 if limit.property == "age" and high is not None and LifeHistory in table:
                     # the limit is individual
                     column, high = table[Biology].age - table[LifeHistory].age_max, 0.0
                     low = None
-                perish(table.alive[: table.high], column,
-                       np.float32(-np.inf if low is None else low),
-                       np.float32(np.inf if high is None else high),
+                ends = (np.float32(-np.inf if low is None else low),
+                        np.float32(np.inf if high is None else high))
+                if names:
+                    ends = own_values(table, {f"lethal.{names[i]}.min": ends[0],
+                                              f"lethal.{names[i]}.max": ends[1]})
+                perish(table.alive[: table.high], column, *ends,
                        0 if low is None else self.world.cause(limit.low),
                        0 if high is None else self.world.cause(limit.high), table.cause)
 
@@ -55,7 +62,8 @@ class Perish(System):
         if nerves is None or nerves.happiness is None:
             return
         n = table[Nervous]
-        n.reward[rows] = nerves.minimum - n.happiness[rows]
+        least = own_value(table, "happiness.minimum", nerves.minimum)
+        n.reward[rows] = (least[rows] if isinstance(least, np.ndarray) else least) - n.happiness[rows]
         if nerves.learning:
             nerves.end(rows, n.reward[rows])
 
@@ -65,7 +73,7 @@ def perish(alive, value, low, high, too_low, too_high, cause):
     """Mark the living whose value is at or beyond a limit; those already dying keep the first cause."""
     for row in range(alive.size):
         if alive[row] and cause[row] == 0:
-            if value[row] <= low:
+            if value[row] <= of_row(low, row):
                 cause[row] = too_low
-            elif value[row] >= high:
+            elif value[row] >= of_row(high, row):
                 cause[row] = too_high

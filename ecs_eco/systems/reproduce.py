@@ -9,8 +9,10 @@ import numpy as np
 from ecs_eco.components import Biology, Body, Metabolism, Position
 from ecs_eco.engine import random
 from ecs_eco.engine.jit import njit
+from ecs_eco.engine.per_row import of_row
 from ecs_eco.engine.random import draw
 from ecs_eco.engine.system import System
+from ecs_eco.genomes.own_values import own_value
 from ecs_eco.lifecycle.births import affordable, bring_forth, life_history, room, whole
 from ecs_eco.lifecycle.founders import newcomers
 
@@ -44,9 +46,9 @@ class Reproduce(System):
         m, b = table[Metabolism], table[Biology]
         own, age_min, energy_min, energy_given, litter, _ = life_history(table, way)
         parents, number = np.empty(table.high, np.int64), np.empty(table.high, np.int64)
+        chance = chance_of(own_value(table, "reproduction.rate", way.rate), world.dt)
         n = ready(table.alive[: table.high], m.energy, b.age, b.fertility, table.uid, own, energy_min,
-                  age_min, energy_given, litter,
-                  np.float32(1 - np.exp(-way.rate * world.dt)), world.key, parents, number)
+                  age_min, energy_given, litter, chance, world.key, parents, number)
         if n == 0:
             return
         order = np.argsort(table.uid[parents[:n]])
@@ -71,6 +73,12 @@ class Reproduce(System):
             table.request(np.zeros(count, np.uint64), values)
 
 
+def chance_of(rate: Any, dt: float) -> Any:
+    """Return the chance of a birth in a tick at a rate [1/s], or at each one's."""
+    chance = 1 - np.exp(-rate * dt)
+    return chance.astype(np.float32) if isinstance(rate, np.ndarray) else np.float32(chance)
+
+
 @njit
 def ready(alive, energy, age, fertility, uid, own, energy_min, age_min, energy_given, litter, chance, key,
           parents, number):
@@ -79,7 +87,7 @@ def ready(alive, energy, age, fertility, uid, own, energy_min, age_min, energy_g
     for row in range(alive.size):
         i = row if own else 0
         if alive[row] and energy[row] >= energy_min[i] and age[row] >= age_min[i]:
-            if draw(key, uid[row], random.BIRTH) < chance * fertility[row]:
+            if draw(key, uid[row], random.BIRTH) < of_row(chance, row) * fertility[row]:
                 number[n] = affordable(energy[row], energy_given[i], whole(litter[i]))
                 parents[n] = row
                 n += number[n] > 0

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from ecs_eco.components import Nervous, Position, Sensor
 from ecs_eco.engine.system import System
+from ecs_eco.nervous.organs import blind
 from ecs_eco.nervous.sensors.sense import Seekers
 
 if TYPE_CHECKING:
@@ -47,5 +48,7 @@ class Sense(System):
                 sense(world, table, seekers, out, first)
 
         world.together(*(lambda share=share: read(share) for share in shares if share))
+        if table.species.traits:
+            blind(table, seekers.rows, out)
         if seen is not None:
             seen.take(seekers.index.uid.copy(), out)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -11,6 +11,7 @@ from ecs_eco.engine import random
 from ecs_eco.engine.jit import njit
 from ecs_eco.engine.random import draw
 from ecs_eco.engine.system import System
+from ecs_eco.genomes.own_values import own_value
 from ecs_eco.lifecycle import sizes
 from ecs_eco.lifecycle.births import room
 from ecs_eco.lifecycle.defence import left_by_defence
@@ -55,7 +56,7 @@ class Spread(System):
         site, parent = np.empty(taken.size, np.int64), np.empty(taken.size, np.int64)
         ground, ground_inverse = rocks(world)
         reach = 0 if way.place == "anywhere" else max(1, round((way.dispersal or way.spacing) / way.spacing))
-        rate, vigour = seeds(table, way.rate)
+        rate, vigour = seeds(table, own_value(table, "reproduction.rate", np.float32(way.rate)), way.rate)
         n = sprout(taken, np.float32(rate * world.dt), np.float32(way.seed_rain * world.dt), reach,
                    space.torus, ground, ground_inverse,
                    inverse, vigour, world.key, table.place << 20, site, parent)
@@ -89,14 +90,14 @@ class Spread(System):
         table.request(parents, values)
 
 
-def seeds(table: Table, rate: float) -> tuple[float, np.ndarray]:
+def seeds(table: Table, own: Any, rate: float) -> tuple[float, np.ndarray]:
     """Return the highest rate [1/s] at which a plant takes free sites,
     and each one's share of it f32[high]; empty if all are equal."""
     left = left_by_defence(table, table.high)
-    if Growth not in table and np.ndim(left) == 0:
+    if Growth not in table and np.ndim(left) == 0 and np.ndim(own) == 0:
         return rate * float(left), EVEN
     each = np.asarray(
-        np.float32(rate) * (table[Growth].spread[: table.high] if Growth in table else np.float32(1)) * left
+        own * (table[Growth].spread[: table.high] if Growth in table else np.float32(1)) * left
     )
     highest = float(each[table.alive[: table.high]].max(initial=0.0))
     return highest, np.broadcast_to(each / np.float32(highest or 1.0), table.high).astype(np.float32)

@@ -8,8 +8,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ecs_eco import components as own
-from ecs_eco.components import Experience, Genome, Gestation, Incubation, Memory, Policy
-from ecs_eco.config.traits import policy_shapes, traits_of
+from ecs_eco.components import Experience, Genome, Gestation, Incubation, Instincts, Memory, Policy
+from ecs_eco.config.shapes import instincts, shapes_of_networks
+from ecs_eco.config.traits import traits_of
+from ecs_eco.engine.errors import ConfigError, Problem
 from ecs_eco.genomes.heredity import Heredity
 
 if TYPE_CHECKING:
@@ -18,6 +20,8 @@ if TYPE_CHECKING:
     from ecs_eco.space.world import SpatialWorld
 
 Targets = dict[str, tuple[type, str, int | None]]
+# components whose defaults are set with those of the species' bodies and brains
+OF_NEWBORN = ("Policy", "Body", "Biology", "Physical", "Chemistry")
 
 
 def add_heredity(world: SpatialWorld, table: Table, species: Any, founder: np.ndarray | None = None) -> None:
@@ -38,15 +42,19 @@ def add_heredity(world: SpatialWorld, table: Table, species: Any, founder: np.nd
     if section is not None:
         from ecs_eco.genomes import layout_of
 
-        traits = traits_of(species, world.config.dims, [world.config.function(c) for c in species.components])
-        shapes = policy_shapes(species, world.config.dims) if minds is None else minds.shapes
+        traits = _traits(world, species)
+        shapes = shapes_of_networks(world.config, table.name)
+        if minds is not None:
+            shapes["policy.weights"] = minds.shapes
         layout = layout_of(section, traits, shapes)
         highest = len(layout.alphabet) - (1 if layout.longest is None else 0)  # the blank after the letters
         table.dims |= {"loci": layout.row, "highest letter": highest}
         table.add_component(Genome)
-        targets = _targets(table, species, layout, traits)
+        networks = {trait: network.weights for trait, network in instincts(world.config, table.name).items()}
+        targets = _targets(table, species, layout, traits, networks)
         if section.founders == "own":
-            alike = layout.own()[0], layout.coded()
+            alike = _alike(layout, networks if founder is None else networks | {"policy.weights": founder},
+                           table.name)
     if species.reproduction is not None and species.reproduction.kind == "sexual":
         table.dims.setdefault("loci", 0)
         table.add_component(Gestation)
@@ -69,6 +77,26 @@ def add_eggs(world: SpatialWorld) -> None:
                 eggs.add_component(component)
 
 
+def _alike(layout: Any, networks: Mapping[str, np.ndarray], name: str) -> tuple[np.ndarray, np.ndarray]:
+    """Return the letters u8[loci] that code for the species' own values, and which of these all founders
+    share bool[loci]; `networks` are weights f32[size] by trait, as of a file."""
+    row, shared = layout.own(), layout.coded()
+    for i, code in enumerate(layout.genes):
+        if code.trait is None or code.trait.name not in networks:
+            continue
+        try:
+            numbers = code.numbers(networks[code.trait.name][None].astype(np.float64), clip=False)
+        except ValueError as error:
+            key = ("species", name, "genome", "genes", i)
+            fault = f"it cannot code for the weights that founders get: {error}"
+            allowed = 'a wider range, or founders = "random"'
+            raise ConfigError([Problem(key, fault, code.name, allowed)]) from None
+        for first in layout.begins(code):
+            code.codons.write(numbers, row, first - code.codons.first)
+            shared[first : first + code.codons.length] = True
+    return row[0], shared
+
+
 def apply_heredity(world: SpatialWorld, table: Table, species: Any,
                    changed: Collection[str] | None = None, before: Any = None) -> None:
     """Set what newborn inherit of brains, individual traits that no gene codes for, and the operators that
@@ -83,9 +111,7 @@ def apply_heredity(world: SpatialWorld, table: Table, species: Any,
     heredity.inherit, heredity.noise = species.policy.inherit, float(species.policy.mutation)
     if species.genome is None:
         return
-    own_components = [world.config.function(component) for component in species.components]
-    now = traits_of(species, world.config.dims, own_components)
-    former = None if before is None else traits_of(before, world.config.dims, own_components)
+    now, former = _traits(world, species), None if before is None else _traits(world, before)
     apply_traits(table, now, former)
     if changed is None or any(key.startswith(("genome.", "reproduction.choice")) for key in changed):
         from ecs_eco.genomes import operators_of
@@ -93,6 +119,11 @@ def apply_heredity(world: SpatialWorld, table: Table, species: Any,
         choice, counts = getattr(species.reproduction, "choice", "nearest"), heredity.state()
         heredity.operators = operators_of(species.genome, heredity.layout, choice, world.config.function)
         heredity.load(counts)
+
+
+def _traits(world: SpatialWorld, species: Any) -> dict[str, Trait]:
+    own = [world.config.function(component) for component in species.components]
+    return traits_of(species, world.config.dims, own)
 
 
 def apply_traits(table: Table, traits: Mapping[str, Trait],
@@ -105,8 +136,10 @@ def apply_traits(table: Table, traits: Mapping[str, Trait],
     columns = {component.__name__: component for component in table.columns
                if before is not None or component.__name__ in written}
     for name, trait in traits.items():
-        if trait.component not in columns or trait.component in ("Policy", "Body", "Biology"):
+        if trait.component not in columns or trait.component in OF_NEWBORN:
             continue
+        if (trait.component == "Traits" and trait.index is None) or trait.component == "Instincts":
+            continue  # all share it, or it is a whole network
         if before is not None and (name not in before or before[name].default == trait.default):
             continue
         component, at = columns[trait.component], ... if trait.index is None else trait.index
@@ -116,7 +149,8 @@ def apply_traits(table: Table, traits: Mapping[str, Trait],
             column[(table.rows(), *(() if trait.index is None else (trait.index,)))] = trait.default
 
 
-def _targets(table: Table, species: Any, layout: Any, traits: dict[str, Any]) -> Targets:
+def _targets(table: Table, species: Any, layout: Any, traits: dict[str, Any],
+             networks: Mapping[str, np.ndarray]) -> Targets:
     """Add the components that genes write to, with the species' own values as defaults;
     return where each gene writes."""
     coded = [(code.gene, traits[code.gene.trait]) for code in layout.genes
@@ -126,11 +160,18 @@ def _targets(table: Table, species: Any, layout: Any, traits: dict[str, Any]) ->
     table.dims |= {"sensors": len(species.sensors),
                    "connections": len(species.reflex.connections if species.reflex else ()),
                    "desires": len(species.happiness.weights if species.happiness else ())}
+    table.species.traits = {t.name: t.index for t in traits.values()
+                            if t.component == "Traits" and t.index is not None}
+    table.dims["traits"] = len(table.species.traits)
+    for word in ("reflex", "happiness"):
+        table.dims[f"{word}_weights"] = len(networks.get(f"{word}.weights", ()))
     for trait in traits.values():
-        if trait.component in used and trait.component not in ("Policy", "Body"):
+        if trait.component in used and trait.component not in OF_NEWBORN:
             component = known[trait.component]
             if component not in table:
                 table.add_component(component)
+    if Instincts in table:
+        table.set_defaults(Instincts, **{trait.partition(".")[0]: own for trait, own in networks.items()})
     table.species.own_ranges = frozenset(t.index
                                          for _, t in coded if (t.component, t.field) == ("Senses", "radius"))
     table.species.own_places = frozenset(t.index for _, t in coded

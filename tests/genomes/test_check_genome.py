@@ -121,7 +121,7 @@ def test_what_is_wrong_is_said_with_its_key(change, key: str, words: str) -> Non
 def test_a_brain_in_the_genome_has_as_many_codons_as_the_form_says() -> None:
     config = world(inherit("learned"))
     goat = config.species["goat"]
-    from ecs_eco.config.traits import policy_shapes
+    from ecs_eco.config.shapes import policy_shapes
 
     layout = Layout.from_config(goat.genome, traits_of(goat, 2), policy_shapes(goat, 2))
     assert (layout["brain"].codons.n, layout["brain"].width) == (

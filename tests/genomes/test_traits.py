@@ -10,7 +10,8 @@ from ecs_eco import component, f32, u8
 from ecs_eco import components as shipped
 from ecs_eco.config import load
 from ecs_eco.config.models.world import WorldConfig
-from ecs_eco.config.traits import policy_shapes, traits_of
+from ecs_eco.config.shapes import policy_shapes
+from ecs_eco.config.traits import traits_of
 from ecs_eco.genomes import Trait
 
 BEAST = {
@@ -41,7 +42,26 @@ def species(**changes):
 
 @pytest.mark.definition("3 genome encodes")
 def test_every_heritable_value_of_a_species_is_listed_with_its_column_and_own_value() -> None:
-    traits = {t.name: (t.component, t.field, t.index, t.default) for t in traits_of(species(), 2).values()}
+    listed = traits_of(species(), 2).values()
+    organs = {"policy.hidden.0", "policy.hidden.1"} | {
+        f"{part}.present" for part in ("sensors.energy", "sensors.eye", "sensors.nose", "sensors.pit",
+        "sensors.skin", "actions.speed.sit", "actions.speed.hop", "actions.turn.left", "actions.turn.none",
+        "actions.turn.right")}  # fmt: skip
+    numbers = {t.name for t in listed if t.component == "Traits"} - organs
+    assert len(organs) == 12
+    assert {name for name in numbers if name.startswith("sensors.")} == {
+        "sensors.energy.scale", "sensors.eye.blind", "sensors.nose.scale", "sensors.pit.scale",
+        "sensors.pit.zero"}  # fmt: skip
+    assert {"ppo.clip", "ppo.epochs", "ppo.gae_lambda"} <= numbers
+    assert {name for name in numbers if not name.startswith(("ppo.", "sensors."))} == {
+        "body.sinking", "heat.specific_heat", "heat.conductance", "heat.metabolic_heat",
+        "metabolism.energy_max", "metabolism.basal", "metabolism.digestion", "locomotion.speed.sit",
+        "locomotion.speed.hop", "locomotion.turn", "locomotion.climb", "locomotion.pitch", "locomotion.drag",
+        "defence.cost", "happiness.minimum", "reproduction.spacing", "reproduction.father_share",
+        "reproduction.reach", "reproduction.chance", "reproduction.gestation", "reproduction.rest",
+        "reproduction.father_rest", "lethal.energy.min",
+    }  # fmt: skip
+    traits = {t.name: (t.component, t.field, t.index, t.default) for t in listed if t.component != "Traits"}
     assert traits == {
         "body.radius": ("Body", "radius", None, 0.4), "body.mass": ("Body", "mass", None, 7.0),
         "locomotion.pace": ("Vigour", "pace", None, 1.0),
@@ -74,8 +94,9 @@ def test_every_heritable_value_of_a_species_is_listed_with_its_column_and_own_va
 
 def test_a_plant_has_no_more_than_its_own() -> None:
     grass = load("predator-prey").species["grass"]
-    own = ["body.mass", "body.radius", "defence.poison", "defence.toughness", "metabolism.growth",
-           "reproduction.spread"]
+    own = ["body.mass", "body.radius", "body.sinking", "defence.cost", "defence.poison", "defence.toughness",
+           "emits.grass_smell", "metabolism.basal", "metabolism.digestion", "metabolism.energy_max",
+           "metabolism.growth", "reproduction.rate", "reproduction.spread"]
     assert sorted(traits_of(grass, 2)) == own
 
 
@@ -91,7 +112,8 @@ def test_every_trait_is_a_field_of_a_shipped_component_with_an_own_value_in_boun
         assert trait.text
         assert trait.unit
         column = getattr(shipped, trait.component).fields[trait.field][0]
-        assert (trait.index is None) == (not column.shape or trait.kind == "weights")
+        assert trait.component == "Traits" or (trait.index is None) == (not column.shape
+                                                                        or trait.kind == "weights")
 
 
 @component

@@ -8,15 +8,20 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ecs_eco.config.checks.body import farthest, too_wide, widest
+from ecs_eco.config.checks.actions import check_actions
+from ecs_eco.config.checks.body import check_body, farthest, too_wide, widest
 from ecs_eco.config.checks.matter import Key
+from ecs_eco.config.checks.nerves import check_sensors
 from ecs_eco.config.models.species import Species
 from ecs_eco.config.models.world import WorldConfig
+from ecs_eco.config.numbers import with_value
 from ecs_eco.engine.errors import Problem, UnknownName
+from ecs_eco.engine.section import function_name
 from ecs_eco.genomes.models import Gene, GenomeSection
 
 if TYPE_CHECKING:
     from ecs_eco.genomes.layout import Layout
+    from ecs_eco.genomes.traits import Trait
 
 
 def check_genome(config: WorldConfig, name: str) -> Iterator[Problem]:
@@ -25,7 +30,8 @@ def check_genome(config: WorldConfig, name: str) -> Iterator[Problem]:
     section: GenomeSection | None = getattr(species, "genome", None)
     if section is None:
         return
-    from ecs_eco.config.traits import policy_shapes, traits_of
+    from ecs_eco.config.shapes import shapes_of_networks
+    from ecs_eco.config.traits import traits_of
     from ecs_eco.genomes.problems import problems
     from ecs_eco.genomes.promoters import problems_of_variable
 
@@ -33,7 +39,18 @@ def check_genome(config: WorldConfig, name: str) -> Iterator[Problem]:
     if (own := components_of(config, species)) is None:
         return  # its genes may name fields of components that are not loaded
     traits = traits_of(species, config.dims, own)
-    shapes = {"policy.weights": policy_shapes(species, config.dims)}
+    shapes = shapes_of_networks(config, name)
+    coded = {gene.trait for gene in section.genes}
+    if "policy.weights" in traits and "policy.weights" in coded - shapes.keys():
+        return  # the network is code that is not loaded, or that is refused elsewhere
+    for word in ("reflex", "happiness"):
+        if f"{word}.weights" in traits and f"{word}.weights" in coded - shapes.keys():
+            function = getattr(species, word).function
+            if config._code.known(function) is not None:
+                fault = "no network, and a gene codes for its weights"
+                yield Problem(("species", name, word, "function"), fault, function_name(function),
+                              "what fit_network gives")
+            return
     loci = section.loci if section.longest is None else None
     own_problems = [*problems(section.genes, len(section.alphabet), loci, traits, shapes),
                     *problems_of_variable(section, traits, shapes)]
@@ -44,6 +61,7 @@ def check_genome(config: WorldConfig, name: str) -> Iterator[Problem]:
         from ecs_eco.genomes.of_section import layout_of
 
         layout = layout_of(section, traits, shapes)
+        yield from _check_extremes(config, name, key, section, traits)
         yield from _check_operators(config, key, section, layout)
         yield from _check_founders(key, section, layout)
 
@@ -92,6 +110,35 @@ def _check_ranges(config: WorldConfig, species: Species, key: Key,
                           highest, allowed)
         if gene.trait in ("reproduction.energy_min", "reproduction.energy_given") and highest > store:
             yield Problem((*key, "genes", i, field), "more than energy_max", highest, f"at most {store:g}")
+
+
+def _check_extremes(config: WorldConfig, name: str, key: Key, section: GenomeSection,
+                    traits: dict[str, Trait]) -> Iterator[Problem]:
+    """Problems of genes with whose least or greatest value the species itself would be refused."""
+    species = config.species[name]
+
+    def faults(changed: Any) -> list[Problem]:
+        with_it = config.model_copy(update={"species": config.species | {name: changed}})
+        return [*check_body(with_it, name), *check_sensors(with_it, name),
+                *check_actions(with_it, ("species", name), changed)]
+
+    known = {(problem.key, problem.what) for problem in faults(species)}
+    for i, gene in enumerate(section.genes):
+        if (gene.trait is None or gene.trait not in traits or traits[gene.trait].component != "Traits"
+            or gene.trait.endswith(".present")):
+            continue
+        ends = ({"low": gene.low, "high": gene.high} if gene.values is None
+                else {f"values.{gene.values.index(v)}": v for v in (min(gene.values), max(gene.values))})
+        for field, value in ends.items():
+            if value is None:
+                continue
+            for problem in faults(with_value(species, tuple(gene.trait.split(".")), value)):
+                if (problem.key, problem.what) not in known:
+                    place = (*key, "genes", i, *(int(p) if p.isdigit() else p for p in field.split(".")))
+                    what = ".".join(map(str, problem.key[2:]))
+                    fault = f"the species would be refused with it: {what} would be {problem.what}"
+                    yield Problem(place, fault, value, problem.allowed)
+                    break
 
 
 def _check_nose(config: WorldConfig, species: Species, key: Key, gene: Gene) -> Iterator[Problem]:

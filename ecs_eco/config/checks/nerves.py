@@ -37,13 +37,18 @@ MOST_WEIGHTS = 10_000_000  # of a policy network: initialising so many takes sec
 def check_nerves(config: WorldConfig, name: str, folder: Path) -> Iterator[Problem]:
     """All problems of the species' nervous system; files are named from `folder`."""
     species, key = config.species[name], ("species", name)
-    for i, sensor in enumerate(species.sensors):
-        yield from _check_sensor(config, species, (*key, "sensors", i), sensor)
+    yield from check_sensors(config, name)
     yield from _check_channels(config, key, species)
     yield from check_actions(config, key, species)
     yield from _check_reflex(config, key, species)
     yield from _check_happiness(config, key, species)
     yield from _check_policy(key, species, folder, config.dims)
+
+
+def check_sensors(config: WorldConfig, name: str) -> Iterator[Problem]:
+    """All problems of the species' sensors, apart from the names of their channels."""
+    for i, sensor in enumerate(config.species[name].sensors):
+        yield from _check_sensor(config, config.species[name], ("species", name, "sensors", i), sensor)
 
 
 def _check_sensor(config: WorldConfig, species: Species, key: Key, sensor: Sensor) -> Iterator[Problem]:
@@ -189,12 +194,6 @@ def _check_policy(key: Key, species: Species, folder: Path, dims: int) -> Iterat
     if policy.network is not None and policy.hidden != type(policy).model_fields["hidden"].default:
         fault = "the network's own class says its layers"
         yield Problem((*key, "policy", "hidden"), fault, policy.hidden, "policy.network or policy.hidden")
-    if policy.network is not None and species.genome is not None:
-        for i, gene in enumerate(species.genome.genes):
-            if gene.trait == "policy.weights":
-                fault = "only weights of the built-in network are written by genes"
-                yield Problem((*key, "genome", "genes", i, "trait"), fault, gene.trait,
-                              "another trait, or no policy.network")
     if policy.kind != "none" and policy.network is None and (size := n_weights(species, dims)) > MOST_WEIGHTS:
         fault = f"too large: the network would have {size:,} weights"
         yield Problem((*key, "policy", "hidden"), fault, policy.hidden,

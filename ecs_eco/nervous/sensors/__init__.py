@@ -34,7 +34,7 @@ def senses_of(species: Any, dims: int, substances: list[str],
 
 def _sense_of(s: Any, substances: list[str], number: int) -> Sense:
     if s.kind == "own":
-        return own(s.property, s.scale, substances)
+        return own(s.property, s.scale, substances, number)
     if s.kind == "nearest":
         return see_nearest(s.target, s.radius, s.fov, s.occlusion, number, s.sight, s.blind, s.kin)
     if s.kind == "rays":
@@ -45,9 +45,9 @@ def _sense_of(s: Any, substances: list[str], number: int) -> Sense:
         names = None if s.target == "any" else ([] if s.target == "wall" else [s.target])
         return touch(names, s.target in ("any", "wall"), s.at)
     if s.kind == "gradient":
-        return smell_gradient(s.field, s.span, s.scale)
+        return smell_gradient(s.field, s.span, s.scale, number)
     if s.kind == "approach":
-        return feel_approach(s.target, s.radius, s.scale)
+        return feel_approach(s.target, s.radius, s.scale, number)
     return ambient(s.kind, s.zero, s.scale, s.at, number, getattr(s, "dark", None))
 
 

@@ -6,7 +6,8 @@ import numpy as np
 
 from ecs_eco.components import Position, Velocity
 from ecs_eco.engine.jit import njit
-from ecs_eco.nervous.sensors.sense import Seekers, Sense
+from ecs_eco.engine.per_row import of_row
+from ecs_eco.nervous.sensors.sense import Seekers, Sense, of_sensor, own_range
 from ecs_eco.space.nearest import nearest
 from ecs_eco.space.sight import offset
 
@@ -15,7 +16,7 @@ if TYPE_CHECKING:
     from ecs_eco.space.world import SpatialWorld
 
 
-def feel_approach(target: str, radius: float, scale: float) -> Sense:
+def feel_approach(target: str, radius: float, scale: float, number: int = 0) -> Sense:
     """Feel the nearest of a species within `radius` [m] while it moves nearer:
     direction in the body's frame, and speed/scale.
 
@@ -27,14 +28,18 @@ def feel_approach(target: str, radius: float, scale: float) -> Sense:
         other, mine = world.tables[target], seekers.index
         targets, space = world.index(other), world.space
         entries, distance2 = np.empty(seekers.n, np.int32), np.empty(seekers.n, np.float32)
-        nearest(mine, targets, radius, entries, distance2, world.split)
+        widest, own = own_range(table, seekers, number, radius)
+        nearest(mine, targets, widest, entries, distance2, world.split)
+        if number in table.species.own_ranges:
+            entries[distance2 > own * own] = -1
+        speed_felt = of_sensor(table, seekers, number, scale=np.float32(scale))[0]
         if Velocity not in other:
             entries[:] = -1
         rows, heading = targets.rows, other[Position].heading
         speed, climb = ((other[Velocity].speed, other[Velocity].climb)
                         if Velocity in other else (heading, heading))
         world.split(close_in, seekers.n, mine.x, mine.y, mine.z, seekers.cos, seekers.sin, targets.x,
-                    targets.y, targets.z, rows, heading, speed, climb, entries, np.float32(scale),
+                    targets.y, targets.z, rows, heading, speed, climb, entries, speed_felt,
                     space.lengths, space.torus, space.volume, out, column)
 
     return sense
@@ -61,4 +66,4 @@ def close_in(first, last, ox, oy, oz, cos, sin, tx, ty, tz, rows, heading, speed
             out[i, column + 1] = (dy * cos[i] - dx * sin[i]) * inverse
             if volume:
                 out[i, column + 2] = dz * inverse
-            out[i, column + n - 1] = closing / scale
+            out[i, column + n - 1] = closing / of_row(scale, i)

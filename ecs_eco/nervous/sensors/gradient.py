@@ -5,7 +5,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ecs_eco.engine.jit import njit
-from ecs_eco.nervous.sensors.sense import Seekers, Sense
+from ecs_eco.engine.per_row import of_row
+from ecs_eco.nervous.sensors.sense import Seekers, Sense, of_sensor
 from ecs_eco.space.field import at as field_at
 from ecs_eco.space.geometry import into
 
@@ -14,14 +15,14 @@ if TYPE_CHECKING:
     from ecs_eco.space.world import SpatialWorld
 
 
-def smell_gradient(field: str, span: float, scale: float) -> Sense:
+def smell_gradient(field: str, span: float, scale: float, number: int = 0) -> Sense:
     """Compare a field at two places `span` [m] apart along each axis of the body: (a − b)/(a + b + scale)."""
 
     def sense(world: "SpatialWorld", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
+        width, least = of_sensor(table, seekers, number, span=np.float32(span), scale=np.float32(scale))
         f, mine, space = world.fields[field], seekers.index, world.space
         world.split(compare, seekers.n, f.value, f.inverse, mine.x, mine.y, mine.z, seekers.cos, seekers.sin,
-                    np.float32(span / 2),
-                    np.float32(scale), space.lengths, space.torus, space.volume, out, column)
+                    width * np.float32(0.5), least, space.lengths, space.torus, space.volume, out, column)
 
     return sense
 
@@ -32,13 +33,14 @@ def compare(first, last, value, inverse, ox, oy, oz, cos, sin, half, scale, leng
     """Write the normalised difference along forward, left and, in a volume, up."""
     for i in range(first, last):
         for axis in range(3 if volume else 2):
-            dx, dy, dz = half * cos[i], half * sin[i], np.float32(0.0)
+            side = of_row(half, i)
+            dx, dy, dz = side * cos[i], side * sin[i], np.float32(0.0)
             if axis == 1:
-                dx, dy = -half * sin[i], half * cos[i]
+                dx, dy = -side * sin[i], side * cos[i]
             if axis == 2:
-                dx, dy, dz = np.float32(0.0), np.float32(0.0), half
+                dx, dy, dz = np.float32(0.0), np.float32(0.0), side
             a = field_at(value, into(ox[i] + dx, lengths[0], torus), into(oy[i] + dy, lengths[1], torus),
                          into(oz[i] + dz, lengths[2], False), inverse, torus)
             b = field_at(value, into(ox[i] - dx, lengths[0], torus), into(oy[i] - dy, lengths[1], torus),
                          into(oz[i] - dz, lengths[2], False), inverse, torus)
-            out[i, column + axis] = (a - b) / (a + b + scale)
+            out[i, column + axis] = (a - b) / (a + b + of_row(scale, i))

@@ -8,7 +8,7 @@ import numpy as np
 from ecs_eco.components import Shape
 from ecs_eco.engine.jit import njit
 from ecs_eco.nervous.sensors.kin import nearest_kin
-from ecs_eco.nervous.sensors.sense import Seekers, Sense, own_range
+from ecs_eco.nervous.sensors.sense import Seekers, Sense, of_sensor, own_range
 from ecs_eco.space import sight
 from ecs_eco.space.bodies import opaque, opaque_solids, rocks, solids
 from ecs_eco.space.nearest import nearest
@@ -34,7 +34,8 @@ def see_nearest(target: str, reach: float, fov: float, occlusion: bool, number: 
         targets, mine = world.index(world.tables[target]), seekers.index
         if by_light is not None:
             light = world.surroundings("light", mine.x, mine.y, mine.z)
-            own = np.minimum(own, np.float32(blind) + np.float32(by_light) * light)
+            near, far = of_sensor(table, seekers, number, blind=np.float32(blind), sight=np.float32(by_light))
+            own = np.minimum(own, near + far * light)
             radius = max(float(own.max(initial=0.0)), 1e-6)
         if kin is None and (Shape in world.tables[target] or (occlusion and opaque_solids(world).uid.size)):
             places, entries, distance2 = look(world, seekers, target, radius, cos_half_fov, occlusion)

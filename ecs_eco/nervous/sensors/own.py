@@ -6,7 +6,8 @@ import numpy as np
 
 from ecs_eco.components import Biology, Body, Chemistry, Load, Metabolism, Physical, Shape
 from ecs_eco.engine.jit import njit
-from ecs_eco.nervous.sensors.sense import Seekers, Sense
+from ecs_eco.engine.per_row import of_row
+from ecs_eco.nervous.sensors.sense import Seekers, Sense, of_sensor
 from ecs_eco.space.bodies import extents
 from ecs_eco.space.shapes import volume
 
@@ -37,11 +38,12 @@ def own_column(table: "Table", name: str, substances: list[str]) -> np.ndarray:
     return getattr(table[Physical], name)
 
 
-def own(property: str, scale: float, substances: list[str]) -> Sense:
+def own(property: str, scale: float, substances: list[str], number: int = 0) -> Sense:
     """Feel a property of the own body, as a share of `scale`."""
-    factor = np.float32(1.0 / scale)
 
     def sense(world: "SpatialWorld", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
+        factor = 1.0 / of_sensor(table, seekers, number, scale=scale)[0]
+        factor = factor.astype(np.float32) if isinstance(factor, np.ndarray) else np.float32(factor)
         world.split(_own, seekers.n, own_column(table, property, substances), seekers.rows, factor,
                     out, column)
 
@@ -51,4 +53,4 @@ def own(property: str, scale: float, substances: list[str]) -> Sense:
 @njit
 def _own(first, last, value, rows, factor, out, column):
     for i in range(first, last):
-        out[i, column] = value[rows[i]] * factor
+        out[i, column] = value[rows[i]] * of_row(factor, i)

@@ -6,9 +6,10 @@ import numpy as np
 
 from ecs_eco.components import Body
 from ecs_eco.engine.jit import njit
+from ecs_eco.engine.per_row import of_row
 from ecs_eco.nervous.sensors.kin import add_kin
 from ecs_eco.nervous.sensors.own import own_column
-from ecs_eco.nervous.sensors.sense import Seekers, Sense, own_range, place_of
+from ecs_eco.nervous.sensors.sense import Seekers, Sense, of_sensor, own_range, place_of
 from ecs_eco.space.sums import DECAYS, add_near
 
 if TYPE_CHECKING:
@@ -31,9 +32,12 @@ def feel_property(property: str, of: list[str], radius: float, decay: str, repor
         _, own = own_range(table, seekers, number, radius)
         place = place_of(table, seekers, number, at, world.space)
         total, weight = np.zeros(seekers.n), np.zeros(seekers.n)
+        base, unit = of_sensor(table, seekers, number, zero=np.float32(zero), scale=scale)
+        differs = isinstance(base, np.ndarray)  # each has its own zero, which is taken off the sum
+        least = np.float32(0) if differs else base
         for other in (world.tables[name] for name in of):
             targets = world.index(other)
-            value = own_column(other, property, substances)[targets.rows] - np.float32(zero)
+            value = own_column(other, property, substances)[targets.rows] - least
             size = other[Body].radius[targets.rows]
             if kin is not None:
                 add_kin(seekers, table, other, targets, kin, place, own, value.astype(np.float32), size,
@@ -41,7 +45,9 @@ def feel_property(property: str, of: list[str], radius: float, decay: str, repor
             else:
                 add_near(seekers.index, place, own, targets, value, size, DECAYS[decay], total, weight,
                          world.split)
-        world.split(_write, seekers.n, total, weight, report == "mean", 1.0 / scale, out, column)
+        if differs:
+            total -= weight * base
+        world.split(_write, seekers.n, total, weight, report == "mean", 1.0 / unit, out, column)
 
     return sense
 
@@ -53,4 +59,4 @@ def _write(first, last, total, weight, mean, factor, out, column):
         share = 1.0
         if mean:
             share = 1.0 / weight[i] if weight[i] > 0 else 0.0
-        out[i, column] = total[i] * share * factor
+        out[i, column] = total[i] * share * of_row(factor, i)

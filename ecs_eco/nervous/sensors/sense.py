@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ecs_eco.components import Body, Position, Senses, Shape
+from ecs_eco.genomes.own_values import own_values
 from ecs_eco.space.bodies import extents
 from ecs_eco.space.geometry import back_into
 
@@ -35,6 +36,15 @@ class Seekers:
 Sense = Callable[["SpatialWorld", "Table", Seekers, np.ndarray, int], None]
 """sense(world, table, seekers, observations f32[n, channels], first column):
 writes its channels for every seeker."""
+
+
+def of_sensor(table: "Table", seekers: Seekers, number: int, **shared: Any) -> tuple[Any, ...]:
+    """Return numbers of a sensor: as they are given, or where a gene codes for any, each seeker's."""
+    if not table.species.traits:
+        return tuple(shared.values())
+    name = table.species.config.sensors[number].name
+    values = own_values(table, {f"sensors.{name}.{field}": value for field, value in shared.items()})
+    return tuple(v[seekers.rows] if isinstance(v, np.ndarray) else v for v in values)
 
 
 def own_range(table: "Table", seekers: Seekers, number: int, radius: float) -> tuple[float, np.ndarray]:

@@ -6,7 +6,8 @@ import numpy as np
 
 from ecs_eco.components import Senses
 from ecs_eco.engine.jit import njit
-from ecs_eco.nervous.sensors.sense import Seekers, Sense, nose, place_of
+from ecs_eco.engine.per_row import of_row
+from ecs_eco.nervous.sensors.sense import Seekers, Sense, nose, of_sensor, place_of
 from ecs_eco.space.field import at as field_at
 from ecs_eco.space.geometry import into
 
@@ -31,11 +32,12 @@ def smell(field: str, at: list[float], scale: float, number: int = 0) -> Sense:
             own = table[Senses]
             x, y = nose(seekers, own.forward[seekers.rows, number], own.left[seekers.rows, number], space)
             body = (seekers.radius, seekers.cos, seekers.sin, np.float32(0), np.float32(0))
+        half = of_sensor(table, seekers, number, scale=np.float32(scale))[0]
         if space.volume:
             world.split(_sniff_volume, seekers.n, f.value, f.inverse, x, y, z, *body, high,
-                        np.float32(scale), space.lengths, space.torus, out, column)
+                        half, space.lengths, space.torus, out, column)
         else:
-            world.split(_sniff_plane, seekers.n, f.value[0], f.inverse, x, y, *body, np.float32(scale),
+            world.split(_sniff_plane, seekers.n, f.value[0], f.inverse, x, y, *body, half,
                         space.torus, out, column)
 
     return sense
@@ -73,7 +75,7 @@ def _sniff_plane(first, last, value, inverse, ox, oy, radius, cos, sin, forward,
         south, north = ((one - fx) * flat[j0 + i0] + fx * flat[j0 + i1],
                         (one - fx) * flat[j1 + i0] + fx * flat[j1 + i1])
         c = (one - fy) * south + fy * north
-        out[i, column] = c / (c + scale)
+        out[i, column] = c / (c + of_row(scale, i))
 
 
 @njit
@@ -86,4 +88,4 @@ def _sniff_volume(first, last, value, inverse, ox, oy, oz, radius, cos, sin, for
         y = into(oy[i] + r * (forward * sin[i] + left * cos[i]), lengths[1], torus)
         z = into(oz[i] + r * up, lengths[2], False)
         c = field_at(value, x, y, z, inverse, torus)
-        out[i, column] = c / (c + scale)
+        out[i, column] = c / (c + of_row(scale, i))

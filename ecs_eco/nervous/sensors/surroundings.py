@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ecs_eco.nervous.sensors.sense import Seekers, Sense, place_of
+from ecs_eco.nervous.sensors.sense import Seekers, Sense, of_sensor, place_of
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
@@ -22,8 +22,10 @@ def ambient(quantity: str, zero: float, scale: float, at: Sequence[float] = (), 
     def sense(world: "SpatialWorld", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
         x, y, z = place_of(table, seekers, number, at, world.space)
         value = world.surroundings(quantity, x, y, z)
+        base, unit = of_sensor(table, seekers, number, zero=np.float32(zero), scale=np.float32(scale))
         if dark is not None:
-            value = np.log10(np.float32(1) + value / np.float32(dark))
-        out[:, column] = (value - np.float32(zero)) / np.float32(scale)
+            threshold = of_sensor(table, seekers, number, dark=np.float32(dark))[0]
+            value = np.log10(np.float32(1) + value / threshold)
+        out[:, column] = (value - base) / unit
 
     return sense

@@ -1,0 +1,141 @@
+"""Every number of a section of the world file: its key, what it may be, its unit."""
+
+from __future__ import annotations
+
+import types
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import cache
+from typing import Annotated, Any, Literal, Union, get_args, get_origin
+
+import annotated_types
+from pydantic.fields import FieldInfo
+
+from ecs_eco.engine.section import LARGEST, Section
+
+Key = tuple[str, ...]
+PLACE = "*"  # in a pattern: a name that the file chooses, or a place in a list
+
+
+@dataclass(frozen=True)
+class Number:
+    """A number of a section's schema; `pattern` is its key with * for the names that a file chooses."""
+
+    pattern: Key
+    low: float
+    high: float
+    above: bool  # whether `low` itself is refused
+    whole: bool
+    unit: str
+    text: str
+
+    @property
+    def name(self) -> str:
+        """The pattern as a dotted key."""
+        return ".".join(self.pattern)
+
+
+@cache
+def numbers_of(model: type[Section]) -> dict[Key, Number]:
+    """Return every number that a section and those below it may hold, by pattern."""
+    out: dict[Key, Number] = {}
+    for name, field in model.model_fields.items():
+        kind = Annotated[field.annotation, *field.metadata] if field.metadata else field.annotation
+        for number in _numbers((name,), kind, field, (-LARGEST, LARGEST, False)):
+            out.setdefault(number.pattern, number)
+    return out
+
+
+def _numbers(key: Key, kind: Any, field: FieldInfo, span: tuple[float, float, bool]) -> Iterator[Number]:
+    """Yield the numbers that a type may hold."""
+    origin, arguments = get_origin(kind), get_args(kind)
+    if origin is Annotated:
+        for mark in arguments[1:]:
+            for limit in [*mark.metadata] if isinstance(mark, FieldInfo) else [mark]:
+                span = _narrowed(span, limit)
+        yield from _numbers(key, arguments[0], field, span)
+    elif origin in (Union, types.UnionType):
+        for part in arguments:
+            yield from _numbers(key, part, field, span)
+    elif origin is dict:
+        yield from _numbers((*key, PLACE), arguments[1], field, span)
+    elif origin is list:
+        yield from _numbers((*key, PLACE), arguments[0], field, span)
+    elif isinstance(kind, type) and issubclass(kind, Section):
+        for pattern, number in numbers_of(kind).items():
+            yield Number((*key, *pattern), number.low, number.high, number.above, number.whole, number.unit,
+                         number.text)
+    elif kind in (int, float):
+        yield _number(key, kind is int, field, span)
+    elif origin is Literal and all(type(value) is int for value in arguments):
+        yield _number(key, True, field, (min(arguments), max(arguments), False))
+
+
+def _number(key: Key, whole: bool, field: FieldInfo, span: tuple[float, float, bool]) -> Number:
+    extra = field.json_schema_extra
+    unit = str(extra.get("unit", "1")) if isinstance(extra, dict) else "1"
+    text = (field.description or "").removesuffix(f" [{unit}]")
+    return Number(key, *span, whole, unit, text)
+
+
+def _narrowed(span: tuple[float, float, bool], limit: Any) -> tuple[float, float, bool]:
+    """Return a span with one more limit."""
+    low, high, above = span
+    if isinstance(limit, annotated_types.Gt):
+        return float(limit.gt), high, True  # type: ignore[arg-type]
+    if isinstance(limit, annotated_types.Ge):
+        return float(limit.ge), high, above  # type: ignore[arg-type]
+    if isinstance(limit, annotated_types.Le):
+        return low, float(limit.le), above  # type: ignore[arg-type]
+    if isinstance(limit, annotated_types.Lt):
+        return low, float(limit.lt), above  # type: ignore[arg-type]
+    return span
+
+
+def values_in(section: Section) -> Iterator[tuple[Number, Key, float]]:
+    """Yield (what it may be, key, value) of every number that a section holds, in the order of its schema.
+
+    In a list the key has the entry's name, what it eats or its property; else its place.
+    """
+    schema = numbers_of(type(section))
+    for field in type(section).model_fields:
+        for pattern, key, value, number in _values((field,), (field,), getattr(section, field)):
+            known = schema.get(pattern) if number is None else replace(number, pattern=pattern)
+            if known is not None:  # of tables of anything the schema says nothing
+                yield known, key, value
+
+
+def _values(pattern: Key, key: Key, value: Any) -> Iterator[tuple[Key, Key, float, Number | None]]:
+    """Yield the numbers of a value; what they may be is known of those in sections of their own."""
+    if isinstance(value, Section):
+        for number, below, own in values_in(value):
+            yield (*pattern, *number.pattern), (*key, *below), own, number
+    elif isinstance(value, dict | list):
+        entries = value.items() if isinstance(value, dict) else zip(labels(value), value, strict=True)
+        for name, entry in entries:
+            yield from _values((*pattern, PLACE), (*key, str(name)), entry)
+    elif isinstance(value, int | float) and not isinstance(value, bool):
+        yield pattern, key, float(value), None
+
+
+def labels(entries: list[Any]) -> list[str]:
+    """Return what keys call the entries of a list: by name, food or property, numbered where these are
+    shared; else by their places."""
+    words = ("label", "name", "eats", "property")
+    names = [next((str(own) for word in words if (own := getattr(entry, word, None))), str(i))
+             for i, entry in enumerate(entries)]
+    return [name if names.count(name) == 1 else f"{name}_{names[: i + 1].count(name)}"
+            for i, name in enumerate(names)]
+
+
+def with_value(part: Any, key: Key, value: float) -> Any:
+    """Return a section, table or list with another value of the number that `values_in` calls `key`."""
+    if not key:
+        return value
+    name, below = key[0], key[1:]
+    if isinstance(part, Section):
+        return part.model_copy(update={name: with_value(getattr(part, name), below, value)})
+    if isinstance(part, dict):
+        return part | {name: with_value(part[name], below, value)}
+    place = labels(part).index(name)
+    return [*part[:place], with_value(part[place], below, value), *part[place + 1 :]]

@@ -1,0 +1,73 @@
+"""The shapes of networks whose weights genes may hold, before there is any network."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import Any
+
+from ecs_eco.config.models.species import Species
+from ecs_eco.config.models.world import WorldConfig
+from ecs_eco.genomes.traits import Shapes
+
+
+def shapes_of_networks(config: WorldConfig, name: str) -> dict[str, Shapes]:
+    """Return the shapes of matrices and biases of a species' networks, by the traits of their weights.
+
+    Those of a torch module are not there where its code may not run, or where it cannot be made.
+    """
+    species = config.species[name]
+    shapes: dict[str, Shapes] = {}
+    if species.policy.network is None and not species.ranges():
+        shapes["policy.weights"] = policy_shapes(species, config.dims)
+    elif any(gene.trait == "policy.weights" for gene in (species.genome.genes if species.genome else ())):
+        known = _of_module(config, species)
+        shapes |= {} if known is None else {"policy.weights": known}
+    return shapes | {trait: network.shapes for trait, network in instincts(config, name).items()}
+
+
+def instincts(config: WorldConfig, name: str) -> dict[str, Any]:
+    """Return the networks of a species' reflex and happiness, as `fit_network` gives them, by the traits of
+    their weights; not those in code that may not run."""
+    found = {}
+    for word in ("reflex", "happiness"):
+        function = getattr(getattr(config.species[name], word), "function", None)
+        network = None if function is None else config._code.known(function)
+        if hasattr(network, "shapes") and hasattr(network, "each"):
+            found[f"{word}.weights"] = network
+    return found
+
+
+def policy_shapes(species: Species, dims: int) -> list[tuple[int, ...]]:
+    """Return the shapes of an individual policy's matrices (inputs, units) and biases,
+    in the order of its weights."""
+    widths = [len(species.channels(dims)), *species.policy.hidden, sum(_options(species)) + 1]
+    return [shape for a, b in pairwise(widths) for shape in ((a, b), (b,))]
+
+
+def _options(species: Species) -> list[int]:
+    """How many options the policy has in each group that is neither automatic nor continuous."""
+    options = []
+    for group, actions in species.groups().items():
+        automatic = [a in species.automatic or f"{group}.{a}" in species.automatic for a in actions]
+        if not all(automatic) and group not in species.ranges():
+            options.append(max(len(actions), 2))
+    return options
+
+
+def _of_module(config: WorldConfig, species: Species) -> Shapes | None:
+    """Return the shapes of what learning changes in a torch module, or None where there is none."""
+    from functools import partial
+
+    from ecs_eco.learning.continuous import CONTINUOUS
+    from ecs_eco.learning.mlp import MLP
+    from ecs_eco.learning.module_brain import made
+
+    network: Any = partial(MLP, hidden=tuple(species.policy.hidden))
+    if species.policy.network is not None:
+        network = config._code.known(species.policy.network)
+    groups = (*_options(species), *(CONTINUOUS for _ in species.ranges()))
+    try:
+        module = None if network is None else made(network, len(species.channels(config.dims)), groups, 0)
+        return None if module is None else [tuple(p.shape) for p in module.parameters() if p.requires_grad]
+    except (ValueError, AttributeError):  # building the world says what is wrong with it
+        return None

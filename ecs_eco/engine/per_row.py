@@ -1,0 +1,46 @@
+"""Values that all rows share, or that each row has of its own, read alike by kernels (@njit).
+
+A kernel that gets a number is compiled for that number, as if there were nothing else; only one that gets an
+array looks into its row. So a world in which all share a value pays nothing for those in which they do not.
+"""
+
+from typing import Any
+
+import numpy as np
+from numba import types
+from numba.extending import overload
+
+
+def of_row(value: Any, row: int) -> Any:
+    """Return the value of a row: that of an array [rows], or the number itself."""
+    return value[row] if isinstance(value, np.ndarray) else value
+
+
+def row_of(values: Any, row: int) -> Any:
+    """Return the numbers of a row: those of an array [rows, k], or the array [k] itself."""
+    return values[row] if values.ndim == 2 else values
+
+
+def is_own(value: Any) -> bool:
+    """Return whether each row has its own value."""
+    return isinstance(value, np.ndarray)
+
+
+@overload(is_own)
+def _is_own(value):
+    own = isinstance(value, types.Array)
+    return lambda value: own
+
+
+@overload(of_row)
+def _of_row(value, row):
+    if isinstance(value, types.Array):
+        return lambda value, row: value[row]
+    return lambda value, row: value
+
+
+@overload(row_of)
+def _row_of(values, row):
+    if values.ndim == 2:
+        return lambda values, row: values[row]
+    return lambda values, row: values

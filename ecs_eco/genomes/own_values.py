@@ -1,0 +1,45 @@
+"""What organisms have in place of their species' values, where genes code for these."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ecs_eco.components import Traits
+
+if TYPE_CHECKING:
+    from ecs_eco.engine.table import Table
+
+
+def own_values(table: Table, shared: Mapping[str, Any]) -> tuple[Any, ...]:
+    """Return the values of keys of the world file: as they are given where no gene codes for any of them,
+    else all as arrays [table.high], each organism's own in those that a gene codes for.
+
+    So a kernel is compiled twice at most: for what all share, and for what each has. Arrays have the type of
+    what is given, f64 for a number of Python. Keys are dotted, within the species' section.
+    """
+    coded = table.species.traits
+    if not coded or coded.keys().isdisjoint(shared):
+        return tuple(shared.values())
+    return tuple(_column(table, coded.get(key), value) for key, value in shared.items())
+
+
+def own_value(table: Table, key: str, shared: Any) -> Any:
+    """Return the value of one key as it is given, or where a gene codes for it an array [table.high]."""
+    return own_values(table, {key: shared})[0]
+
+
+def highest(value: Any, alive: np.ndarray) -> float:
+    """Return the greatest of some rows' values, or the one that all share."""
+    if not isinstance(value, np.ndarray):
+        return float(value)
+    return float(value[alive[: value.size]].max(initial=0.0))
+
+
+def _column(table: Table, at: int | None, value: Any) -> np.ndarray:
+    kind = getattr(value, "dtype", np.float64)
+    if at is None:
+        return np.full(table.high, value, kind)
+    return table[Traits].value[: table.high, at].astype(kind)

@@ -1,0 +1,50 @@
+"""The gaits of a species, and those of its members where genes code for them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ecs_eco.genomes.own_values import own_value
+
+if TYPE_CHECKING:
+    from ecs_eco.engine.table import Table
+
+SIGNS = {"left": 1.0, "right": -1.0, "up": 1.0, "down": -1.0}  # of the numbers for both ways
+
+
+def own_gaits(table: Table) -> tuple[Any, ...]:
+    """Return the layout of the actions that move a body, their speeds, costs, turns, climbs and pitches
+    f32[k], and the drag, as `worlds.apply.gaits` makes them; where a gene codes for any of these, all as
+    arrays [high, k] and drag [high], each organism's own."""
+    shared: Any = table.species.gaits
+    if shared is None or not any(key.startswith("locomotion.") for key in table.species.traits):
+        return shared
+    layout, _, _, _, _, _, drag = shared
+    way, groups = table.species.config.locomotion, table.species.nerves.groups
+    names = groups.get("speed", [])
+    if layout[0, 1] < 0:  # of a continuous speed, in the order in which cost_between wants them
+        names = list(way.speed)
+    speeds = _each(table, [(f"speed.{a}", way.speed.get(a, 0.0)) for a in names])
+    costs = _each(table, [(f"cost.{a}", way.cost.get(a, 0.0)) for a in names])
+    if layout[0, 1] < 0:
+        order = np.argsort(speeds, axis=1, kind="stable")
+        speeds, costs = np.take_along_axis(speeds, order, 1), np.take_along_axis(costs, order, 1)
+    turns, climbs, pitches = (
+        _each(table, [(key, value)] * len(groups.get(group, ())))
+        * np.array([SIGNS.get(a, 0.0) for a in groups.get(group, ())] or [0.0], np.float32)
+        for key, value, group in (("turn", way.turn, "turn"), ("climb", way.climb, "climb"),
+                                  ("pitch", way.pitch, "climb")))
+    drag = own_value(table, "locomotion.drag", np.float32(drag))
+    each = np.broadcast_to(np.asarray(drag, np.float32), table.high).copy()
+    return layout, speeds, costs, turns, climbs, pitches, each
+
+
+def _each(table: Table, values: Sequence[tuple[str, float]]) -> np.ndarray:
+    """Return the values of some keys of `locomotion`: f32[high, keys], at least one column."""
+    out = np.zeros((table.high, max(len(values), 1)), np.float32)
+    for i, (key, value) in enumerate(values):
+        out[:, i] = own_value(table, f"locomotion.{key}", np.float32(value))
+    return out

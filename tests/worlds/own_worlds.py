@@ -1,0 +1,73 @@
+"""Worlds in which each number that can be an organism's own makes a difference within some ticks.
+
+All numbers are sums of a few powers of two: they are the same in float32, in which organisms keep theirs.
+"""
+
+from typing import Any
+
+GRASS: dict[str, Any] = {
+    "count": 100, "body": {"radius": 0.25, "opaque": False},
+    "metabolism": {"energy": 0.125, "energy_max": 0.5, "growth": 0.015625},
+    "defence": {"toughness": 0.25, "poison": 0.0625, "cost": 0.5},
+    "reproduction": {"kind": "spread", "rate": 0.25, "seed_rain": 0.015625, "spacing": 2.0},
+}  # fmt: skip
+
+BEAST: dict[str, Any] = {
+    "count": 60, "sex": "none", "fertility": 0.75, "body": {"radius": 0.5, "mass": 2.0, "opaque": False},
+    "properties": {"temperature": 310.0, "luminous_intensity": 2.0}, "substances": {"salt": 0.5},
+    "heat": {"specific_heat": 3500.0, "conductance": 16.0, "insulation": 0.125, "metabolic_heat": 4096.0,
+             "regulate": {"set_point": 310.0, "warming": 64.0, "cooling": 64.0, "cost": 0.0000152587890625}},
+    "metabolism": {"energy": 0.625, "energy_max": 1.0, "basal": 0.00390625, "digestion": 2.0},
+    "locomotion": {"speed": {"still": 0.0, "walk": 0.75}, "cost": {"still": 0.0, "walk": 0.00390625},
+                   "turn": 0.75, "drag": 0.5},
+    "emits": {"musk": 1.0},
+    "diet": [{"eats": "grass", "gain": 0.125, "efficiency": 0.5, "reach": 0.25, "chance": 0.5,
+              "until": 0.875}],
+    "sensors": [{"kind": "own", "property": "energy"},
+                {"kind": "nearest", "name": "eye", "target": "grass", "radius": 5.0,
+                 "sight": 4.0, "blind": 0.5},
+                {"kind": "smell", "name": "nose", "field": "musk", "at": [1.0, 0.5], "scale": 0.5},
+                {"kind": "gradient", "name": "trail", "field": "musk", "span": 1.0, "scale": 0.25},
+                {"kind": "property", "name": "glow", "property": "luminous_intensity", "of": "beast",
+                 "radius": 4.0, "zero": 1.0, "scale": 4.0},
+                {"kind": "approach", "name": "flow", "target": "beast", "radius": 4.0, "scale": 0.5},
+                {"kind": "temperature", "name": "skin", "zero": 256.0, "scale": 32.0},
+                {"kind": "light", "name": "pit", "dark": 0.5}],
+    "actions": {"speed": ["still", "walk"], "turn": ["left", "none", "right"]},
+    "happiness": {"weights": {"energy": -1.0}, "minimum": -0.75},
+    "policy": {"kind": "individual", "hidden": [4], "learn": True},
+    "ppo": {"horizon": 8, "epochs": 2, "learning_rate": 0.015625, "discount": 0.875, "entropy": 0.015625,
+            "gae_lambda": 0.875, "minibatch": 4, "clip": 0.0625, "clip_value": 0.0625, "value_weight": 0.5,
+            "max_grad_norm": 0.25, "adam_epsilon": 0.00006103515625, "weight_decay": 0.125},
+    "reproduction": {"kind": "sexual", "energy_min": 0.5, "energy_given": 0.125, "age_min": 4.0, "reach": 1.0,
+                     "chance": 0.5, "consent": "none", "gestation": 4.0, "rest": 8.0, "father_rest": 4.0,
+                     "father_share": 0.5, "dispersal": 2.0, "spacing": 0.25},
+    "lethal": [{"property": "energy", "min": 0.0625}, {"property": "temperature", "min": 300.0, "max": 330.0},
+               {"property": "age", "max": 90.0}],
+}  # fmt: skip
+ALONE = {"kind": "asexual", "rate": 0.25, "energy_min": 0.5, "energy_given": 0.125, "dispersal": 2.0,
+         "spacing": 0.25}
+GROWTH = {"rate": 0.0625, "newborn": 0.25, "cost": 0.015625, "reserve": 0.25}
+KEPT = ("count", "properties", "metabolism", "sensors", "happiness", "policy", "ppo")
+SWIMMER = {key: BEAST[key] for key in KEPT} | {
+    "body": {"radius": 0.5, "opaque": False, "sinking": 0.125}, "diet": [], "emits": {"musk": 1.0},
+    "locomotion": BEAST["locomotion"] | {"climb": 0.5},
+    "actions": BEAST["actions"] | {"climb": ["up", "none", "down"]},
+    "neutral": {"climb": "none"},
+}  # fmt: skip
+
+
+def world(beast: dict[str, Any], **more: Any) -> dict[str, Any]:
+    """A world of grass and beasts."""
+    return {"format": 1, "name": "own", "seed": 3, "space": {"size": [24.0, 24.0]}, "ambient": {
+        "temperature": 283.0}, "fields": {"musk": {"cell": 2.0, "diffusion": 0.5, "decay": 0.125}},
+        "substances": {"salt": "as of the sea"}, "species": {"grass": GRASS, "beast": beast}} | more
+
+
+WORLDS = {
+    "meadow": world(BEAST), "desert": world(BEAST, ambient={"temperature": 320.0}),
+    "division": world(BEAST | {"reproduction": ALONE, "growth": GROWTH}),
+    "pond": world(SWIMMER, space={"size": [24.0, 24.0, 12.0]}),
+    "dive": world(SWIMMER | {"locomotion": BEAST["locomotion"] | {"pitch": 0.5}},
+                  space={"size": [24.0, 24.0, 12.0]}),
+}  # fmt: skip
