@@ -60,6 +60,8 @@ SHARED = {  # pattern → why it cannot be an organism's own
     "sensors.*.count": WIDTH, "sensors.*.width": WIDTH,
     "policy.mutation": "noise of what is inherited beside the genome; that of letters is genome.mutate",
     "genome.ploidy": LETTERS, "genome.loci": LETTERS, "genome.mate.chance": LETTERS,
+    "genome.longest": LETTERS, "genome.insertion": LETTERS, "genome.deletion": LETTERS,
+    "genome.duplication": LETTERS, "genome.loss": LETTERS, "genome.genes.*.copies": LETTERS,
     "genome.genes.*.letters": LETTERS, "genome.genes.*.at": LETTERS, "genome.genes.*.values.*": LETTERS,
     "genome.genes.*.low": LETTERS, "genome.genes.*.high": LETTERS, "genome.genes.*.codons": LETTERS,
     "genome.genes.*.coefficients": LETTERS, "genome.genes.*.mutation": LETTERS,

@@ -7,10 +7,32 @@ from typing import Annotated, Any, Literal
 
 from pydantic import ConfigDict, Field, field_validator, model_validator
 
-from ecs_eco.engine.section import OF_CODE, Count, Name, Real, Section, Share, about, quantity, table
+from ecs_eco.engine.section import (
+    OF_CODE,
+    Count,
+    Name,
+    Real,
+    Section,
+    Share,
+    about,
+    is_absent,
+    is_empty,
+    quantity,
+    table,
+)
 
 Dominance = Literal["first", "mean", "greater"]
 Doubled = Literal["first", "mean", "sum", "greatest"]
+
+
+def _is_one(value: Any) -> bool:
+    return bool(value == 1)
+
+
+def _is_first(value: Any) -> bool:
+    return bool(value == "first")
+
+
 OperatorName = Annotated[str, Field(pattern=r"^[A-Za-z_][\w.]*(:[A-Za-z_]\w*)?$"), *OF_CODE]
 
 
@@ -49,13 +71,14 @@ class Gene(Section):
     )
     promoter: Annotated[str, Field(min_length=1, max_length=16)] | None = about(
         "with `longest`: the letters that begin each copy of the gene; absent: a word chosen by its number",
-        None
+        None, exclude_if=is_absent
     )
     copies: Annotated[int, Field(ge=0, le=10_000)] = quantity(
-        "with `longest`: copies of the gene in a founder's string", "1", 1
+        "with `longest`: copies of the gene in a founder's string", "1", 1, exclude_if=_is_one
     )
     doubled: Doubled | None = about(
-        "with `longest`: what several copies in a string make; absent: that of the genome", None
+        "with `longest`: what several copies in a string make; absent: that of the genome", None,
+        exclude_if=is_absent
     )
 
 
@@ -142,17 +165,19 @@ class GenomeSection(Section):
     mutate: Mutate = table("mutation", lambda: Mutate.model_validate({"indpb": 0.005}))
     longest: Count | None = quantity(
         "letters that a string may have at most, which gives strings a length of their own; absent: all have "
-        "the same length, and genes a fixed place", "1", None
+        "the same length, and genes a fixed place", "1", None, exclude_if=is_absent
     )
     doubled: Doubled = about(
         "with `longest`: what several copies of a gene in a string make: the first one's value, the mean, "
-        "the sum (within what one copy can say) or the greatest", "first"
+        "the sum (within what one copy can say) or the greatest", "first", exclude_if=_is_first
     )
-    insertion: Share = quantity("with `longest`: chance per letter that one is inserted before it", "1", 0.0)
-    deletion: Share = quantity("with `longest`: chance per letter to be lost", "1", 0.0)
+    insertion: Share = quantity("with `longest`: chance per letter that one is inserted before it", "1", 0.0,
+                                exclude_if=is_empty)
+    deletion: Share = quantity("with `longest`: chance per letter to be lost", "1", 0.0, exclude_if=is_empty)
     duplication: Share = quantity("with `longest`: chance per copy of a gene to be doubled, in tandem", "1",
-                                  0.0)
-    loss: Share = quantity("with `longest`: chance per copy of a gene to be lost", "1", 0.0)
+                                  0.0, exclude_if=is_empty)
+    loss: Share = quantity("with `longest`: chance per copy of a gene to be lost", "1", 0.0,
+                           exclude_if=is_empty)
     genes: Annotated[list[Gene], Field(min_length=1)] = about("what the loci code for")
 
     @model_validator(mode="before")

@@ -60,17 +60,17 @@ class Move(System):
         if factor is not None:
             pace = factor[0] * (pace[: table.high] if pace.size else np.float32(1))
         command = table[Motor].command if Motor in table else NO_MOTOR
-        moving = awake(table)
+        moving, alive = awake(table), table.alive[: table.high]
         if moving is not table.alive:
             for flow in (v.speed, v.climb, v.cost):
-                flow[~moving] = 0
+                flow[table.alive & ~moving] = 0
         walls = barriers(world) if table.species.solid else None
         before = None if walls is None else np.stack([p.x, p.y, p.z], 1)[: table.high]
         world.split(move, table.high, moving, table[Nervous].decision, command, *gaits, pace,
                     np.float32(world.dt), space.lengths, space.torus, space.volume, height, ground, inverse,
                     np.float32(slope_cost), p.x, p.y, p.z, p.heading, v.speed, v.climb, v.cost)
         if factor is not None:
-            v.cost[: table.high] *= factor[1]
+            v.cost[: table.high][alive] *= factor[1][alive]
         if walls is not None and before is not None:
             stop(world, table, walls, before)
         table.version += 1

@@ -110,8 +110,8 @@ def test_a_fork_begins_where_it_was_forked(run, tmp_path):
 
 
 def test_a_run_in_which_all_die_out_is_shown_to_its_end(menagerie, tmp_path):
-    config = menagerie(interventions=[{"kind": "cull", "at": 9, "species": name, "share": 1.0}
-                                      for name in SPECIES])
+    config = menagerie(land_use=[], interventions=[{"kind": "cull", "at": 9, "species": name, "share": 1.0}
+                                                   for name in SPECIES])
     config["species"]["moss"]["reproduction"] = None
     run_to_folder(config, seed=7, ticks=30, out=tmp_path / "run", policies="random", report=False,
                   snapshot_every=4)

@@ -69,7 +69,7 @@ def test_all_messages_are_json_and_say_what_was_recorded(plain):
     ]
     assert [k["name"] for k in hello["species"]] == ["moss", "ram", "lynx"]
     # carcasses come and go: they are not recorded
-    assert [k["name"] for k in hello["objects"]] == ["boulder"]
+    assert [k["name"] for k in hello["objects"]] == ["boulder", "cone", "cairn"]
     assert hello["colours"] == ["species", "energy", "happiness", "age", "gene:pace"]
     assert "every 6 ticks" in hello["note"]
     assert hello["terrain"]["lakes"][0]["radius"] == 4.0
@@ -96,9 +96,9 @@ def test_curves_are_those_of_the_recorder(plain):
 def test_a_frame_holds_all_who_live_then(plain, colour):
     for tick in (0, 17, 47):
         plain.handle({"kind": "seek", "tick": tick})
-        number, at, counts, words = _decoded(plain.frame(5, colour), 4)
+        number, at, counts, words = _decoded(plain.frame(5, colour), 6)
         assert (number, at) == (5, tick)
-        assert dict(zip(("moss", "ram", "lynx", "boulder"), counts, strict=True)) == plain.counts()
+        assert dict(zip(("moss", "ram", "lynx", "boulder", "cone", "cairn"), counts, strict=True)) == plain.counts()
         ram = words[counts[0] : counts[0] + counts[1]]
         crowd = plain.organisms("ram")
         assert ram[:, 2].tolist() == crowd.uid.tolist()

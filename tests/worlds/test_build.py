@@ -7,12 +7,16 @@ from ecs_eco import World
 from ecs_eco.components import (
     Biology,
     Body,
+    Carrier,
     Chemistry,
     HeatExchange,
+    Load,
+    Matter,
     Metabolism,
     Nervous,
     Physical,
     Position,
+    Route,
     Velocity,
 )
 from ecs_eco.engine.errors import ConfigError
@@ -25,20 +29,23 @@ def world(menagerie):
 
 def test_tables_are_objects_then_species_in_their_order_with_the_components_they_need(world):
     # landmarks come last
-    assert list(world.tables) == ["boulder", "carcass", "moss", "ram", "lynx", "rocks", "lakes"]
-    assert [t.place for t in world.tables.values()] == [0, 1, 2, 3, 4, 5, 6]
+    assert list(world.tables) == ["boulder", "carcass", "cone", "cairn", "moss", "ram", "lynx", "rocks",
+                                  "lakes"]
+    assert [t.place for t in world.tables.values()] == list(range(9))
     has = {name: set(t.columns) for name, t in world.tables.items()}
     body = {Position, Body}
     assert has["boulder"] == body | {Physical, Chemistry, HeatExchange}
-    assert has["carcass"] == body | {Physical, Chemistry}  # what rams are made of
+    assert has["carcass"] == body | {Physical, Chemistry, Matter, Metabolism}  # what rams are made of
+    assert has["cone"] == body | {Route, Carrier}
+    assert has["cairn"] == body
     assert has["moss"] == body | {Metabolism, Biology}
-    assert has["ram"] == body | {Metabolism, Biology, Nervous, Velocity, Physical, Chemistry}
-    assert has["lynx"] == body | {Metabolism, Biology, Nervous, Velocity, Physical, HeatExchange}
+    assert has["ram"] == body | {Metabolism, Biology, Nervous, Velocity, Physical, Chemistry, Matter}
+    assert has["lynx"] == body | {Metabolism, Biology, Nervous, Velocity, Physical, HeatExchange, Load}
     assert world.tables["carcass"].species.radius == 0.5  # as large as the largest that leaves one
 
 
 def test_numbers_places_and_values_at_birth(world):
-    assert [t.n for t in world.tables.values()] == [2, 0, 150, 40, 8, 1, 1]
+    assert [t.n for t in world.tables.values()] == [2, 0, 12, 0, 150, 40, 8, 1, 1]
     for name, table in world.tables.items():
         p, rows = table[Position], table.rows()
         if name not in ("boulder", "carcass", "rocks", "lakes"):
@@ -81,7 +88,7 @@ def test_seed_policies_and_learning_can_be_chosen(menagerie):
 
 def test_two_species_of_plants_do_not_stand_in_the_same_places(menagerie):
     moss = menagerie()["species"]["moss"]
-    world = World.from_config(menagerie(terrain=None, species={"fern": moss}), policies="untrained")
+    world = World.from_config(menagerie(terrain=None, fields={"pond": {"only": None}}, species={"fern": moss}), policies="untrained")
     places = [world.tables[n][Position] for n in ("moss", "fern")]
     sites = [{(int(x / 2), int(y / 2)) for x, y in zip(p.x[:150], p.y[:150], strict=True)} for p in places]
     assert len(sites[0]) == len(sites[1]) == 150
