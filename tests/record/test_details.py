@@ -96,8 +96,8 @@ def test_a_focal_sample_follows_newborn_from_birth_to_death(menagerie, tmp_path)
     births, deaths = (read_parts(tmp_path / "run" / kind).to_pylist() for kind in ("births", "deaths"))
     born = {b["uid"]: b["tick"] for b in births if b["species"] == "ram"}
     died = {d["uid"]: d["tick"] for d in deaths if d["species"] == "ram"}
-    first = sorted(u for u, p in ((b["uid"], b["parent"]) for b in births if b["species"] == "ram")
-                   if not p)[:12]
+    founders = sorted(b["uid"] for b in births if b["species"] == "ram" and not b["parent"])
+    first = founders[:12]
     seen = {int(u): details["tick"][details["uid"] == u] for u in np.unique(details["uid"])}
     assert len(seen) > 15  # some were replaced
     sample = set(first)
@@ -107,7 +107,7 @@ def test_a_focal_sample_follows_newborn_from_birth_to_death(menagerie, tmp_path)
         }
         dying = {u for u in sample if died.get(u) == tick}
         sample -= dying
-        newborn = sorted(u for u, t in born.items() if t == tick and u not in first)
+        newborn = sorted(u for u, t in born.items() if t == tick and u not in founders)
         sample |= set(newborn[: 12 - len(sample)])
     for uid, ticks in seen.items():
         if uid not in first and uid in died:

@@ -98,7 +98,8 @@ def test_a_frame_holds_all_who_live_then(plain, colour):
         plain.handle({"kind": "seek", "tick": tick})
         number, at, counts, words = _decoded(plain.frame(5, colour), 6)
         assert (number, at) == (5, tick)
-        assert dict(zip(("moss", "ram", "lynx", "boulder", "cone", "cairn"), counts, strict=True)) == plain.counts()
+        kinds = ("moss", "ram", "lynx", "boulder", "cone", "cairn")
+        assert dict(zip(kinds, counts, strict=True)) == plain.counts()
         ram = words[counts[0] : counts[0] + counts[1]]
         crowd = plain.organisms("ram")
         assert ram[:, 2].tolist() == crowd.uid.tolist()

@@ -48,8 +48,11 @@ def test_numbers_places_and_values_at_birth(world):
     assert [t.n for t in world.tables.values()] == [2, 0, 12, 0, 150, 40, 8, 1, 1]
     for name, table in world.tables.items():
         p, rows = table[Position], table.rows()
+        x, y = p.x[rows], p.y[rows]
+        if name == "moss":  # a site of 2 m is open where its centre is
+            x, y = x // 2 * 2 + 1, y // 2 * 2 + 1
         if name not in ("boulder", "carcass", "rocks", "lakes"):
-            assert world.terrain.free(p.x[rows], p.y[rows]).all()
+            assert world.terrain.free(x, y).all(), name
     assert world.tables["boulder"][Position].x[:2].tolist() == [20, 33]
     ram = world.tables["ram"]
     rows = ram.rows()
@@ -88,7 +91,8 @@ def test_seed_policies_and_learning_can_be_chosen(menagerie):
 
 def test_two_species_of_plants_do_not_stand_in_the_same_places(menagerie):
     moss = menagerie()["species"]["moss"]
-    world = World.from_config(menagerie(terrain=None, fields={"pond": {"only": None}}, species={"fern": moss}), policies="untrained")
+    changes = {"terrain": None, "fields": {"pond": {"only": None}}, "species": {"fern": moss}}
+    world = World.from_config(menagerie(**changes), policies="untrained")
     places = [world.tables[n][Position] for n in ("moss", "fern")]
     sites = [{(int(x / 2), int(y / 2)) for x, y in zip(p.x[:150], p.y[:150], strict=True)} for p in places]
     assert len(sites[0]) == len(sites[1]) == 150
