@@ -2,27 +2,65 @@
 
 A world is made of entities in columns; systems act on them; brains learn while their owners live. Here are
 the names that users import, and no code: `from ecs_eco import World, System, component, f32`. They load when
-first used, so importing the package is cheap. docs/architecture.md says which folder holds what.
+first used, so importing the package is cheap. docs/explanation/architecture.md says which folder holds what.
 """
 
 from typing import TYPE_CHECKING
 
-from ecs_eco._lazy import find_former_names, lazy
+from ecs_eco._lazy import find_former_names, lazy, listing
 
 if TYPE_CHECKING:
+    from ecs_eco import (
+        analysis,
+        components,
+        config,
+        experiments,
+        genomes,
+        learning,
+        record,
+        runs,
+        search,
+        space,
+        systems,
+        testing,
+        view,
+        worlds,
+    )
     from ecs_eco.ecosystem import World
     from ecs_eco.engine.jit import njit
     from ecs_eco.engine.phases import PHASES
     from ecs_eco.engine.random import draw
-    from ecs_eco.engine.schema import boolean, component, f32, f64, i8, i16, i32, i64, u8, u16, u32, u64
+    from ecs_eco.engine.schema import (
+        boolean,
+        column,
+        component,
+        f32,
+        f64,
+        i8,
+        i16,
+        i32,
+        i64,
+        u8,
+        u16,
+        u32,
+        u64,
+    )
     from ecs_eco.engine.system import System
     from ecs_eco.engine.table import Table
 
+__all__ = [
+    "PHASES", "System", "Table", "World", "analysis", "boolean", "column", "component",
+    "components", "config", "draw", "experiments", "f32", "f64", "genomes", "i8", "i16", "i32",
+    "i64", "learning", "njit", "record", "runs", "search", "space", "systems", "testing", "u8",
+    "u16", "u32", "u64", "view", "worlds",
+]  # fmt: skip
 _HOME = {"World": "ecosystem", "System": "engine.system", "PHASES": "engine.phases", "Table": "engine.table",
          "njit": "engine.jit", "draw": "engine.random"}  # fmt: skip
-_TYPES = ("component", "f32", "f64", "i8", "i16", "i32", "i64", "u8", "u16", "u32", "u64", "boolean")
+_TYPES = ("column", "component", "boolean",
+          "f32", "f64", "i8", "i16", "i32", "i64", "u8", "u16", "u32", "u64")  # fmt: skip
 _HOME |= dict.fromkeys(_TYPES, "engine.schema")
-__all__ = [*_HOME]
-__getattr__ = lazy(__name__, {name: f"ecs_eco.{module}" for name, module in _HOME.items()})
+_ROOMS = [name for name in __all__ if name not in _HOME]
+__getattr__ = lazy(__name__, {name: f"ecs_eco.{module}" for name, module in _HOME.items()}, _ROOMS)
+__dir__ = listing(globals(), __all__)
 find_former_names()
 __version__ = "0.2.0"

@@ -22,15 +22,23 @@ FORMER = {  # what the documentation of version 0.1 imported from
 }
 
 
-def lazy(package: str, modules: Mapping[str, str]) -> Callable[[str], Any]:
-    """Return a package's `__getattr__` for a dict of names and the modules that hold them."""
+def lazy(package: str, modules: Mapping[str, str], rooms: Sequence[str] = ()) -> Callable[[str], Any]:
+    """Return a package's `__getattr__` for a dict of names and the modules that hold them, and for `rooms`,
+    packages within it."""
 
     def find(name: str) -> Any:
+        if name in rooms:
+            return import_module(f"{package}.{name}")
         if name not in modules:
-            raise AttributeError(f"{package} has no {name!r}; it has {', '.join(modules)}")
+            raise AttributeError(f"{package} has no {name!r}; it has {', '.join((*modules, *rooms))}")
         return getattr(import_module(modules[name]), name)
 
     return find
+
+
+def listing(loaded: Mapping[str, Any], public: Sequence[str]) -> Callable[[], list[str]]:
+    """Return a package's `__dir__`: its public names, loaded or not, and what every module has."""
+    return lambda: sorted({*public, *(name for name in loaded if name.startswith("__"))})
 
 
 class Former(MetaPathFinder, Loader):

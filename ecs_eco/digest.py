@@ -17,21 +17,23 @@ from ecs_eco.checkpoint.freeze import stateful
 from ecs_eco.checkpoint.plain import plain_components
 from ecs_eco.config.models.interventions import coming
 from ecs_eco.engine.interruption import require_whole
-from ecs_eco.engine.section import function_name
+from ecs_eco.engine.section import Use, function_name
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
     from ecs_eco.space.world import SpatialWorld
 
-BEGINNING = ("name", "title", "description", "seed", "ticks", "training", "systems", "interventions")
-"""What of a configuration says how a world begins or is called: not what becomes of it from here on."""
+BEGINNING = ("name", "title", "description", "seed", "ticks", "training", "systems", "interventions",
+             "code", "reporters")
+"""What of a configuration says how a world begins, is called or is measured: not what becomes of it from here
+on."""
 
 
 def digest(world: SpatialWorld) -> str:
     """Return SHA-256 of a world between two ticks, 64 hexadecimal digits;
-    what it covers is in docs/checkpoints.md.
+    what it covers is in docs/reference/checkpoints.md.
 
-    Equal runs have equal digests on one target, the same versions and processor: docs/promises.md.
+    Equal runs have equal digests on one target, the same versions and processor: docs/reference/promises.md.
     Interpreted kernels (NUMBA_DISABLE_JIT=1) compute in another precision, so their digests differ.
     """
     require_whole(world, "digest", within=True)
@@ -67,6 +69,8 @@ def _values(world: SpatialWorld) -> Any:
     for species in values["species"].values():
         species["policy"].pop("file", None)  # its weights count, not where they came from
         species["policy"].pop("learn", None)  # whether it learns now is a fact of the nerves
+    if given := [dict(system.parameters) for system in world.config.systems if isinstance(system, Use)]:
+        values["parameters"] = given
     values["interventions"] = [what.model_dump(mode="json")
                                for what in coming(world.config.interventions, world.tick)]
     return values

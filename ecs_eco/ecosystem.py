@@ -5,14 +5,18 @@ A thin face: the tick belongs to `ecs_eco.engine.world`, places and surroundings
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from typing import Any, NoReturn
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from types import MappingProxyType
+from typing import Any, NoReturn, Self
 
 from ecs_eco import debug
+from ecs_eco._lazy import lazy
 from ecs_eco.engine.interruption import require_whole
 from ecs_eco.engine.table import Table
 from ecs_eco.lifecycle.species import Species
 from ecs_eco.space.world import SpatialWorld
+
+_above = lazy(__name__, {"view": "ecs_eco.view.notebook"})  # rooms above, for methods that lead there
 
 
 class World(SpatialWorld):
@@ -31,12 +35,17 @@ class World(SpatialWorld):
 
     @classmethod
     def from_config(cls, config: Any, *, seed: int | None = None, policies: Any = "trained", threads: int = 1,
-                    **options: Any) -> World:
+                    learn: bool | Mapping[str, bool] | None = None, training: bool = False,
+                    record: bool = True, populate: bool = True, systems: Sequence[Any] = (),
+                    reporters: Mapping[str, Any] = MappingProxyType({}), controls: Sequence[str] = (),
+                    trust: bool = False) -> Self:
         """Build a world from a shipped world's name, a TOML file, a dict or a WorldConfig;
         see `ecs_eco.worlds.build`."""
         from ecs_eco.worlds.build import build
 
-        return build(cls, config, seed=seed, policies=policies, threads=threads, **options)
+        return build(cls, config, seed=seed, policies=policies, threads=threads, learn=learn,
+                     training=training, record=record, populate=populate, systems=systems,
+                     reporters=reporters, controls=controls, trust=trust)
 
     def add_table(self, name: str, *components: type[Any], capacity: int = 64,
                   dims: Mapping[str, int] | None = None) -> Table:
@@ -67,12 +76,56 @@ class World(SpatialWorld):
 
         reconfigure(self, config, learners)
 
+    def add_reporter(self, name: str, what: Any) -> None:
+        """Measure something in every tick from now on: a column `name` of the series.
+
+        `what` is a formula over components, "mean(Metabolism.energy)" (`ecs_eco.config.reporter_formula`), or
+        a function of the world that returns a number, or a dict species → number; None for none. It is called
+        at the end of each recorded tick, and changes nothing. Raises ValueError for a name that is taken, and
+        ConfigError for a formula that is wrong.
+        """
+        from ecs_eco.record.reports import add_reporter
+
+        add_reporter(self, name, what)
+
+    def report(self, name: str) -> Any:
+        """Return what a reporter says now: a number, or a dict species → number. KeyError for an unknown
+        one."""
+        from ecs_eco.engine.errors import UnknownName, unknown_name
+        from ecs_eco.record.reports import said_by
+
+        if name not in self.reporters:
+            raise UnknownName(unknown_name(f"world {self.name!r}", "reporter", name, self.reporters))
+        species = {n: i for i, (n, t) in enumerate(self.tables.items()) if not t.species.is_object}
+        return said_by(self, name, self.reporters[name], species)
+
     def series(self) -> Any:
-        """Return the recorded series as a pyarrow.Table: a row per tick and species; see `ecs_eco.record`."""
+        """Return the recorded series: a row per tick and species; see `ecs_eco.record.frame.SeriesTable`.
+
+        It is a pyarrow.Table in all that it does, and has `to_pandas()`, `to_polars()` and `wide()`.
+        """
+        from ecs_eco.record.frame import SeriesTable
+
         if self.recorder is None:
             raise RuntimeError("this world has no recorder; build it with World.from_config, or add one: "
                                "ecs_eco.record.Recorder(world)")
-        return self.recorder.series()
+        return SeriesTable(self.recorder.series())
+
+    def plot(self, column: str = "n", species: Sequence[str] | None = None) -> Any:
+        """Return a column of the series over time as a matplotlib Figure; see `ecs_eco.analysis.plot`."""
+        from ecs_eco.analysis.plot import plot
+
+        return plot(self, column, species)
+
+    def view(self, ticks: int | None = None, **how: Any) -> Any:
+        """Show this world alive: in an output cell of a notebook, else in the browser until Ctrl-C;
+        see `ecs_eco.view.notebook.view`."""
+        return _above("view")(self, ticks, **how)
+
+    def _repr_html_(self) -> str:
+        from ecs_eco.engine.html import of_world
+
+        return of_world(self)
 
     def policy(self, species: str, uid: int | None = None) -> Any:
         """Return a copy of a species' policy as a torch module, or of one organism's; see
@@ -90,11 +143,14 @@ class World(SpatialWorld):
         return save(self, path)
 
     @classmethod
-    def restore(cls, path: Any, *, threads: int = 1, **options: Any) -> World:
+    def restore(cls, path: Any, *, threads: int = 1, config: Any = None, systems: Sequence[Any] = (),
+                prepare: Callable[[Any], None] | None = None, record: bool = True,
+                trust: bool = False) -> Self:
         """Return the world that a checkpoint holds; see `ecs_eco.checkpoint.file.restore`."""
         from ecs_eco.checkpoint.file import restore
 
-        return restore(cls, path, threads=threads, **options)
+        return restore(cls, path, threads=threads, config=config, systems=systems, prepare=prepare,
+                       record=record, trust=trust)
 
     def load(self, path: Any, *, trust: bool = False) -> None:
         """Bring this world, built by hand in the same way, to the state that a checkpoint holds."""
@@ -102,25 +158,27 @@ class World(SpatialWorld):
 
         load(self, path, trust=trust)
 
-    def copy(self, **how: Any) -> World:
+    def copy(self, *, threads: int | None = None, systems: Sequence[Any] = (),
+             prepare: Callable[[Any], None] | None = None) -> Self:
         """Return an independent copy with the same future, to the bit; see `ecs_eco.checkpoint.copying.copy`.
         """
         from ecs_eco.checkpoint.copying import copy
 
-        return copy(self, **how)
+        return copy(self, threads=threads, systems=systems, prepare=prepare)
 
-    def fork(self, seed: int, **how: Any) -> World:
+    def fork(self, seed: int, *, threads: int | None = None, systems: Sequence[Any] = (),
+             prepare: Callable[[Any], None] | None = None) -> Self:
         """Return a copy with other random numbers from here on; see `ecs_eco.checkpoint.copying.fork`."""
         from ecs_eco.checkpoint.copying import fork
 
-        return fork(self, seed, **how)
+        return fork(self, seed, threads=threads, systems=systems, prepare=prepare)
 
     def digest(self) -> str:
         """Return a hash of all that decides this world's future, pending requests included;
         see `ecs_eco.digest`.
 
         Equal runs have equal digests on one target: the same versions and processor, compiled
-        (docs/promises.md). With NUMBA_DISABLE_JIT=1, which interprets kernels, digests are others.
+        (docs/reference/promises.md). With NUMBA_DISABLE_JIT=1, which interprets kernels, digests are others.
         """
         from ecs_eco.digest import digest
 

@@ -2,7 +2,8 @@
 whatever the training seed?
 
 The same grid as in persistence.py, in two ways: as the world file says, with the hyperparameters of
-pre-training; and slowly, with wolves that keep ahead of deer, the best protocol found (docs/learning.md).
+pre-training; and slowly, with wolves that keep ahead of deer, the best protocol found
+(docs/explanation/learning.md).
 """
 
 from typing import Any

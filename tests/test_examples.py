@@ -10,19 +10,25 @@ import pytest
 from typer.testing import CliRunner
 
 from ecs_eco import World
+from ecs_eco.components import Position
 from ecs_eco.config import load
 from ecs_eco.record import run_to_folder
 from ecs_eco.testing import check_system
 
 ROOT = Path(__file__).parents[1]
 EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
-PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 NEEDS_GYMNASIUM = ("plain_ppo.py", "learning.md")
 
 
 def fenced(page: Path, language: str) -> list[str]:
     return re.findall(rf"^```{language}\n(.*?)^```$", page.read_text(encoding="utf-8"),
                       re.MULTILINE | re.DOTALL)
+
+
+def cells(page: Path) -> list[str]:
+    """The code of a page: its Python snippets, or the cells of a notebook."""
+    return fenced(page, r"(?:python|\{code-cell\} ipython3)")
 
 
 def in_folder(path: Path, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -58,9 +64,29 @@ def test_systems_of_the_examples_keep_the_rules_of_systems(example: str, name: s
                                                          systems=[kind(*arguments)]))
 
 
-@pytest.mark.parametrize("page", [p for p in PAGES if fenced(p, "python")], ids=lambda p: p.stem)
+def epidemic(**values: object) -> World:
+    config = load(ROOT / "examples" / "epidemic.toml", values, trust=True)
+    return World.from_config(config)
+
+
+@pytest.mark.parametrize("name", ["sir:Walk", "sir:Disease"])
+def test_systems_of_the_epidemic_keep_the_rules_of_systems(name: str) -> None:
+    world = epidemic()
+    check_system(world.config.known(name), lambda threads: World.from_config(world.config, threads=threads))
+
+
+@pytest.mark.parametrize(("edges", "ill"), [("torus", 1.0), ("walls", 0.5)])
+def test_the_epidemic_knows_that_a_torus_has_no_edge(edges: str, ill: float) -> None:
+    world = epidemic(**{"species.people.count": 2, "systems.Disease.beta": 1.0, "systems.Disease.first": 1,
+                        "systems.Walk.speed": 0.0, "space.edges": edges})
+    place = world.table("people")[Position]
+    place.x[:2], place.y[:2] = (0.5, 59.5), 30.0
+    assert world.run(3).series()["prevalence"].to_pylist()[-1] == ill
+
+
+@pytest.mark.parametrize("page", [p for p in PAGES if cells(p)], ids=lambda p: p.stem)
 def test_snippets_of_a_page_run_in_order(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    snippets = fenced(page, "python")
+    snippets = cells(page)
     if page.name == "README.md":  # its second snippet reads what its first command leaves
         run_to_folder("predator-prey", 1, 5, tmp_path / "my-run", "random", report=False)
     file = tmp_path / f"{page.stem}.py"

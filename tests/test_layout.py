@@ -9,7 +9,7 @@ import pytest
 from tools.sizes import FILE_LIMIT, FUNCTION_LIMIT, REASONS, functions_of
 
 ROOT = Path(__file__).parents[1]
-BESIDE = {"benchmarks", "security", "studies", "tools"}  # what is tested besides the rooms
+BESIDE = {"benchmarks", "newcomer", "security", "studies", "tools"}  # what is tested besides the rooms
 CODE = ("benchmarks", "ecs_eco", "examples", "studies", "tests", "tools")
 
 

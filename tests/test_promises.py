@@ -1,4 +1,4 @@
-"""docs/promises.md: the tests that it names are there."""
+"""docs/reference/promises.md: the tests that it names are there."""
 
 import ast
 import re
@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[1]
-TEXT = (ROOT / "docs" / "promises.md").read_text()
+TEXT = (ROOT / "docs" / "reference" / "promises.md").read_text()
 NAMED = sorted(set(re.findall(r"`(tests/[\w/]+\.py)::(\w+)`", TEXT)))
 
 

@@ -1,4 +1,4 @@
-"""Write layers and sizes into docs/architecture.md, picture and table, from import contract and docstrings.
+"""Write layers and sizes into docs/explanation/architecture.md, from contract and docstrings.
 
     python tools/make_architecture.py [--check]
 
@@ -21,7 +21,7 @@ from sizes import table as sizes_table
 
 ROOT = Path(__file__).parents[1]
 PACKAGE = ROOT / "ecs_eco"
-PAGE, PICTURE = ROOT / "docs" / "architecture.md", ROOT / "docs" / "img" / "architecture.svg"
+PAGE, PICTURE = ROOT / "docs" / "explanation" / "architecture.md", ROOT / "docs" / "img" / "architecture.svg"
 SIZES = ROOT / "studies" / "results" / "sizes.json"
 MARKS = ("<!-- rooms: written by tools/make_architecture.py -->", "<!-- end of rooms -->")
 SIZE_MARKS = ("<!-- sizes: written by tools/make_architecture.py -->", "<!-- end of sizes -->")
@@ -55,7 +55,7 @@ def table(stack: list[list[str]]) -> str:
         for room in rooms:
             path = PACKAGE / room if (PACKAGE / room).is_dir() else file_of(room)
             is_for, is_not = (text.replace("|", "\\|") for text in purpose(room))
-            lines.append(f"| {number} | [{room}](../{path.relative_to(ROOT)}) | {is_for} | {is_not} |")
+            lines.append(f"| {number} | [{room}](../../{path.relative_to(ROOT)}) | {is_for} | {is_not} |")
     return "\n".join(lines)
 
 

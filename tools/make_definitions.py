@@ -1,5 +1,5 @@
-"""Write docs/definitions.md: each clause of the paper's definitions and the tests that show it; --check:
-only compare.
+"""Write docs/explanation/definitions.md: each clause of the paper's definitions and the tests that show it;
+--check: only compare.
 
 A test says which clauses it shows by `@pytest.mark.definition("1 temperature", …)`. A clause without a test
 is listed as missing, and a mark that names no clause is an error.
@@ -15,7 +15,7 @@ from difflib import get_close_matches
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
-PAGE = ROOT / "docs" / "definitions.md"
+PAGE = ROOT / "docs" / "explanation" / "definitions.md"
 HEAD = """# The paper's definitions, and the tests that show them
 
 <!-- Written by tools/make_definitions.py from the marks of the tests: change those, not this page. -->
@@ -44,7 +44,7 @@ CLAUSES = {  # clause: (what it says, what of it is missing)
     "3 type": ("An organism is of a species", ""),
     "3 genome": ("An organism has a genome: a string over a finite alphabet, of any length", ""),
     "3 properties": ("An organism has physical, chemical and biological properties", ""),
-    "3 sensor place": ("A sensor has a place on the body", "places of `own` and `nearest`"),
+    "3 sensor place": ("A sensor has a place on the body", ""),
     "3 sensor property": ("A sensor is sensitive to a property, of the own body or of any other", ""),
     "3 actions": ("An organism has a set of actions", ""),
     "3 reflex": ("A reflex network leads from the sensors to the actions", ""),
@@ -62,7 +62,7 @@ CLAUSES = {  # clause: (what it says, what of it is missing)
     "3 staying alive": ("An organism dies outside the interval of a property, or when too old", ""),
     "3 remains": ("What dies becomes an inanimate object", ""),
     "3 genome encodes": ("The genome encodes body, nervous system and hyperparameters",
-                         "fields of view, limits of continuous actions, shapes, care and rates of reactions"),
+                         "the proportions of a shape; the incubation of eggs"),
     "3 genome inherited": ("One or two genomes give rise to a new one", ""),
     "3 reflex agents": ("An organism may have an empty policy network, or an empty reflex network, or both "
                         "networks", ""),
@@ -102,7 +102,7 @@ def page(tests: Path) -> str:
     for path in sorted(tests.rglob("test_*.py")):
         for clause, name in marks(path):
             where = path.relative_to(tests.parent).as_posix()
-            shown[clause].append(f"[{name.removeprefix('test_').replace('_', ' ')}](../{where})")
+            shown[clause].append(f"[{name.removeprefix('test_').replace('_', ' ')}](../../{where})")
     sections = []
     for part, title in PARTS.items():
         rows = [f"| {what} | {'<br>'.join(shown[clause]) or '**no test**'} | {missing} |"

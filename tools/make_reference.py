@@ -1,5 +1,5 @@
-"""Write the reference of the world file into docs/worlds.md, from the models that check it; --check:
-only compare.
+"""Write the reference of the world file into docs/reference/worlds.md, from the models that check it;
+--check: only compare.
 
 Each section becomes a table of its keys, with type, unit and default, between the two marks in the page.
 """
@@ -24,7 +24,7 @@ from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.engine.section import Function, Section
 from ecs_eco.learning import PPO
 
-PAGE = Path(__file__).parents[1] / "docs" / "worlds.md"
+PAGE = Path(__file__).parents[1] / "docs" / "reference" / "worlds.md"
 MARKS = ("<!-- reference: written by tools/make_reference.py -->", "<!-- end of reference -->")
 WORDS = {float: "number", int: "whole number", bool: "true or false", str: "text"}
 SIGNS = {"gt": ">", "ge": "≥", "lt": "<", "le": "≤"}

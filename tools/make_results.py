@@ -30,6 +30,17 @@ What is told of worlds opens
 with the share of runs in which all persisted, an arm in which they were meant to die out included.
 """
 
+SINCE = {  # what has changed since the commits at which a study was run, as far as it touches its figures
+    "diel_migration": "Measured before krill lost their energy budget (commit `908e4ca`), which fell below 0 "
+    "and meant nothing. Copepods and phytoplankton then lived as before to the last bit, in three runs of "
+    "1,500 ticks, so their figures stand; any of the energy of krill are of the earlier world. The short "
+    "form ran through afterwards; the long one was not run again.",
+    "learning_krill": "Measured before krill that hunt by the written reflex lost their energy budget "
+    "(commit `908e4ca`). Krill that learn have one as before; the arm of the written reflex is of the "
+    "earlier world, in which the full did not eat. The short form ran through afterwards; the long one was "
+    "not run again.",
+}
+
 
 def text(x: Any) -> str:
     """A value for a cell of a Markdown table."""
@@ -70,6 +81,8 @@ def section(record: dict[str, Any]) -> str:
         blocks.append(table(record["table"]["head"], record["table"]["rows"]))
     if record.get("notes"):
         blocks.append(record["notes"])
+    if record["name"] in SINCE:
+        blocks.append(SINCE[record["name"]])
     commits = ", ".join(f"`{c[:12]}`" for c in record["commits"]) + (
         " with changes not committed" if record["dirty"] else ""
     )

@@ -3,8 +3,8 @@
     python tools/sizes.py [COMMIT …] [--out studies/results/sizes.json]
 
 A Markdown table with a column for each commit (HEAD without any), then what is above the limits at the last:
-files of more than 350 lines and functions of more than 50. --out keeps it for docs/architecture.md, which
-`python tools/make_architecture.py` then writes.
+files of more than 350 lines and functions of more than 50. --out keeps it for
+docs/explanation/architecture.md, which `python tools/make_architecture.py` then writes.
 """
 
 import argparse

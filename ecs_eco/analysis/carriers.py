@@ -30,7 +30,8 @@ class Frequencies:
     values] at `ticks` i64[samples].
 
     `n` i64[samples] are all living. With several strings (ploidy 2), or several copies of a gene, an organism
-    counts once for each value that it carries; one without the gene counts for none.
+    counts once for each value that it carries; one without the gene counts for none. `copies` i64[samples,
+    values] counts strings, or copies of the gene, in the place of organisms.
     """
 
     gene: str
@@ -38,11 +39,19 @@ class Frequencies:
     values: tuple[str, ...]
     count: np.ndarray
     n: np.ndarray
+    copies: np.ndarray
 
     @property
     def share(self) -> np.ndarray:
         """Share of the living that carry each value, f64[samples, values]; NaN where nobody lives."""
         return self.count / np.where(self.n, self.n, np.nan)[:, None]
+
+    @property
+    def allele(self) -> np.ndarray:
+        """Allele frequency: share of each value among all copies of the gene, f64[samples, values]; NaN where
+        there are none."""
+        total = self.copies.sum(axis=1, keepdims=True)
+        return self.copies / np.where(total, total, np.nan)
 
     def of(self, value: str) -> np.ndarray:
         """How many carry this value, i64[samples]; KeyError names the nearest."""
@@ -62,18 +71,20 @@ def frequencies(lineage: Pedigree, species: str, gene: str | Sequence[int], ever
     record, kept = gene_of(lineage, species, gene), lineage.genomes.get(species, {})
     mask, ticks = lineage.species == species, lineage.samples(every)
     codons = (_copies(lineage.genome[mask], record, kept) if kept.get("longest")
-              else _codons(lineage.genome[mask], record, species, kept.get("ploidy", 1)))
+              else codons_of(lineage.genome[mask], record, species, kept.get("ploidy", 1)))
     names, values = _values(codons, record, kept.get("alphabet", "ACGT"))
-    count = np.zeros((len(ticks), len(names)), np.int64)
-    carries = np.zeros(len(lineage), bool)
+    count, copies = (np.zeros((len(ticks), len(names)), np.int64) for _ in range(2))
+    has = np.zeros(len(lineage), np.int64)
     for j in range(len(names)):
-        carries[mask] = np.any([v == j for v in values], axis=0) if values else False
-        count[:, j] = lineage.living_sums(ticks, mask=carries)
-    return Frequencies(record["name"], ticks, names, count, lineage.living_sums(ticks, mask=mask))
+        has[mask] = np.sum([v == j for v in values], axis=0) if values else 0
+        count[:, j] = copies[:, j] = lineage.living_sums(ticks, mask=has > 0)
+        if len(values) > 1:
+            copies[:, j] = np.rint(lineage.living_sums(ticks, has.astype(float), mask))
+    return Frequencies(record["name"], ticks, names, count, lineage.living_sums(ticks, mask=mask), copies)
 
 
 def gene_of(lineage: Pedigree, species: str, gene: str | Sequence[int]) -> dict[str, Any]:
-    """The record of a gene: name, at (first locus), letters, and values if it lists them."""
+    """The record of a gene, given by its name, its trait, or (first locus, letters): as in the manifest."""
     if species not in lineage.species:
         raise UnknownName(unknown_name("lineage", "species", species,
                                        dict.fromkeys(lineage.species.tolist())))
@@ -84,12 +95,15 @@ def gene_of(lineage: Pedigree, species: str, gene: str | Sequence[int]) -> dict[
                              "allowed are a first locus from 0 and at least 1 letter")
         return {"name": f"{at}:{at + letters}", "at": at, "letters": letters}
     known = {g["name"]: g for g in lineage.genomes.get(species, {}).get("genes", [])}
+    by_trait = {g["trait"]: g for g in known.values() if g["trait"]}
+    if gene not in known and gene in by_trait:
+        return by_trait[gene]
     if gene not in known:
         raise UnknownName(unknown_name(f"genome of {species!r}", "gene", gene, known))
     return known[gene]
 
 
-def _codons(genomes: np.ndarray, gene: dict[str, Any], species: str,
+def codons_of(genomes: np.ndarray, gene: dict[str, Any], species: str,
             strings: int) -> list[tuple[list[str], np.ndarray]]:
     """For each string of the genome: the different codons at a gene's place,
     and which of them each organism has."""
@@ -110,21 +124,28 @@ def _copies(genomes: np.ndarray, gene: dict[str, Any],
             kept: dict[str, Any]) -> list[tuple[list[str], np.ndarray]]:
     """For each copy of a gene that a genome of variable length may have: the different codons, "" for none,
     and which of them each organism has."""
+    texts = pa.array(genomes, pa.string()).dictionary_encode()
+    codons = [[word for string in strings for word in string]
+              for strings in words_of_strings(texts.dictionary.to_pylist(), gene, kept)]
+    which = texts.indices.to_numpy(zero_copy_only=False)
+    return [([words[c] if c < len(words) else "" for words in codons], which)
+            for c in range(max(map(len, codons), default=0))]
+
+
+def words_of_strings(texts: Sequence[str], gene: dict[str, Any],
+                     kept: dict[str, Any]) -> list[list[list[str]]]:
+    """The letters behind each copy of a gene in genomes of variable length: of each text, of each string."""
     from ecs_eco.genomes.promoters import copies_in
 
     if "promoter" not in gene:
         raise ValueError(f"gene {gene['name']!r}: genes have no fixed place in strings of variable length; "
                          "allowed is the name of a gene")
-    texts = pa.array(genomes, pa.string()).dictionary_encode()
     promoters = {g["name"]: g["promoter"] for g in kept["genes"]}
     spans = {g["name"]: len(g["promoter"]) + g["letters"] for g in kept["genes"]}
     skip, span = len(gene["promoter"]), spans[gene["name"]]
-    codons = [[string[at + skip : at + span] for string in text.split(kept["separator"])
-               for name, at in copies_in(string, promoters, spans) if name == gene["name"]]
-              for text in texts.dictionary.to_pylist()]
-    which = texts.indices.to_numpy(zero_copy_only=False)
-    return [([words[c] if c < len(words) else "" for words in codons], which)
-            for c in range(max(map(len, codons), default=0))]
+    return [[[string[at + skip : at + span]
+              for name, at in copies_in(string, promoters, spans) if name == gene["name"]]
+             for string in text.split(kept["separator"])] for text in texts]
 
 
 def _values(codons: list[tuple[list[str], np.ndarray]], gene: dict[str, Any],
@@ -156,24 +177,39 @@ def has_few_values(gene: dict[str, Any]) -> bool:
     return 2 <= len(set(gene.get("values", ()))) <= FEW
 
 
+Line = tuple[Frequencies, int, str, str, Any]  # gene, place of the value, label, colour, dashes
+
+
+def lines_of(genes: Sequence[Frequencies], all_values: bool = False) -> list[Line]:
+    """A line for each gene of two values, and for each value of others, without the first unless
+    `all_values`.
+
+    A gene named after a colour is drawn in it; dashes distinguish lines of similar colour.
+    """
+    from matplotlib.colors import is_color_like
+
+    rest = [c for c in PALETTE[::-1] if c != "#F0E442"]  # the last is pale
+    lines: list[Line] = []
+    for g in genes:
+        for j in range(0 if all_values and len(g.values) > 2 else 1, len(g.values)):
+            label = g.gene if len(g.values) == 2 else f"{g.gene} = {g.values[j]}"
+            named = is_color_like(g.gene) and len(g.values) == 2
+            hue = CLEAR.get(g.gene, g.gene) if named else rest[len(lines) % len(rest)]
+            lines.append((g, j, label, hue, DASHES[len(lines) % len(DASHES)]))
+    return lines
+
+
 @styled
 def carriers(genes: Sequence[Frequencies], title: str = "") -> Figure:
     """Number of the living that carry each gene, over time.
 
     Organisms with the value of the first codon count as without the gene. A gene with more than two values
-    has a line for each of the others. A gene named after a colour is drawn in it; dashes distinguish lines of
-    similar colour.
+    has a line for each of the others.
     """
-    from matplotlib.colors import is_color_like
-
     figure, ((ax,),) = panels(1, 1, 9, 3.6)
-    lines = [(g, j, g.gene if len(g.values) == 2 else f"{g.gene} = {g.values[j]}") for g in genes
-             for j in range(1, len(g.values))]
-    rest = [c for c in PALETTE[::-1] if c != "#F0E442"]  # the last is pale
-    for k, (g, j, label) in enumerate(lines):
-        named = is_color_like(g.gene) and len(g.values) == 2
-        hue = CLEAR.get(g.gene, g.gene) if named else rest[k % len(rest)]
-        ax.plot(g.ticks, g.count[:, j], color=hue, ls=DASHES[k % len(DASHES)], lw=1.7, label=label)
+    lines = lines_of(genes)
+    for g, j, label, hue, dash in lines:
+        ax.plot(g.ticks, g.count[:, j], color=hue, ls=dash, lw=1.7, label=label)
     if genes:
         ax.plot(genes[0].ticks, genes[0].n, color="#b8bec4", lw=1, zorder=1.5, label="all")
         ax.set_xlim(genes[0].ticks[0], max(genes[0].ticks[-1], 1))

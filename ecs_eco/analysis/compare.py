@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from scipy.stats import chi2
 
+from ecs_eco.analysis import compare_genes, measures
 from ecs_eco.analysis.cycles import (
     CycleStatistics,
     cross_seed_surrogates,
@@ -69,25 +70,45 @@ def compare(
         "effects": {arm: _effects(loaded[reference], runs, names, seed)
                     for arm, runs in loaded.items() if arm != reference},
     }  # fmt: skip
+    if found := measures.of_arms(loaded, grids):
+        result["measured"] = {"arms": found, "effects": measures.effects(loaded, grids, seed)}
     for arm, runs in loaded.items():
         rows = grids[arm].runs if arm in grids else [runs]
         for s in names:
             result["arms"][arm]["per_species"][s] |= _depths(rows, s)
-    by_run = {id(run): c for arm in grids for run, c in zip(loaded[arm], cycles[arm], strict=True)}
-    _add_crossed(result, loaded, grids, by_run, n_boot, seed)
+    _add_crossed(result, loaded, grids, cycles, n_boot, seed)
     for arm, words in (policies or {}).items():
         result["arms"][arm]["policies"] = words
+    genes = _add_genes(result, arms, _numbered(loaded, grids), seed)
     result = clean(result)
     if out is not None:
         from ecs_eco.analysis.compare_page import write
 
-        write(Path(out), result, loaded, curves, grids)
+        write(Path(out), result, loaded, curves, grids, genes)
     return result
 
 
-def _add_crossed(result: dict[str, Any], loaded: Any, grids: Any, by_run: Any, n_boot: int,
+def _add_genes(result: dict[str, Any], arms: Mapping[str, Sequence[Any]],
+               rows: Mapping[str, Sequence[Sequence[int]]], seed: int) -> list[compare_genes.Gene]:
+    """Add what became of genes, where runs recorded genomes; `rows` are the runs of each arm, by number."""
+    genes = compare_genes.genes_of(arms)
+    if genes:
+        result["genes"] = compare_genes.summary(genes, rows, result["reference"], seed)
+    return genes
+
+
+def _numbered(loaded: Mapping[str, Sequence[Series]],
+              grids: Mapping[str, Grid]) -> dict[str, list[list[int]]]:
+    """Return the number of each run of an arm, in rows of training seeds."""
+    number = {id(run): k for runs in loaded.values() for k, run in enumerate(runs)}
+    return {arm: [[number[id(run)] for run in row] for row in (grids[arm].runs if arm in grids else [runs])]
+            for arm, runs in loaded.items()}
+
+
+def _add_crossed(result: dict[str, Any], loaded: Any, grids: Any, cycles: Any, n_boot: int,
                  seed: int) -> None:
     """Add what crossed designs say of their arms, and of the differences between these."""
+    by_run = {id(run): c for arm in grids for run, c in zip(loaded[arm], cycles[arm], strict=True)}
     for arm, grid in grids.items():
         outcome = crossed(grid, by_run, n_boot=max(n_boot, 99), seed=seed)
         result["arms"][arm] |= {"crossed": outcome, "persistence": outcome["persistence"]}

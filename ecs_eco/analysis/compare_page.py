@@ -8,7 +8,7 @@ from html import escape
 from pathlib import Path
 from typing import Any
 
-from ecs_eco.analysis import depth_figures, figures, seed_grid_figures
+from ecs_eco.analysis import compare_genes, depth_figures, figures, measures, seed_grid_figures
 from ecs_eco.analysis.page import number, page, picture, table, write_text
 from ecs_eco.analysis.runs import Series
 from ecs_eco.analysis.seed_grid import EFFECTS, Grid
@@ -21,9 +21,10 @@ def write(
     loaded: Mapping[str, Sequence[Series]],
     curves: Mapping[str, Mapping[str, SurvivalCurve]],
     grids: Mapping[str, Grid],
+    genes: Sequence[compare_genes.Gene] = (),
 ) -> None:
     """Write what `compare` found: `loaded` runs by arm, survival `curves` by species and arm,
-    and the `grids` of crossed arms."""
+    the `grids` of crossed arms, and the `genes` of all runs."""
     write_text(out / "compare.json", json.dumps(result, indent=1, ensure_ascii=False, allow_nan=False) + "\n")
     drawn = {arm: _draw_grid(out / "figures", arm, grid) for arm, grid in grids.items()}
     blocks = [
@@ -34,6 +35,8 @@ def write(
         *_depth(out, result, loaded),
         "<h2>Numbers</h2>",
         picture(figures.save(figures.arms(loaded), out / "figures" / "numbers.png"), _MEANS),
+        *_measured(out, result, loaded),
+        *compare_genes.blocks(out, genes, result.get("genes", {}), result["reference"]),
         *_cycles(result),
     ]
     write_text(out / "compare.html", page("Comparison of " + ", ".join(result["arms"]), *blocks))
@@ -52,6 +55,8 @@ _BY_SEED = ("Share of runs in which all species live: all runs thick, "
             "with a band over both kinds of seeds (95 %); each training seed thin.")
 _CELLS = "The tick of the first extinction, and the species, by training seed and world seed."
 _MEANS = "Numbers over time: every run thin, the median over runs thick."
+_REPORTED = ("What the world's reporters measured, over time: every run thin, the median over runs thick. "
+             "The table has means over runs of the mean over a run (95 %).")
 _HOURS = ("Mean depth over the hours of the day, the first day left out: every run thin, "
           "the mean over runs thick; grey is night.")
 _SHARES = (
@@ -171,6 +176,19 @@ def _depth(out: Path, result: dict[str, Any], loaded: Mapping[str, Sequence[Seri
             for arm, s, d in depths]
     head = ["arm", "species", "runs with two days", "amplitude", "along the sun", "correlation with light"]
     return ["<h2>Depth over the day</h2>", _DEPTH, picture(file, _HOURS), table(head, rows)]
+
+
+def _measured(out: Path, result: dict[str, Any], loaded: Mapping[str, Sequence[Series]]) -> list[str]:
+    """What the world's reporters measured in each arm, and how it differs from the reference."""
+    if "measured" not in result:
+        return []
+    found, gaps = result["measured"]["arms"], result["measured"]["effects"]
+    file = figures.save(measures.arms_figure(loaded), out / "figures" / "measured.png")
+    rows = [[name, "the world" if of == measures.WORLD else of, arm, x["n"], _interval(x["mean"]),
+             _interval(gaps[name][of].get(arm))]
+            for name, kinds in found.items() for of, arms in kinds.items() for arm, x in arms.items()]
+    head = ["measured", "of", "arm", "runs", "mean", f"difference from {result['reference']}"]
+    return ["<h2>Measured</h2>", picture(file, _REPORTED), table(head, rows)]
 
 
 def _cycles(result: dict[str, Any]) -> list[str]:

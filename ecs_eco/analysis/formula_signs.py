@@ -33,7 +33,16 @@ def pushes(text: str, positive: Collection[str]) -> dict[str, Sign]:
 
 
 def _parsed(text: str) -> ast.AST:
-    return ast.parse(" ".join(text.split()), mode="eval").body
+    return _Fields().visit(ast.parse(" ".join(text.split()), mode="eval")).body
+
+
+class _Fields(ast.NodeTransformer):
+    """Puts the name of its channel in the place of Component.field."""
+
+    def visit_Attribute(self, node: ast.Attribute) -> ast.AST:
+        if not isinstance(node.value, ast.Name):
+            return node
+        return ast.copy_location(ast.Name(f"{node.value.id}_{node.attr}"), node)
 
 
 def _names(tree: ast.AST) -> list[str]:

@@ -12,6 +12,8 @@ import pyarrow as pa
 
 from ecs_eco.analysis import phylogeny
 from ecs_eco.analysis.carriers import Frequencies, frequencies
+from ecs_eco.analysis.gene_values import values_of
+from ecs_eco.analysis.genes import Course, Selection, course, generation_time, selection
 from ecs_eco.analysis.pedigree import ALIVE, Pedigree
 from ecs_eco.analysis.runs import parts, read_manifest
 from ecs_eco.record import seal
@@ -29,7 +31,7 @@ class Lineage(Pedigree):
     @classmethod
     def of(cls, world: Any) -> Lineage:
         """The lineage of a world whose recorder keeps events: Recorder(world, keep_events=True)."""
-        from ecs_eco.record.folder import genes_of
+        from ecs_eco.record.genomes import genes_of
 
         recorder = world.recorder
         if recorder is None:
@@ -80,6 +82,26 @@ class Lineage(Pedigree):
         """The carriers of each value of a gene every `every` ticks, exact; see
         `ecs_eco.analysis.carriers.frequencies`."""
         return frequencies(self, species, gene, every)
+
+    def values(self, gene: str, species: str | None = None) -> np.ndarray:
+        """What a gene, given by its name or trait, says of each organism, f64[organisms]; see
+        `ecs_eco.analysis.gene_values.values_of`."""
+        return values_of(self, gene, species)
+
+    def course(self, species: str, gene: str, every: int) -> Course:
+        """Mean, spread and shares of a quantitative gene every `every` ticks; see
+        `ecs_eco.analysis.genes`."""
+        return course(self, species, gene, every)
+
+    def generation_time(self, species: str) -> float:
+        """Mean age of parents at the birth of their offspring [ticks]; see `ecs_eco.analysis.genes`."""
+        return generation_time(self, species)
+
+    def selection(self, species: str, gene: str, value: str, since: int = 0,
+                  until: int | None = None) -> Selection:
+        """How strongly a value of a gene is selected, per tick and per generation; see
+        `ecs_eco.analysis.genes.selection`."""
+        return selection(self, species, gene, value, since, until)
 
     def to_csv(self, path: Path | str) -> Path:
         """Write a phylogeny in the ALife data standards format; see `ecs_eco.analysis.phylogeny.write_csv`.

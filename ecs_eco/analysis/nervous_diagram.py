@@ -159,7 +159,7 @@ def _sensors(species: Species, dims: int) -> list[SensorNode]:
     for s in species.sensors:
         channels = s.channels(dims)
         place = [] if s.kind == "touch" else getattr(s, "at", [])
-        at = tuple(place[:2]) if s.kind != "rays" or any(place) else None
+        at = tuple(place[:2]) if s.kind not in ("own", "nearest", "rays") or any(place) else None
         ahead = getattr(s, "angle", 0.0)
         sector = (tuple(s.at) if s.kind == "touch"
                   else (ahead - s.fov / 2, ahead + s.fov / 2) if hasattr(s, "fov") else None)
@@ -178,10 +178,12 @@ def _text(sensor: Any) -> str:
     """What a sensor is sensitive to, and where."""
     match sensor.kind:
         case "own":
-            return f"own {sensor.property}" + (f", 1 at {sensor.scale:g}" if sensor.scale != 1 else "")
+            return (f"own {sensor.property}" + f", 1 at {sensor.scale:g}" * (sensor.scale != 1)
+                    + f", {_place(sensor.at)}" * any(sensor.at))
         case "nearest":
             hidden = ", if in sight" if sensor.occlusion else ""
-            return f"nearest {sensor.target} within {sensor.radius:g} m{_angle(sensor.fov)}{hidden}"
+            return (f"nearest {sensor.target} within {sensor.radius:g} m{_angle(sensor.fov)}"
+                    f"{f', {_place(sensor.at)}' * any(sensor.at)}{hidden}")
         case "rays":
             rays = "1 ray" if sensor.count == 1 else f"{sensor.count} rays"
             where = (f" around {math.degrees(sensor.angle):.0f}°".replace("-", "−") * bool(sensor.angle)

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import pyarrow as pa
 
+from ecs_eco.config.models.reporters import is_reporter
 from ecs_eco.record import belonging, seal
 from ecs_eco.record.parquet import read_part
 
@@ -37,6 +38,11 @@ class Series:
     def causes(self) -> tuple[str, ...]:
         """The causes of death that have a column."""
         return tuple(name[len(DIED) :] for name in self.columns if name.startswith(DIED))
+
+    @property
+    def reporters(self) -> tuple[str, ...]:
+        """The columns that reporters of the user's own have filled."""
+        return tuple(name for name in self.columns if is_reporter(name))
 
     @property
     def dt(self) -> float:
@@ -102,6 +108,7 @@ def load_series(
     `species` chooses and orders the species, producers first; the default is the run's own order. Raises
     RecordingError for a folder with a damaged file.
     """
+    run = getattr(run, "arrow", run)  # what world.series() returns holds one
     if isinstance(run, Series):
         series = run
     elif isinstance(run, Mapping):

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from ecs_eco.engine.arguments import seed_number
 from ecs_eco.engine.errors import CheckpointError
-from ecs_eco.engine.section import function_name
+from ecs_eco.engine.section import Use, function_name
 
 if TYPE_CHECKING:
     from ecs_eco.space.world import SpatialWorld
@@ -33,7 +33,7 @@ def copy(world: SpatialWorld, *, threads: int | None = None, systems: Sequence[A
     if meta["config"] is None:
         raise CheckpointError(f"{where}: it was made by hand; make another in the same way, "
                               "world.save(path), then other.load(path)")
-    handed = [s for s in world.config.systems if not isinstance(s, str | type)]
+    handed = [s for s in world.config.systems if not isinstance(s, str | type | Use)]
     if handed and not systems:
         raise CheckpointError(f"{where}: the system {function_name(handed[0])} was handed in as an instance, "
                               "and an instance is of one "
@@ -41,6 +41,7 @@ def copy(world: SpatialWorld, *, threads: int | None = None, systems: Sequence[A
     config = None if handed else world.config
     made = frozen.thaw(type(world), meta, world.threads if threads is None else threads, config,
                        systems, where)
+    made.reporters = {**world.reporters, **made.reporters}  # those that were added by hand, too
     if prepare is not None:
         prepare(made)
     if world.recorder is not None:

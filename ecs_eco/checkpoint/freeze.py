@@ -14,7 +14,7 @@ from ecs_eco.config.names import names_in
 from ecs_eco.engine.code import NONE, Code, CodeError
 from ecs_eco.engine.errors import CheckpointError
 from ecs_eco.engine.interruption import require_whole, whole
-from ecs_eco.engine.section import function_name
+from ecs_eco.engine.section import Use, function_name
 from ecs_eco.lifecycle.matter import stocks
 from ecs_eco.record.code import FOLDER, check_code, noted, sources
 
@@ -90,7 +90,8 @@ def thaw(cls: Any, meta: Mapping[str, Any], threads: int, config: Any, systems: 
     try:
         if config is None:
             data = dict(meta["config"])
-            data["systems"] = [handed.get(name, name) for name in data["systems"]]
+            data["systems"] = [handed.get(name, name) if isinstance(name, str) else name
+                               for name in data["systems"]]
             loaded = WorldConfig.model_validate(data)
             loaded._folder, loaded._source = Path(meta["folder"]), where
             # else all of it was passed as objects
@@ -284,4 +285,4 @@ def _instances(world: SpatialWorld) -> list[str]:
     """Return the names of systems in the configuration that were handed in as instances
     and have no state() to say what they were."""
     listed = () if world.config is None else world.config.systems
-    return [function_name(s) for s in listed if not isinstance(s, str | type) and not _has(s)]
+    return [function_name(s) for s in listed if not isinstance(s, str | type | Use) and not _has(s)]

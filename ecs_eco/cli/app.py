@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from ecs_eco.cli.commands import asking, comparing, living, telling
+from ecs_eco.cli.commands import asking, beginning, comparing, living, telling
 from ecs_eco.cli.terminal import say
 
 app = typer.Typer(
@@ -43,9 +43,11 @@ for _command in (
     telling.draw, telling.picture, telling.video,
 ):  # fmt: skip
     app.command()(_command)
+app.command()(beginning.new)
 app.command("list")(asking.list_)
 app.command()(asking.check)
 app.command()(asking.doctor)
+app.command()(asking.docs)
 
 
 def main() -> None:

@@ -9,13 +9,14 @@ from typing import Any
 
 import typer
 
-from ecs_eco.cli.folders import results
+from ecs_eco.cli.folders import known_policies, results
 from ecs_eco.cli.terminal import FAILED, INTERRUPTED, complain, printable, progress, say
 from ecs_eco.experiments.arm import arms_of, check_training
 from ecs_eco.experiments.comparison import Comparison, Key, run_jobs
 from ecs_eco.experiments.plan import check_plan, has_plan, plan_of, write_plan
 from ecs_eco.experiments.runs import run_arm
 from ecs_eco.experiments.trained import train_or_find
+from ecs_eco.experiments.treatments import refusal
 from ecs_eco.record.claim import Claim
 
 
@@ -30,9 +31,19 @@ def compare_world(
     quiet: bool,
     training_seeds: int | None = None,
     retrain: bool = False,
+    policies: str = "trained",
 ) -> None:
-    """Run all arms with all seeds, then write and print the differences."""
+    """Run all arms with all seeds, then write and print the differences.
+
+    `policies` are those of arms whose treatment says nothing else: as `run` takes them.
+    """
     arms = arms_of(world, changes, treatments)
+    if policies != "trained":
+        known_policies(policies, arms[0].config)
+        if training_seeds is not None:
+            raise refusal("policies are trained for this comparison", policies,
+                          "--policies, or --training-seeds", source="--policies")
+        arms = [arm.with_policies(Path(policies)) for arm in arms]
     check_training(arms, training_seeds, retrain)
     ticks = ticks or arms[0].config.ticks
     plan = plan_of(arms, ticks, training_seeds is not None, retrain)
@@ -135,6 +146,8 @@ def _report(comparison: Comparison) -> None:
     for name, arm in result["arms"].items():
         _say_depths(name, arm)
     _print_table(result["arms"])
+    for name, kinds in result.get("measured", {}).get("arms", {}).items():
+        _say_measured(name, kinds)
     say(f"written: {comparison.folder / 'compare.html'}")
 
 
@@ -157,6 +170,14 @@ def _say_depths(name: str, arm: Mapping[str, Any]) -> None:
                 f"  {name}: depth of {species} over the day, means of {depth['n']} runs: amplitude "
                 f"{depth['amplitude'][0]:.0%} of the water, {depth['along_day'][0]:+.0%} along the sun{r}"
             )
+
+
+def _say_measured(name: str, kinds: Mapping[str, Any]) -> None:
+    """Print the means of what a reporter measured, by species and arm."""
+    for of, arms in kinds.items():
+        means = [f"{arm} {x['mean'][0]:.4g}" for arm, x in arms.items() if x["mean"] is not None]
+        what = name if of.startswith("(") else f"{name} of {of}"
+        say(f"{what}, mean over runs: {', '.join(means) or 'none'}")
 
 
 def _print_table(arms: Mapping[str, Any]) -> None:

@@ -15,6 +15,7 @@ import typer
 from ecs_eco.cli.folders import results
 from ecs_eco.cli.terminal import FAILED, INTERRUPTED, complain, refuse, say
 from ecs_eco.config import load
+from ecs_eco.config.notes import notes
 from ecs_eco.config.overrides import ALIASES, parse
 from ecs_eco.engine.errors import ConfigError, Problem
 from ecs_eco.record.claim import Claim
@@ -63,6 +64,8 @@ def search_world(
         budget = 30.0
     from ecs_eco.search import search
 
+    for note in notes(config):
+        complain(f"note: {note}")
     folder = (results(out, f"{config.name}-search") if out is None
               or not (out / "journal.jsonl").is_file() else Claim(out))
     with folder as claim:

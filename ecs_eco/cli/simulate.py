@@ -39,7 +39,7 @@ def run_world(
     from ecs_eco.record.details import how_many
 
     how_many(record)
-    from ecs_eco.record import run_to_folder
+    from ecs_eco.runs.run import run_to_folder
 
     with (
         results(out, f"{config.name}-{seed}") as claim,
@@ -102,8 +102,7 @@ def resume_run(
     shown: tuple[int, bool] | None = None,
 ) -> None:
     """Resume a run in its folder, or fork it into another; `shown` is as for a run."""
-    from ecs_eco.record import fork, resume
-    from ecs_eco.runs.run import read_manifest
+    from ecs_eco.runs.run import fork, read_manifest, resume
 
     forks = from_tick is not None or bool(changes) or out is not None
     if forks and out is None:
@@ -140,17 +139,44 @@ def train_world(
     seed, ticks = config.seed if seed is None else seed, ticks or config.training.ticks
     if not any(species.policy.kind != "none" for species in config.species.values()):
         refuse("WORLD", "no species has a policy to train", world, 'a world with policy.kind = "shared"')
-    from ecs_eco.experiments.pretraining import pretrain
+    from ecs_eco.analysis.report.training import write_training
+    from ecs_eco.experiments.evaluation import TICKS, against_random
+    from ecs_eco.experiments.pretraining import pretrain, save
 
     with (results(out, f"{config.name}-policies-{seed}") as claim,
           progress(f"training {config.name}", quiet) as bar):
         out = claim.path
         try:
             result = pretrain(config, seed, ticks, out, bar)
+            result["against_random"] = against_random(config, out, seed, min(ticks, TICKS))
+            save(result, out)
         except KeyboardInterrupt:
             stopped(bar.done, ticks, out)
     say(f"policies of {config.name}, {ticks} ticks, seed {seed}, in {out}{numbers(result)}")
+    tell_training(result)
+    shades = {name: species.color for name, species in config.species.items()}
+    say(f"written: {write_training(result, out, shades)}")
     say(f"use them: ecs-eco run {world} --policies {out}")
+
+
+def tell_training(result: dict[str, Any]) -> None:
+    """Print how each species learnt, and how it does beside random policies."""
+    from ecs_eco.analysis.page import number
+
+    for name, of in result["learning"].items():
+        cut = max(1, len(of["tick"]) // 10)
+        ends = {w: [[v for v in part if v is not None] for part in (of[w][:cut], of[w][-cut:])]
+                for w in ("reward", "entropy", "approx_kl", "explained_variance")}
+        told = ", ".join(f"{w.replace('approx_kl', 'KL').replace('_', ' ')} "
+                         + " → ".join(number(sum(v) / len(v)) if v else "–" for v in both)
+                         for w, both in ends.items())
+        say(f"  {name}: {len(of['tick'])} updates; first to last tenth: {told}")
+    for name, by_word in result["against_random"].items():
+        for word, of in by_word.items():
+            mean, low, high = of["difference"]
+            sure = "" if low is None else f" ({number(low)} … {number(high)})"
+            say(f"  {name}: {word} {number(of['trained'][0])}, random {number(of['random'][0])}, "
+                f"difference {number(mean)}{sure}")
 
 
 def report_run(folder: Path, out: Path | None = None) -> None:
@@ -183,12 +209,13 @@ def numbers(result: dict[str, Any]) -> str:
 
 
 def populations(out: Path) -> str:
-    """Whether all species persisted, which died out of what,
-    and the numbers of each species at the end of a run."""
+    """Whether all species persisted, which died out of what, the numbers of each species at the end of a run,
+    and what was measured."""
+    from ecs_eco.analysis import measures
     from ecs_eco.analysis.extinction import opening
     from ecs_eco.analysis.runs import load_series
 
     series = load_series(out)
     return "".join(f"\n  {line}" for line in opening(series)) + "\n  at the end: " + ", ".join(
         f"{n:.0f} {name}" for name, n in zip(series.species, series.n[-1], strict=True)
-    )
+    ) + "".join(f"\n  {line}" for line in measures.lines(series))

@@ -47,6 +47,8 @@ def summary(config: WorldConfig) -> str:
         if species.genome is not None:
             lines += [f"    {line}" for line in str(_layout(config, name)).splitlines()]
     lines += [f"  {name}: {kind.count or len(kind.at)}" for name, kind in config.objects.items()]
+    if config.reporters:
+        lines.append(f"  measures {', '.join(config.reporters)}")
     for name, span in config.search.ranges.items():
         lines.append(f"  search varies {name}: {span.search[0]:g} to {span.search[1]:g}")
     lines += [f"  note: {note}" for note in notes(config)]

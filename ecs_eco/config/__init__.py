@@ -7,7 +7,7 @@ loads no models.
 
 from typing import TYPE_CHECKING
 
-from ecs_eco._lazy import lazy
+from ecs_eco._lazy import lazy, listing
 
 if TYPE_CHECKING:
     from ecs_eco.config.formula import Formula, FormulaError, compile_formula
@@ -25,3 +25,4 @@ _HOME = {
     "load": "loading",
 }
 __getattr__ = lazy(__name__, {name: f"{__name__}.{module}" for name, module in _HOME.items()})
+__dir__ = listing(globals(), __all__)

@@ -14,7 +14,7 @@ from ecs_eco.engine.errors import MISSING, MOST, Problem, listed, nearest
 from ecs_eco.engine.section import Section
 
 Key = tuple[str | int, ...]
-FORMS = ("names", "range", "word", "number")  # tags of unions whose members have no `kind`
+FORMS = ("names", "range", "word", "number", "with")  # tags of unions whose members have no `kind`
 WORDS: dict[Any, str] = {
     float: "a finite number",
     int: "a whole number",

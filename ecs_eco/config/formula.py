@@ -10,6 +10,7 @@ from __future__ import annotations
 import ast
 import operator
 from collections.abc import Callable, Iterable, Mapping
+from typing import Any
 
 import numpy as np
 
@@ -72,26 +73,35 @@ class Formula:
 def compile_formula(text: str, names: Iterable[str]) -> Formula:
     """Compile the text to a function of arrays by name; raises FormulaError for unknown names and all
     that is not allowed."""
+    run, compiler = compiled(text, lambda line, lead: Compiler(line, lead, tuple(names)))
+    return Formula(text, run, frozenset(compiler.used))
+
+
+def compiled(text: str, compiler_of: Callable[[str, int], Any]) -> tuple[Any, Any]:
+    """The function that a text becomes, and the compiler that made it: `compiler_of(line, characters before
+    the text)`. Raises FormulaError."""
     line = " ".join(text.split("\n"))
     if len(line) > LONGEST:
         raise FormulaError("a formula that is too long ends", LONGEST, f"{LONGEST} characters")
     lead = len(line) - len(line.lstrip())
+    compiler = compiler_of(line, lead)
     try:
-        tree = ast.parse(line.strip(), mode="eval")
-        compiler = _Compiler(line, lead, tuple(names))
-        return Formula(text, compiler.node(tree.body), frozenset(compiler.used))
+        return compiler.node(ast.parse(line.strip(), mode="eval").body), compiler
     except FormulaError:
         raise
     except (SyntaxError, ValueError) as error:
         offset = getattr(error, "offset", None) or 0  # 0 or less: at the end
-        raise FormulaError("not an expression",
-                           lead + (offset if offset > 0 else len(line.strip()) + 1)) from None
+        raise FormulaError("not an expression", lead + (offset if offset > 0 else len(line.strip()) + 1),
+                           compiler.allowed) from None
     except (RecursionError, MemoryError):
-        raise FormulaError("too deeply nested", 1) from None
+        raise FormulaError("too deeply nested", 1, compiler.allowed) from None
 
 
-class _Compiler:
+class Compiler:
     """Turns the tree of one text into nested functions."""
+
+    dtype: type[np.floating] = np.float32
+    allowed = ALLOWED
 
     def __init__(self, line: str, lead: int, names: tuple[str, ...]) -> None:
         self.line, self.lead, self.names, self.used = line, lead, names, set[str]()
@@ -102,14 +112,14 @@ class _Compiler:
             raise self._error(f"{type(tree).__name__.lower()} is not allowed", tree)
         return method(tree)
 
-    def _error(self, fault: str, tree: ast.AST, allowed: str = ALLOWED, close: str = "") -> FormulaError:
+    def _error(self, fault: str, tree: ast.AST, allowed: str = "", close: str = "") -> FormulaError:
         before = self.line.strip().encode()[: getattr(tree, "col_offset", 0)].decode(errors="ignore")
-        return FormulaError(fault, len(before) + 1 + self.lead, allowed, close)
+        return FormulaError(fault, len(before) + 1 + self.lead, allowed or self.allowed, close)
 
     def _constant(self, tree: ast.Constant) -> Node:
         if isinstance(tree.value, bool) or not isinstance(tree.value, int | float) or abs(tree.value) > 3e38:
             raise self._error(f"{tree.value!r:.40} is no finite number", tree)
-        value = np.asarray(tree.value, np.float32)
+        value = np.asarray(tree.value, self.dtype)
         return lambda values: value
 
     def _name(self, tree: ast.Name) -> Node:
@@ -119,6 +129,14 @@ class _Compiler:
                               nearest(name, self.names))
         self.used.add(name)
         return lambda values: values[name]
+
+    def _attribute(self, tree: ast.Attribute) -> Node:
+        """Component.field, as the sensor of a field of a component is called."""
+        owner = tree.value.id if isinstance(tree.value, ast.Name) else "…"
+        if f"{owner}_{tree.attr}" not in self.names:
+            raise self._error(f'unknown attribute "{owner}.{tree.attr:.40}"', tree, listed(self.names, 30),
+                              nearest(f"{owner}_{tree.attr}", self.names))
+        return self._name(ast.Name(f"{owner}_{tree.attr}"))
 
     def _call(self, tree: ast.Call) -> Node:
         name = tree.func.id if isinstance(tree.func, ast.Name) else ""
@@ -142,11 +160,11 @@ class _Compiler:
 
     def _unaryop(self, tree: ast.UnaryOp) -> Node:
         operation, operand = self._operation(tree, tree.op), self.node(tree.operand)
-        return lambda values: np.asarray(operation(operand(values)), np.float32)
+        return lambda values: np.asarray(operation(operand(values)), self.dtype)
 
     def _boolop(self, tree: ast.BoolOp) -> Node:
         operation, operands = self._operation(tree, tree.op), [self.node(v) for v in tree.values]
-        return lambda values: np.asarray(_fold(operation, [o(values) for o in operands]), np.float32)
+        return lambda values: np.asarray(_fold(operation, [o(values) for o in operands]), self.dtype)
 
     def _compare(self, tree: ast.Compare) -> Node:
         operations = [self._operation(tree, op) for op in tree.ops]
@@ -155,7 +173,7 @@ class _Compiler:
         def run(values: Values) -> np.ndarray:
             read = [o(values) for o in operands]
             pairs = [op(a, b) for op, a, b in zip(operations, read, read[1:], strict=False)]
-            return np.asarray(_fold(np.logical_and, pairs), np.float32)
+            return np.asarray(_fold(np.logical_and, pairs), self.dtype)
 
         return run
 

@@ -9,20 +9,26 @@ are missing). For OWN its system reads it through `ecs_eco.genomes.own_values`, 
 from __future__ import annotations
 
 OWN = frozenset({  # in a column of Traits, by its key
-    "body.sinking", "defence.cost", "emits.*", "happiness.minimum",
+    "body.sinking", "defence.cost", "emits.*", "emits.*.rate", "happiness.minimum",
     "heat.specific_heat", "heat.conductance", "heat.metabolic_heat", "heat.regulate.set_point",
     "heat.regulate.warming", "heat.regulate.cooling", "heat.regulate.cost",
     "metabolism.energy_max", "metabolism.basal", "metabolism.digestion",
     "locomotion.speed.*", "locomotion.cost.*", "locomotion.turn", "locomotion.climb", "locomotion.pitch",
     "locomotion.drag",
     "diet.*.reach", "diet.*.chance", "diet.*.gain", "diet.*.efficiency", "diet.*.until",
+    "diet.*.assimilation",
     "reproduction.rate", "reproduction.dispersal", "reproduction.spacing", "reproduction.father_share",
     "reproduction.reach", "reproduction.chance", "reproduction.gestation", "reproduction.rest",
     "reproduction.father_rest",
-    "growth.rate", "growth.newborn", "growth.cost", "growth.reserve",
+    "growth.rate", "growth.newborn", "growth.cost", "growth.reserve", "growth.pace",
+    "growth.store",
+    "care.rate", "care.until", "care.reach", "care.reserve", "care.efficiency",  # of the parent
+    "reactions.*.energy", "reactions.*.rate", "reactions.*.half.*",
+    "exchange.*.rate", "exchange.*.half", "exchange.*.until", "exchange.*.at.*", "exchange.*.above",
+    "exchange.*.partition", "carries.*.reach", "carries.*.cost", "builds.*.cost", "builds.*.spacing",
     "lethal.*.min", "lethal.*.max",
     "sensors.*.scale", "sensors.*.zero", "sensors.*.span", "sensors.*.dark", "sensors.*.sight",
-    "sensors.*.blind",
+    "sensors.*.blind", "sensors.*.fov", "sensors.*.angle", "actions.*.continuous.*", "neutral.*",
     "ppo.gae_lambda", "ppo.clip", "ppo.clip_value", "ppo.value_weight", "ppo.max_grad_norm",
     "ppo.adam_epsilon", "ppo.weight_decay", "ppo.epochs", "ppo.minibatch",
 })  # fmt: skip
@@ -50,13 +56,18 @@ PARENTLESS = "it is about organisms without parents, who have no gene of anybody
 LETTERS = "it says how letters are read and copied: a gene that changed it would be read differently"
 MATTER = "it is matter, which comes from parents, food and surroundings, not from letters"
 CHEMISTRY = "a reaction has the same proportions in every body"
+SHAPE = "all of a species have one shape, which body.radius makes larger or smaller as a whole"
+EGG = "an egg only keeps the genome of what hatches from it: it is read when that is born"
 WIDTH = "it is the width of a column or of a network's input, which all of the species share"
 SHARED = {  # pattern → why it cannot be an organism's own
     "count": POPULATION, "max_count": POPULATION,
+    "age.*": PARENTLESS,
     "metabolism.energy": "founders bring it along; of those with parents it is reproduction.energy_given",
     "substances.*": MATTER, "reactions.*.from.*": CHEMISTRY, "reactions.*.to.*": CHEMISTRY,
     "body.density": "mass follows from it: that of an organism is body.mass",
     "builds.*.most": POPULATION,
+    "body.length": SHAPE, "body.size.*": SHAPE,
+    "hatch.incubation": EGG, "hatch.temperature": EGG, "hatch.threshold": EGG,
     "sensors.*.count": WIDTH, "sensors.*.width": WIDTH,
     "policy.mutation": "noise of what is inherited beside the genome; that of letters is genome.mutate",
     "genome.ploidy": LETTERS, "genome.loci": LETTERS, "genome.mate.chance": LETTERS,
@@ -75,13 +86,3 @@ OF_SITES = {  # what cannot be an organism's own where reproduction.kind = "spre
     "reproduction.dispersal": "a free site looks for a plant within this distance: it is the site's",
 }
 
-UNREAD = "not yet read for each organism"
-SHARED |= dict.fromkeys((
-    "sensors.*.fov", "sensors.*.angle", "actions.*.continuous.*", "neutral.*",
-    "care.rate", "care.until", "care.reach", "care.reserve", "care.efficiency",
-    "growth.pace", "hatch.incubation", "hatch.temperature", "hatch.threshold",
-    "body.length", "body.size.*", "diet.*.assimilation", "emits.*.rate",
-    "reactions.*.energy", "reactions.*.rate", "reactions.*.half.*",
-    "exchange.*.rate", "exchange.*.half", "exchange.*.until", "exchange.*.at.*", "exchange.*.above",
-    "exchange.*.partition", "carries.*.reach", "carries.*.cost", "builds.*.cost", "builds.*.spacing",
-    ), UNREAD)

@@ -44,6 +44,7 @@ def json_schema() -> dict[str, Any]:
 def _hyperparameters() -> dict[str, Any]:
     """The fields of PPO, which validates them itself."""
     from ecs_eco.learning import PPO
+    from ecs_eco.learning.words import WORDS
 
     properties = {}
     for f in fields(PPO):
@@ -54,7 +55,9 @@ def _hyperparameters() -> dict[str, Any]:
                 {"maximum": high} if high < float("inf") else {}
             )
         properties[f.name] = {"type": kind, "description": f.metadata["doc"], "default": f.default, **limits}
-    return properties
+    others = {word: properties[name] | {"description": f"another word for {name}"}
+              for word, name in WORDS.items()}
+    return properties | others
 
 
 def _ranged(node: Any) -> Any:

@@ -6,6 +6,7 @@ from __future__ import annotations
 import copy
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 from pydantic import ValidationError
@@ -15,28 +16,31 @@ from ecs_eco.config.document import Document, Key, read_document
 from ecs_eco.config.explain import problems_of, value_at
 from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.config.names import names_in
-from ecs_eco.config.overrides import Overrides, apply_overrides, fix_ranges, is_index
-from ecs_eco.config.ranges import check_search, take_ranges
+from ecs_eco.config.overrides import Overrides, apply_overrides, fix_ranges
+from ecs_eco.config.ranges import check_search, key_of, real_key, take_ranges
 from ecs_eco.config.reading import too_deep
 from ecs_eco.engine.code import Code, read
-from ecs_eco.engine.errors import MISSING, MOST, ConfigError, Problem
+from ecs_eco.engine.errors import MOST, ConfigError, Problem
 
 
 def load(
     world: str | Path | Mapping[str, Any] | WorldConfig, overrides: Overrides = None,
-    systems: Iterable[Any] = (), *, trust: bool = False, places: Sequence[Path] = (),
+    systems: Iterable[Any] = (), *, reporters: Mapping[str, Any] = MappingProxyType({}), trust: bool = False,
+    places: Sequence[Path] = (),
 ) -> WorldConfig:
     """The checked world; `overrides` are dotted keys with values, or texts like "species.deer.count=50".
 
-    `systems` (classes or instances) are added to those that the world names. `trust` allows the code that it
-    lists in `code` to run in this process; without it, or an earlier --trust, that code is neither run nor
-    checked. Its files are taken from `places`, else from the world's folder. Raises ConfigError with every
-    problem found.
+    `systems` (classes or instances) and `reporters` are added to those that the world names. `trust` allows
+    the code that it lists in `code` to run in this process; without it, or an earlier --trust, that code is
+    neither run nor checked. Its files are taken from `places`, else from the world's folder. Raises
+    ConfigError with every problem found.
     """
     document = read_document(world)
     document.places = document.places or tuple(places)
     if systems := list(systems):
         document.data["systems"] = [*document.data.get("systems", []), *systems]
+    if reporters:
+        document.data["reporters"] = {**document.data.get("reporters", {}), **reporters}
     problems = apply_overrides(document, overrides)
     if deep := too_deep(document.data):
         raise document.refused([deep])
@@ -61,7 +65,7 @@ def for_training(config: WorldConfig, values: Mapping[str, Any] | None = None) -
     data = config.model_dump()  # with functions, not their names
     wanted, data["training"]["set"] = {**data["training"]["set"], **(values or {})}, {}
     ramp, data["training"]["ramp"], data["training"]["vary"] = data["training"]["ramp"], [], {}
-    data["interventions"] = []  # what happens in a run
+    data["interventions"], data["reporters"] = [], {}  # what happens in a run
     new = load(
         Document(data, config._source, config._folder, set_by="[training] set", code=config._code), wanted  # type: ignore[arg-type]
     )
@@ -110,12 +114,17 @@ def _refuse_code(config: WorldConfig, request: Any) -> None:
     """
     if request.kind != "set":
         return
-    before = dict(names_in(config))
+    before = {_home(key): value for key, value in names_in(config)}
     for key, value in names_in(changed(config, request.set)):
-        if isinstance(value, str) and before.get(key) != value:
+        if isinstance(value, str) and before.get(_home(key)) != value:
             allowed = "a world file may name code, and Python may pass the function itself"
             raise ConfigError([Problem(("set", ".".join(map(str, key))),
                                        "an intervention from outside names no code", value, allowed)])
+
+
+def _home(key: Key) -> Key:
+    """The key of what names code, with parameters or without."""
+    return key[:-1] if key[-1] == "use" else key
 
 
 def _check_training(config: WorldConfig) -> list[Problem]:
@@ -145,8 +154,7 @@ def _check_ramp(config: WorldConfig, number: int, ramp: Any) -> list[Problem]:
         try:
             now = changed(config, {ramp.key: value})
         except ConfigError as error:
-            right = value_at(config.model_dump(),
-                             tuple(int(k) if is_index(k) else k for k in ramp.key.split("."))) is not MISSING
+            right = real_key(config.model_dump(), key_of(ramp.key))[2] is None
             key = (*at, "values", end) if right else (*at, "key")
             return [p.moved(key=key, source="", line=None) for p in error.problems]
         if problems := refused(config, now):

@@ -17,6 +17,8 @@ SHAPE = "weights and columns have their shapes from it: build a world with it"
 
 # the first match counts; "" means that it may change; * is one part of a key, ** any
 RULES: tuple[tuple[str, str], ...] = (
+    ("systems.*.use", ANEW), ("systems.*.**", ""), ("reporters.*.use", ANEW), ("reporters.*.**", ""),
+    ("species.*.sensors.*.function.use", SHAPE), ("species.*.sensors.*.function.**", ""),
     ("species.*.count", NUMBERS), ("objects.*.count", NUMBERS), ("objects.*.at**", NUMBERS),
     ("objects.*.heading**", ANEW), ("objects.*.between**", NUMBERS), ("*.*.body.shape", ANEW),
     ("*.*.body.length", ANEW), ("*.*.body.size**", ANEW),
@@ -50,6 +52,7 @@ RULES: tuple[tuple[str, str], ...] = (
     ("species.*.reflex**", ""), ("species.*.happiness**", ""), ("species.*.ppo.*", ""),
     ("species.*.reproduction.**", ""), ("species.*.lethal**", ""), ("species.*.max_count", ""),
     ("species.*.sex", ""),
+    ("species.*.age**", ""),
     ("species.*.fertility", ""), ("fields.*.diffusion", ""), ("fields.*.decay", ""), ("ambient.*", ""),
     ("sun.*", ""), ("year.*", ""), ("water.**", ""), ("*.*.emits**", ""), ("seed", ""), ("ticks", ""),
     ("title", ""), ("description", ""), ("training**", ""), ("interventions**", ""), ("substances.*", ""),
@@ -63,6 +66,8 @@ _RULES = tuple((re.compile(re.sub(r"\*\*|[.*]", lambda m: _SIGNS[m[0]], pattern)
 def changes(old: Any, new: Any, key: Key = ()) -> Iterator[tuple[Key, Any, Any]]:
     """Every value that differs between two sections as `model_dump` gives them: its key, what it was,
     and what it is."""
+    if _adds_parameters(old, new):
+        old = {"use": old}
     if isinstance(old, dict) and isinstance(new, dict):
         for part in dict.fromkeys([*old, *new]):
             yield from changes(old.get(part, MISSING), new.get(part, MISSING), (*key, part))
@@ -71,6 +76,11 @@ def changes(old: Any, new: Any, key: Key = ()) -> Iterator[tuple[Key, Any, Any]]
             yield from changes(a, b, (*key, i))
     elif old is not new and _plain(old) != _plain(new):
         yield key, old, new
+
+
+def _adds_parameters(old: Any, new: Any) -> bool:
+    """Whether a function without parameters got some: they alone are new."""
+    return isinstance(new, dict) and "use" in new and (isinstance(old, str) or callable(old))
 
 
 def refused(old: WorldConfig, new: WorldConfig) -> list[Problem]:

@@ -10,33 +10,43 @@ from typing import Annotated, Any, get_args, get_origin
 from pydantic import BaseModel
 
 from ecs_eco.engine.code import SHIPPED
-from ecs_eco.engine.section import NamesCode, function_name
+from ecs_eco.engine.section import NamesCode, Use, function_name
 
 Key = tuple[str | int, ...]
 
 
 def names_in(section: Any, key: Key = ()) -> Iterator[tuple[Key, Any]]:
     """Every function or "module:name" in a section or in all that is in it, by key."""
+    for place, value in used_in(section, key):
+        yield ((*place, "use"), value.use) if isinstance(value, Use) else (place, value)
+
+
+def used_in(section: Any, key: Key = ()) -> Iterator[tuple[Key, Any]]:
+    """Every function, "module:name", or Use of one with parameters, by key."""
     if isinstance(section, dict):
         for word, value in section.items():
-            yield from names_in(value, (*key, word))
+            yield from used_in(value, (*key, word))
     elif isinstance(section, list):
         for i, value in enumerate(section):
-            yield from names_in(value, (*key, i))
+            yield from used_in(value, (*key, i))
     elif isinstance(section, BaseModel):
         marked = fields_of(type(section))
         for word in type(section).model_fields:
             value = getattr(section, word)
-            yield from _leaves(value, (*key, word)) if word in marked else names_in(value, (*key, word))
+            yield from _leaves(value, (*key, word)) if word in marked else used_in(value, (*key, word))
     elif callable(section):  # passed as a value that an intervention sets
         yield key, section
 
 
 def _leaves(value: Any, key: Key) -> Iterator[tuple[Key, Any]]:
-    if isinstance(value, list):
+    if isinstance(value, BaseModel) and not isinstance(value, Use):
+        yield from used_in(value, key)
+    elif isinstance(value, list):
         for i, inner in enumerate(value):
-            yield from names_in(inner, (*key, i)) if isinstance(inner, BaseModel) else _leaves(inner,
-                                                                                               (*key, i))
+            yield from _leaves(inner, (*key, i))
+    elif isinstance(value, dict):
+        for word, inner in value.items():
+            yield from _leaves(inner, (*key, word))
     elif value is not None and (not isinstance(value, str) or ":" in value):
         yield key, value
 

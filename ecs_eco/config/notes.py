@@ -4,15 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from ecs_eco.config.models.reproduction import Bearing
 from ecs_eco.config.models.species import Species
 from ecs_eco.config.models.world import WorldConfig
+from ecs_eco.learning.words import hint
+
+LATE = 0.25  # of a life: who begins to breed so late has generations that hardly overlap
 
 
 def notes(config: WorldConfig) -> list[str]:
     """Return the notes on a world, a line each."""
     found = []
     for name, species in config.species.items():
-        about = (*_on_energy(config, species), *_on_decisions(species), *_on_lives(config, name, species))
+        about = (*_on_energy(config, species), *_on_decisions(species), *_on_lives(config, name, species),
+                 *_on_founders(species), *(f".ppo: {hint(word)}" for word in species._words))
         found += [f"species.{name}{note}" for note in about]
     return found
 
@@ -22,10 +27,24 @@ def _on_energy(config: WorldConfig, species: Species) -> Iterator[str]:
     if why := meaningless_debt(config, species):
         yield (f": its energy can fall below 0 ({why}), and nothing happens then: give it "
                'lethal = [{ property = "energy", min = 0.0 }] or metabolism.torpor = true, or no costs')
+    way = species.reproduction
+    if isinstance(way, Bearing) and (each := _from_mother(way)) > 0 and not any(
+            trait.startswith("reproduction.") for trait in _coded(species)):
+        if (litter := way.litter) > 1 and litter * each >= most:
+            yield (f".reproduction.litter = {litter}: no mother can pay for all, metabolism.energy_max is "
+                   f"{most:g} and each costs her {each:g}")
+        if way.energy_min < each:
+            yield (f".reproduction.energy_min = {way.energy_min:g}: less than the {each:g} that a newborn "
+                   "costs its mother; she has none until she can pay for it")
     for i, food in enumerate(species.diet):
         if food.until is not None and food.until > most:
             yield (f".diet.{i}.until = {food.until:g}: it never holds so much, metabolism.energy_max is "
                    f"{most:g}; it eats when it is full, too, and gains nothing")
+
+
+def _from_mother(way: Bearing) -> float:
+    """Energy that one newborn costs its mother."""
+    return way.energy_given * (1.0 - getattr(way, "father_share", 0.0))
 
 
 def _on_decisions(species: Species) -> Iterator[str]:
@@ -50,12 +69,38 @@ def _is_positive(formula: str) -> bool:
         return False
 
 
+def _on_founders(species: Species) -> Iterator[str]:
+    oldest = _oldest(species)
+    if oldest is None or not species.count:
+        return
+    if species.age is not None:
+        if species.age[1] > oldest:
+            yield (f".age = [{species.age[0]:g}, {species.age[1]:g}]: it dies at {oldest:g}, older "
+                   "founders in the first tick")
+    elif oldest > (adult := max(_adult(species).values())) >= LATE * oldest:
+        yield (f": all founders are of age 0: none breeds before {adult:g} s, and all left die at once at "
+               f"{oldest:g} s, so numbers swing by generations; give them ages, as age = [0, {oldest:g}]")
+
+
+def _oldest(species: Species) -> float | None:
+    """The age at which a species dies, if there is one [s]."""
+    return min((limit.max for limit in species.lethal if limit.property == "age" and limit.max is not None),
+               default=None)
+
+
+def _adult(species: Species) -> dict[str, float]:
+    """The ages from which a species can breed [s], by their keys."""
+    breeding = species.breeding
+    return {"reproduction.age_min": getattr(species.reproduction, "age_min", 0.0),
+            "breeding.maturity": 0.0 if breeding is None else breeding.maturity}
+
+
 def _on_lives(config: WorldConfig, name: str, species: Species) -> Iterator[str]:
     way = species.reproduction
-    oldest = min((limit.max for limit in species.lethal if limit.property == "age" and limit.max is not None),
-                 default=None)
-    if oldest is not None and (age := getattr(way, "age_min", 0.0)) >= oldest:
-        yield f".reproduction.age_min = {age:g}: it never breeds, as it dies at the age of {oldest:g}"
+    oldest = _oldest(species)
+    for key, age in _adult(species).items():
+        if oldest is not None and age >= oldest:
+            yield f".{key} = {age:g}: it never breeds, as it dies at the age of {oldest:g}"
     eaten = any(food.eats == name for other in config.species.values() for food in other.diet)
     if (way is not None and way.kind != "spread" and not species.lethal and not eaten
         and species.max_count is None):

@@ -8,6 +8,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from ecs_eco.config.document import Document, Key
+from ecs_eco.config.entries import entries_in_words, names_code, names_of, place_in
 from ecs_eco.config.ranges import key_of, real_key
 from ecs_eco.config.reading import parse_toml
 from ecs_eco.engine.errors import Problem, listed, nearest, shortened
@@ -56,11 +57,6 @@ def parse(text: str) -> tuple[str, Any]:
     return name, Problem((name,), "the value is not TOML", value, example, source="--set")
 
 
-def is_index(part: str) -> bool:
-    """Whether a part of a key is a list index: a number of few digits."""
-    return part.isdecimal() and len(part) < 10
-
-
 def _put(document: Document, key: Key, written: Key, value: Any) -> Problem | None:
     """Set one value in the data, or return why not."""
     node: Any = document.data
@@ -68,10 +64,11 @@ def _put(document: Document, key: Key, written: Key, value: Any) -> Problem | No
     for depth, part in enumerate(key):
         last = depth == len(key) - 1
         if isinstance(node, list):
-            if not is_index(str(part)) or int(part) >= len(node):
-                allowed = f"0 to {len(node) - 1}" if node else "none, the list is empty"
-                return Problem(key, f"no entry {shortened(str(part))}", allowed=allowed)
-            part = int(part)
+            number = place_in(node, part)
+            if number is None:
+                return Problem(key, f"no entry {shortened(str(part))}", allowed=entries_in_words(node),
+                               nearest=nearest(part, names_of(node)))
+            part = number
         elif not isinstance(node, dict):
             return Problem(key, f"{'.'.join(map(str, real))} has no parts",
                            allowed="the key of a table or list")
@@ -84,6 +81,8 @@ def _put(document: Document, key: Key, written: Key, value: Any) -> Problem | No
         else:
             if isinstance(node, dict) and node.get(part) is None:
                 node[part] = {}
+            if names_code(node[part]):  # its first parameter
+                node[part] = {"use": node[part]}
             node = node[part]
     document.set[tuple(real)] = written
     return None

@@ -8,7 +8,8 @@ import re
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from ecs_eco.config.models.search import Range
+from ecs_eco.config.entries import names_of, place_in
+from ecs_eco.config.models.search import OBJECTIVES, Range
 from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.engine.errors import Problem, listed, nearest
 
@@ -98,7 +99,9 @@ def real_key(data: Any, key: Key) -> tuple[Key, Any, Problem | None]:
     """The key with whole numbers as list indices, and the value there, or the problem with the key."""
     real: list[str | int] = []
     for part in key:
-        known = (list(map(str, range(len(data)))) if isinstance(data, list) else list(data)
+        if isinstance(data, list) and (number := place_in(data, part)) is not None:
+            part = number
+        known = ([*map(str, range(len(data))), *names_of(data)] if isinstance(data, list) else list(data)
                  if isinstance(data, dict) else [])
         if str(part) not in known:
             where = name_of(tuple(real)) or "the world"
@@ -111,13 +114,20 @@ def real_key(data: Any, key: Key) -> tuple[Key, Any, Problem | None]:
 
 def _check_objective(config: WorldConfig) -> list[Problem]:
     search, problems = config.search, []
-    for part in ("wanted", "persist"):
-        for i, species in enumerate(getattr(search, part)):
-            if species not in config.species:
-                key: Key = ("search", part, species if part == "wanted" else i)
-                problems.append(Problem(key, "no such species", species, listed(config.species),
-                                        nearest(species, config.species)))
-    if any(of == "population" for of, _ in search.goals) and not search.wanted:
+    known = (*OBJECTIVES, *config.reporters)
+    for i, (of, _) in enumerate(search.goals):
+        if isinstance(of, str) and of not in known and ":" not in of:
+            key: Key = ("search", "objective", i, "of") if isinstance(search.objective, list) else (
+                "search", "objective")
+            problems.append(Problem(key, "no such objective", of, f"{listed(known, 20)}, or module:function",
+                                    nearest(of, known)))
+    for part, names in (("wanted", [*config.species, *config.reporters]), ("persist", list(config.species))):
+        for i, name in enumerate(getattr(search, part)):
+            if name not in names:
+                key = ("search", part, name if part == "wanted" else i)
+                kind = "species" if names == list(config.species) else "species or reporter"
+                problems.append(Problem(key, f"no such {kind}", name, listed(names), nearest(name, names)))
+    if any(of == "population" for of, _ in search.goals) and not set(search.wanted) & set(config.species):
         problems.append(Problem(("search", "wanted"), "is missing: the objective is population",
                                 allowed="for example { deer = 500 }"))
     return problems

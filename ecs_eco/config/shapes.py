@@ -31,7 +31,7 @@ def instincts(config: WorldConfig, name: str) -> dict[str, Any]:
     found = {}
     for word in ("reflex", "happiness"):
         function = getattr(getattr(config.species[name], word), "function", None)
-        network = None if function is None else config._code.known(function)
+        network = None if function is None else config.known(function)
         if hasattr(network, "shapes") and hasattr(network, "each"):
             found[f"{word}.weights"] = network
     return found

@@ -108,8 +108,8 @@ def _of_sensors(species: Species) -> Iterator[Trait]:
             text = f"how far the sensor {sensor.name} reaches"
             yield Trait(f"sensors.{sensor.name}.radius", "Senses", "radius", i, radius, TINY, LARGEST,
                         "number", "m", text)
-        if (at := getattr(sensor, "at", None)) is None or sensor.kind == "touch":
-            continue
+        if (at := getattr(sensor, "at", None)) is None or sensor.kind in ("touch", "own"):
+            continue  # of the own body only the height of the place counts, and that is no gene
         for axis, way in enumerate(("forward", "left")):
             text = f"where on the body the sensor {sensor.name} is, {way}, in radii of the body"
             yield Trait(f"sensors.{sensor.name}.{way}", "Senses", way, i, at[axis], -LARGEST, LARGEST,

@@ -3,7 +3,7 @@ they name it and change no result.
 
 `invariants` holds at any time, `comparison` between before and after a system, `handles` for what users keep;
 `watch` says when. What outsiders may write into a world is looked at always, in `ecs_eco.space.gate`. See
-docs/debugging.md.
+docs/how-to/debugging.md.
 """
 
 from ecs_eco.debug.errors import DebugError, StaleHandle

@@ -311,10 +311,11 @@ def _run(source: Source, name: str, earlier: dict[str, ModuleType]) -> ModuleTyp
     return module
 
 
-def takes(function: Callable[..., Any], n: int) -> str:
-    """Say why a function cannot be called with `n` arguments, or ""; it is not called."""
+def takes(function: Callable[..., Any], n: int, given: Mapping[str, Any] = MappingProxyType({})) -> str:
+    """Say why a function cannot be called with `n` arguments and `given` parameters, or ""; it is not called.
+    """
     try:
-        inspect.signature(function).bind(*[None] * n)
+        inspect.signature(function).bind(*[None] * n, **given)
     except TypeError as error:
         return f"is to take {n} arguments: {error}"
     except ValueError:  # it does not say

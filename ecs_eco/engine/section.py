@@ -4,7 +4,16 @@ from __future__ import annotations
 
 from typing import Annotated, Any
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, PlainSerializer, WrapValidator
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    ConfigDict,
+    Discriminator,
+    Field,
+    PlainSerializer,
+    Tag,
+    WrapValidator,
+)
 
 LARGEST, SMALLEST = 1e30, 1e-30  # numbers become float32, which ends at 3.4e38 and begins at 1.2e-38
 
@@ -67,8 +76,17 @@ def function_name(function: Any) -> str:
         return function
     from ecs_eco.engine.code import public_module
 
+    if isinstance(function, Use):
+        return function_name(function.use)
     thing = function if hasattr(function, "__qualname__") else type(function)
     return f"{public_module(thing.__module__)}:{thing.__qualname__}"
+
+
+def as_written(value: Any, json: bool) -> Any:
+    """Return what stands for code in a file, with JSON types or as it was handed over."""
+    if isinstance(value, Use):
+        return {"use": as_written(value.use, json), **value.parameters}
+    return function_name(value) if json else value
 
 
 def _is_code(value: Any) -> bool:
@@ -82,10 +100,33 @@ class NamesCode:
 OF_CODE = (
     NamesCode(),
     WrapValidator(lambda value, check: value if _is_code(value) else check(value)),
-    PlainSerializer(lambda value, info: function_name(value) if info.mode == "json" else value),
+    PlainSerializer(lambda value, info: as_written(value, info.mode == "json")),
 )
-Function = Annotated[str, Field(pattern=r"^[A-Za-z_][\w.]*:[A-Za-z_]\w*$"), *OF_CODE]
+NAMED = r"^[A-Za-z_][\w.]*:[A-Za-z_]\w*$"
+Function = Annotated[str, Field(pattern=NAMED), *OF_CODE]
 """In a file "module:name"; from Python also the function itself."""
+
+
+class Use(Section):
+    """A function or class of your own with its parameters, the other keys: those of the function after the
+    arguments that it is called with, or those of the constructor."""
+
+    model_config = ConfigDict(extra="allow")
+
+    use: Function = about("module:name of the function or class")
+
+    @property
+    def parameters(self) -> dict[str, Any]:
+        """The parameters that are given, by name."""
+        return dict(self.__pydantic_extra__ or {})
+
+
+WithParameters = Annotated[
+    Annotated[str, Field(pattern=NAMED), Tag("word")] | Annotated[Use, Tag("with")],
+    Discriminator(lambda value: "with" if isinstance(value, dict | Use) else "word"),
+    *OF_CODE,
+]
+"""In a file "module:name", or { use = "module:name", … } with parameters; from Python also the function."""
 CodeEntry = Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_]*(\.[A-Za-z_][A-Za-z0-9_]*)*$",
                                  max_length=200)]
 """A file beside the world, "sir.py", or an installed module, "mypackage.ecology"."""

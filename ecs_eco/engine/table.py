@@ -55,6 +55,11 @@ class Table:
     def __repr__(self) -> str:
         return f"<Table {self.name!r}: {self.n} alive, {', '.join(c.__name__ for c in self.columns)}>"
 
+    def _repr_html_(self) -> str:
+        from ecs_eco.engine.html import of_table
+
+        return of_table(self)
+
     def __len__(self) -> int:
         return self.n
 

@@ -19,7 +19,7 @@ from ecs_eco.engine.flushes import Births, Deaths, Touched, bear, bury
 from ecs_eco.engine.interruption import Underway, require_whole, whole
 from ecs_eco.engine.phases import PHASES, Scheduled
 from ecs_eco.engine.running import live
-from ecs_eco.engine.schema import Handle
+from ecs_eco.engine.schema import C
 from ecs_eco.engine.table import Table
 from ecs_eco.engine.workers import Workers
 
@@ -149,7 +149,7 @@ class World:
             self.causes.append(name)
         return self.causes.index(name) + 1
 
-    def spawn(self, name: str, *components: Handle, n: int = 1, parent: int = 0) -> None:
+    def spawn(self, name: str, *components: Any, n: int = 1, parent: int = 0) -> None:
         """Ask for `n` newborn of a kind, with these components' values (the table's defaults for the others).
 
         They come to life at the end of the phase `reproduce`, or at `flush`. A place beyond the edge of a
@@ -164,7 +164,7 @@ class World:
         table.request(np.full(n, parent, np.uint64), values)
 
     def _values(self, table: Table,
-                components: Iterable[Handle], n: int = 1) -> dict[tuple[type, str], np.ndarray]:
+                components: Iterable[Any], n: int = 1) -> dict[tuple[type, str], np.ndarray]:
         """Return what `n` newborn with these components are born with, as it may come to life."""
         values = {}
         for handle in components:
@@ -193,10 +193,11 @@ class World:
                 return table, int(row[0])
         raise KeyError(f"no living entity has the uid {uid}")
 
-    def get(self, uid: int, component: type[Any]) -> Any:
+    def get(self, uid: int, component: type[C]) -> C:
         """Return the handle of one living entity's component."""
         table, row = self.locate(uid)
-        return self._handle(table, row, component)
+        found: C = self._handle(table, row, component)
+        return found
 
     def each(self, *components: type[Any]) -> Iterator[tuple[Any, ...]]:
         """Yield (uid, handle, …) for all living entities that have these components, in the order of uids."""

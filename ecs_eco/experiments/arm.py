@@ -44,9 +44,9 @@ class Arm:
         return any(self.config.species[name].policy.learn for name in species_with_policy(self.config))
 
     def with_policies(self, folder: Path) -> Arm:
-        """Return the arm with the trained policies of a folder."""
-        if self.policies == "trained":
-            return replace(self, policies=str(folder))
+        """Return the arm with the trained policies of a folder, where its treatment names no others."""
+        if isinstance(self.policies, str):
+            return replace(self, policies=str(folder)) if self.policies == "trained" else self
         by_species = {name: self.policies.get(name, str(folder)) for name in species_with_policy(self.config)}
         return replace(self, policies=by_species)
 

@@ -19,6 +19,7 @@ from ecs_eco.experiments.pool import Pool
 from ecs_eco.experiments.runs import has_run
 from ecs_eco.experiments.trained import is_trained
 from ecs_eco.experiments.treatments import species_with_policy
+from ecs_eco.worlds.policies import POLICIES
 
 Result = TypeVar("Result")
 
@@ -139,6 +140,8 @@ class Comparison:
         return {arm.name: self._trained(arm) for arm in self.arms}
 
     def _bundled(self, arm: Arm) -> str:
+        if isinstance(arm.policies, str) and arm.policies not in POLICIES:
+            return f"the policies in {arm.policies}"
         if not arm.trained_species:
             return "policies that are not trained"
         same = "" if arm is self.arms[0] else ", the same as the first arm"

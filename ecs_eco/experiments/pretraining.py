@@ -31,7 +31,8 @@ def pretrain(config: Any, seed: int | None = None, ticks: int | None = None, out
 
     `ticks` are those that each of the `training.worlds` lives. Per species and point of the curve: intake per
     animal and second, deaths per animal and second, mean happiness, over all worlds. `out` receives
-    <species>.safetensors and training.json. `trust` allows the code that the world lists to run in this
+    <species>.safetensors and training.json. "learning" has each update, and "actions" how often each is done,
+    by species (see `ecs_eco.analysis.learning`). `trust` allows the code that the world lists to run in this
     process.
     """
     config = config if isinstance(config, WorldConfig) and not trust else load(config, trust=trust)
@@ -53,10 +54,30 @@ def pretrain(config: Any, seed: int | None = None, ticks: int | None = None, out
     policies = {name: mean_weights(states) for name, states in last.items()}
     result = {"world": config.name, "config_hash": config.config_hash, "seed": training_worlds.seed,
               "ticks": ticks, "seconds": time.perf_counter() - begin, "curves": training_worlds.curves(every),
-              "policies": policies, "reports": training_worlds.reports()}
+              "policies": policies, "reports": training_worlds.reports(), **over_time(training_worlds)}
     if out is not None:
         save(result, Path(out))
     return result
+
+
+def over_time(training_worlds: TrainingWorlds) -> dict[str, Any]:
+    """Return what each update said, and how often actions were done, by species, as lists; None for what is
+    undefined."""
+    from ecs_eco.analysis.learning import acts_of, thinned, updates_of
+
+    updates, actions = training_worlds.history()
+    learning = {s: {"tick": u.ticks.tolist(), **{word: _plain(v) for word, v in u.columns.items()}}
+                for s, u in updates_of(updates).items()}
+    acts = {}
+    for s, a in acts_of(actions).items():
+        curves = [thinned(a.ticks, a.share[:, i]) for i in range(len(a.actions))]
+        acts[s] = {"tick": curves[0][0].tolist(),
+                   **{name: _plain(c[1]) for name, c in zip(a.actions, curves, strict=True)}}
+    return {"learning": learning, "actions": acts}
+
+
+def _plain(values: np.ndarray) -> list[float | None]:
+    return [float(v) if np.isfinite(v) else None for v in values]
 
 
 def ramp(world: World, config: WorldConfig, share: float) -> None:

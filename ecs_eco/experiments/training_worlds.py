@@ -25,6 +25,7 @@ class TrainingWorlds:
         self.tick, self.stage = 0, 0
         self.pool: dict[str, list[dict[str, np.ndarray]]] = {}
         self.series: list[dict[str, np.ndarray]] = []  # of former worlds, per species name and count
+        self.recorded: list[tuple[int, Any, Any]] = []  # of former worlds: first tick, updates, actions
         self.learners: dict[str, Any] = {}  # species → Learner, or SharedLearner
         self.worlds: list[Any] = []
         self._begin()
@@ -98,7 +99,28 @@ class TrainingWorlds:
         return {"n": n.sum(0), "taken_in": taken.sum(0), "deaths": deaths.sum(0),
                 "happiness": happiness.mean(0)}
 
+    def history(self) -> tuple[Any, Any]:
+        """Return all updates, and the actions in all worlds, as tables with the ticks of the training."""
+        import pyarrow as pa
+
+        plain = [[], []]  # type: list[list[Any]]
+        for begin, *tables in [*self.recorded, *self._recordings()]:
+            for kind, table in zip(plain, tables, strict=True):
+                words = [n for n in ("species", "action") if n in table.column_names]
+                for name in words:
+                    at = table.column_names.index(name)
+                    table = table.set_column(at, name, table[name].cast(pa.string()))
+                kind.append(table.set_column(0, "tick", pa.array(table["tick"].to_numpy() + begin)))
+        updates, actions = (pa.concat_tables(tables) for tables in plain)
+        return updates.sort_by("tick"), actions.group_by(["tick", "species", "action"]).aggregate(
+            [("n", "sum"), ("of", "sum")]).rename_columns(["tick", "species", "action", "n", "of"])
+
+    def _recordings(self) -> list[tuple[int, Any, Any]]:
+        begin = self.tick - self.worlds[0].tick
+        return [(begin, w.recorder.learning_series(), w.recorder.action_series()) for w in self.worlds]
+
     def _renew(self) -> None:
+        self.recorded += self._recordings()
         self.series.append(self._past())
         for name, brain in self.brains().items():
             self.pool.setdefault(name, []).append(brain.state())

@@ -8,7 +8,7 @@ torch.
 
 from typing import TYPE_CHECKING
 
-from ecs_eco._lazy import lazy
+from ecs_eco._lazy import lazy, listing
 
 if TYPE_CHECKING:
     from ecs_eco.genomes.alphabet import DNA, Alphabet
@@ -31,3 +31,4 @@ _HOME = {
 __all__ = ["CHOICES", "DNA", "Alphabet", "Fitted", "Gene", "Layout", "Operators", "Trait", "diversity",
            "fit_network", "frequencies", "layout_of", "operators_of", "statistics", "toolbox_of"]  # fmt: skip
 __getattr__ = lazy(__name__, {name: f"{__name__}.{module}" for name, module in _HOME.items()})
+__dir__ = listing(globals(), __all__)

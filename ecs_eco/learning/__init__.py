@@ -7,7 +7,7 @@ here knows biology, and the parts train plain Gymnasium vector environments. Nam
 
 from typing import TYPE_CHECKING
 
-from ecs_eco._lazy import lazy
+from ecs_eco._lazy import lazy, listing
 
 if TYPE_CHECKING:
     from ecs_eco.learning.brain import Brain
@@ -42,3 +42,4 @@ _HOME = {
     "train": "vector_env",
 }
 __getattr__ = lazy(__name__, {name: f"{__name__}.{module}" for name, module in _HOME.items()})
+__dir__ = listing(globals(), __all__)

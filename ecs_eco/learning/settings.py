@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+import functools
 import math
+import warnings
 from dataclasses import Field, dataclass, field, fields
 from typing import Any
+
+from ecs_eco.engine.errors import unknown_name
+from ecs_eco.learning.words import hint, ours
 
 
 def _setting(default: float, low: float, high: float, doc: str, above: bool = False) -> Any:
@@ -16,7 +21,8 @@ def _setting(default: float, low: float, high: float, doc: str, above: bool = Fa
 class PPO:
     """Hyperparameters of PPO (Schulman et al. 2017); `fields(PPO)[i].metadata["doc"]` documents each.
 
-    Raises ValueError that names the field, the value and what is allowed.
+    The words of others (gamma, lr, batch_size …, `ecs_eco.learning.words`) are taken with a warning that says
+    ours. Raises ValueError that names the field, the value and what is allowed.
     """
 
     horizon: int = _setting(64, 1, math.inf, "ticks of one rollout")
@@ -46,6 +52,24 @@ class PPO:
     def __post_init__(self) -> None:
         for f in fields(self):
             object.__setattr__(self, f.name, _checked(f, getattr(self, f.name)))
+
+
+_init = PPO.__init__
+
+
+def _in_any_words(self: PPO, *values: Any, **settings: Any) -> None:
+    """Take the settings by our names, or by those of others, with a hint."""
+    for word, name in ours(settings).items():
+        warnings.warn(f"PPO: {hint(word)}", stacklevel=2)
+        settings[name] = settings.pop(word)
+    known = [f.name for f in fields(PPO)]
+    if unknown := [name for name in settings if name not in known]:
+        raise TypeError(unknown_name("PPO", "setting", unknown[0], known))
+    _init(self, *values, **settings)
+
+
+functools.update_wrapper(_in_any_words, _init)
+PPO.__init__ = _in_any_words  # type: ignore[method-assign]
 
 
 def _checked(f: Field[Any], value: Any) -> Any:

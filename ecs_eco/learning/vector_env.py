@@ -5,21 +5,24 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ecs_eco.engine.workers import Workers
+from ecs_eco.learning import weights
 from ecs_eco.learning.brain import Brain
 from ecs_eco.learning.brains import learner_of
 from ecs_eco.learning.choice import choose, choose_best
-from ecs_eco.learning.continuous import CONTINUOUS, draw_numbers, in_units
+from ecs_eco.learning.continuous import draw_numbers
 from ecs_eco.learning.policy_network import PolicyNetwork
 from ecs_eco.learning.settings import PPO
+from ecs_eco.learning.spaces import Actions, Observations, as_vector, resets_in_same_step
 
 if TYPE_CHECKING:
+    from gymnasium import Env
     from gymnasium.vector import VectorEnv
-
 
 
 @dataclass
@@ -31,6 +34,29 @@ class Training:
     returns: list[float] = field(default_factory=list)
     steps: list[int] = field(default_factory=list)
     reports: list[dict[str, float]] = field(default_factory=list)  # of each update
+    observations: Observations | None = None  # of the environments, as the brain knows them
+    actions: Actions | None = None
+
+    def predict(self, observations: Any) -> np.ndarray:
+        """Return the likeliest actions for n observations, or for one, as the environment takes them.
+
+        A brain with a memory decides as at birth.
+        """
+        assert self.observations is not None
+        assert self.actions is not None
+        seen = np.asarray(observations)
+        alone = seen.ndim == len(self.observations.shape)
+        decided = act(self.brain, self.observations.rows(seen[None] if alone else seen))
+        sent = self.actions.sent(decided, decided)
+        return sent[0] if alone else sent
+
+    def save(self, path: str | Path) -> Path:
+        """Write the brain's weights as safetensors with a seal, whole or not at all; raises OSError."""
+        return weights.save(path, self.brain.state())
+
+    def load(self, path: str | Path) -> None:
+        """Take weights that `save` wrote; raises ValueError where they are damaged or of another brain."""
+        self.brain.load(weights.load(path))
 
     def finish(self, score: np.ndarray, over: np.ndarray, step: int) -> None:
         """Note the returns f64[n] of the episodes that are over, bool[n], and count them from 0 again."""
@@ -48,24 +74,23 @@ class Training:
         return self.steps[int(reached[0]) + episodes - 1] if len(reached) else None
 
 
-def train(envs: VectorEnv, ppo: PPO, total_steps: int, seed: int, hidden: tuple[int, ...] = (64, 64),
+def train(envs: VectorEnv | Env, ppo: PPO, total_steps: int, seed: int, hidden: tuple[int, ...] = (64, 64),
           trunk: str = "separate", workers: int = 1, stop: Callable[[Training], bool] | None = None,
           network: Callable[..., Any] | None = None, device: str = "cpu") -> Training:
-    """Train a new brain for `total_steps` steps of all environments together,
-    or until an update after which `stop`.
+    """Train a new brain for `total_steps` steps of all environments, or until an update after which `stop`.
 
     It is the built-in network, or `network(n_observations, groups)`, any torch module (see module_brain.py).
-    Takes Discrete, MultiDiscrete or bounded Box actions (of one axis; each number is a continuous group) and
-    array observations, with autoreset in the next or in the same step. A time limit is no death: what would
-    have followed is estimated by the value of the final observation. Every step of every environment counts,
-    also those that only reset it. Raises ValueError for other spaces or modes.
+    A single environment is a vector of one. Takes Discrete, MultiDiscrete or bounded Box actions (of one
+    axis; each number is a continuous group), observations that are arrays or whole numbers (an input for each
+    value), and autoreset in the next or in the same step. A time limit is no death: what would have followed
+    is estimated by the value of the final observation. Steps that only reset count, too. Raises ValueError.
     """
-    actions = _Actions.of(envs)
-    groups = actions.groups
-    resets_itself = _resets_in_same_step(envs)
-    seen = _flat(envs.reset(seed=seed)[0])
-    brain = _brain(network, seen.shape[1], groups, hidden, trunk, seed, device)
-    learner, training = learner_of(brain, ppo, seed, workers), Training(brain)
+    envs = as_vector(envs)
+    actions, observations, resets_itself = Actions.of(envs), Observations.of(envs), resets_in_same_step(envs)
+    seen = observations.rows(envs.reset(seed=seed)[0])
+    brain = _brain(network, seen.shape[1], actions.groups, hidden, trunk, seed, device)
+    learner = learner_of(brain, ppo, seed, workers)
+    training = Training(brain, observations=observations, actions=actions)
     rollout, n, split = learner.rollout, envs.num_envs, Workers(workers).split
     memory = np.zeros((n, brain.memory), np.float32)
     generator = np.random.Generator(np.random.Philox(key=[seed, 2**63]))
@@ -84,14 +109,15 @@ def train(envs: VectorEnv, ppo: PPO, total_steps: int, seed: int, hidden: tuple[
         live = everyone[~resetting]
         rollout.store(live, seen[live], choice[live], log_probability[live], values[live],
                       memory[live] if brain.memory else None, numbers[live])
-        observed, rewards, dead, late, info = envs.step(actions.sent(choice, numbers, envs))
-        seen, rewards = _flat(observed), np.asarray(rewards, np.float32)
+        observed, rewards, dead, late, info = envs.step(actions.sent(choice, numbers))
+        seen, rewards = observations.rows(observed), np.asarray(rewards, np.float32)
         score[live] += rewards[live]
         over = (dead | late) & ~over
         rollout.credit(everyone[live][~over[live]], rewards[live][~over[live]])
         rollout.end(everyone[over & dead], rewards[over & dead])
         if len(cut := everyone[over & ~dead]):
-            final = _flat(np.stack([info["final_obs"][i] for i in cut])) if resets_itself else seen[cut]
+            final = (observations.rows(np.stack([info["final_obs"][i] for i in cut])) if resets_itself
+                     else seen[cut])
             rollout.cut(cut, rewards[cut], brain.recall(final, later[cut])[1])
         memory = later
         memory[over | resetting] = 0
@@ -125,7 +151,7 @@ def act(brain: PolicyNetwork, observations: np.ndarray) -> np.ndarray:
     Of a brain with continuous groups alone: their means f32[n, K], −1 and 1 for the limits of their ranges.
     Raises ValueError for one with both kinds.
     """
-    logits, _ = brain.forward(_flat(observations))
+    logits, _ = brain.forward(np.asarray(observations, np.float32).reshape(len(observations), -1))
     if brain.n_numbers:
         if len(brain.offsets) > 1:
             raise ValueError(f"groups = {brain.groups}: allowed are choices alone, or continuous ones alone")
@@ -133,49 +159,3 @@ def act(brain: PolicyNetwork, observations: np.ndarray) -> np.ndarray:
     choice = np.empty((len(logits), len(brain.groups)), np.int64)
     choose_best(logits, brain.offsets, choice)
     return choice
-
-
-def _flat(observations: Any) -> np.ndarray:
-    """Return f32[n, everything else]."""
-    return np.asarray(observations, np.float32).reshape(len(observations), -1)
-
-
-@dataclass(frozen=True)
-class _Actions:
-    """The actions of an environment as a brain decides them: choices counted from `first` [G],
-    or numbers between `low` and `high` [K]."""
-
-    groups: tuple[int, ...]
-    first: np.ndarray | None = None
-    low: np.ndarray | None = None
-    high: np.ndarray | None = None
-
-    @classmethod
-    def of(cls, envs: Any) -> _Actions:
-        """Return those of vector environments; raises ValueError for a space that no brain can act in."""
-        space, kind = envs.single_action_space, type(envs.single_action_space).__name__
-        if kind == "Discrete":
-            return cls((int(space.n),), np.array([space.start]))
-        if kind == "MultiDiscrete" and space.nvec.ndim == 1:
-            return cls(tuple(int(n) for n in space.nvec), np.asarray(space.start))
-        if (kind == "Box" and len(space.shape) == 1 and space.is_bounded()
-            and np.issubdtype(space.dtype, np.floating)):
-            return cls((CONTINUOUS,) * space.shape[0], low=space.low, high=space.high)
-        raise ValueError(f"action space {space}: allowed is Discrete, or MultiDiscrete or a bounded Box of "
-                         "numbers with one axis")
-
-    def sent(self, choice: np.ndarray, numbers: np.ndarray, envs: Any) -> np.ndarray:
-        """Return choices int[n, G] or numbers f32[n, K] as the environments take them."""
-        actions = (choice + self.first if self.low is None or self.high is None
-                   else in_units(numbers, self.low, self.high).astype(envs.action_space.dtype))
-        return actions.reshape(envs.action_space.shape)
-
-
-def _resets_in_same_step(envs: VectorEnv) -> bool:
-    if envs.single_observation_space.shape is None:
-        raise ValueError(f"observation space {envs.single_observation_space}: allowed are arrays (Box); "
-                         "flatten others")
-    mode = getattr(envs.metadata.get("autoreset_mode"), "name", None)
-    if mode not in ("NEXT_STEP", "SAME_STEP"):
-        raise ValueError(f"metadata['autoreset_mode'] of {envs} is {mode}: allowed is NEXT_STEP or SAME_STEP")
-    return mode == "SAME_STEP"

@@ -34,6 +34,10 @@ def newcomers(table: Table, world: SpatialWorld, kind: Any, identity: np.ndarray
     elif way is not None and way.kind == "spread":
         one_a_site(table, world, way.spacing, values, within)
     count = values[Position, "x"].size
+    span = getattr(kind, "age", None)
+    if span is not None:
+        u = random.draw_many(world.key, identity[:count], random.SEX + (2 << 8) + ((table.place + 1) << 20))
+        values[Biology, "age"] = (np.float32(span[0]) + np.float32(span[1] - span[0]) * u).astype(np.float32)
     if Metabolism in table and table.species.nerves is not None:  # hungry to well fed, lest all die at once
         u = random.draw_many(world.key, identity[:count], random.BIRTH + ((table.place + 1) << 20))
         values[Metabolism, "energy"] = (
@@ -93,10 +97,10 @@ def one_a_site(table: Table, world: SpatialWorld, spacing: float, values: Values
     key, salt = world.key, (table.place + 1) << 20
     order = np.argsort(random.draw_many(key, np.arange(nx * ny, dtype=np.uint64), random.SPREAD + salt),
                        kind="stable")
-    x, y = ((order % nx) + 0.5) * world.space.size[0] / nx, ((order // nx) + 0.5) * world.space.size[1] / ny
+    x, y = _centres(order, nx, ny, world)
     open_ = ~_taken(table, world, nx, ny)[order]
     if world.terrain is not None:
-        open_ &= world.terrain.free(x, y)
+        open_ &= world.terrain.free(x.astype(np.float32), y.astype(np.float32))
     if within is not None:
         open_ &= within.has(x, y)
     order = order[open_]
@@ -108,10 +112,19 @@ def one_a_site(table: Table, world: SpatialWorld, spacing: float, values: Values
     for axis, cells, fraction, n, i in (("x", site % nx, u, nx, 0), ("y", site // nx, v, ny, 1)):
         values[Position, axis] = np.minimum((cells + fraction) * np.float32(world.space.size[i] / n),
                                             near[i]).astype(np.float32)
+    if world.terrain is not None:
+        middle = (each.astype(np.float32) for each in _centres(site, nx, ny, world))
+        values[Position, "x"], values[Position, "y"] = world.terrain.within_sites(
+            values[Position, "x"], values[Position, "y"], *middle)
     for name in ("z", "heading"):
         values[Position, name] = values[Position, name][: site.size]
     for column in [k for k in values if k[0] is Biology]:
         values[column] = values[column][: site.size]
+
+
+def _centres(site: np.ndarray, nx: int, ny: int, world: SpatialWorld) -> tuple[np.ndarray, np.ndarray]:
+    """Return the middles of sites: x, y f64[k] [m]."""
+    return ((site % nx) + 0.5) * world.space.size[0] / nx, ((site // nx) + 0.5) * world.space.size[1] / ny
 
 
 def _taken(table: Table, world: SpatialWorld, nx: int, ny: int) -> np.ndarray:

@@ -8,6 +8,7 @@ import numpy as np
 
 from ecs_eco.components import Chemistry, Matter, Position
 from ecs_eco.engine.jit import njit
+from ecs_eco.engine.per_row import of_row
 from ecs_eco.lifecycle.matter import bodies, book, held, hold, release
 
 if TYPE_CHECKING:
@@ -16,10 +17,11 @@ if TYPE_CHECKING:
 
 
 def swallow(world: SpatialWorld, table: Table, eaters: np.ndarray, prey: Table, eaten: np.ndarray,
-            share: float) -> None:
+            share: float | np.ndarray) -> None:
     """Move the substances of the eaten (rows i64[k]) into their eaters (rows i64[k], in canonical order).
 
-    The share that is assimilated mixes with what the eater's body holds; the rest goes where it stands.
+    The share that is assimilated, of all or of each row of the eaters' table, mixes with what the eater's
+    body holds; the rest goes where it stands.
     """
     if not eaten.size or Matter not in table or Chemistry not in prey:
         return
@@ -42,7 +44,7 @@ def ingest(eaters, eaten, share, volume, molarity, residue, food_volume, food_mo
             amount = held(food_molarity, food_residue, food, s) * food_volume[food]
             hold(food_molarity, food_residue, food, s, 0.0)
             before = held(molarity, residue, row, s)
-            now = hold(molarity, residue, row, s, before + share * amount / volume[row])
+            now = hold(molarity, residue, row, s, before + of_row(share, row) * amount / volume[row])
             taken[s] += amount
             left[i, s] = amount - (now - before) * volume[row]
     return taken

@@ -198,6 +198,11 @@ def release(world: SpatialWorld, table: Table, amount: np.ndarray, x: np.ndarray
                 world.matter.book(("field", name), "released", gone, s)
 
 
+def part_lost(rate: Any) -> Any:
+    """Return the share that is gone after a tick, of what goes at a rate, 1 [1/tick]; f64[k] of f64[k]."""
+    return -np.expm1(-rate) if isinstance(rate, np.ndarray) else -math.expm1(-rate)
+
+
 @njit
 def held(molarity, residue, row, s):
     """Return a concentration in float64."""

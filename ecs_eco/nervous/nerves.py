@@ -274,8 +274,9 @@ class Nerves:
         if coded:
             began["own"] = {key.removeprefix("ppo."): table[Traits].value[rows, table.species.traits[key]]
                             for key in coded}
-        minds.learn(table[Policy], table[Experience], rows, table.uid[rows], values, settings,
-                    world.split, **began)
+        report = minds.learn(table[Policy], table[Experience], rows, table.uid[rows], values, settings,
+                             world.split, **began)
+        self.reports[:] = [{"tick": world.tick, **report}]  # some learn in nearly every tick: the last alone
 
     def _read(self, network: Network, table: Table, name: str, shape: tuple[int, ...]) -> np.ndarray:
         owner = getattr(network, "__self__", network)  # of a method

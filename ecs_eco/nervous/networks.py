@@ -57,7 +57,8 @@ class ReflexNetwork:
             which = rows if own and rows is not None else np.zeros(len(x), np.int64)
             connect(x, self.channels, self.starts, self.actions, self.above, weight, threshold, which, total)
             if nerves.ranges.groups:
-                total[:, nerves.ranges.columns] *= nerves.ranges.high - nerves.ranges.low
+                ends = nerves.ranges if table is None or rows is None else nerves.ranges.of(table, rows)
+                total[:, nerves.ranges.columns] *= ends.high - ends.low
         for column, formula in self.formulas.items():
             total[:, column] += formula({n: nerves.reading(n, x) for n in formula.names})
         if self.function is not None:

@@ -35,7 +35,7 @@ def disable(table: Table, rows: np.ndarray) -> None:
         table[Nervous].decision[lacking, column] = 0
         if group in nerves.ranges.groups:
             k = nerves.ranges.groups.index(group)
-            table[Motor].command[lacking, k] = nerves.ranges.rest[k]
+            table[Motor].command[lacking, k] = nerves.ranges.of(table, lacking).rest[..., k]
 
 
 def _places(traits: Mapping[str, int], section: str) -> dict[str, int]:

@@ -1,11 +1,18 @@
 """Continuous actions of a species: between which numbers they are, and what becomes of what was drawn."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping
-from typing import Any
+from copy import copy
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ecs_eco.genomes.own_values import own_values
 from ecs_eco.learning.continuous import in_units
+
+if TYPE_CHECKING:
+    from ecs_eco.engine.table import Table
 
 
 class Ranges:
@@ -26,8 +33,23 @@ class Ranges:
     def __len__(self) -> int:
         return len(self.groups)
 
+    def of(self, table: Table, rows: np.ndarray) -> Ranges:
+        """Return these ranges, or where genes code for any of their numbers those of rows i64[n]: low, high
+        and rest f32[n, k]. Where a genome says that the least is above the most, it is the most."""
+        keys = {f"actions.{group}.continuous.{end}": column[k] for k, group in enumerate(self.groups)
+                for end, column in ((0, self.low), (1, self.high))}
+        keys |= {f"neutral.{group}": self.rest[k] for k, group in enumerate(self.groups)}
+        values = own_values(table, keys)
+        if not isinstance(values[0], np.ndarray):
+            return self
+        each, k, own = np.stack([value[rows] for value in values], 1), len(self.groups), copy(self)
+        own.high = each[:, 1 : 2 * k : 2]
+        own.low = np.minimum(each[:, 0 : 2 * k : 2], own.high)
+        own.rest = np.clip(each[:, 2 * k :], own.low, own.high)
+        return own
+
     def command(self, numbers: np.ndarray | None, shift: np.ndarray | None) -> np.ndarray:
         """Return what is carried out, f32[n or 1, k]: numbers f32[n, k] of the policy in units of half the
         range (None: no policy), shifted by the reflex f32[n, k], and held within the range."""
-        chosen = self.rest[None] if numbers is None else in_units(numbers, self.low, self.high)
+        chosen = np.atleast_2d(self.rest) if numbers is None else in_units(numbers, self.low, self.high)
         return chosen if shift is None else np.clip(chosen + shift, self.low, self.high)

@@ -77,7 +77,7 @@ def numbers_of(table: Table, rows: np.ndarray, at: np.ndarray) -> tuple[np.ndarr
     shape = len(at), len(nerves.ranges)
     shift = np.zeros(shape, np.float32) if thoughts.shift is None else thoughts.shift[at]
     drawn = None if thoughts.numbers is None else thoughts.numbers[at]
-    chosen = np.broadcast_to(nerves.ranges.command(drawn, None), shape)
+    chosen = np.broadcast_to(nerves.ranges.of(table, rows).command(drawn, None), shape)
     return shift, chosen, table[Motor].command[rows] if shape[1] else shift
 
 

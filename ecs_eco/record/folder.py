@@ -18,7 +18,6 @@ from ecs_eco.record.belonging import Mark, listed, name_of, parts
 from ecs_eco.record.claim import Claim
 
 if TYPE_CHECKING:
-    from ecs_eco.engine.table import Table
     from ecs_eco.space.world import SpatialWorld
 
 VERSIONS = ("ecs-eco", "esper", "numpy", "numba", "torch", "pyarrow")
@@ -83,14 +82,16 @@ class Folder:
             half.unlink(missing_ok=True)
 
     def _kinds(self) -> list[str]:
-        return list(dict.fromkeys([*self.parts,
-                                   *(folder.name for folder in sorted(self.path.glob("details-*")))]))
+        later = [folder.name for kind in ("matter", "learning", "actions", "details-*")
+                 for folder in sorted(self.path.glob(kind))]
+        return list(dict.fromkeys([*self.parts, *later]))
 
 
 PARTS = "part-*.parquet"
 OURS = {  # what a run writes, by folder
     "": ("manifest.json", "report.html", "why.html", "why.json"), "series": (PARTS,), "births": (PARTS,),
-    "deaths": (PARTS,), "snapshots": (PARTS,), "matter": (PARTS,), "details-*": (PARTS,),
+    "deaths": (PARTS,), "snapshots": (PARTS,), "matter": (PARTS,), "learning": (PARTS,),
+    "actions": (PARTS,), "details-*": (PARTS,),
     "checkpoints": ("tick-*.safetensors",),
     "policies": ("*.safetensors",), "figures": ("*.png",),
 }  # fmt: skip
@@ -143,29 +144,3 @@ def git_commit() -> str | None:
     except (OSError, subprocess.SubprocessError):
         return None
     return done.stdout.strip() or None if done.returncode == 0 else None
-
-
-def genes_of(table: Table) -> dict[str, Any] | None:
-    """Describe a species' genome: alphabet, strings (ploidy), genes; None if it has none.
-
-    A gene has its name, first locus `at`, number of `letters`, `trait` (null for a neutral marker), and
-    `values` where it lists them: one for each codon in their order. Where strings vary in length it has a
-    `promoter`, which the letters follow, instead of a place, and the genome has `longest` and the `separator`
-    of two strings.
-    """
-    layout: Any = getattr(table.species.heredity, "layout", None)
-    if layout is None:
-        return None
-    genes = [{"name": code.name, "at": int(code.first), "letters": int(code.stop - code.first),
-              "trait": code.gene.trait}
-             for code in layout.genes]  # fmt: skip
-    for gene, code in zip(genes, layout.genes, strict=True):
-        if code.gene.values is not None:
-            gene["values"] = [float(v) for v in code.gene.values]
-    out = {"alphabet": layout.alphabet.letters, "ploidy": int(layout.ploidy), "genes": genes}
-    if layout.longest is not None:
-        for gene in genes:
-            del gene["at"]
-            gene["promoter"] = layout.promoters[gene["name"]]
-        out |= {"longest": layout.longest, "separator": layout.separator}
-    return out

@@ -1,4 +1,4 @@
-"""Genomes as the text that records hold."""
+"""Genomes as the text that records hold, and what a manifest says of their genes."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -34,3 +34,43 @@ def letters_of(table: "Table") -> np.ndarray:
         letters += "\0" + separator
     letters = letters.ljust(256, "?")
     return np.array(list(letters), "S1" if letters.isascii() else "U1")
+
+
+def genes_of(table: "Table") -> dict[str, Any] | None:
+    """Describe a species' genome: alphabet, strings (ploidy), genes; None if it has none.
+
+    A gene has its name, first locus `at`, number of `letters`, `trait` (null for a neutral marker), and
+    either `values`, one for each codon in their order, or the `range` that its codons are numbers of, or the
+    number of `weights` of a network; `dominance` with two strings, and `whole` where values are whole
+    numbers. Where strings vary in length it has a `promoter`, which the letters follow, instead of a place,
+    what `doubled` copies make and the value of those `without` one; the genome has `longest` and the
+    `separator` of two strings.
+    """
+    layout: Any = getattr(table.species.heredity, "layout", None)
+    if layout is None:
+        return None
+    genes = [{"name": code.name, "at": int(code.first), "letters": int(code.stop - code.first),
+              "trait": code.gene.trait, **_meaning(code)}
+             for code in layout.genes]  # fmt: skip
+    if layout.ploidy > 1:
+        for gene, code in zip(genes, layout.genes, strict=True):
+            gene["dominance"] = code.gene.dominance or layout.dominance
+    out = {"alphabet": layout.alphabet.letters, "ploidy": int(layout.ploidy), "genes": genes}
+    if layout.longest is not None:
+        for gene, code in zip(genes, layout.genes, strict=True):
+            del gene["at"]
+            gene |= {"promoter": layout.promoters[gene["name"]],
+                     "doubled": code.gene.doubled or layout.doubled, "without": layout.own_value(code)}
+        out |= {"longest": layout.longest, "separator": layout.separator}
+    return out
+
+
+def _meaning(code: Any) -> dict[str, Any]:
+    """Return what the codons of a gene mean."""
+    gene, whole = code.gene, {"whole": True} if code.dtype is np.int32 else {}
+    if gene.values is not None:
+        return {"values": [float(v) for v in gene.values], **whole}
+    if code.width:
+        return {"weights": int(code.width[0])}
+    return {"range": {"low": code.low, "high": code.high, "code": gene.code, "scale": gene.scale,
+                      "codons": int(code.codons.n)}, **whole}

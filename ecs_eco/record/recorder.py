@@ -12,8 +12,10 @@ from ecs_eco.engine.interruption import require_whole
 from ecs_eco.engine.system import System
 from ecs_eco.record.details import Details, how_many
 from ecs_eco.record.genomes import letters_of, texts_of
+from ecs_eco.record.learning import LearningPages
 from ecs_eco.record.ledger import FLOWS, LEDGER_ROW
 from ecs_eco.record.matter import MatterPages
+from ecs_eco.record.reports import Reports, absent
 from ecs_eco.record.sums import add_up, mean_depth
 
 if TYPE_CHECKING:
@@ -32,7 +34,8 @@ class Recorder(System):
     float64. `sink(kind, columns)` receives finished blocks of "series", "births", "deaths" and "snapshots";
     without one the series stay in memory, and so do single events with `keep_events`: see `events`. Organisms
     that live when the recording begins are births too, of parent 0 and at the tick of their birth. `record`
-    adds details of single organisms, "focal=N" or "full": see `ecs_eco.record.details`.
+    adds details of single organisms, "focal=N" or "full": see `ecs_eco.record.details`. What the world's
+    reporters say has columns of its own: see `ecs_eco.record.reports`.
     """
 
     phase = "record"
@@ -73,6 +76,10 @@ class Recorder(System):
         self._letters: dict[str, np.ndarray] = {}
         self.details = None if most == 0 else Details(world, most, sink)
         self.matter = None if world.matter is None else MatterPages(world)
+        self.learning = LearningPages(world, self.names)
+        both: dict[str, Any] = {"learning": self.learning, "matter": self.matter}
+        self._pages = {kind: pages for kind, pages in both.items() if pages is not None}
+        self.reports = Reports(world, self.names, block) if world.reporters else None
         world.on_birth.append(self.born)
         world.on_death.append(self.died)
         world.recorder = self
@@ -170,8 +177,10 @@ class Recorder(System):
             self._snapshot()
         if self.details is not None:
             self.details.note(world)
-        if self.matter is not None:
-            self.matter.turn(world)
+        for pages in self._pages.values():
+            pages.turn(world)
+        if self.reports is not None:
+            self.reports.note(world, at)
         self._at, self._last = self._at + 1, world.tick
         if self._at == self.block:
             self.flush()
@@ -195,8 +204,8 @@ class Recorder(System):
                 self.sink("series", block)
             else:
                 self._blocks.append(block)
-            if self.matter is not None:
-                self.matter.flush(self.sink)
+            for pages in self._pages.values():
+                pages.flush(self.sink)
             for array in (self._counts, self._means, self._ledger, self._died):
                 # the page of a tick that is not over
                 begun = array[self._at].copy() if self._at < self.block else 0
@@ -225,10 +234,10 @@ class Recorder(System):
                         for name, column in zip(names, columns, strict=True)}
         if self.details is not None:
             out |= {f"details/{name}": column for name, column in self.details.state().items()}
-        if self.matter is not None:
-            out |= {f"matter/{name}": array for name, array in self.matter.state().items()}
+        for kind, pages in self._pages.items():
+            out |= {f"{kind}/{name}": array for name, array in pages.state().items()}
         for name in dict.fromkeys(n for b in self._blocks for n in b):
-            out[f"series/{name}"] = np.concatenate([b.get(name, np.zeros(b["tick"].size, np.int32))
+            out[f"series/{name}"] = np.concatenate([b.get(name, absent(name, b["tick"].size))
                                                     for b in self._blocks])
         return out
 
@@ -246,8 +255,8 @@ class Recorder(System):
                                             if n == "genome" else state[f"{kind}/{n}"] for n in names)]
         if self.details is not None:
             self.details.load(_part(state, "details/"))
-        if self.matter is not None:
-            self.matter.load(_part(state, "matter/"))
+        for kind, pages in self._pages.items():
+            pages.load(_part(state, f"{kind}/"))
         series = _part(state, "series/")
         self._blocks = [series] if series else []
 
@@ -271,6 +280,7 @@ class Recorder(System):
                                       "species": np.tile(np.arange(s, dtype=np.int8), n)}
         for array in (self._counts, self._means, self._ledger):
             out |= {name: array[name][:n].ravel() for name in array.dtype.names or ()}
+        out |= {} if self.reports is None else self.reports.columns(n)
         return out | {f"died: {cause}": self._died[:n, :, i + 1].ravel()
                       for i, cause in enumerate(self.world.causes)}
 
@@ -280,8 +290,7 @@ class Recorder(System):
 
         blocks = [*self._blocks, *([self._columns(self._at)] if self._at else [])]
         names = list(dict.fromkeys(n for b in blocks for n in b)) or list(self._columns(0))
-        columns = {n: np.concatenate([b.get(n, np.zeros(b["tick"].size, np.int32)) for b in blocks]
-                                     or [np.zeros(0)])
+        columns = {n: np.concatenate([b.get(n, absent(n, b["tick"].size)) for b in blocks] or [np.zeros(0)])
                    for n in names}
         return to_arrow(columns, {"species": self.names})
 
@@ -293,9 +302,17 @@ class Recorder(System):
             raise RuntimeError("this world keeps no books of matter: no body in it has substances")
         return self.matter.series()
 
+    def learning_series(self) -> Any:
+        """Return the updates of policies that are still in memory as a pyarrow.Table."""
+        return self.learning.series("learning")
+
+    def action_series(self) -> Any:
+        """Return how many did each action, of how many that decided, still in memory, as a pyarrow.Table."""
+        return self.learning.series("actions")
+
     def words(self, kind: str) -> dict[str, list[str]]:
         """Return what the numbers stand for in columns of a kind of block: column → words."""
-        return self.matter.words if kind == "matter" and self.matter is not None else {"species": self.names}
+        return self._pages[kind].words if kind in self._pages else self.learning.words
 
 
 def _part(state: dict[str, np.ndarray], prefix: str) -> dict[str, np.ndarray]:

@@ -16,7 +16,8 @@ from ecs_eco.engine.errors import RecordingError
 from ecs_eco.record import belonging
 from ecs_eco.record.claim import Claim, claimed, remove_start
 from ecs_eco.record.code import keep_copies, noted, sources
-from ecs_eco.record.folder import Folder, genes_of
+from ecs_eco.record.folder import Folder
+from ecs_eco.record.genomes import genes_of
 from ecs_eco.record.seal import write_manifest
 
 if TYPE_CHECKING:

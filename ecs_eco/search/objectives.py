@@ -21,21 +21,28 @@ def objective(
     search: Search, series: Series, persist: Sequence[str], find: Callable[[Any], Any] = handed_over
 ) -> float:
     """The weighted mean of a search's goals for a run in which all lived; `find` gives "module:name"."""
-    goals = [(of if of in OBJECTIVES else find(of), weight) for of, weight in search.goals]
+    goals = [(of if of in OBJECTIVES or of in series.reporters else find(of), weight)
+             for of, weight in search.goals]
     return float(sum(weight * score(of, series, persist, search.wanted) for of, weight in goals))
 
 
 def score(
     of: str | Callable[[Series], float], series: Series, persist: Sequence[str], wanted: Mapping[str, float]
 ) -> float:
-    """One goal's score of a run; that of a user's function is clipped to ±1e6, and NaN counts as 0."""
+    """One goal's score of a run; that of a user's function or reporter is clipped to ±1e6, and NaN counts as
+    0."""
     if of == "persistence":
         return distance(series, persist)
     if of == "cycling":
         return cycling(series, persist)
     if of == "population":
-        return population(series, wanted)
-    value = float(handed_over(of)(series))
+        return population(series, {name: n for name, n in wanted.items() if name in series.species})
+    if isinstance(of, str) and of in series.reporters:
+        return _clipped(reported(series, of, wanted.get(of)))
+    return _clipped(float(handed_over(of)(series)))
+
+
+def _clipped(value: float) -> float:
     return float(np.clip(value, -1e6, 1e6)) if np.isfinite(value) else 0.0
 
 
@@ -60,3 +67,13 @@ def population(series: Series, wanted: Mapping[str, float]) -> float:
     n = np.array([series.of(s)[half:].mean() for s in wanted])
     w = np.array(list(wanted.values()))
     return float(np.mean(np.minimum(n / w, w / np.maximum(n, 1e-9))))
+
+
+def reported(series: Series, name: str, wanted: float | None) -> float:
+    """Mean of a reporter over the later half of a run, and over species; or, if one is wanted, how near it
+    is: the ratio of both, at most 1, and 0 where the mean is not above 0."""
+    values = series.columns[name][len(series.ticks) // 2 :]
+    mean = float(values[np.isfinite(values)].mean()) if np.isfinite(values).any() else float("nan")
+    if wanted is None:
+        return mean
+    return max(0.0, min(mean / wanted, wanted / mean if mean > 0 else 0.0))

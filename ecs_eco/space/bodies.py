@@ -20,6 +20,21 @@ def rocks(world: "SpatialWorld") -> tuple[np.ndarray, np.ndarray]:
     return world.terrain.ground, world.terrain.inverse
 
 
+def relief(world: "SpatialWorld") -> np.ndarray:
+    """Return the heights of the ground f32[ny, nx] [m] where hills hide what is behind them;
+    a map of one cell where they hide nothing."""
+    terrain = world.terrain
+    return sight.NO_HILLS if terrain is None or not terrain.hides else terrain.height
+
+
+def tops(table: "Table", rows: np.ndarray) -> np.ndarray:
+    """Return how high the bodies in these rows are, where their eyes are too: f32[n] [m]."""
+    if Shape not in table:
+        return 2 * table[Body].radius[rows]
+    _, _, height, rounding = extents(table)
+    return (height + 2 * rounding)[rows].astype(np.float32)
+
+
 def opaque(world: "SpatialWorld") -> sight.Bodies:
     """Return all spheres that hide what is behind them."""
     return merged(world, [n for n in opaque_kinds(world) if Shape not in world.tables[n]])

@@ -1,15 +1,17 @@
-"""What is seen: rays and lines of sight that stop at the first opaque body or rock."""
+"""What is seen: rays and lines of sight that stop at the first opaque body, rock or hill."""
 
 from collections.abc import Sequence
 
 import numpy as np
 
 from ecs_eco.engine.jit import njit
+from ecs_eco.engine.per_row import of_row, row_of
 from ecs_eco.space.geometry import Space, cell_of, floor_between, half_cells, wrapped
 from ecs_eco.space.index import sort_cells
-from ecs_eco.space.terrain import ROCK, ground_at
+from ecs_eco.space.terrain import ROCK, ground_at, hill_between
 
 NO_GROUND = np.zeros((1, 1), np.uint8)
+NO_HILLS = np.zeros((1, 1), np.float32)
 
 
 class Bodies:
@@ -142,9 +144,9 @@ def hidden(x, y, z, dx, dy, dz, me, it, margin, bx, by, bz, br, bu, start, nx, n
 @njit
 def nearest_visible(first, last, ox, oy, oz, ou, cos, sin, tx, ty, tz, tu, tstart, bx, by, bz, br, bu, bstart,
                     occlusion, largest, nx, ny, nz, inverse, lengths, torus, reach, radius, cos_half_fov,
-                    ground, ground_inverse, target, distance2):
-    """Replace target[i] by the nearest target that is in the field of view and not hidden by a body
-    or rock, −1 if none.
+                    ground, ground_inverse, height, eye, top, target, distance2):
+    """Replace target[i] by the nearest target that is in the field of view and not hidden by a body,
+    rock or hill, −1 if none.
 
     Seekers without any target in reach (target[i] < 0) are left as they are. Kernel over seekers first … last
     − 1.
@@ -157,11 +159,14 @@ def nearest_visible(first, last, ox, oy, oz, ou, cos, sin, tx, ty, tz, tu, tstar
         best, best_j = radius * radius, -1
         j = target[i]
         dx, dy, dz = offset(x, y, z, tx[j], ty[j], tz[j], lengths, torus)
-        seen = ahead(dx, dy, dz, cos[i], sin[i], cos_half_fov)
+        view = of_row(cos_half_fov, i)
+        seen = ahead(dx, dy, dz, cos[i], sin[i], view)
         if seen and occlusion:
             seen = not hidden(x, y, z, dx, dy, dz, ou[i], tu[j], largest, bx, by, bz, br, bu, bstart, nx, ny,
                               nz, lengths, torus)
             seen = seen and rock_between(x, y, dx, dy, ground, ground_inverse, lengths, torus) > 1
+            seen = seen and not hill_between(x, y, dx, dy, eye[i], top[j], height, ground_inverse, lengths,
+                                             torus)
         if seen:
             continue
         n_close = gather(x, y, z, reach, tstart, tx, ty, tz, nx, ny, nz, inverse, lengths, torus, close)
@@ -171,13 +176,15 @@ def nearest_visible(first, last, ox, oy, oz, ou, cos, sin, tx, ty, tz, tu, tstar
                 continue
             dx, dy, dz = offset(x, y, z, tx[e], ty[e], tz[e], lengths, torus)
             d2 = dx * dx + dy * dy + dz * dz
-            if d2 >= best or not ahead(dx, dy, dz, cos[i], sin[i], cos_half_fov):
+            if d2 >= best or not ahead(dx, dy, dz, cos[i], sin[i], view):
                 continue
             if occlusion:
                 if hidden(x, y, z, dx, dy, dz, ou[i], tu[e], largest, bx, by, bz, br, bu, bstart, nx, ny, nz,
                           lengths, torus):
                     continue
-                if rock_between(x, y, dx, dy, ground, ground_inverse, lengths, torus) <= 1:
+                if (rock_between(x, y, dx, dy, ground, ground_inverse, lengths, torus) <= 1
+                        or hill_between(x, y, dx, dy, eye[i], top[e], height, ground_inverse, lengths,
+                                        torus)):
                     continue
             best, best_j = d2, e
         target[i] = best_j
@@ -193,20 +200,22 @@ def ahead(dx, dy, dz, cos, sin, cos_half_fov):
 
 
 @njit
-def cast(first, last, ox, oy, oz, ou, cos, sin, orad, bx, by, bz, br, bu, bkind, bstart, nx, ny, nz, inverse,
-         lengths, torus, reach, radius, ray_cos, ray_sin, ground, ground_inverse, hit, distance):
+def cast(first, last, ox, oy, oz, ou, cos, sin, eye, bx, by, bz, br, bu, bkind, bstart, nx, ny, nz, inverse,
+         lengths, torus, reach, radius, ray_cos, ray_sin, ground, ground_inverse, height, hit, distance):
     """Write for each seeker and ray the kind of the first body hit within `radius` (−1 none,
     −2 rock or wall) and how far.
 
-    Rays start at the centre of the seeker and lie in the horizontal plane; `hit` i32[n, rays],
-    `distance` f32[n, rays] [m].
+    Rays start at (ox, oy, oz) and lie in the horizontal plane, at angles from the heading of which `ray_cos`
+    and `ray_sin` are cosine and sine, f32[rays] or f32[n, rays]; `hit` i32[n, rays], `distance` f32[n, rays]
+    [m].
     """
     near = np.empty(bx.size, np.int64)
     for i in range(first, last):
         x, y, z = ox[i], oy[i], oz[i]
         n = gather(x, y, z, reach, bstart, bx, by, bz, nx, ny, nz, inverse, lengths, torus, near)
-        for r in range(ray_cos.size):
-            ux, uy = cos[i] * ray_cos[r] - sin[i] * ray_sin[r], sin[i] * ray_cos[r] + cos[i] * ray_sin[r]
+        to_cos, to_sin = row_of(ray_cos, i), row_of(ray_sin, i)
+        for r in range(to_cos.size):
+            ux, uy = cos[i] * to_cos[r] - sin[i] * to_sin[r], sin[i] * to_cos[r] + cos[i] * to_sin[r]
             best, kind = radius, -1
             for q in range(n):
                 e = near[q]
@@ -218,7 +227,8 @@ def cast(first, last, ox, oy, oz, ou, cos, sin, orad, bx, by, bz, br, bu, bkind,
                 r2 = br[e] * br[e]
                 if along > 0 and away2 < r2:
                     t = max(along - np.sqrt(r2 - away2), np.float32(0.0))
-                    if t < best:
+                    if t < best and not hill_between(x, y, dx, dy, eye[i], 2 * br[e], height,
+                                                     ground_inverse, lengths, torus):
                         best, kind = t, bkind[e]
             rock = radius * rock_between(x, y, ux * radius, uy * radius, ground, ground_inverse,
                                          lengths, torus)

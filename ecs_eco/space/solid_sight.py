@@ -4,9 +4,11 @@ nearest of a kind, by the place of it that is nearest."""
 import numpy as np
 
 from ecs_eco.engine.jit import njit
+from ecs_eco.engine.per_row import of_row, row_of
 from ecs_eco.space.shapes import nearest_on, ray, shift_to
 from ecs_eco.space.sight import ahead, hidden, rock_between
 from ecs_eco.space.solids import around
+from ecs_eco.space.terrain import hill_between
 
 
 @njit
@@ -37,23 +39,33 @@ def cut(x, y, z, wx, wy, wz, me, it, form, uid, nx, ny, nz, inverse, lengths, to
 
 
 @njit
-def cast_on_solids(first, last, ox, oy, oz, ou, cos, sin, form, uid, kind, nx, ny, nz, inverse, lengths,
-                   torus, start, entry, radius, ray_cos, ray_sin, hit, distance):
+def cast_on_solids(first, last, ox, oy, oz, ou, cos, sin, eye, form, uid, kind, nx, ny, nz, inverse, lengths,
+                   torus, start, entry, radius, ray_cos, ray_sin, ground_inverse, height, hit,
+                   distance):
     """Replace what rays hit, as `sight.cast` writes it, by the capsules and boxes that they meet before."""
     seen, near = np.zeros(len(form) + 1, np.int64), np.empty(len(form), np.int64)
     for i in range(first, last):
         x, y, z = np.float64(ox[i]), np.float64(oy[i]), np.float64(oz[i])
         n = around(x, y, z, radius, radius, 0.0, nx, ny, nz, inverse, lengths, torus, start, entry, seen,
                    near)
-        for r in range(ray_cos.size):
-            ux, uy = cos[i] * ray_cos[r] - sin[i] * ray_sin[r], sin[i] * ray_cos[r] + cos[i] * ray_sin[r]
+        to_cos, to_sin = row_of(ray_cos, i), row_of(ray_sin, i)
+        for r in range(to_cos.size):
+            ux, uy = cos[i] * to_cos[r] - sin[i] * to_sin[r], sin[i] * to_cos[r] + cos[i] * to_sin[r]
             for q in range(n):
                 e = near[q]
                 if uid[e] == ou[i]:
                     continue
                 t = np.float32(meets(form, e, x, y, z, ux, uy, 0.0, lengths, torus))
-                if t < distance[i, r]:
+                if t < distance[i, r] and not hill_between(
+                        ox[i], oy[i], t * ux, t * uy, eye[i], top_of(form, e), height, ground_inverse,
+                        lengths, torus):
                     hit[i, r], distance[i, r] = kind[e], t
+
+
+@njit
+def top_of(form, e):
+    """Return how high body e is [m]."""
+    return np.float32(2 * (form[e, 5] + form[e, 6]))
 
 
 @njit
@@ -80,10 +92,11 @@ def towards(form, e, x, y, z, limit, lengths, torus, volume):
 @njit
 def nearest_in_sight(first, last, ox, oy, oz, ou, cos, sin, form, uid, tstart, tentry, occlusion, bx, by, bz,
                      br, bu, bstart, largest, solid, solid_uid, sstart, sentry, nx, ny, nz, inverse, lengths,
-                     torus, volume, radius, cos_half_fov, ground, ground_inverse, px, py, pz, target,
-                     distance2):
+                     torus, volume, radius, cos_half_fov, ground, ground_inverse, height, eye, px, py, pz,
+                     target, distance2):
     """Write for each seeker where the nearest target is that lies in the field of view and that no sphere,
-    capsule, box or rock hides: its nearest place (px, py, pz)[i] [m]; target[i] is i, or −1 if there is none.
+    capsule, box, rock or hill hides: its nearest place (px, py, pz)[i] [m]; target[i] is i, or −1 if there is
+    none.
 
     `solid` are the opaque capsules and boxes, b… the opaque spheres.
     """
@@ -99,7 +112,7 @@ def nearest_in_sight(first, last, ox, oy, oz, ou, cos, sin, form, uid, tstart, t
             if uid[e] == ou[i]:
                 continue
             wx, wy, wz, d2 = towards(form, e, x, y, z, radius, lengths, torus, volume)
-            if not (d2 < best and ahead(wx, wy, wz, cos[i], sin[i], cos_half_fov)):
+            if not (d2 < best and ahead(wx, wy, wz, cos[i], sin[i], of_row(cos_half_fov, i))):
                 continue
             if occlusion:
                 dx, dy, dz = np.float32(wx), np.float32(wy), np.float32(wz)
@@ -107,7 +120,9 @@ def nearest_in_sight(first, last, ox, oy, oz, ou, cos, sin, form, uid, tstart, t
                            bstart, nx, ny, nz, lengths, torus)
                         or cut(x, y, z, wx, wy, wz, ou[i], uid[e], solid, solid_uid, nx, ny, nz, inverse,
                                lengths, torus, sstart, sentry, cutting, cutters)
-                        or rock_between(ox[i], oy[i], dx, dy, ground, ground_inverse, lengths, torus) <= 1):
+                        or rock_between(ox[i], oy[i], dx, dy, ground, ground_inverse, lengths, torus) <= 1
+                        or hill_between(ox[i], oy[i], dx, dy, eye[i], top_of(form, e), height,
+                                        ground_inverse, lengths, torus)):
                     continue
             best, target[i], distance2[i] = d2, i, d2
             px[i], py[i], pz[i] = x + wx, y + wy, z + wz

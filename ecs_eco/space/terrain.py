@@ -21,15 +21,15 @@ class Terrain:
 
     Water stops walkers, rock stops walkers and sight; a fence stops walkers, but those who stand where it is
     put up can walk off it to either side. `slope_cost` is the extra cost of locomotion per unit of upward
-    slope, as a share of the cost on the flat.
+    slope, as a share of the cost on the flat. `hides`: whether hills hide what is behind them.
     """
 
     def __init__(self, space: Space, cell: float = 1.0, *, hills: Mapping[str, float] | None = None,
                  mountains: Sequence[Mapping[str, Any]] = (), rocks: Sequence[Mapping[str, Any]] = (),
                  lakes: Sequence[Mapping[str, Any]] = (), slope_cost: float = 1.0,
-                 roads: Sequence[Mapping[str, Any]] = ()) -> None:
+                 roads: Sequence[Mapping[str, Any]] = (), hides: bool = False) -> None:
         nx, ny = max(1, round(space.size[0] / cell)), max(1, round(space.size[1] / cell))
-        self.space, self.slope_cost = space, float(slope_cost)
+        self.space, self.slope_cost, self.hides = space, float(slope_cost), hides
         self.shape = (ny, nx)
         self.height = np.zeros((ny, nx), np.float32)
         self.ground = np.zeros((ny, nx), np.uint8)
@@ -67,6 +67,13 @@ class Terrain:
         ny, nx = self.ground.shape
         i, j = cells_of(x, self.inverse[0], nx), cells_of(y, self.inverse[1], ny)
         return (self.ground[j, i] == OPEN) | (self.ground[j, i] == FENCE)
+
+    def within_sites(self, x: np.ndarray, y: np.ndarray, centre_x: np.ndarray,
+                     centre_y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return places f32[n] [m] within sites of which the centres f32[n] [m] are open: the centre of the
+        site where nobody can stand at the place, at the rim of a rock or a lake."""
+        free = self.free(x, y)
+        return np.where(free, x, centre_x), np.where(free, y, centre_y)
 
     def fence(self, corners: np.ndarray) -> None:
         """Put up a fence along a line f64[k, 2] [m], on open ground;
@@ -275,3 +282,22 @@ def height_at(height, inverse, x, y, torus):
     west = (one - fy) * height[j0, i0] + fy * height[j1, i0]
     east = (one - fy) * height[j0, i1] + fy * height[j1, i1]
     return (one - fx) * west + fx * east
+
+
+@njit
+def hill_between(x, y, dx, dy, eye, top, height, inverse, lengths, torus):
+    """Return whether the ground rises above the straight line from `eye` [m] above the ground at (x, y) to
+    `top` [m] above that at the end of the way (dx, dy); looks at every half cell."""
+    if height.size == 1:
+        return False
+    begin = height_at(height, inverse, x, y, torus) + eye
+    end = height_at(height, inverse, into(x + dx, lengths[0], torus), into(y + dy, lengths[1], torus),
+                    torus) + top
+    steps = half_cells(np.sqrt(dx * dx + dy * dy), inverse, lengths)
+    for s in range(1, steps):
+        t = np.float32(s) / np.float32(steps)
+        ground = height_at(height, inverse, into(x + t * dx, lengths[0], torus),
+                           into(y + t * dy, lengths[1], torus), torus)
+        if ground > begin + t * (end - begin):
+            return True
+    return False

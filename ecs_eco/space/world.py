@@ -44,6 +44,8 @@ class SpatialWorld(World):
         self.reproduction = True  # switched off while policies are pre-trained
         self.config: Any = None  # the WorldConfig that it was built from
         self.recorder: Any = None
+        self.own_systems: list[Any] = []  # those that the configuration lists, in its order
+        self.reporters: dict[str, Any] = {}  # what is measured in every tick, by name
         self.matter: Any = None  # the Books of its substances (ecs_eco.lifecycle.matter)
         self.origin: dict[str, Any] = {}  # the arguments of `build`
         self.intervened: list[tuple[int, Any]] = []  # (tick, intervention) carried out

@@ -4,7 +4,51 @@ Systems never import each other; what two of them share belongs to `ecs_eco.life
 `ecs_eco.space` or a component. Their order belongs to `schedule.py`.
 """
 
-from ecs_eco._lazy import lazy
+from typing import TYPE_CHECKING
+
+from ecs_eco._lazy import lazy, listing
+
+if TYPE_CHECKING:
+    from ecs_eco.systems.age import Age
+    from ecs_eco.systems.build import Build
+    from ecs_eco.systems.carry import Carry
+    from ecs_eco.systems.collide import Collide
+    from ecs_eco.systems.compress import Compress
+    from ecs_eco.systems.decay import Decay
+    from ecs_eco.systems.decide import Decide
+    from ecs_eco.systems.decompose import Decompose
+    from ecs_eco.systems.diffuse import Diffuse
+    from ecs_eco.systems.dilute import Dilute
+    from ecs_eco.systems.drift import Drift
+    from ecs_eco.systems.exchange_heat import ExchangeHeat
+    from ecs_eco.systems.exchange_matter import ExchangeMatter
+    from ecs_eco.systems.feed import Feed
+    from ecs_eco.systems.feel import Feel
+    from ecs_eco.systems.give_birth import GiveBirth
+    from ecs_eco.systems.grow import Grow
+    from ecs_eco.systems.grow_up import GrowUp
+    from ecs_eco.systems.hatch import Hatch
+    from ecs_eco.systems.intervene import Intervene
+    from ecs_eco.systems.learn import Learn
+    from ecs_eco.systems.leave_remains import LeaveRemains
+    from ecs_eco.systems.mate import Mate
+    from ecs_eco.systems.mature import Mature
+    from ecs_eco.systems.metabolise import Metabolise
+    from ecs_eco.systems.move import Move
+    from ecs_eco.systems.nurse import Nurse
+    from ecs_eco.systems.perish import Perish
+    from ecs_eco.systems.provide import Provide
+    from ecs_eco.systems.react import React
+    from ecs_eco.systems.renew import Renew
+    from ecs_eco.systems.reproduce import Reproduce
+    from ecs_eco.systems.reset_flows import ResetFlows
+    from ecs_eco.systems.respawn import Respawn
+    from ecs_eco.systems.sense import Sense
+    from ecs_eco.systems.shade import Shade
+    from ecs_eco.systems.spread import Spread
+    from ecs_eco.systems.take_stock import TakeStock
+    from ecs_eco.systems.travel import Travel
+    from ecs_eco.systems.use_land import UseLand
 
 _HOME = {
     "Intervene": "intervene", "ResetFlows": "reset_flows", "Shade": "shade", "Grow": "grow",
@@ -19,5 +63,12 @@ _HOME = {
     "Decay": "decay", "Renew": "renew", "Travel": "travel",
     "Carry": "carry", "Build": "build", "UseLand": "use_land",
 }  # fmt: skip
-__all__ = list(_HOME)
+__all__ = [
+    "Age", "Build", "Carry", "Collide", "Compress", "Decay", "Decide", "Decompose", "Diffuse",
+    "Dilute", "Drift", "ExchangeHeat", "ExchangeMatter", "Feed", "Feel", "GiveBirth", "Grow",
+    "GrowUp", "Hatch", "Intervene", "Learn", "LeaveRemains", "Mate", "Mature", "Metabolise", "Move",
+    "Nurse", "Perish", "Provide", "React", "Renew", "Reproduce", "ResetFlows", "Respawn", "Sense",
+    "Shade", "Spread", "TakeStock", "Travel", "UseLand",
+]  # fmt: skip
 __getattr__ = lazy(__name__, {name: f"{__name__}.{module}" for name, module in _HOME.items()})
+__dir__ = listing(globals(), __all__)

@@ -9,6 +9,7 @@ import numpy as np
 from ecs_eco.components import Body, Metabolism, Position
 from ecs_eco.engine.jit import njit
 from ecs_eco.engine.system import System
+from ecs_eco.genomes.own_values import own_values
 from ecs_eco.lifecycle.torpor import awake
 from ecs_eco.space.sight import offset
 
@@ -31,22 +32,26 @@ class Build(System):
 
     def update(self, table: Table, world: SpatialWorld) -> None:
         """Let one species build."""
-        for way in table.species.builds:
-            self.build(table, world.tables[way.object], way, world)
+        for number, way in enumerate(table.species.builds):
+            cost, spacing = own_values(table, {f"builds.{number}.cost": np.float32(way.cost),
+                                               f"builds.{number}.spacing": way.spacing})
+            self.build(table, world.tables[way.object], way, world, cost, spacing)
 
-    def build(self, table: Table, thing: Table, way: Any, world: SpatialWorld) -> None:
-        """Let one species build objects of one type."""
+    def build(self, table: Table, thing: Table, way: Any, world: SpatialWorld, cost: Any,
+              spacing: Any) -> None:
+        """Let one species build objects of one type, at a cost and a spacing of all, or of each [high]."""
         m, p, nerves = table[Metabolism], table[Position], table.species.nerves
         worth = np.float32(0.0 if thing.species.store is None else thing.species.store.initial)
-        price = np.float32(way.cost) + worth
-        wants = awake(table) & (table.cause == 0) & (m.energy > price)
+        price = np.broadcast_to(cost + worth, table.high)
+        wants = (awake(table) & (table.cause == 0))[: table.high] & (m.energy[: table.high] > price)
         if nerves is not None and "build" in nerves.groups:
-            wants &= (nerves.doing(table, f"build.{way.object}") if way.object in nerves.groups["build"]
-                      else False)
+            wants &= (nerves.doing(table, f"build.{way.object}")[: table.high]
+                      if way.object in nerves.groups["build"] else False)
         rows = table.by_uid()
         rows = rows[wants[rows]]
-        if way.spacing > 0 and rows.size:
-            rows = rows[free(thing, np.stack([p.x[rows], p.y[rows], p.z[rows]], 1), way.spacing, world)]
+        apart = np.broadcast_to(spacing, table.high)[rows]
+        if rows.size and apart.max() > 0:
+            rows = rows[free(thing, np.stack([p.x[rows], p.y[rows], p.z[rows]], 1), apart, world)]
         if way.most is not None:
             rows = rows[: max(0, way.most - thing.n - thing.waiting)]
         if not rows.size:
@@ -54,21 +59,21 @@ class Build(System):
         thing.request(table.uid[rows], {(Position, axis): getattr(p, axis)[rows]
                                         for axis in ("x", "y", "z", "heading")})
         before = m.energy[rows]
-        m.energy[rows] = before - price
+        m.energy[rows] = before - price[rows]
         m.given[rows] += worth
         m.burnt[rows] += before - m.energy[rows] - worth
 
 
-def free(thing: Table, places: np.ndarray, spacing: float, world: SpatialWorld) -> np.ndarray:
-    """Return which of places f32[k, 3] [m] are far enough from all objects of a type, from those asked for
-    already, and from those before them: bool[k]."""
+def free(thing: Table, places: np.ndarray, spacing: np.ndarray, world: SpatialWorld) -> np.ndarray:
+    """Return which of places f32[k, 3] [m] are at least `spacing` f64[k] [m] from all objects of a type, from
+    those asked for already, and from those before them: bool[k]."""
     out = np.ones(len(places), np.bool_)
     if thing.n:
         out[world.within(thing, places[:, : len(world.space.size)], spacing).rows] = False
     asked = [np.stack([values[Position, axis] for axis in "xyz"], 1) for _, _, values in thing.births
              if (Position, "x") in values]
     before = np.concatenate([np.zeros((0, 3), np.float32), *asked]).astype(np.float32)
-    keep_apart(places, before, np.float32(spacing), world.space.lengths, world.space.torus, out)
+    keep_apart(places, before, spacing.astype(np.float32), world.space.lengths, world.space.torus, out)
     return out
 
 
@@ -81,5 +86,5 @@ def keep_apart(places, before, spacing, lengths, torus, out):
                 other = before[j] if j < len(before) else places[j - len(before)]
                 dx, dy, dz = offset(places[i, 0], places[i, 1], places[i, 2], other[0], other[1], other[2],
                                     lengths, torus)
-                if dx * dx + dy * dy + dz * dz < spacing * spacing:
+                if dx * dx + dy * dy + dz * dz < spacing[i] * spacing[i]:
                     out[i] = False

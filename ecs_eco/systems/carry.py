@@ -9,6 +9,7 @@ import numpy as np
 from ecs_eco.components import Body, Carrier, Load, Metabolism, Position
 from ecs_eco.engine.jit import njit
 from ecs_eco.engine.system import System
+from ecs_eco.genomes.own_values import highest, own_value
 from ecs_eco.lifecycle.torpor import awake, least_energy
 
 if TYPE_CHECKING:
@@ -46,8 +47,8 @@ class Carry(System):
         load.object[dropping], load.mass[dropping] = 0, 0
         empty = (load.object == 0) & awake(table) & (table.cause == 0) & does(table, "take", True)
         empty[dropping] = False
-        for way, thing in zip(species.carries, things, strict=True):
-            take(table, thing, way.reach, empty, world)
+        for number, (way, thing) in enumerate(zip(species.carries, things, strict=True)):
+            take(table, thing, own_value(table, f"carries.{number}.reach", way.reach), empty, world)
         self.carry(table, things, world)
 
     def carry(self, table: Table, things: list[Table], world: SpatialWorld) -> None:
@@ -62,7 +63,8 @@ class Carry(System):
             if carriers.size:
                 thing.version += 1
             before = m.energy[carriers]
-            after = before - np.float32(way.cost * world.dt)
+            cost = own_value(table, f"carries.{number}.cost", way.cost) * world.dt
+            after = before - np.float32(cost[carriers] if isinstance(cost, np.ndarray) else cost)
             m.energy[carriers] = np.maximum(after, np.minimum(before, least_energy(table)))
             m.burnt[carriers] += before - m.energy[carriers]
 
@@ -100,14 +102,16 @@ def does(table: Table, action: str, otherwise: bool) -> np.ndarray:
     return done
 
 
-def take(table: Table, thing: Table, reach: float, empty: np.ndarray, world: SpatialWorld) -> None:
-    """Let those with empty hands (bool[capacity], changed) pick up objects of one type."""
+def take(table: Table, thing: Table, reach: Any, empty: np.ndarray, world: SpatialWorld) -> None:
+    """Let those with empty hands (bool[capacity], changed) pick up objects of one type within `reach` [m], or
+    each within its own f64[high]."""
     if not empty.any() or not thing.n:
         return
     mine, theirs = table[Body].radius, thing[Body].radius
-    widest = float(mine[table.rows()].max() + theirs[thing.rows()].max()) + reach
+    widest = float(mine[table.rows()].max() + theirs[thing.rows()].max()) + highest(reach, table.alive)
     takers, objects, distance = world.pairs(table, thing, max(np.nextafter(np.float32(widest), np.inf), 1e-6))
-    near = ((distance <= mine[takers] + theirs[objects] + np.float32(reach)) & empty[takers]
+    each = np.float32(reach[takers] if isinstance(reach, np.ndarray) else reach)
+    near = ((distance <= mine[takers] + theirs[objects] + each) & empty[takers]
             & (thing[Carrier].uid[objects] == 0) & (thing.cause[objects] == 0))
     takers, objects, distance = takers[near], objects[near], distance[near]
     order = np.lexsort((thing.uid[objects], table.uid[takers], distance))

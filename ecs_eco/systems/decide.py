@@ -52,7 +52,8 @@ class Decide(System):
         world.split(part, n)
         if continuous:
             drawn = _draw(nerves, logits, key, uid, numbers, log_probability) if thinks else None
-            table[Motor].command[nerves.rows] = nerves.ranges.command(drawn, nerves.shift)
+            ranges = nerves.ranges.of(table, nerves.rows)
+            table[Motor].command[nerves.rows] = ranges.command(drawn, nerves.shift)
         if table.species.traits:
             disable(table, nerves.rows)
         nerves.thoughts = Thoughts(world.tick, uid, logits if thinks else None, y if reacts else None, choice,

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ecs_eco.engine.jit import njit
+from ecs_eco.engine.per_row import of_row
 from ecs_eco.engine.system import System
 from ecs_eco.genomes.own_values import own_value
-from ecs_eco.lifecycle.matter import bodies, held, hold
+from ecs_eco.lifecycle.matter import bodies, held, hold, part_lost
 from ecs_eco.space.world import SpatialWorld
 
 if TYPE_CHECKING:
@@ -39,7 +39,8 @@ class Diffuse(System):
         """Let one kind of bodies emit into one field what they are made of."""
         world, field, way = self.world, self.world.fields[name], table.species.emissions[name]
         index, s = world.index(table), world.substances.index(way.substance)
-        share = -math.expm1(-way.rate * world.dt) if way.consume else way.rate * world.dt
+        rate = own_value(table, f"emits.{name}.rate", way.rate) * world.dt
+        share = part_lost(rate) if way.consume else rate
         amount = np.empty(index.n)
         evaporate(index.rows, *bodies(table), s, share, way.consume, amount)
         if way.consume and world.matter is not None:
@@ -78,5 +79,6 @@ def evaporate(rows, volume, molarity, residue, s, share, consume, amount):
     for i in range(rows.size):
         row = rows[i]
         c = held(molarity, residue, row, s)
-        left = hold(molarity, residue, row, s, c * (1 - share)) if consume else c * (1 - share)
+        rest = c * (1 - of_row(share, row))
+        left = hold(molarity, residue, row, s, rest) if consume else rest
         amount[i] = (c - left) * volume[row]

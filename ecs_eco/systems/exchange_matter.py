@@ -9,8 +9,10 @@ import numpy as np
 
 from ecs_eco.components import Body, Chemistry, Matter, Position, Shape
 from ecs_eco.engine.jit import njit
+from ecs_eco.engine.per_row import of_row
 from ecs_eco.engine.system import System
-from ecs_eco.lifecycle.matter import bodies, held, hold
+from ecs_eco.genomes.own_values import own_values
+from ecs_eco.lifecycle.matter import bodies, held, hold, part_lost
 from ecs_eco.nervous.sensors.sense import Seekers, place_of
 from ecs_eco.space.geometry import cell_of, into
 
@@ -36,36 +38,40 @@ class ExchangeMatter(System):
         """Let one kind of bodies exchange what its species lists."""
         if not table.n:
             return
-        for way in table.species.exchange:
+        for number, way in enumerate(table.species.exchange):
             {"uptake": self.take_up, "release": self.release, "equilibrate": self.equilibrate}[way.kind](
-                table, world, way)
+                table, world, way, f"exchange.{number}.")
 
-    def take_up(self, table: Table, world: SpatialWorld, way: Any) -> None:
+    def take_up(self, table: Table, world: SpatialWorld, way: Any, key: str) -> None:
         """Let bodies take up what they want, or their share of what there is."""
-        field, rows, cell = self.places(table, world, way)
+        field, rows, cell = self.places(table, world, way, key)
         s = world.substances.index(field.substance)
-        moved = take(rows, cell, self.doing(table, way), *bodies(table), s, way.rate * world.dt,
-                     way.half or 0.0, way.until or np.inf, field.value.reshape(-1), field.litres)
+        rate, half, until = own_values(table, {f"{key}rate": way.rate, f"{key}half": way.half or 0.0,
+                                               f"{key}until": way.until or np.inf})
+        moved = take(rows, cell, self.doing(table, way), *bodies(table), s, rate * world.dt, half, until,
+                     field.value.reshape(-1), field.litres)
         self.book(table, world, way.field, "taken_up", s, moved)
 
-    def equilibrate(self, table: Table, world: SpatialWorld, way: Any) -> None:
+    def equilibrate(self, table: Table, world: SpatialWorld, way: Any, key: str) -> None:
         """Let concentrations in and around bodies come nearer to each other."""
-        field, rows, cell = self.places(table, world, way)
+        field, rows, cell = self.places(table, world, way, key)
         s = world.substances.index(field.substance)
-        moved = pass_skin(rows, cell, *bodies(table), s, way.rate * world.dt, way.partition,
+        rate, partition = own_values(table, {f"{key}rate": way.rate, f"{key}partition": way.partition})
+        moved = pass_skin(rows, cell, *bodies(table), s, rate * world.dt, partition,
                           field.value.reshape(-1), field.litres)
         self.book(table, world, way.field, "taken_up", s, moved)
 
-    def release(self, table: Table, world: SpatialWorld, way: Any) -> None:
+    def release(self, table: Table, world: SpatialWorld, way: Any, key: str) -> None:
         """Let bodies give off a share of what they hold above what they keep."""
-        s, share = world.substances.index(way.substance), -math.expm1(-way.rate * world.dt)
+        rate, above = own_values(table, {f"{key}rate": way.rate, f"{key}above": way.above})
+        s, share = world.substances.index(way.substance), part_lost(rate * world.dt)
         if way.field is None:
             rows = world.index(table).rows
             cell, value, litres = rows, OUTSIDE, 1.0
         else:
-            field, rows, cell = self.places(table, world, way)
+            field, rows, cell = self.places(table, world, way, key)
             value, litres = field.value.reshape(-1), field.litres
-        moved = give(rows, cell, self.doing(table, way), *bodies(table), s, share, way.above, value, litres)
+        moved = give(rows, cell, self.doing(table, way), *bodies(table), s, share, above, value, litres)
         self.book(table, world, way.field, "lost" if way.field is None else "released", s, -moved)
 
     def book(self, table: Table, world: SpatialWorld, field: str | None, flow: str, s: int,
@@ -80,19 +86,21 @@ class ExchangeMatter(System):
         """Return who does the action that it needs, bool[capacity]; empty where it needs none."""
         return ALL if way.action is None else table.species.nerves.doing(table, way.action)
 
-    def places(self, table: Table, world: SpatialWorld, way: Any) -> tuple[Any, np.ndarray, np.ndarray]:
+    def places(self, table: Table, world: SpatialWorld, way: Any,
+               key: str) -> tuple[Any, np.ndarray, np.ndarray]:
         """Return the field, the rows of the living in canonical order i64[n], and the cell of the field that
         each one's mouth is in: i64[n]."""
         field, index = world.fields[way.field], world.index(table)
         cell, space = np.empty(index.n, np.int64), world.space
-        forward, left, up = [*way.at, 0.0, 0.0][:3]
+        at = own_values(table, {f"{key}at.{axis}": np.float32(v)
+                                for axis, v in enumerate([*way.at, 0.0, 0.0][:3])})
         x, y, z = index.x, index.y, index.z
         if Shape in table:
-            x, y, z = place_of(table, Seekers(world, table), -1, way.at, world.space)
-            forward = left = up = 0.0
-        find(index.rows, x, y, z, table[Position].heading, table[Body].radius,
-             np.float32(forward), np.float32(left), np.float32(up), space.lengths, space.torus, field.inverse,
-             *field.shape, cell)
+            each = [v[index.rows] if isinstance(v, np.ndarray) else v for v in at]
+            x, y, z = place_of(table, Seekers(world, table), -1, each, world.space)
+            at = (np.float32(0),) * 3
+        find(index.rows, x, y, z, table[Position].heading, table[Body].radius, *at, space.lengths,
+             space.torus, field.inverse, *field.shape, cell)
         return field, index.rows, cell
 
 
@@ -101,9 +109,10 @@ def find(rows, x, y, z, heading, radius, forward, left, up, lengths, torus, inve
     """Write the cell of a field in which a place on each body is."""
     for i in range(rows.size):
         r, cos, sin = radius[rows[i]], np.cos(heading[rows[i]]), np.sin(heading[rows[i]])
-        px = into(x[i] + r * (forward * cos - left * sin), lengths[0], torus)
-        py = into(y[i] + r * (forward * sin + left * cos), lengths[1], torus)
-        pz = z[i] + r * up
+        ahead, aside = of_row(forward, rows[i]), of_row(left, rows[i])
+        px = into(x[i] + r * (ahead * cos - aside * sin), lengths[0], torus)
+        py = into(y[i] + r * (ahead * sin + aside * cos), lengths[1], torus)
+        pz = z[i] + r * of_row(up, rows[i])
         cell[i] = (cell_of(pz * inverse[2], nz) * ny + cell_of(py * inverse[1], ny)) * nx + cell_of(
             px * inverse[0], nx)
 
@@ -117,8 +126,10 @@ def take(rows, cell, does, volume, molarity, residue, s, rate, half, until, valu
         row, c = rows[i], value[cell[i]]
         if does.size and not does[row]:
             continue
-        most = rate if half == 0 else rate * c / (half + c)
-        wanted[i] = max(min(most, until - held(molarity, residue, row, s)), 0.0) * volume[row]
+        most, slow = of_row(rate, row), of_row(half, row)
+        if slow != 0:
+            most = most * c / (slow + c)
+        wanted[i] = max(min(most, of_row(until, row) - held(molarity, residue, row, s)), 0.0) * volume[row]
         total[cell[i]] += wanted[i]
     for i in range(rows.size):  # from amounts wanted to shares of what is there at the start
         if wanted[i] > 0:
@@ -143,10 +154,10 @@ def pass_skin(rows, cell, volume, molarity, residue, s, rate, partition, value, 
         total[cell[i]] += volume[rows[i]]
     for i in range(rows.size):
         row, k = rows[i], cell[i]
-        c = held(molarity, residue, row, s)
+        c, balance = held(molarity, residue, row, s), of_row(partition, row)
         # y = partition × c_field − c falls as exp(−rate × crowd × t)
-        crowd = 1.0 + partition * total[k] / litres
-        change = (partition * before[k] - c) * -math.expm1(-rate * crowd) / crowd
+        crowd = 1.0 + balance * total[k] / litres
+        change = (balance * before[k] - c) * -math.expm1(-of_row(rate, row) * crowd) / crowd
         amount = (hold(molarity, residue, row, s, max(c + change, 0.0)) - c) * volume[row]
         value[k] = max(value[k] - amount / litres, 0.0)
         moved += amount
@@ -160,10 +171,10 @@ def give(rows, cell, does, volume, molarity, residue, s, share, above, value, li
     moved = 0.0
     for i in range(rows.size):
         row = rows[i]
-        c = held(molarity, residue, row, s)
-        if c <= above or (does.size and not does[row]):
+        c, least = held(molarity, residue, row, s), of_row(above, row)
+        if c <= least or (does.size and not does[row]):
             continue
-        amount = (c - hold(molarity, residue, row, s, c - (c - above) * share)) * volume[row]
+        amount = (c - hold(molarity, residue, row, s, c - (c - least) * of_row(share, row))) * volume[row]
         if value.size:
             value[cell[i]] += amount / litres
         moved += amount

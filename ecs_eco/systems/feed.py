@@ -12,9 +12,10 @@ from ecs_eco.engine.jit import njit
 from ecs_eco.engine.per_row import of_row
 from ecs_eco.engine.random import draw
 from ecs_eco.engine.system import System
-from ecs_eco.genomes.own_values import highest, own_values
+from ecs_eco.genomes.own_values import highest, own_value, own_values
 from ecs_eco.lifecycle.causes import register_eaters
 from ecs_eco.lifecycle.ingestion import swallow
+from ecs_eco.lifecycle.sizes import of_size
 from ecs_eco.lifecycle.torpor import least_energy
 from ecs_eco.space.nearest import nearest
 from ecs_eco.space.surfaces import nearest_surface
@@ -81,8 +82,9 @@ class Feed(System):
                table.uid, best, m.energy, m.digesting, m.taken, prey.cause, prey.killer, prey.uid)
         if Matter in table:
             eaten = np.flatnonzero(best >= 0)
-            swallow(world, table, eaters.rows[best[eaten]], prey, foods.rows[eaten],
-                    1.0 if food.assimilation is None else food.assimilation)
+            share = own_value(table, f"diet.{food.eats}.assimilation",
+                              1.0 if food.assimilation is None else food.assimilation)
+            swallow(world, table, eaters.rows[best[eaten]], prey, foods.rows[eaten], share)
 
 
 def meal(table: Table, food: Any, dt: float) -> tuple[Any, ...]:
@@ -95,7 +97,7 @@ def meal(table: Table, food: Any, dt: float) -> tuple[Any, ...]:
     if food.until is not None:
         keys[kind + "until"] = np.float32(food.until)
     reach, gain, efficiency, store, digestion, chance, *until = own_values(table, keys)
-    chance = 1 - (1 - chance) ** dt
+    chance, store = 1 - (1 - chance) ** dt, of_size(table, store)
     return (reach, chance.astype(np.float32) if isinstance(chance, np.ndarray) else np.float32(chance),
             until[0] if until else store, gain, efficiency, store, digestion)
 

@@ -12,6 +12,7 @@ from ecs_eco.engine.per_row import of_row
 from ecs_eco.engine.system import System
 from ecs_eco.genomes.own_values import own_values
 from ecs_eco.lifecycle.births import affordable, bring_forth, life_history, ticks
+from ecs_eco.lifecycle.sizes import of_size
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
@@ -48,7 +49,7 @@ class GiveBirth(System):
         store, rest = own_values(table, {
             "metabolism.energy_max": np.float32(table.species.config.metabolism.energy_max),
             "reproduction.rest": way.rest})
-        deliver(mothers, born, given, store, world.tick + ticks(rest, world.dt), m.energy,
+        deliver(mothers, born, given, of_size(table, store), world.tick + ticks(rest, world.dt), m.energy,
                 m.given, g.carrying, g.energy, g.father, g.rest)
         g.sperm[mothers] = 0
 

@@ -12,6 +12,7 @@ from ecs_eco.engine.per_row import of_row
 from ecs_eco.engine.system import System
 from ecs_eco.genomes.own_values import own_value
 from ecs_eco.lifecycle.defence import left_by_defence
+from ecs_eco.lifecycle.sizes import of_size
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
@@ -40,8 +41,8 @@ class Grow(System):
         else:
             rate = species.metabolism.growth
         light = light * left_by_defence(table, high)
-        world.split(grow, high, table.alive, light, np.float32(rate * world.dt),
-                    own_value(table, "metabolism.energy_max", np.float32(species.metabolism.energy_max)),
+        most = own_value(table, "metabolism.energy_max", np.float32(species.metabolism.energy_max))
+        world.split(grow, high, table.alive, light, np.float32(rate * world.dt), of_size(table, most),
                     m.energy, m.taken)
 
 

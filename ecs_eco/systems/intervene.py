@@ -1,4 +1,4 @@
-"""Interventions: cull, add, fence, lay roads, set values, switch reproduction and learning."""
+"""Interventions: cull, add, fence, lay roads, dose, set values, switch reproduction and learning."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from ecs_eco.engine import random
 from ecs_eco.engine.errors import unknown_name
 from ecs_eco.engine.system import System
 from ecs_eco.lifecycle.births import room
+from ecs_eco.lifecycle.doses import dose_bodies, dose_field
 from ecs_eco.lifecycle.founders import newcomers
 from ecs_eco.space.gate import newborn
 from ecs_eco.space.region import Region
@@ -111,6 +112,14 @@ class Intervene(System):
         elif corners is not None:
             world.terrain.pave(corners, order.width, order.pace, order.cost)
 
+    def dose(self, world: SpatialWorld, order: Any) -> None:
+        """Bring a substance into a field or bodies from outside, or take it away."""
+        region = None if order.region is None else Region(world.space, order.region)
+        if order.field is not None:
+            dose_field(world, order.field, order.amount, region)
+        else:
+            dose_bodies(world, world.table(order.species), order.substance, order.amount, region)
+
     def set(self, world: Any, order: Any) -> None:
         """Change values of the world."""
         from ecs_eco.config.loading import changed
@@ -201,6 +210,8 @@ def checked(world: SpatialWorld, order: Any, requests: Sequence[dict[str, Any]])
                          "without a configuration that values could be set in")
     if (name := getattr(model, "species", None)) is not None and name not in world.tables:
         raise ValueError(unknown_name("intervene", "table", name, world.tables))
+    if model.kind == "dose" and model.field is not None and model.field not in world.fields:
+        raise ValueError(unknown_name("intervene", "field", model.field, world.fields))
     if model.kind == "add" and model.at_place is not None:
         at = zip("xyz", model.at_place, strict=False)
         places: dict[tuple[type, str], Any] = {(Position, axis): np.array([v], np.float32) for axis, v in at}

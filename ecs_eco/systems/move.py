@@ -6,11 +6,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ecs_eco.components import Body, Motor, Nervous, Position, Stature, Velocity, Vigour
+from ecs_eco.components import Motor, Nervous, Position, Velocity, Vigour
 from ecs_eco.engine.jit import njit
 from ecs_eco.engine.per_row import is_own, of_row, row_of
 from ecs_eco.engine.system import System
+from ecs_eco.genomes.own_values import own_value
 from ecs_eco.lifecycle.gaits import own_gaits
+from ecs_eco.lifecycle.sizes import share_of_adult
 from ecs_eco.lifecycle.torpor import awake
 from ecs_eco.nervous.decision import first_on
 from ecs_eco.space.barriers import barriers, hold_back
@@ -25,7 +27,6 @@ if TYPE_CHECKING:
 
 NO_MOTOR = np.zeros((1, 1), np.float32)
 NO_VIGOUR = np.ones(0, np.float32)
-TINY = np.float32(1e-30)  # [kg]
 FLAT, OPEN_GROUND = np.zeros((1, 1), np.float32), np.zeros((1, 1), np.uint8)
 
 
@@ -107,10 +108,12 @@ def _on_roads(table: Table, terrain: Terrain) -> tuple[np.ndarray, np.ndarray]:
 def paces(table: Table) -> np.ndarray:
     """Return the factor of each organism's speeds f32[rows], by its genes and its size; empty: 1 for all."""
     pace = table[Vigour].pace if Vigour in table else NO_VIGOUR
-    if (growth := table.species.growth) is None or growth.pace == 0:
+    if (growth := table.species.growth) is None:
         return pace
-    size = table[Body].mass[: table.high] / np.maximum(table[Stature].mass[: table.high], TINY)
-    young = (np.minimum(size, np.float32(1)) ** np.float32(growth.pace)).astype(np.float32)
+    power = own_value(table, "growth.pace", np.float32(growth.pace))
+    if not isinstance(power, np.ndarray) and power == 0:
+        return pace
+    young = (share_of_adult(table) ** power).astype(np.float32)
     return young * pace[: table.high] if pace.size else young
 
 

@@ -8,8 +8,11 @@ import numpy as np
 
 from ecs_eco.components import Biology, Body, Metabolism, Nervous, Parentage, Position, Shape
 from ecs_eco.engine.jit import njit
+from ecs_eco.engine.per_row import of_row
 from ecs_eco.engine.system import System
+from ecs_eco.genomes.own_values import highest, own_value, own_values
 from ecs_eco.lifecycle.births import rows_of
+from ecs_eco.lifecycle.sizes import of_size
 from ecs_eco.space.bodies import form_of
 from ecs_eco.space.shapes import touching
 from ecs_eco.space.sight import offset
@@ -41,10 +44,14 @@ class Nurse(System):
         if way is None or not table.n:
             return
         rows = table.by_uid()
-        young = rows[(b.age[rows] < np.float32(way.until)) & (table.cause[rows] == 0)]
+        until = own_value(table, "care.until", np.float32(way.until))
+        young = rows[(b.age[rows] < np.float32(highest(until, table.alive))) & (table.cause[rows] == 0)]
         for parent in PARENTS[way.by] if young.size else ():
             its = rows_of(table, getattr(table[Parentage], parent)[young])
-            self.feed(table, world, way, young[its >= 0], its[its >= 0])
+            fed = its >= 0
+            if isinstance(until, np.ndarray):  # each parent's own
+                fed &= b.age[young] < until[its]
+            self.feed(table, world, way, young[fed], its[fed])
 
     def feed(self, table: Table, world: SpatialWorld, way: Any, young: np.ndarray,
              parent: np.ndarray) -> None:
@@ -55,10 +62,13 @@ class Nurse(System):
         decision = table[Nervous].decision if column >= 0 else NO_DECISION
         form = form_of(table, np.arange(table.high)) if Shape in table else SPHERES
         demand, gives = np.zeros(table.high), np.zeros(table.high)
-        nurse(young, parent, p.x, p.y, p.z, table[Body].radius, np.float32(way.reach), space.lengths,
-              space.torus, form, space.volume, decision, column, table.cause, way.rate * world.dt,
-              way.reserve, way.efficiency, table.species.config.metabolism.energy_max, np.zeros(young.size),
-              demand, gives, m.energy, m.taken, m.given, m.burnt)
+        reach, rate, reserve, efficiency, full = own_values(table, {
+            "care.reach": np.float32(way.reach), "care.rate": way.rate, "care.reserve": way.reserve,
+            "care.efficiency": way.efficiency,
+            "metabolism.energy_max": table.species.config.metabolism.energy_max})
+        nurse(young, parent, p.x, p.y, p.z, table[Body].radius, reach, space.lengths, space.torus, form,
+              space.volume, decision, column, table.cause, rate * world.dt, reserve, efficiency,
+              of_size(table, full), np.zeros(young.size), demand, gives, m.energy, m.taken, m.given, m.burnt)
 
 
 @njit
@@ -68,31 +78,33 @@ def nurse(young, parent, x, y, z, radius, reach, lengths, torus, form, volume, d
     for k in range(young.size):
         one, it = young[k], parent[k]
         dx, dy, dz = offset(x[one], y[one], z[one], x[it], y[it], z[it], lengths, torus)
-        far, feeds = radius[one] + radius[it] + reach, column < 0 or decision[it, column] != 0
+        near_to = of_row(reach, it)
+        far, feeds = radius[one] + radius[it] + near_to, column < 0 or decision[it, column] != 0
         near = dx * dx + dy * dy + dz * dz <= far * far
         if len(form):
             gap, _, _, _ = touching(form, one, form, it, np.float64(-dx), np.float64(-dy), np.float64(-dz),
                                     lengths, torus, volume)
-            near = gap <= reach
+            near = gap <= near_to
         if feeds and cause[it] == 0 and near:
-            gets[k] = min(most, max(full - energy[one], 0.0) / efficiency)
+            wants = max(of_row(full, one) - energy[one], 0.0) / of_row(efficiency, it)
+            gets[k] = min(of_row(most, it), wants)
             demand[it] += gets[k]
     for k in range(young.size):  # before anything moves: who feeds may itself be fed
         it = parent[k]
         if gets[k] > 0:
-            gets[k] *= min(max(energy[it] - reserve, 0.0) / demand[it], 1.0)
+            gets[k] *= min(max(energy[it] - of_row(reserve, it), 0.0) / demand[it], 1.0)
             gives[it] += gets[k]
     for k in range(young.size):
         one, it = young[k], parent[k]
         if gives[it] > 0:
             before = energy[it]
             energy[it] = before - gives[it]
-            lost = np.float32((before - energy[it]) * (1.0 - efficiency))
+            lost = np.float32((before - energy[it]) * (1.0 - of_row(efficiency, it)))
             burnt[it] += lost
             given[it] += before - energy[it] - lost
             gives[it] = 0.0
     for k in range(young.size):
         if gets[k] > 0:
             before = energy[young[k]]
-            energy[young[k]] = before + gets[k] * efficiency
+            energy[young[k]] = before + gets[k] * of_row(efficiency, parent[k])
             taken[young[k]] += energy[young[k]] - before

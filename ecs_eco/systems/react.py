@@ -8,8 +8,11 @@ import numpy as np
 
 from ecs_eco.components import Chemistry, Matter, Metabolism, Position
 from ecs_eco.engine.jit import njit
+from ecs_eco.engine.per_row import of_row, row_of
 from ecs_eco.engine.system import System
+from ecs_eco.genomes.own_values import own_values
 from ecs_eco.lifecycle.matter import bodies, book, held, hold
+from ecs_eco.lifecycle.sizes import of_size
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
@@ -23,9 +26,9 @@ class React(System):
     """An organism burns sugar with oxygen, or makes it in light: by the reactions of its species, in order.
 
     The extent in a tick is rate × Π c/(half + c) × volume × dt (Michaelis & Menten 1913; the product over
-    several substances after Monod 1949), in proportion to the light where it is needed. No more is used up
-    than is there; a reaction that sets energy free stops where the organism is full, one that needs energy
-    where it has none.
+    several substances after Monod 1949), in proportion to the light where it is needed; with an action only
+    in those who do it. No more is used up than is there; a reaction that sets energy free stops where the
+    organism is full, one that needs energy where it has none.
     """
 
     needs = (Chemistry, Matter)
@@ -44,10 +47,12 @@ class React(System):
             ceiling = species.config.metabolism.energy_max if species.config is not None else np.inf
         light = self.light(table, world) if any(r.light for r in species.reactions) else EVEN
         made = np.zeros(len(world.substances))
-        for reaction in species.reactions:
+        for number, reaction in enumerate(species.reactions):
             used, change, half = coefficients(reaction, world.substances)
-            react(alive, *bodies(table), used, change, half, reaction.rate * world.dt,
-                  light if reaction.light else EVEN, reaction.energy, ceiling, energy, taken, burnt, made)
+            rate, gain, full, half = rates(table, world, number, half, ceiling)
+            acting = alive if reaction.action is None else table.species.nerves.doing(table, reaction.action)
+            react(acting[: table.high], *bodies(table), used, change, half, rate * world.dt,
+                  light if reaction.light else EVEN, gain, full, energy, taken, burnt, made)
         book(world, table, "reacted", made)
 
     def light(self, table: Table, world: SpatialWorld) -> np.ndarray:
@@ -64,24 +69,41 @@ def coefficients(reaction: Any, substances: list[str]) -> tuple[np.ndarray, np.n
     return np.array(used), np.array(made) - np.array(used), np.array(half)
 
 
+def rates(table: Table, world: SpatialWorld, number: int, half: np.ndarray,
+          ceiling: float) -> tuple[Any, ...]:
+    """Return a reaction's rate and energy, the most energy that a body holds, and the concentrations at half
+    of the rate f64[substances]; all as arrays [high, …] where a gene codes for any of them."""
+    reaction, key = table.species.reactions[number], f"reactions.{number}."
+    own = own_values(table, {f"{key}rate": reaction.rate, f"{key}energy": reaction.energy,
+                             "metabolism.energy_max": ceiling}
+                     | {f"{key}half.{substance}": value for substance, value in reaction.half.items()})
+    if isinstance(own[0], np.ndarray):
+        half = np.tile(half, (table.high, 1))
+        for substance, each in zip(reaction.half, own[3:], strict=True):
+            half[:, world.substances.index(substance)] = each
+    return *own[:2], of_size(table, own[2]), half
+
+
 @njit
-def react(alive, volume, molarity, residue, used, change, half, extent, light, gain, ceiling, energy, taken,
-          burnt, made):
+def react(alive, volume, molarity, residue, used, change, half, extent, light, energy_of, ceiling, energy,
+          taken, burnt, made):
     """Let a reaction of at most `extent` [mol/L] take place in the living; add what it makes, less what it
     uses up, to `made` f64[substances] [mol]."""
     for row in range(alive.size):
         if not alive[row]:
             continue
-        reach = extent * np.float64(light[row]) if light.size else extent
+        reach, gain, slow = of_row(extent, row), of_row(energy_of, row), row_of(half, row)
+        if light.size:
+            reach = reach * np.float64(light[row])
         for s in range(used.size):
             c = held(molarity, residue, row, s)
-            if half[s] > 0:
-                reach *= c / (half[s] + c)
+            if slow[s] > 0:
+                reach *= c / (slow[s] + c)
         for s in range(used.size):
             if used[s] > 0:
                 reach = min(reach, held(molarity, residue, row, s) / used[s])
         if energy.size and gain != 0:
-            left = np.float64(ceiling) - energy[row] if gain > 0 else np.float64(energy[row])
+            left = np.float64(of_row(ceiling, row)) - energy[row] if gain > 0 else np.float64(energy[row])
             reach = min(reach, max(left, 0.0) / (abs(gain) * volume[row]))
         if not reach > 0:
             continue

@@ -34,8 +34,10 @@ class Spread(System):
     In a tick a free site receives a seed from a random other site, anywhere or within `dispersal`, with
     probability rate·dt, which sprouts if a plant stands there; and one from the seed rain with probability
     seed_rain·dt. The share of a plant's seeds that sprout is that of its genes, and smaller the more it
-    spends on its defence. Plants come from nothing, whatever the light, except where they are born with what
-    the soil holds: then a seed sprouts only where there is enough.
+    spends on its defence. A site of which rock or water covers the centre is closed; where it covers the
+    place of a plant within an open site, the plant stands at the centre. Plants come from nothing, whatever
+    the light, except where they are born with what the soil holds: then a seed sprouts only where there is
+    enough.
     """
 
     needs = (Position, Metabolism)
@@ -72,6 +74,9 @@ class Spread(System):
                        np.nextafter(space.lengths[0], np.float32(0))).astype(np.float32)
         y = np.minimum(((site // nx) + v) / inverse[1],
                        np.nextafter(space.lengths[1], np.float32(0))).astype(np.float32)
+        if world.terrain is not None:
+            x, y = world.terrain.within_sites(x, y, *(((cells + 0.5) / inverse[axis]).astype(np.float32)
+                                                      for axis, cells in enumerate((site % nx, site // nx))))
         z = np.zeros(n, np.float32)
         parents = np.where(parent >= 0, table.uid[np.maximum(parent, 0)], np.uint64(0))
         values: dict[tuple[type, str], np.ndarray] = {(Position, "x"): x, (Position, "y"): y,
@@ -128,8 +133,8 @@ def sprout(taken, rate, rain, reach, torus, ground, ground_inverse, inverse, vig
         if u >= rate + rain:
             continue
         if ground.size > 1:
-            kind = ground_at(ground, ground_inverse, (i + np.float32(0.5)) / inverse[0],
-                             (j + np.float32(0.5)) / inverse[1])
+            kind = ground_at(ground, ground_inverse, np.float32((i + 0.5) / inverse[0]),
+                             np.float32((j + 0.5) / inverse[1]))
             if kind in (WATER, ROCK):
                 continue
         row = np.int64(-1)

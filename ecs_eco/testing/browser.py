@@ -92,7 +92,7 @@ def entered(address: str) -> tuple[str, str]:
 
 
 def until(page: Any, condition: str, seconds: float = 180.0) -> None:
-    """Wait until something is true on the page, an expression of `ecs` (docs/watching_page.md);
+    """Wait until something is true on the page, an expression of `ecs` (docs/reference/watching_page.md);
     TimeoutError after so long.
 
     (`wait_for_function` of playwright would need eval, which the page forbids.)

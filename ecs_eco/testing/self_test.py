@@ -51,7 +51,7 @@ def cases() -> list[Case]:
 
 def examine(case: Case) -> Outcome:
     """Run one case; takes seconds."""
-    from ecs_eco import World
+    from ecs_eco.ecosystem import World
 
     config = _config(case)
     options: dict[str, Any] = {"seed": SEED, "learn": case.learn, "record": False}

@@ -1,4 +1,4 @@
-"""Frames: all organisms of a tick in one binary message, 12 bytes each; docs/watching.md describes the bytes.
+"""Frames: all organisms of a tick in one binary message, 12 bytes each (see docs/how-to/watching.md).
 """
 
 from __future__ import annotations

@@ -20,7 +20,7 @@ ANSWERS = {
 a response's own cache-control takes precedence."""
 POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; "
-    "font-src 'self'; worker-src 'self' blob:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+    "font-src 'self'; worker-src 'self' blob:; base-uri 'none'; form-action 'none'"
 )
 
 
@@ -42,12 +42,14 @@ class Guard:
     are not used, because they ignore ports: another server on this machine would get them too.
     """
 
-    def __init__(self, app: Any, credentials: Credentials, port: int) -> None:
+    def __init__(self, app: Any, credentials: Credentials, port: int, frames: tuple[str, ...] = ()) -> None:
         self.app, self.credentials = app, credentials
         self.hosts = {f"{name}:{port}" for name in ("127.0.0.1", "localhost")}
         self.origins = {f"http://{host}" for host in self.hosts}
         sockets = " ".join(sorted(f"ws://{host}" for host in self.hosts))
-        self.policy = f"{POLICY}; connect-src 'self' {sockets}"
+        ancestors = " ".join(frames) or "'none'"  # who may show the page in a frame: nobody, or a notebook
+        self.policy = f"{POLICY}; frame-ancestors {ancestors}; connect-src 'self' {sockets}"
+        self.answers = {n: v for n, v in ANSWERS.items() if not (frames and n == "x-frame-options")}
 
     async def __call__(self, scope: Any, receive: Any, send: Any) -> None:
         """Let a request through, or refuse it."""
@@ -93,7 +95,7 @@ class Guard:
 
     def _headers(self, own: Any) -> list[tuple[bytes, bytes]]:
         given = {n.decode("latin-1").lower() for n, _ in own}
-        ours = {n: v for n, v in {**ANSWERS, "content-security-policy": self.policy}.items()
+        ours = {n: v for n, v in {**self.answers, "content-security-policy": self.policy}.items()
                 if n != "cache-control" or n not in given}
         return [*((n, v) for n, v in own if n.decode("latin-1").lower() not in ours),
                 *((n.encode(), v.encode()) for n, v in ours.items())]

@@ -14,7 +14,7 @@ from ecs_eco.engine.errors import ConfigError
 from ecs_eco.engine.hooks import listening
 from ecs_eco.view.frames import Encoder, extent, grade
 from ecs_eco.view.pedigree import PedigreeLog
-from ecs_eco.view.scene import coloured_genes, describe, fences, kinds_of, sky
+from ecs_eco.view.scene import coloured_genes, describe, drawn, kinds_of, land_of, sky, uses_of
 from ecs_eco.view.series import Curves
 from ecs_eco.view.source import Message
 
@@ -44,7 +44,7 @@ class Live:
         self._values: dict[str, np.ndarray] = {}
         self._curves = Curves()
         self._traces: dict[int, deque[tuple[int, float | None, float | None]]] = {}
-        self._announced = len(world.intervened)
+        self._announced = len(world.intervened), uses_of(world)
         self.frame(0, "happiness")  # compiles kernels before anybody waits
 
     @property
@@ -87,9 +87,10 @@ class Live:
 
     def news(self) -> list[Message]:
         """Return the marks again after an intervention."""
-        if self._announced == len(self.world.intervened):
+        now = len(self.world.intervened), uses_of(self.world)
+        if self._announced == now:
             return []
-        self._announced = len(self.world.intervened)
+        self._announced = now
         return [self._marks()]
 
     def _marks(self) -> Message:
@@ -98,7 +99,7 @@ class Live:
         done = [{"tick": tick, "text": words(intervention)}
                 for tick, intervention in self.world.intervened[-1000:]]
         return {"kind": "marks", "births": None, "deaths": None, "interventions": done,
-                "fences": fences(self.world)}
+                **drawn(land_of(self.world))}
 
     def counts(self) -> dict[str, int]:
         """Return the number of each kind."""
@@ -175,8 +176,8 @@ class Live:
     # --- curves ---------------------------------------------------------------------------------------------
 
     def sample(self) -> None:
-        """Note numbers, mean happiness, mean values of genes, and the light."""
-        point: dict[tuple[str, str], float] = {("light", ""): sky(self.world)[0]}
+        """Note numbers, mean happiness, mean values of genes, the light, and what reporters said last."""
+        point: dict[tuple[str, ...], float] = {("light", ""): sky(self.world)[0]}
         for name in self.species:
             table = self.world.tables[name]
             point["n", name] = int(table.n)
@@ -189,7 +190,17 @@ class Live:
                 decoded = table.species.heredity.layout.decode(table[Genome].loci[rows], self._genes[name])
                 for gene, values in decoded.items():
                     point["genes", f"{name}.{gene}"] = float(values.mean(dtype=np.float64))
+        for name, said in self._reports().items():
+            for species, value in (said if isinstance(said, dict) else {"": said}).items():
+                point["reports", name, species] = value
         self._curves.add(self.tick, point)
+
+    def _reports(self) -> dict[str, float | dict[str, float]]:
+        """Return what reporters said last; of a world that is not recorded, what they say now."""
+        recorder = self.world.recorder
+        if recorder is not None:
+            return {} if recorder.reports is None else recorder.reports.latest
+        return {name: self.world.report(name) for name in self.world.reporters}
 
     def series(self, after: int) -> Message | None:
         """Return the points since a tick."""

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ecs_eco.analysis.land import draw_land
 from ecs_eco.analysis.style import as_delivered
 from ecs_eco.engine import files
 from ecs_eco.view.hues import safe
@@ -68,12 +69,11 @@ class Painter:
         self._light(tick, light)
         for kind in self.kinds:
             self._organisms(kind, self.replay.organisms(kind["name"]))
-        if not self.volume:
-            self.fences.set_segments(self.replay.recording.fences(tick))
+        self._land(tick)
         self._strips(tick)
         self._words(tick)
         self.canvas.restore_region(self.still)
-        for artist in self.moving:
+        for artist in (*self.land, *self.moving):
             (artist.axes or self.figure).draw_artist(artist)
         return np.asarray(self.canvas.buffer_rgba())[..., :3].copy()
 
@@ -207,10 +207,8 @@ class Painter:
     # --- what moves -----------------------------------------------------------------------------------------
 
     def _moving(self) -> list[Any]:
-        from matplotlib.collections import LineCollection
-
-        self.fences = LineCollection([], colors=INK, linewidths=1.2, linestyles=(0, (3, 1)), clip_on=True)
-        self.ax.add_collection(self.fences)
+        self.land: list[Any] = []
+        self.ground: Any = None
         self.shade = self.light = None
         (w, h), none = self.extent, np.zeros(0)
         if self.volume:
@@ -232,7 +230,7 @@ class Painter:
         ordered = [self.bodies[kind["name"]] for kind in sorted(self.kinds, key=lambda kind: kind["moves"])]
         frame = list(self.ax.spines.values())
         pasts = [line for line, _, _ in self.pasts]
-        return [self.light, self.shade, self.fences, *ordered, *frame, *pasts, *self.cursors, *self.counts,
+        return [self.light, self.shade, *ordered, *frame, *pasts, *self.cursors, *self.counts,
                 self.clock, self.hint]
 
     def _discs(self, ax: Any, x: np.ndarray, y: np.ndarray, radius: float, hue: str,
@@ -244,6 +242,15 @@ class Painter:
         from matplotlib.collections import PolyCollection
 
         return PolyCollection(corners, facecolor=hue, clip_on=True, **rim)
+
+    def _land(self, tick: int) -> None:
+        """Draw roads, fences and areas anew where they differ from those shown."""
+        land = self.replay.recording.land(tick)
+        if self.volume or land == self.ground:
+            return
+        for artist in self.land:
+            artist.remove()
+        self.land, self.ground = draw_land(self.ax, land), land
 
     def _organisms(self, kind: dict[str, Any], organisms: Organisms) -> None:
         places = np.stack([organisms.x, organisms.z if self.volume else organisms.y], axis=1).astype(float)

@@ -8,7 +8,7 @@ from typing import Any
 from pydantic import BaseModel
 
 from ecs_eco.config.mutable_keys import may_change
-from ecs_eco.engine.section import LARGEST
+from ecs_eco.engine.section import LARGEST, Use, function_name
 
 NOT_NOW = frozenset({"ticks", "seed", "training", "interventions"})
 
@@ -27,7 +27,11 @@ def parameters(config: Any) -> list[dict[str, Any]]:
 
 
 def _walk(value: Any, key: tuple[str, ...], field: dict[str, Any]) -> Iterator[dict[str, Any]]:
-    if isinstance(value, BaseModel):
+    if isinstance(value, Use):
+        for name, inner in value.parameters.items():
+            about = f"parameter of {function_name(value)}"
+            yield from _walk(inner, (*key, name), {"unit": "", "low": None, "high": None, "about": about})
+    elif isinstance(value, BaseModel):
         for name, info in type(value).model_fields.items():
             yield from _walk(getattr(value, name), (*key, name), _field(info))
     elif isinstance(value, dict):

@@ -90,18 +90,28 @@ class Player:
         """Serve the pages until the next tick is due; False when it is time to end."""
         while True:
             self._wake.clear()
-            while self.inbox:
-                self._answer(*self.inbox.popleft())
-                self._looks = -math.inf, -math.inf
-            now = time.monotonic()
-            if now >= self._looks[self.source.tick != self._served]:
-                self._serve(now)
+            due, wait = self.poll()
             if self.closing or self.halted():
                 return False
-            due = self._due(now)
-            if due <= now:
+            if due:
                 return True
-            self._wake.wait(max(0.0, min(due, self._looks[self.source.tick != self._served]) - now))
+            self._wake.wait(wait)
+
+    def poll(self) -> tuple[bool, float]:
+        """Serve the pages and return at once: whether a tick is due, else in how many seconds to ask again.
+        """
+        while self.inbox:
+            self._answer(*self.inbox.popleft())
+            self._looks = -math.inf, -math.inf
+        now = time.monotonic()
+        if now >= self._looks[self.source.tick != self._served]:
+            self._serve(now)
+        if self.closing or self.halted():
+            return False, 0.0
+        due = self._due(now)
+        if due <= now:
+            return True, 0.0
+        return False, max(0.0, min(due, self._looks[self.source.tick != self._served]) - now)
 
     def tell(self, level: str, text: str) -> None:
         """Send a text to all pages."""

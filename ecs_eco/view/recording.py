@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from ecs_eco.analysis.land import Land, land_at
 from ecs_eco.checkpoint import file as checkpoint
 from ecs_eco.engine import files
 from ecs_eco.engine.errors import CheckpointError, ConfigError, RecordingError
@@ -18,6 +19,7 @@ from ecs_eco.record.details import KIND
 from ecs_eco.runs.run import read_manifest
 from ecs_eco.view.interpolate import STATE, Chapter, Organisms, chapter
 from ecs_eco.view.parts import Cache, Columns, Parts
+from ecs_eco.view.series import by_species
 
 CHAPTERS = 3  # that are kept
 COMPARED = ("n", "births", "deaths", "energy_mean", "happiness_mean")
@@ -205,7 +207,7 @@ class Recording:
 
     @cached_property
     def curves(self) -> dict[str, Any]:
-        """`tick` and, by species, `n` and `happiness`, at most POINTS of each;
+        """`tick` and, by species, `n` and `happiness`, at most POINTS of each, and `reports` by reporter;
         `births` and `deaths` in BINS of all ticks."""
         step = max(1, -(-(self.last + 1 - self.first) // POINTS))
         width = max(1, -(-(self.last + 1 - self.first) // BINS))  # ticks of a bin
@@ -214,7 +216,10 @@ class Recording:
         out |= {kind: {name: np.zeros(out["tick"].size) for name in self.species}
                 for kind in ("n", "happiness")}
         out |= {kind: np.zeros(bins, np.int64) for kind in ("births", "deaths")}
-        for c in self.series.each(("tick", "species", "n", "happiness_mean", "births", "deaths")):
+        reporters = tuple(self.manifest["config"].get("reporters") or ())
+        out["reports"] = {name: {s: np.full(out["tick"].size, np.nan) for s in self.species}
+                          for name in reporters}
+        for c in self.series.each(("tick", "species", "n", "happiness_mean", "births", "deaths", *reporters)):
             since = c["tick"] - self.first
             for kind in ("births", "deaths"):
                 out[kind] += np.bincount(since // width, c[kind], bins).astype(np.int64)
@@ -222,6 +227,9 @@ class Recording:
                 chosen = (c["species"] == i) & (since % step == 0)
                 out["n"][name][since[chosen] // step] = c["n"][chosen]
                 out["happiness"][name][since[chosen] // step] = c["happiness_mean"][chosen]
+                for reporter in reporters:
+                    out["reports"][reporter][name][since[chosen] // step] = c[reporter][chosen]
+        out["reports"] = {name: by_species(said) for name, said in out["reports"].items()}
         return out
 
     def numbers(self, tick: int) -> dict[str, int]:
@@ -240,26 +248,9 @@ class Recording:
 
         return [{"tick": tick, "text": describe(done)} for tick, done in self.manifest.get("intervened", [])]
 
-    def fences(self, tick: int) -> list[np.ndarray]:
-        """Return the corners f64[k, 2] [m] of the fences that stand at the end of a tick;
-        puts them up in the scene."""
-        from pydantic import TypeAdapter
-
-        from ecs_eco.config.models.interventions import AnyIntervention
-        from ecs_eco.systems.intervene import Intervene
-
-        intervened = self.manifest.get("intervened", [])
-        done = [(when, order) for when, order in intervened
-                if isinstance(order, dict) and order["kind"] == "fence"]
-        if self.scene is None or not done:
-            return []
-        if self.scene.terrain is not None and self.scene.terrain.fences:
-            self.scene.terrain.unfence()
-        for when, order in done:
-            if when <= tick:
-                Intervene().fence(self.scene,
-                                  TypeAdapter(AnyIntervention).validate_python(dict(order) | {"at": when}))
-        return [] if self.scene.terrain is None else list(self.scene.terrain.fences)
+    def land(self, tick: int) -> Land:
+        """Return the fences and roads that are there at the end of a tick, and the areas of land use."""
+        return land_at(self.manifest.get("config") or {}, self.manifest.get("intervened", ()), tick)
 
 
 def overlaid(organisms: Organisms, details: Columns) -> Organisms:

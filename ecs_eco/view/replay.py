@@ -16,7 +16,7 @@ from ecs_eco.view.life import Lives
 from ecs_eco.view.parts import Cache
 from ecs_eco.view.recording import COMPARED, Recording, overlaid
 from ecs_eco.view.rerun import Rerun, Stretch
-from ecs_eco.view.scene import coloured_genes, describe, size_in, sized, sky
+from ecs_eco.view.scene import coloured_genes, describe, drawn, size_in, sized, sky
 from ecs_eco.view.source import Message
 
 STRETCHES = 3  # that are kept
@@ -41,9 +41,7 @@ class Replay:
         self._ranges: dict[tuple[str, str], tuple[float, float]] = {}
         self._encoder = Encoder(r.size, len(r.species) + len(r.objects))
         self._rerun = Rerun(r.path, r.manifest, r.last)
-        self._fences = any(done["kind"] == "fence"
-                           for _, done in r.manifest.get("intervened", []) if isinstance(done, dict))
-        self._fenced: list[np.ndarray] = r.fences(r.first) if self._fences else []
+        self._land = r.land(r.first)
         self._hello: Message | None = None
         self._curves: Message | None = None
         self.frame(0, "happiness")  # compiles kernels before anybody waits
@@ -125,20 +123,16 @@ class Replay:
 
     def _marks(self) -> Message:
         r = self.recording
-        fences = [corners.round(3).tolist() for corners in self._fenced]
         return {"kind": "marks", "births": r.curves["births"].tolist(), "deaths": r.curves["deaths"].tolist(),
-                "interventions": r.interventions(), "fences": fences}  # fmt: skip
+                "interventions": r.interventions()} | drawn(self._land)  # fmt: skip
 
     def _stand(self) -> list[Message]:
-        """Return the marks again if fences differ from those at the tick shown before."""
-        fences = self.recording.fences(self._tick) if self._fences else []
-        same = (len(fences) == len(self._fenced)
-                and all(np.array_equal(a, b) for a, b in zip(fences, self._fenced, strict=True)))
-        self._fenced = fences
-        return [] if same else [self._marks()]
+        """Return the marks again if the land differs from that at the tick shown before."""
+        before, self._land = self._land, self.recording.land(self._tick)
+        return [] if self._land == before else [self._marks()]
 
     def news(self) -> list[Message]:
-        """Return the fences if they changed, and the result of a `fill` once it is done."""
+        """Return the marks if the land changed, and the result of a `fill` once it is done."""
         return [*self._stand(), *self._filled()]
 
     def _filled(self) -> list[Message]:
@@ -281,7 +275,7 @@ class Replay:
     def _all(self) -> Message:
         r = self.recording
         tick = r.curves["tick"]
-        out: Message = {"kind": "series", "tick": tick.tolist(),
+        out: Message = {"kind": "series", "tick": tick.tolist(), "reports": r.curves["reports"],
                         "n": {n: v.astype(int).tolist() for n, v in r.curves["n"].items()}}
         feels = [name for name in r.species if r.manifest["config"]["species"][name].get("happiness")]
         out["happiness"] = {name: [float(f"{v:.5g}") for v in r.curves["happiness"][name]] for name in feels}

@@ -9,9 +9,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ecs_eco.analysis.land import Land, land_at
 from ecs_eco.components import Position, Shape, Velocity
 from ecs_eco.config.models.body import Body
 from ecs_eco.space.bodies import extents
+from ecs_eco.space.region import Region
 from ecs_eco.space.sun import Sun, sine_of_elevation
 
 if TYPE_CHECKING:
@@ -109,9 +111,33 @@ def ground(world: World) -> dict[str, Any] | None:
             "heights": base64.b64encode(heights.tobytes()).decode(), **marks}  # fmt: skip
 
 
-def fences(world: World) -> list[list[list[float]]]:
-    """Return the corners of every fence that stands."""
-    return [] if world.terrain is None else [corners.round(3).tolist() for corners in world.terrain.fences]
+def uses_of(world: World) -> list[dict[str, Any]]:
+    """Return the uses of land, seasons aside, that are in force in a tick, as a world file has them."""
+    uses = () if world.config is None else world.config.land_use
+    return [use.model_dump() for use in uses
+            if use.at <= world.tick and (use.until is None or world.tick <= use.until)]
+
+
+def land_of(world: World) -> Land:
+    """Return the fences and roads of a living world, and its areas of land use."""
+    terrain = world.terrain
+    there = {} if terrain is None else {
+        "fences": [{"line": corners.tolist()} for corners in terrain.fences],
+        "roads": [{"line": road.line.tolist(), "width": road.width} for road in terrain.roads]}
+    return land_at({"land_use": uses_of(world)}, (), world.tick) | there
+
+
+def drawn(land: Land) -> dict[str, Any]:
+    """Return the land as pages draw it: the corners [m] of fences, the middle lines and widths of roads, kind
+    and border of areas."""
+    def corners(shape: dict[str, Any]) -> list[list[float]]:
+        line = shape["line"] if "line" in shape else Region(None, shape["region"]).border()
+        rounded: list[list[float]] = np.round(np.array(line, float), 3).tolist()
+        return rounded
+
+    return {"fences": [corners(fence) for fence in land["fences"]],
+            "roads": [{"line": corners(road), "width": road["width"]} for road in land["roads"]],
+            "areas": [{"kind": area["kind"], "border": corners(area)} for area in land["areas"]]}
 
 
 def day(world: World) -> dict[str, float] | None:

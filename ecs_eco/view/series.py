@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
+import numpy as np
+
 MOST = 4000  # points
 
 
@@ -14,10 +16,11 @@ class Curves:
     def __init__(self, most: int = MOST) -> None:
         self.most, self.every = most, 1
         self.ticks: list[int] = []
-        self.points: list[dict[tuple[str, str], float]] = []
+        self.points: list[dict[tuple[str, ...], float]] = []
 
-    def add(self, tick: int, point: dict[tuple[str, str], float]) -> None:
-        """Add a point {(group, name): number}; when there are `most`, every second one is dropped."""
+    def add(self, tick: int, point: dict[tuple[str, ...], float]) -> None:
+        """Add a point {(group, name): number}, of what reporters say {("reports", reporter, species or ""):
+        number}; when there are `most`, every second one is dropped."""
         if len(self.ticks) >= self.most:
             del self.ticks[1::2], self.points[1::2]
         self.ticks.append(tick)
@@ -33,9 +36,12 @@ class Curves:
         points = self.points[first:]
         out: dict[str, Any] = {"kind": "series", "tick": self.ticks[first:], "n": {}, "happiness": {},
                                "genes": {}}
-        for group, name in dict.fromkeys(key for point in points for key in point):
-            values = [_plain(point.get((group, name))) for point in points]
-            if name:
+        for key in dict.fromkeys(key for point in points for key in point):
+            values = [_plain(point.get(key)) for point in points]
+            group, name, *species = key
+            if species:
+                out.setdefault(group, {}).setdefault(name, {})[species[0]] = values
+            elif name:
                 out[group][name] = values
             else:
                 out[group] = values
@@ -46,3 +52,12 @@ def _plain(value: float | None) -> float | None:
     if value is None or not math.isfinite(value):
         return None
     return value if isinstance(value, int) else float(f"{value:.6g}")
+
+
+def by_species(said: dict[str, Any]) -> dict[str, list[float | None]]:
+    """Return what a reporter said by species, or by "" where all have the same number, the world's."""
+    first, *others = said.values()
+    if all(np.array_equal(first, other, equal_nan=True) for other in others):
+        said = {"": first}
+    return {name: [_plain(float(v)) for v in values]
+            for name, values in said.items() if np.isfinite(values).any()}

@@ -71,10 +71,11 @@ class Client:
 class Server:
     """The server of one player, from `start` to `stop`. Raises OSError if the port is taken; 0: any free one.
 
+    `frames` are the origins of pages that may hold its page in a frame: none, unless it is for a notebook.
     `came` is called with each code that was presented, and whether it was accepted; in the server's thread.
     """
 
-    def __init__(self, player: Player, port: int = 0) -> None:
+    def __init__(self, player: Player, port: int = 0, frames: tuple[str, ...] = ()) -> None:
         self.player, self.credentials = player, Credentials()
         self.came: Callable[[str, bool], None] = lambda code, good: None
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
@@ -86,7 +87,7 @@ class Server:
             raise
         self.port = self._socket.getsockname()[1]
         self.clients: set[Client] = set()
-        self.app = Guard(self._pages(), self.credentials, self.port)
+        self.app = Guard(self._pages(), self.credentials, self.port, frames)
         config = uvicorn.Config(self.app, lifespan="off", log_config=None, log_level="critical",
                                 access_log=False, ws="websockets-sansio", ws_per_message_deflate=False,
                                 ws_max_size=LARGEST, server_header=False, timeout_graceful_shutdown=1,

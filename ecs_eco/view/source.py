@@ -11,8 +11,8 @@ Message = dict[str, Any]
 class Source(Protocol):
     """A source for the viewer.
 
-    All methods are called in the thread that made it; messages are those of docs/watching.md. `tick` is the
-    one shown now, `done` whether it is the last.
+    All methods are called in the thread that made it; messages are those of docs/how-to/watching.md. `tick`
+    is the one shown now, `done` whether it is the last.
     """
 
     @property

@@ -21,6 +21,7 @@ from ecs_eco.components import (
     Stature,
 )
 from ecs_eco.config import WorldConfig
+from ecs_eco.config.checks.reporters import formula_of, is_formula
 from ecs_eco.config.models.species import MOTIONS
 from ecs_eco.config.mutable_keys import Key, changes
 from ecs_eco.engine import random
@@ -48,6 +49,8 @@ def apply(world: SpatialWorld, config: WorldConfig, before: WorldConfig | None =
     """
     changed = None if before is None else [k for k, *_ in changes(before.model_dump(), config.model_dump())]
     world.config = config
+    world.reporters |= {name: formula_of(config, what) if is_formula(what) else config.function(what)
+                        for name, what in config.reporters.items()}
     apply_surroundings(world, config, changed)
     for use in config.land_use:
         world.tables[use.species].species.used = True
@@ -202,7 +205,8 @@ def networks(nerves: Any, species: Any, find: Callable[[Any], Any] = handed_over
              for gene in (species.genome.genes if species.genome else ()) if gene.trait}
     nerves.reflex = nerves.happiness = None
     if species.reflex is not None:
-        nerves.reflex = ReflexNetwork(species.reflex, nerves, species.action_rows(), "reflex" in coded, find)
+        nerves.reflex = ReflexNetwork(species.reflex, nerves, species.action_rows(),
+                                      not coded.isdisjoint(("reflex", "actions")), find)
     if species.happiness is not None:
         nerves.happiness = HappinessNetwork(species.happiness, nerves, "happiness" in coded, find)
         nerves.minimum = np.float32(species.happiness.minimum)

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -58,7 +59,8 @@ if TYPE_CHECKING:
 
 def build(cls: Any, config: Any, *, seed: int | None = None, policies: Any = "trained", threads: int = 1,
           learn: Any = None, training: bool = False, record: bool = True, populate: bool = True,
-          systems: Sequence[Any] = (), controls: Sequence[str] = (), trust: bool = False) -> Any:
+          systems: Sequence[Any] = (), reporters: Mapping[str, Any] = MappingProxyType({}),
+          controls: Sequence[str] = (), trust: bool = False) -> Any:
     """Return a new world.
 
     `policies`: "trained" (the files that the world names; untrained where it names none), "random" (every
@@ -66,13 +68,12 @@ def build(cls: Any, config: Any, *, seed: int | None = None, policies: Any = "tr
     species → one of these, or a torch module: one of the class that `policy.network` names, or a plain
     Sequential of Linear and Tanh (ecs_eco.learning.from_torch). `learn` overrides the species' own
     `policy.learn`: true, false, or a dict species → these. `populate`: whether there are organisms at the
-    start. `training`: numbers held constant by respawn, no births. `systems` are added to those of the world
-    file, each at the end of its phase. `controls` are names of `ecs_eco.worlds.treatments`, of what is
-    removed. `trust` allows the code in the world's `code` to run in this process. Raises ConfigError for a
-    wrong configuration, and for one with code that nobody allowed.
+    start. `training`: numbers held constant by respawn, no births. `systems` and `reporters` (name → what)
+    join those of the world file. `controls` are names of `ecs_eco.worlds.treatments`, of what is removed.
+    `trust` allows the code in the world's `code` to run here. Raises ConfigError, also for code not allowed.
     """
-    if not isinstance(config, WorldConfig) or systems or trust:
-        config = load(config, systems=systems, trust=trust)
+    if not isinstance(config, WorldConfig) or systems or reporters or trust:
+        config = load(config, systems=systems, reporters=reporters, trust=trust)
     config._code.require(config._source)
     require_policies(config, policies)
     by_species("learn", learn, config.species, (bool, np.bool_), "true or false")
@@ -96,7 +97,7 @@ def build(cls: Any, config: Any, *, seed: int | None = None, policies: Any = "tr
     apply(world, config)
     treat(controls, world)
     shipped = schedule(training and config.training.respawn, world.tables.values())
-    for system in [*shipped, *_own_systems(config)]:
+    for system in [*shipped, *_own_systems(world, config)]:
         world.add_system(system)
     keep_books(world)
     _populate(world, config, populate)
@@ -130,10 +131,12 @@ def _tables(world: SpatialWorld, config: WorldConfig) -> None:
         _landmarks(world, config.terrain)
 
 
-def _own_systems(config: WorldConfig) -> list[Any]:
-    """Return the systems that the world names; a class or factory is called to make a new one."""
+def _own_systems(world: SpatialWorld, config: WorldConfig) -> list[Any]:
+    """Make and return the systems that the world names; a class is called, with the parameters that stand
+    there."""
     named = [config.function(system) for system in config.systems]
-    return [system() if callable(system) else system for system in named]
+    world.own_systems = [made() if isinstance(made, type) else made for made in named]
+    return world.own_systems
 
 
 def _landmarks(world: SpatialWorld, terrain: Any) -> None:

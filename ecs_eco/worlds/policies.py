@@ -53,7 +53,7 @@ def _refusals_of(name: str, policy: Any, shape: Shape) -> Iterator[None]:
         given = function_name(policy.network) if policy.network else policy.device
         raise ConfigError([Problem(key, str(error), given,
                                    f"a torch module for {shape[0]} observations and the groups of options "
-                                   f"{shape[1]} (docs/learning.md)")]) from None  # fmt: skip
+                                   f"{shape[1]} (docs/explanation/learning.md)")]) from None  # fmt: skip
 
 
 def take_weights(brain: PolicyNetwork, module: Any, name: str) -> None:

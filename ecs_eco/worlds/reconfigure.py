@@ -12,6 +12,7 @@ from ecs_eco.engine.errors import ConfigError
 from ecs_eco.engine.interruption import require_whole, whole
 from ecs_eco.lifecycle.causes import register_eaters, register_limits
 from ecs_eco.worlds.apply import apply, begin_learning, cell, learner_seed, settings, trains
+from ecs_eco.worlds.parameters import kept_elsewhere, set_parameters
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
@@ -33,11 +34,12 @@ def reconfigure(world: SpatialWorld, config: Any, learners: Iterable[str] = ()) 
                            "set what its systems read instead")
     new, old = config if isinstance(config, WorldConfig) else load(config), world.config
     new._code.require(new._source)
-    if problems := refused(old, new):
+    if problems := refused(old, new) + kept_elsewhere(world, new):
         n = len(problems)
         raise ConfigError(problems,
                           f"the world {world.name!r} lives: {n} value{'s' if n > 1 else ''} cannot change")
     with whole(world, "a change of values"):
+        set_parameters(world, new)
         _apply(world, old, new)
         for name in learners:
             learning(world, world.tables[name])

@@ -47,7 +47,7 @@ class Family:
     def lineage(self, since: int = 0) -> Any:
         """The Lineage of those born at this tick or later."""
         from ecs_eco.analysis.lineage import Lineage
-        from ecs_eco.record.folder import genes_of
+        from ecs_eco.record.genomes import genes_of
 
         uid, first, second, born, genome = (np.concatenate(c) for c in zip(*self.births, strict=True))
         of = born >= since

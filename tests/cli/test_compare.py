@@ -121,10 +121,35 @@ def test_a_folder_is_gone_on_with_by_the_same_comparison_alone(here: Path) -> No
         (["--training-seeds", "2", "--retrain"], "no treatment changes a value"),
         (["--training-seeds", "2", "--control", "training.average=0.5"], "changes only the training"),
         (["--training-seeds", "0"], "a whole number from 1"),
+        (["--training-seeds", "2", "--policies", "random"], "--policies, or --training-seeds"),
+        (["--policies", "nowhere"], "no such folder"),
     ],
 )
 def test_options_that_contradict_each_other_are_refused(words: list[str], expected: str) -> None:
     assert expected in " ".join(invoke(*words, code=2).split())
+
+
+def test_policies_of_a_folder_are_those_of_all_arms_but_the_random_one(here: Path) -> None:
+    from ecs_eco import World
+    from ecs_eco.experiments.comparison import Comparison
+    from ecs_eco.learning.weights import save
+
+    (here / "mine").mkdir()
+    world = World.from_config("predator-prey", policies="untrained", record=False)
+    for name in ("deer", "wolf"):
+        save(here / "mine" / f"{name}.safetensors", world.tables[name].species.nerves.brain.state())
+    arms = [arm.with_policies(Path("mine"))
+            for arm in arms_of("predator-prey", FEW, ["random-policy", "dt=0.5"])]
+    assert [arm.policies for arm in arms] == ["mine", "random", "mine"]
+    told = Comparison(here / "out", arms, 4, [1]).policies_in_words()
+    assert told["world"] == told["dt-0.5"] == "the policies in mine"
+    assert told["random-policy"] == "policies that are not trained"
+    output = invoke(*SET, "--seeds", "1", "--ticks", "2", "--workers", "1", "--policies", "mine",
+                    "--out", "out")
+    assert "world runs with the policies in mine" in output
+    manifests = {p.parts[-3]: json.loads(p.read_text()) for p in (here / "out").glob("*/*/manifest.json")}
+    assert set(manifests["world"]["weights"]) == {"deer", "wolf"}
+    assert manifests["random-policy"]["policies"] == "random"
 
 
 def fail(arm: Arm, seed: int, ticks: int, folder: Path) -> None:

@@ -7,6 +7,7 @@ from ecs_eco.components import Metabolism
 from ecs_eco.config import load
 from ecs_eco.config.notes import meaningless_debt, notes
 from ecs_eco.config.shipped import shipped
+from ecs_eco.engine.errors import ConfigError
 
 
 def _hermit(**species):
@@ -64,6 +65,9 @@ THINKS = {"policy": {"kind": "shared"}, "sensors": [{"kind": "own", "property": 
           "happiness": {"weights": {"energy": 1.0}, "minimum": 0.0}}
 BREEDS = {"reproduction": {"kind": "asexual", "rate": 0.1, "energy_min": 0.5, "energy_given": 0.2}}
 
+LIVES = {"lethal": [{"property": "age", "max": 50.0}]}
+PAIRS = {"max_count": 9, "reproduction": {"kind": "sexual", "energy_min": 0.5, "energy_given": 0.3}}
+
 
 @pytest.mark.parametrize(("species", "note"), [
     (WALKS, "species.hermit.actions: nothing decides on speed.still, speed.walk: give it a reflex or"),
@@ -79,6 +83,19 @@ BREEDS = {"reproduction": {"kind": "asexual", "rate": 0.1, "energy_min": 0.5, "e
     ({"reproduction": BREEDS["reproduction"] | {"age_min": 50.0},
       "lethal": [{"property": "age", "max": 50.0}]},
      "species.hermit.reproduction.age_min = 50: it never breeds, as it dies at the age of 50"),
+    (BREEDS | {"lethal": [{"property": "age", "max": 50.0}], "breeding": {"maturity": 60.0}},
+     "species.hermit.breeding.maturity = 60: it never breeds, as it dies at the age of 50"),
+    (LIVES | {"reproduction": BREEDS["reproduction"] | {"age_min": 20.0}},
+     "species.hermit: all founders are of age 0: none breeds before 20 s, and all left die at once at 50 s"),
+    (LIVES | {"reproduction": BREEDS["reproduction"] | {"age_min": 10.0}}, ""),
+    (LIVES | {"reproduction": BREEDS["reproduction"] | {"age_min": 20.0}, "age": [0.0, 50.0]}, ""),
+    (LIVES | {"age": [0.0, 51.0]}, "species.hermit.age = [0, 51]: it dies at 50, older founders"),
+    (BREEDS | {"max_count": 9, "reproduction": BREEDS["reproduction"] | {"litter": 5}},
+     "species.hermit.reproduction.litter = 5: no mother can pay for all, metabolism.energy_max is 1 and"),
+    (PAIRS, ""),
+    (PAIRS | {"reproduction": PAIRS["reproduction"] | {"energy_min": 0.2}},
+     "species.hermit.reproduction.energy_min = 0.2: less than the 0.3 that a newborn costs its mother"),
+    (PAIRS | {"reproduction": PAIRS["reproduction"] | {"energy_min": 0.2, "father_share": 0.5}}, ""),
     ({"diet": [{"eats": "hermit", "gain": 0.5, "until": 1.5}]},
      "species.hermit.diet.0.until = 1.5: it never holds so much, metabolism.energy_max is 1"),
 ])  # fmt: skip
@@ -98,3 +115,15 @@ def test_a_search_over_less_than_a_life_is_noted():
     assert notes(load(config | ranges | {"ticks": 60})) == []
     (found,) = notes(load(config | ranges))
     assert found.startswith("species.hermit: a search runs for 40 s, less than a life of 50 s")
+
+
+def test_the_words_of_others_for_hyperparameters_are_taken_and_noted():
+    ours, others = (load("predator-prey", {"species.deer.ppo": settings}) for settings in (
+        {"discount": 0.97, "learning_rate": 1e-3}, {"gamma": 0.97, "lr": 1e-3}))
+    assert others.config_hash == ours.config_hash
+    assert others.species["deer"].ppo == ours.species["deer"].ppo
+    assert notes(ours) == []
+    assert notes(others) == ["species.deer.ppo: gamma is called discount here",
+                             "species.deer.ppo: lr is called learning_rate here"]
+    with pytest.raises(ConfigError, match=r"(?s)species.deer.ppo.gamma = 0.97.*another word for discount"):
+        load("predator-prey", {"species.deer.ppo.gamma": 0.97})

@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 
 from ecs_eco import World
+from ecs_eco.analysis.report.training import write_training
 from ecs_eco.config import load
 from ecs_eco.engine.errors import ConfigError
+from ecs_eco.experiments.evaluation import against_random
 from ecs_eco.experiments.pretraining import mean_weights, pretrain
 
 
@@ -30,6 +32,32 @@ def test_policies_learn_and_are_written_with_their_curves(trained, menagerie):
     written = json.loads((out / "training.json").read_text())
     assert (written["ticks"], written["seed"], written["curves"]) == (40, 5, result["curves"])
     assert sorted(p.name for p in out.iterdir()) == ["ram.safetensors", "training.json"]
+
+
+def test_each_update_and_how_often_actions_are_done_are_kept(trained):
+    result, out, _ = trained
+    learnt, acts = result["learning"]["ram"], result["actions"]["ram"]
+    assert learnt["tick"] == sorted(learnt["tick"])
+    assert learnt["entropy"][-1] == pytest.approx(result["reports"]["ram"]["entropy"], rel=1e-6)
+    assert acts["tick"] == [10, 20, 30]
+    speeds = [shares for name, shares in acts.items() if name.startswith("speed.")]
+    assert len(speeds) > 1
+    assert np.sum(speeds, axis=0) == pytest.approx(1)  # of a group with a neutral action one is always done
+    assert json.loads((out / "training.json").read_text())["learning"] == result["learning"]
+
+
+def test_trained_policies_are_measured_beside_random_ones_and_shown(trained, menagerie, tmp_path):
+    result, out, _ = trained
+    changes = {"training": {"average": 0.5, "set": {"species.moss.reproduction.seed_rain": 0.2}}}
+    found = against_random(load(menagerie(**changes)), out, seed=5, ticks=5, seeds=2)
+    assert set(found) == {"ram"}
+    for of in found["ram"].values():
+        assert of["difference"][0] == pytest.approx(of["trained"][0] - of["random"][0])
+        assert of["difference"][1] <= of["difference"][0] <= of["difference"][2]
+    page = write_training({**result, "against_random": found}, tmp_path).read_text()
+    assert "Beside random policies" in page
+    assert {p.name for p in (tmp_path / "figures").iterdir()} == {
+        "learning.png", "actions-0.png", "actions-1.png"}
 
 
 def test_a_world_takes_up_the_policies_of_a_folder(trained, menagerie):

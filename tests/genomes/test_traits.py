@@ -50,8 +50,8 @@ def test_every_heritable_value_of_a_species_is_listed_with_its_column_and_own_va
     numbers = {t.name for t in listed if t.component == "Traits"} - organs
     assert len(organs) == 12
     assert {name for name in numbers if name.startswith("sensors.")} == {
-        "sensors.energy.scale", "sensors.eye.blind", "sensors.nose.scale", "sensors.pit.scale",
-        "sensors.pit.zero"}  # fmt: skip
+        "sensors.energy.scale", "sensors.eye.blind", "sensors.eye.fov", "sensors.nose.scale",
+        "sensors.pit.scale", "sensors.pit.zero"}  # fmt: skip
     assert {"ppo.clip", "ppo.epochs", "ppo.gae_lambda"} <= numbers
     assert {name for name in numbers if not name.startswith(("ppo.", "sensors."))} == {
         "body.sinking", "heat.specific_heat", "heat.conductance", "heat.metabolic_heat",
@@ -70,6 +70,7 @@ def test_every_heritable_value_of_a_species_is_listed_with_its_column_and_own_va
         "defence.toughness": ("Defence", "toughness", None, 0.25),
         "defence.poison": ("Defence", "poison", None, 2.0),
         "sensors.eye.radius": ("Senses", "radius", 1, 5.0),
+        "sensors.eye.forward": ("Senses", "forward", 1, 0.0), "sensors.eye.left": ("Senses", "left", 1, 0.0),
         "sensors.nose.forward": ("Senses", "forward", 2, 1.0),
         "sensors.nose.left": ("Senses", "left", 2, -0.5),
         "sensors.pit.forward": ("Senses", "forward", 3, 0.5), "sensors.pit.left": ("Senses", "left", 3, 0.0),

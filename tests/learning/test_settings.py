@@ -5,6 +5,7 @@ from dataclasses import fields
 import pytest
 
 from ecs_eco.learning import PPO
+from ecs_eco.learning.words import WORDS
 
 
 @pytest.mark.parametrize(
@@ -56,3 +57,20 @@ def test_unknown_name_lists_the_known_ones():
 
     with pytest.raises(AttributeError, match="Learner"):
         _ = ecs_eco.learning.Lerner
+
+
+def test_the_words_of_others_are_taken_with_a_hint():
+    with pytest.warns(UserWarning, match="PPO: gamma is called discount here"):
+        assert PPO(gamma=0.9) == PPO(discount=0.9)
+    with pytest.warns(UserWarning, match="is called .* here") as hints:
+        ppo = PPO(lr=1e-3, batch_size=64, n_steps=16, ent_coef=0.0)
+    assert (ppo.learning_rate, ppo.minibatch, ppo.horizon, ppo.entropy) == (1e-3, 64, 16, 0.0)
+    assert len(hints) == 4
+    assert hints[0].filename == __file__
+    assert set(WORDS.values()) <= {f.name for f in fields(PPO)}
+    with pytest.raises(ValueError, match="gamma and discount are the same setting"):
+        PPO(gamma=0.9, discount=0.9)
+    with pytest.raises(ValueError, match="clip_coef and clip_range are the same setting, clip"):
+        PPO(clip_range=0.1, clip_coef=0.1)
+    with pytest.raises(TypeError, match=r"unknown setting 'discont'.*discount"):
+        PPO(discont=0.9)

@@ -118,6 +118,56 @@ def test_the_same_seed_gives_the_same_training():
     assert not np.array_equal(first["policy.0.weight"], other["policy.0.weight"])
 
 
+class Rooms(gymnasium.Env):
+    """Three rooms, of which one is seen by its number; the right action is that number plus 1, modulo 3."""
+
+    observation_space = gymnasium.spaces.Discrete(3, start=5)
+    action_space = gymnasium.spaces.Discrete(3, start=-1)
+
+    def reset(self, *, seed=None, options=None):
+        super().reset(seed=seed)
+        self.room = int(self.np_random.integers(3))
+        return self.room + 5, {}
+
+    def step(self, action):
+        reward = float(action + 1 == (self.room + 1) % 3)
+        return self.reset()[0], reward, True, False, {}
+
+
+class Lamps(Rooms):
+    """The same, seen as two numbers of which the first does not matter."""
+
+    observation_space = gymnasium.spaces.MultiDiscrete([2, 3], start=[1, 5])
+
+    def reset(self, *, seed=None, options=None):
+        return np.array([1, super().reset(seed=seed)[0]]), {}
+
+
+@pytest.mark.parametrize(("kind", "seen"), [(Rooms, [5, 6, 7]), (Lamps, [[1, 5], [2, 6], [1, 7]])])
+def test_a_single_environment_whose_observations_are_whole_numbers_is_learnt_and_saved(kind, seen, tmp_path):
+    env = kind()
+    ppo = PPO(horizon=64, learning_rate=5e-3, minibatch=64, epochs=6, discount=0.0)
+    training = train(env, ppo, 4000, seed=1, hidden=(16,))
+    assert np.mean(training.returns[-100:]) > 0.8
+    assert training.predict(np.array(seen)).tolist() == [0, 1, -1]  # rooms 0, 1, 2: places 1, 2, 0
+    assert training.predict(seen[0]) == 0
+    assert training.predict(seen[0]) in env.action_space
+    other = train(env, ppo, 0, seed=2, hidden=(16,))
+    other.load(training.save(tmp_path / "rooms.safetensors"))
+    assert other.predict(np.array(seen)).tolist() == [0, 1, -1]
+    with pytest.raises(ValueError, match="this brain"):
+        train(env, ppo, 0, seed=2, hidden=(8,)).load(tmp_path / "rooms.safetensors")
+
+
+def test_what_is_no_environment_and_what_is_no_array_is_refused_with_what_to_do():
+    with pytest.raises(TypeError, match=r"envs = 'CartPole-v1': allowed is .* gymnasium.make_vec"):
+        train("CartPole-v1", PPO(), 10, seed=0)
+    env = Rooms()
+    env.observation_space = gymnasium.spaces.Dict({"room": gymnasium.spaces.Discrete(3)})
+    with pytest.raises(ValueError, match=r"observation space Dict.*FlattenObservation\(env\) makes a Box"):
+        train(env, PPO(), 10, seed=0)
+
+
 def test_environments_that_do_not_fit_are_refused():
     envs = _corridors(gymnasium.vector.AutoresetMode.DISABLED)
     with pytest.raises(ValueError, match="allowed is NEXT_STEP or SAME_STEP"):
@@ -146,8 +196,10 @@ class Reach(gymnasium.Env):
 def test_numbers_between_limits_are_learnt():
     envs = gymnasium.vector.SyncVectorEnv([Reach] * 16, autoreset_mode=SAME_STEP)
     ppo = PPO(horizon=16, learning_rate=3e-3, epochs=6, minibatch=64, entropy=0.0)
-    brain = train(envs, ppo, 12_000, seed=1).brain
+    training = train(envs, ppo, 12_000, seed=1)
+    brain = training.brain
     a, b = act(brain, np.zeros((1, 1)))[0]
+    assert training.predict(np.zeros(1)) == pytest.approx([-1 + 2 * a, 5.5 + 0.5 * b])
     assert -1 + 2 * a == pytest.approx(-2, abs=0.2)
     assert 5.5 + 0.5 * b == pytest.approx(5.75, abs=0.05)
 

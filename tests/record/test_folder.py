@@ -223,7 +223,7 @@ def test_the_manifest_names_the_genes_of_a_layout():
     from ecs_eco.analysis.carriers import codon_number
     from ecs_eco.genomes import Gene, Layout
     from ecs_eco.lifecycle.species import Species
-    from ecs_eco.record.folder import genes_of
+    from ecs_eco.record.genomes import genes_of
 
     genes = [Gene(name="red", trait="reflex.red.weight", letters=1, values=[0, 0, 0, -1]),
              Gene(name="size", trait="body.radius", letters=4, low=0.2, high=0.6),
@@ -235,9 +235,11 @@ def test_the_manifest_names_the_genes_of_a_layout():
         "ploidy": 2,
         "genes": [
             {"name": "red", "at": 0, "letters": 1, "trait": "reflex.red.weight",
-             "values": [0.0, 0.0, 0.0, -1.0]},
-            {"name": "size", "at": 1, "letters": 4, "trait": "body.radius"},
-            {"name": "song", "at": 7, "letters": 2, "trait": None, "values": [float(v) for v in range(16)]},
+             "values": [0.0, 0.0, 0.0, -1.0], "dominance": "first"},
+            {"name": "size", "at": 1, "letters": 4, "trait": "body.radius", "dominance": "first",
+             "range": {"low": 0.2, "high": 0.6, "code": "positional", "scale": "linear", "codons": 1}},
+            {"name": "song", "at": 7, "letters": 2, "trait": None, "values": [float(v) for v in range(16)],
+             "dominance": "first"},
         ],
     }
     row = layout.encode({"red": -1, "size": 0.2, "song": 11})[0]

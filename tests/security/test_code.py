@@ -2,6 +2,7 @@
 mark when it is run."""
 
 import json
+import re
 import sys
 from pathlib import Path
 from typing import Any
@@ -23,7 +24,8 @@ from tests.security.worlds import written
 def test_every_field_that_may_name_code_is_in_the_table() -> None:
     fields = fields_that_name_code()
     assert fields == {"systems", "components", "function", "current_function", "operator", "objective", "of",
-                      "network"}
+                      "network", "reporters", "use"}
+    fields.discard("use")  # what stands in a table in the place of a name, with parameters
     assert {p.removesuffix(".*").rpartition(".")[2] for p in ARGUMENTS} == fields
     assert set(KEYS) == set(ARGUMENTS)
 
@@ -49,6 +51,24 @@ def test_listed_code_waits_until_it_is_allowed(pattern: str, mark: Path) -> None
     World.from_config(path, trust=True, record=False).run(1)
     assert mark.exists() or pattern.startswith("search")  # a run needs no objective
     assert "evil" not in sys.modules
+
+
+TABLES = [p for p in KEYS if p.endswith("function") or p in ("systems.*", "reporters.*")]
+
+
+@pytest.mark.parametrize("pattern", TABLES)
+def test_code_that_is_named_in_a_table_with_parameters_is_no_exception(pattern: str, mark: Path) -> None:
+    text = re.sub(r'"(evil:\w+)"', r'{"use": "\1"}', json.dumps(world_of(pattern)))
+    path = written(mark.parent, json.loads(text))
+    with pytest.raises(ConfigError, match="`code` does not list"):
+        load(path)
+    path = written(mark.parent, json.loads(text) | {"code": ["evil.py"]})
+    load(path)
+    with pytest.raises(CodeError, match="nobody has allowed"):
+        World.from_config(path)
+    assert not mark.exists()
+    World.from_config(path, trust=True, record=False).run(1)
+    assert mark.exists()
 
 
 @pytest.mark.parametrize("pattern", [p for p in KEYS if p != "systems.*"])

@@ -5,10 +5,10 @@ import math
 import numpy as np
 import pytest
 
-from ecs_eco.components import Body, Metabolism, Position, Stature, Velocity
+from ecs_eco.components import Body, Metabolism, Nervous, Position, Stature, Velocity
 from ecs_eco.engine.errors import ConfigError
 from ecs_eco.record.ledger import LEDGER, imbalance
-from ecs_eco.systems import GrowUp, Metabolise, Move, Reproduce
+from ecs_eco.systems import Feed, Grow, GrowUp, Metabolise, Move, Nurse, Reproduce
 from ecs_eco.systems.grow_up import grow_up
 from ecs_eco.testing import act, arrange, check_system
 
@@ -199,3 +199,32 @@ def test_wrong_values_are_refused_by_name(meadow, growth, place):
     with pytest.raises(ConfigError) as error:
         meadow(**DEER | {"growth": growth})
     assert place in str(error.value)
+
+
+def test_where_asked_the_young_hold_as_much_energy_as_their_bodies_have_room_for(meadow):
+    deer = DEER | {"diet": [{"eats": "grass", "gain": 8.0, "reach": 9.0}]}
+    # half of the mass: 10, 5 or 2.5 at most; what is there beyond stays, and nothing is added
+    for store, before, full in ((0.0, 0.5, 8.5), (1.0, 0.5, 5.0), (2.0, 0.5, 2.5), (2.0, 3.0, 3.0)):
+        world = meadow(**deer | {"growth": DEER["growth"] | {"store": store}})
+        table = arrange(world, "deer", x=[2, 12], y=5.0, mass=[4.0, 8.0], energy=[before, 0.5])
+        table[Nervous].decision[:] = 1
+        arrange(world, "grass", x=[2, 12], y=5.0)
+        act(world, Feed)
+        assert body(world)[2] == pytest.approx([full, 8.5])
+        assert table[Metabolism].taken[table.by_uid()] == pytest.approx([full - before, 8.0])
+
+
+def test_plants_and_the_fed_are_full_as_soon_as_their_bodies_are(meadow):
+    growth = DEER["growth"] | {"store": 1.0}
+    world = meadow(**DEER | {"growth": growth, "care": {"rate": 4.0, "until": 9.0, "reach": 1.0}},
+                   grass={"growth": growth, "body": {"radius": 0.2, "mass": 8.0},
+                          "metabolism": {"energy": 0.5, "energy_max": 1.0, "growth": 0.4}})
+    deer = world.tables["deer"]
+    uid = deer.uid[deer.by_uid()]
+    arrange(world, "deer", x=5.0, y=5.0, age=[20, 1], mother=[0, uid[0]], mass=[8, 1], energy=[9, 1.0])
+    act(world, Nurse)
+    assert body(world)[2] == pytest.approx([9 - 0.25, 1.25])  # an eighth of 10
+    arrange(world, "grass", mass=[8.0, 4.0], energy=[0.5, 0.25])
+    act(world, Grow)
+    grass = world.tables["grass"]
+    assert grass[Metabolism].energy[grass.by_uid()] == pytest.approx([0.9, 0.5])

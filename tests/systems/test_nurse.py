@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ecs_eco.components import Metabolism
+from ecs_eco.components import Metabolism, Traits
 from ecs_eco.engine.errors import ConfigError
 from ecs_eco.record.ledger import LEDGER, imbalance
 from ecs_eco.systems import Nurse
@@ -121,3 +121,21 @@ def test_who_does_not_care_has_no_action_for_it_and_no_system(meadow):
     assert not any(isinstance(s, Nurse) for s in meadow().systems)
     with pytest.raises(ConfigError, match=r"care\.efficiency"):
         meadow(care=CARE | {"efficiency": 0.0})
+
+
+@pytest.mark.definition("3 genome encodes")
+def test_each_parent_cares_as_its_own_genes_say(meadow):
+    genes = [{"name": name, "letters": 1, "trait": f"care.{name}", "values": values}
+             for name, values in (("rate", [0.125, 0.25]), ("until", [2.0, 10.0]),
+                                  ("efficiency", [1.0, 0.5]))]
+    world = family(meadow, 4, (0, 0, 1, 2), genome={"alphabet": "01", "genes": genes})
+    deer = world.tables["deer"]
+    own = deer[Traits].value
+    own[deer.by_uid()] = [[0.125, 2.0, 1.0], [0.25, 10.0, 0.5], [0.0625, 1.0, 1.0], [0.0625, 1.0, 1.0]]
+    arrange(world, "deer", energy=0.5, age=[20, 20, 1, 1])
+    act(world, Nurse)  # the first gives 0.125; the second 0.25, of which half arrives
+    assert books(world) == [[0.375, 0.25, 0.625, 0.625], [0, 0, 0.125, 0.125], [0.125, 0.125, 0, 0],
+                            [0, 0.125, 0, 0]]  # fmt: skip
+    arrange(world, "deer", energy=0.5, age=[20, 20, 3, 3])
+    act(world, Nurse)  # the first feeds until 2 s, the second until 10 s
+    assert books(world)[0] == [0.5, 0.25, 0.5, 0.625]

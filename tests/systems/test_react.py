@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from ecs_eco.components import Chemistry, Matter, Metabolism
+from ecs_eco.components import Chemistry, Matter, Metabolism, Nervous
+from ecs_eco.engine.errors import ConfigError
 from ecs_eco.lifecycle.matter import NUMBER
 from ecs_eco.systems import Metabolise, React
 from ecs_eco.systems.react import react
@@ -110,6 +111,27 @@ def test_who_moves_burns_more_of_its_substances_than_who_rests(cells):
     act(world, React)
     assert held(world)[:, 0] == pytest.approx([0.499, 0.449], abs=1e-6)  # 0.01 by living, too
     assert energy(world) == pytest.approx([2.0, 2.0])
+
+
+@pytest.mark.definition("3 chemical rules")
+def test_a_reaction_with_an_action_takes_place_in_those_who_do_it(cells):
+    way = {"from": {"glucose": 1.0}, "to": {"water": 1.0}, "rate": 0.1}
+    world = cells(way | {"action": "run"}, locomotion={"speed": {"walk": 1.0, "run": 2.0}},
+                  actions={"speed": ["walk", "run"], "turn": ["left", "none", "right"]},
+                  neutral={"speed": "walk"})
+    table = world.tables["deer"]
+    runs = table.species.nerves.column("run")
+    table[Nervous].decision[table.by_uid(), runs] = [1, 0]
+    table[Nervous].decision[table.by_uid(), table.species.nerves.column("walk")] = [0, 1]
+    act(world, React)
+    assert held(world)[:, 0] == pytest.approx([0.4, 0.5])
+
+
+def test_the_action_of_a_reaction_is_one_of_the_species(cells):
+    way = {"from": {"glucose": 1.0}, "rate": 0.1, "action": "rum"}
+    with pytest.raises(ConfigError, match=r'reactions\.0\.action = "rum"\n.*did you mean "run"'):
+        cells(way, locomotion={"speed": {"walk": 1.0, "run": 2.0}}, actions={"speed": ["walk", "run"]},
+              neutral={"speed": "walk"})
 
 
 def test_small_extents_add_up_though_float32_cannot_hold_one(cells):

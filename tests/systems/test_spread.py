@@ -170,3 +170,25 @@ def test_seeds_of_better_spreaders_take_more_sites(meadow):
     assert next(iter(counts.values())) == 0
     assert sorted(counts.values()) == list(counts.values())
     assert counts[1.0] == pytest.approx(4 * counts[0.25], rel=0.6)
+
+
+@pytest.mark.parametrize("mark", ["lakes", "rocks"])
+def test_at_the_rim_of_a_lake_or_a_rock_plants_stand_on_the_ground(meadow, mark):
+    # 25 sites of 4 m; a lake around (10, 10) of 3.5 m covers one, and the rims of the four beside it, with
+    # centres 4 m away
+    terrain = {"cell": 0.5, mark: [{"at": [10.0, 10.0], "radius": 3.5}]}
+    way = WAY | {"spacing": 4.0, "rate": 0.0, "seed_rain": 1.0}
+    world = meadow(world={"space": {"size": [20.0, 20.0]}, "terrain": terrain}, options={"seed": 1},
+                   grass={"count": 12, "reproduction": way})
+    table, centred = world.tables["grass"], []
+    for number in (12, 24):  # founders, then seed rain on all that is left
+        rows = table.rows()
+        x, y = table[Position].x[rows], table[Position].y[rows]
+        assert rows.size == number
+        assert world.terrain.free(x, y).all()
+        assert len(set(zip(x // 4, y // 4, strict=True))) == number
+        centred += [(a, b) for a, b in zip(x.tolist(), y.tolist(), strict=True) if a % 4 == b % 4 == 2]
+        act(world, Spread)
+        world.flush()
+    assert centred
+    assert set(centred) <= {(6.0, 10.0), (14.0, 10.0), (10.0, 6.0), (10.0, 14.0)}

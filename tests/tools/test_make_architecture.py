@@ -1,4 +1,4 @@
-"""docs/architecture.md is what the import contract and the docstrings say, and names only what is there."""
+"""The page of the architecture is what import contract and docstrings say, and names only what is there."""
 
 import ast
 import subprocess
@@ -55,16 +55,18 @@ def test_every_room_of_the_contract_is_in_the_table_and_in_the_picture(tool):
             "page.md is not up to date: run python tools/make_architecture.py",
         ),
         ("`ingest`", "`swallow`", "feed.py defines no swallow"),
-        ("systems/feed.py)", "systems/fed.py)", "no file ../ecs_eco/systems/fed.py"),
+        ("systems/feed.py)", "systems/fed.py)", "no file ../../ecs_eco/systems/fed.py"),
     ],
 )
 def test_what_is_stale_or_gone_is_named(was, becomes, message, tool, tmp_path, monkeypatch, capsys):
     text = tool.PAGE.read_text(encoding="utf-8")
     assert was in text
-    (tmp_path / "docs").mkdir()
-    for path in [ROOT / "ecs_eco", ROOT / "tools", ROOT / "pyproject.toml", *(ROOT / "docs").iterdir()]:
+    room = tool.PAGE.parent
+    (tmp_path / room.relative_to(ROOT)).mkdir(parents=True)
+    others = [path for path in (ROOT / "docs").iterdir() if path != room]
+    for path in [ROOT / "ecs_eco", ROOT / "tools", ROOT / "pyproject.toml", *others, *room.iterdir()]:
         (tmp_path / path.relative_to(ROOT)).symlink_to(path)
-    page = tmp_path / "docs" / "page.md"
+    page = tmp_path / room.relative_to(ROOT) / "page.md"
     page.write_text(text.replace(was, becomes), encoding="utf-8")
     monkeypatch.setattr(tool, "PAGE", page)
     monkeypatch.setattr(sys, "argv", ["make_architecture.py", "--check"])

@@ -18,7 +18,7 @@ def test_a_marked_test_stands_beside_its_clause_and_a_clause_without_one_is_said
     page = tool.page(folder_with(tmp_path, '@pytest.mark.definition("1 temperature", "1 mass")'))
     rows = {line.split(" | ")[0].removeprefix("| "): line for line in page.splitlines() if line[:1] == "|"}
     for clause in ("1 temperature", "1 mass"):
-        assert "[bodies are warm](../tests/test_bodies.py)" in rows[tool.CLAUSES[clause][0]]
+        assert "[bodies are warm](../../tests/test_bodies.py)" in rows[tool.CLAUSES[clause][0]]
     assert page.count("bodies are warm") == 2
     assert page.count("**no test**") == len(tool.CLAUSES) - 2
 

@@ -143,3 +143,24 @@ def test_a_world_made_by_hand_can_be_watched():
     assert page.got("params") == [{"kind": "params", "list": []}]
     (answer,) = Live(world).handle({"kind": "act", "what": {"kind": "cull", "species": "mite", "count": 1}})
     assert "no system that intervenes" in answer["text"]
+
+
+def test_roads_and_the_areas_in_which_land_is_used_are_told_as_they_come_and_go():
+    road = {"line": [[10.0, 20.0], [60.0, 20.0]], "width": 4.0, "pace": 2.0}
+    use = {"kind": "harvest", "species": "deer", "region": [20.0, 20.0, 60.0, 80.0], "rate": 0.01, "at": 2,
+           "until": 3}
+    config = load("predator-prey", SMALL | {"terrain": {"cell": 2.0, "roads": [road]}, "land_use": [use]})
+    world = World.from_config(config, policies="random", record=False)
+    live = Live(world)
+    (marks,) = live.greeting()
+    assert marks["roads"] == [{"line": road["line"], "width": 4.0}]
+    assert (marks["areas"], marks["fences"], live.news()) == ([], [], [])
+    border = [[20.0, 20.0], [60.0, 20.0], [60.0, 80.0], [20.0, 80.0], [20.0, 20.0]]
+    told = []
+    for _ in range(5):
+        world.run(1)
+        told += [(world.tick, message["areas"]) for message in live.news()]
+    assert told == [(2, [{"kind": "harvest", "border": border}]), (4, [])]
+    world.intervene({"kind": "road", "remove": True})
+    world.run(1)
+    assert live.news()[0]["roads"] == []

@@ -12,7 +12,7 @@ import ecs_eco
 from ecs_eco.view.server import STATIC
 
 ROOT = Path(ecs_eco.__file__).parents[1]
-PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 
 
 def test_every_file_of_the_page_is_one_that_the_wheel_takes():

@@ -22,6 +22,20 @@ def test_the_page_says_when_the_run_has_ended(browser):
         until(page, "ecs.ended")
 
 
+def test_each_reporter_has_a_chart_of_its_own(browser):
+    asked = 'reporters={ "mean energy" = "mean(Metabolism.energy)", ratio = "count(wolf) / count(deer)" }'
+    with (served("watch", "predator-prey", *SMALL, "--set", asked, "--ticks", "30") as run,
+          opened(browser, run.address()) as page):
+        until(page, "ecs.tick > 5 && document.querySelectorAll('#charts .chart').length === 4")
+        charts = page.locator("#charts .chart")
+        assert charts.locator("h2").all_inner_texts()[2:] == ["mean energy", "ratio"]
+        value = "document.querySelectorAll('#charts .chart')[3].querySelector('b').textContent"
+        until(page, f"{value} === '0.15'")  # 12 wolves, 80 deer
+        assert "the world" in charts.nth(3).inner_text()
+        assert "wolf" in charts.nth(2).inner_text()
+        run.process.terminate()
+
+
 @pytest.fixture(scope="module")
 def recorded(browser, tmp_path_factory):
     """A run that is recorded, stopped as by Ctrl-C; meanwhile somebody clicks: its folder, the manifest,

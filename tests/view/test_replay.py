@@ -221,7 +221,7 @@ def test_what_was_done_by_hand_is_done_again(menagerie, tmp_path):
     stretch = compute(recording.path, recording.manifest, 20, 29, recording.recorded)
     assert (stretch.first, stretch.last, stretch.wrong) == (0, 29, None)
     replay = Replay(tmp_path / "run")
-    assert (recording.fences(13), len(recording.fences(14))) == ([], 1)
+    assert [recording.land(tick)["fences"] for tick in (13, 14)] == [[], [{"line": [[5, 5], [20, 5]]}]]
     replay.handle({"kind": "seek", "tick": 20})
     marks = replay.news()
     assert marks[0]["fences"] == [[[5.0, 5.0], [20.0, 5.0]]]

@@ -1,6 +1,17 @@
 """The curves of a watched world."""
 
-from ecs_eco.view.series import Curves
+import numpy as np
+
+from ecs_eco import World
+from ecs_eco.record import run_to_folder
+from ecs_eco.view.live import Live
+from ecs_eco.view.recording import Recording
+from ecs_eco.view.series import Curves, by_species
+
+MOSS = {"count": 3, "body": {"radius": 0.1}, "metabolism": {"energy": 0.5, "basal": 0.125}}
+GARDEN = {"format": 1, "name": "garden", "space": {"size": [20.0, 20.0]},
+          "species": {"moss": MOSS, "fern": MOSS | {"count": 2}},
+          "reporters": {"energy": "mean(Metabolism.energy)", "ratio": "count(fern) / count(moss)"}}
 
 
 def test_increments_have_the_later_points_and_nulls_for_what_is_not_there():
@@ -23,3 +34,23 @@ def test_curves_are_thinned_and_stay_bounded():
     assert points["tick"] == sorted(points["tick"]) == points["n"]["deer"]
     assert points["tick"][0] == 0
     assert points["tick"][-1] == 99
+
+
+def test_what_reporters_say_has_curves_in_a_living_world_and_in_a_recording(tmp_path):
+    live = Live(World.from_config(GARDEN))
+    live.sample()
+    assert "reports" not in live.series(-1)  # nothing was said yet
+    for _ in range(2):
+        live.world.run(1)
+        live.sample()
+    said = live.series(-1)["reports"]
+    assert said == {"energy": {"moss": [None, 0.375, 0.25], "fern": [None, 0.375, 0.25]},
+                    "ratio": {"": [None, 0.666667, 0.666667]}}
+    run_to_folder(GARDEN, 1, 2, tmp_path / "run", report=False)
+    assert Recording(tmp_path / "run").curves["reports"] == {
+        "energy": {"": [0.375, 0.25]}, "ratio": {"": [0.666667, 0.666667]}}
+
+
+def test_a_reporter_of_some_species_has_a_curve_for_each_of_them():
+    assert by_species({"deer": np.array([1.0, np.nan]), "wolf": np.array([2.0, 3.0]),
+                       "grass": np.array([np.nan, np.nan])}) == {"deer": [1.0, None], "wolf": [2.0, 3.0]}

@@ -56,6 +56,51 @@ SWIMMER = {key: BEAST[key] for key in KEPT} | {
     "neutral": {"climb": "none"},
 }  # fmt: skip
 
+FORAGER: dict[str, Any] = {
+    "count": 40, "body": {"radius": 0.5, "opaque": False},
+    "substances": {"sugar": 0.5, "air": 0.25, "salt": 0.5, "gas": 0.125},
+    "metabolism": {"energy": 0.625, "energy_max": 2.0, "basal": 0.00390625},
+    "reactions": [{"from": {"sugar": 1.0, "air": 0.5}, "to": {"salt": 1.0}, "energy": 0.001953125,
+                   "rate": 0.03125, "half": {"sugar": 0.5, "air": 0.25}}],
+    "exchange": [{"kind": "uptake", "field": "breeze", "rate": 0.0625, "half": 0.25, "until": 0.5,
+                  "at": [2.0, 1.0]},
+                 {"kind": "release", "substance": "salt", "field": "brine", "rate": 0.125, "above": 0.25},
+                 {"kind": "equilibrate", "field": "fumes", "rate": 0.25, "partition": 2.0}],
+    "emits": {"sweetness": {"substance": "sugar", "rate": 0.015625, "consume": True}},
+    "diet": [{"eats": "grass", "gain": 0.125, "reach": 0.25, "assimilation": 0.5}],
+    "carries": [{"object": "stone", "reach": 0.5, "cost": 0.0078125}],
+    "builds": [{"object": "nest", "cost": 0.25, "spacing": 2.0}],
+    "care": {"rate": 0.03125, "until": 8.0, "reach": 1.0, "reserve": 0.25, "efficiency": 0.5},
+    "growth": {"rate": 0.0625, "newborn": 0.25, "pace": 0.5, "store": 0.5},
+    "reproduction": {"kind": "asexual", "rate": 0.25, "energy_min": 0.5, "energy_given": 0.125,
+                     "dispersal": 2.0},
+    "locomotion": {"speed": {"still": 0.0, "walk": 0.75}, "cost": {"still": 0.0, "walk": 0.00390625}},
+    "sensors": [{"kind": "rays", "name": "eyes", "targets": ["grass"], "count": 3, "fov": 1.5, "angle": 0.25,
+                 "radius": 8.0},
+                {"kind": "nearest", "name": "eye", "target": "grass", "radius": 8.0, "fov": 3.0},
+                {"kind": "nearest", "name": "view", "target": "stone", "radius": 8.0, "fov": 3.0,
+                 "occlusion": True, "at": [1.0, 0.5]}],
+    "actions": {"speed": ["still", "walk"], "turn": {"continuous": [-0.75, 0.5]}},
+    "happiness": {"weights": {"eye_near": 1.0}, "minimum": -1.0},
+    "policy": {"kind": "individual", "hidden": [4], "learn": False},
+}  # fmt: skip
+DRIFTER = {key: FORAGER[key] for key in ("count", "body", "metabolism", "sensors", "locomotion")} | {
+    "actions": {"speed": ["walk"], "turn": {"continuous": [-0.75, 0.5]}},
+    "automatic": ["walk"], "neutral": {"turn": 0.25},
+    "reflex": {"connections": [{"sensor": "eye_near", "action": "turn", "weight": -1, "above": 0.875}]},
+}  # fmt: skip
+PEBBLE = {"body": {"radius": 0.25, "opaque": False}}
+STONES: dict[str, Any] = {"objects": {"stone": PEBBLE | {"count": 100}}}
+SHORE: dict[str, Any] = {
+    "objects": STONES["objects"] | {"nest": PEBBLE},
+    "substances": dict.fromkeys(("salt", "sugar", "air", "gas"), "in bodies and fields"),
+    "fields": {"breeze": {"cell": 2.0, "substance": "air", "depth": 1.0, "initial": 0.25},
+               "brine": {"cell": 2.0, "substance": "salt", "depth": 1.0, "initial": 0.25},
+               "fumes": {"cell": 2.0, "substance": "gas", "depth": 1.0, "initial": 0.25},
+               "sweetness": {"cell": 2.0, "diffusion": 0.5}},
+    "species": {"grass": GRASS | {"substances": {"sugar": 0.5}}, "beast": FORAGER},
+}  # fmt: skip
+
 
 def world(beast: dict[str, Any], **more: Any) -> dict[str, Any]:
     """A world of grass and beasts."""
@@ -70,4 +115,5 @@ WORLDS = {
     "pond": world(SWIMMER, space={"size": [24.0, 24.0, 12.0]}),
     "dive": world(SWIMMER | {"locomotion": BEAST["locomotion"] | {"pitch": 0.5}},
                   space={"size": [24.0, 24.0, 12.0]}),
+    "shore": world(FORAGER, **SHORE), "drift": world(DRIFTER, **STONES),
 }  # fmt: skip

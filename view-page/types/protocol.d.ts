@@ -68,6 +68,8 @@ export interface Series {
   n: Record<string, (number | null)[]>;
   happiness?: Record<string, (number | null)[]>;
   genes?: Record<string, (number | null)[]>;
+  /** By reporter, then by species, or "" for a number of the world. */
+  reports?: Record<string, Record<string, (number | null)[]>>;
   light?: (number | null)[];
 }
 
@@ -82,6 +84,20 @@ export interface Marks {
   deaths?: number[] | null;
   interventions?: Mark[];
   fences?: number[][][];
+  roads?: Strip[];
+  areas?: Area[];
+}
+
+/** A road: its middle line and its width [m]. */
+export interface Strip {
+  line: number[][];
+  width: number;
+}
+
+/** An area in which land or sea is used, and its border [m]. */
+export interface Area {
+  kind: "harvest" | "plant";
+  border: number[][];
 }
 
 export interface Gene {
@@ -171,7 +187,7 @@ export interface Params {
 
 export type Message = Hello | State | Series | Marks | Organism | Said | Params;
 
-/** What tests may read of the page, as `window.ecs`; see docs/watching.md. */
+/** What tests may read of the page, as `window.ecs`; see docs/how-to/watching.md. */
 export interface Counters {
   frames: number;
   tick: number;

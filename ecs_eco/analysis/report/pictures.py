@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from ecs_eco.analysis import figures
-from ecs_eco.analysis.carriers import carriers, has_few_values
+from ecs_eco.analysis import figures, measures
 from ecs_eco.analysis.cycles import CycleStatistics
-from ecs_eco.analysis.lineage import Lineage
+from ecs_eco.analysis.land import land_at
 from ecs_eco.analysis.page import picture
 from ecs_eco.analysis.report.recorded import last_snapshot
 from ecs_eco.analysis.runs import DIED, Series
@@ -24,8 +23,7 @@ def draw(run: Path, series: Series, cycles: CycleStatistics, place: Path) -> dic
     """The figures for which this run has data, as HTML by name; they are written below `place`."""
     if not len(series.ticks) or not len(series.species):
         return {}
-    drawn = [*_numbers(series), *_cycles(series, cycles), *_flows(series), *_genes(run, series),
-             *_places(run, series)]
+    drawn = [*_numbers(series), *_cycles(series, cycles), *_flows(series), *_places(run, series)]
     return {name: picture(figures.save(f, place / "figures" / f"{name}.png"), caption)
             for name, f, caption in drawn}
 
@@ -34,6 +32,8 @@ def _numbers(series: Series) -> Iterator[Drawn]:
     marked = "; a dashed line marks an intervention" if figures.interventions(series) else ""
     yield ("populations", figures.populations(series),
            f"Numbers over time. A cross marks the end of a species{marked}.")
+    if series.reporters:
+        yield "measured", measures.figure(series), "What the world's reporters measured, over time."
 
 
 def _cycles(series: Series, cycles: CycleStatistics) -> Iterator[Drawn]:
@@ -60,31 +60,14 @@ def _flows(series: Series) -> Iterator[Drawn]:
         yield "energy", figures.energy(series), "Energy per tick: inflows above zero, outflows below."
 
 
-def _genes(run: Path, series: Series) -> Iterator[Drawn]:
-    for s, genes in genes_shown(series.manifest).items():
-        lineage = Lineage.read(run)
-        if s not in lineage.species:
-            continue
-        every = max(1, len(series.ticks) // 500)
-        counts = [lineage.frequencies(s, gene, every) for gene in genes]
-        without = ("An organism with the value of a gene's first codon counts as without that gene; "
-                   "the grey line counts all")
-        yield (f"carriers-{series.index(s)}", carriers(counts, s),
-               f"Number of {s} that carry each gene. {without}.")
-
-
 def _places(run: Path, series: Series) -> Iterator[Drawn]:
     size = series.manifest.get("config", {}).get("space", {}).get("size")
     snapshot = last_snapshot(run, series.species) if size else None
     if size and snapshot:
         hue = figures.colors(series.species, series.manifest.get("colors"))
-        yield ("positions", figures.positions(snapshot[1], size, hue),
-               f"All organisms at tick {snapshot[0]:,}.")
-
-
-def genes_shown(manifest: Mapping[str, Any]) -> dict[str, list[str]]:
-    """The genes of each species that have few enough values for a figure."""
-    genomes = manifest.get("genomes", {})
-    by_species = {s: [g["name"] for g in genome["genes"] if has_few_values(g)]
-                  for s, genome in genomes.items()}
-    return {s: names for s, names in by_species.items() if names}
+        land = land_at(series.manifest["config"], series.manifest.get("intervened", ()), snapshot[0])
+        seen = [word for word, there in (
+            ("strips are roads", land["roads"]), ("dashed lines fences", land["fences"]),
+            ("dotted borders areas of harvest (red) and planting (green)", land["areas"])) if there]
+        yield ("positions", figures.positions(snapshot[1], size, hue, land=land),
+               f"All organisms at tick {snapshot[0]:,}{'; ' * bool(seen)}{', '.join(seen)}.")

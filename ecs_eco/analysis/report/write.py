@@ -8,9 +8,10 @@ from html import escape
 from pathlib import Path
 from typing import Any
 
+from ecs_eco.analysis import measures
 from ecs_eco.analysis.cycles import CycleStatistics, cycle_statistics
 from ecs_eco.analysis.page import number, page, table, write_text
-from ecs_eco.analysis.report import depth, tables
+from ecs_eco.analysis.report import depth, genes, learning, matter, tables
 from ecs_eco.analysis.report.pictures import draw
 from ecs_eco.analysis.report.recorded import ages_at_death
 from ecs_eco.analysis.runs import Series, load_series
@@ -37,6 +38,8 @@ def write_report(run_dir: Path | str, out: Path | str | None = None) -> Path:
         *(("<h2>Interventions</h2>", done) if (done := tables.interventions(series)) else ()),
         "<h2>Numbers</h2>",
         tables.numbers(series, ages_at_death(run)),
+        *(("<h2>Measured</h2>", measures.rows(series), pictures.get("measured", ""))
+          if series.reporters and len(series.ticks) else ()),
         "<h2>Cycles</h2>",
         tables.cycles(series, cycles),
         *(pictures.get(name, "") for name in ("spectra", "lags", "phase")),
@@ -46,9 +49,10 @@ def write_report(run_dir: Path | str, out: Path | str | None = None) -> Path:
         "<h2>Energy</h2>",
         tables.energy(series),
         pictures.get("energy", ""),
+        *matter.blocks(run, series, place),
         *depth.blocks(run, series, place),
-        *(("<h2>Genes</h2>", *drawn)
-          if (drawn := [p for name, p in pictures.items() if name.startswith("carriers")]) else ()),
+        *learning.blocks(run, series, place),
+        *genes.blocks(run, series, place),
         *(("<h2>Where they are</h2>", pictures["positions"]) if "positions" in pictures else ()),
         "<h2>How to run it again</h2>",
         _settings(series.manifest),

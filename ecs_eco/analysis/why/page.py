@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from ecs_eco.analysis import matter
 from ecs_eco.analysis.compare import clean
 from ecs_eco.analysis.page import page, picture, table, write_text
 from ecs_eco.analysis.style import save
@@ -58,6 +59,8 @@ def write_why(run: Path | str, out: Path | str | None = None) -> dict[str, Any]:
     folder, case = Path(out or run), Case.read(run)
     findings = explain(case)
     sections = sentences(case, findings)
+    if (ledger := matter.read(run)) is not None:
+        findings["matter"] = sections["Matter"] = matter.told(ledger)
     findings = clean(findings | {"sentences": sections})
     write_text(folder / "why.json",
                json.dumps(findings, indent=1, ensure_ascii=False, allow_nan=False) + "\n")

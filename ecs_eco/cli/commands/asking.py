@@ -1,4 +1,4 @@
-"""Commands about worlds and this machine: list, check, doctor."""
+"""Commands about worlds, this machine and these pages: list, check, doctor, docs."""
 
 from typing import Annotated
 
@@ -45,3 +45,16 @@ def doctor(
     from ecs_eco.cli.doctor import examine_machine
 
     examine_machine(test, quiet)
+
+
+@exits
+def docs(
+    page: Annotated[str, typer.Argument(metavar="PAGE",
+                                        help="A page, such as running, or tutorials.")] = "index",
+    browser: Annotated[bool, typer.Option("--browser/--no-browser",
+                                          help="Open a browser, or only print where the page is.")] = True,
+) -> None:
+    """Open the documentation, from the copy on this machine."""
+    from ecs_eco.cli.docs import open_docs
+
+    open_docs(page, browser)

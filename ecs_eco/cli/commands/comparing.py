@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from ecs_eco.cli.options import Quiet, Set, Ticks, Trust, World
+from ecs_eco.cli.options import Policies, Quiet, Set, Ticks, Trust, World
 from ecs_eco.cli.terminal import exits, path_of, whole
 from ecs_eco.cli.trust import allow
 
@@ -50,6 +50,7 @@ def compare(
         typer.Option("--retrain", help="Train again under each treatment that changes values; "
                                        "else it runs with the same policies."),
     ] = False,
+    policies: Policies = "trained",
     trust: Trust = False,
 ) -> None:
     """Compare a world with itself under treatments; the same command with --out DIR resumes a stopped
@@ -58,7 +59,7 @@ def compare(
     from ecs_eco.cli.compare import compare_world
 
     compare_world(world, set_ or [], control or ["random-policy"], seeds, ticks, workers, out, quiet,
-                  training_seeds, retrain)
+                  training_seeds, retrain, policies)
 
 
 @exits

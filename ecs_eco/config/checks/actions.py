@@ -118,20 +118,22 @@ def _groups_of_systems(config: WorldConfig) -> list[str]:
     """The groups of actions that the world's own systems carry out."""
     groups: list[str] = []
     for system in config.systems:
-        groups += getattr(config._code.known(system), "acts", ())
+        groups += getattr(config.known(system), "acts", ())
     return groups
 
 
 def _groups_of_exchange(species: Species) -> list[str]:
-    """The groups of actions by which a species exchanges substances, of any name."""
-    used = {action for way in species.exchange if (action := getattr(way, "action", None)) is not None}
+    """The groups of actions by which a species exchanges or converts substances, of any name."""
+    ways = [*species.exchange, *species.reactions]
+    used = {action for way in ways if (action := getattr(way, "action", None)) is not None}
     return [group for group, actions in species.groups().items()
             if group not in GROUPS and not used.isdisjoint(actions)]
 
 
 def _may_act(config: WorldConfig) -> bool:
     """Whether the world names systems that are not loaded, which may carry out any group of actions."""
-    return not config._code.allowed and any(isinstance(s, str) and s not in SHIPPED for s in config.systems)
+    return not config._code.allowed and any(
+        isinstance(name := getattr(s, "use", s), str) and name not in SHIPPED for s in config.systems)
 
 
 def _check_free_group(key: Key, actions: list[str]) -> Iterator[Problem]:

@@ -41,7 +41,7 @@ def check_body(config: WorldConfig, name: str) -> Iterator[Problem]:
     yield from _check_locomotion(config, key, species)
     yield from _check_diet(config, key, species)
     yield from _check_reproduction(config, key, species)
-    yield from _check_lethal(key, species)
+    yield from _check_lethal(config, key, species)
 
 
 def _check_locomotion(config: WorldConfig, key: Key, species: Species) -> Iterator[Problem]:
@@ -116,7 +116,7 @@ def _check_reproduction(config: WorldConfig, key: Key, species: Species) -> Iter
 
 def _own_mating(config: WorldConfig) -> bool:
     """Whether a system of the world's own carries out the action."""
-    return any("mate" in getattr(config._code.known(system), "acts", ()) for system in config.systems)
+    return any("mate" in getattr(config.known(system), "acts", ()) for system in config.systems)
 
 
 def _check_mating(config: WorldConfig, key: Key, species: Species, way: Sexual) -> Iterator[Problem]:
@@ -157,16 +157,19 @@ def _room(config: WorldConfig, species: Species) -> float:
     return int(JAMMED[len(size)] * math.prod(max(s / way.spacing, 1.0) for s in size))
 
 
-def _check_lethal(key: Key, species: Species) -> Iterator[Problem]:
+def _check_lethal(config: WorldConfig, key: Key, species: Species) -> Iterator[Problem]:
     born = {"energy": species.metabolism.energy, "age": 0.0, "fertility": species.fertility}
     born |= species.properties | species.substances | ({"load": 0.0} if species.carries else {})
+    born |= (own := config.own_fields(str(key[1])))
     for i, lethal in enumerate(species.lethal):
         at, value = (*key, "lethal", i), born.get(lethal.property)
         low = -math.inf if lethal.min is None else lethal.min
         high = math.inf if lethal.max is None else lethal.max
+        if value is None and config.may_have(str(key[1]), lethal.property):
+            continue
         if value is None:
             yield unknown((*at, "property"), "property or substance of the species", lethal.property,
-                          species.own())
+                          (*species.own(), *own))
         elif lethal.min is None and lethal.max is None:
             yield Problem((*at, "min"), "is missing, and max too", allowed="min, max or both")
         elif low >= high:

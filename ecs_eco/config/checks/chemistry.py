@@ -62,6 +62,7 @@ def _check_reactions(config: WorldConfig, key: Key, kind: Kind) -> Iterator[Prob
                     yield unknown((*at, part, name), "substance", name, config.substances)
         if reaction.energy and isinstance(kind, ObjectType):
             yield Problem((*at, "energy"), "objects hold no energy", reaction.energy, "0")
+        yield from _check_action((*at, "action"), kind, reaction.action)
 
 
 def _check_exchange(config: WorldConfig, key: Key, kind: Kind) -> Iterator[Problem]:
@@ -75,15 +76,18 @@ def _check_exchange(config: WorldConfig, key: Key, kind: Kind) -> Iterator[Probl
         elif isinstance(way, Release) and way.field is not None and holding[way.field] != way.substance:
             yield Problem((*at, "field"), f"it holds {holding[way.field]}", way.field,
                           f"a field of {way.substance}")
-        action = getattr(way, "action", None)
-        if action is None:
-            continue
-        if isinstance(kind, ObjectType):
-            yield Problem((*at, "action"), "objects do not act", action, "no action")
-        elif action not in kind.action_rows():
-            yield unknown((*at, "action"), "action of the species", action, kind.action_rows())
-        elif kind.action_list()[kind.action_rows()[action]][0] in kind.ranges():
-            yield Problem((*at, "action"), "is continuous", action, "an action that is done or not")
+        yield from _check_action((*at, "action"), kind, getattr(way, "action", None))
+
+
+def _check_action(at: Key, kind: Kind, action: str | None) -> Iterator[Problem]:
+    if action is None:
+        return
+    if isinstance(kind, ObjectType):
+        yield Problem(at, "objects do not act", action, "no action")
+    elif action not in kind.action_rows():
+        yield unknown(at, "action of the species", action, kind.action_rows())
+    elif kind.action_list()[kind.action_rows()[action]][0] in kind.ranges():
+        yield Problem(at, "is continuous", action, "an action that is done or not")
 
 
 def _check_emissions(config: WorldConfig, key: Key, kind: Kind) -> Iterator[Problem]:

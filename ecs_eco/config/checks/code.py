@@ -7,28 +7,30 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from fnmatch import fnmatchcase
+from typing import Any
 
 from ecs_eco.config.models.world import WorldConfig
-from ecs_eco.config.names import names_in
+from ecs_eco.config.names import Key, used_in
 from ecs_eco.engine.code import takes
 from ecs_eco.engine.errors import Problem
-from ecs_eco.engine.section import function_name
+from ecs_eco.engine.parameters import problems_of_parameters
+from ecs_eco.engine.section import Use, function_name
 
 ARGUMENTS = {  # by key, the number of arguments of a function; None: it is checked elsewhere, or not called
     "systems.*": 0, "species.*.components.*": None, "species.*.sensors.*.function": 5,
     "species.*.reflex.function": 1,
     "species.*.happiness.function": 1, "water.current_function": 4, "search.objective": 1,
-    "search.objective.*.of": 1,
+    "search.objective.*.of": 1, "reporters.*": 1,
     "species.*.policy.network": None, "species.*.genome.mate.operator": None,
     "species.*.genome.mutate.operator": None,
 }  # fmt: skip
 
 
 def check_code(config: WorldConfig) -> Iterator[Problem]:
-    """All problems of the functions, systems and components that a world names."""
-    for key, value in names_in(config):
-        path = ".".join(map(str, key))
-        pattern = next((p for p in ARGUMENTS if fnmatchcase(path, p)), "")
+    """All problems of the functions, systems and components that a world names, and of their parameters."""
+    for place, entry in used_in(config):
+        key, value = ((*place, "use"), entry.use) if isinstance(entry, Use) else (place, entry)
+        pattern = next((p for p in ARGUMENTS if fnmatchcase(".".join(map(str, place)), p)), "")
         made = (not isinstance(value, str) and callable(getattr(value, "process", None))
                 and not isinstance(value, type))
         if not made and (problem := config._code.problem(key, value)) is not None:
@@ -41,5 +43,15 @@ def check_code(config: WorldConfig) -> Iterator[Problem]:
         elif pattern == "species.*.components.*" and not getattr(thing, "fields", None):
             yield Problem(key, "no component", function_name(value),
                           "a class declared with @ecs_eco.component")
-        elif not made and (n := ARGUMENTS.get(pattern)) is not None and (fault := takes(thing, n)):
-            yield Problem(key, fault, function_name(value), "a function as docs/extending.md shows it")
+        elif not made and (n := ARGUMENTS.get(pattern)) is not None:
+            yield from _check_call(place, entry, thing, n)
+
+
+def _check_call(place: Key, entry: Any, thing: Any, n: int) -> Iterator[Problem]:
+    """Problems of a function that is called with n arguments, and of its parameters."""
+    given = entry.parameters if isinstance(entry, Use) else {}
+    problems = problems_of_parameters(thing, given, n, place) if isinstance(entry, Use) else []
+    yield from problems
+    if not problems and (fault := takes(thing, n, given)):
+        key = (*place, "use") if isinstance(entry, Use) else place
+        yield Problem(key, fault, function_name(entry), "a function as docs/how-to/extending.md shows it")

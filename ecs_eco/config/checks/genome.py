@@ -46,7 +46,7 @@ def check_genome(config: WorldConfig, name: str) -> Iterator[Problem]:
     for word in ("reflex", "happiness"):
         if f"{word}.weights" in traits and f"{word}.weights" in coded - shapes.keys():
             function = getattr(species, word).function
-            if config._code.known(function) is not None:
+            if config.known(function) is not None:
                 fault = "no network, and a gene codes for its weights"
                 yield Problem(("species", name, word, "function"), fault, function_name(function),
                               "what fit_network gives")

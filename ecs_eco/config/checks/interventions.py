@@ -8,12 +8,12 @@ from pathlib import Path
 from typing import Any
 
 from ecs_eco.config.checks.matter import Key, unknown
-from ecs_eco.config.models.interventions import REGION, Add, Cull, Fence, Road, Set, Switch
+from ecs_eco.config.models.interventions import REGION, Add, Cull, Dose, Fence, Road, Set, Switch
 from ecs_eco.config.models.reproduction import Spread
 from ecs_eco.config.models.species import THINKING
 from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.config.mutable_keys import refused
-from ecs_eco.engine.errors import ConfigError, Problem
+from ecs_eco.engine.errors import ConfigError, Problem, listed
 from ecs_eco.engine.section import Section
 
 Changed = Callable[[WorldConfig, Mapping[str, Any], Path], WorldConfig]
@@ -27,10 +27,12 @@ def check_interventions(config: WorldConfig, folder: Path, changed: Changed) -> 
         yield from _check_time(config, key, intervention)
         if isinstance(intervention, Cull | Add):
             yield from _check_who(config, key, intervention)
-        if isinstance(intervention, Cull | Add | Fence) and intervention.region is not None:
+        if isinstance(intervention, Cull | Add | Dose | Fence) and intervention.region is not None:
             yield from check_region((*key, "region"), intervention.region, config)
         if isinstance(intervention, Add):
             yield from _check_add(config, key, intervention)
+        elif isinstance(intervention, Dose):
+            yield from _check_dose(config, key, intervention)
         elif isinstance(intervention, Switch):
             yield from _check_switch(config, key, intervention)
     yield from _check_fences(config)
@@ -103,6 +105,30 @@ def _check_add(config: WorldConfig, key: Key, add: Add) -> Iterator[Problem]:
     if kind is not None and isinstance(kind.reproduction, Spread) and add.count > 1:
         yield Problem((*key, "count"), f"one site holds one {add.species}", add.count,
                       "count = 1, or a region instead of at_place")
+
+
+def _check_dose(config: WorldConfig, key: Key, dose: Dose) -> Iterator[Problem]:
+    if (dose.field is None) == (dose.species is None):
+        yield Problem((*key, "field"), "give exactly one of field and species",
+                      allowed='field = "soil", or species = "deer" with a substance')
+    elif dose.field is not None:
+        if dose.field not in config.fields:
+            yield unknown((*key, "field"), "field", dose.field, config.fields)
+        if dose.substance is not None:
+            yield Problem((*key, "substance"), "given together with field", dose.substance,
+                          "none: a field has its own")
+    else:
+        kinds: dict[str, Any] = {**config.objects, **config.species}
+        holders = [name for name, kind in kinds.items() if kind.substances]
+        if dose.species not in holders:
+            yield unknown((*key, "species"), "species or object type with substances", str(dose.species),
+                          holders)
+        if dose.substance is None:
+            yield Problem((*key, "substance"), "is missing", allowed=listed(config.substances))
+        elif dose.substance not in config.substances:
+            yield unknown((*key, "substance"), "substance", str(dose.substance), config.substances)
+    if dose.amount == 0:
+        yield Problem((*key, "amount"), "no dose", 0.0, "more or less than 0")
 
 
 def _check_switch(config: WorldConfig, key: Key, switch: Switch) -> Iterator[Problem]:

@@ -21,6 +21,9 @@ def check_year(config: WorldConfig) -> Iterator[Problem]:
 def check_life(config: WorldConfig, key: Key, species: Species) -> Iterator[Problem]:
     """All problems of the course of a species' life."""
     yield from _check_eggs(config, key, species)
+    if species.age is not None and species.age[0] > species.age[1]:
+        yield Problem((*key, "age"), "the least is more than the most", species.age,
+                      f"[{species.age[1]:g}, {species.age[0]:g}]")
     grows = species.growth
     if grows is not None and grows.cost and grows.reserve >= species.metabolism.energy_max:
         yield Problem((*key, "growth", "reserve"), "as much as energy_max: nobody would grow", grows.reserve,

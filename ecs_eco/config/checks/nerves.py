@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
 from ecs_eco.config.checks.actions import check_actions
@@ -29,6 +29,7 @@ from ecs_eco.config.models.species import Species, ppo_defaults
 from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.engine.errors import Problem, listed, nearest
 from ecs_eco.engine.section import LARGEST
+from ecs_eco.learning.words import WORDS
 
 MOST_WHOLE = 10**9  # of a whole number among the hyperparameters
 MOST_WEIGHTS = 10_000_000  # of a policy network: initialising so many takes seconds, a decision a millisecond
@@ -53,9 +54,8 @@ def check_sensors(config: WorldConfig, name: str) -> Iterator[Problem]:
 
 def _check_sensor(config: WorldConfig, species: Species, key: Key, sensor: Sensor) -> Iterator[Problem]:
     kinds = [*config.species, *config.objects]
-    if isinstance(sensor, Own) and sensor.property not in species.felt():
-        yield unknown((*key, "property"), "property or substance of the species", sensor.property,
-                      species.felt())
+    if isinstance(sensor, Own) and not config.may_have(str(key[1]), sensor.property):
+        yield from _unless_felt((*key, "property"), "the species", sensor.property, config.felt(str(key[1])))
     if isinstance(sensor, Property):
         yield from _check_property(config, key, sensor)
     if isinstance(sensor, Nearest | Property) and sensor.kin is not None:
@@ -94,11 +94,17 @@ def _check_property(config: WorldConfig, key: Key, sensor: Property) -> Iterator
             yield unknown(at, "species or object type", kind, kinds)
         elif kind in named[:i]:
             yield Problem(at, "named twice", kind, "each species or object type once")
-        elif sensor.property not in (felt := config.felt(kind)):
-            yield unknown((*key, "property"), f"property or substance of {kind}", sensor.property, felt)
-    if not named and not config.bearers(sensor.property):
+        elif not config.may_have(kind, sensor.property):
+            yield from _unless_felt((*key, "property"), kind, sensor.property, config.felt(kind))
+    if not named and not config.bearers(sensor.property) and not any(
+        config.may_have(kind, sensor.property) for kind in kinds):
         anywhere = dict.fromkeys(name for kind in kinds for name in config.felt(kind))
         yield unknown((*key, "property"), "property or substance of any body", sensor.property, anywhere)
+
+
+def _unless_felt(key: Key, of: str, property: str, felt: Sequence[str]) -> Iterator[Problem]:
+    if property not in felt:
+        yield unknown(key, f"property or substance of {of}", property, felt)
 
 
 def _check_kin(config: WorldConfig, species: Species, key: Key,
@@ -221,6 +227,10 @@ def _check_ppo(key: Key, species: Species) -> Iterator[Problem]:
     known = ppo_defaults()
     for name, value in species.ppo.items():
         if name not in known:
+            if name in WORDS:
+                yield Problem((*key, name), f"another word for {WORDS[name]}, which is given twice", value,
+                              f"{WORDS[name]} alone")
+                continue
             fault = "no hyperparameter of this name"
             yield Problem((*key, name), fault, value, listed(known, 40), nearest(name, known))
             continue

@@ -17,6 +17,7 @@ from ecs_eco.config.checks.land_use import check_land_use
 from ecs_eco.config.checks.life import check_year
 from ecs_eco.config.checks.nerves import check_nerves
 from ecs_eco.config.checks.objects import check_handling
+from ecs_eco.config.checks.reporters import check_reporters
 from ecs_eco.config.checks.resolution import check_resolution
 from ecs_eco.config.checks.water import check_water
 from ecs_eco.config.models.interventions import Cull
@@ -56,6 +57,7 @@ def _all(config: WorldConfig, folder: Path, changed: Changed) -> Iterator[Proble
         yield from check_genome(config, name)
     yield from check_interventions(config, folder, changed)
     yield from check_land_use(config)
+    yield from check_reporters(config)
 
 
 def _check_names(config: WorldConfig) -> Iterator[Problem]:

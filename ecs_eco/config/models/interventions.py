@@ -126,6 +126,21 @@ class Road(Intervention):
     remove: bool = about("whether to take away the road that lies there; without line, all roads", False)
 
 
+class Dose(Intervention):
+    """A substance comes into the world from outside, into a field or into bodies, or is taken away: manure on
+    a meadow, poison in a lake, salt licks. The ledger of matter counts it as brought in."""
+
+    kind: Literal["dose"]
+    field: Name | None = about("a field: the dose is spread evenly over its cells in the region; give field "
+                               "or species", None)
+    species: Name | None = about("a species or an object type: each of its bodies in the region gets the "
+                                 "dose", None)
+    substance: Name | None = about("what the bodies get; a field has its own", None)
+    amount: Real = quantity("the dose; below 0: so much is taken away, or all that is there; of a smell "
+                            "without substance in its own unit", "mol")
+    region: Region | None = quantity(f"{REGION}, in a volume at all depths; absent: everywhere", "m", None)
+
+
 class Set(Intervention):
     """Values of the world file change from then on."""
 
@@ -144,7 +159,7 @@ class Switch(Intervention):
     )
 
 
-AnyIntervention = Annotated[Cull | Add | Fence | Road | Set | Switch, Field(discriminator="kind")]
+AnyIntervention = Annotated[Cull | Add | Fence | Road | Dose | Set | Switch, Field(discriminator="kind")]
 
 
 def coming(planned: Sequence[Intervention], tick: int) -> list[Intervention]:
@@ -175,6 +190,10 @@ def describe(intervention: Mapping[str, Any] | str) -> str:
     if kind == "road":
         along = f" along {' '.join(_place(p) for p in done['line'])}" if done.get("line") else "s"
         return f"remove road{along}" if done.get("remove") else f"road{along}, pace {done.get('pace', 1):g}"
+    if kind == "dose":
+        what = f" of {done['substance']}" if done.get("substance") else ""
+        whom = f"to each {species}" if species else f"into {done['field']}"
+        return f"dose {done['amount']:g}{what} {whom}{where}"
     if kind == "set":
         return ", ".join(f"{key} = {value}" for key, value in done["set"].items())
     switches = [name for name in ("reproduction", "learning") if done.get(name) is not None]

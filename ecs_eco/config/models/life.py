@@ -13,6 +13,11 @@ Arriving = Annotated[float, Field(ge=1e-6, le=1)]
 Newborn = Annotated[float, Field(ge=1e-9, le=1)]
 
 
+def _is_zero(value: float) -> bool:
+    """Whether there is nothing to write: worlds without it have the hashes that they had."""
+    return value == 0
+
+
 class Growth(Section):
     """Growth from newborn to adult size, which is that of `body`; the costs of living follow the mass to the
     power 3/4. Founders and immigrants are adults."""
@@ -28,6 +33,10 @@ class Growth(Section):
                                     "with 0 it spends all on growth, and starves", "energy", 0.0)
     pace: NonNegative = quantity("power of the mass, as a share of the adult's, with which speeds rise; 0: "
                                  "the young are as fast as adults", "1", 0.0)
+    store: NonNegative = quantity("power of the mass, as a share of the adult's, with which "
+                                  "metabolism.energy_max rises, 1 for fat in proportion to the body; 0: the "
+                                  "young hold as much as adults. What one was born with beyond it is kept",
+                                  "1", 0.0, exclude_if=_is_zero)
 
 
 class Breeding(Section):

@@ -6,7 +6,17 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, create_model
 
-from ecs_eco.engine.section import Name, NonNegative, Point, Positive, Real, Section, about, quantity
+from ecs_eco.engine.section import (
+    Name,
+    NonNegative,
+    Point,
+    Positive,
+    Real,
+    Section,
+    about,
+    is_absent,
+    quantity,
+)
 
 Amounts = dict[Name, Positive]
 # `from` is a keyword of Python and no name that a class body could give to a field
@@ -30,6 +40,8 @@ class Reaction(_From):
     half: Amounts = quantity("substance = concentration at which the rate is half of its greatest; "
                              "a substance not named does not slow it", "mol/L", {})
     light: bool = about("whether it needs light: its rate is that in full daylight", False)
+    action: str | None = about("the action that it goes with, in any group: muscles that run burn sugar; "
+                               "absent: always", None, exclude_if=is_absent)
 
 
 class Uptake(Section):

@@ -6,7 +6,17 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Discriminator, Field, Tag, model_validator
 
-from ecs_eco.engine.section import Function, Name, NonNegative, Real, Section, about, quantity, table
+from ecs_eco.engine.section import (
+    Function,
+    Name,
+    NonNegative,
+    Real,
+    Section,
+    WithParameters,
+    about,
+    quantity,
+    table,
+)
 
 
 class Continuous(Section):
@@ -61,8 +71,9 @@ class Reflex(Section):
 
     connections: list[Connection] = table("single connections", list)
     formulas: dict[str, str] = table("action = expression of sensors, of which the sign counts", dict)
-    function: Function | None = about("module:name of a function of sensors (n, channels) to (n, actions)",
-                                      None)
+    function: WithParameters | None = about(
+        "module:name of a function of sensors (n, channels) to (n, actions)", None
+    )
 
 
 class Happiness(Section):
@@ -70,7 +81,7 @@ class Happiness(Section):
 
     weights: dict[str, Real] = table("sensor = weight of a sum", dict)
     formula: str | None = about("expression of sensors", None)
-    function: Function | None = about("module:name of a function of sensors (n, channels) to (n)", None)
+    function: WithParameters | None = about("module:name of a function of sensors (n, channels) to (n)", None)
     minimum: Real = quantity("happiness of the dead: the least that the network gives", "1")
 
     @model_validator(mode="after")

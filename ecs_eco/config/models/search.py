@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import re
 from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, PlainSerializer, WrapValidator
 
-from ecs_eco.engine.errors import listed, nearest
 from ecs_eco.engine.section import (
     Name,
     NamesCode,
@@ -27,20 +25,10 @@ Seeds = Annotated[int, Field(ge=1, le=1000)]
 Ticks = Annotated[int, Field(ge=1, le=10**12)]
 
 
-def _known(value: Any, check: Any) -> Any:
-    if callable(value):
-        return value
-    text = check(value)
-    if text not in OBJECTIVES and not re.fullmatch(r"[A-Za-z_][\w.]*:[A-Za-z_]\w*", text):
-        near = f'; did you mean "{n}"?' if (n := nearest(text, OBJECTIVES)) else ""
-        raise ValueError(f"no such objective; allowed: {listed(OBJECTIVES)}, or module:function{near}")
-    return text
-
-
 What = Annotated[
     str,
     NamesCode(),
-    WrapValidator(_known),
+    WrapValidator(lambda value, check: value if callable(value) else check(value)),
     PlainSerializer(lambda value, info: function_name(value) if info.mode == "json" else value),
 ]
 
@@ -59,7 +47,8 @@ class Range(Section):
 class Goal(Section):
     """One of several objectives."""
 
-    of: What = about("persistence, cycling, population, or module:function of the recorded series")
+    of: What = about("persistence, cycling, population, the name of a reporter, or module:function of the "
+                     "recorded series")
     weight: Positive = quantity("its weight among the others", "1", 1.0)
 
 
@@ -75,9 +64,11 @@ class Search(Section):
     """What a search varies, its objective and its budget: `ecs-eco search`."""
 
     objective: What | list[Goal] = about(
-        "persistence, cycling, population, module:function, or a list with weights", "persistence"
+        "persistence, cycling, population, the name of a reporter, module:function, or a list with weights",
+        "persistence"
     )
-    wanted: dict[Name, Positive] = table("species = number of organisms, for the objective population", dict)
+    wanted: dict[str, Positive] = table("species = number of organisms, for the objective population; "
+                                        "reporter = the mean wanted, if not as much as possible", dict)
     persist: list[Name] = table(
         "species whose extinction ends a run; none: all but plants that come back from a seed rain", list
     )

@@ -15,13 +15,13 @@ from typing import Annotated, Any, Literal
 from pydantic import Discriminator, Field, Tag
 
 from ecs_eco.engine.section import (
-    Function,
     Name,
     NonNegative,
     Point,
     Positive,
     Real,
     Section,
+    WithParameters,
     about,
     function_name,
     is_absent,
@@ -68,11 +68,14 @@ class Own(Sensor):
 
     kind: Literal["own"]
     property: str = about("energy, age, fertility, sex (0 none, 1 female, 2 male), mass, radius, volume, "
-                          "or a property or substance that the species has")
+                          "a property or substance that the species has, or Component.field of a component "
+                          "of your own")
     scale: Positive = quantity("the value that reads 1", "unit of the property", 1.0)
+    at: Point = quantity(f"{ON_BODY}; a body is the same throughout, but for the pressure in a compressible "
+                         "one, which is that of the depth", "1", [0.0, 0.0], exclude_if=_is_zero)
 
     def base(self) -> str:
-        return self.property
+        return self.property.replace(".", "_")
 
 
 class Nearest(Sensor):
@@ -94,6 +97,9 @@ class Nearest(Sensor):
     blind: NonNegative = quantity("how far it notices the target in the dark, if sight is given", "m", 0.0)
     kin: Kin | None = about("only relatives count, those of the own species or its eggs; absent: all", None,
                             exclude_if=is_absent)
+
+    at: Point = quantity(f"{ON_BODY}; direction and distance are those from there, the heading is the body's",
+                         "1", [0.0, 0.0], exclude_if=_is_zero)
 
     def base(self) -> str:
         return self.target if self.kin is None else f"{self.target}_{self.kin}"
@@ -120,6 +126,12 @@ class Rays(Sensor):
                          "1", [0.0, 0.0], exclude_if=_is_zero)
     angle: Angle = quantity("direction of the middle ray; 0 is ahead and left is positive", "rad", 0.0,
                             exclude_if=_is_zero)
+    sight: NonNegative | None = quantity(
+        "if given, it sees by light: as far as blind + sight × light at its eye, at most radius", "m", None,
+        exclude_if=is_absent
+    )
+    blind: NonNegative = quantity("how far it sees in the dark, if sight is given", "m", 0.0,
+                                  exclude_if=_is_zero)
 
     def channels(self, dims: int) -> tuple[str, ...]:
         ways = _ways(dims) if self.report == "closest" else tuple(str(i + 1) for i in range(self.count))
@@ -138,7 +150,8 @@ class Property(Sensor):
 
     kind: Literal["property"]
     property: str = about("energy, age, fertility, sex (0 none, 1 female, 2 male), mass, radius, volume, "
-                          "or a property or substance that the bodies have")
+                          "a property or substance that the bodies have, or Component.field of a "
+                          "component of your own")
     of: Kinds | None = about("a species or an object type, or a list of them; "
                              "absent: all that have the property", None)
     radius: Positive = quantity("how far it reaches, to the centre of a body", "m")
@@ -155,7 +168,8 @@ class Property(Sensor):
                             exclude_if=is_absent)
 
     def base(self) -> str:
-        return "_".join([*(self.kinds() or ["any"]), *([self.kin] if self.kin else []), self.property])
+        kin = [self.kin] if self.kin else []
+        return "_".join([*(self.kinds() or ["any"]), *kin, self.property.replace(".", "_")])
 
     def kinds(self) -> list[str]:
         """The species and object types that are named; none: all that have the property."""
@@ -262,7 +276,7 @@ class Custom(Sensor):
     first) writes `width` channels."""
 
     kind: Literal["custom"]
-    function: Function = about("module:name of the function")
+    function: WithParameters = about("module:name of the function")
     width: Annotated[int, Field(ge=1, le=1024)] = quantity("number of channels", "1", 1)
 
     def base(self) -> str:

@@ -6,7 +6,7 @@ import math
 from dataclasses import fields
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, field_validator, model_validator
+from pydantic import Field, PrivateAttr, field_validator, model_validator
 
 from ecs_eco.config.models.body import Body
 from ecs_eco.config.models.heat import BodyHeat
@@ -33,6 +33,7 @@ from ecs_eco.engine.section import (
     table,
 )
 from ecs_eco.genomes.models import GenomeSection
+from ecs_eco.learning.words import ours
 
 # groups of actions and their members; those of speed are the gaits
 GROUPS: dict[str, tuple[str, ...] | None] = {
@@ -107,7 +108,8 @@ class Defence(Section):
 class Lethal(Section):
     """The interval of one property outside of which the organism dies."""
 
-    property: str = about("energy, age, fertility, or a property or substance that the species has")
+    property: str = about("energy, age, fertility, a property or substance that the species has, or "
+                          "Component.field of a component of your own")
     min: Real | None = quantity("dies at or below", "unit of the property", None)
     max: Real | None = quantity("dies at or above", "unit of the property", None)
     low: Annotated[str, Field(max_length=60)] = about("cause of death below min", "")
@@ -128,6 +130,9 @@ class Species(Section):
     """One species: all its organisms are born with these values."""
 
     count: Annotated[int, Field(ge=0, le=50_000_000)] = quantity("organisms at the start", "1")
+    age: Annotated[list[NonNegative], Field(min_length=2, max_length=2)] | None = quantity(
+        "least and most age of founders and of immigrants, drawn evenly between them; absent: all are of "
+        "age 0", "s", None, exclude_if=is_absent)
     max_count: Count | None = quantity("most that may live at once; absent: no limit but memory", "1", None)
     color: Color = about("colour in figures, #rrggbb", "#4477aa")
     body: Body = about("shape, size, mass, opacity")
@@ -178,10 +183,23 @@ class Species(Section):
     lethal: list[Lethal] = table("what kills it besides being eaten", list)
     remains: str | None = about("object type that the dead leave", None)
 
+    _words: tuple[str, ...] = PrivateAttr(default=())  # of others, for hyperparameters
+
     @field_validator("sensors")
     @classmethod
     def _name(cls, sensors: list[Any]) -> list[Any]:
         return name_sensors(sensors)
+
+    @model_validator(mode="wrap")
+    @classmethod
+    def _rename_ppo(cls, data: Any, check: Any) -> Any:
+        """Take the words of others for hyperparameters, and note them."""
+        given = data.get("ppo") if isinstance(data, dict) else None
+        if not isinstance(given, dict) or not (words := _ours(given)):
+            return check(data)
+        made = check(data | {"ppo": {words.get(name, name): value for name, value in given.items()}})
+        made._words = tuple(words)
+        return made
 
     @model_validator(mode="before")
     @classmethod
@@ -239,6 +257,15 @@ class Species(Section):
 
     def _sensor_of_channel(self, dims: int) -> list[Any]:
         return [sensor for sensor in self.sensors for _ in sensor.channels(dims)]
+
+
+def _ours(given: dict[str, Any]) -> dict[str, str]:
+    """Our names of the words of others for hyperparameters; none where one is given twice, which checks say.
+    """
+    try:
+        return ours(given)
+    except ValueError:
+        return {}
 
 
 def ppo_defaults() -> dict[str, Any]:

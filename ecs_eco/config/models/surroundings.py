@@ -85,6 +85,9 @@ class Terrain(Section):
     roads: list[Strip] = about("roads that lie there from the start; others are interventions", [],
                                exclude_if=is_empty)
     slope_cost: NonNegative = quantity("extra cost of moving, as a factor per unit of slope", "1", 1.0)
+    hides: bool = about("whether hills hide what is behind them from rays and from `nearest` with occlusion, "
+                        "whose eyes are at the top of the body; else only rocks do", False,
+                        exclude_if=is_absent)
 
 
 class Ambient(Section):

@@ -7,13 +7,13 @@ from typing import Annotated, Literal
 from pydantic import Field, field_validator
 
 from ecs_eco.engine.section import (
-    Function,
     Name,
     NonNegative,
     Positive,
     Real,
     Section,
     Share,
+    WithParameters,
     about,
     quantity,
     table,
@@ -79,7 +79,7 @@ class Water(Section):
     thermocline_width: Positive = quantity("half of the depth over which most of the change happens", "m",
                                            1.0)
     current: list[Current] = table("velocities by depth", list)
-    current_function: Function | None = about(
+    current_function: WithParameters | None = about(
         "module:name of function(world, x, y, z) to velocities u, v, w [m/s], instead of a list by depth",
         None
     )

@@ -11,20 +11,23 @@ from pydantic import Field, PrivateAttr
 
 from ecs_eco.config.models.interventions import AnyIntervention
 from ecs_eco.config.models.land_use import AnyUse
+from ecs_eco.config.models.reporters import Reporter
 from ecs_eco.config.models.search import Search
 from ecs_eco.config.models.species import Species
 from ecs_eco.config.models.surroundings import Ambient, ObjectType, ScalarField, Space, Terrain
 from ecs_eco.config.models.water import Sun, Water, Year
 from ecs_eco.config.names import code_of
 from ecs_eco.engine.code import NONE, Code
+from ecs_eco.engine.parameters import applied
 from ecs_eco.engine.section import (
     CodeEntry,
-    Function,
     Name,
     Positive,
     Real,
     Section,
     Share,
+    Use,
+    WithParameters,
     about,
     is_absent,
     is_empty,
@@ -101,7 +104,14 @@ class WorldConfig(Section):
     objects: dict[Name, ObjectType] = table("types of inanimate objects by name", dict)
     species: Annotated[dict[Name, Species], Field(min_length=1, max_length=128)] = about("species by name")
     training: Training = table("pre-training", Training)
-    systems: list[Function] = table("module:name of systems of your own, each at the end of its phase", list)
+    systems: list[WithParameters] = table(
+        "module:name of systems of your own, each at the end of its phase; with parameters: "
+        "{ use = \"module:name\", … }", list
+    )
+    reporters: dict[str, Reporter] = about(
+        "name = what is measured in every tick and recorded beside the numbers of the species: a formula, as "
+        "mean(Metabolism.energy), or module:name of a function of the world", {}, exclude_if=is_empty
+    )
     interventions: list[AnyIntervention] = table("interventions while it runs", list)
     land_use: list[AnyUse] = about("harvests and plantings that go on", [], exclude_if=is_empty)
     search: Search = Field(default_factory=Search, exclude=True,
@@ -120,10 +130,21 @@ class WorldConfig(Section):
         """Names of properties and substances of the bodies of a species or object type; objects that are the
         remains of a species have its own."""
         if kind in self.species:
-            return self.species[kind].felt()
+            return (*self.species[kind].felt(), *self.own_fields(kind))
         left = (name for species in self.species.values() if species.remains == kind
                 for name in (*species.properties, *species.substances))
         return tuple(dict.fromkeys((*self.objects[kind].felt(), *left)))
+
+    def own_fields(self, kind: str) -> dict[str, float]:
+        """Component.field of every number in the user's own components of a species, with its default; none
+        of components whose code may not run yet."""
+        components = [c for c in map(self.known, self.species[kind].components) if hasattr(c, "fields")]
+        return {f"{c.__name__}.{field}": float(default) for c in components
+                for field, (type_, default) in c.fields.items() if not type_.shape}
+
+    def may_have(self, kind: str, name: str) -> bool:
+        """Whether a name may be a field in code that may not run yet."""
+        return "." in name and kind in self.species and None in map(self.known, self.species[kind].components)
 
     def family(self, name: str) -> tuple[str, ...]:
         """The species whose members are of one kind with those of a species: itself and its eggs."""
@@ -150,11 +171,19 @@ class WorldConfig(Section):
         return self._folder / name
 
     def function(self, name: Any) -> Any:
-        """The object that "module:name" stands for in this world; a function is returned as it is.
+        """The object that "module:name" stands for in this world, with its parameters; a function is returned
+        as it is.
 
         Raises CodeError.
         """
+        if isinstance(name, Use):
+            return applied(self._code.function(name.use), name.parameters)
         return self._code.function(name)
+
+    def known(self, name: Any) -> Any:
+        """The object that "module:name" stands for, without parameters; None if the name is wrong, or its
+        code may not run."""
+        return self._code.known(name.use if isinstance(name, Use) else name)
 
     def resolved(self) -> dict[str, Any]:
         """Every value with JSON types, defaults included; loads as a world with the same hash.

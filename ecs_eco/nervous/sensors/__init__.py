@@ -34,11 +34,13 @@ def senses_of(species: Any, dims: int, substances: list[str],
 
 def _sense_of(s: Any, substances: list[str], number: int) -> Sense:
     if s.kind == "own":
-        return own(s.property, s.scale, substances, number)
+        return own(s.property, s.scale, substances, number, s.at)
     if s.kind == "nearest":
-        return see_nearest(s.target, s.radius, s.fov, s.occlusion, number, s.sight, s.blind, s.kin)
+        return see_nearest(s.target, s.radius, s.fov, s.occlusion, number, s.sight, s.blind, s.kin,
+                           s.at)
     if s.kind == "rays":
-        return cast_rays(s.targets, s.count, s.fov, s.radius, s.report, number, s.at, s.angle)
+        return cast_rays(s.targets, s.count, s.fov, s.radius, s.report, number, s.at, s.angle,
+                         s.sight, s.blind)
     if s.kind == "smell":
         return smell(s.field, s.at, s.scale, number)
     if s.kind == "touch":

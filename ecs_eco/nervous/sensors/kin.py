@@ -1,4 +1,5 @@
-"""The sense of kin: who among the bodies around is the own mother, father, child or sibling."""
+"""The sense of kin: who among the bodies around is the own mother, father, child or sibling; and the nearest
+of anybody to a place on the body."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -6,6 +7,7 @@ import numpy as np
 
 from ecs_eco.components import Parentage
 from ecs_eco.engine.jit import njit
+from ecs_eco.engine.per_row import of_row
 from ecs_eco.nervous.sensors.sense import Seekers
 from ecs_eco.space.index import Index
 from ecs_eco.space.sight import gather, offset
@@ -14,8 +16,8 @@ from ecs_eco.space.sums import LINEAR, NONE, TOUCHING2
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
 
-MOTHER, FATHER, OFFSPRING, SIBLINGS = 0, 1, 2, 3
-RELATIONS = {"mother": MOTHER, "father": FATHER, "offspring": OFFSPRING, "siblings": SIBLINGS}
+MOTHER, FATHER, OFFSPRING, SIBLINGS, ANYBODY = 0, 1, 2, 3, 4
+RELATIONS = {"mother": MOTHER, "father": FATHER, "offspring": OFFSPRING, "siblings": SIBLINGS, None: ANYBODY}
 NOBODY = np.zeros(0, np.uint64)
 
 
@@ -27,17 +29,18 @@ def parents(table: "Table", rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return p.mother[rows], p.father[rows]
 
 
-def nearest_kin(seekers: Seekers, table: "Table", other: "Table", targets: Index, relation: str,
-                own: np.ndarray, cos_half_fov: np.float32, split: Any) -> tuple[np.ndarray, np.ndarray]:
-    """Return the entry of the nearest relative of each seeker, −1 for none, and its squared distance:
-    i32[n], f32[n] [m²].
+def nearest_kin(seekers: Seekers, table: "Table", other: "Table", targets: Index, relation: str | None,
+                places: tuple[np.ndarray, ...], own: np.ndarray, cos_half_fov: Any,
+                split: Any) -> tuple[np.ndarray, np.ndarray]:
+    """Return the entry of the relative of each seeker, without a relation of anybody else, that is nearest
+    to its place x, y, z f32[n] [m], −1 for none, and its squared distance: i32[n], f32[n] [m²].
 
-    Relatives within `own` f32[n] [m] and the field of view are looked for; ties go to the lower uid.
+    They are looked for within `own` f32[n] [m] and the field of view; ties go to the lower uid.
     """
     entries, distance2 = np.full(seekers.n, -1, np.int32), np.full(seekers.n, np.inf, np.float32)
     if seekers.n and targets.n:
-        space, mine = targets.space, seekers.index
-        split(_nearest, seekers.n, mine.x, mine.y, mine.z, mine.uid, seekers.cos, seekers.sin, own,
+        space = targets.space
+        split(_nearest, seekers.n, *places, seekers.index.uid, seekers.cos, seekers.sin, own,
               *parents(table, seekers.rows), targets.x, targets.y, targets.z, targets.uid,
               *parents(other, targets.rows), targets.start, RELATIONS[relation],
               space.reach(float(own.max())), *space.shape, space.inverse, space.lengths, space.torus,
@@ -63,6 +66,8 @@ def related(relation, uid, mother, father, i, its_uid, its_mother, its_father, j
     it = its_uid[j]
     if it == uid[i]:
         return False
+    if relation == ANYBODY:
+        return True
     if relation == MOTHER:
         return mother.size > 0 and mother[i] == it
     if relation == FATHER:
@@ -82,6 +87,7 @@ def _nearest(first, last, x, y, z, uid, cos, sin, radius, mother, father, tx, ty
     near = np.empty(tx.size, np.int64)
     for i in range(first, last):
         n = gather(x[i], y[i], z[i], reach, start, tx, ty, tz, nx, ny, nz, inverse, lengths, torus, near)
+        view = of_row(cos_half_fov, i)
         for q in range(n):
             j = near[q]
             if not related(relation, uid, mother, father, i, its_uid, its_mother, its_father, j):
@@ -89,7 +95,7 @@ def _nearest(first, last, x, y, z, uid, cos, sin, radius, mother, father, tx, ty
             dx, dy, dz = offset(x[i], y[i], z[i], tx[j], ty[j], tz[j], lengths, torus)
             d2, best = dx * dx + dy * dy + dz * dz, entries[i]
             if (d2 > radius[i] * radius[i]
-                or (cos_half_fov > -1 and dx * cos[i] + dy * sin[i] < cos_half_fov * np.sqrt(d2))):
+                or (view > -1 and dx * cos[i] + dy * sin[i] < view * np.sqrt(d2))):
                 continue
             if best < 0 or d2 < distance2[i] or (d2 == distance2[i] and its_uid[j] < its_uid[best]):
                 entries[i], distance2[i] = j, d2

@@ -1,5 +1,6 @@
 """The sensor of a property of the own body: interoception."""
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -7,7 +8,7 @@ import numpy as np
 from ecs_eco.components import Biology, Body, Chemistry, Load, Metabolism, Physical, Shape
 from ecs_eco.engine.jit import njit
 from ecs_eco.engine.per_row import of_row
-from ecs_eco.nervous.sensors.sense import Seekers, Sense, of_sensor
+from ecs_eco.nervous.sensors.sense import Seekers, Sense, of_sensor, place_of
 from ecs_eco.space.bodies import extents
 from ecs_eco.space.shapes import volume
 
@@ -17,7 +18,8 @@ if TYPE_CHECKING:
 
 
 def own_column(table: "Table", name: str, substances: list[str]) -> np.ndarray:
-    """Return the column of a property or substance by name: f32[capacity], of the sex u8[capacity]."""
+    """Return the column of a property, a substance or Component.field by name: f32[capacity], of the sex
+    u8[capacity], of a field as it is."""
     if name == "energy":
         return table[Metabolism].energy
     if name in ("age", "fertility"):
@@ -26,6 +28,9 @@ def own_column(table: "Table", name: str, substances: list[str]) -> np.ndarray:
         return table[Chemistry].molarity[:, substances.index(name)]
     if name == "load":
         return table[Load].mass
+    if "." in name:
+        component, _, field = name.partition(".")
+        return getattr(next(v for c, v in table.columns.items() if c.__name__ == component), field)
     if name == "sex":
         return table[Biology].sex
     if name in ("mass", "radius"):
@@ -38,14 +43,22 @@ def own_column(table: "Table", name: str, substances: list[str]) -> np.ndarray:
     return getattr(table[Physical], name)
 
 
-def own(property: str, scale: float, substances: list[str], number: int = 0) -> Sense:
-    """Feel a property of the own body, as a share of `scale`."""
+def own(property: str, scale: float, substances: list[str], number: int = 0,
+        at: Sequence[float] = ()) -> Sense:
+    """Feel a property of the own body at a place of it, as a share of `scale`.
+
+    A body is the same throughout, but for the pressure in a compressible one, which is that of the depth.
+    """
 
     def sense(world: "SpatialWorld", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
         factor = 1.0 / of_sensor(table, seekers, number, scale=scale)[0]
         factor = factor.astype(np.float32) if isinstance(factor, np.ndarray) else np.float32(factor)
-        world.split(_own, seekers.n, own_column(table, property, substances), seekers.rows, factor,
-                    out, column)
+        value = own_column(table, property, substances)
+        if property == "pressure" and table.species.compressible and any(at):
+            value = value.copy()
+            value[seekers.rows] = world.surroundings(
+                "pressure", *place_of(table, seekers, number, at, world.space))
+        world.split(_own, seekers.n, value, seekers.rows, factor, out, column)
 
     return sense
 

@@ -37,7 +37,8 @@ def feel_property(property: str, of: list[str], radius: float, decay: str, repor
         least = np.float32(0) if differs else base
         for other in (world.tables[name] for name in of):
             targets = world.index(other)
-            value = own_column(other, property, substances)[targets.rows] - least
+            value = own_column(other, property, substances)[targets.rows]
+            value = value.astype(np.float32, copy=False) - least
             size = other[Body].radius[targets.rows]
             if kin is not None:
                 add_kin(seekers, table, other, targets, kin, place, own, value.astype(np.float32), size,

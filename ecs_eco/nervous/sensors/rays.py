@@ -2,14 +2,14 @@
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ecs_eco.components import Body, Shape
-from ecs_eco.nervous.sensors.sense import Seekers, Sense, own_range, place_of
+from ecs_eco.nervous.sensors.sense import Seekers, Sense, in_light, of_sensor, own_range, place_of
 from ecs_eco.space import sight
-from ecs_eco.space.bodies import merged, rocks, solids
+from ecs_eco.space.bodies import merged, relief, rocks, solids, tops
 from ecs_eco.space.solid_sight import cast_on_solids
 
 if TYPE_CHECKING:
@@ -18,23 +18,29 @@ if TYPE_CHECKING:
 
 
 def cast_rays(targets: list[str], count: int, fov: float, reach: float, report: str,
-              number: int = 0, at: Sequence[float] = (), angle: float = 0.0) -> Sense:
+              number: int = 0, at: Sequence[float] = (), angle: float = 0.0, by_light: float | None = None,
+              blind: float = 0.0) -> Sense:
     """Cast rays that stop at the first body, rock or wall; report closeness per ray,
     or the closest hit of each type.
 
     They begin at a place on the body, `at`, and spread to both sides of `angle` from the heading.
+    With `by_light` [m] they reach as far as blind + by_light × light at the eye [m], and never further than
+    without.
     """
-    # no ray twice on a full circle
-    turn = fov if fov >= 2 * math.pi - 1e-5 else fov * count / max(count - 1, 1)
-    angles = (np.arange(count) - (count - 1) / 2) * (turn / count) + angle
-    ray_cos, ray_sin = np.cos(angles).astype(np.float32), np.sin(angles).astype(np.float32)
+    alike = fan(count, fov, angle)
 
     def sense(world: "SpatialWorld", table: "Table", seekers: Seekers, out: np.ndarray, column: int) -> None:
         radius, own = own_range(table, seekers, number, reach)
+        each = of_sensor(table, seekers, number, fov=fov, angle=angle)
+        ray_cos, ray_sin = fan(count, *each) if isinstance(each[0], np.ndarray) else alike
         place = place_of(table, seekers, number, at, world.space)
+        if by_light is not None:
+            own = np.maximum(in_light(world, table, seekers, number, place, own, by_light, blind),
+                             np.float32(1e-6))
+            radius = float(own.max(initial=1e-6))
         names = [n for n, t in world.tables.items()
                  if Body in t and (n in targets or t.species.opaque is not False)]
-        names, hit, distance = trace(world, seekers, place, names, radius, ray_cos, ray_sin)
+        names, hit, distance = trace(world, table, seekers, place, names, radius, ray_cos, ray_sin)
         near = np.maximum(np.float32(1) - distance / own[:, None], np.float32(0))
         width = count if report == "per_ray" else (4 if world.space.volume else 3)
         for i, target in enumerate(targets):
@@ -46,34 +52,46 @@ def cast_rays(targets: list[str], count: int, fov: float, reach: float, report: 
                 continue
             best = closeness.argmax(axis=1)
             value = closeness[np.arange(seekers.n), best]
-            out[:, c] = np.where(value > 0, ray_cos[best], 0)
-            out[:, c + 1] = np.where(value > 0, ray_sin[best], 0)
+            for way, along in enumerate((ray_cos, ray_sin)):
+                towards = along[best] if along.ndim == 1 else along[np.arange(seekers.n), best]
+                out[:, c + way] = np.where(value > 0, towards, 0)
             out[:, c + 2 : c + width - 1] = 0
             out[:, c + width - 1] = value
 
+    sense.by_light = by_light is not None  # type: ignore[attr-defined]
     return sense
 
 
-def trace(world: "SpatialWorld", seekers: Seekers, place: tuple[np.ndarray, ...], kinds: list[str],
-          radius: float, ray_cos: np.ndarray,
+def fan(count: int, fov: Any, angle: Any) -> tuple[np.ndarray, np.ndarray]:
+    """Return cosine and sine of the angles of rays from the heading: f32[count], or f32[n, count] where `fov`
+    and `angle` [rad] are of n seekers."""
+    steps = np.arange(count) - (count - 1) / 2
+    # no ray twice on a full circle
+    turn = np.where(fov >= 2 * math.pi - 1e-5, fov, fov * count / max(count - 1, 1)) / count
+    angles = steps * turn[..., None] + np.asarray(angle)[..., None]
+    return np.cos(angles).astype(np.float32), np.sin(angles).astype(np.float32)
+
+
+def trace(world: "SpatialWorld", table: "Table", seekers: Seekers, place: tuple[np.ndarray, ...],
+          kinds: list[str], radius: float, ray_cos: np.ndarray,
           ray_sin: np.ndarray) -> tuple[list[str], np.ndarray, np.ndarray]:
     """Return the kinds of bodies in the order of their numbers; and for each seeker and ray the number of
     what is hit first, i32[n, rays], −1 none, −2 rock or wall, and how far it is, f32[n, rays] [m]."""
     space, mine, (ground, inverse) = world.space, seekers.index, rocks(world)
     shaped = [n for n in kinds if Shape in world.tables[n]]
     spheres = [n for n in kinds if n not in shaped]
-    bodies = merged(world, spheres)
-    hit = np.empty((seekers.n, ray_cos.size), np.int32)
-    distance = np.empty((seekers.n, ray_cos.size), np.float32)
-    world.split(sight.cast, seekers.n, *place, mine.uid, seekers.cos, seekers.sin, mine.x,
+    bodies, height, eye = merged(world, spheres), relief(world), tops(table, seekers.rows)
+    hit = np.empty((seekers.n, ray_cos.shape[-1]), np.int32)
+    distance = np.empty((seekers.n, ray_cos.shape[-1]), np.float32)
+    world.split(sight.cast, seekers.n, *place, mine.uid, seekers.cos, seekers.sin, eye,
                 bodies.x, bodies.y, bodies.z, bodies.radius, bodies.uid, bodies.kind, bodies.start,
                 *space.shape, space.inverse, space.lengths,
                 space.torus, space.reach(radius + bodies.largest), np.float32(radius), ray_cos, ray_sin,
-                ground, inverse, hit, distance)
+                ground, inverse, height, hit, distance)
     if shaped:
         others = solids(world, shaped)
-        world.split(cast_on_solids, seekers.n, *place, mine.uid, seekers.cos, seekers.sin, others.form,
-                    others.uid, others.kind + np.int32(len(spheres)), *space.shape, space.inverse,
-                    space.lengths, space.torus, *others.cells, np.float32(radius), ray_cos, ray_sin, hit,
-                    distance)
+        world.split(cast_on_solids, seekers.n, *place, mine.uid, seekers.cos, seekers.sin, eye,
+                    others.form, others.uid, others.kind + np.int32(len(spheres)), *space.shape,
+                    space.inverse, space.lengths, space.torus, *others.cells, np.float32(radius), ray_cos,
+                    ray_sin, inverse, height, hit, distance)
     return [*spheres, *shaped], hit, distance

@@ -56,7 +56,16 @@ def own_range(table: "Table", seekers: Seekers, number: int, radius: float) -> t
     return float(own.max()), own
 
 
-def place_of(table: "Table", seekers: Seekers, number: int, at: Sequence[float],
+def in_light(world: "SpatialWorld", table: "Table", seekers: Seekers, number: int,
+             eye: tuple[np.ndarray, ...], own: np.ndarray, by_light: float, blind: float) -> np.ndarray:
+    """Return how far each sees, f32[n] [m]: blind + by_light × light at its eye, at most `own`."""
+    light = world.surroundings("light", *eye)
+    near, far = of_sensor(table, seekers, number, blind=np.float32(blind), sight=np.float32(by_light))
+    out: np.ndarray = np.minimum(own, near + far * light)
+    return out
+
+
+def place_of(table: "Table", seekers: Seekers, number: int, at: Sequence[Any],
              space: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return where a sensor is on each body: x, y, z f32[n] [m].
 
@@ -66,7 +75,7 @@ def place_of(table: "Table", seekers: Seekers, number: int, at: Sequence[float],
     x, y, z = seekers.index.x, seekers.index.y, seekers.index.z
     forward, left, up = (np.float32(v) for v in [*at, 0.0, 0.0, 0.0][:3])
     own = number in table.species.own_places
-    if not (own or forward or left or up):
+    if not (own or np.any(forward) or np.any(left) or np.any(up)):
         return x, y, z
     ahead, aside = ((table[Senses].forward[seekers.rows, number], table[Senses].left[seekers.rows, number])
                     if own else (forward, left))

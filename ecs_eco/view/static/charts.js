@@ -12,12 +12,14 @@ const MOST = 12000; // points kept; then every second of the older half goes
 const WINDOWS = [["last 500", 500], ["last 2 000", 2000], ["last 10 000", 10000], ["all ticks", Infinity]];
 const GENES = ["#0072B2", "#E69F00", "#009E73", "#CC79A7", "#D55E00", "#56B4E9", "#999933", "#8866cc"];
 
-/** @type {{key: "n" | "happiness" | "genes", title: string}[]} */
+/** @type {{key: string, title: string}[]} */
 const CHARTS = [
   { key: "n", title: "Populations" },
   { key: "happiness", title: "Happiness, mean" },
   { key: "genes", title: "Genes" },
 ];
+
+const REPORT = "report "; // before the names of reporters, each of which has a chart of its own
 
 export class Charts {
   /**
@@ -32,7 +34,8 @@ export class Charts {
     this.ticks = [];
     /** @type {Line} */
     this.light = [];
-    /** @type {Record<"n" | "happiness" | "genes", Record<string, Line>>} */
+    this.charts = [...CHARTS];
+    /** @type {Record<string, Record<string, Line>>} */
     this.lines = { n: {}, happiness: {}, genes: {} };
     /** @type {Set<string>} */
     this.hidden = new Set();
@@ -68,9 +71,16 @@ export class Charts {
     const length = this.ticks.length;
     this.ticks.push(...series.tick);
     append(this.light, series.light, length, series.tick.length);
-    for (const key of /** @type {const} */ (["n", "happiness", "genes"])) {
-      const names = new Set([...Object.keys(this.lines[key]), ...Object.keys(series[key] ?? {})]);
-      for (const name of names) append((this.lines[key][name] ??= []), series[key]?.[name], length, series.tick.length);
+    /** @type {Record<string, Record<string, Line> | undefined>} */
+    const given = { n: series.n, happiness: series.happiness, genes: series.genes };
+    for (const [name, lines] of Object.entries(series.reports ?? {})) {
+      given[REPORT + name] = lines;
+      if (!(REPORT + name in this.lines)) this.charts.push({ key: REPORT + name, title: name });
+      this.lines[REPORT + name] ??= {};
+    }
+    for (const key of Object.keys(this.lines)) {
+      const names = new Set([...Object.keys(this.lines[key]), ...Object.keys(given[key] ?? {})]);
+      for (const name of names) append((this.lines[key][name] ??= []), given[key]?.[name], length, series.tick.length);
     }
     if (this.ticks.length > MOST) this.thin();
     this.draw();
@@ -122,7 +132,7 @@ export class Charts {
   }
 
   draw() {
-    const there = CHARTS.filter(({ key }) => Object.values(this.lines[key]).some((line) => line.some((value) => value !== null)));
+    const there = this.charts.filter(({ key }) => Object.values(this.lines[key]).some((line) => line.some((value) => value !== null)));
     if (this.chooser && this.chooser.childElementCount !== there.length) {
       this.chooser.replaceChildren(...there.map(({ key, title }) => this.toggle(key, title)));
     }
@@ -141,7 +151,7 @@ export class Charts {
     this.values();
   }
 
-  /** Lines with something to show. @param {"n" | "happiness" | "genes"} key */
+  /** Lines with something to show. @param {string} key */
   names(key) {
     return Object.keys(this.lines[key]).filter((name) => key === "n" || this.lines[key][name].some((value) => value !== null));
   }
@@ -161,12 +171,12 @@ export class Charts {
   }
 
   /**
-   * @param {"n" | "happiness" | "genes"} key
+   * @param {string} key
    * @param {string} title
    * @param {string[]} names
    */
   build(key, title, names) {
-    const colours = names.map((name, i) => (key === "genes" ? GENES[i % GENES.length] : this.colourOf(name)));
+    const colours = names.map((name, i) => (key === "genes" ? GENES[i % GENES.length] : name ? this.colourOf(name) : css("--ink")));
     const dashes = names.map((_, i) => (key === "genes" ? DASHES[Math.floor(i / GENES.length) % DASHES.length] : DASHES[i % 3]));
     /** @type {Map<string, HTMLElement>} */
     const values = new Map();
@@ -174,11 +184,11 @@ export class Charts {
     names.forEach((name, i) => {
       const value = h("b", { text: "–" });
       values.set(name, value);
-      head.append(h("span", { class: "key" }, stroke(colours[i], dashes[i]), name, " ", value));
+      head.append(h("span", { class: "key" }, stroke(colours[i], dashes[i]), name || "the world", " ", value));
     });
     if (key === "n" && this.logarithmic) head.append(h("span", { class: "grow" }), this.logarithmic);
     const place = h("div", { class: "chart" }, head);
-    const after = CHARTS.slice(CHARTS.findIndex((chart) => chart.key === key) + 1).map((chart) => this.plots.get(chart.key)).find(Boolean);
+    const after = this.charts.slice(this.charts.findIndex((chart) => chart.key === key) + 1).map((chart) => this.plots.get(chart.key)).find(Boolean);
     this.body.insertBefore(place, after?.plot.root.closest(".chart") ?? null);
     const axis = { stroke: css("--soft"), font: "11px " + css("--font"), ticks: { show: false }, grid: { stroke: css("--line"), width: 1 } };
     const plot = new uPlot({
@@ -203,7 +213,7 @@ export class Charts {
       let at = plot.cursor.idx ?? this.ticks.length - 1;
       if (plot.cursor.idx === null && this.hello.mode === "replay") at = this.ticks.findLastIndex((tick) => tick <= this.tick);
       for (const [name, element] of values) {
-        const text = number(this.lines[/** @type {"n"} */ (key)][name]?.[at]);
+        const text = number(this.lines[key][name]?.[at]);
         if (element.textContent !== text) element.textContent = text;
       }
     }

@@ -21,6 +21,27 @@ async function ask(authorization) {
 
 /** @type {string | null} a code that nobody has answered yet */
 let pending = null;
+/** @type {string | null} the credential, where the browser lets a page in a frame, as in a notebook, keep nothing */
+let inMemory = null;
+
+/** The credential that this tab has. */
+function recalled() {
+  try {
+    return sessionStorage.getItem(KEPT) ?? inMemory;
+  } catch {
+    return inMemory;
+  }
+}
+
+/** @param {string} credential */
+function keep(credential) {
+  inMemory = credential;
+  try {
+    sessionStorage.setItem(KEPT, credential);
+  } catch {
+    // it lives as long as this page
+  }
+}
 
 /**
  * Asks to be let in: with the code of the address, else with the credential that this tab has.
@@ -28,7 +49,7 @@ let pending = null;
  */
 export async function enter() {
   pending = taken() ?? pending;
-  const kept = sessionStorage.getItem(KEPT);
+  const kept = recalled();
   const words = [pending === null ? null : `Code ${pending}`, kept === null ? null : `Bearer ${kept}`];
   for (const word of words) {
     if (word === null) continue;
@@ -37,7 +58,7 @@ export async function enter() {
     pending = null;
     if (!answer.ok) continue;
     const { credential } = await answer.json();
-    sessionStorage.setItem(KEPT, credential);
+    keep(credential);
     return { credential };
   }
   return "refused";

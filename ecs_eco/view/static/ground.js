@@ -59,7 +59,11 @@ export class Ground {
     this.painted = undefined;
     /** @type {LineSegments | null} */
     this.fenced = null;
+    /** @type {(Mesh | LineSegments)[]} roads and borders of areas */
+    this.used = [];
     this.wood = new LineBasicMaterial();
+    this.dust = new MeshLambertMaterial({ side: DoubleSide, polygonOffset: true, polygonOffsetFactor: -2, polygonOffsetUnits: -2 });
+    this.borders = { harvest: new LineBasicMaterial({ color: "#d6454f" }), plant: new LineBasicMaterial({ color: "#3f9b4f" }) };
     this.lines = new LineBasicMaterial({ transparent: true });
     this.soil = new MeshLambertMaterial({ vertexColors: Boolean(relief.nx) });
     this.flat = new MeshBasicMaterial({ side: DoubleSide });
@@ -181,6 +185,65 @@ export class Ground {
     this.group.add(this.fenced);
   }
 
+  /**
+   * Roads, and areas in which land or sea is used, their borders broken lines.
+   * @param {import("./protocol.js").Strip[]} roads
+   * @param {import("./protocol.js").Area[]} areas
+   */
+  use(roads, areas) {
+    for (const part of this.used) {
+      this.group.remove(part);
+      part.geometry.dispose();
+    }
+    this.used = this.volume ? [] : roads.map((road) => this.road(road));
+    for (const area of areas) this.used.push(this.border(area));
+    for (const part of this.used) this.group.add(part);
+  }
+
+  /** @param {import("./protocol.js").Strip} road */
+  road({ line, width }) {
+    const points = [];
+    const fine = Math.max(width, 0.01 * Math.max(...this.hello.size));
+    for (let k = 1; k < line.length; k++) {
+      const [[ax, ay], [bx, by]] = [line[k - 1], line[k]];
+      const long = Math.hypot(bx - ax, by - ay) || 1e-9;
+      const [ux, uy] = [((bx - ax) / long) * (width / 2), ((by - ay) / long) * (width / 2)];
+      const parts = Math.max(1, Math.ceil(long / fine));
+      const across = (/** @type {number} */ share, /** @type {number} */ side) => {
+        const beyond = share === 0 ? -1 : share === 1 ? 1 : 0; // so that there are no gaps at corners
+        const [x, y] = [ax + (bx - ax) * share + beyond * ux - side * uy, ay + (by - ay) * share + beyond * uy + side * ux];
+        return [x, y, this.relief.at(x, y) + 0.001 * Math.max(...this.hello.size)];
+      };
+      for (let p = 0; p < parts; p++) {
+        const [a, b, c, d] = [across(p / parts, -1), across(p / parts, 1), across((p + 1) / parts, -1), across((p + 1) / parts, 1)];
+        points.push(...a, ...c, ...b, ...b, ...c, ...d);
+      }
+    }
+    const geometry = new BufferGeometry();
+    geometry.setAttribute("position", new BufferAttribute(new Float32Array(points), 3));
+    geometry.computeVertexNormals();
+    return new Mesh(geometry, this.dust);
+  }
+
+  /** @param {import("./protocol.js").Area} area */
+  border({ kind, border }) {
+    const points = [];
+    const dash = 0.012 * Math.max(...this.hello.size);
+    for (let k = 1; k < border.length; k++) {
+      const [[ax, ay], [bx, by]] = [border[k - 1], border[k]];
+      const parts = 2 * Math.max(1, Math.round(Math.hypot(bx - ax, by - ay) / dash / 2));
+      for (let p = 0; p < parts; p += 2) {
+        for (const share of [p / parts, (p + 1) / parts]) {
+          const [x, y] = [ax + (bx - ax) * share, ay + (by - ay) * share];
+          points.push(x, y, this.volume ? this.hello.size[2] : this.relief.at(x, y) + dash / 4);
+        }
+      }
+    }
+    const geometry = new BufferGeometry();
+    geometry.setAttribute("position", new BufferAttribute(new Float32Array(points), 3));
+    return new LineSegments(geometry, this.borders[kind]);
+  }
+
   sea() {
     const [x, y, z] = this.hello.size;
     const box = new Mesh(new BoxGeometry(x, y, z), this.water); // only its far inner sides are drawn
@@ -207,6 +270,7 @@ export class Ground {
     this.flat.color.copy(dark ? mix("#10171a", "#1a2321") : mix("#b9c2cb", "#eef0e8"));
     this.lines.color.copy(dark ? new Color("#5b6f73") : new Color("#7d8a86"));
     this.lines.opacity = this.volume ? 0.55 : dark ? 0.28 : 0.26;
+    this.dust.color.copy(dark ? mix("#2c2822", "#5a5041") : mix("#a89f8c", "#d8ccb4"));
     this.wood.color.copy(new Color(dark ? "#c9a36a" : "#7a5a2e"));
     this.lake.color.copy(dark ? mix("#173248", "#2f6f9e") : mix("#6f93b0", "#7fb7dc"));
     this.stone.color.copy(dark ? mix("#3c4347", "#6b7377") : mix("#8b9297", "#aab0b3"));

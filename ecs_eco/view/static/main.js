@@ -47,6 +47,7 @@ connection.on("series", (series) => page?.charts.add(series));
 connection.on("marks", (marks) => {
   page?.timeline.mark(marks);
   page?.stage.ground.fence(marks.fences ?? []);
+  page?.stage.ground.use(marks.roads ?? [], marks.areas ?? []);
 });
 connection.on("params", ({ list }) => page?.act?.offer(list));
 connection.on("organism", (organism) => {

@@ -47,6 +47,9 @@ def net(n_observations, groups):
 
 def judge(series):
     return 1.0
+
+def count(world):
+    return world.tables["snail"].n
 """
 """A module that leaves a mark when it is run, with a function for each key."""
 
@@ -68,6 +71,7 @@ KEYS: dict[str, Any] = {  # a place for each pattern of ARGUMENTS, and what stan
     "water.current_function": {"current_function": "evil:flow"},
     "species.*.genome.mate.operator": {"operator": "evil:mate"},
     "species.*.genome.mutate.operator": {"operator": "evil:mutate"},
+    "reporters.*": {"snails": "evil:count"},
     "search.objective": "evil:judge",
     "search.objective.*.of": [{"of": "evil:judge", "weight": 1.0}],
 }
@@ -101,8 +105,8 @@ def put(data: dict[str, Any], pattern: str, value: Any) -> None:
             snail["happiness"] = {"formula": "energy", "minimum": 0.0}
     elif ".genome." in pattern:
         snail["genome"][pattern.split(".")[3]] = value
-    elif pattern == "systems.*":
-        data["systems"] = value
+    elif pattern in ("systems.*", "reporters.*"):
+        data[pattern.removesuffix(".*")] = value
     elif pattern.startswith("water"):
         data["water"] = value
     else:

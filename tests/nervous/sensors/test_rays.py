@@ -12,9 +12,10 @@ EYE = {"kind": "rays", "name": "eye", "count": 1, "radius": 5.0, "targets": ["po
        "report": "per_ray"}  # fmt: skip
 
 
-def _world(*, size=(20.0, 20.0), edges="walls", snail=(), **eye):
+def _world(*, size=(20.0, 20.0), edges="walls", snail=(), ambient=1.0, **eye):
     snail = {"count": 1, "body": {"radius": 0.5}, "sensors": [EYE | eye]} | dict(snail)
     return World.from_config({"format": 1, "name": "garden", "space": {"size": list(size), "edges": edges},
+                              "ambient": {"light": ambient},
                               "objects": {"post": {"count": 1, "body": {"radius": 1.0}}},
                               "species": {"snail": snail}}, policies="random")  # fmt: skip
 
@@ -69,3 +70,14 @@ def test_the_place_of_an_eye_may_be_heritable():
     assert _read(world, (15, 10))["eye_post_1"] == pytest.approx(1 - 4 / 5, abs=1e-5)
     world.tables["snail"][Senses].forward[:, 0] = 4
     assert _read(world, (15, 10))["eye_post_1"] == pytest.approx(1 - 2 / 5)
+
+
+@pytest.mark.parametrize(("light", "reach"), [(1.0, 5.0), (0.5, 4.0), (0.0, 1.5)])
+def test_rays_by_light_reach_as_far_as_it_is_light(light, reach):
+    world = _world(sight=5.0, blind=1.5, ambient=light)  # at most 5 m
+    assert _read(world, (14, 10))["eye_post_1"] == pytest.approx(max(1 - 3 / reach, 0))
+    assert _read(world, (12, 10))["eye_post_1"] == pytest.approx(1 - 1 / reach)
+
+
+def test_who_is_blind_in_the_dark_sees_nothing_there():
+    assert _read(_world(sight=5.0, ambient=0.0), (11.2, 10))["eye_post_1"] == 0

@@ -1,0 +1,66 @@
+"""Settings of the site; `python tools/build_site.py` builds it from a staged copy of this folder."""
+
+import re
+from importlib.metadata import version as version_of
+from typing import Any
+
+project, author = "ecs-eco", "the ecs-eco authors"
+version = release = version_of("ecs-eco")
+project_copyright = "the ecs-eco authors, MIT licence"
+extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx_design", "sphinx_copybutton"]
+exclude_patterns = ["_static"]
+
+myst_enable_extensions = ["colon_fence", "deflist", "attrs_inline"]
+myst_heading_anchors = 4
+suppress_warnings = ["myst.header"]  # the changelog skips a level
+
+nb_execution_timeout = 900  # [s] of one cell; a busy machine takes ten times as long as a free one
+nb_execution_raise_on_error = True
+nb_execution_cache_path = "../notebooks"
+nb_merge_streams = True
+
+default_role = "code"
+autodoc_typehints = "none"
+autodoc_member_order = "bysource"
+autodoc_class_signature = "mixed"
+python_maximum_signature_line_length = 90
+
+html_theme = "pydata_sphinx_theme"
+html_title = "ecs-eco"
+html_static_path = ["_static"]
+html_css_files = ["site.css"]
+html_favicon = "_static/logo.svg"
+html_copy_source = html_show_sourcelink = False
+html_show_sphinx = False
+html_theme_options: dict[str, Any] = {
+    "logo": {"image_light": "_static/logo.svg", "image_dark": "_static/logo.svg", "text": "ecs-eco"},
+    "header_links_before_dropdown": 8,
+    "navbar_align": "left",
+    "navbar_end": ["theme-switcher"],
+    "navbar_persistent": ["search-button"],
+    "show_toc_level": 2,
+    "secondary_sidebar_items": ["page-toc"],
+    "footer_start": ["copyright"],
+    "footer_end": [],
+    "pygments_light_style": "tango",
+    "pygments_dark_style": "github-dark",
+}
+html_sidebars = {"index": [], "results": [], "benchmarks": [], "glossary": [], "releases": []}
+copybutton_prompt_text = r"\$ |>>> "
+copybutton_prompt_is_regexp = True
+
+SPAN = re.compile(r"(`[^`\n]+`)")
+
+
+def as_rst(_app: Any, _what: str, _name: str, _thing: Any, _options: Any, lines: list[str]) -> None:
+    """Turn a docstring, whose only mark-up is `code`, into reStructuredText."""
+    text = "\n".join(lines)
+    parts = SPAN.split(text)
+    for i, part in enumerate(parts):
+        parts[i] = f"`{part}`" if i % 2 else re.sub(r"([*|])|(?<=\w)(_)(?!\w)", r"\\\1\2", part)
+    lines[:] = "".join(parts).split("\n")
+
+
+def setup(app: Any) -> None:
+    """Read docstrings as ours are written."""
+    app.connect("autodoc-process-docstring", as_rst)

@@ -1,0 +1,220 @@
+"""Genes in a comparison: allele frequencies, selection coefficients and means of quantitative genes per arm,
+with intervals over runs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from html import escape
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.stats import t
+
+from ecs_eco.analysis import figures, genes_figures
+from ecs_eco.analysis.genes import few_valued, generation_time, haldanes, quantitative, selection_of
+from ecs_eco.analysis.genes_figures import Band
+from ecs_eco.analysis.lineage import Lineage
+from ecs_eco.analysis.page import number, picture, table
+from ecs_eco.analysis.runs import read_manifest
+from ecs_eco.analysis.seed_grid import mean_interval
+from ecs_eco.analysis.survival import bootstrap_difference
+
+SAMPLES = 200  # of a run, at most about so many
+ALLELE = ("first", "last", "s", "per_tick")  # outcomes of a value of a gene, one number a run
+QUANTITY = ("first", "last", "sd_first", "sd_last", "haldanes")  # … of a quantitative gene
+
+
+@dataclass
+class Gene:
+    """One line of the comparison: a value of a gene, or a quantitative gene, in all runs."""
+
+    species: str
+    gene: str
+    value: str | None  # None: the gene is quantitative
+    trait: str | None
+    every: int
+    # by arm: p or mean over time, of each run; what became of it, by the number of the run
+    curves: dict[str, list[np.ndarray]] = field(default_factory=dict)
+    outcomes: dict[str, dict[int, dict[str, float]]] = field(default_factory=dict)
+
+    @property
+    def label(self) -> str:
+        """What a reader calls it."""
+        return self.gene if self.value is None else f"{self.gene} = {self.value}"
+
+    @property
+    def rate(self) -> str:
+        """The outcome that says how fast it evolves."""
+        return "haldanes" if self.value is None else "s"
+
+
+def genes_of(arms: Mapping[str, Sequence[Any]]) -> list[Gene]:
+    """Read the genes of all runs that are folders; empty where a run is none, or no genomes were recorded."""
+    folders = [run for runs in arms.values() for run in runs]
+    if not all(isinstance(run, str | Path) for run in folders):
+        return []
+    manifests = [read_manifest(run) for run in folders]
+    if not all(any(few_valued(kept) or quantitative(kept) for kept in m.get("genomes", {}).values())
+               for m in manifests):
+        return []
+    every = max(1, max(int(m.get("done", m.get("ticks", 0))) for m in manifests) // SAMPLES)
+    found: dict[tuple[str, ...], Gene] = {}
+    for arm, runs in arms.items():
+        for k, run in enumerate(runs):
+            _read(found, arm, k, Lineage.read(run), every)
+    return list(found.values())
+
+
+def _read(found: dict[tuple[str, ...], Gene], arm: str, k: int, lineage: Lineage, every: int) -> None:
+    """Add one run, the k-th of its arm."""
+    for s, kept in lineage.genomes.items():
+        traits = {g["name"]: g["trait"] for g in kept["genes"]}
+        for name, value, curve, outcome in _outcomes(lineage, s, every) if s in lineage.species else ():
+            gene = found.setdefault((s, name, value or ""), Gene(s, name, value, traits[name], every))
+            gene.curves.setdefault(arm, []).append(curve)
+            gene.outcomes.setdefault(arm, {})[k] = outcome
+
+
+def _outcomes(lineage: Lineage, s: str,
+              every: int) -> Iterator[tuple[str, str | None, np.ndarray, dict[str, float]]]:
+    """Each gene of a species in one run, its value, its curve, and the numbers that say what became of it."""
+    kept, generation = lineage.genomes[s], generation_time(lineage, s)
+    for name in few_valued(kept):
+        f = lineage.frequencies(s, name, every)
+        for j in range(1 if len(f.values) == 2 else 0, len(f.values)):
+            p = f.allele[:, j]
+            outcome = selection_of(p, f.ticks, f.copies.sum(axis=1), generation)
+            yield name, f.values[j], p, outcome._asdict()
+    for name in quantitative(kept):
+        c = lineage.course(s, name, every)
+        there = np.flatnonzero(c.n)
+        at = (there[0], there[-1]) if there.size else ()
+        ends = dict(zip(("first", "last"), c.mean[list(at)], strict=False))
+        spread = dict(zip(("sd_first", "sd_last"), c.sd[list(at)], strict=False))
+        yield name, None, c.mean, ends | spread | {"haldanes": haldanes(c, generation),
+                                                   "generation": generation}
+
+
+def summary(genes: Sequence[Gene], rows: Mapping[str, Sequence[Sequence[int]]], reference: str,
+            seed: int = 0) -> dict[str, Any]:
+    """Return species → gene (with its value) → arm → outcomes with 95 % intervals over runs, and `against`
+    the reference.
+
+    `rows` has the numbers of an arm's runs by training seed: both kinds of seeds are replicates where there
+    are several.
+    """
+    out: dict[str, Any] = {}
+    for gene in genes:
+        words = QUANTITY if gene.value is None else ALLELE
+        tables = {arm: {w: np.array([[by_run.get(k, {}).get(w, np.nan) for k in row] for row in rows[arm]])
+                        for w in (*words, "generation")}
+                  for arm, by_run in gene.outcomes.items()}
+        out.setdefault(gene.species, {})[gene.label] = {
+            "trait": gene.trait, "kind": "allele" if gene.value is not None else "quantitative",
+            "arms": {arm: {"n": int(np.isfinite(of["last"]).sum()), **{w: _mean(v) for w, v in of.items()}}
+                     for arm, of in tables.items()},
+            "against": {arm: {w: _difference(of[w], tables[reference][w], seed)
+                              for w in ("last", gene.rate)}
+                        for arm, of in tables.items() if reference in tables and arm != reference},
+        }
+    return out
+
+
+def _mean(values: np.ndarray) -> Any:
+    """Mean and 95 % interval over a table of training seeds × world seeds; with gaps, over the runs that have
+    a value, or the means of training seeds where there are several."""
+    if np.isfinite(values).all():
+        return mean_interval(values)
+    rows = values if len(values) > 1 else values.T
+    means = [float(np.nanmean(row)) for row in rows if np.isfinite(row).any()]
+    return mean_interval(np.array([means])) if means else None
+
+
+def _difference(one: np.ndarray, two: np.ndarray, seed: int) -> Any:
+    """One arm minus another: of crossed designs cell by cell, else a bootstrap over runs."""
+    if max(len(one), len(two)) > 1:
+        cells = one.shape[1] == two.shape[1] and (len(one) == len(two) or 1 in (len(one), len(two)))
+        return _mean(one - two) if cells else None
+    a, b = (v[np.isfinite(v)] for v in (one, two))
+    return bootstrap_difference(a, b, seed=seed) if a.size and b.size else None
+
+
+def bands(gene: Gene) -> dict[str, Band]:
+    """The mean over runs of each arm, with Student's t intervals where at least two runs have living."""
+    out = {}
+    for arm, curves in gene.curves.items():
+        length = max(map(len, curves))
+        table = np.full((len(curves), length), np.nan)
+        for row, curve in zip(table, curves, strict=True):
+            row[: len(curve)] = curve
+        n = np.isfinite(table).sum(axis=0)
+        there = np.where(n, n, np.nan)
+        mean = np.nansum(table, axis=0) / there
+        square = np.nansum((table - mean) ** 2, axis=0)
+        half = t.ppf(0.975, np.maximum(n - 1, 1)) * np.sqrt(square / np.maximum(n - 1, 1) / there)
+        half = np.where(n > 1, half, np.nan)
+        out[arm] = Band(np.arange(length) * gene.every, mean, mean - half, mean + half)
+    return out
+
+
+_FIGURE = "{} of {}: means over runs, with 95 % bands of Student's t over them."
+_ALLELES = (
+    "<p>Means over runs with 95 % intervals. s is the slope of the log odds of a value against all others, "
+    "per generation of each run (the mean age of parents at the birth of their offspring), chance and "
+    "mutation included: a neutral gene in the same genome shows how large these are.</p>"
+)
+_QUANTITIES = (
+    "<p>Means over runs with 95 % intervals, of the mean and the standard deviation among the living. "
+    "Change is the slope of the mean, in standard deviations per generation (haldanes).</p>"
+)
+
+
+def blocks(out: Path, genes: Sequence[Gene], result: Mapping[str, Any], reference: str) -> list[str]:
+    """Figures, written below `out`, and tables of the genes, as HTML; empty without genes."""
+    parts = []
+    for k, s in enumerate(dict.fromkeys(gene.species for gene in genes)):
+        for kind, words, note in (("alleles", "Allele frequencies", _ALLELES),
+                                  ("genes", "Quantitative genes", _QUANTITIES)):
+            chosen = [g for g in genes if g.species == s and (g.value is None) == (kind == "genes")]
+            if chosen:
+                labels = {g.label: "allele frequency" if g.value else g.trait or g.gene for g in chosen}
+                figure = genes_figures.arms({g.label: bands(g) for g in chosen}, labels, s, kind == "alleles")
+                file = figures.save(figure, out / "figures" / f"{kind}-{k}.png")
+                rows = {g.label: result[s][g.label] for g in chosen}
+                tabled = _alleles(rows) if kind == "alleles" else _quantities(rows)
+                parts += [picture(file, _FIGURE.format(words, s)), note, tabled, _against(rows, reference)]
+    return ["<h2>Genes</h2>", *parts] if parts else []
+
+
+def _alleles(rows: Mapping[str, Any]) -> str:
+    head = ["gene", "arm", "runs", "frequency at first", "at last", "s per generation", "generation [ticks]"]
+    return table(head, [[gene, arm, a["n"], *(_interval(a[w]) for w in ("first", "last", "s", "generation"))]
+                        for gene, g in rows.items() for arm, a in g["arms"].items()])
+
+
+def _quantities(rows: Mapping[str, Any]) -> str:
+    head = ["gene", "arm", "runs", "mean at first", "mean at last", "sd at first", "sd at last",
+            "change per generation [sd]"]
+    return table(head, [[gene, arm, a["n"], *(_interval(a[w]) for w in
+                                              ("first", "last", "sd_first", "sd_last", "haldanes"))]
+                        for gene, g in rows.items() for arm, a in g["arms"].items()])
+
+
+def _against(rows: Mapping[str, Any], reference: str) -> str:
+    found = [[gene, arm, *(_interval(x) for x in gaps.values())]
+             for gene, g in rows.items() for arm, gaps in g["against"].items()]
+    if not found:
+        return ""
+    alleles = next(iter(rows.values()))["kind"] == "allele"
+    rate = "s per generation" if alleles else "change per generation [sd]"
+    head = ["gene", "arm", "at last, difference", f"{rate}, difference"]
+    return f"<p>Against {escape(reference)}:</p>{table(head, found)}"
+
+
+def _interval(x: Sequence[float | None] | None) -> str:
+    if x is None or x[0] is None:
+        return "–"
+    value, low, high = (np.nan if v is None else v for v in x)
+    return f"{number(value)} ({number(low)} … {number(high)})"

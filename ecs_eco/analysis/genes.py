@@ -1,0 +1,177 @@
+"""Evolution of genes: means and spread of quantitative ones, allele frequencies, and how strongly they are
+selected.
+
+All from births and deaths, so that every organism counts. One run is one replicate: intervals come from
+several, in `ecs_eco.analysis.compare_genes`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from ecs_eco.analysis.carriers import frequencies, gene_of, has_few_values
+from ecs_eco.analysis.gene_values import require_number, values_of
+
+if TYPE_CHECKING:
+    from ecs_eco.analysis.pedigree import Pedigree
+
+BINS = 40  # in which the values of a gene are counted over time, at most
+SAMPLES = 400  # of a run, at most about so many
+
+
+@dataclass(frozen=True)
+class Course:
+    """A gene of many values among the living over time: at `ticks` i64[samples] the number `n` of the living,
+    the `mean` and the standard deviation `sd` of their values f64[samples], and which `share` of them has a
+    value between neighbouring `edges` f64[bins + 1], f64[samples, bins]; NaN where nobody lives."""
+
+    gene: str
+    ticks: np.ndarray
+    n: np.ndarray
+    mean: np.ndarray
+    sd: np.ndarray
+    edges: np.ndarray
+    share: np.ndarray
+
+
+class Selection(NamedTuple):
+    """How a value of a gene changes against all others.
+
+    `per_tick` is the slope of its log odds, `s` the same per generation; `generation` is the mean generation
+    time [ticks], `samples` how many times were used, `first` and `last` are allele frequencies.
+    """
+
+    s: float
+    per_tick: float
+    generation: float
+    samples: int
+    first: float
+    last: float
+
+
+def few_valued(genomes: Mapping[str, Any]) -> list[str]:
+    """The genes of a species, as the manifest has them, with so few values that each is an allele to
+    count."""
+    return [g["name"] for g in genomes["genes"] if has_few_values(g)]
+
+
+def quantitative(genomes: Mapping[str, Any]) -> list[str]:
+    """The genes of a species, as the manifest has them, that say a number of many."""
+    return [g["name"] for g in genomes["genes"]
+            if ("range" in g or len(set(g.get("values", ()))) > 1) and not has_few_values(g)]
+
+
+def course(lineage: Pedigree, species: str, gene: str, every: int, bins: int = BINS) -> Course:
+    """Mean, spread and shares of a gene's values among the living, at the end of every `every` ticks.
+
+    Raises as `Lineage.values`.
+    """
+    record = gene_of(lineage, species, gene)
+    require_number(record, species)
+    values, ticks = values_of(lineage, gene, species), lineage.samples(every)
+    mask = np.isfinite(values)
+    n = lineage.living_sums(ticks, mask=mask)
+    there = np.where(n, n, np.nan)
+    middle = float(values[mask].mean()) if mask.any() else 0.0  # sums of squares of small numbers are exact
+    shifted = np.where(mask, values - middle, 0.0)
+    mean = lineage.living_sums(ticks, shifted, mask) / there
+    square = lineage.living_sums(ticks, shifted**2, mask) / there
+    edges = edges_of(values, record.get("range", {}).get("scale") == "log", bins)
+    which = np.clip(np.searchsorted(edges, values, "right") - 1, 0, len(edges) - 2)
+    share = np.stack([lineage.living_sums(ticks, mask=mask & (which == b)) / there
+                      for b in range(len(edges) - 1)], 1)
+    sd = np.sqrt(np.maximum(square - mean**2, 0))
+    return Course(record["name"], ticks, n, mean + middle, sd, edges, share)
+
+
+def edges_of(values: np.ndarray, log: bool = False, bins: int = BINS) -> np.ndarray:
+    """Edges of bins for values: one about each where few differ, else equal ones (equal factors) from the
+    least to the greatest; f64[bins + 1]."""
+    known = np.unique(values[np.isfinite(values)])
+    if len(known) < 2:
+        only = float(known[0]) if len(known) else 0.0
+        return np.array([only - 0.5, only + 0.5])
+    if len(known) <= bins:
+        middle = (known[1:] + known[:-1]) / 2
+        return np.concatenate([[2 * known[0] - middle[0]], middle, [2 * known[-1] - middle[-1]]])
+    return (np.geomspace if log else np.linspace)(known[0], known[-1], bins + 1)
+
+
+def generation_time(lineage: Pedigree, species: str) -> float:
+    """Mean age of parents when their offspring are born [ticks], over all births of a species that have
+    parents; NaN without any.
+
+    The generation time T of age-structured populations (Charlesworth 1994, Evolution in age-structured
+    populations, chapter 1), each parent counted once for each child.
+    """
+    of = lineage.species == species
+    ages = [(lineage.born - lineage.born[line])[of & (line >= 0)]
+            for line in (lineage.mother, lineage.father)]
+    both = np.concatenate(ages)
+    return float(both.mean()) if both.size else np.nan
+
+
+def log_odds_slope(frequency: np.ndarray, time: np.ndarray, n: np.ndarray | float = 1.0) -> float:
+    """Slope of ln(p / (1 − p)) over time, by least squares weighted with n p (1 − p), the inverse variance of
+    a log odds of n copies (Berkson 1944); NaN where fewer than two times have both alleles.
+
+    Where a type grows as exp(m₁ t) and all others as exp(m₂ t), it is m₁ − m₂; with non-overlapping
+    generations and fitness 1 + s against 1 it is ln(1 + s) per generation (Crow and Kimura 1970, An
+    introduction to population genetics theory, chapter 5). Lost and fixed alleles weigh nothing.
+    """
+    p, t, n = np.broadcast_arrays(np.asarray(frequency, float), np.asarray(time, float), np.asarray(n, float))
+    seen = np.isfinite(p) & (p > 0) & (p < 1) & (n > 0)
+    p, t, n = p[seen], t[seen], n[seen]
+    if len(np.unique(t)) < 2:
+        return np.nan
+    weight = n * p * (1 - p)
+    odds = np.log(p / (1 - p))
+    t = t - np.average(t, weights=weight)
+    return float((weight * t) @ odds / ((weight * t) @ t))
+
+
+def selection(lineage: Pedigree, species: str, gene: str, value: str, since: int = 0,
+              until: int | None = None) -> Selection:
+    """How strongly a value of a gene is selected from tick `since` to `until` (the last one): the
+    logit-linear regression of its allele frequency, per tick, and per generation by the mean generation time
+    of the species in this lineage, as Chevin (2011, Biology Letters 7, 210–213) advises where generations
+    overlap.
+
+    It is the net change against all other values, mutation and chance included: a neutral marker in the same
+    genome shows how large these are. Raises KeyError for an unknown species, gene or value.
+    """
+    counted = frequencies(lineage, species, gene, max(1, (lineage.end + 1) // SAMPLES))
+    counted.of(value)  # names the nearest
+    column = counted.values.index(value)
+    return selection_of(counted.allele[:, column], counted.ticks, counted.copies.sum(axis=1),
+                        generation_time(lineage, species), since, until)
+
+
+def selection_of(frequency: np.ndarray, ticks: np.ndarray, n: np.ndarray, generation: float, since: int = 0,
+                 until: int | None = None) -> Selection:
+    """The Selection of an allele frequency at these ticks, among n copies."""
+    within = (ticks >= since) & (ticks <= (ticks[-1] if until is None else until)) & np.isfinite(frequency)
+    p = frequency[within]
+    slope = log_odds_slope(p, ticks[within], n[within])
+    ends = (float(p[0]), float(p[-1])) if p.size else (np.nan, np.nan)
+    return Selection(slope * generation, slope, generation, int(((p > 0) & (p < 1)).sum()), *ends)
+
+
+def haldanes(course: Course, generation: float) -> float:
+    """Rate of evolution of a quantitative gene: change of its mean in standard deviations per generation
+    (Gingerich 1993, American Journal of Science 293A, 453–478).
+
+    The least-squares slope of the mean over ticks, over the standard deviation within the population, pooled
+    over time, times the generation time [ticks]; NaN where nothing varies.
+    """
+    there = np.isfinite(course.mean)
+    t, mean = course.ticks[there].astype(float), course.mean[there]
+    if len(t) < 2:
+        return np.nan
+    sd = float(np.sqrt(np.average(course.sd[there] ** 2, weights=course.n[there])))
+    t = t - t.mean()
+    return float((t @ mean) / (t @ t) * generation / sd) if sd > 0 else np.nan

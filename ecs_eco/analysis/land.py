@@ -1,0 +1,83 @@
+"""What people have made of the ground: fences and roads that are there, and areas in which land is used."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+Land = dict[str, list[dict[str, Any]]]
+ROAD, FENCE = "#d8ccb4", "#222222"
+USES = {"harvest": "#b2182b", "plant": "#1b7837"}  # colours of areas
+
+
+def land_at(config: Mapping[str, Any], intervened: Iterable[Any], tick: int) -> Land:
+    """Return `fences`, `roads` and `areas` at the end of a tick, each with its `line` of corners or its
+    `region` as a world file has them [m]; roads have a `width` [m], areas a `kind` and a `species`.
+
+    `config` is the configuration of a run as in its manifest, `intervened` what was done to it: (tick,
+    intervention). Uses of the whole world are no area.
+    """
+    first = (config.get("terrain") or {}).get("roads", ())
+    standing: Land = {"fence": [], "road": [_shape(road) for road in first]}
+    for when, order in intervened:
+        if not isinstance(order, Mapping) or when > tick or order.get("kind") not in standing:
+            continue
+        known, shape = standing[order["kind"]], _shape(order)
+        if not order.get("remove"):
+            known.append(shape)
+        elif _where(shape) == (None, None):
+            known.clear()
+        else:
+            gone = next((other for other in known if _where(other) == _where(shape)), None)
+            standing[order["kind"]] = [other for other in known if other is not gone]
+    used = [use for use in config.get("land_use") or () if use.get("region") and use.get("at", 0) <= tick
+            and (use.get("until") is None or tick <= use["until"])]
+    return {"fences": standing["fence"], "roads": standing["road"],
+            "areas": [{key: use[key] for key in ("kind", "species", "region")} for use in used]}
+
+
+def _shape(order: Mapping[str, Any]) -> dict[str, Any]:
+    """Return where a fence or a road is."""
+    shape = {key: order[key] for key in ("line", "region") if order.get(key) is not None}
+    return shape | ({"width": order.get("width", 1.0)} if order.get("kind", "road") == "road" else {})
+
+
+def _where(shape: Mapping[str, Any]) -> tuple[Any, Any]:
+    return shape.get("line"), shape.get("region")
+
+
+def draw_land(ax: Any, land: Land) -> list[Any]:
+    """Draw what is on the ground below everything else on axes in metres; return what was drawn."""
+    from matplotlib.collections import PolyCollection
+    from matplotlib.patches import Circle, Polygon, Rectangle
+
+    drawn: list[Any] = []
+    for road in land["roads"]:
+        strips = PolyCollection(strip(np.array(road["line"], float), road["width"]), facecolor=ROAD, lw=0,
+                                zorder=0.6)
+        drawn.append(ax.add_collection(strips))
+    shapes: list[tuple[dict[str, Any], dict[str, Any]]] = [
+        (area, {"ec": USES[area["kind"]], "ls": (0, (2, 2)), "lw": 1.0}) for area in land["areas"]]
+    shapes += [(fence, {"ec": FENCE, "ls": (0, (3, 1)), "lw": 1.2}) for fence in land["fences"]]
+    for shape, style in shapes:
+        where = shape.get("region", ())
+        patch = (Polygon(shape["line"], closed=False, **style) if not where
+                 else Circle(where[:2], where[2], **style) if len(where) == 3
+                 else Rectangle(where[:2], where[2] - where[0], where[3] - where[1], **style))
+        patch.set(fill=False, zorder=0.8)
+        drawn.append(ax.add_patch(patch))
+    return drawn
+
+
+def strip(line: np.ndarray, width: float) -> list[np.ndarray]:
+    """Return the corners of the rectangles that a strip along a line f64[k, 2] is made of, f64[4, 2] each;
+    each reaches half of its width beyond both ends, so that there are no gaps at corners."""
+    out = []
+    for a, b in pairwise(line):
+        along = (b - a) / max(float(np.hypot(*(b - a))), 1e-30) * width / 2
+        aside = np.array([-along[1], along[0]])
+        out.append(np.array([a - along + aside, b + along + aside, b + along - aside, a - along - aside]))
+    return out

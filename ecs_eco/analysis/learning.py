@@ -1,0 +1,180 @@
+"""Learning over time: what the updates of policies said, and how often each action was done."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pyarrow as pa
+
+from ecs_eco.analysis.runs import Series, parts
+from ecs_eco.analysis.style import PALETTE, panels, styled
+from ecs_eco.record import seal
+from ecs_eco.record.parquet import read_part
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+POINTS = 150  # of a curve, at most
+SHOWN = {"reward": "reward per decision", "happiness": "mean happiness", "entropy": "entropy [nat]",
+         "approx_kl": "KL divergence [nat]", "explained_variance": "explained variance",
+         "clip_fraction": "share of clipped ratios"}
+"""What a figure of learning shows, in its order, with the words at the axis."""
+
+
+@dataclass(frozen=True)
+class Updates:
+    """The updates of one species: `ticks` i64[updates] and `columns` f64[updates] by name, as
+    `ecs_eco.record.learning.UPDATE` has them, with `n_transitions` and `n_learners`."""
+
+    ticks: np.ndarray
+    columns: dict[str, np.ndarray]
+
+
+@dataclass(frozen=True)
+class Acts:
+    """What one species did: at `ticks` i64[samples] the share of those that decided who did each action,
+    `share` f64[samples, actions]; `actions` are "speed.run", in their order."""
+
+    ticks: np.ndarray
+    actions: tuple[str, ...]
+    share: np.ndarray
+
+    @property
+    def groups(self) -> dict[str, list[int]]:
+        """The columns of each group of actions, by its name."""
+        out: dict[str, list[int]] = {}
+        for i, action in enumerate(self.actions):
+            out.setdefault(action.partition(".")[0], []).append(i)
+        return out
+
+
+def updates_of(table: pa.Table) -> dict[str, Updates]:
+    """Return the updates of each species in a table as `Recorder.learning_series` gives it."""
+    species = np.array(table["species"].cast(pa.string()).to_pylist(), object)
+    columns = {name: np.asarray(table[name].to_numpy(), float) for name in table.column_names
+               if name not in ("tick", "species")}
+    ticks = table["tick"].to_numpy()
+    return {s: Updates(ticks[species == s], {name: v[species == s] for name, v in columns.items()})
+            for s in dict.fromkeys(species.tolist())}
+
+
+def acts_of(table: pa.Table) -> dict[str, Acts]:
+    """Return what each species did, from a table as `Recorder.action_series` gives it."""
+    species, action = (np.array(table[name].cast(pa.string()).to_pylist(), object)
+                       for name in ("species", "action"))
+    ticks, done, of = (table[name].to_numpy() for name in ("tick", "n", "of"))
+    out = {}
+    for s in dict.fromkeys(species.tolist()):
+        chosen = species == s
+        names = tuple(dict.fromkeys(action[chosen].tolist()))
+        when, row = np.unique(ticks[chosen], return_inverse=True)
+        share = np.full((len(when), len(names)), np.nan)
+        share[row, [names.index(a) for a in action[chosen]]] = done[chosen] / of[chosen]
+        out[s] = Acts(when, names, share)
+    return out
+
+
+def read(run: Path | str, kind: str) -> pa.Table | None:
+    """Return the rows of a kind, "learning" or "actions", of a run folder; None where it has none. Raises
+    RecordingError for a damaged file."""
+    files = parts(run, kind)
+    if not files:
+        return None
+    tables = [read_part(file, needed=seal.has_seals(Path(run))) for file in files]
+    words = [name for name in ("species", "action") if name in tables[0].column_names]
+    for name in words:  # dictionaries differ from part to part
+        tables = [t.set_column(t.column_names.index(name), name, t[name].cast(pa.string())) for t in tables]
+    return pa.concat_tables(tables)
+
+
+def thinned(ticks: np.ndarray, values: np.ndarray, points: int = POINTS) -> tuple[np.ndarray, np.ndarray]:
+    """Return means of ticks and values over at most `points` stretches of equal numbers of samples; NaN where
+    a stretch has no value."""
+    edges = np.linspace(0, len(ticks), min(points, len(ticks)) + 1).astype(int)[:-1]
+    if not len(edges):
+        return ticks.astype(float), values
+    known = np.isfinite(values)
+    n = np.add.reduceat(known.astype(float), edges)
+    total = np.add.reduceat(np.where(known, values, 0.0), edges)
+    size = np.diff(np.append(edges, len(ticks)))
+    return np.add.reduceat(ticks.astype(float), edges) / size, total / np.where(n, n, np.nan)
+
+
+@styled
+def diagnostics(updates: Mapping[str, Updates], happiness: Mapping[str, tuple[np.ndarray, np.ndarray]],
+                hue: Mapping[str, str]) -> Figure:
+    """Reward, happiness and PPO's own numbers over time, a line for each species that learns."""
+    figure, axes = panels(3, 2, 9.4, 6.6, sharex=True)
+    for ax, (word, label) in zip(axes.flat, SHOWN.items(), strict=True):
+        for s, found in updates.items():
+            given = happiness.get(s) if word == "happiness" else (found.ticks, found.columns[word])
+            if given is not None:
+                few = ".-" if len(given[0]) < 20 else "-"
+                ax.plot(*thinned(*given), few, color=hue[s], label=s)
+        ax.set(ylabel=label)
+        ax.margins(x=0.01)
+        if word == "explained_variance":
+            low = ax.get_ylim()[0]
+            ax.set_ylim(max(low, -1.0), 1.02)
+            ax.axhline(0, color="#7a838c", lw=0.8, ls=":")
+        elif word in ("entropy", "approx_kl", "clip_fraction"):
+            low, high = ax.dataLim.intervaly if ax.has_data() else (0.0, 1.0)
+            ax.set_ylim(min(0.0, low), 1.08 * max(high, 1e-6))
+    for ax in axes[-1]:
+        ax.set_xlabel("tick")
+    handles, labels = axes[0, 0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside upper center", ncols=min(max(len(labels), 1), 6))
+    return figure
+
+
+@styled
+def actions(acts: Acts, title: str = "") -> Figure:
+    """How often each action is done: a stack of shares for each group, over time."""
+    groups = {g: at for g, at in acts.groups.items() if len(at) > 1 or np.ptp(acts.share[:, at[0]]) > 0}
+    groups = groups or acts.groups
+    figure, axes = panels(len(groups), 1, 9, 1.9 * len(groups) + 0.7, sharex=True)
+    for ax, (group, at) in zip(axes[:, 0], groups.items(), strict=True):
+        curves = [thinned(acts.ticks, acts.share[:, i]) for i in at]
+        ax.stackplot(curves[0][0], [np.nan_to_num(c[1]) for c in curves], lw=0,
+                     labels=[acts.actions[i].partition(".")[2] for i in at],
+                     colors=[PALETTE[(k + 1) % 6] if k < 6 else "#b8bec4" for k in range(len(at))])
+        ax.set(ylabel="share", ylim=(0, 1), title=f"{title}: {group}" if title else group)
+        ax.margins(x=0)
+        ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
+    axes[-1, 0].set_xlabel("tick")
+    return figure
+
+
+def happiness_of(series: Series) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    """Return ticks and mean happiness of each species, while it lives."""
+    if "happiness_mean" not in series.columns:
+        return {}
+    return {s: (series.ticks, np.where(series.n[:, i] > 0, series.columns["happiness_mean"][:, i], np.nan))
+            for i, s in enumerate(series.species)}
+
+
+def summary(updates: Updates, happiness: tuple[np.ndarray, np.ndarray] | None = None) -> dict[str, Any]:
+    """Return how often a species learnt, from how many transitions, and the mean of each number over the
+    first and the last tenth of its updates."""
+    tenth = max(1, len(updates.ticks) // 10)
+
+    def ends(values: np.ndarray) -> tuple[float, float]:
+        first, last = (v[np.isfinite(v)] for v in (values[:tenth], values[-tenth:]))
+        return (float(first.mean()) if first.size else np.nan, float(last.mean()) if last.size else np.nan)
+
+    out: dict[str, Any] = {"updates": int(updates.columns["n_learners"].sum()),
+                           "transitions": int(updates.columns["n_transitions"].sum())}
+    out |= {word: ends(updates.columns[word]) for word in SHOWN if word != "happiness"}
+    if happiness is not None:
+        values = happiness[1]
+        cut = max(1, len(values) // 10)
+        first, last = values[:cut], values[-cut:]
+        out["happiness"] = tuple(float(np.nanmean(v)) if np.isfinite(v).any() else np.nan
+                                 for v in (first, last))
+    return out
+
+

@@ -1,0 +1,127 @@
+"""The ledger of matter of a recorded run: what holds each substance over time, and what flowed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pyarrow as pa
+
+from ecs_eco.analysis.learning import thinned
+from ecs_eco.analysis.page import number
+from ecs_eco.analysis.runs import parts
+from ecs_eco.analysis.style import PALETTE, panels, styled
+from ecs_eco.record import seal
+from ecs_eco.record.parquet import read_part
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+WITHIN = ("eaten", "taken_up", "released", "emitted", "remains")
+"""Flows from one holder into another; the rest come from outside, go there, or are reactions."""
+SURE = 1e-5  # of the greatest stock: so well a ledger closes
+
+
+@dataclass(frozen=True)
+class Ledger:
+    """Pages of the ledger: `columns[flow]` f64[ticks, holders, substances] [mol], with `stock_before` and
+    `stock_after`."""
+
+    ticks: np.ndarray
+    holders: tuple[str, ...]
+    substances: tuple[str, ...]
+    columns: dict[str, np.ndarray]
+
+    @property
+    def flows(self) -> tuple[str, ...]:
+        """The names of the flows, positive into what holds the substance."""
+        return tuple(name for name in self.columns if not name.startswith("stock_"))
+
+    @property
+    def stock(self) -> np.ndarray:
+        """What each holds at the end of each tick, f64[ticks, holders, substances] [mol]."""
+        return self.columns["stock_after"]
+
+    def gap(self) -> tuple[float, float, int]:
+        """The largest gap of any page [mol], as a share of the substance's greatest stock, and its tick."""
+        c = self.columns
+        gap = np.abs(c["stock_before"] + sum(c[f] for f in self.flows) - self.stock)
+        gap[1:] = np.maximum(gap[1:], np.abs(c["stock_before"][1:] - self.stock[:-1]))
+        scale = np.maximum(np.abs(self.stock).sum(axis=1).max(axis=0), 1e-300)
+        share = gap / scale
+        at = np.unravel_index(int(share.argmax()), share.shape)
+        return float(gap[at]), float(share[at]), int(self.ticks[at[0]])
+
+
+def ledger_of(table: pa.Table) -> Ledger:
+    """Return the ledger in a table as `world.recorder.matter_series()` gives it."""
+    holder, substance = (table[name].cast(pa.string()).combine_chunks().dictionary_encode()
+                         for name in ("holder", "substance"))
+    names = [tuple(d.dictionary.to_pylist()) for d in (holder, substance)]
+    ticks, row = np.unique(table["tick"].to_numpy(), return_inverse=True)
+    place = row, *(d.indices.to_numpy(zero_copy_only=False) for d in (holder, substance))
+    columns = {}
+    for name in table.column_names:
+        if name not in ("tick", "holder", "substance"):
+            columns[name] = np.zeros((len(ticks), len(names[0]), len(names[1])))
+            columns[name][place] = table[name].to_numpy()
+    return Ledger(ticks, names[0], names[1], columns)
+
+
+def read(run: Path | str) -> Ledger | None:
+    """Return the ledger of matter of a run folder; None where it keeps none. Raises RecordingError for a
+    damaged file."""
+    files = parts(run, "matter")
+    if not files:
+        return None
+    tables = [read_part(file, needed=seal.has_seals(Path(run))) for file in files]
+    for name in ("holder", "substance"):  # dictionaries differ from part to part
+        tables = [t.set_column(t.column_names.index(name), name, t[name].cast(pa.string())) for t in tables]
+    table = pa.concat_tables(tables)
+    return ledger_of(table) if len(table) else None
+
+
+def told(ledger: Ledger) -> list[str]:
+    """What became of each substance, a sentence each, and whether the ledger closes."""
+    lines = []
+    for k, name in enumerate(ledger.substances):
+        before, after = ledger.columns["stock_before"][0, :, k].sum(), ledger.stock[-1, :, k].sum()
+        flows = {f: float(ledger.columns[f][:, :, k].sum()) for f in ledger.flows if f not in WITHIN}
+        some = ", ".join(f"{f.replace('_', ' ')} {'+' if v > 0 else ''}{number(v)}"
+                         for f, v in sorted(flows.items(), key=lambda x: -abs(x[1]))
+                         if abs(v) > SURE * max(before, after, 1e-300))
+        most = int(ledger.stock[-1, :, k].argmax())
+        share = ledger.stock[-1, most, k] / after if after > 0 else 0.0
+        end = f"; most of it, {share:.0%}, is in {ledger.holders[most]}" if share > 0 else ""
+        lines.append(f"{name}: {number(before)} mol at first, {number(after)} mol at last"
+                     f"{f' ({some})' if some else ', none came or went'}{end}.")
+    gap, share, tick = ledger.gap()
+    kept = "closes" if share < SURE else "DOES NOT CLOSE"
+    lines.append(f"The ledger of matter {kept}: the largest gap in any tick is {gap:.2g} mol, {share:.1e} of "
+                 f"the stock (tick {tick:,}).")
+    return lines
+
+
+@styled
+def stocks(ledger: Ledger, hue: Mapping[str, str]) -> Figure:
+    """What holds each substance over time: a stack of stocks, a row for each substance; species in their
+    colours, what is no species hatched."""
+    figure, axes = panels(len(ledger.substances), 1, 9, 2.1 * len(ledger.substances) + 0.7, sharex=True)
+    others = [h for h in ledger.holders if h not in hue]
+    for k, (ax, name) in enumerate(zip(axes[:, 0], ledger.substances, strict=True)):
+        for_all = [thinned(ledger.ticks, ledger.stock[:, i, k], 400) for i in range(len(ledger.holders))]
+        shades = [hue.get(h) or PALETTE[(others.index(h) + 3) % len(PALETTE)] for h in ledger.holders]
+        areas = ax.stackplot(for_all[0][0], [np.maximum(v, 0) for _, v in for_all], colors=shades, lw=0,
+                             labels=ledger.holders)
+        for area, holder in zip(areas, ledger.holders, strict=True):
+            if holder in others:
+                area.set(hatch="//", edgecolor="white", linewidth=0)
+        ax.set(title=name, ylabel="stock [mol]", ylim=(0, None))
+        ax.margins(x=0)
+    axes[-1, 0].set_xlabel("tick")
+    handles, labels = axes[0, 0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside upper center", ncols=min(len(labels), 5))
+    return figure

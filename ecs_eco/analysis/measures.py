@@ -1,0 +1,186 @@
+"""What reporters measured: its course in one run and in several, and how arms of an experiment differ in it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ecs_eco.analysis.figures import interventions, mark
+from ecs_eco.analysis.page import number, table
+from ecs_eco.analysis.runs import Series
+from ecs_eco.analysis.seed_grid import Grid, mean_interval
+from ecs_eco.analysis.style import colors_of, panels, styled
+from ecs_eco.analysis.survival import bootstrap_difference
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+WORLD = "(world)"
+"""Stands where a species would, for what is one number of the whole world."""
+INK = "#334155"
+
+
+def measured(*runs: Series) -> dict[str, list[str]]:
+    """What is measured in all these runs: reporter → species that have numbers, or WORLD alone."""
+    names = [name for name in runs[0].reporters if all(name in run.columns for run in runs)]
+    return {name: _of_whom(name, runs) for name in names}
+
+
+def _of_whom(name: str, runs: Sequence[Series]) -> list[str]:
+    columns = [run.columns[name] for run in runs]
+    if all(np.array_equal(c, np.broadcast_to(c[:, :1], c.shape), equal_nan=True) for c in columns):
+        return [WORLD]
+    return [s for i, s in enumerate(runs[0].species) if any(np.isfinite(c[:, i]).any() for c in columns)]
+
+
+def course(run: Series, name: str, of: str) -> np.ndarray:
+    """What a reporter said in each tick of a species, or of the WORLD; NaN where it said nothing, (ticks,)"""
+    return run.columns[name][:, 0] if of == WORLD else run.of(of, name)
+
+
+def run_mean(run: Series, name: str, of: str) -> float:
+    """Mean over the ticks of a run in which there is a number; NaN where there is none."""
+    values = course(run, name, of)
+    values = values[np.isfinite(values)]
+    return float(values.mean()) if values.size else float("nan")
+
+
+# --- one run ------------------------------------------------------------------------------------------------
+
+
+def rows(series: Series) -> str:
+    """A table with a row for each reporter and species: first, mean, least, most, last."""
+    out = []
+    for name, kinds in measured(series).items():
+        for of in kinds:
+            values = course(series, name, of)
+            values = values[np.isfinite(values)]
+            numbers = ((values[0], values.mean(), values.min(), values.max(), values[-1]) if values.size
+                       else [np.nan] * 5)
+            out.append([name, "the world" if of == WORLD else of, *map(number, numbers)])
+    return table(["measured", "of", "first tick", "mean", "least", "most", "last tick"], out)
+
+
+def lines(series: Series) -> list[str]:
+    """A line for each reporter and species: its mean over a run, and its last number."""
+    return [f"{name}{'' if of == WORLD else f' of {of}'}: {number(run_mean(series, name, of))} on average, "
+            f"{number(course(series, name, of)[-1])} at the end"
+            for name, kinds in measured(series).items() for of in kinds]
+
+
+@styled
+def figure(series: Series) -> Figure:
+    """A panel for each reporter, with a line for each species."""
+    kinds, hue = measured(series), colors_of(series)
+    figure, axes = panels(len(kinds), 1, 9, 1.9 * len(kinds) + 0.5, sharex=True)
+    for ax, (name, named) in zip(axes[:, 0], kinds.items(), strict=True):
+        for of in named:
+            ax.plot(series.ticks, course(series, name, of), color=hue.get(of, INK), label=of)
+        ax.set_ylabel(name)
+        ax.margins(x=0)
+        if named != [WORLD]:
+            ax.legend(loc="upper right")
+    axes[-1, 0].set_xlabel("tick")
+    mark(axes[0, 0], interventions(series))
+    return figure
+
+
+# --- arms of an experiment ----------------------------------------------------------------------------------
+
+
+@styled
+def arms_figure(runs: Mapping[str, Sequence[Series]]) -> Figure:
+    """Each reporter over time (rows) in each arm (columns): every run thin, the median over runs thick."""
+    every = [run for members in runs.values() for run in members]
+    kinds, hue = measured(*every), colors_of(every[0])
+    figure, axes = panels(len(kinds), len(runs), 4 * len(runs) + 1, 1.9 * len(kinds) + 0.6, sharex=True,
+                          sharey="row")
+    for column, (arm, members) in enumerate(runs.items()):
+        length = min(len(run.ticks) for run in members)
+        for ax, (name, named) in zip(axes[:, column], kinds.items(), strict=True):
+            for of in named:
+                courses = np.array([course(run, name, of)[:length] for run in members])
+                x, color = members[0].ticks[:length], hue.get(of, INK)
+                ax.plot(x, courses.T, color=color, lw=0.6, alpha=0.5)
+                ax.plot(x, _median(courses), color=color, lw=2, label=of)
+            ax.margins(x=0)
+        axes[0, column].set_title(f"{arm} (n = {len(members)})")
+        axes[-1, column].set_xlabel("tick")
+    for ax, (name, named) in zip(axes[:, 0], kinds.items(), strict=True):
+        ax.set_ylabel(name)
+        if named != [WORLD]:
+            ax.legend(loc="upper right")
+    return figure
+
+
+def _median(courses: np.ndarray) -> np.ndarray:
+    """The median over runs, NaN at ticks where none has a number."""
+    out = np.full(courses.shape[1], np.nan)
+    some = np.isfinite(courses).any(0)
+    out[some] = np.nanmedian(courses[:, some], axis=0)
+    return out
+
+
+def of_arms(arms: Mapping[str, Sequence[Series]], grids: Mapping[str, Grid]) -> dict[str, Any]:
+    """Reporter → species or WORLD → arm → "mean" over runs of the mean over a run, with its interval, and
+    the number of runs with one, "n".
+
+    Arms with several training seeds have both kinds of seeds as replicates.
+    """
+    kinds = measured(*(run for runs in arms.values() for run in runs))
+    out: dict[str, Any] = {}
+    for name, named in kinds.items():
+        for of in named:
+            each = {arm: _means(grids[arm].runs if arm in grids else [runs], name, of)
+                    for arm, runs in arms.items()}
+            out.setdefault(name, {})[of] = {
+                arm: {"mean": _interval(values), "n": int(np.isfinite(values).sum())}
+                for arm, values in each.items()
+            }
+    return out
+
+
+def effects(arms: Mapping[str, Sequence[Series]], grids: Mapping[str, Grid], seed: int) -> dict[str, Any]:
+    """Reporter → species or WORLD → arm → difference of the means over runs to the first arm.
+
+    Its interval is a bootstrap over runs; where an arm has several training seeds, that of the mean over the
+    cells of runs with the same seeds, and None where arms do not share them.
+    """
+    kinds = measured(*(run for runs in arms.values() for run in runs))
+    reference, *others = arms
+
+    def difference(arm: str, name: str, of: str) -> Any:
+        if arm in grids or reference in grids:
+            return _crossed(arms, grids, (arm, reference), name, of)
+        one, two = ([x for run in arms[a] if np.isfinite(x := run_mean(run, name, of))]
+                    for a in (arm, reference))
+        return bootstrap_difference(one, two, seed=seed)
+
+    return {name: {of: {arm: difference(arm, name, of) for arm in others} for of in named}
+            for name, named in kinds.items()}
+
+
+def _crossed(arms: Mapping[str, Sequence[Series]], grids: Mapping[str, Grid], pair: tuple[str, str],
+             name: str, of: str) -> Any:
+    worlds = [list(grids[a].worlds) if a in grids else [int(run.manifest["seed"]) for run in arms[a]]
+              for a in pair]
+    one, two = (_means(grids[a].runs if a in grids else [arms[a]], name, of) for a in pair)
+    if worlds[0] != worlds[1] or (len(one) != len(two) and 1 not in (len(one), len(two))):
+        return None
+    gap = one - two
+    return mean_interval(gap) if np.isfinite(gap).all() else None
+
+
+def _means(table_: Sequence[Sequence[Series]], name: str, of: str) -> np.ndarray:
+    return np.array([[run_mean(run, name, of) for run in row] for row in table_])
+
+
+def _interval(values: np.ndarray) -> Any:
+    """Mean and 95 % interval of a table of training seeds × world seeds; runs without a number are left
+    out, and then the rest are one row."""
+    if not np.isfinite(values).all():
+        values = values[np.isfinite(values)][None]
+    return mean_interval(values) if values.size else None

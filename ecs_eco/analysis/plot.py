@@ -1,0 +1,57 @@
+"""A living world's series as a figure, for notebooks."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from io import BytesIO
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ecs_eco.analysis.figures import interventions, mark, populations
+from ecs_eco.analysis.runs import Series, load_series
+from ecs_eco.analysis.style import colors_of, panels, styled
+from ecs_eco.engine.errors import unknown_name
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from matplotlib.figure import Figure
+
+
+def plot(world: Any, column: str = "n", species: Sequence[str] | None = None) -> Figure:
+    """Return a column of a world's series over time, a line for each species; notebooks show it.
+
+    Raises RuntimeError where nothing is recorded, KeyError for an unknown column or species.
+    """
+    series = load_series(world.series(), species)
+    colours = {name: table.species.color for name, table in world.tables.items() if table.species.color}
+    series = replace(series, manifest={"colors": colours, "dt": world.dt, "intervened": world.intervened})
+    if column not in series.columns:
+        raise KeyError(unknown_name("the series", "column", column, [*series.columns]))
+    figure: Any = populations(series) if column == "n" else over_time(series, column)
+    figure._repr_png_ = lambda: _png(figure)  # matplotlib's own needs pyplot, and with it a state
+    return figure
+
+
+@styled
+def over_time(series: Series, column: str) -> Figure:
+    """A column over time, a line for each species that has it."""
+    figure, ((ax,),) = panels(1, 1, 9, 3.6)
+    hue = colors_of(series)
+    for name in series.species:
+        values = series.of(name, column)
+        if np.any(np.nan_to_num(values)):
+            ax.plot(series.ticks, values, color=hue[name], label=name)
+    ax.set(xlabel="tick", ylabel=column)
+    if ax.get_lines():
+        figure.legend(loc="outside upper center", ncols=len(series.species))
+    ax.margins(x=0)
+    mark(ax, interventions(series))
+    return figure
+
+
+def _png(figure: Figure) -> bytes:
+    file = BytesIO()
+    figure.savefig(file, format="png", dpi=90, facecolor="white")
+    return file.getvalue()

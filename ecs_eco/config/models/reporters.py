@@ -1,0 +1,41 @@
+"""Reporters: what a user measures in a world, a formula over components or a function of the world."""
+
+from __future__ import annotations
+
+import re
+from typing import Annotated, Any
+
+from pydantic import Discriminator, PlainSerializer, Tag, WrapValidator
+
+from ecs_eco.engine.section import NamesCode, Use, as_written
+
+COLUMNS = frozenset({
+    "tick", "species", "n", "births", "deaths", "energy_mean", "happiness_mean", "depth_mean",
+    "stock_before", "endowed", "taken_in", "burnt", "given", "lost", "stock_after",
+})  # fmt: skip
+"""The columns that every series has, or may have: no reporter may be called so."""
+DIED = "died: "
+"""Prefix of the series columns that count deaths by cause."""
+
+
+def is_reporter(column: str) -> bool:
+    """Whether a column of a series is what a reporter measured."""
+    return column not in COLUMNS and not column.startswith(DIED)
+
+
+def _known(value: Any, check: Any) -> Any:
+    if callable(value):
+        return value
+    text = check(value)
+    if isinstance(text, str) and ":" in text and not re.fullmatch(r"[A-Za-z_][\w.]*:[A-Za-z_]\w*", text):
+        raise ValueError("neither a formula nor module:name")
+    return text
+
+
+Reporter = Annotated[
+    Annotated[str, Tag("word")] | Annotated[Use, Tag("with")],
+    Discriminator(lambda value: "with" if isinstance(value, dict | Use) else "word"),
+    NamesCode(),
+    WrapValidator(_known),
+    PlainSerializer(lambda value, info: as_written(value, info.mode == "json")),
+]

@@ -1,0 +1,240 @@
+"""Formulas of reporters: numbers made of the fields of components, over all that live.
+
+`mean(Metabolism.energy)` has a number for each species, `mean(wolf.Metabolism.energy)` one for the world.
+Within the brackets the language is that of reflexes and happiness (formula.py), with fields in the place of
+sensors; outside of them it is arithmetic on the results. Everything is float64, and organisms are taken in
+the order of their uids, so that results do not depend on rows.
+"""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from typing import Any
+
+import numpy as np
+
+from ecs_eco.config.formula import FUNCTIONS, Compiler, FormulaError, Node, compiled
+from ecs_eco.engine.errors import listed, nearest
+
+NONE = float("nan")  # where there is nothing to take a mean of
+
+
+def _of_some(function: Callable[..., Any]) -> Callable[..., Any]:
+    return lambda x, *more: function(x, *more) if x.size else NONE
+
+
+AGGREGATES: dict[str, Callable[..., Any]] = {
+    "mean": _of_some(np.mean), "sum": np.sum, "min": _of_some(np.min), "max": _of_some(np.max),
+    "median": _of_some(np.median), "std": _of_some(np.std), "quantile": _of_some(np.quantile),
+    "count": np.count_nonzero,
+}  # fmt: skip
+ALLOWED = (f"{', '.join(AGGREGATES)} of Component.field or species.Component.field, count() and "
+           "count(species); numbers, + - * / **, comparisons, and, or, not, a if b else c, "
+           f"{', '.join(f for f in FUNCTIONS if f not in AGGREGATES)}")
+USUAL = ("Metabolism", "Body", "Biology", "Nervous", "Position")  # is meant first by a field's bare name
+Field = tuple[str | None, str, str]  # species or None for each, component, field
+Fields = Mapping[str, Mapping[str, Any]]  # of each component: its fields, as `component.fields`
+
+
+class Living:
+    """The living of one table, in the order of their uids, as formulas read them."""
+
+    def __init__(self, table: Any) -> None:
+        self._rows, self._columns = table.by_uid(), {c.__name__: v for c, v in table.columns.items()}
+        self.n = self._rows.size
+
+    def has(self, component: str, field: str) -> bool:
+        """Return whether these have a field."""
+        return hasattr(self._columns.get(component), field)
+
+    def __getitem__(self, name: tuple[str, str]) -> np.ndarray:
+        component, field = name
+        return np.asarray(getattr(self._columns[component], field)[self._rows], np.float64)
+
+
+class Scope(Mapping[str | None, Living]):
+    """Who is meant by what a formula names: a species or object type, and by None the species that the
+    number is of."""
+
+    def __init__(self, tables: Mapping[str, Any]) -> None:
+        self.own: str | None = None
+        self._tables, self._living = tables, dict[str, Living]()
+
+    def __getitem__(self, name: str | None) -> Living:
+        kind = self.own if name is None else name
+        assert kind is not None
+        if kind not in self._living:
+            self._living[kind] = Living(self._tables[kind])
+        return self._living[kind]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._tables)
+
+    def __len__(self) -> int:
+        return len(self._tables)
+
+
+class ReporterFormula:
+    """A compiled formula: call it with who lives, and the names of the species that it may be of.
+
+    `fields` are those that it reads. It gives a number, or, `each`, one for each species that has them.
+    """
+
+    def __init__(self, text: str, run: Node, fields: frozenset[Field], each: bool) -> None:
+        self.text, self.fields, self.each, self._run = text, fields, each, run
+
+    def __call__(self, scope: Scope, species: Iterable[str]) -> float | dict[str, float]:
+        """Return the number of the world, or that of each species that has the fields."""
+        if not self.each:
+            return self._number(scope)
+        out = {}
+        for scope.own in species:
+            if all(scope[None].has(component, field) for of, component, field in self.fields if of is None):
+                out[scope.own] = self._number(scope)
+        return out
+
+    def _number(self, scope: Scope) -> float:
+        with np.errstate(all="ignore"):
+            return float(self._run(scope))  # type: ignore[arg-type]
+
+    def __repr__(self) -> str:
+        return f"ReporterFormula({self.text!r})"
+
+
+def compile_reporter(text: str, kinds: Collection[str], fields: Fields,
+                     complete: bool = True) -> ReporterFormula:
+    """Compile the text of a reporter in a world of these kinds of organisms and objects.
+
+    `fields` are those of all components; unless they are `complete`, others may be named. Raises FormulaError
+    for unknown names and all that is not allowed.
+    """
+    run, compiler = compiled(text, lambda line, lead: _Compiler(line, lead, kinds, fields, complete))
+    if not compiler.aggregates:
+        raise FormulaError("nothing is measured", 1, "at least one of " + listed(AGGREGATES))
+    return ReporterFormula(text, run, frozenset(compiler.fields), compiler.each)
+
+
+class _Compiler(Compiler):
+    """Turns the tree of one text into nested functions of a Scope and, within an aggregate, of the Living."""
+
+    dtype = np.float64
+    allowed = ALLOWED
+
+    def __init__(self, line: str, lead: int, kinds: Collection[str], known: Fields, complete: bool) -> None:
+        super().__init__(line, lead, ())
+        self.kinds, self.known, self.complete = kinds, known, complete
+        self.fields, self.aggregates, self.each = set[Field](), 0, False
+        self.within: set[str | None] | None = None  # in an aggregate: whose fields it reads
+
+    def _call(self, tree: ast.Call) -> Node:
+        name = tree.func.id if isinstance(tree.func, ast.Name) else ""
+        one = len(tree.args) == 1 and not tree.keywords
+        if name not in AGGREGATES or (name in FUNCTIONS and not one):
+            if name not in FUNCTIONS:
+                known = [*AGGREGATES, *FUNCTIONS]
+                raise self._error(f'unknown function "{name}"', tree, listed(known, 20), nearest(name, known))
+            return super()._call(tree)
+        if self.within is not None:
+            raise self._error(f"{name} within another", tree, "one at a time, as in mean(x) / max(x)")
+        self.aggregates += 1
+        return self._count(tree) if name == "count" and self._counts_all(tree) else self._aggregate(tree,
+                                                                                                    name)
+
+    def _counts_all(self, tree: ast.Call) -> bool:
+        return not tree.keywords and (not tree.args
+                                      or (len(tree.args) == 1 and isinstance(tree.args[0], ast.Name)))
+
+    def _count(self, tree: ast.Call) -> Node:
+        """All of the species that the number is of, or of one kind."""
+        of = tree.args[0].id if tree.args else None  # type: ignore[attr-defined]
+        if of is not None and of not in self.kinds:
+            raise self._error(f'no species or object type named "{of}"', tree.args[0],
+                              f"{listed(self.kinds, 30)}; or a condition, as in count(Metabolism.energy > 1)",
+                              nearest(of, self.kinds))
+        self.each |= of is None
+
+        def run(scope: Any) -> Any:
+            return scope[of].n
+
+        return run
+
+    def _aggregate(self, tree: ast.Call, name: str) -> Node:
+        function, more = AGGREGATES[name], []
+        wanted = 2 if name == "quantile" else 1
+        if tree.keywords or len(tree.args) != wanted:
+            raise self._error(f"{len(tree.args)} arguments for {name}", tree,
+                              "quantile(values, share)" if wanted == 2 else f"{name}(values)")
+        if wanted == 2:
+            more = [self._share(tree.args[1])]
+        self.within = set()
+        values, of = self.node(tree.args[0]), self.within
+        self.within = None
+        if len(of) != 1:
+            fault = "no field is read" if not of else "fields of several species are read in one"
+            raise self._error(f"{name}: {fault}", tree,
+                              "Component.field of the species, or species.Component.field of one other")
+        (owner,) = of
+        self.each |= owner is None
+
+        def run(scope: Any) -> Any:
+            living = scope[owner]
+            return function(np.broadcast_to(values(living), living.n), *more)
+
+        return run
+
+    def _share(self, tree: ast.AST) -> float:
+        if not isinstance(tree, ast.Constant) or not isinstance(tree.value, int | float) or not (
+            0 <= tree.value <= 1):
+            raise self._error("quantile of no share", tree, "a number from 0 to 1, as in quantile(x, 0.9)")
+        return float(tree.value)
+
+    def _name(self, tree: ast.Name) -> Node:
+        if tree.id in self.known:
+            fields = self._numbers_of(tree.id)
+            raise self._error(f"{tree.id} is a component", tree, f"one of its fields: {listed(fields)}",
+                              f"{tree.id}.{fields[0]}" if fields else "")
+        named = [f"{c}.{f}" for c in (*USUAL, *self.known) for f in self.known.get(c, ())]
+        exact = [name for name in named if name.endswith(f".{tree.id}")]
+        raise self._error(f'unknown name "{tree.id}"', tree, "Component.field, or species.Component.field",
+                          exact[0] if exact else nearest(tree.id, named))
+
+    def _attribute(self, tree: ast.Attribute) -> Node:
+        parts = _parts(tree)
+        if not 2 <= len(parts) <= 3:
+            raise self._error(f'"{ast.unparse(tree):.60}" is no field', tree,
+                              "Component.field, or species.Component.field")
+        owner, (component, field) = parts[0] if len(parts) == 3 else None, parts[-2:]
+        if owner is not None and owner not in self.kinds:
+            raise self._error(f'no species or object type named "{owner}"', tree, listed(self.kinds, 30),
+                              nearest(owner, self.kinds))
+        self._check_field(tree, component, field)
+        if self.within is None:
+            text = ".".join(parts)
+            raise self._error(f"{text} is one number for each organism", tree,
+                              f"mean({text}), sum({text}), …")
+        self.within.add(owner)
+        self.fields.add((owner, component, field))
+        return lambda living: living[component, field]  # type: ignore[index]
+
+    def _check_field(self, tree: ast.AST, component: str, field: str) -> None:
+        if component not in self.known:
+            if self.complete:
+                close = nearest(component, self.known)
+                raise self._error(f'unknown component "{component}"', tree, listed(self.known, 50), close)
+        elif field not in self.known[component]:
+            fields = self._numbers_of(component)
+            raise self._error(f'{component} has no field "{field}"', tree, listed(fields, 30),
+                              nearest(field, fields))
+        elif field not in self._numbers_of(component):
+            raise self._error(f"{component}.{field} is more than one number", tree,
+                              f"fields of one number: {listed(self._numbers_of(component), 30)}")
+
+    def _numbers_of(self, component: str) -> list[str]:
+        return [name for name, (kind, _) in self.known[component].items() if not kind.shape]
+
+
+def _parts(tree: ast.AST) -> tuple[str, ...]:
+    if isinstance(tree, ast.Attribute):
+        return (*_parts(tree.value), tree.attr)
+    return (tree.id,) if isinstance(tree, ast.Name) else ("",) * 4

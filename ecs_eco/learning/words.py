@@ -1,0 +1,30 @@
+"""What others call the hyperparameters of PPO: Stable-Baselines3, CleanRL and papers."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+WORDS = {  # their word → ours
+    "gamma": "discount", "lr": "learning_rate", "batch_size": "minibatch", "minibatch_size": "minibatch",
+    "n_steps": "horizon", "num_steps": "horizon", "n_epochs": "epochs", "update_epochs": "epochs",
+    "lam": "gae_lambda", "ent_coef": "entropy", "vf_coef": "value_weight", "clip_range": "clip",
+    "clip_coef": "clip", "clip_range_vf": "clip_value", "norm_adv": "normalise_advantage",
+    "normalize_advantage": "normalise_advantage", "adam_eps": "adam_epsilon",
+}  # fmt: skip
+
+
+def ours(given: Iterable[str]) -> dict[str, str]:
+    """Return our name of each of these that is another word for one; raises ValueError where both are given,
+    or two words for one."""
+    names = list(given)
+    known = {word: WORDS[word] for word in names if word in WORDS}
+    for i, (word, name) in enumerate(known.items()):
+        twice = name if name in names else next((w for w in [*known][:i] if known[w] == name), "")
+        if twice:
+            raise ValueError(f"{word} and {twice} are the same setting, {name}: give one")
+    return known
+
+
+def hint(word: str) -> str:
+    """Return what to say of another word that was taken: what it is called here."""
+    return f"{word} is called {WORDS[word]} here"

@@ -1,0 +1,126 @@
+"""The series that `world.series()` returns: an Arrow table that notebooks show, pandas and polars take."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Callable
+from functools import wraps
+from typing import Any
+
+import numpy as np
+
+from ecs_eco.engine.html import grid
+
+ENDS = 4  # rows shown of the beginning and of the end
+
+
+class SeriesTable:
+    """A pyarrow.Table, `arrow`, with all its methods, and ways out of it.
+
+    What pyarrow itself is to take, as `pyarrow.parquet.write_table`, wants `series.arrow`; polars, pandas and
+    DuckDB take the series as it is.
+    """
+
+    def __init__(self, arrow: Any) -> None:
+        self.arrow = arrow
+
+    def to_pandas(self, **options: Any) -> Any:
+        """Return a pandas.DataFrame; `options` are those of pyarrow. ModuleNotFoundError without pandas."""
+        _needed("pandas")
+        return self.arrow.to_pandas(**options)
+
+    def to_polars(self) -> Any:
+        """Return a polars.DataFrame. ModuleNotFoundError without polars."""
+        return _needed("polars").from_arrow(self.arrow)
+
+    def wide(self, *columns: str) -> SeriesTable:
+        """Return a row per tick and a column per species: of "n", or of the columns named.
+
+        With several columns their names stand before the species: "n deer". What is missing is NaN. Raises
+        KeyError for an unknown column.
+        """
+        import pyarrow as pa
+
+        wanted = columns or ("n",)
+        for name in wanted:
+            if name not in self.arrow.column_names or name in ("tick", "species"):
+                raise KeyError(f"the series has no numbers {name!r}: it has "
+                               f"{', '.join(self.arrow.column_names[2:])}")
+        ticks, row = np.unique(self.arrow["tick"].to_numpy(), return_inverse=True)
+        each = np.array(self.arrow["species"].to_pylist(), object)
+        out: dict[str, Any] = {"tick": ticks}
+        for name in wanted:
+            values = self.arrow[name].to_numpy()
+            for species in dict.fromkeys(each):
+                column = np.full(ticks.size, np.nan)
+                column[row[each == species]] = values[each == species]
+                if np.issubdtype(values.dtype, np.integer) and not np.isnan(column).any():
+                    column = column.astype(values.dtype)
+                out[species if len(wanted) == 1 else f"{name} {species}"] = column
+        return SeriesTable(pa.table(out))
+
+    def _repr_html_(self) -> str:
+        n = self.arrow.num_rows
+        rows = list(range(n)) if n <= 2 * ENDS else [*range(ENDS), *range(n - ENDS, n)]
+        columns = [self.arrow[name].take(rows).to_pylist() for name in self.arrow.column_names]
+        body: list[tuple[Any, ...]] = list(zip(*columns, strict=True))
+        if n > 2 * ENDS:
+            body.insert(ENDS, ("…",) * len(columns))
+        return grid(self.arrow.column_names, body, f"Series: {n:,} rows",
+                    ".to_pandas(), .to_polars(), .wide()")
+
+    def __repr__(self) -> str:
+        return repr(self.arrow)
+
+    def __len__(self) -> int:
+        return int(self.arrow.num_rows)
+
+    def __getitem__(self, key: Any) -> Any:
+        return self.arrow[key]
+
+    def __eq__(self, other: object) -> bool:
+        return bool(self.arrow == _arrow(other))
+
+    __hash__ = None  # type: ignore[assignment]  # as of a pyarrow.Table
+
+    def __arrow_c_stream__(self, requested_schema: Any = None) -> Any:
+        return self.arrow.__arrow_c_stream__(requested_schema)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return SeriesTable, (self.arrow,)
+
+    def __dir__(self) -> list[str]:
+        return sorted({*super().__dir__(), *dir(self.arrow)})
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("__") or name == "arrow":
+            raise AttributeError(name)
+        value = getattr(self.arrow, name)
+        return _wrapping(value) if callable(value) else value
+
+
+def _arrow(value: Any) -> Any:
+    return value.arrow if isinstance(value, SeriesTable) else value
+
+
+def _wrapping(method: Callable[..., Any]) -> Callable[..., Any]:
+    """A method of a pyarrow.Table that takes series, and returns them where it returns tables."""
+
+    @wraps(method)
+    def call(*args: Any, **options: Any) -> Any:
+        import pyarrow as pa
+
+        value = method(*map(_arrow, args), **{key: _arrow(option) for key, option in options.items()})
+        return SeriesTable(value) if isinstance(value, pa.Table) else value
+
+    return call
+
+
+def _needed(module: str) -> Any:
+    try:
+        return importlib.import_module(module)
+    except ModuleNotFoundError as error:
+        if error.name != module:
+            raise
+        raise ModuleNotFoundError(f"{module} is not installed: pip install 'ecs-eco[notebook]'",
+                                  name=module) from None

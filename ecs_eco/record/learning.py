@@ -1,0 +1,136 @@
+"""What a recording holds of learning and of what is done: each update of a policy, and how often each action
+is carried out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ecs_eco.components import Nervous
+from ecs_eco.engine.jit import njit
+
+if TYPE_CHECKING:
+    from ecs_eco.engine.table import Table
+    from ecs_eco.space.world import SpatialWorld
+
+EVERY = 10  # ticks between two counts of actions
+UPDATE = ("reward", "entropy", "approx_kl", "explained_variance", "policy_loss", "value_loss",
+          "clip_fraction", "gradient_norm", "learning_rate")
+"""What an update says of itself: f32, NaN where undefined; named as in `Learner.update`."""
+LEARNING = {"tick": np.int64, "species": np.int8, "n_transitions": np.int32, "n_learners": np.int32,
+            **dict.fromkeys(UPDATE, np.float32)}
+ACTIONS = {"tick": np.int64, "species": np.int8, "action": np.int16, "n": np.int32, "of": np.int32}
+
+
+@njit
+def count_actions(rows, alive, born, tick, decision, start, size, neutral, done):
+    """Count in done i64[actions] what those did who decided in this tick, and return their number: of each
+    group the first action that is on, else the neutral one."""
+    n = 0
+    for row in rows:
+        if not alive[row] or born[row] >= tick:
+            continue
+        n += 1
+        for g in range(len(start)):
+            place = neutral[g]
+            for k in range(size[g]):
+                if decision[row, start[g] + k] > 0:
+                    place = k
+                    break
+            if place >= 0:
+                done[start[g] + place] += 1
+    return n
+
+
+class LearningPages:
+    """The updates of policies, a row each (of individuals: a row per tick in which some learn, with their
+    means), and every `EVERY` ticks a row for each action, until they are passed on.
+
+    Numbers as actions are in no group, and not counted.
+    """
+
+    def __init__(self, world: SpatialWorld, names: Sequence[str]) -> None:
+        self.names = list(names)
+        self.thinking = {name: s for s, name in enumerate(names)
+                         if world.tables[name].species.nerves is not None}
+        self.actions = list(dict.fromkeys(a for name in self.thinking for a in named(world.tables[name])))
+        # those that stay in memory
+        self.blocks: dict[str, list[dict[str, np.ndarray]]] = {"learning": [], "actions": []}
+        self.rows: dict[str, list[tuple[Any, ...]]] = {"learning": [], "actions": []}
+
+    def turn(self, world: SpatialWorld) -> None:
+        """Note what this tick has of learning and of actions."""
+        for name, s in self.thinking.items():
+            table = world.tables[name]
+            reports = table.species.nerves.reports
+            if reports and reports[-1]["tick"] == world.tick and (last := reports[-1])["n_transitions"]:
+                self.rows["learning"].append((world.tick, s, last["n_transitions"], last.get("n_animals", 1),
+                                              *(last[word] for word in UPDATE)))
+            if world.tick % EVERY == 0:
+                n, done = counted(table, world.tick)
+                for action, k in done.items() if n else ():
+                    self.rows["actions"].append((world.tick, s, self.actions.index(action), k, n))
+
+    def columns(self, kind: str) -> dict[str, np.ndarray]:
+        """Return the rows of a kind as columns."""
+        types = LEARNING if kind == "learning" else ACTIONS
+        turned = zip(*self.rows[kind], strict=True) if self.rows[kind] else ([] for _ in types)
+        return {name: np.array(column, dtype)
+                for (name, dtype), column in zip(types.items(), turned, strict=True)}
+
+    @property
+    def words(self) -> dict[str, list[str]]:
+        """What the numbers stand for in columns: column → words."""
+        return {"species": self.names, "action": self.actions}
+
+    def flush(self, sink: Callable[[str, dict[str, np.ndarray]], None] | None) -> None:
+        """Pass the rows on, or keep them as blocks."""
+        for kind in self.rows:
+            if self.rows[kind]:
+                if sink is not None:
+                    sink(kind, self.columns(kind))
+                else:
+                    self.blocks[kind].append(self.columns(kind))
+                self.rows[kind] = []
+
+    def series(self, kind: str) -> Any:
+        """Return all rows of a kind, "learning" or "actions", that are still in memory as a pyarrow.Table."""
+        from ecs_eco.record.parquet import to_arrow
+
+        blocks = [*self.blocks[kind], self.columns(kind)]
+        words = {k: v for k, v in self.words.items() if k in blocks[0]}
+        return to_arrow({name: np.concatenate([b[name] for b in blocks]) for name in blocks[0]}, words)
+
+    def state(self) -> dict[str, np.ndarray]:
+        """Return the blocks in memory, after `flush`."""
+        return {f"{kind}/{name}": np.concatenate([b[name] for b in blocks])
+                for kind, blocks in self.blocks.items() if blocks for name in blocks[0]}
+
+    def load(self, state: Mapping[str, np.ndarray]) -> None:
+        """Go on from a `state()`."""
+        for kind in self.rows:
+            block = {key.removeprefix(f"{kind}/"): v
+                     for key, v in state.items() if key.startswith(f"{kind}/")}
+            self.rows[kind], self.blocks[kind] = [], [block] if block else []
+
+
+def named(table: Table) -> list[str]:
+    """Return the actions of a table that are carried out or not, "speed.run"."""
+    nerves = table.species.nerves
+    return [f"{group}.{action}" for group, action in nerves.actions if group not in nerves.ranges.groups]
+
+
+def counted(table: Table, tick: int) -> tuple[int, dict[str, int]]:
+    """Return how many decided in this tick and live, and how many of them did each action."""
+    nerves = table.species.nerves
+    groups = [g for g in nerves.columns if g not in nerves.ranges.groups]
+    start, size = (np.array([nerves.columns[g][i] for g in groups], np.int64) for i in range(2))
+    neutral = np.array([nerves.neutral[g] for g in groups], np.int64)
+    done = np.zeros(len(nerves.actions), np.int64)
+    n = count_actions(nerves.rows, table.alive, table.born, tick, table[Nervous].decision, start, size,
+                      neutral, done)
+    words = (f"{group}.{action}" for group, action in nerves.actions)
+    return int(n), {word: int(k) for word, k, (group, _) in zip(words, done, nerves.actions, strict=True)
+                    if group not in nerves.ranges.groups}

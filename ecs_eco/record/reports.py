@@ -1,0 +1,128 @@
+"""What reporters say in each tick: columns of the series beside the numbers of the species."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from numbers import Real
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ecs_eco.config.checks.reporters import fault_of_name
+from ecs_eco.config.formula import FormulaError
+from ecs_eco.config.models.reporters import is_reporter
+from ecs_eco.config.reporter_formula import ReporterFormula, Scope, compile_reporter
+from ecs_eco.engine.errors import ConfigError, Problem, listed, unknown_name
+
+if TYPE_CHECKING:
+    from ecs_eco.space.world import SpatialWorld
+
+
+class Reports:
+    """What the reporters of a world say in each tick of a block, f64[ticks, species, reporters].
+
+    A number of the world stands in the row of each species, NaN in those that a reporter says nothing of.
+    """
+
+    def __init__(self, world: SpatialWorld, names: list[str], block: int) -> None:
+        self.names, self.place = list(world.reporters), {name: i for i, name in enumerate(names)}
+        for name, what in world.reporters.items():
+            _check_fields(world, name, what, names)
+        self.latest: dict[str, float | dict[str, float]] = {}  # of the last tick
+        self.values = np.full((block, len(names), len(self.names)), np.nan)
+
+    def note(self, world: SpatialWorld, at: int) -> None:
+        """Ask all reporters, in the tick that has just passed."""
+        scope = Scope(world.tables)
+        for i, (name, what) in enumerate(world.reporters.items()):
+            said, row = said_by(world, name, what, self.place, scope), self.values[at, :, i]
+            self.latest[name] = said
+            if isinstance(said, dict):
+                row[:] = np.nan
+                for species, number in said.items():
+                    row[self.place[species]] = number
+            else:
+                row[:] = said
+
+    def columns(self, n: int) -> dict[str, np.ndarray]:
+        """Return copies of the first n ticks as flat columns, by tick, then species."""
+        return {name: self.values[:n, :, i].flatten() for i, name in enumerate(self.names)}
+
+
+def said_by(world: SpatialWorld, name: str, what: Any, species: Mapping[str, int],
+            scope: Scope | None = None) -> float | dict[str, float]:
+    """Return what a reporter says now: a number of the world, or of some species; NaN for None.
+
+    Raises ValueError for anything else; an error within a function says in which reporter it was.
+    """
+    if isinstance(what, ReporterFormula):
+        return what(Scope(world.tables) if scope is None else scope, species)
+    try:
+        said = what(world)
+    except Exception as error:
+        error.add_note(f"in the reporter {name!r}, at tick {world.tick}")
+        raise
+    if not isinstance(said, Mapping):
+        return _number(name, said)
+    if unknown := [s for s in said if s not in species]:
+        raise ValueError(unknown_name(f"reporter {name!r}", "species", unknown[0], species))
+    return {s: _number(f"{name}, {s}", x) for s, x in said.items()}
+
+
+def _number(name: str, said: Any) -> float:
+    if said is None:
+        return float("nan")
+    if isinstance(said, np.ndarray | np.generic) and said.ndim == 0:
+        said = said.item()
+    if not isinstance(said, Real):
+        raise ValueError(f"reporter {name!r} returned {said!r:.60}; allowed is a number, or species → number")
+    return float(said)
+
+
+def add_reporter(world: SpatialWorld, name: str, what: Any) -> None:
+    """Let a world measure something from now on; see `World.add_reporter`."""
+    if fault := fault_of_name(name, world.tables) or ("is there already" if name in world.reporters else ""):
+        raise ValueError(f"reporter {name!r}: {fault}")
+    recorder = world.recorder
+    if recorder is not None and recorder.sink is not None:
+        raise RuntimeError(f"reporter {name!r}: this world is recorded into a folder already; write it into "
+                           f'the world file: reporters = {{ "{name}" = … }}')
+    if isinstance(what, str):
+        what = _compiled(world, name, what)
+    elif not callable(what):
+        raise ValueError(f"reporter {name!r}: {what!r:.60} is neither a formula nor a function of the world")
+    _check_fields(world, name, what, [n for n, t in world.tables.items() if not t.species.is_object])
+    world.reporters[name] = what
+    if recorder is not None:
+        recorder.flush()
+        recorder.reports = Reports(world, recorder.names, recorder.block)
+
+
+def _compiled(world: SpatialWorld, name: str, text: str) -> ReporterFormula:
+    """Return a formula over the components of the tables that there are."""
+    fields = {c.__name__: c.fields for table in world.tables.values() for c in table.columns}
+    try:
+        return compile_reporter(text, world.tables, fields)
+    except FormulaError as error:
+        raise ConfigError([Problem(("reporters", name), error.what, text, error.allowed, error.nearest)]
+                          ) from None
+
+
+def _check_fields(world: SpatialWorld, name: str, what: Any, species: list[str]) -> None:
+    """Raise ConfigError where nobody has what a formula reads, before the first tick."""
+    for of, component, field in sorted(getattr(what, "fields", ()), key=str):
+        among = species if of is None else [of]
+        if not any(_has(world.tables[s], component, field) for s in among):
+            some = (c.__name__ for s in among for c in world.tables[s].columns)
+            fault = (f"{of} does not have" if of else "no species has") + f" the component {component}"
+            raise ConfigError([Problem(("reporters", name), fault, what.text,
+                                       listed(dict.fromkeys(some), 40))])
+
+
+def _has(table: Any, component: str, field: str) -> bool:
+    return any(c.__name__ == component and field in c.fields for c in table.columns)
+
+
+def absent(column: str, n: int) -> np.ndarray:
+    """Return n values of a column of the series for ticks that have none."""
+    return np.full(n, np.nan) if is_reporter(column) else np.zeros(n, np.int32)

@@ -1,0 +1,42 @@
+"""Parameters of a user's own systems and sensors, in a world that lives."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+from ecs_eco.config import WorldConfig
+from ecs_eco.engine.errors import Problem
+from ecs_eco.engine.section import Use
+
+if TYPE_CHECKING:
+    from ecs_eco.space.world import SpatialWorld
+
+
+def kept_elsewhere(world: SpatialWorld, new: WorldConfig) -> list[Problem]:
+    """A problem for each new parameter of a system that it does not keep in an attribute of the same name."""
+    fault = "cannot change in a living world: {} keeps no attribute {}"
+    return [Problem(("systems", i, name), fault.format(type(system).__name__, name), value,
+                    f"a system that reads self.{name} in each tick")
+            for i, system, name, value in _changed(world, new) if not hasattr(system, name)]
+
+
+def set_parameters(world: SpatialWorld, new: WorldConfig) -> None:
+    """Give the world's own systems and sensors their new parameters."""
+    for _, system, name, value in _changed(world, new):
+        setattr(system, name, value)
+    for kind, species in new.species.items():
+        nerves = world.tables[kind].species.nerves
+        for i, sensor in enumerate(species.sensors):
+            now, before = getattr(sensor, "function", None), world.config.species[kind].sensors[i]
+            if nerves is not None and isinstance(now, Use) and now != before.function:
+                nerves.senses[i] = (new.function(now), nerves.senses[i][1])
+
+
+def _changed(world: SpatialWorld, new: WorldConfig) -> Iterator[tuple[int, Any, str, Any]]:
+    """The place in the list, the system, and the name and new value of each parameter that differs."""
+    for i, (before, now) in enumerate(zip(world.config.systems, new.systems, strict=False)):
+        old = before.parameters if isinstance(before, Use) else {}
+        for name, value in now.parameters.items() if isinstance(now, Use) else ():
+            if i < len(world.own_systems) and (name not in old or old[name] != value):
+                yield i, world.own_systems[i], name, value

@@ -1,0 +1,85 @@
+"""The site: links that leave docs/ lead to pages of their own, and no page asks anything of the network."""
+
+import importlib.util
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+ASSET = re.compile(r"<(?:script|img|iframe|source|video|audio|embed)\b[^>]*\ssrc=\"([^\"]*)\"|<link\b[^>]*>")
+FROM_CSS = re.compile(r"url\(\s*['\"]?(?!data:)([^)'\"]+)")
+ASKS = {"preload", "stylesheet", "icon", "preconnect", "dns-prefetch", "prefetch", "modulepreload"}
+
+
+@pytest.fixture
+def tool(monkeypatch):
+    monkeypatch.syspath_prepend(str(ROOT / "tools"))
+    spec = importlib.util.spec_from_file_location("build_site", ROOT / "tools" / "build_site.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def asked_of_the_network(page: Path) -> list[str]:
+    """Addresses beyond the site that a browser asks for when it opens a page."""
+    text = page.read_text(encoding="utf-8")
+    if page.suffix == ".css":
+        return [target for target in FROM_CSS.findall(text) if "//" in target]
+    found = [match[1] for match in ASSET.finditer(text) if match[1]]
+    for link in re.findall(r"<link\b[^>]*>", text):
+        if ASKS.intersection(re.findall(r'rel="([^"]*)"', link)[0].split()):
+            found += re.findall(r'href="([^"]*)"', link)
+    return [target for target in found if "//" in target]
+
+
+@pytest.mark.parametrize(("target", "becomes"), [
+    ("[a kernel](../../ecs_eco/systems/feed.py)", "[a kernel](../source/ecs_eco/systems/feed.py.md)"),
+    ("[a room](../../ecs_eco/systems)", "[a room](../source/ecs_eco/systems.md)"),
+    ("[goats](../../ecs_eco/worlds/reflexes/README.md#x)", "[goats](../reference/shipped/reflexes.md#x)"),
+    ("[results.md](../results.md#why)", "[](../results.md#why)"),
+    ("[how](running.md)", "[how](running.md)"),
+    ("[out](https://example.org/a.md)", "[out](https://example.org/a.md)"),
+    ("```\n[in a block](../../ecs_eco)\n```", "```\n[in a block](../../ecs_eco)\n```"),
+])
+def test_links_that_leave_the_docs_lead_to_pages_of_the_site(target, becomes, tool, tmp_path):
+    stage = tool.Stage(tmp_path)
+    stage.add("how-to/page.md", target, ROOT / "docs" / "how-to")
+    assert (tmp_path / "how-to" / "page.md").read_text(encoding="utf-8") == becomes
+
+
+def test_every_component_and_command_is_in_the_reference(tool):
+    import ecs_eco.components
+    from ecs_eco.cli.app import app
+
+    pages = tool.generated()
+    assert all(f"## {name}\n" in pages["reference/api/components.md"] for name in ecs_eco.components.__all__)
+    assert "| `energy` | `f32` | `1.0` | [energy] |" in pages["reference/api/components.md"]
+    for command in app.registered_commands:
+        name = command.name or command.callback.__name__.strip("_")
+        assert f"`ecs-eco {name}" in pages["reference/commands.md"]
+
+
+@pytest.mark.parametrize(("text", "found"), [
+    ('<script src="https://cdn.example/x.js"></script>', ["https://cdn.example/x.js"]),
+    ('<link href="//fonts.example/f.css" rel="preload stylesheet">', ["//fonts.example/f.css"]),
+    ('<link rel="next" href="https://example.org"><a href="https://example.org">out</a>', []),
+    ('<img alt="a" src="../img/a.png">', []),
+])
+def test_what_asks_the_network_is_found(text, found, tmp_path):
+    page = tmp_path / "page.html"
+    page.write_text(text, encoding="utf-8")
+    assert asked_of_the_network(page) == found
+
+
+@pytest.mark.slow
+def test_the_site_builds_without_a_warning_and_asks_nothing_of_the_network(tmp_path):
+    done = subprocess.run([sys.executable, "tools/build_site.py", "--no-notebooks", "--out", str(tmp_path)],
+                          cwd=ROOT, capture_output=True, text=True, check=False, env=dict(os.environ))
+    assert (done.returncode, done.stderr) == (0, "")
+    pages = [*tmp_path.rglob("*.html"), *tmp_path.rglob("*.css")]
+    assert len(pages) > 100
+    assert {page.name: asked for page in pages if (asked := asked_of_the_network(page))} == {}

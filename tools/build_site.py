@@ -1,0 +1,158 @@
+"""Build the site of the documentation from docs/, docstrings and the READMEs of the shipped worlds.
+
+    python tools/build_site.py [--out DIR] [--no-notebooks]
+
+Everything goes through a staged copy in build/site-source: there links to files beyond docs/ become pages of
+their own, and the pages that are generated (API, commands, components, shipped worlds) are added. Warnings
+are errors. Without --out the site goes into ecs_eco/_site, from where the wheel takes it and `ecs-eco docs`
+opens it. What the notebooks printed is kept in build/notebooks until they change.
+"""
+
+import argparse
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+from site_pages import generated  # the file beside this one
+
+ROOT = Path(__file__).parents[1]
+DOCS, OUT = ROOT / "docs", ROOT / "ecs_eco" / "_site"
+STAGE, BUILT = ROOT / "build" / "site-source", ROOT / "build" / "site"
+# the text too, if it is the name of a page: then the page's title stands there
+LINK = re.compile(r"(?:(?<=\[)([\w/-]+\.md))?\]\(([^)#:\s]+)(#[^)\s]*)?(?=\))")
+FENCE = re.compile(r"^(```|~~~|:::).*?^\1", re.MULTILINE | re.DOTALL)
+BESIDE = {"CHANGELOG.md": "project/changelog.md", "CONTRIBUTING.md": "project/contributing.md"}
+PLAIN = "---\norphan: true\nnosearch: true\nhtml_theme.sidebar_secondary.remove: true\n---\n\n"
+LANGUAGE = {".py": "python", ".toml": "toml", ".js": "javascript", ".json": "json", ".md": "markdown"}
+CELL = "```{code-cell} ipython3"
+LONGEST = 400  # lines of a file that are shown: all of every Python file, the beginning of results
+SHIPPED_WORLDS = ROOT / "ecs_eco" / "worlds"
+
+
+def shipped_worlds() -> dict[Path, str]:
+    """Return the page of the site for each README of a shipped world."""
+    pages = sorted(SHIPPED_WORLDS.glob("*/README.md"))
+    return {path: f"reference/shipped/{path.parent.name}.md" for path in pages}
+
+
+class Stage:
+    """The staged copy: `add` takes a page, whose links to files of the project become links to pages."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.pages = {ROOT / name: page for name, page in BESIDE.items()} | shipped_worlds()
+        self.sources: dict[Path, str] = {}  # files and folders that pages link to → their page
+
+    def add(self, place: str, text: str, home: Path) -> None:
+        """Write a page at a place of the site, whose links are those of the folder `home`."""
+        kept: list[str] = []
+
+        def keep(match: re.Match[str]) -> str:  # nothing in a fenced block is a link
+            kept.append(match[0])
+            return f"\0{len(kept) - 1}\0"
+
+        text = LINK.sub(lambda m: f"]({self._target(m[2], m[3] or '', place, home)}", FENCE.sub(keep, text))
+        text = re.sub("\0(\\d+)\0", lambda m: kept[int(m[1])], text)
+        self.write(place, text)
+
+    def write(self, place: str, text: str) -> None:
+        """Write a page as it is; one that says the same already is left alone, for Sphinx goes by times."""
+        path = self.folder / place
+        path.parent.mkdir(parents=True, exist_ok=True)
+        if not path.is_file() or path.read_text(encoding="utf-8") != text:
+            path.write_text(text, encoding="utf-8")
+
+    def _target(self, target: str, anchor: str, place: str, home: Path) -> str:
+        path = Path(os.path.normpath(home / target))
+        at = (self.folder / place).parent
+        if path == ROOT / "README.md":
+            return os.path.relpath(self.folder / "index.md", at)
+        if path in self.pages:
+            return os.path.relpath(self.folder / self.pages[path], at) + anchor
+        if path.is_relative_to(DOCS):
+            return os.path.relpath(self.folder / path.relative_to(DOCS), at) + anchor
+        if not path.exists():
+            return target + anchor
+        if path.suffix not in LANGUAGE and path.is_file():  # pictures and the like, as they are
+            return os.path.relpath(path, at)
+        name = path.relative_to(ROOT).as_posix().replace("__init__", "init")
+        self.sources[path] = f"source/{name}.md"
+        return os.path.relpath(self.folder / self.sources[path], at)
+
+    def show_sources(self) -> None:
+        """Write the page of each file and folder that was linked to."""
+        for path, place in self.sources.items():
+            self.write(place, _folder(path) if path.is_dir() else _file(path))
+
+
+def _file(path: Path) -> str:
+    name, lines = path.relative_to(ROOT), path.read_text(encoding="utf-8").rstrip().split("\n")
+    shown, more = "\n".join(lines[:LONGEST]), len(lines) - LONGEST
+    left = f"\n{more:,} more lines are in the sources.\n" if more > 0 else ""
+    return f"{PLAIN}# {_escaped(name)}\n\n````{LANGUAGE[path.suffix]}\n{shown}\n````\n{left}"
+
+
+def _folder(path: Path) -> str:
+    there = (p for p in path.iterdir() if not p.name.startswith(("__pycache__", ".")))
+    names = "\n".join(f"- `{name}`" for name in sorted(p.name + "/" * p.is_dir() for p in there))
+    return f"{PLAIN}# {_escaped(path.relative_to(ROOT))}\n\n{names}\n"
+
+
+def _escaped(name: Path) -> str:
+    return name.as_posix().replace("_", "\\_")
+
+
+def stage(folder: Path = STAGE, notebooks: bool = True) -> Stage:
+    """Fill the staged copy; without `notebooks` the cells of these are plain snippets."""
+    staged = Stage(folder)
+    for path in sorted(DOCS.rglob("*")):
+        place = path.relative_to(DOCS).as_posix()
+        if path.suffix == ".md":
+            text = path.read_text(encoding="utf-8")
+            staged.add(place, text if notebooks else text.replace(CELL, "```python"), path.parent)
+        elif path.is_file() and "__pycache__" not in path.parts:
+            (folder / place).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy2(path, folder / place)
+    for path, place in list(staged.pages.items()):
+        staged.add(place, path.read_text(encoding="utf-8"), path.parent)
+    for place, text in generated().items():
+        staged.add(place, text, DOCS / Path(place).parent)
+    staged.show_sources()
+    return staged
+
+
+def build(out: Path, notebooks: bool) -> int:
+    """Run Sphinx over the staged copy; return its exit status."""
+    trees = ROOT / "build" / "site-trees"
+    command = [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q", "-b", "html", "-d", str(trees),
+               "-D", f"nb_execution_mode={'cache' if notebooks else 'off'}", str(STAGE), str(out)]
+    paths = os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")]).rstrip(os.pathsep)
+    return subprocess.run(command, env=os.environ | {"PYTHONPATH": paths}, check=False).returncode
+
+
+def main() -> int:
+    """Stage, build, and drop what the site can do without."""
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
+    parser.add_argument("--out", type=Path, default=OUT)
+    parser.add_argument("--no-notebooks", action="store_true", help="show the tutorials without running them")
+    asked = parser.parse_args()
+    sys.path.insert(0, str(ROOT))
+    shutil.rmtree(STAGE, ignore_errors=True)
+    stage(notebooks=not asked.no_notebooks)
+    if status := build(BUILT, not asked.no_notebooks):  # notebooks leave a folder beside it
+        return status
+    shutil.rmtree(asked.out, ignore_errors=True)
+    shutil.copytree(BUILT, asked.out)
+    for name in ("_sources", ".buildinfo", "objects.inv"):
+        path = asked.out / name
+        shutil.rmtree(path) if path.is_dir() else path.unlink(missing_ok=True)
+    size = sum(path.stat().st_size for path in asked.out.rglob("*") if path.is_file())
+    print(f"{asked.out / 'index.html'}: {size / 1e6:.0f} MB")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

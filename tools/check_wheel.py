@@ -1,0 +1,75 @@
+"""Build sdist and wheel, install the wheel into an empty environment, and run it from an empty folder.
+
+    python tools/check_wheel.py
+
+What the wheel needs is installed too, in the versions of constraints.txt, from pip's cache where it has them.
+Exits with 1 where something is missing.
+"""
+
+import shutil
+import subprocess
+import sys
+import tarfile
+import tempfile
+import venv
+import zipfile
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+IN_WHEEL = ("ecs_eco/py.typed", "ecs_eco/view/static/index.html", "ecs_eco/view/static/vendor.js",
+            "ecs_eco/worlds/predator_prey/deer.safetensors",
+            "ecs_eco/templates/package/pyproject.toml.template",
+            "licenses/LICENSE", "licenses/THIRD_PARTY.md")  # fmt: skip
+LEFT = (".git", ".venv", "build", "*.egg-info", "node_modules", "runs", ".mypy_cache", "__pycache__")
+IN_SDIST = ("LICENSE", "THIRD_PARTY.md", "README.md", "pyproject.toml")
+
+
+def run(*command: object, cwd: Path) -> None:
+    """Run a command, and say so; exit where it fails."""
+    print("$", *command, flush=True)
+    done = subprocess.run([str(word) for word in command], cwd=cwd, text=True, check=False,
+                          stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+    print(done.stdout[-1000 if done.returncode == 0 else -10_000:])
+    if done.returncode:
+        sys.exit(f"exit code {done.returncode}")
+
+
+def build(folder: Path) -> Path:
+    """Build sdist and wheel, look whether all is in them, and return the wheel."""
+    sources = folder.parent / "sources"
+    shutil.copytree(ROOT, sources, symlinks=True, ignore=shutil.ignore_patterns(*LEFT))
+    made = ("import sys; from setuptools import build_meta as b; to = sys.argv[1]; "  # it changes sys.argv
+            "b.build_sdist(to); b.build_wheel(to)")
+    run(sys.executable, "-c", made, folder, cwd=sources)
+    (wheel,), (sdist,) = folder.glob("*.whl"), folder.glob("*.tar.gz")
+    with zipfile.ZipFile(wheel) as file:
+        missing = [name for name in IN_WHEEL if not any(n.endswith(name) for n in file.namelist())]
+    with tarfile.open(sdist) as file:
+        missing += [name for name in IN_SDIST if not any(n.endswith(f"/{name}") for n in file.getnames())]
+    if missing:
+        sys.exit(f"not in wheel or sdist: {', '.join(missing)}")
+    return wheel
+
+
+def main() -> None:
+    """Build, install, run."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        wheel = build(folder / "dist")
+        venv.create(folder / "empty", with_pip=True)
+        python, empty = folder / "empty" / "bin" / "python", folder / "here"
+        empty.mkdir()
+        run(python, "-m", "pip", "install", "-q", "-c", ROOT / "constraints.txt", wheel, "pytest", cwd=empty)
+        command = folder / "empty" / "bin" / "ecs-eco"
+        run(command, "--version", cwd=empty)
+        run(command, "new", "my-world", cwd=empty)
+        world = "my-world/my-world.toml"
+        run(command, "run", world, "--trust", "--ticks", 50, "--out", "my-run", "-q", cwd=empty)
+        run(command, "new", "my-ecology", "--package", cwd=empty)
+        run(python, "-m", "pytest", "-q", "my-ecology", cwd=empty)
+        where = "import ecs_eco, pathlib; print(pathlib.Path(ecs_eco.__file__).parent)"
+        run(python, "-I", "-c", where, cwd=empty)
+
+
+if __name__ == "__main__":
+    main()
