@@ -133,6 +133,8 @@ class Compiler:
     def _attribute(self, tree: ast.Attribute) -> Node:
         """Component.field, as the sensor of a field of a component is called."""
         owner = tree.value.id if isinstance(tree.value, ast.Name) else "…"
+        if owner == "…" or tree.attr.startswith("_"):
+            raise self._error(f'attribute "{owner}.{tree.attr:.40}" is not allowed', tree)
         if f"{owner}_{tree.attr}" not in self.names:
             raise self._error(f'unknown attribute "{owner}.{tree.attr:.40}"', tree, listed(self.names, 30),
                               nearest(f"{owner}_{tree.attr}", self.names))

@@ -161,7 +161,7 @@ def test_run_hands_on_its_options(
     (here / "folder").mkdir()
     for name in ("deer", "wolf"):
         (here / "folder" / f"{name}.safetensors").write_bytes(b"")
-    catch(monkeypatch, "ecs_eco.record.run_to_folder")
+    catch(monkeypatch, "ecs_eco.runs.run.run_to_folder")
     args, kwargs = caught("run", "predator-prey", "--ticks", "7", "--seed", "3", *arguments)
     config, seed, ticks, out, *rest = args
     assert (config.name, seed, ticks, out.path) == ("predator-prey", 3, 7, Path("runs/predator-prey-3"))
@@ -173,7 +173,7 @@ def test_run_hands_on_its_options(
 
 
 def test_the_world_has_ticks_and_seed_where_none_are_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
-    catch(monkeypatch, "ecs_eco.record.run_to_folder")
+    catch(monkeypatch, "ecs_eco.runs.run.run_to_folder")
     args, _ = caught("run", "predator-prey", "--set", "seed=9", "--set", "ticks=77")
     assert args[1:3] == (9, 77)
 
@@ -183,7 +183,7 @@ def test_an_interrupt_says_how_far_it_came(monkeypatch: pytest.MonkeyPatch) -> N
         args[-1](3, args[2])
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("ecs_eco.record.run_to_folder", interrupted)
+    monkeypatch.setattr("ecs_eco.runs.run.run_to_folder", interrupted)
     output = invoke("run", "predator-prey", "--ticks", "10", code=130)
     assert "Stopped at tick 3 of 10; nothing was recorded." in output
 
