@@ -17,7 +17,7 @@ ENDS = 4  # rows shown of the beginning and of the end
 class SeriesTable:
     """A pyarrow.Table, `arrow`, with all its methods, and ways out of it.
 
-    What pyarrow's own functions are to take, as those that write a file, is `series.arrow`; polars, pandas and
+    What pyarrow's own functions take, as those that write a file, is `series.arrow`; polars, pandas and
     DuckDB take the series as it is.
     """
 
