@@ -6,6 +6,7 @@ What the wheel needs is installed too, in the versions of constraints.txt, from 
 Exits with 1 where something is missing.
 """
 
+import os
 import shutil
 import subprocess
 import sys
@@ -20,7 +21,8 @@ IN_WHEEL = ("ecs_eco/py.typed", "ecs_eco/view/static/index.html", "ecs_eco/view/
             "ecs_eco/worlds/predator_prey/deer.safetensors",
             "ecs_eco/templates/package/pyproject.toml.template",
             "licenses/LICENSE", "licenses/THIRD_PARTY.md")  # fmt: skip
-LEFT = (".git", ".venv", "build", "*.egg-info", "node_modules", "runs", ".mypy_cache", "__pycache__")
+LEFT = shutil.ignore_patterns("*.egg-info", "node_modules", "__pycache__", ".*_cache")
+LEFT_AT_TOP = {".git", ".venv", "build", "dist", "runs", "my-run"}
 IN_SDIST = ("LICENSE", "THIRD_PARTY.md", "README.md", "pyproject.toml")
 
 
@@ -28,16 +30,22 @@ def run(*command: object, cwd: Path) -> None:
     """Run a command, and say so; exit where it fails."""
     print("$", *command, flush=True)
     done = subprocess.run([str(word) for word in command], cwd=cwd, text=True, check=False,
-                          stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+                          stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                          env=os.environ | {"XDG_CONFIG_HOME": str(cwd)})  # where it is kept what is trusted
     print(done.stdout[-1000 if done.returncode == 0 else -10_000:])
     if done.returncode:
         sys.exit(f"exit code {done.returncode}")
 
 
+def left(folder: str, names: list[str]) -> set[str]:
+    """What is in a folder of the checkout and belongs to no sdist."""
+    return set(LEFT(folder, names)) | (LEFT_AT_TOP & set(names) if Path(folder) == ROOT else set())
+
+
 def build(folder: Path) -> Path:
     """Build sdist and wheel, look whether all is in them, and return the wheel."""
     sources = folder.parent / "sources"
-    shutil.copytree(ROOT, sources, symlinks=True, ignore=shutil.ignore_patterns(*LEFT))
+    shutil.copytree(ROOT, sources, symlinks=True, ignore=left)
     made = ("import sys; from setuptools import build_meta as b; to = sys.argv[1]; "  # it changes sys.argv
             "b.build_sdist(to); b.build_wheel(to)")
     run(sys.executable, "-c", made, folder, cwd=sources)
