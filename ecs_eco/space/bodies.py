@@ -7,6 +7,7 @@ import numpy as np
 from ecs_eco.components import Body, Position, Shape
 from ecs_eco.space import sight
 from ecs_eco.space.solids import Solids
+from ecs_eco.space.terrain import ROCK
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
@@ -18,6 +19,12 @@ def rocks(world: "SpatialWorld") -> tuple[np.ndarray, np.ndarray]:
     if world.terrain is None:
         return sight.NO_GROUND, np.zeros(2, np.float32)
     return world.terrain.ground, world.terrain.inverse
+
+
+def opaque_ground(world: "SpatialWorld") -> tuple[np.ndarray, np.ndarray]:
+    """Return the ground map and its scale, for those who look; a map of one cell where no rock is."""
+    ground, inverse = rocks(world)
+    return ground if (ground == ROCK).any() else sight.NO_GROUND, inverse
 
 
 def relief(world: "SpatialWorld") -> np.ndarray:

@@ -209,42 +209,66 @@ def cast(first, last, ox, oy, oz, ou, cos, sin, eye, bx, by, bz, br, bu, bkind, 
     and `ray_sin` are cosine and sine, f32[rays] or f32[n, rays]; `hit` i32[n, rays], `distance` f32[n, rays]
     [m].
     """
+    rays = ray_cos.shape[-1]
     near = np.empty(bx.size, np.int64)
+    ux, uy, best, way = np.empty((4, rays), np.float32)
     for i in range(first, last):
         x, y, z = ox[i], oy[i], oz[i]
         n = gather(x, y, z, reach, bstart, bx, by, bz, nx, ny, nz, inverse, lengths, torus, near)
         to_cos, to_sin = row_of(ray_cos, i), row_of(ray_sin, i)
-        for r in range(to_cos.size):
-            ux, uy = cos[i] * to_cos[r] - sin[i] * to_sin[r], sin[i] * to_cos[r] + cos[i] * to_sin[r]
-            best, kind = radius, -1
-            for q in range(n):
-                e = near[q]
-                if bu[e] == ou[i]:
-                    continue
-                dx, dy, dz = offset(x, y, z, bx[e], by[e], bz[e], lengths, torus)
-                along = dx * ux + dy * uy
-                away2 = dx * dx + dy * dy + dz * dz - along * along
-                r2 = br[e] * br[e]
-                if along > 0 and away2 < r2:
-                    t = max(along - np.sqrt(r2 - away2), np.float32(0.0))
-                    if t < best and not hill_between(x, y, dx, dy, eye[i], 2 * br[e], height,
-                                                     ground_inverse, lengths, torus):
-                        best, kind = t, bkind[e]
-            rock = radius * rock_between(x, y, ux * radius, uy * radius, ground, ground_inverse,
+        for r in range(rays):
+            ux[r] = cos[i] * to_cos[r] - sin[i] * to_sin[r]
+            uy[r] = sin[i] * to_cos[r] + cos[i] * to_sin[r]
+            best[r], hit[i, r] = radius, -1
+        for q in range(n):
+            e = near[q]
+            dx, dy, dz = offset(x, y, z, bx[e], by[e], bz[e], lengths, torus)
+            d2, most = dx * dx + dy * dy + dz * dz, radius + br[e]
+            if bu[e] == ou[i] or d2 > np.float32(1.001) * most * most:
+                continue
+            if not ways(dx, dy, d2, br[e] * br[e], ux, uy, best, way) or hill_between(
+                    x, y, dx, dy, eye[i], 2 * br[e], height, ground_inverse, lengths, torus):
+                continue
+            for r in range(rays):
+                if way[r] < best[r]:
+                    best[r], hit[i, r] = way[r], bkind[e]
+        for r in range(rays):
+            distance[i, r] = best[r]
+            rock = radius * rock_between(x, y, ux[r] * radius, uy[r] * radius, ground, ground_inverse,
                                          lengths, torus)
-            if rock < best:
-                best, kind = rock, -2
+            if rock < distance[i, r]:
+                distance[i, r], hit[i, r] = rock, -2
             if not torus:
-                wall = np.float32(np.inf)
-                if ux > 0:
-                    wall = min(wall, (lengths[0] - x) / ux)
-                elif ux < 0:
-                    wall = min(wall, -x / ux)
-                if uy > 0:
-                    wall = min(wall, (lengths[1] - y) / uy)
-                elif uy < 0:
-                    wall = min(wall, -y / uy)
-                if wall < best:
-                    best, kind = wall, -2
-            hit[i, r] = kind
-            distance[i, r] = best
+                wall = wall_ahead(x, y, ux[r], uy[r], lengths)
+                if wall < distance[i, r]:
+                    distance[i, r], hit[i, r] = wall, -2
+
+
+@njit
+def ways(dx, dy, d2, r2, ux, uy, best, way):
+    """Write how far along each ray the sphere at (dx, dy) begins, infinite where it is missed; return whether
+    some way is shorter than `best`. `d2` is the squared distance [m²], `r2` the squared radius."""
+    nearer = 0
+    for r in range(way.size):
+        along = dx * ux[r] + dy * uy[r]
+        inside = r2 - (d2 - along * along)
+        meets = along > np.float32(0.0) and inside > np.float32(0.0)
+        begins = max(along - np.sqrt(max(inside, np.float32(0.0))), np.float32(0.0))
+        way[r] = begins if meets else np.float32(np.inf)
+        nearer |= way[r] < best[r]
+    return nearer != 0
+
+
+@njit
+def wall_ahead(x, y, ux, uy, lengths):
+    """How far the rim of the space is in a direction [m]."""
+    wall = np.float32(np.inf)
+    if ux > 0:
+        wall = min(wall, (lengths[0] - x) / ux)
+    elif ux < 0:
+        wall = min(wall, -x / ux)
+    if uy > 0:
+        wall = min(wall, (lengths[1] - y) / uy)
+    elif uy < 0:
+        wall = min(wall, -y / uy)
+    return wall

@@ -11,7 +11,7 @@ from ecs_eco.engine.jit import njit
 from ecs_eco.nervous.sensors.kin import nearest_kin
 from ecs_eco.nervous.sensors.sense import Seekers, Sense, in_light, of_sensor, own_range, place_of
 from ecs_eco.space import sight
-from ecs_eco.space.bodies import opaque, opaque_solids, relief, rocks, solids, tops
+from ecs_eco.space.bodies import opaque, opaque_ground, opaque_solids, relief, solids, tops
 from ecs_eco.space.nearest import nearest
 from ecs_eco.space.solid_sight import nearest_in_sight
 
@@ -53,7 +53,7 @@ def see_nearest(target: str, reach: float, fov: float, occlusion: bool, number: 
             entries, distance2 = nearest_kin(seekers, table, world.tables[target], targets, kin, eye, own,
                                              cos_half_fov, world.split)
         if kin is None and (occlusion or (not elsewhere and np.max(cos_half_fov, initial=-2) > -1)):
-            space, ground, inverse = world.space, *rocks(world)
+            space, ground, inverse = world.space, *opaque_ground(world)
             bodies: Any = opaque(world) if occlusion else targets
             radii = bodies.radius if occlusion else targets.x
             largest = np.float32(bodies.largest if occlusion else 0.0)
@@ -85,7 +85,7 @@ def look(world: "SpatialWorld", table: "Table", seekers: Seekers, eye: tuple[np.
     some bodies are capsules or boxes; its entry i32[n], that of seeker i is i, −1 where it sees none; and the
     square of its distance f32[n] [m^2]."""
     entries, distance2 = np.empty(seekers.n, np.int32), np.empty(seekers.n, np.float32)
-    mine, space, (ground, inverse) = seekers.index, world.space, rocks(world)
+    mine, space, (ground, inverse) = seekers.index, world.space, opaque_ground(world)
     targets, spheres, others = solids(world, [target]), opaque(world), opaque_solids(world)
     places = tuple(np.zeros(seekers.n, np.float32) for _ in range(3))
     world.split(nearest_in_sight, seekers.n, *eye, mine.uid, seekers.cos, seekers.sin,

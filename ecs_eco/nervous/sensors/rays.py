@@ -9,7 +9,7 @@ import numpy as np
 from ecs_eco.components import Body, Shape
 from ecs_eco.nervous.sensors.sense import Seekers, Sense, in_light, of_sensor, own_range, place_of
 from ecs_eco.space import sight
-from ecs_eco.space.bodies import merged, relief, rocks, solids, tops
+from ecs_eco.space.bodies import merged, opaque_ground, relief, solids, tops
 from ecs_eco.space.solid_sight import cast_on_solids
 
 if TYPE_CHECKING:
@@ -77,7 +77,7 @@ def trace(world: "SpatialWorld", table: "Table", seekers: Seekers, place: tuple[
           ray_sin: np.ndarray) -> tuple[list[str], np.ndarray, np.ndarray]:
     """Return the kinds of bodies in the order of their numbers; and for each seeker and ray the number of
     what is hit first, i32[n, rays], −1 none, −2 rock or wall, and how far it is, f32[n, rays] [m]."""
-    space, mine, (ground, inverse) = world.space, seekers.index, rocks(world)
+    space, mine, (ground, inverse) = world.space, seekers.index, opaque_ground(world)
     shaped = [n for n in kinds if Shape in world.tables[n]]
     spheres = [n for n in kinds if n not in shaped]
     bodies, height, eye = merged(world, spheres), relief(world), tops(table, seekers.rows)
