@@ -49,7 +49,7 @@ def populations(series: Series) -> Figure:
         right.spines["right"].set_visible(True)
         ax.set_ylabel("number of " + ", ".join(s for i, s in enumerate(series.species) if i != alone))
     lines = [line for a in figure.axes for line in a.get_lines() if not str(line.get_label()).startswith("_")]
-    figure.legend(handles=lines, loc="outside upper center", ncols=max(1, len(lines)))
+    figure.legend(handles=lines, loc="outside upper center", ncols=max(1, min(5, len(lines))))
     ax.margins(x=0)
     mark(figure.axes[-1], interventions(series))
     return figure
@@ -263,7 +263,7 @@ def positions(at: Mapping[str, np.ndarray], size: Sequence[float], hue: Mapping[
     ax.grid(visible=False)
     for side in ("top", "right"):
         ax.spines[side].set_visible(True)
-    shown = figure.legend(loc="outside upper center", ncols=max(1, len(at)))
+    shown = figure.legend(loc="outside upper center", ncols=max(1, min(5, len(at))))
     for handle in shown.legend_handles:
         handle.set_sizes([28])  # type: ignore[union-attr]
     return figure
