@@ -16,7 +16,6 @@ suppress_warnings = ["myst.header"]  # the changelog skips a level
 
 nb_execution_timeout = 900  # [s] of one cell; a busy machine takes ten times as long as a free one
 nb_execution_raise_on_error = True
-nb_execution_cache_path = "../notebooks"
 nb_merge_streams = True
 
 default_role = "code"

@@ -29,11 +29,10 @@ def passes(folder: Path) -> str:
     return done.stdout.strip().splitlines()[-1]
 
 
-@pytest.fixture(scope="module")
-def meadow(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("new") / "my-world"
-    new_world(folder)
-    return folder
+@pytest.fixture
+def meadow(tmp_path):
+    new_world(tmp_path / "my-world")
+    return tmp_path / "my-world"
 
 
 def test_a_new_world_has_a_file_a_system_its_test_and_a_readme(meadow):
