@@ -1,11 +1,11 @@
-"""`ecs-eco run | watch | resume | repeat | train | report | why | lineage | compare | search | draw | picture
-| video | list | …`."""
+"""`ecs-eco run | watch | resume | repeat | train | report | why | lineage | compare | search | sweep | draw
+| picture | video | list | …`."""
 
 from typing import Annotated
 
 import typer
 
-from ecs_eco.cli.commands import asking, beginning, comparing, living, telling
+from ecs_eco.cli.commands import asking, beginning, comparing, living, sweeping, telling
 from ecs_eco.cli.terminal import say
 
 app = typer.Typer(
@@ -43,6 +43,7 @@ for _command in (
     telling.draw, telling.picture, telling.video,
 ):  # fmt: skip
     app.command()(_command)
+app.add_typer(sweeping.sweep, name="sweep")
 app.command()(beginning.new)
 app.command("list")(asking.list_)
 app.command()(asking.check)

@@ -35,9 +35,11 @@ LIMITS = {
 }
 
 
-def problems_of(error: ValidationError, data: dict[str, Any]) -> list[Problem]:
-    """One problem for each error of pydantic, for at most MOST + 1 of them."""
-    return [_problem(e, data) for e in error.errors(include_url=False, include_input=False)[: MOST + 1]]
+def problems_of(error: ValidationError, data: dict[str, Any],
+                model: type[Section] = WorldConfig) -> list[Problem]:
+    """One problem for each error of pydantic in data for a model, for at most MOST + 1 of them."""
+    errors = error.errors(include_url=False, include_input=False)[: MOST + 1]
+    return [_problem(e, data, model) for e in errors]
 
 
 def value_at(data: Any, key: Key) -> Any:
@@ -50,10 +52,10 @@ def value_at(data: Any, key: Key) -> Any:
     return data
 
 
-def _problem(error: Any, data: dict[str, Any]) -> Problem:
+def _problem(error: Any, data: dict[str, Any], model: type[Section]) -> Problem:
     key, kind, context = _key(error["loc"], data), error["type"], error.get("ctx", {})
     value = value_at(data, key)
-    info, parent = field_at(key, data)
+    info, parent = field_at(key, data, model)
     about = f" ({info.description})" if info is not None and info.description else ""
     if kind == "missing":
         return Problem(key, "is missing", allowed=_words(info) + about)
@@ -95,9 +97,10 @@ def _key(loc: tuple[Any, ...], data: Any) -> Key:
     return tuple(key)
 
 
-def field_at(key: Key, data: Any) -> tuple[FieldInfo | None, type[Section] | None]:
-    """The field that a key names, and the section that holds it."""
-    kind: Any = WorldConfig
+def field_at(key: Key, data: Any,
+             model: type[Section] = WorldConfig) -> tuple[FieldInfo | None, type[Section] | None]:
+    """The field that a key names in a model, and the section that holds it."""
+    kind: Any = model
     info: FieldInfo | None = None
     parent: type[Section] | None = None
     for part in key:

@@ -71,6 +71,11 @@ def _treated(world: str, changes: list[str], config: WorldConfig, treatment: Tre
             config = treatment.apply_to(config)
     except NotApplicable as error:
         raise refusal(error.what, treatment.name, error.allowed) from None
+    return arm_of(config, treatment)
+
+
+def arm_of(config: WorldConfig, treatment: Treatment) -> Arm:
+    """Return the arm of a treatment that has made this configuration."""
     controls = (treatment.name,) if treatment.at_build else ()
     return Arm(folder_name(treatment.name), config, treatment.policies, treatment.learn, controls, treatment)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -14,8 +15,9 @@ from ecs_eco.record.seal import read_manifest
 EVERY = 2_000  # least ticks between the checkpoints of a run
 
 
-def run_arm(arm: Arm, seed: int, ticks: int, folder: Path) -> dict[str, Any]:
-    """Run an arm with a seed into a folder; return its manifest.
+def run_arm(arm: Arm, seed: int, ticks: int, folder: Path, every: int | None = None,
+            progress: Callable[[int, int], None] | None = None) -> dict[str, Any]:
+    """Run an arm with a seed into a folder, with a checkpoint `every` so many ticks; return its manifest.
 
     A stopped run continues from its checkpoint, or restarts if it has none. Raises FolderInUse, and
     ForeignFile if the folder holds files of another run.
@@ -23,19 +25,20 @@ def run_arm(arm: Arm, seed: int, ticks: int, folder: Path) -> dict[str, Any]:
     from ecs_eco.record.folder import remove_run
     from ecs_eco.runs.run import resume, run_to_folder
 
-    every = max(EVERY, ticks // 20) if ticks > EVERY else None
+    if every is None and ticks > EVERY:
+        every = max(EVERY, ticks // 20)
     with finishing():
         arm.config._code.pass_on()
         if (folder / "manifest.json").is_file():
             try:
-                return resume(folder, ticks, report=False, complain=lambda _: None)
+                return resume(folder, ticks, progress, report=False, complain=lambda _: None)
             except (FolderInUse, ForeignFile):
                 raise
             except (CheckpointError, RecordingError):
                 remove_run(folder)
         return run_to_folder(
             arm.config, seed=seed, ticks=ticks, out=folder, policies=arm.policies, learn=arm.learn,
-            controls=arm.controls, report=False, checkpoint_every=every, keep=1,
+            controls=arm.controls, progress=progress, report=False, checkpoint_every=every, keep=1,
         )  # fmt: skip
 
 

@@ -134,6 +134,16 @@ def ours(out: str | Path | Claim) -> Iterator[Claim]:
         yield claim
 
 
+def owner_of(folder: str | Path) -> dict[str, Any] | None:
+    """Return what the process that has a folder says of itself, pid, host and since when; None if nobody has
+    it. One on another machine counts as alive."""
+    try:
+        owner = json.loads((Path(folder) / LOCK).read_bytes())
+    except (OSError, ValueError):
+        return None
+    return owner if isinstance(owner, dict) and _lives(owner) else None
+
+
 def remove_start(folder: Path) -> None:
     """Remove what a run wrote in a folder before it had a manifest, and nothing else."""
     for name, pattern in BEGUN.items():

@@ -1,0 +1,97 @@
+"""Commands for sweeps: sweep PLAN, sweep status | resume | collect."""
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from typer.core import TyperGroup
+
+from ecs_eco.cli.options import Quiet
+from ecs_eco.cli.terminal import exits, path_of, whole
+
+
+class PlanOrCommand(TyperGroup):
+    """A group that takes the name of a plan for the command `run`."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Put `run` before anything but a command, or a question for help."""
+        if args and args[0] not in self.commands and args[0] not in ("--help", "-h"):
+            args = ["run", *args]
+        return super().parse_args(ctx, args)
+
+
+sweep = typer.Typer(
+    cls=PlanOrCommand, no_args_is_help=True, add_completion=False, rich_markup_mode=None,
+    help="Run a world under many values, seeds and treatments: `sweep PLAN`, then status, resume, collect.",
+)  # fmt: skip
+
+Folder = Annotated[Path, typer.Argument(metavar="DIR", help="The folder of a sweep.")]
+On = Annotated[
+    str, typer.Option("--on", metavar="local|slurm|ray",
+                      help="Where: processes here, a SLURM cluster, or a Ray cluster.")
+]
+Workers = Annotated[
+    int, typer.Option(parser=whole(1, 100_000), metavar="N", help="Jobs at a time, of one thread each.")
+]
+Trust = Annotated[
+    bool, typer.Option("--trust", help="Allow the code that the world brings along to run, until that code "
+                                       "changes; read it first.")
+]
+
+
+@sweep.command()
+@exits
+def run(
+    plan: Annotated[str, typer.Argument(metavar="PLAN", help="A plan, a TOML file.")],
+    on: On = "local",
+    workers: Workers = 2,
+    out: Annotated[
+        Path | None,
+        typer.Option(parser=path_of, metavar="PATH",
+                     help="Folder for the sweep: new, empty, or begun with this plan. Default: in runs/."),
+    ] = None,
+    quiet: Quiet = False,
+    trust: Trust = False,
+) -> None:
+    """Run all jobs of a plan; `sweep PLAN` is short for it."""
+    from ecs_eco.cli.sweep import sweep_plan
+
+    sweep_plan(plan, on, workers, out, quiet, trust)
+
+
+@sweep.command()
+@exits
+def status(folder: Folder) -> None:
+    """Say what is done, runs, waits and failed, how fast, and how long it still takes."""
+    from ecs_eco.cli.sweep import tell_status
+
+    tell_status(folder)
+
+
+@sweep.command()
+@exits
+def resume(folder: Folder, on: On = "local", workers: Workers = 2, quiet: Quiet = False,
+           trust: Trust = False) -> None:
+    """Go on with the jobs that are not done, failed ones included."""
+    from ecs_eco.cli.sweep import resume_sweep
+
+    resume_sweep(folder, on, workers, quiet, trust)
+
+
+@sweep.command()
+@exits
+def collect(folder: Folder, quiet: Quiet = False) -> None:
+    """Make one table of all runs that are done, with figures and a report."""
+    from ecs_eco.cli.sweep import collect_sweep
+
+    collect_sweep(folder, quiet)
+
+
+@sweep.command(hidden=True)
+@exits
+def job(folder: Folder, numbers: Annotated[list[int], typer.Argument(metavar="NUMBER…")],
+        trust: Trust = False) -> None:
+    """Do jobs of a sweep, by their numbers, in this process; exit with 75 where it was told to stop."""
+    from ecs_eco.cli.sweep import do_jobs_here
+
+    do_jobs_here(folder, numbers, trust)

@@ -1,0 +1,267 @@
+"""sweep: a plan's jobs on an engine; their state, what is left of them, and what came of them."""
+
+from __future__ import annotations
+
+import signal
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import typer
+
+from ecs_eco.cli.folders import results
+from ecs_eco.cli.terminal import FAILED, INTERRUPTED, complain, printable, refuse, say
+from ecs_eco.engine.errors import listed, nearest
+from ecs_eco.record.claim import Claim
+from ecs_eco.sweeps.design import design_of
+from ecs_eco.sweeps.folder import Sweep, begin, check_plan, has_sweep, read_sweep
+from ecs_eco.sweeps.plan import read_plan
+
+if TYPE_CHECKING:
+    from ecs_eco.sweeps.run import Outcome
+    from ecs_eco.sweeps.status import Status
+
+ENGINES = ("local",)
+PACE = 1.0  # [s] between two looks at the folder
+
+
+def sweep_plan(plan: str, on: str, workers: int, out: Path | None, quiet: bool, trust: bool) -> None:
+    """Do the jobs of a plan in a new folder, or go on with them in one that was begun with it."""
+    known_engine(on)
+    file = read_plan(plan)
+    if trust:
+        allow_code(file.plan.world, file.folder)
+    design = design_of(file)
+    if out is not None and has_sweep(out):
+        check_plan(read_sweep(out), design)
+        claim = Claim(out)
+    else:
+        claim = results(out, f"{Path(plan).stem}-sweep")
+    with claim:
+        do_sweep(begin(claim.path, design), on, workers, quiet)
+
+
+def resume_sweep(folder: Path, on: str, workers: int, quiet: bool, trust: bool) -> None:
+    """Go on with what is not done of a sweep."""
+    known_engine(on)
+    sweep = read_sweep(folder)
+    if trust:
+        allow_kept(sweep)
+    with Claim(folder):
+        do_sweep(sweep, on, workers, quiet)
+
+
+def known_engine(on: str) -> None:
+    """Refuse an engine that does not exist."""
+    if on not in ENGINES:
+        refuse("--on", "no such engine", on, listed(ENGINES), nearest(on, ENGINES))
+
+
+def allow_code(world: str, folder: Path) -> None:
+    """Allow the code that a plan's world lists, and print it."""
+    from ecs_eco.cli.trust import allow
+    from ecs_eco.config.shipped import shipped
+
+    allow(True, world if world.replace("_", "-") in shipped() else folder / world)
+
+
+def allow_kept(sweep: Sweep) -> None:
+    """Allow the code that a sweep keeps in its folder, and print it."""
+    from ecs_eco.engine import trust
+    from ecs_eco.engine.code import read
+    from ecs_eco.record.code import FOLDER
+
+    code = read([str(n["entry"]) for n in sweep.content["code"]], [sweep.folder / FOLDER])[0]
+    trust.remember({source.sha256: source.path for source in code.sources})
+    for source in code.sources:
+        say(f"allowed to run: {source}")
+
+
+def do_sweep(sweep: Sweep, on: str, workers: int, quiet: bool) -> None:
+    """Do what is not done of a sweep; end the command if jobs failed or it was stopped."""
+    from ecs_eco.sweeps.run import do_jobs, unfinished
+
+    numbers = unfinished(sweep)
+    if len(numbers) < len(sweep.jobs) and not quiet:
+        complain(f"{len(sweep.jobs) - len(numbers)} of {len(sweep.jobs)} jobs are done already.")
+    try:
+        with engine(on, min(workers, max(1, len(numbers)))) as executor, shown(sweep, quiet):
+            outcome = do_jobs(sweep, executor, numbers)
+    except KeyboardInterrupt:
+        complain(f"Stopped; what was done until then is kept. Go on: ecs-eco sweep resume {sweep.folder}")
+        raise typer.Exit(INTERRUPTED) from None
+    tell_outcome(sweep, outcome)
+
+
+def engine(on: str, workers: int) -> Any:
+    """Return the executor of an engine, a context manager."""
+    from ecs_eco.experiments.pool import Pool
+
+    return Pool(workers)
+
+
+def tell_outcome(sweep: Sweep, outcome: Outcome) -> None:
+    """Say what became of the jobs; end the command if some failed."""
+    if outcome.retried:
+        complain(f"{outcome.retried} times the worker of a job was killed and the job was called again.")
+    if outcome.failed:
+        tell_failures(sweep, outcome.failed)
+        complain(f"{len(outcome.failed)} of {len(sweep.jobs)} jobs failed; the others are done. "
+                 f"Try these again: ecs-eco sweep resume {sweep.folder}")
+        raise typer.Exit(FAILED)
+    say(f"{len(sweep.jobs)} jobs are done in {sweep.folder}; the table and figures: "
+        f"ecs-eco sweep collect {sweep.folder}")
+
+
+def tell_failures(sweep: Sweep, failed: dict[int, str], most: int = 5) -> None:
+    """Say why jobs failed, the most frequent reason first."""
+    from ecs_eco.sweeps.status import Status
+
+    reasons = Status(failed=failed).errors()
+    for text, numbers in reasons[:most]:
+        complain(f"{sweep.jobs[numbers[0]]}" + (f" and {len(numbers) - 1} more" if len(numbers) > 1 else "")
+                 + f": {text}")
+    if len(reasons) > most:
+        complain(f"… and {len(reasons) - most} more reasons")
+
+
+def do_jobs_here(folder: Path, numbers: Sequence[int], trust: bool) -> None:
+    """Do jobs in this process, one after another; SIGTERM leaves a checkpoint and exits with UNFINISHED."""
+    from ecs_eco.sweeps.jobs import UNFINISHED, run_job
+
+    def stop(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    sweep = read_sweep(folder)
+    for number in numbers:
+        sweep.job_folder(number)
+    if trust:
+        allow_kept(sweep)
+    before, failed = signal.signal(signal.SIGTERM, stop), dict[int, str]()
+    try:
+        for number in numbers:
+            try:
+                done = run_job(folder, number)
+                say(f"{sweep.jobs[number]}: done, {done['digest'][:16]}")
+            except Exception as error:
+                failed[number] = f"{type(error).__name__}: {error}"
+    except KeyboardInterrupt:
+        complain("Unfinished: told to stop; the same command goes on.")
+        raise typer.Exit(UNFINISHED) from None
+    finally:
+        signal.signal(signal.SIGTERM, before)
+    if failed:
+        tell_failures(sweep, failed)
+        raise typer.Exit(FAILED)
+
+
+# --- the state ----------------------------------------------------------------------------------------------
+
+
+def tell_status(folder: Path) -> None:
+    """Print a table of the state of a sweep, and why jobs failed."""
+    from rich.console import Console
+    from rich.table import Table
+
+    from ecs_eco.sweeps.status import Survey
+
+    sweep = read_sweep(folder)
+    status = Survey(sweep).look()
+    table = Table(title=printable(f"{sweep.content['title'] or sweep.content['world']}: {sweep.folder}"),
+                  title_justify="left", title_style="bold")
+    for word in ("jobs", "done", "running", "waiting", "failed", "ticks", "ticks/s", "remaining"):
+        table.add_column(word, justify="right")
+    counts = (status.jobs, *map(len, (status.done, status.running, status.waiting, status.failed)))
+    share = f"{status.ticks:,} of {status.ticks_in_all:,} ({status.ticks / status.ticks_in_all:.0%})"
+    table.add_row(*map(str, counts), share, f"{status.rate:,.0f}" if status.rate else "–",
+                  duration(status.remaining))
+    Console().print(table)
+    tell_failures(sweep, status.failed)
+    if status.failed or (status.waiting and not status.running):
+        say(f"go on with what is not done: ecs-eco sweep resume {sweep.folder}")
+
+
+def duration(seconds: float | None) -> str:
+    """A time for people: 45 s, 12 min, 3 h 20 min."""
+    if seconds is None:
+        return "–"
+    if seconds < 90:
+        return f"{seconds:.0f} s"
+    minutes = round(seconds / 60)
+    return f"{minutes} min" if minutes < 90 else f"{minutes // 60} h {minutes % 60} min"
+
+
+@contextmanager
+def shown(sweep: Sweep, quiet: bool) -> Iterator[None]:
+    """Show how far a sweep is: a bar on a terminal, a line every half minute elsewhere, nothing if quiet."""
+    if quiet:
+        yield
+        return
+    from ecs_eco.sweeps.status import Survey
+
+    end, survey = threading.Event(), Survey(sweep)
+    with _display(sweep.content["world"]) as show:
+
+        def watch() -> None:
+            while not end.wait(max(PACE, len(sweep.jobs) / 1000)):
+                show(survey.look())
+
+        thread = threading.Thread(target=watch, daemon=True)
+        thread.start()
+        try:
+            yield
+        finally:
+            end.set()
+            thread.join()
+
+
+@contextmanager
+def _display(name: str) -> Iterator[Callable[[Status], None]]:
+    if not sys.stderr.isatty():
+        yield _lines(name)
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+    named, text = (TextColumn(t, markup=False) for t in ("{task.description}", "{task.fields[text]}"))
+    with Progress(named, BarColumn(), text, TimeElapsedColumn(), console=Console(stderr=True),
+                  transient=True) as bar:  # fmt: skip
+        task = bar.add_task(printable(name), total=1.0, text="")
+        yield lambda status: bar.update(task, completed=status.ticks, total=status.ticks_in_all,
+                                        text=in_words(status))
+
+
+def _lines(name: str, every: float = 30.0) -> Callable[[Status], None]:
+    last = time.monotonic()
+
+    def show(status: Status) -> None:
+        nonlocal last
+        if time.monotonic() - last >= every:
+            last = time.monotonic()
+            complain(f"{name}: {in_words(status)}")
+
+    return show
+
+
+def in_words(status: Status) -> str:
+    """How far a sweep is, in a line."""
+    failed = f", {len(status.failed)} failed" if status.failed else ""
+    rest = f", {status.rate:,.0f} ticks/s, {duration(status.remaining)} left" if status.rate else ""
+    return f"{len(status.done)} of {status.jobs} jobs, {len(status.running)} running{failed}{rest}"
+
+
+def collect_sweep(folder: Path, quiet: bool) -> None:
+    """Write the table, the figures and the page of a sweep, and print what they hold."""
+    from ecs_eco.sweeps.collect import collect
+
+    sweep = read_sweep(folder)
+    result = collect(sweep)
+    if result.missing and not quiet:
+        complain(f"{result.missing} of {len(sweep.jobs)} jobs are not done, and not in the table.")
+    for line in result.lines:
+        say(line)
+    say(f"written: {result.table}, {result.page}")

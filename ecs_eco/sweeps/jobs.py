@@ -1,0 +1,172 @@
+"""One job of a sweep, which any engine may call, again and again: done, gone on with, or begun."""
+
+from __future__ import annotations
+
+import json
+import os
+import socket
+import time
+import traceback
+from collections.abc import Callable, Collection, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from ecs_eco.engine.errors import FolderInUse, ForeignFile, RecordingError
+from ecs_eco.engine.files import write_json
+from ecs_eco.experiments.runs import has_run, run_arm
+from ecs_eco.experiments.trained import is_trained, train_or_find
+from ecs_eco.record.claim import Claim, ours
+from ecs_eco.record.seal import read_manifest
+from ecs_eco.sweeps.design import Job
+from ecs_eco.sweeps.folder import DONE, FAILED, PROGRESS, RUN, Sweep, read_sweep
+
+PATIENCE = 150.0  # [s] a job waits for another process that has it; leases of shared disks end before
+PACE = 1.0  # [s] between two notes of a job's progress
+UNFINISHED = 75  # exit code of a process that was told to stop and left a checkpoint: EX_TEMPFAIL
+
+
+def run_job(folder: str | Path, number: int, allowed: Collection[str] = ()) -> dict[str, Any]:
+    """Do a job of a sweep, whatever is done of it already; return the content of its done.json.
+
+    A job that is done is left as it is; one that was stopped or killed goes on from its last checkpoint, and
+    trains first what it needs and nobody has trained. `allowed` are the hashes of code that the caller
+    allows to run. Raises what a run raises, which failed.json then holds, and FolderInUse where another
+    process has the job.
+    """
+    _allow(allowed)
+    sweep = read_sweep(folder)
+    place = sweep.job_folder(number)
+    job = sweep.jobs[number]
+    if (done := read_done(sweep, number)) is not None:
+        return done
+    with _claimed(place):
+        if (done := read_done(sweep, number)) is not None:
+            return done
+        begin = time.time()
+        try:
+            done = _do(sweep, job, place) | {"began": begin}
+        except Exception as error:
+            write_json(place / FAILED, _failure(error))
+            raise
+        write_json(place / DONE, done)
+        for name in (FAILED, PROGRESS):
+            (place / name).unlink(missing_ok=True)
+        return done
+
+
+def train(folder: str | Path, name: str, allowed: Collection[str] = ()) -> str:
+    """Train the policies of a sweep's training, unless they are there; return their folder.
+
+    One process at a time trains the same; the others wait for it.
+    """
+    _allow(allowed)
+    sweep = read_sweep(folder)
+    training, place = sweep.trainings[name], sweep.policies_folder(name)
+    config = sweep.world(training.values, training.treatment).config
+    while not is_trained(place, config, training.seed):
+        try:
+            with ours(place.with_name(f"{place.name}.training")):
+                return str(train_or_find(place, config, training.seed))
+        except FolderInUse:
+            time.sleep(PACE)
+    return str(place)
+
+
+def read_done(sweep: Sweep, number: int) -> dict[str, Any] | None:
+    """Return the done.json of a job, None where it is not done. Raises ForeignFile for that of another."""
+    path = sweep.job_folder(number) / DONE
+    try:
+        done = json.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        return None
+    except (OSError, ValueError) as error:
+        raise RecordingError(f"{path}: is damaged: {error}; remove it, and the job finds its run") from None
+    job = sweep.jobs[number]
+    wanted = {"number": number, "config_hash": job.config_hash, "world_seed": job.world_seed,
+              "training_seed": job.training_seed, "treatment": job.treatment, "ticks": sweep.ticks}
+    if different := [key for key, value in wanted.items() if done.get(key) != value]:
+        raise ForeignFile(f"{path}: is of another job ({', '.join(different)}) than {job}; remove its folder")
+    return dict(done)
+
+
+def _do(sweep: Sweep, job: Job, place: Path) -> dict[str, Any]:
+    """Train and run what a job needs; return what its done.json holds."""
+    from ecs_eco.sweeps.summary import summary_of
+
+    note = _noting(place / PROGRESS, sweep.ticks)
+    note(_tick_of(place / RUN), sweep.ticks)
+    if job.training is not None:
+        train(sweep.folder, job.training)
+    arm = sweep.arm(job)
+    arm.config._code.require(sweep.content["source"])
+    if not has_run(place / RUN, sweep.ticks, arm, job.world_seed):
+        run_arm(arm, job.world_seed, sweep.ticks, place / RUN, sweep.content["checkpoint_every"], note)
+    manifest = read_manifest(place / RUN)
+    return {
+        "format": 1, "number": job.number, "sweep": sweep.hash, "values": job.values,
+        "treatment": job.treatment, "training_seed": job.training_seed, "world_seed": job.world_seed,
+        "config_hash": job.config_hash, "digest": manifest["digest"], "ticks": sweep.ticks,
+        "git_commit": manifest["git_commit"], "versions": manifest["versions"],
+        "weights": manifest["weights"], "seconds": round(manifest["wall_seconds"], 3),
+        "ended": time.time(), "host": socket.gethostname(), "summary": summary_of(place / RUN),
+    }  # fmt: skip
+
+
+def _allow(hashes: Collection[str]) -> None:
+    if hashes:
+        from ecs_eco.engine.trust import allow
+
+        allow(hashes)
+
+
+@contextmanager
+def _claimed(place: Path) -> Iterator[Claim]:
+    """Claim the folder of a job; wait for a process that has it, as long as PATIENCE."""
+    place.mkdir(parents=True, exist_ok=True)
+    until = time.monotonic() + PATIENCE
+    while True:
+        try:
+            claim = Claim(place)
+        except FolderInUse:
+            if time.monotonic() >= until:
+                raise
+            time.sleep(PACE)
+            continue
+        with claim:
+            yield claim
+        return
+
+
+def _noting(path: Path, ticks: int) -> Callable[[int, int], None]:
+    """Return a progress function that notes the tick in a file, now and then; lost notes do no harm."""
+    last = 0.0
+    begin = {"began": time.time(), "pid": os.getpid(), "host": socket.gethostname(), "ticks": ticks}
+
+    def note(done: int, _: int) -> None:
+        nonlocal last
+        now = time.monotonic()
+        if now - last < PACE and last:
+            return
+        last = now
+        begin.setdefault("from", done)
+        beside = path.with_name(f".{path.name}.{os.getpid()}")
+        try:
+            beside.write_text(json.dumps(begin | {"done": done, "at": time.time()}), encoding="utf-8")
+            os.replace(beside, path)
+        except OSError:
+            beside.unlink(missing_ok=True)
+
+    return note
+
+
+def _tick_of(run: Path) -> int:
+    """Return the tick of the last checkpoint of a run, 0 without one."""
+    from ecs_eco.checkpoint.file import SUFFIX, tick_of
+
+    return max((tick_of(file) for file in (run / "checkpoints").glob(f"tick-*{SUFFIX}")), default=0)
+
+
+def _failure(error: Exception) -> dict[str, Any]:
+    return {"error": type(error).__name__, "text": str(error), "at": time.time(),
+            "host": socket.gethostname(), "trace": traceback.format_exc()[-4000:]}

@@ -1,0 +1,74 @@
+"""The table of a sweep: a row for each run that is done, as Parquet."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from ecs_eco.analysis.measures import WORLD
+from ecs_eco.engine import files
+from ecs_eco.sweeps.folder import Sweep
+from ecs_eco.sweeps.jobs import read_done
+
+RUNS = "runs.parquet"
+UNTREATED = "world"  # the world as it is, among treatments
+
+
+def rows_of(sweep: Sweep) -> list[dict[str, Any]]:
+    """Return a row for each job that is done, in their order; all rows have the same keys."""
+    rows = [row_of(job.point, done) for job in sweep.jobs
+            if (done := read_done(sweep, job.number)) is not None]
+    columns = sorted({name for row in rows for name in row}, key=_place(rows))
+    return [{name: row.get(name, 0.0 if ".died." in name else None) for name in columns} for row in rows]
+
+
+def row_of(point: int, done: dict[str, Any]) -> dict[str, Any]:
+    """Return the row of a job that is done: what identifies it, its values, and what came of it.
+
+    Times are in ticks; "deer.mean" and "deer.final" are numbers over the run and at its end, "deer.period" is
+    there where it cycles, "deer.died.starved" counts deaths.
+    """
+    summary = done["summary"]
+    row = {"job": done["number"], "point": point, **done["values"],
+           "treatment": done["treatment"] or UNTREATED, "training_seed": done["training_seed"],
+           "world_seed": done["world_seed"], "ticks": done["ticks"], "persisted": summary["persisted"],
+           "lived": summary["lived"]}  # fmt: skip
+    for name, numbers in summary["species"].items():
+        row |= {f"{name}.{key}": value for key, value in numbers.items() if key != "deaths"}
+        row |= {f"{name}.died.{cause}": n for cause, n in numbers["deaths"].items()}
+    for name, kinds in summary["reporters"].items():
+        for of, numbers in kinds.items():
+            of = "" if of == WORLD else f".{of}"
+            row |= {f"{name}{of}.{key}": value for key, value in numbers.items()}
+    return row | {"seconds": done["seconds"], "host": done["host"], "git_commit": done["git_commit"],
+                  "config_hash": done["config_hash"], "digest": done["digest"]}  # fmt: skip
+
+
+def _place(rows: list[dict[str, Any]]) -> Any:
+    """Return a key that sorts columns as the rows have them, those that only some have beside the others."""
+    places: dict[str, tuple[int, str]] = {}
+    for row in rows:
+        at = 0
+        for name in row:
+            at = places[name][0] if name in places else at
+            places.setdefault(name, (at, name))
+    return lambda name: places[name]
+
+
+def write_table(rows: list[dict[str, Any]], path: Path) -> Path:
+    """Write rows as a Parquet file, whole or not at all. Values of one key of several types become texts."""
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    columns = {}
+    for name in rows[0]:
+        values = [row[name] for row in rows]
+        if len({type(v) for v in values if v is not None} - {int, float}) > 1 or any(
+                isinstance(v, list | dict) for v in values):
+            values = [str(v) for v in values]
+        elif any(isinstance(v, float) for v in values):
+            values = [None if v is None else float(v) for v in values]
+        columns[name] = values
+    with files.writing(path) as beside:
+        pq.write_table(pa.table(columns), beside, compression="zstd")
+    return path

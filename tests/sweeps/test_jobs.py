@@ -1,0 +1,97 @@
+"""One job of a sweep: done once, gone on with after a kill, refused where it is another."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from ecs_eco.engine.errors import ConfigError, ForeignFile, RecordingError
+from ecs_eco.experiments.arm import Arm
+from ecs_eco.runs.run import Stopped, run_to_folder
+from ecs_eco.sweeps import jobs
+from ecs_eco.sweeps.design import design_of
+from ecs_eco.sweeps.folder import Sweep, begin
+from ecs_eco.sweeps.jobs import _tick_of, run_job
+from ecs_eco.sweeps.plan import read_plan
+from tests.sweeps.moss import PLAN, written
+
+
+def begun(folder: Path, plan: str = PLAN) -> Sweep:
+    return begin(folder / "out", design_of(read_plan(written(folder, plan))))
+
+
+def test_a_job_that_is_done_is_left_as_it_is(tmp_path: Path) -> None:
+    sweep = begun(tmp_path)
+    done = run_job(sweep.folder, 1)
+    assert done["values"] == {"species.moss.count": 10}
+    assert done["world_seed"] == 2
+    assert done["ticks"] == 6
+    assert len(done["digest"]) == 64
+    before = (sweep.job_folder(1) / "done.json").stat().st_mtime_ns
+    assert run_job(sweep.folder, 1) == done
+    assert (sweep.job_folder(1) / "done.json").stat().st_mtime_ns == before
+    assert sorted(p.name for p in sweep.job_folder(1).iterdir()) == ["done.json", "run"]
+
+
+def test_a_job_that_was_stopped_goes_on_from_its_checkpoint_to_the_same_digest(
+        tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    sweep, other = begun(tmp_path / "a"), begun(tmp_path / "b")
+
+    def stop_at_3(arm: Arm, seed: int, ticks: int, folder: Path, *_: object) -> object:
+        run_to_folder(arm.config, seed=seed, ticks=ticks, out=folder, report=False, keep=1,
+                      prepare=lambda world: world.before_tick.append(
+                          lambda: world.tick == 3 and os.kill(os.getpid(), signal.SIGTERM)))
+        raise AssertionError("it was not stopped")
+
+    with monkeypatch.context() as patched:
+        patched.setattr(jobs, "run_arm", stop_at_3)
+        with pytest.raises(Stopped):
+            run_job(sweep.folder, 0)
+    assert not (sweep.job_folder(0) / "done.json").exists()
+    assert (sweep.job_folder(0) / "run" / "checkpoints").exists()
+    assert _tick_of(sweep.job_folder(0) / "run") == 3
+    assert run_job(sweep.folder, 0)["digest"] == run_job(other.folder, 0)["digest"]
+
+
+def test_a_failed_job_says_why_until_it_is_done(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    sweep = begun(tmp_path)
+    with monkeypatch.context() as patched:
+        patched.setattr(jobs, "run_arm", lambda *_: 1 / 0)
+        with pytest.raises(ZeroDivisionError):
+            run_job(sweep.folder, 0)
+    failed = json.loads((sweep.job_folder(0) / "failed.json").read_text())
+    assert failed["error"] == "ZeroDivisionError"
+    run_job(sweep.folder, 0)
+    assert not (sweep.job_folder(0) / "failed.json").exists()
+
+
+def test_what_is_done_of_another_job_is_refused(tmp_path: Path) -> None:
+    sweep = begun(tmp_path)
+    run_job(sweep.folder, 0)
+    sweep.job_folder(1).mkdir()
+    (sweep.job_folder(0) / "done.json").rename(sweep.job_folder(1) / "done.json")
+    with pytest.raises(ForeignFile, match=r"is of another job \(number, world_seed\)"):
+        run_job(sweep.folder, 1)
+    (sweep.job_folder(0) / "run").rename(sweep.job_folder(2))
+    with pytest.raises(ConfigError, match=r"no such job; allowed: a number from 0 to 3"):
+        run_job(sweep.folder, 4)
+    with pytest.raises(RecordingError, match="is no folder of a sweep"):
+        run_job(tmp_path, 0)
+
+
+@pytest.mark.slow
+def test_a_job_that_was_killed_by_sigkill_ends_with_the_same_digest(tmp_path: Path) -> None:
+    long = PLAN.replace("ticks = 6", "ticks = 400\ncheckpoint_every = 20")
+    sweep, other = begun(tmp_path / "a", long), begun(tmp_path / "b", long)
+    code = (f"import os; from ecs_eco.sweeps import jobs\nbefore = jobs._noting\n"
+            f"jobs._noting = lambda *a: lambda n, _: n > 150 and os.kill(os.getpid(), 9)\n"
+            f"jobs.run_job({str(sweep.folder)!r}, 0)")
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == -signal.SIGKILL
+    assert not (sweep.job_folder(0) / "done.json").exists()
+    assert run_job(sweep.folder, 0)["digest"] == run_job(other.folder, 0)["digest"]
