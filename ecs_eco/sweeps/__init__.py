@@ -1,7 +1,7 @@
 """Sweeps: one world under many values, seeds and treatments, a job a run, on any engine.
 
 A job's folder is the unit of work: whoever calls a job again goes on where it was. Processes and clusters
-belong to `ecs_eco.experiments.engines`, statistics of single runs to `ecs_eco.analysis`; nothing here prints.
+belong to `ecs_eco.experiments`, statistics of single runs to `ecs_eco.analysis`; nothing here prints.
 """
 
 from ecs_eco.sweeps.jobs import run_job
