@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures.process import BrokenProcessPool
+from concurrent.futures import BrokenExecutor, Executor
 from pathlib import Path
 from typing import Any
 
 import typer
 
-from ecs_eco.cli.folders import known_policies, results
+from ecs_eco.cli.folders import POLICIES, known_policies, results
 from ecs_eco.cli.terminal import FAILED, INTERRUPTED, complain, printable, progress, say
 from ecs_eco.experiments.arm import arms_of, check_training
 from ecs_eco.experiments.comparison import Comparison, Key, run_jobs
+from ecs_eco.experiments.engines import LOCAL, check_engine, engine, prepare
 from ecs_eco.experiments.plan import check_plan, has_plan, plan_of, write_plan
 from ecs_eco.experiments.runs import run_arm
 from ecs_eco.experiments.trained import train_or_find
@@ -26,34 +27,44 @@ def compare_world(
     treatments: list[str],
     seeds: int,
     ticks: int | None,
-    workers: int,
+    workers: int | None,
     out: Path | None,
     quiet: bool,
     training_seeds: int | None = None,
     retrain: bool = False,
     policies: str = "trained",
+    on: str = LOCAL,
 ) -> None:
-    """Run all arms with all seeds, then write and print the differences.
+    """Run all arms with all seeds on an engine, then write and print the differences.
 
     `policies` are those of arms whose treatment says nothing else: as `run` takes them.
     """
+    check_engine(on)
     arms = arms_of(world, changes, treatments)
     if policies != "trained":
         known_policies(policies, arms[0].config)
         if training_seeds is not None:
             raise refusal("policies are trained for this comparison", policies,
                           "--policies, or --training-seeds", source="--policies")
-        arms = [arm.with_policies(Path(policies)) for arm in arms]
+        arms = [arm.with_policies(_seen_from_everywhere(Path(policies), on)) for arm in arms]
     check_training(arms, training_seeds, retrain)
     ticks = ticks or arms[0].config.ticks
     plan = plan_of(arms, ticks, training_seeds is not None, retrain)
     training = None if training_seeds is None else range(1, training_seeds + 1)
     with claim_folder(out, f"{arms[0].config.name}-compare", plan) as claim:
-        comparison = Comparison(claim.path, arms, ticks, range(1, seeds + 1), training, retrain)
-        write_plan(claim.path, plan)
-        _train(comparison, workers, quiet)
-        _run(comparison, workers, quiet)
+        folder = _seen_from_everywhere(claim.path, on)
+        comparison = Comparison(folder, arms, ticks, range(1, seeds + 1), training, retrain)
+        with engine(on, workers) as pool:
+            write_plan(claim.path, plan)
+            prepare(pool, folder, arms[0].config)
+            _train(comparison, pool, quiet)
+            _run(comparison, pool, quiet)
         _report(comparison)
+
+
+def _seen_from_everywhere(path: Path, on: str) -> Path:
+    """Return a path for an engine whose workers run elsewhere: names such as "trained" are none."""
+    return path if on == LOCAL or str(path) in POLICIES else path.absolute()
 
 
 def claim_folder(out: Path | None, default: str, plan: dict[str, Any]) -> Claim:
@@ -67,23 +78,23 @@ def claim_folder(out: Path | None, default: str, plan: dict[str, Any]) -> Claim:
     return Claim(out)
 
 
-def _train(comparison: Comparison, workers: int, quiet: bool) -> None:
+def _train(comparison: Comparison, pool: Executor, quiet: bool) -> None:
     """Train what is missing; end the command if a training failed."""
     missing = {key: training for key, training in comparison.trainings.items() if not training.done}
-    trained = _do(train_or_find, missing, comparison, workers, quiet, "training", "policies")
+    trained = _do(train_or_find, missing, comparison, pool, quiet, "training", "policies")
     if trained < len(missing):
         folder = comparison.folder / "policies"
         complain(f"Not all policies could be trained; those that are there are in {folder}.")
         raise typer.Exit(FAILED)
 
 
-def _run(comparison: Comparison, workers: int, quiet: bool) -> None:
+def _run(comparison: Comparison, pool: Executor, quiet: bool) -> None:
     """Run what is missing; end the command if a run failed."""
     n = len(comparison.runs)
     missing = {key: run for key, run in comparison.runs.items() if not run.done}
     if len(missing) < n and not quiet:
         complain(f"{n - len(missing)} of {n} runs are there already.")
-    done = _do(run_arm, missing, comparison, workers, quiet, "comparing", "runs")
+    done = _do(run_arm, missing, comparison, pool, quiet, "comparing", "runs")
     if done < len(missing):
         complain(
             f"{len(missing) - done} of {n} runs failed; what the others recorded is in {comparison.folder}."
@@ -95,7 +106,7 @@ def _do(
     work: Callable[..., object],
     jobs: Mapping[Key, Sequence[Any]],
     comparison: Comparison,
-    workers: int,
+    pool: Executor,
     quiet: bool,
     word: str,
     unit: str,
@@ -106,7 +117,7 @@ def _do(
     """
 
     def failed(key: Key, error: BaseException) -> None:
-        if isinstance(error, BrokenProcessPool):
+        if isinstance(error, BrokenExecutor):
             complain(
                 f"A worker process was killed from outside (out of memory?): the {unit} that it and the "
                 "others had not finished are lost; those done are whole."
@@ -116,7 +127,7 @@ def _do(
 
     with progress(word, quiet, unit) as bar:
         try:
-            return len(run_jobs(work, jobs, workers, bar, failed))
+            return len(run_jobs(work, jobs, pool, bar, failed))
         except KeyboardInterrupt:
             complain(
                 f"Stopped after {bar.done} of {len(jobs)} {unit}; what was recorded until then is in "

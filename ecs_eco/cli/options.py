@@ -48,6 +48,14 @@ Trust = Annotated[
     bool, typer.Option("--trust", help="Allow the code that it brings along to run here, "
                                        "until that code changes; read it first.")
 ]
+On = Annotated[
+    str, typer.Option("--on", metavar="local|ray",
+                      help="Where it is done: processes of this machine, or a Ray cluster.")
+]
+Workers = Annotated[
+    int | None, typer.Option(parser=whole(1, 1024), metavar="N",
+                             help="Processes, of one thread each. Default: 2; on Ray all its CPUs.")
+]
 Report = Annotated[bool, typer.Option("--report/--no-report", help="Draw figures at the end.")]
 Run = Annotated[Path, typer.Argument(metavar="DIR", help="A folder written by `run`.")]
 Size = Annotated[str, typer.Option(metavar="WIDTHxHEIGHT", help="In pixels.")]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 import time
 from collections.abc import Callable, Iterator
-from concurrent.futures.process import BrokenProcessPool
+from concurrent.futures import BrokenExecutor
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -18,6 +18,7 @@ from ecs_eco.config import load
 from ecs_eco.config.notes import notes
 from ecs_eco.config.overrides import ALIASES, parse
 from ecs_eco.engine.errors import ConfigError, Problem
+from ecs_eco.experiments.engines import LOCAL, check_engine
 from ecs_eco.record.claim import Claim
 
 if TYPE_CHECKING:
@@ -49,12 +50,14 @@ def search_world(
     options: dict[str, Any],
     budget: float | None,
     trials: int | None,
-    workers: int,
+    workers: int | None,
     optimiser: str,
     out: Path | None,
     quiet: bool,
+    on: str = LOCAL,
 ) -> None:
-    """Start or resume a search, and print its result."""
+    """Start or resume a search on an engine, and print its result."""
+    check_engine(on)
     overrides = overrides_of(changes, ranges, options)
     try:
         config = load(world, overrides)
@@ -62,6 +65,7 @@ def search_world(
         raise ConfigError([_moved(p) for p in error.problems], error.title) from None
     if budget is None and trials is None:
         budget = 30.0
+    from ecs_eco.experiments.ray_executor import WorkerLost
     from ecs_eco.search import search
 
     for note in notes(config):
@@ -72,10 +76,10 @@ def search_world(
         try:
             with _shown(config.name, quiet) as show:
                 result = search(world, claim, overrides, budget=budget, trials=trials, workers=workers,
-                                optimiser=optimiser, progress=show)  # fmt: skip
+                                optimiser=optimiser, progress=show, executor=on)  # fmt: skip
         except KeyboardInterrupt:
             raise _ended("Stopped", claim.path, INTERRUPTED) from None
-        except BrokenProcessPool:
+        except (BrokenExecutor, WorkerLost):
             raise _ended("A worker process was killed from outside (out of memory?)",
                          claim.path, FAILED) from None
     report(result, claim.path)

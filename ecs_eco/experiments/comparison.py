@@ -6,7 +6,7 @@ It lists the jobs and which of them are done; the caller passes them to a pool.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures.process import BrokenProcessPool
+from concurrent.futures import BrokenExecutor, Executor
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -14,8 +14,8 @@ from typing import Any, NamedTuple, TypeVar
 
 from ecs_eco.config import WorldConfig
 from ecs_eco.experiments.arm import Arm
+from ecs_eco.experiments.engines import completed
 from ecs_eco.experiments.plan import plan_of
-from ecs_eco.experiments.pool import Pool
 from ecs_eco.experiments.runs import has_run
 from ecs_eco.experiments.trained import is_trained
 from ecs_eco.experiments.treatments import species_with_policy
@@ -165,27 +165,26 @@ def _of_some(arm: Arm) -> str:
 def run_jobs(
     work: Callable[..., Result],
     jobs: Mapping[Key, Sequence[Any]],
-    workers: int,
+    pool: Executor,
     progress: Callable[[int, int], None],
     failed: Callable[[Key, BaseException], None],
 ) -> dict[Key, Result]:
-    """Do all jobs; return the results of those that succeeded.
+    """Do all jobs on an executor; return the results of those that succeeded.
 
     `progress` is called with the number of successes and of jobs, `failed` with a job and its exception; with
-    BrokenProcessPool, once, if a worker was killed from outside: then no other job is begun.
+    BrokenExecutor, once, if a worker was killed from outside: then no other job is begun.
     """
     results: dict[Key, Result] = {}
     if not jobs:
         return results
-    with Pool(min(workers, len(jobs))) as pool:
-        progress(0, len(jobs))
-        for key, future in pool.completed(work, jobs):
-            error = future.exception()
-            if error is None:
-                results[key] = future.result()
-            else:
-                failed(key, error)
-                if isinstance(error, BrokenProcessPool):
-                    break
-            progress(len(results), len(jobs))
+    progress(0, len(jobs))
+    for key, future in completed(pool, work, jobs):
+        error = future.exception()
+        if error is None:
+            results[key] = future.result()
+        else:
+            failed(key, error)
+            if isinstance(error, BrokenExecutor):
+                break
+        progress(len(results), len(jobs))
     return results

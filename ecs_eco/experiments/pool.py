@@ -48,9 +48,9 @@ class Pool(Executor):
         self, fn: Callable[..., Result], jobs: Mapping[Key, Sequence[Any]]
     ) -> Iterator[tuple[Key, Future[Result]]]:
         """Call `fn` with the arguments of each job; yield keys with their futures as these are done."""
-        if self.workers == 1:
+        if min(self.workers, len(jobs)) == 1:
             for key, arguments in jobs.items():
-                yield key, self.submit(fn, *arguments)
+                yield key, _done_here(fn, arguments, {})
             return
         keys = {self.submit(fn, *arguments): key for key, arguments in jobs.items()}
         for future in as_completed(keys):

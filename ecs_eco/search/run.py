@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shutil
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from concurrent.futures import FIRST_COMPLETED, Future, wait
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +12,7 @@ import numpy as np
 
 from ecs_eco.config import load
 from ecs_eco.engine.errors import ConfigError, Problem, listed, nearest
-from ecs_eco.experiments.pool import Pool
+from ecs_eco.experiments.engines import LOCAL, engine, prepare, terminate, workers_of
 from ecs_eco.record.claim import Claim, ours
 from ecs_eco.search.budget import Budget
 from ecs_eco.search.evaluate import Job, evaluate
@@ -34,28 +34,43 @@ def search(
     budget: float | None = None,
     trials: int | None = None,
     cpu: float | None = None,
-    workers: int = 2,
+    workers: int | None = None,
     optimiser: str = "gp",
     progress: Progress | None = None,
     report: bool = True,
     trust: bool = False,
+    executor: str | Executor = LOCAL,
 ) -> dict[str, Any]:
     """Search the ranges in a world's [search]; write a folder, return the content of its search.json.
 
     `overrides` are as for `load`, "search.ticks" and the like included. It ends after `budget` minutes,
     `trials` candidates, or `cpu` CPU seconds of candidates, earlier calls included: a folder with a journal
-    is continued. `trust` allows the code that the world lists to run in this process and its workers. Raises
+    is continued. `trust` allows the code that the world lists to run in this process and its workers.
+    `executor` is "local" (two `workers`, if they are not given), "ray", or an executor of your own. Raises
     ConfigError; FolderInUse if another process searches there.
     """
     config = load(world, overrides, trust=trust)
+    plan = plan_of(config)
+    _check_optimiser(optimiser)
     with ours(out) as claim:
-        running = Search(plan_of(config), claim.path, workers, optimiser, budget, trials, cpu, progress)
+        folder = claim.path if executor == LOCAL else claim.path.absolute()
+        running = None
         try:
-            with running.pool:
+            with engine(executor, workers) as pool:
+                running = Search(plan, folder, pool, optimiser, budget, trials, cpu, progress)
+                prepare(pool, folder, config)
                 running.run()
         finally:
-            running.sweep()
+            if running is not None:
+                running.sweep()
         return write_results(running.outcome(), world, overrides, report)
+
+
+def _check_optimiser(name: str) -> None:
+    """Raise ConfigError where there is no such optimiser."""
+    if name not in OPTIMISERS:
+        near = nearest(name, OPTIMISERS)
+        raise ConfigError([Problem((), "no such optimiser", name, listed(OPTIMISERS), near, "--optimiser")])
 
 
 class Search:
@@ -65,24 +80,19 @@ class Search:
         self,
         plan: Plan,
         out: Path,
-        workers: int,
+        pool: Executor,
         optimiser: str,
         budget: float | None,
         trials: int | None,
         cpu: float | None,
         progress: Progress | None,
     ) -> None:
-        if optimiser not in OPTIMISERS:
-            near = nearest(optimiser, OPTIMISERS)
-            raise ConfigError(
-                [Problem((), "no such optimiser", optimiser, listed(OPTIMISERS), near, "--optimiser")]
-            )
-        self.budget = Budget(budget, trials, cpu, workers)
+        self.pool, self.workers = pool, workers_of(pool)
+        self.budget = Budget(budget, trials, cpu, self.workers)
         self.plan, self.out, self.kind = plan, out, optimiser
         self.journal = Journal(out, {**plan.header(), "optimiser": optimiser})
         self.optimiser = Optimiser(plan.parameters, optimiser, plan.config.search.seed)
         self._tell_known()
-        self.pool = Pool(workers)
         self.running: dict[Future[dict[str, Any]], Any] = {}  # and the meaning of each
         self.phase, self._progress = "searching", progress
 
@@ -121,7 +131,7 @@ class Search:
                 self._tell(number, values, result)
             self._show()
             if self.running and self.budget.is_over():
-                self.pool.terminate()
+                terminate(self.pool)
                 self.running.clear()
                 return
 
@@ -182,7 +192,7 @@ class Search:
     @property
     def _free(self) -> int:
         """Workers with nothing to do."""
-        return self.pool.workers - len(self.running)
+        return self.workers - len(self.running)
 
     def _submit(self, tag: Any, job: Job) -> None:
         self.running[self.pool.submit(evaluate, job)] = tag
@@ -190,7 +200,7 @@ class Search:
     def _results(self) -> Iterator[tuple[Any, dict[str, Any]]]:
         """Results that arrive within a second: (tag, result).
 
-        Raises BrokenProcessPool if a worker was killed.
+        Raises BrokenExecutor, or WorkerLost on Ray, if a worker was killed.
         """
         done, _ = wait(self.running, 1.0, FIRST_COMPLETED)
         for future in done:
@@ -232,7 +242,7 @@ class Search:
     def outcome(self) -> Outcome:
         """All that a report needs."""
         return Outcome(
-            self.plan, self.journal, self.ranked(), self.out, self.kind, self.pool.workers, self.budget.worked
+            self.plan, self.journal, self.ranked(), self.out, self.kind, self.workers, self.budget.worked
         )
 
     def best(self) -> dict[str, Any]:

@@ -10,6 +10,7 @@ import pytest
 
 from ecs_eco.experiments.arm import arms_of
 from ecs_eco.experiments.comparison import Comparison, Key, run_jobs
+from ecs_eco.experiments.pool import Pool
 
 OUT = Path("out")
 
@@ -67,7 +68,7 @@ def test_a_job_that_fails_is_reported_and_the_others_are_done() -> None:
     failures, progress = [], []
     jobs = {Key("a", 1): ("1",), Key("a", 2): ("x",), Key("a", 3): ("3",)}
     results = run_jobs(
-        int, jobs, 1, lambda *n: progress.append(n), lambda key, error: failures.append((key, type(error)))
+        int, jobs, Pool(1), lambda *n: progress.append(n), lambda key, error: failures.append((key, type(error)))
     )
     assert results == {Key("a", 1): 1, Key("a", 3): 3}
     assert failures == [(Key("a", 2), ValueError)]
@@ -77,5 +78,6 @@ def test_a_job_that_fails_is_reported_and_the_others_are_done() -> None:
 def test_a_killed_worker_is_reported_once() -> None:
     failures = []
     jobs = {Key("a", seed): (1,) for seed in range(6)}
-    assert run_jobs(os._exit, jobs, 2, lambda *_: None, lambda key, error: failures.append(type(error))) == {}
+    with Pool(2) as pool:
+        assert run_jobs(os._exit, jobs, pool, lambda *_: None, lambda _, error: failures.append(type(error))) == {}
     assert failures == [BrokenProcessPool]

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from ecs_eco.cli.options import Policies, Quiet, Set, Ticks, Trust, World
+from ecs_eco.cli.options import On, Policies, Quiet, Set, Ticks, Trust, Workers, World
 from ecs_eco.cli.terminal import exits, path_of, whole
 from ecs_eco.cli.trust import allow
 
@@ -29,9 +29,7 @@ def compare(
     ] = 8,
     ticks: Ticks = None,
     set_: Set = None,
-    workers: Annotated[
-        int, typer.Option(parser=whole(1, 1024), metavar="N", help="Processes, of one thread each.")
-    ] = 2,
+    workers: Workers = None,
     out: Annotated[
         Path | None,
         typer.Option(
@@ -51,6 +49,7 @@ def compare(
                                        "else it runs with the same policies."),
     ] = False,
     policies: Policies = "trained",
+    on: On = "local",
     trust: Trust = False,
 ) -> None:
     """Compare a world with itself under treatments; the same command with --out DIR resumes a stopped
@@ -59,7 +58,7 @@ def compare(
     from ecs_eco.cli.compare import compare_world
 
     compare_world(world, set_ or [], control or ["random-policy"], seeds, ticks, workers, out, quiet,
-                  training_seeds, retrain, policies)
+                  training_seeds, retrain, policies, on)
 
 
 @exits
@@ -113,8 +112,8 @@ def search(
                                            help="gp, tpe, or random (as a baseline).")] = "gp",
     seed: Annotated[int | None, typer.Option(parser=whole(0, 2**63 - 1), metavar="N",
                                              help="Seed of the optimiser.")] = None,
-    workers: Annotated[int, typer.Option(parser=whole(1, 1024), metavar="N",
-                                         help="Processes, of one thread each.")] = 2,
+    workers: Workers = None,
+    on: On = "local",
     set_: Set = None,
     out: Annotated[
         Path | None,
@@ -133,4 +132,5 @@ def search(
         "policies": policies, "training_ticks": training_ticks, "confirm_world_seeds": confirm_world_seeds,
         "confirm_training_seeds": confirm_training_seeds, "confirm_ticks": confirm_ticks, "seed": seed,
     }  # fmt: skip
-    search_world(world, set_ or [], range_ or [], options, budget, trials, workers, optimiser, out, quiet)
+    search_world(world, set_ or [], range_ or [], options, budget, trials, workers, optimiser, out, quiet,
+                 on)
