@@ -13,6 +13,7 @@ import typer
 from ecs_eco.cli.folders import known_policies, pages, results
 from ecs_eco.cli.terminal import FAILED, INTERRUPTED, complain, progress, refuse, say
 from ecs_eco.config import load
+from ecs_eco.experiments.engines import LOCAL, check_engine, engine
 
 
 def run_world(
@@ -132,24 +133,27 @@ def resume_run(
 
 
 def train_world(
-    world: str, changes: list[str], ticks: int | None, seed: int | None, out: Path | None, quiet: bool
+    world: str, changes: list[str], ticks: int | None, seed: int | None, out: Path | None, quiet: bool,
+    on: str = LOCAL,
 ) -> None:
-    """Pre-train the policies of a world into a folder."""
+    """Pre-train the policies of a world into a folder, in this process or on another engine."""
+    check_engine(on)
     config = load(world, changes)
     seed, ticks = config.seed if seed is None else seed, ticks or config.training.ticks
     if not any(species.policy.kind != "none" for species in config.species.values()):
         refuse("WORLD", "no species has a policy to train", world, 'a world with policy.kind = "shared"')
     from ecs_eco.analysis.report.training import write_training
-    from ecs_eco.experiments.evaluation import TICKS, against_random
-    from ecs_eco.experiments.pretraining import pretrain, save
+    from ecs_eco.experiments.evaluation import train_and_evaluate
 
     with (results(out, f"{config.name}-policies-{seed}") as claim,
           progress(f"training {config.name}", quiet) as bar):
         out = claim.path
         try:
-            result = pretrain(config, seed, ticks, out, bar)
-            result["against_random"] = against_random(config, out, seed, min(ticks, TICKS))
-            save(result, out)
+            if on == LOCAL:
+                result = train_and_evaluate(config, seed, ticks, out, bar)
+            else:
+                with engine(on, 1) as pool:
+                    result = pool.submit(train_and_evaluate, config, seed, ticks, out.absolute()).result()
         except KeyboardInterrupt:
             stopped(bar.done, ticks, out)
     say(f"policies of {config.name}, {ticks} ticks, seed {seed}, in {out}{numbers(result)}")

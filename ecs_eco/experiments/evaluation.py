@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -34,6 +35,19 @@ def against_random(config: WorldConfig, policies: Path | str, seed: int, ticks: 
             out[s][word] = {"trained": _interval(trained), "random": _interval(random),
                             "difference": _interval(trained - random)}
     return out
+
+
+def train_and_evaluate(config: WorldConfig, seed: int, ticks: int, out: Path,
+                       progress: Callable[[int, int], None] | None = None) -> dict[str, Any]:
+    """Train policies into a folder; return what `pretrain` does, with how they do beside random ones under
+    "against_random"."""
+    from ecs_eco.experiments.pretraining import pretrain, save
+
+    config._code.pass_on()
+    result = pretrain(config, seed, ticks, out, progress)
+    result["against_random"] = against_random(config, out, seed, min(ticks, TICKS))
+    save(result, out)
+    return result
 
 
 def _measured(config: WorldConfig, policies: str, seed: int, ticks: int) -> dict[str, dict[str, float]]:

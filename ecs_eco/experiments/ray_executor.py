@@ -24,6 +24,7 @@ from ecs_eco.experiments.workers import ENDED, PINS
 
 RETRIES = 20  # calls of a task whose worker or machine is lost, besides the first
 PATIENCE = 150.0  # [s] to wait for a folder whose owner was lost: file servers keep its lock for a while
+ANSWER = 10.0  # [s] in which a cluster answers
 GRACE = 30.0  # [s] that calls have to write their checkpoint when they are told to stop
 SETTINGS = ("ECS_ECO_", "NUMBA_", "MKL_", "ATEN_CPU_")  # variables that results may depend on begin so
 LOCAL = "local"
@@ -204,14 +205,23 @@ def _connect(ray: Any, workers: int | None, address: str | None) -> None:
                                    source="RAY_ADDRESS")])
     try:
         if address != LOCAL:
+            _knock(address)
             ray.init(address=address or "auto", **quiet)
             return
-    except (ConnectionError, RuntimeError, ValueError) as error:
+    except (OSError, RuntimeError, ValueError) as error:
         if address is not None:
-            fault = f"no Ray cluster answers there: {str(error).splitlines()[0]}"
+            why = getattr(error, "strerror", None) or str(error).splitlines()[0]
             allowed = "the address that `ray start --head` printed, or none for this machine's own"
-            raise ConfigError([Problem((), fault, address, allowed, source="RAY_ADDRESS")]) from None
+            raise ConfigError([Problem((), f"no Ray cluster answers there: {why}", address, allowed,
+                                       source="RAY_ADDRESS")]) from None
     ray.init(address=LOCAL, num_cpus=workers or os.cpu_count(), include_dashboard=False, **quiet)
+
+
+def _knock(address: str | None) -> None:
+    """Raise OSError where nobody listens at HOST:PORT; Ray itself would try for minutes."""
+    host, _, port = (address or "").rpartition(":")
+    if host and port.isdigit():
+        socket.create_connection((host.strip("[]"), int(port)), timeout=ANSWER).close()
 
 
 def _call(fn: Callable[..., Any], args: Sequence[Any], kwargs: Mapping[str, Any]) -> Any:

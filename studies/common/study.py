@@ -29,11 +29,14 @@ import tempfile
 import time
 import traceback
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass, field
 from difflib import get_close_matches
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
+
+from ecs_eco.engine.errors import ConfigError
 
 RESULTS = Path(__file__).parents[1] / "results"
 PACKAGES = ("ecs-eco", "esper", "numpy", "numba", "torch", "deap", "scipy")
@@ -68,23 +71,32 @@ class Study:
             "--short", action="store_true", help="few small cases, for CI; writes to a temporary folder"
         )
         parser.add_argument(
-            "--workers", type=int, default=1, metavar="N", help="cases at a time, each in its own process"
+            "--workers", type=int, metavar="N",
+            help="cases at a time, each in its own process (default: 1; on Ray all its CPUs)"
         )
+        parser.add_argument("--on", default="local", metavar="ENGINE",
+                            help="where cases run: local (processes of this machine), or ray (a Ray cluster)")
         parser.add_argument("--fresh", action="store_true", help="forget the cases that are there already")
         parser.add_argument("--results", type=Path, metavar="DIR",
                             help="where to write (default: studies/results)")
         asked = parser.parse_args(argv)
-        if asked.workers < 1:
+        if asked.workers is not None and asked.workers < 1:
             parser.error(f"--workers must be 1 or more, got {asked.workers}")
-        result = self.execute(short=asked.short, workers=asked.workers, fresh=asked.fresh,
-                              results=asked.results)
+        try:
+            result = self.execute(short=asked.short, workers=asked.workers, fresh=asked.fresh,
+                                  results=asked.results, executor=asked.on)
+        except ConfigError as error:
+            parser.error(str(error))
         sys.exit(0 if result["complete"] else 1)
 
     def execute(
-        self, *, short: bool = False, workers: int = 1, fresh: bool = False, results: Path | None = None
+        self, *, short: bool = False, workers: int | None = None, fresh: bool = False,
+        results: Path | None = None, executor: str | Executor = "local"
     ) -> dict[str, Any]:
         """Run the missing cases, write the result and return it;
-        incomplete results stay in NAME.partial.json."""
+        incomplete results stay in NAME.partial.json.
+
+        `executor` is "local", "ray", or an executor of your own."""
         config = {**self.config, **self.short_config} if short else dict(self.config)
         cases = list(self.short_cases or self.cases[:2]) if short else list(self.cases)
         _check(self.name, cases)
@@ -103,7 +115,7 @@ class Study:
         )
         failed = 0
         origin = commit()
-        for case, entry in _run_all(self.run, config, missing, workers):
+        for case, entry in _run_all(self.run, config, missing, workers, executor):
             if "error" in entry:
                 failed += 1
                 continue
@@ -281,7 +293,8 @@ def _one(run: Callable[..., Any], config: dict[str, Any], case: Case) -> dict[st
 
 
 def _run_all(
-    run: Callable[..., Any], config: dict[str, Any], cases: Sequence[Case], workers: int
+    run: Callable[..., Any], config: dict[str, Any], cases: Sequence[Case], workers: int | None,
+    executor: str | Executor
 ) -> Iterator[tuple[Case, dict[str, Any]]]:
     """Yield (case, entry) as cases finish, with a bar: done, rate and remaining time."""
     if not cases:
@@ -306,7 +319,7 @@ def _run_all(
     start = time.perf_counter()
     with Progress(*columns) as progress:
         task = progress.add_task("cases", total=len(cases), rate="")
-        for count, (case, entry) in enumerate(_each(run, config, cases, workers), 1):
+        for count, (case, entry) in enumerate(_each(run, config, cases, workers, executor), 1):
             if "error" in entry:
                 progress.console.print(f"case {dict(case)} failed:\n{entry['error']}", markup=False,
                                        highlight=False)
@@ -316,12 +329,13 @@ def _run_all(
 
 
 def _each(
-    run: Callable[..., Any], config: dict[str, Any], cases: Sequence[Case], workers: int
+    run: Callable[..., Any], config: dict[str, Any], cases: Sequence[Case], workers: int | None,
+    executor: str | Executor
 ) -> Iterator[tuple[Case, dict[str, Any]]]:
     """Yield (case, entry) as cases finish."""
-    from ecs_eco.experiments.pool import Pool
+    from ecs_eco.experiments.engines import completed, engine
 
-    with Pool(min(workers, len(cases))) as pool:
-        for i, future in pool.completed(_one, {i: (run, config, case) for i, case in enumerate(cases)}):
+    with engine(executor, 1 if executor == "local" and workers is None else workers) as pool:
+        for i, future in completed(pool, _one, {i: (run, config, case) for i, case in enumerate(cases)}):
             error = future.exception()
             yield cases[i], ({"error": f"the worker died: {error}"} if error else future.result())

@@ -8,6 +8,7 @@ import typer
 from ecs_eco.cli.options import (
     Learn,
     NoBrowser,
+    On,
     Out,
     Policies,
     Port,
@@ -137,10 +138,10 @@ def resume(
 @exits
 def train(
     world: World, ticks: Ticks = None, seed: Seed = None, set_: Set = None, out: Out = None,
-    quiet: Quiet = False, trust: Trust = False,
+    quiet: Quiet = False, on: On = "local", trust: Trust = False,
 ) -> None:
     """Train a world's policies and save them."""
     allow(trust, world, set_)
     from ecs_eco.cli.simulate import train_world
 
-    train_world(world, set_ or [], ticks, seed, out, quiet)
+    train_world(world, set_ or [], ticks, seed, out, quiet, on)
