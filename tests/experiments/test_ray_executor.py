@@ -7,6 +7,7 @@ import os
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -62,13 +63,18 @@ def output_of(*words: str | Path, cwd: Path, **variables: str) -> subprocess.Com
                           env=before | {"PYTHONPATH": path} | variables, check=False)
 
 
+def said_by(done: subprocess.CompletedProcess[str]) -> Any:
+    """What a script printed as JSON; Ray prints, too."""
+    return json.loads(next(line for line in done.stdout.splitlines() if line.startswith("{")))
+
+
 @pytest.mark.slow
 def test_calls_are_tasks_of_one_thread_which_are_called_again_and_can_be_stopped(tmp_path: Path) -> None:
     script = tmp_path / "calls.py"
     script.write_text(CALLS)
     done = output_of(script, cwd=tmp_path, RAY_ADDRESS="local")
     assert done.returncode == 0, done.stderr
-    said = json.loads(done.stdout.splitlines()[-1])
+    said = said_by(done)
     assert {int(key): value[0] for key, value in said["results"].items()} == {i: i * i for i in range(6)}
     assert {value[2] for value in said["results"].values()} == {"1"}
     assert said["here"] not in {value[1] for value in said["results"].values()}
@@ -83,7 +89,7 @@ def test_calls_are_tasks_of_one_thread_which_are_called_again_and_can_be_stopped
 def test_runs_go_on_from_their_checkpoints_when_a_worker_and_a_node_are_killed(tmp_path: Path) -> None:
     done = output_of("-m", "tests.experiments.ray_cluster", tmp_path, cwd=ROOT)
     assert done.returncode == 0, done.stderr
-    said = json.loads(done.stdout.splitlines()[-1])
+    said = said_by(done)
     assert said["ray"] == said["plain"]
     assert len(set(said["plain"].values())) == 4
     begun = [tick for ticks in said["begun"].values() for tick in ticks]
