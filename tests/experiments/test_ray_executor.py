@@ -32,6 +32,10 @@ def killed_once(path):
         os.kill(os.getpid(), signal.SIGKILL)
     return "again"
 
+def live():
+    for tick in range(6000):
+        time.sleep(0.1)
+
 def stopped_once(path):  # as by the signal that a machine sends before it is taken away
     if not os.path.exists(path):
         open(path, "w").close()
@@ -44,7 +48,7 @@ if __name__ == "__main__":
         results = {key: future.result() for key, future in completed(pool, square, jobs)}
         error = pool.submit(refuse, 3).exception()
         lost = [pool.submit(call, call.__name__).result() for call in (killed_once, stopped_once)]
-        late = [pool.submit(time.sleep, 600) for _ in range(3)]
+        late = [pool.submit(live) for _ in range(3)]
         time.sleep(1)
         begin = time.monotonic()
         pool.terminate()
