@@ -7,6 +7,8 @@ from pathlib import Path
 
 from ecs_eco.engine.errors import RecordingError
 from ecs_eco.sweeps.folder import Sweep
+from ecs_eco.sweeps.page import lines_of, write_page
+from ecs_eco.sweeps.status import Survey
 from ecs_eco.sweeps.table import RUNS, rows_of, write_table
 
 
@@ -29,4 +31,5 @@ def collect(sweep: Sweep) -> Collected:
     if not rows:
         raise RecordingError(f"{sweep.folder}: no job is done yet: ecs-eco sweep resume {sweep.folder}")
     table = write_table(rows, sweep.folder / RUNS)
-    return Collected(table, sweep.folder / "sweep.html", len(sweep.jobs) - len(rows), ())
+    page = write_page(sweep, rows, Survey(sweep).look().failed)
+    return Collected(table, page, len(sweep.jobs) - len(rows), lines_of(sweep, rows))

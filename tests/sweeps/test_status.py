@@ -1,0 +1,42 @@
+"""How far a sweep is, from its folder alone."""
+
+from __future__ import annotations
+
+import json
+import time
+from pathlib import Path
+
+from ecs_eco.record.claim import Claim
+from ecs_eco.sweeps.jobs import run_job
+from ecs_eco.sweeps.status import Survey
+from tests.sweeps.test_run import begun
+
+
+def test_jobs_are_done_running_waiting_or_failed(tmp_path: Path) -> None:
+    sweep = begun(tmp_path)
+    survey = Survey(sweep)
+    assert survey.look().waiting == [0, 1, 2, 3]
+    run_job(sweep.folder, 0)
+    for number in (1, 2):
+        sweep.job_folder(number).mkdir(parents=True)
+    (sweep.job_folder(1) / "failed.json").write_text(json.dumps({"error": "ValueError", "text": "no moss"}))
+    note = {"began": time.time() - 10, "at": time.time(), "from": 1, "done": 3}
+    (sweep.job_folder(2) / "progress.json").write_text(json.dumps(note))
+    with Claim(sweep.job_folder(2)):
+        status = survey.look()
+    assert (status.done, status.running, status.waiting) == ([0], [2], [3])
+    assert status.failed == {1: "ValueError: no moss"}
+    assert status.errors() == [("ValueError: no moss", [1])]
+    assert (status.ticks, status.ticks_in_all) == (6 + 3, 24)
+    assert abs(status.rate - 0.2) < 0.01
+    assert status.remaining is not None
+    assert abs(status.remaining - 15 / 0.2) < 5
+    assert survey.look().waiting == [2, 3]  # nobody has it now
+
+
+def test_a_job_of_a_process_that_is_gone_does_not_run(tmp_path: Path) -> None:
+    sweep = begun(tmp_path)
+    sweep.job_folder(0).mkdir(parents=True)
+    (sweep.job_folder(0) / ".lock").write_text(json.dumps({"pid": 2**22 + 5, "started": 1, "host": "gone"}))
+    (sweep.job_folder(0) / "progress.json").write_text(json.dumps({"at": time.time() - 3600, "done": 2}))
+    assert Survey(sweep).look().waiting == [0, 1, 2, 3]
