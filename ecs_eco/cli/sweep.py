@@ -9,13 +9,14 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import typer
 
 from ecs_eco.cli.folders import results
 from ecs_eco.cli.terminal import FAILED, INTERRUPTED, complain, printable, refuse, say
 from ecs_eco.engine.errors import listed, nearest
+from ecs_eco.experiments.engines import LOCAL, RAY, engine
 from ecs_eco.record.claim import Claim
 from ecs_eco.sweeps.design import design_of
 from ecs_eco.sweeps.folder import Sweep, begin, check_plan, has_sweep, read_sweep
@@ -25,11 +26,11 @@ if TYPE_CHECKING:
     from ecs_eco.sweeps.run import Outcome
     from ecs_eco.sweeps.status import Status
 
-ENGINES = ("local",)
+ENGINES = (LOCAL, RAY)
 PACE = 1.0  # [s] between two looks at the folder
 
 
-def sweep_plan(plan: str, on: str, workers: int, out: Path | None, quiet: bool, trust: bool) -> None:
+def sweep_plan(plan: str, on: str, workers: int | None, out: Path | None, quiet: bool, trust: bool) -> None:
     """Do the jobs of a plan in a new folder, or go on with them in one that was begun with it."""
     known_engine(on)
     file = read_plan(plan)
@@ -45,7 +46,7 @@ def sweep_plan(plan: str, on: str, workers: int, out: Path | None, quiet: bool, 
         do_sweep(begin(claim.path, design), on, workers, quiet)
 
 
-def resume_sweep(folder: Path, on: str, workers: int, quiet: bool, trust: bool) -> None:
+def resume_sweep(folder: Path, on: str, workers: int | None, quiet: bool, trust: bool) -> None:
     """Go on with what is not done of a sweep."""
     known_engine(on)
     sweep = read_sweep(folder)
@@ -81,7 +82,7 @@ def allow_kept(sweep: Sweep) -> None:
         say(f"allowed to run: {source}")
 
 
-def do_sweep(sweep: Sweep, on: str, workers: int, quiet: bool) -> None:
+def do_sweep(sweep: Sweep, on: str, workers: int | None, quiet: bool) -> None:
     """Do what is not done of a sweep; end the command if jobs failed or it was stopped."""
     from ecs_eco.sweeps.run import do_jobs, unfinished
 
@@ -89,19 +90,12 @@ def do_sweep(sweep: Sweep, on: str, workers: int, quiet: bool) -> None:
     if len(numbers) < len(sweep.jobs) and not quiet:
         complain(f"{len(sweep.jobs) - len(numbers)} of {len(sweep.jobs)} jobs are done already.")
     try:
-        with engine(on, min(workers, max(1, len(numbers)))) as executor, shown(sweep, quiet):
-            outcome = do_jobs(sweep, executor, numbers)
+        with engine(on, workers) as pool, shown(sweep, quiet):
+            outcome = do_jobs(sweep, pool, numbers)
     except KeyboardInterrupt:
         complain(f"Stopped; what was done until then is kept. Go on: ecs-eco sweep resume {sweep.folder}")
         raise typer.Exit(INTERRUPTED) from None
     tell_outcome(sweep, outcome)
-
-
-def engine(on: str, workers: int) -> Any:
-    """Return the executor of an engine, a context manager."""
-    from ecs_eco.experiments.pool import Pool
-
-    return Pool(workers)
 
 
 def tell_outcome(sweep: Sweep, outcome: Outcome) -> None:

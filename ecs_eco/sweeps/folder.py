@@ -69,7 +69,7 @@ class Sweep:
 
     def world(self, values: dict[str, Any], treatment: str) -> Arm:
         """Return the world with these values under a treatment. Raises ConfigError."""
-        return treated(load(self._base, values), treatment)
+        return treated(load(self.base, values), treatment)
 
     def arm(self, job: Job) -> Arm:
         """Return the arm of a job with its policies. Raises ForeignFile where its world is another now."""
@@ -85,7 +85,7 @@ class Sweep:
         return arm.with_policies(Path(given) if isinstance(given, str) else self.folder / "policies" / GIVEN)
 
     @cached_property
-    def _base(self) -> WorldConfig:
+    def base(self) -> WorldConfig:
         """The world before values vary."""
         check_code(self.content["code"], [self.folder / CODE], str(self.folder / SWEEP))
         home = self.folder / self.content["home"]

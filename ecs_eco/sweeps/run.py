@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from ecs_eco.experiments.engines import LOCAL, engine, prepare
 from ecs_eco.experiments.pool import Pool
 from ecs_eco.experiments.trained import is_trained
 from ecs_eco.sweeps.design import design_of
@@ -34,19 +35,20 @@ class Outcome:
         return not self.failed
 
 
-def run_sweep(plan: str | Path | Mapping[str, Any], folder: str | Path, *, executor: Executor | None = None,
-              workers: int = 2, progress: Callable[[Outcome], None] | None = None, trust: bool = False
-              ) -> Outcome:
+def run_sweep(plan: str | Path | Mapping[str, Any], folder: str | Path, *,
+              executor: Executor | str = LOCAL, workers: int | None = None,
+              progress: Callable[[Outcome], None] | None = None, trust: bool = False) -> Outcome:
     """Do all jobs of a plan, a file or a dict, into a folder, or go on with them there.
 
-    Any `concurrent.futures.Executor` whose workers see the folder will do; the default is `workers`
-    processes. A job that fails stops no other. `trust` allows the code that the world lists to run. Raises
-    ConfigError for a plan that is refused, ForeignFile where the folder holds the sweep of another.
+    `executor` is "local", which is `workers` processes, "ray", or any `concurrent.futures.Executor` of
+    processes that see the folder: Dask's `client.get_executor()`, mpi4py's `MPIPoolExecutor()`. A job that
+    fails stops no other. `trust` allows the code that the world lists to run. Raises ConfigError for a plan
+    that is refused, ForeignFile where the folder holds the sweep of another.
     """
     sweep = begin(Path(folder), design_of(read_plan(plan), trust=trust))
-    if executor is not None:
+    if isinstance(executor, Executor):
         return do_jobs(sweep, executor, progress=progress)
-    with Pool(workers) as pool:
+    with engine(executor, workers) as pool:
         return do_jobs(sweep, pool, progress=progress)
 
 
@@ -61,7 +63,10 @@ def do_jobs(sweep: Sweep, executor: Executor, numbers: Sequence[int] | None = No
 
     On the project's own Pool a job whose worker was killed is called again; other executors do so themselves.
     """
-    return _Jobs(sweep, executor, unfinished(sweep) if numbers is None else numbers, progress).do()
+    numbers = unfinished(sweep) if numbers is None else numbers
+    if numbers:
+        prepare(executor, sweep.folder, sweep.base)
+    return _Jobs(sweep, executor, numbers, progress).do()
 
 
 class _Jobs:
@@ -73,7 +78,7 @@ class _Jobs:
         self.outcome = Outcome()
         self.lost: dict[Task, int] = {}  # how often the worker of a task was
         self.running: dict[Future[Any], Task] = {}
-        self.allowed = [s.sha256 for s in sweep._base._code.sources if sweep._base._code.allowed]
+        self.allowed = [s.sha256 for s in sweep.base._code.sources if sweep.base._code.allowed]
         self.waiting: dict[str, list[int]] = {}
         self.ready: deque[Task] = deque()
         for number in numbers:

@@ -6,8 +6,8 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperGroup
 
-from ecs_eco.cli.options import Quiet
-from ecs_eco.cli.terminal import exits, path_of, whole
+from ecs_eco.cli.options import On, Quiet, Workers
+from ecs_eco.cli.terminal import exits, path_of
 
 
 class PlanOrCommand(TyperGroup):
@@ -26,13 +26,6 @@ sweep = typer.Typer(
 )  # fmt: skip
 
 Folder = Annotated[Path, typer.Argument(metavar="DIR", help="The folder of a sweep.")]
-On = Annotated[
-    str, typer.Option("--on", metavar="local|slurm|ray",
-                      help="Where: processes here, a SLURM cluster, or a Ray cluster.")
-]
-Workers = Annotated[
-    int, typer.Option(parser=whole(1, 100_000), metavar="N", help="Jobs at a time, of one thread each.")
-]
 Trust = Annotated[
     bool, typer.Option("--trust", help="Allow the code that the world brings along to run, until that code "
                                        "changes; read it first.")
@@ -44,7 +37,7 @@ Trust = Annotated[
 def run(
     plan: Annotated[str, typer.Argument(metavar="PLAN", help="A plan, a TOML file.")],
     on: On = "local",
-    workers: Workers = 2,
+    workers: Workers = None,
     out: Annotated[
         Path | None,
         typer.Option(parser=path_of, metavar="PATH",
@@ -70,7 +63,7 @@ def status(folder: Folder) -> None:
 
 @sweep.command()
 @exits
-def resume(folder: Folder, on: On = "local", workers: Workers = 2, quiet: Quiet = False,
+def resume(folder: Folder, on: On = "local", workers: Workers = None, quiet: Quiet = False,
            trust: Trust = False) -> None:
     """Go on with the jobs that are not done, failed ones included."""
     from ecs_eco.cli.sweep import resume_sweep
