@@ -15,8 +15,7 @@ import typer
 
 from ecs_eco.cli.folders import results
 from ecs_eco.cli.terminal import FAILED, INTERRUPTED, complain, printable, refuse, say
-from ecs_eco.engine.errors import listed, nearest
-from ecs_eco.experiments.engines import LOCAL, RAY, engine
+from ecs_eco.experiments.engines import SLURM, check_engine, engine
 from ecs_eco.record.claim import Claim
 from ecs_eco.sweeps.design import design_of
 from ecs_eco.sweeps.folder import Sweep, begin, check_plan, has_sweep, read_sweep
@@ -26,13 +25,13 @@ if TYPE_CHECKING:
     from ecs_eco.sweeps.run import Outcome
     from ecs_eco.sweeps.status import Status
 
-ENGINES = (LOCAL, RAY)
 PACE = 1.0  # [s] between two looks at the folder
 
 
-def sweep_plan(plan: str, on: str, workers: int | None, out: Path | None, quiet: bool, trust: bool) -> None:
+def sweep_plan(plan: str, on: str, workers: int | None, out: Path | None, quiet: bool, trust: bool,
+               sbatch: Sequence[str] = ()) -> None:
     """Do the jobs of a plan in a new folder, or go on with them in one that was begun with it."""
-    known_engine(on)
+    check_engine(on)
     file = read_plan(plan)
     if trust:
         allow_code(file.plan.world, file.folder)
@@ -43,23 +42,18 @@ def sweep_plan(plan: str, on: str, workers: int | None, out: Path | None, quiet:
     else:
         claim = results(out, f"{Path(plan).stem}-sweep")
     with claim:
-        do_sweep(begin(claim.path, design), on, workers, quiet)
+        do_sweep(begin(claim.path, design), on, workers, quiet, sbatch)
 
 
-def resume_sweep(folder: Path, on: str, workers: int | None, quiet: bool, trust: bool) -> None:
+def resume_sweep(folder: Path, on: str, workers: int | None, quiet: bool, trust: bool,
+                 sbatch: Sequence[str] = ()) -> None:
     """Go on with what is not done of a sweep."""
-    known_engine(on)
+    check_engine(on)
     sweep = read_sweep(folder)
     if trust:
         allow_kept(sweep)
     with Claim(folder):
-        do_sweep(sweep, on, workers, quiet)
-
-
-def known_engine(on: str) -> None:
-    """Refuse an engine that does not exist."""
-    if on not in ENGINES:
-        refuse("--on", "no such engine", on, listed(ENGINES), nearest(on, ENGINES))
+        do_sweep(sweep, on, workers, quiet, sbatch)
 
 
 def allow_code(world: str, folder: Path) -> None:
@@ -82,13 +76,18 @@ def allow_kept(sweep: Sweep) -> None:
         say(f"allowed to run: {source}")
 
 
-def do_sweep(sweep: Sweep, on: str, workers: int | None, quiet: bool) -> None:
-    """Do what is not done of a sweep; end the command if jobs failed or it was stopped."""
+def do_sweep(sweep: Sweep, on: str, workers: int | None, quiet: bool, sbatch: Sequence[str] = ()) -> None:
+    """Do what is not done of a sweep, or submit it; end the command if jobs failed or it was stopped."""
     from ecs_eco.sweeps.run import do_jobs, unfinished
 
     numbers = unfinished(sweep)
     if len(numbers) < len(sweep.jobs) and not quiet:
         complain(f"{len(sweep.jobs) - len(numbers)} of {len(sweep.jobs)} jobs are done already.")
+    if on == SLURM:
+        submit_sweep(sweep, numbers, workers, sbatch)
+        return
+    if sbatch:
+        refuse("--sbatch", "is an option of SLURM", sbatch[0], "--on slurm with it")
     try:
         with engine(on, workers) as pool, shown(sweep, quiet):
             outcome = do_jobs(sweep, pool, numbers)
@@ -96,6 +95,19 @@ def do_sweep(sweep: Sweep, on: str, workers: int | None, quiet: bool) -> None:
         complain(f"Stopped; what was done until then is kept. Go on: ecs-eco sweep resume {sweep.folder}")
         raise typer.Exit(INTERRUPTED) from None
     tell_outcome(sweep, outcome)
+
+
+def submit_sweep(sweep: Sweep, numbers: Sequence[int], limit: int | None, sbatch: Sequence[str]) -> None:
+    """Submit to SLURM what is neither done nor queued."""
+    from ecs_eco.sweeps.slurm import Options, resume
+
+    options = Options(more=tuple(sbatch)) if limit is None else Options(limit, more=tuple(sbatch))
+    ids, queued = resume(sweep.folder, numbers, options)
+    if queued:
+        complain(f"{len(queued)} jobs are queued or running already.")
+    if ids:
+        say(f"submitted {len(numbers) - len(queued)} jobs to SLURM: {', '.join(ids)}; how far they are: "
+            f"ecs-eco sweep status {sweep.folder}")
 
 
 def tell_outcome(sweep: Sweep, outcome: Outcome) -> None:

@@ -6,8 +6,8 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperGroup
 
-from ecs_eco.cli.options import On, Quiet, Workers
-from ecs_eco.cli.terminal import exits, path_of
+from ecs_eco.cli.options import Quiet
+from ecs_eco.cli.terminal import exits, path_of, whole
 
 
 class PlanOrCommand(TyperGroup):
@@ -26,6 +26,19 @@ sweep = typer.Typer(
 )  # fmt: skip
 
 Folder = Annotated[Path, typer.Argument(metavar="DIR", help="The folder of a sweep.")]
+On = Annotated[
+    str, typer.Option("--on", metavar="local|slurm|ray",
+                      help="Where: processes here, a SLURM cluster, or a Ray cluster.")
+]
+Workers = Annotated[
+    int | None, typer.Option(parser=whole(1, 100_000), metavar="N",
+                             help="Jobs at a time, of one thread each. Default: 2; on Ray all its CPUs, "
+                                  "on SLURM 100.")
+]
+Sbatch = Annotated[
+    list[str] | None, typer.Option(metavar="OPTION", help="An option for SLURM's sbatch: --time=2:00:00. "
+                                                          "Repeatable.")
+]
 Trust = Annotated[
     bool, typer.Option("--trust", help="Allow the code that the world brings along to run, until that code "
                                        "changes; read it first.")
@@ -38,6 +51,7 @@ def run(
     plan: Annotated[str, typer.Argument(metavar="PLAN", help="A plan, a TOML file.")],
     on: On = "local",
     workers: Workers = None,
+    sbatch: Sbatch = None,
     out: Annotated[
         Path | None,
         typer.Option(parser=path_of, metavar="PATH",
@@ -49,7 +63,7 @@ def run(
     """Run all jobs of a plan; `sweep PLAN` is short for it."""
     from ecs_eco.cli.sweep import sweep_plan
 
-    sweep_plan(plan, on, workers, out, quiet, trust)
+    sweep_plan(plan, on, workers, out, quiet, trust, sbatch or [])
 
 
 @sweep.command()
@@ -63,12 +77,12 @@ def status(folder: Folder) -> None:
 
 @sweep.command()
 @exits
-def resume(folder: Folder, on: On = "local", workers: Workers = None, quiet: Quiet = False,
-           trust: Trust = False) -> None:
+def resume(folder: Folder, on: On = "local", workers: Workers = None, sbatch: Sbatch = None,
+           quiet: Quiet = False, trust: Trust = False) -> None:
     """Go on with the jobs that are not done, failed ones included."""
     from ecs_eco.cli.sweep import resume_sweep
 
-    resume_sweep(folder, on, workers, quiet, trust)
+    resume_sweep(folder, on, workers, quiet, trust, sbatch or [])
 
 
 @sweep.command()

@@ -1,0 +1,141 @@
+"""Sweeps on SLURM: scripts and arrays, and a stand-in that signals, preempts and queues again."""
+
+from __future__ import annotations
+
+import json
+import os
+import stat
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from ecs_eco.checkpoint.file import tick_of
+from ecs_eco.engine.errors import ConfigError
+from ecs_eco.sweeps.design import design_of
+from ecs_eco.sweeps.folder import Sweep, begin
+from ecs_eco.sweeps.jobs import read_done, run_job
+from ecs_eco.sweeps.plan import read_plan
+from ecs_eco.sweeps.slurm import Options, chunks, compressed, queued, resume, script, submit
+from tests.sweeps.moss import PLAN, written
+
+LONG = 'world = "moss.toml"\nticks = 30000\nworld_seeds = 2\ncheckpoint_every = 1000\n'
+STAND_IN = Path(__file__).with_name("slurm_stand_in.py")
+
+
+@pytest.fixture
+def slurm(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The stand-in's commands on the path; its state."""
+    place = tmp_path / "bin"
+    place.mkdir()
+    for name in ("sbatch", "squeue", "scontrol", "preempt", "notice"):
+        command = place / name
+        command.write_text(f'#!/bin/sh\nexec "{sys.executable}" "{STAND_IN}" {name} "$@"\n')
+        command.chmod(command.stat().st_mode | stat.S_IXUSR)
+    monkeypatch.setenv("PATH", f"{place}{os.pathsep}{os.environ['PATH']}")
+    monkeypatch.setenv("SLURM_STAND_IN", str(tmp_path / "slurm"))
+    monkeypatch.setenv("PYTHONPATH", str(Path(__file__).parents[2]))
+    return tmp_path / "slurm"
+
+
+def sweep_in(folder: Path, plan: str = PLAN) -> Sweep:
+    return begin(folder / "sweep", design_of(read_plan(str(written(folder, plan)))))
+
+
+def tasks(slurm: Path, array: str) -> dict[str, Any]:
+    return dict(json.loads((slurm / "state.json").read_text())["arrays"][array]["tasks"])
+
+
+def until(condition: Any, seconds: float = 240) -> None:
+    end = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < end, "not in time"
+        time.sleep(0.05)
+
+
+def test_numbers_are_written_as_ranges_and_cut_into_arrays() -> None:
+    assert compressed([0, 1, 2, 5, 7, 8]) == "0-2,5,7-8"
+    assert chunks([9, 0, 1, 12, 10, 3], 5) == [(0, [0, 1, 3]), (5, [4]), (10, [0, 2])]
+
+
+def test_a_script_asks_for_notice_and_to_be_queued_again(tmp_path: Path) -> None:
+    sweep = sweep_in(tmp_path)
+    text = script(sweep, 1000, [0, 2], Options(limit=7, more=("--time=2:00:00", "--qos=long")), after="55")
+    head = [line for line in text.splitlines() if line.startswith("#SBATCH")]
+    assert {"#SBATCH --requeue", "#SBATCH --array=0,2%7", "#SBATCH --signal=B:TERM@120",
+            "#SBATCH --open-mode=append", "#SBATCH --dependency=afterany:55", "#SBATCH --time=2:00:00",
+            f"#SBATCH --output={sweep.folder}/slurm/%A_%a.log"} <= set(head)
+    assert head[-1] == "#SBATCH --qos=long"  # what the user says comes last
+    assert '"$((SLURM_ARRAY_TASK_ID + 1000))"' in text
+
+
+@pytest.mark.slow
+def test_jobs_that_are_told_to_end_and_preempted_leave_the_same_as_alone(tmp_path: Path, slurm: Path) -> None:
+    sweep = sweep_in(tmp_path, LONG)
+    [array] = submit(sweep.folder, [0, 1], Options(limit=2))
+    assert queued(sweep.folder) == {0, 1}
+    assert resume(sweep.folder, [0, 1]) == ([], [0, 1])
+    for index, command in (("0", "preempt"), ("1", "notice"), ("0", "notice"), ("1", "preempt")):
+        when_under_way(sweep, int(index))
+        before = len(log(slurm, array, index))
+        os.spawnlp(os.P_WAIT, command, command, array, index)
+        until(lambda index=index, before=before: len(log(slurm, array, index)) > before)
+    until(lambda: not queued(sweep.folder))
+    alone = sweep_in(tmp_path / "alone", LONG)
+    for number in (0, 1):
+        words = log(slurm, array, str(number))
+        assert words.count("preempt") == words.count("signalled") == words.count("requeue") == 1, words
+        assert words[-1] == "COMPLETED"
+        assert (read_done(sweep, number) or {})["digest"] == run_job(alone.folder, number)["digest"]
+
+
+def when_under_way(sweep: Sweep, number: int) -> None:
+    """Wait for a checkpoint later than those that are there."""
+    folder = sweep.job_folder(number) / "run" / "checkpoints"
+    there = set(folder.glob("tick-*.safetensors"))
+    until(lambda: {c for c in folder.glob("tick-*.safetensors") if tick_of(c)} - there)
+
+
+def log(slurm: Path, array: str, index: str) -> list[str]:
+    return list(tasks(slurm, array)[index]["log"])
+
+
+def test_a_task_is_told_ahead_of_its_time_limit_and_queued_again_where_it_is_unfinished(
+    tmp_path: Path, slurm: Path, monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    work = tmp_path / "work"
+    work.write_text("#!/bin/bash\ntrap 'exit 75' TERM\n"
+                    "[[ $SLURM_RESTART_COUNT == 1 ]] || { sleep 60 & wait; }\n")
+    work.chmod(0o755)
+    monkeypatch.setattr(sys, "executable", str(work))
+    sweep = sweep_in(tmp_path)
+    [array] = submit(sweep.folder, [2], Options(notice=58, more=("--time=1:00",)))
+    until(lambda: not queued(sweep.folder))
+    assert log(slurm, array, "2") == ["started", "signalled", "requeue", "started", "COMPLETED"]
+
+
+def test_what_is_unfinished_is_submitted_once_more_in_arrays_of_the_size_allowed(
+    tmp_path: Path, slurm: Path, monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setenv("MAX_ARRAY_SIZE", "3")
+    sweep = sweep_in(tmp_path)
+    digests = [run_job(sweep.folder, 1)["digest"]]
+    ids, waiting = resume(sweep.folder, [0, 2, 3])
+    assert (len(ids), waiting) == (2, [])
+    assert [list(tasks(slurm, array)) for array in ids] == [["0", "2"], ["0"]]
+    until(lambda: not queued(sweep.folder))
+    digests += [(read_done(sweep, n) or {})["digest"] for n in (0, 2, 3)]
+    assert len(digests) == 4
+    assert all(digests)
+
+
+def test_where_slurm_is_not_or_refuses_it_is_said(tmp_path: Path, slurm: Path,
+                                                  monkeypatch: pytest.MonkeyPatch) -> None:
+    sweep = sweep_in(tmp_path)
+    with pytest.raises(ConfigError, match="sbatch refused: sbatch: error: invalid partition specified"):
+        submit(sweep.folder, [0], Options(more=("--partition=nowhere",)))
+    monkeypatch.setenv("PATH", "/nowhere")
+    with pytest.raises(ConfigError, match="SLURM is not here: there is no scontrol; allowed: a machine from"):
+        submit(sweep.folder, [0])
