@@ -31,7 +31,7 @@ PACE = 1.0  # [s] between two looks at the folder
 def sweep_plan(plan: str, on: str, workers: int | None, out: Path | None, quiet: bool, trust: bool,
                sbatch: Sequence[str] = ()) -> None:
     """Do the jobs of a plan in a new folder, or go on with them in one that was begun with it."""
-    check_engine(on)
+    check_where(on, sbatch)
     file = read_plan(plan)
     if trust:
         allow_code(file.plan.world, file.folder)
@@ -48,12 +48,19 @@ def sweep_plan(plan: str, on: str, workers: int | None, out: Path | None, quiet:
 def resume_sweep(folder: Path, on: str, workers: int | None, quiet: bool, trust: bool,
                  sbatch: Sequence[str] = ()) -> None:
     """Go on with what is not done of a sweep."""
-    check_engine(on)
+    check_where(on, sbatch)
     sweep = read_sweep(folder)
     if trust:
         allow_kept(sweep)
     with Claim(folder):
         do_sweep(sweep, on, workers, quiet, sbatch)
+
+
+def check_where(on: str, sbatch: Sequence[str]) -> None:
+    """Refuse an engine that does not exist, and options of one on another."""
+    check_engine(on)
+    if sbatch and on != SLURM:
+        refuse("--sbatch", "is an option of SLURM", sbatch[0], "--on slurm with it")
 
 
 def allow_code(world: str, folder: Path) -> None:
@@ -86,8 +93,6 @@ def do_sweep(sweep: Sweep, on: str, workers: int | None, quiet: bool, sbatch: Se
     if on == SLURM:
         submit_sweep(sweep, numbers, workers, sbatch)
         return
-    if sbatch:
-        refuse("--sbatch", "is an option of SLURM", sbatch[0], "--on slurm with it")
     try:
         with engine(on, workers) as pool, shown(sweep, quiet):
             outcome = do_jobs(sweep, pool, numbers)

@@ -65,6 +65,7 @@ def test_jobs_are_done_by_number(here: Path, monkeypatch: pytest.MonkeyPatch) ->
 
 @pytest.mark.parametrize(("arguments", "words"), [
     (["plan.toml", "--on", "rya"], ["--on", "no such engine"]),
+    (["plan.toml", "--sbatch=--time=1"], ["--sbatch", "an option of SLURM", "--on slurm with it"]),
     (["no.toml"], ["PLAN", "no.toml"]),
     (["status", "."], ["is no folder of a sweep"]),
     (["plan.toml", "--out", "."], ["is not empty"]),

@@ -11,8 +11,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from typer.testing import CliRunner
 
 from ecs_eco.checkpoint.file import tick_of
+from ecs_eco.cli import app
 from ecs_eco.engine.errors import ConfigError
 from ecs_eco.sweeps.design import design_of
 from ecs_eco.sweeps.folder import Sweep, begin
@@ -139,3 +141,16 @@ def test_where_slurm_is_not_or_refuses_it_is_said(tmp_path: Path, slurm: Path,
     monkeypatch.setenv("PATH", "/nowhere")
     with pytest.raises(ConfigError, match="SLURM is not here: there is no scontrol; allowed: a machine from"):
         submit(sweep.folder, [0])
+
+
+def test_the_command_submits_what_is_not_done_and_says_so(tmp_path: Path, slurm: Path,
+                                                          monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys, "executable", "/bin/true")
+    plan = str(written(tmp_path))
+    begun, again = (CliRunner().invoke(app, ["sweep", *words, "--on", "slurm", "--sbatch=--time=0:30"])
+                    for words in ([plan, "--out", str(tmp_path / "out")], ["resume", str(tmp_path / "out")]))
+    assert "submitted 4 jobs to SLURM: 100; how far they are: ecs-eco sweep status" in begun.output
+    assert "submitted" in again.output or "4 jobs are queued or running already" in again.output
+    text = (tmp_path / "out" / "slurm" / "array-1.sh").read_text()
+    assert "#SBATCH --time=0:30\n" in text
+    assert "%100\n" in text
