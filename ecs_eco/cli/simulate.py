@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shlex
+from collections.abc import Callable
 from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
@@ -31,6 +32,7 @@ def run_world(
     keep: int = 3,
     shown: tuple[int, bool] | None = None,
     record: str | None = None,
+    prepare: Callable[[Any], None] | None = None,
 ) -> None:
     """Run a world into a folder, and draw its figures; `shown`: the port of a viewer,
     and whether to open the browser."""
@@ -53,7 +55,7 @@ def run_world(
                        f"{shlex.quote(policies)}")
             command += "".join(f" --set {shlex.quote(change)}" for change in changes)
             command += {None: "", True: " --learn", False: " --no-learn"}[learn] + " --out DIR"
-            more: dict[str, Any] = {} if viewer is None else {"prepare": viewer.open}
+            more: dict[str, Any] = {"prepare": prepare if viewer is None else viewer.open}
             more |= {} if checkpoint_every is None else {"checkpoint_every": checkpoint_every, "keep": keep}
             more |= {} if record is None else {"record": record}
             command += "" if record is None else f" --record {record}"
@@ -64,6 +66,35 @@ def run_world(
         except KeyboardInterrupt:
             stopped(bar.done, ticks, out)
     say(f"{ticks} ticks of {config.name}, seed {seed}, in {out}{numbers(result)}{populations(out)}")
+
+
+def run_in_bands(world: str, changes: list[str], ticks: int | None, seed: int | None, out: Path | None,
+                 quiet: bool, threads: int, learn: bool | None, policies: str, report: bool,
+                 checkpoint_every: int | None, keep: int, shown: tuple[int, bool] | None,
+                 record: str | None) -> None:
+    """Run one world in all processes that mpiexec started; process 0 records it and prints."""
+    from ecs_eco.bands.run import together
+
+    if shown is not None:
+        refuse("--watch", "is not possible with --bands: what a page does reaches one process alone", "",
+               "one of them; or watch the folder afterwards")
+
+    def build() -> Any:
+        from ecs_eco.ecosystem import World
+
+        return World.from_config(load(world, changes), seed=seed, policies=policies, threads=threads,
+                                 learn=learn, record=False)
+
+    def lead(prepare: Callable[[Any], None]) -> None:
+        run_world(world, changes, ticks, seed, out, quiet, threads, learn, policies, report, checkpoint_every,
+                  keep, None, record, prepare)
+
+    led = together(lead, build, ticks or load(world, changes).ticks)
+    if led is not None:
+        bands = led[1]
+        say(f"  {bands.size} processes, the same world in all; process 0 received "
+            f"{bands.traffic.received / 1e6:.1f} MB, and spent {bands.traffic.seconds:.1f} s exchanging and "
+            "waiting")
 
 
 def _viewer(title: str, ticks: int, shown: tuple[int, bool] | None) -> Any:

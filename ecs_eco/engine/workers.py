@@ -19,17 +19,20 @@ class Workers:
         self.threads = threads
         self.pool = ThreadPoolExecutor(threads - 1) if threads > 1 else None
         self.all_busy = False  # whether all threads are busy in `together`: its pieces are not split further
+        # which part of 0…n this process does, while it shares work with others (ecs_eco.bands)
+        self.own: Callable[[int], tuple[int, int]] | None = None
 
     def split(self, kernel: Callable[..., Any], n: int, *arguments: Any, work: int | None = None) -> None:
         """Run `kernel(first, last, *arguments)` over 0…n, in parts on all threads
         where `work` items are worth it."""
+        start, stop = (0, n) if self.own is None else self.own(n)
         pool = self.pool
         if pool is None or self.all_busy or (n if work is None else work) < PARALLEL_FROM:
-            kernel(0, n, *arguments)
+            kernel(start, stop, *arguments)
             return
-        bounds = [n * i // self.threads for i in range(self.threads + 1)]
+        bounds = [start + (stop - start) * i // self.threads for i in range(self.threads + 1)]
         others = [pool.submit(kernel, a, b, *arguments) for a, b in zip(bounds[1:], bounds[2:], strict=False)]
-        _here_and(others, lambda: kernel(0, bounds[1], *arguments))
+        _here_and(others, lambda: kernel(start, bounds[1], *arguments))
 
     def together(self, organisms: int, *work: Callable[[], Any]) -> None:
         """Do independent pieces of work, on all threads where there are many organisms;

@@ -13,6 +13,7 @@ import numpy as np
 
 from ecs_eco.engine import random, turns
 from ecs_eco.engine.arguments import positive, seed_number, whole_number
+from ecs_eco.engine.bands import OneBand
 from ecs_eco.engine.context import LAST, Context, priority_of, switch_back
 from ecs_eco.engine.errors import UnknownName, unknown_name
 from ecs_eco.engine.flushes import Births, Deaths, Touched, bear, bury
@@ -58,6 +59,7 @@ class World:
         self.apart = False  # whether it runs in a thread beside another world
         turns.enter(self)
         self.context, self._workers = Context(self), Workers(self.threads)
+        self.bands = OneBand()  # more than one: ecs_eco.bands
         self._places = 0  # in the phases, that systems have taken
         self._outer: list[str] = []
         self.context.add(Deaths(self), "die", LAST)
@@ -219,7 +221,7 @@ class World:
     def stop(self) -> None:
         """Make `run` return: after this tick, or before the next if no tick is under way. `stopped` is then
         true."""
-        self.stopping = True
+        self.stopping = self.bands.stops()
 
     def run(self, ticks: int, progress: Callable[[int, int], Any] | None = None) -> Self:
         """Let `ticks` ticks pass; `progress(done, ticks)` is called about ten times a second.

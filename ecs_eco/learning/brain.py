@@ -35,6 +35,7 @@ class Brain:
     """
 
     memory = 0  # numbers that it keeps from one decision to the next
+    by_row = True
 
     def __init__(
         self,

@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from ecs_eco.engine.bands import OneBand
 from ecs_eco.learning import individual_kernels as kernels
 from ecs_eco.learning.policy_network import PolicyNetwork, Split
 from ecs_eco.learning.settings import PPO
@@ -33,6 +34,7 @@ class Individuals:
     """
 
     memory = 0  # numbers that each keeps from one decision to the next
+    by_row = True  # what one thinks depends on no other, to the bit: processes may share the rows
     n_numbers = 0  # continuous actions: their kernels know categorical ones alone
 
     def __init__(self, n_observations: int, groups: tuple[int, ...], hidden: tuple[int, ...],
@@ -41,6 +43,7 @@ class Individuals:
         self.n_observations, self.groups, self.hidden, self.ppo, self.seed = (
             n_observations, tuple(groups), tuple(hidden), ppo, seed
         )
+        self.bands = OneBand()  # the processes that share its work
         # group g's logits are offsets[g]:offsets[g + 1]
         self.offsets = np.cumsum((0, *groups)).astype(np.int64)
         self.n_logits = int(self.offsets[-1])
@@ -220,10 +223,22 @@ class Individuals:
                     ppo.normalise_advantage, np.uint64(self.seed), self.widths, self.offsets, report[here],
                 )  # fmt: skip
 
-        split(part, n, work=int((lengths * epochs).sum()))
+        start, stop = self.bands.part(n)
+        split(lambda first, last: part(start + first, start + last), stop - start,
+              work=int((lengths * epochs)[start:stop].sum()))
+        if self.bands.size > 1:
+            self._tell(policy, rows, report)
+            experience.length[rows] = 0
         learnt = (settings[0] != 0) & (lengths > 0)
         require_finite(report, uid)
         return summary(report[learnt], lengths[learnt], settings[0, learnt])
+
+    def _tell(self, policy: Any, rows: np.ndarray, report: np.ndarray) -> None:
+        """Let all processes have what each of them has learnt for its part of the rows i64[n]."""
+        n, (first, last) = len(rows), self.bands.part(len(rows))
+        for column in (policy.weights, policy.moment_1, policy.moment_2, policy.steps, policy.updates):
+            column[rows] = self.bands.gathered(n, column[rows[first:last]])
+        self.bands.whole(n, report)
 
 
 def require_finite(report: np.ndarray, uid: np.ndarray) -> None:

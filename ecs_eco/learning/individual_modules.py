@@ -35,6 +35,8 @@ class IndividualModules(Individuals):
     module that cannot be a brain.
     """
 
+    by_row = False  # torch computes many at once
+
     def __init__(self, network: Callable[..., Any], n_observations: int, groups: tuple[int, ...], ppo: PPO,
                  seed: int, device: str = "cpu") -> None:
         self.network = network

@@ -34,6 +34,8 @@ class ModuleBrain:
     "cpu", "cuda" or "cuda:1" …; on the CPU results are the same bits for any number of threads.
     """
 
+    by_row = False  # torch computes a chunk of rows at once
+
     def __init__(self, module: torch.nn.Module, n_observations: int, groups: tuple[int, ...],
                  device: str = "cpu") -> None:
         if not isinstance(module, torch.nn.Module):

@@ -24,6 +24,7 @@ class PolicyNetwork(Protocol):
     n_numbers: int  # continuous groups
     n_logits: int  # outputs
     memory: int  # numbers that it keeps from one decision to the next
+    by_row: bool  # whether a row's bits depend on no other row: processes may share the rows
 
     def forward(self, observations: np.ndarray, split: Split | None = None) -> tuple[np.ndarray, np.ndarray]:
         """Return outputs f32[n, n_logits] and values f32[n] of f32[n, n_observations]; one with a memory

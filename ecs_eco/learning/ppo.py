@@ -55,12 +55,13 @@ class Learner(TorchLearner):
         n_chunks = -(-len(chosen) // CHUNK)
         self._reserve(n_chunks)
         terms = np.zeros((n_chunks, len(TERMS) + 1))
+        first, last = self.bands.part(n_chunks)
         weights = np.array(
             [clip, ppo.clip_value, ppo.entropy, ppo.value_weight, shift, scale, 1 / len(chosen)], "f4"
         )
 
         def work(worker: int) -> None:
-            for chunk in range(worker, n_chunks, self.workers):
+            for chunk in range(first + worker, last, self.workers):
                 index = chosen[chunk * CHUNK : (chunk + 1) * CHUNK]
                 rows = passes.rows(worker, len(index))
                 np.take(rollout.observations, index, 0, out=rows.observations, mode="clip")
@@ -74,6 +75,7 @@ class Learner(TorchLearner):
                 self._layers[chunk][0][-1].matrix[brain.spreads] = 0  # biases alone
 
         in_parallel(work, self.workers)
+        self.bands.whole(n_chunks, self._gradient, terms)
         self.steps += 1
         total: np.ndarray = terms.sum(axis=0) / len(chosen)
         total[-1] = adam(

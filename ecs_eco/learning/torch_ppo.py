@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 import torch
 
+from ecs_eco.engine.bands import OneBand
 from ecs_eco.engine.threads import in_parallel
 from ecs_eco.learning.continuous import HALF_LOG_2_PI, LEAST, MOST
 from ecs_eco.learning.rollout import Rollout
@@ -41,6 +42,7 @@ class TorchLearner:
                                brain.n_numbers)
         self._lives = self._stretches = np.zeros(0, np.int64)  # of a brain with a memory, while it learns
         self.updates = 0
+        self.bands = OneBand()  # the processes that share its work
         self.optimiser = self._optimiser()
 
     @property

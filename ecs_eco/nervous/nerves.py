@@ -3,7 +3,7 @@ Definition 3)."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -154,7 +154,8 @@ class Nerves:
         brain = self.brain
         assert brain is not None
         if not brain.memory:
-            return brain.forward(self.x, world.split)
+            return _divided(world, brain, len(self.x),
+                            lambda here: brain.forward(self.x[here], world.split))
         logits, values, self._later = brain.recall(self.x, table[Memory].state[self.rows], world.split)
         return logits, values
 
@@ -164,7 +165,8 @@ class Nerves:
         minds = self.individuals
         assert minds is not None
         if not minds.memory:
-            return minds.forward(table[Policy], rows, x, world.split)
+            return _divided(world, minds, len(rows),
+                            lambda here: minds.forward(table[Policy], rows[here], x[here], world.split))
         logits, values, self._later = minds.recall(table[Policy], rows, x,  # type: ignore[attr-defined]
                                                    table[Memory].state[rows])
         return logits, values
@@ -253,6 +255,7 @@ class Nerves:
                 self._learn_alone(table, world, np.flatnonzero(due))
         elif self.learner is not None and self.learner.full:
             _, values = self.think(table, world)
+            self.learner.bands = world.bands
             if (report := self.learner.update(self.rows, values)) is not None:
                 self.reports.append({"tick": world.tick, **report})
 
@@ -274,6 +277,7 @@ class Nerves:
         if coded:
             began["own"] = {key.removeprefix("ppo."): table[Traits].value[rows, table.species.traits[key]]
                             for key in coded}
+        minds.bands = world.bands
         report = minds.learn(table[Policy], table[Experience], rows, table.uid[rows], values, settings,
                              world.split, **began)
         self.reports[:] = [{"tick": world.tick, **report}]  # some learn in nearly every tick: the last alone
@@ -316,3 +320,13 @@ class Nerves:
             inner = {k.removeprefix(f"{part}."): v for k, v in state.items() if k.startswith(f"{part}.")}
             if inner:
                 getattr(self, part).load(inner)
+
+
+def _divided(world: SpatialWorld, network: PolicyNetwork | Individuals, n: int,
+             forward: Callable[[slice], tuple[np.ndarray, np.ndarray]]) -> tuple[np.ndarray, np.ndarray]:
+    """Return the logits and values of n organisms, of which each process asks for its part where a row's bits
+    depend on no other row."""
+    if world.bands.size == 1 or not network.by_row:
+        return forward(slice(None))
+    logits, values = forward(slice(*world.bands.part(n)))
+    return world.bands.gathered(n, logits), world.bands.gathered(n, values)

@@ -33,7 +33,23 @@ class Diffuse(System):
         for table in world.tables.values():
             for name in table.species.emissions:
                 self.emanate(name, table)
-        world.together(*(lambda name=name: self.spread(name, emitters) for name in world.fields))
+        mine = list(world.fields) if world.bands.size == 1 else self.mine()
+        world.together(*(lambda name=name: self.spread(name, emitters) for name in mine))
+        if world.bands.size > 1:
+            self.share(mine)
+
+    def mine(self) -> list[str]:
+        """Return the fields that this process lets spread: a share of the smells, and all that keep books."""
+        fields = self.world.fields
+        mine = self.world.bands.mine([name for name, field in fields.items() if field.substance is None])
+        return [name for name, field in fields.items() if field.substance is not None or name in mine]
+
+    def share(self, mine: list[str]) -> None:
+        """Let all processes have the smells that each of them has spread."""
+        smells = {name: field for name, field in self.world.fields.items() if field.substance is None}
+        for name in smells.keys() - mine:
+            smells[name].source[...] = 0  # it has flowed in elsewhere
+        self.world.bands.share({name: field.value for name, field in smells.items()})
 
     def emanate(self, name: str, table: Table) -> None:
         """Let one kind of bodies emit into one field what they are made of."""

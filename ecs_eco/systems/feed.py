@@ -67,7 +67,8 @@ class Feed(System):
             radius, food_radius = np.zeros_like(radius), np.zeros_like(food_radius)
         else:
             widest = float(b.radius[: table.high].max() + prey[Body].radius[: prey.high].max()) + furthest
-            nearest(eaters, foods, widest, target, distance2, world.split)
+            with world.bands.over(eaters, target, distance2):
+                nearest(eaters, foods, widest, target, distance2, world.split)
         column = -1 if nerves is None else next((i for i, (_, a) in enumerate(nerves.actions) if a == "eat"),
                                                 -1)
         decision = NO_DECISION if nerves is None else table[Nervous].decision

@@ -69,10 +69,11 @@ class Mate(System):
         form = solids(world, [table.name]).form if Shape in table else SPHERES
         widest = 2 * (float(radius[: table.high].max()) if form is SPHERES else bound(table)) + furthest
         partner, distance2 = np.empty(i.n, np.int64), np.empty(i.n, np.float32)
-        world.split(propose, i.n, i.rows, i.x, i.y, i.z, i.uid, i.start, can, radius, reach,
-                    space.reach(widest), *space.shape, space.inverse, space.lengths, space.torus, form,
-                    space.volume, decision, column, WILLING[way.consent], m.energy, b.age, own,
-                    energy_given, litter, choice, share, world.key, partner, distance2)
+        with world.bands.over(i, partner, distance2):
+            world.split(propose, i.n, i.rows, i.x, i.y, i.z, i.uid, i.start, can, radius, reach,
+                        space.reach(widest), *space.shape, space.inverse, space.lengths, space.torus, form,
+                        space.volume, decision, column, WILLING[way.consent], m.energy, b.age, own,
+                        energy_given, litter, choice, share, world.key, partner, distance2)
         choosers = np.flatnonzero(partner >= 0)
         if choosers.size == 0:
             return

@@ -33,6 +33,7 @@ class Sense(System):
             seen.take(seekers.index.uid[:0], out[:0])
         # whole senses for each thread, wide ones first
         shares: list[list[tuple[Any, int]]] = [[] for _ in range(world.threads)]
+        undivided: list[tuple[Any, int]] = shares[0] if world.bands.size == 1 else []
         columns: list[tuple[Any, int, int]] = []
         for sense, width in nerves.senses:
             columns.append((sense, width, column))
@@ -41,13 +42,16 @@ class Sense(System):
             # functions of the user's own run on the world's thread
             own = (not sense.__module__.startswith(SHIPPED) or sense.__qualname__.startswith("ambient")
                    or getattr(sense, "by_light", False))
-            shares[0 if own else place % world.threads].append((sense, first))
+            (undivided if own else shares[place % world.threads]).append((sense, first))
 
         def read(share: list[tuple[Any, int]]) -> None:
             for sense, first in share:
                 sense(world, table, seekers, out, first)
 
-        world.together(*(lambda share=share: read(share) for share in shares if share))
+        with world.bands.over(seekers.index, out):
+            world.together(*(lambda share=share: read(share) for share in shares if share))
+        if undivided is not shares[0]:
+            read(undivided)
         if table.species.traits:
             blind(table, seekers.rows, out)
         if seen is not None:

@@ -51,12 +51,20 @@ def run(
     port: Port = 0,
     no_browser: NoBrowser = False,
     trust: Trust = False,
+    bands: Annotated[
+        bool, typer.Option("--bands", help="Share its work with the other processes of `mpiexec -n N ecs-eco "
+                                           "run … --bands`; the result is the same.")
+    ] = False,
 ) -> None:
     """Run a world and record it in a folder; `resume` continues it."""
     allow(trust, world, set_)
-    from ecs_eco.cli.simulate import run_world
+    from ecs_eco.cli.simulate import run_in_bands, run_world
 
     shown = (port, not no_browser) if watch else None
+    if bands:
+        run_in_bands(world, set_ or [], ticks, seed, out, quiet, threads, learn, policies, report,
+                     checkpoint_every, keep, shown, record)
+        return
     run_world(world, set_ or [], ticks, seed, out, quiet, threads, learn, policies, report, checkpoint_every,
               keep, shown, record)
 

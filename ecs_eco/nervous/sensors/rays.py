@@ -82,7 +82,7 @@ def trace(world: "SpatialWorld", table: "Table", seekers: Seekers, place: tuple[
     spheres = [n for n in kinds if n not in shaped]
     bodies, height, eye = merged(world, spheres), relief(world), tops(table, seekers.rows)
     hit = np.empty((seekers.n, ray_cos.shape[-1]), np.int32)
-    distance = np.empty((seekers.n, ray_cos.shape[-1]), np.float32)
+    distance = np.zeros((seekers.n, ray_cos.shape[-1]), np.float32)
     world.split(sight.cast, seekers.n, *place, mine.uid, seekers.cos, seekers.sin, eye,
                 bodies.x, bodies.y, bodies.z, bodies.radius, bodies.uid, bodies.kind, bodies.start,
                 *space.shape, space.inverse, space.lengths,

@@ -1,0 +1,182 @@
+"""Bands on MPI: who does which part, and how the others get to know what came of it."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterable, Iterator
+from contextlib import AbstractContextManager, contextmanager, nullcontext
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ecs_eco.engine.bands import OneBand
+from ecs_eco.engine.errors import ConfigError, Problem
+
+if TYPE_CHECKING:
+    from ecs_eco.ecosystem import World
+    from ecs_eco.space.world import SpatialWorld
+
+LEAST = 64  # organisms: fewer are the work of every process, for an exchange takes as long
+
+
+@dataclass
+class Traffic:
+    """What a process has exchanged with the others: calls, bytes that it received, seconds, waiting included.
+    """
+
+    calls: int = 0
+    received: int = 0
+    seconds: float = 0.0
+
+
+class Bands(OneBand):
+    """The processes of an MPI communicator, each with a band of the map.
+
+    A band is a run of whole rows of cells of the neighbour index, cut so that all have about as many
+    organisms of the species at hand; of work that has no place, such as gradients, each has an equal part.
+    """
+
+    def __init__(self, world: SpatialWorld, comm: Any, least: int = LEAST) -> None:
+        self.comm, self.size, self.rank, self.least = comm, comm.Get_size(), comm.Get_rank(), least
+        self.workers = world._workers
+        self.traffic = Traffic()
+        self.wishes = False  # whether this process has been told to stop
+        self._rows: dict[int, Any] = {}  # the MPI type of a row of so many bytes
+
+    # --- what is whose --------------------------------------------------------------------------------------
+
+    def bounds(self, n: int) -> list[int]:
+        """Return where the parts of n items begin and end: size + 1 numbers."""
+        return [n * k // self.size for k in range(self.size + 1)]
+
+    def part(self, n: int) -> tuple[int, int]:
+        """Return which of n independent items, first … last − 1, this process is to do."""
+        return n * self.rank // self.size, n * (self.rank + 1) // self.size
+
+    def cut(self, index: Any) -> tuple[np.ndarray, np.ndarray]:
+        """Return where bands begin and end, in rows of cells and in entries of an index: i64[size + 1] each.
+        """
+        along = index.start[:: index.space.shape[0]]  # the first entry of each row of cells
+        aims = np.array(self.bounds(index.n))
+        above = np.searchsorted(along, aims)
+        below = np.maximum(above - 1, 0)
+        rows = np.where(aims - along[below] < along[above] - aims, below, above)
+        rows[0], rows[-1] = 0, len(along) - 1
+        return rows, along[rows]
+
+    def mine(self, names: Iterable[str]) -> list[str]:
+        """Return which of some independent things this process is to do."""
+        return list(names)[self.rank :: self.size]
+
+    # --- shared work ----------------------------------------------------------------------------------------
+
+    def over(self, index: Any, *outputs: np.ndarray) -> AbstractContextManager[None]:
+        """Within, `World.split` over the entries of an index, or over the rows of its cells, runs for this
+        process's band alone; afterwards the `outputs` [index.n, …] are completed."""
+        # where both are as many it cannot be told which of them are meant
+        if index.n < self.least or index.n == index.space.n_cells // index.space.shape[0]:
+            return nullcontext()
+        return self._over(index, outputs)
+
+    @contextmanager
+    def _over(self, index: Any, outputs: tuple[np.ndarray, ...]) -> Iterator[None]:
+        rows, entries = self.cut(index)
+        own = {n: (int(edges[self.rank]), int(edges[self.rank + 1]))
+               for n, edges in ((len(index.start[:: index.space.shape[0]]) - 1, rows), (index.n, entries))}
+        self.workers.own = lambda n: own.get(n, (0, n))
+        try:
+            yield
+        finally:
+            self.workers.own = None
+        for out in outputs:
+            self._complete(out, entries)
+
+    def whole(self, n: int, *arrays: np.ndarray) -> None:
+        """Complete arrays [n, …] of which each process has written the rows of its `part(n)`."""
+        for array in arrays:
+            self._complete(array, self.bounds(n))
+
+    def gathered(self, n: int, part: np.ndarray) -> np.ndarray:
+        """Return an array [n, …] of which each process has the rows of its `part(n)`."""
+        out = np.empty((n, *part.shape[1:]), part.dtype)
+        first, last = self.part(n)
+        out[first:last] = part
+        self._complete(out, self.bounds(n))
+        return out
+
+    def share(self, arrays: dict[str, np.ndarray]) -> None:
+        """Copy the array of each name from the process whose it is (`mine`) to all others."""
+        start = time.perf_counter()
+        for k, array in enumerate(arrays.values()):
+            self.comm.Bcast(array, root=k % self.size)
+            self.traffic.received += array.nbytes if k % self.size != self.rank else 0
+        self.traffic.calls += len(arrays)
+        self.traffic.seconds += time.perf_counter() - start
+
+    def _complete(self, array: np.ndarray, edges: Any) -> None:
+        """Get the rows between edges[k] and edges[k + 1] from process k, for all k."""
+        size = array.itemsize * int(np.prod(array.shape[1:]))
+        if not size:
+            return
+        start = time.perf_counter()
+        counts = np.diff(edges)
+        self.comm.Allgatherv(self._in_place, [array, counts, np.asarray(edges)[:-1], self._row(size)])
+        self.traffic.calls += 1
+        self.traffic.received += size * int(counts.sum() - counts[self.rank])
+        self.traffic.seconds += time.perf_counter() - start
+
+    @property
+    def _in_place(self) -> Any:
+        return mpi().IN_PLACE
+
+    def _row(self, size: int) -> Any:
+        if size not in self._rows:
+            self._rows[size] = mpi().BYTE.Create_contiguous(size).Commit()
+        return self._rows[size]
+
+    # --- stopping together ----------------------------------------------------------------------------------
+
+    def stops(self) -> bool:
+        """Note that this process is to stop, and wait for the others: `agree`."""
+        self.wishes = True
+        return False
+
+    def agree(self) -> bool:
+        """Return whether any process has been told to stop; all ask before each tick."""
+        wishes, self.wishes = self.wishes, False
+        return bool(self.comm.allreduce(int(wishes)))
+
+
+def mpi() -> Any:
+    """Return the module mpi4py.MPI; ConfigError that says how to install it where it is not there."""
+    try:
+        from mpi4py import MPI
+    except (ImportError, RuntimeError) as error:
+        why = str(error).splitlines()[0]
+        raise ConfigError([Problem((), f"needs mpi4py and an MPI library: {why}", "",
+                                   "pip install 'ecs-eco[mpi]', then: mpiexec -n 4 ecs-eco run WORLD --bands",
+                                   "", "--bands")]) from None
+    return MPI
+
+
+def divide(world: World, comm: Any = None, least: int = LEAST) -> Bands:
+    """Let this process share the work of a world with those of an MPI communicator (None: all there are).
+
+    Each of them must have built the same world, from the same configuration and seed, and let the same ticks
+    pass: `digest()` is then the same in all of them, and that of one process. Species of fewer than `least`
+    organisms are the work of every process. Raises RuntimeError for worlds that differ.
+    """
+    comm = mpi().COMM_WORLD if comm is None else comm
+    bands = Bands(world, comm, least)
+    if len(digests := set(comm.allgather(world.digest()))) > 1:
+        raise RuntimeError(f"world {world.name!r}: {comm.Get_size()} processes have {len(digests)} different "
+                           "worlds; build the same one in each: configuration, seed, policies, learn")
+    world.bands = bands
+
+    def stop_together() -> None:
+        if bands.agree():
+            world.stopping = True
+
+    world.before_tick.append(stop_together)
+    return bands

@@ -1,0 +1,78 @@
+"""A run in bands: process 0 records it, the others let the same ticks pass beside it."""
+
+from __future__ import annotations
+
+import sys
+import time
+import traceback
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from ecs_eco.bands.bands import Bands, divide, mpi
+from ecs_eco.engine.errors import CheckpointError, ConfigError, RecordingError
+from ecs_eco.runs.signals import stopping
+
+if TYPE_CHECKING:
+    from ecs_eco.ecosystem import World
+
+GRACE = 5.0  # [s] that another process leaves process 0 to say what is wrong: most faults are those of all
+PLAIN = ConfigError, CheckpointError, RecordingError, FloatingPointError, OSError  # that need no traceback
+
+
+def together(lead: Callable[[Callable[[Any], None]], Any], build: Callable[[], World], ticks: int,
+             comm: Any = None) -> tuple[Any, Bands] | None:
+    """Let the processes of an MPI communicator (None: all there are) share the work of one run.
+
+    In process 0, `lead(prepare)` runs a world to tick `ticks` and calls `prepare(world)` before its first
+    tick, as `runs.run.run_to_folder` does; in the others `build()` returns the same world. Returns what
+    `lead` does and the bands; None in the others. An error in one process ends all, with exit code 1, or 2
+    for a wrong file; so does the RuntimeError of processes that came to different worlds.
+    """
+    comm = mpi().COMM_WORLD if comm is None else comm
+    led: list[World] = []
+
+    def prepare(world: World) -> None:
+        led.append(world)
+        divide(world, comm)
+
+    try:
+        if comm.Get_rank():
+            _follow(build(), ticks, comm)
+            return None
+        result = lead(prepare)
+        return result, _agreed(led[0], comm)
+    except BaseException as error:
+        if led and led[0].stopped and led[0].underway is None:
+            raise  # a run that was told to stop
+        _end_all(error, comm)
+        raise
+
+
+def _follow(world: World, ticks: int, comm: Any) -> None:
+    divide(world, comm)
+    with stopping(world):
+        world.run(ticks - world.tick)
+    _agreed(world, comm)
+
+
+def _agreed(world: World, comm: Any) -> Bands:
+    """Return the bands of a world; RuntimeError if not all processes came to the same one."""
+    digests = [] if world.stopped else comm.allgather(world.digest())  # a stop leaves no time for it
+    if len(set(digests)) > 1:
+        raise RuntimeError(f"world {world.name!r}: the processes came to different worlds by tick "
+                           f"{world.tick}: {', '.join(d[:12] for d in digests)}; a system or sensor of this "
+                           "world gives different results in different processes")
+    assert isinstance(world.bands, Bands)
+    return world.bands
+
+
+def _end_all(error: BaseException, comm: Any) -> None:
+    """Say what is wrong and end all processes: those that wait for this one would wait for ever."""
+    if comm.Get_size() == 1:
+        return
+    if comm.Get_rank():
+        time.sleep(GRACE)
+    text = (str(error) if isinstance(error, PLAIN)
+            else "".join(traceback.format_exception(error)))
+    print(f"process {comm.Get_rank()} of {comm.Get_size()}: {text}", file=sys.stderr, flush=True)
+    comm.Abort(2 if isinstance(error, ConfigError) else 1)
