@@ -171,7 +171,8 @@ def divide(world: World, comm: Any = None, least: int = LEAST) -> Bands:
     bands = Bands(world, comm, least)
     if len(digests := set(comm.allgather(world.digest()))) > 1:
         raise RuntimeError(f"world {world.name!r}: {comm.Get_size()} processes have {len(digests)} different "
-                           "worlds; build the same one in each: configuration, seed, policies, learn")
+                           f"worlds ({', '.join(sorted(d[:200] for d in digests))}); build the same one in "
+                           "each: configuration, seed, policies, learn")
     world.bands = bands
 
     def stop_together() -> None:

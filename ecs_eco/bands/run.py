@@ -19,14 +19,15 @@ GRACE = 5.0  # [s] that another process leaves process 0 to say what is wrong: m
 PLAIN = ConfigError, CheckpointError, RecordingError, FloatingPointError, OSError  # that need no traceback
 
 
-def together(lead: Callable[[Callable[[Any], None]], Any], build: Callable[[], World], ticks: int,
+def together(lead: Callable[[Callable[[Any], None]], Any], build: Callable[[], World], ticks: int | None,
              comm: Any = None) -> tuple[Any, Bands] | None:
     """Let the processes of an MPI communicator (None: all there are) share the work of one run.
 
-    In process 0, `lead(prepare)` runs a world to tick `ticks` and calls `prepare(world)` before its first
-    tick, as `runs.run.run_to_folder` does; in the others `build()` returns the same world. Returns what
-    `lead` does and the bands; None in the others. An error in one process ends all, with exit code 1, or 2
-    for a wrong file; so does the RuntimeError of processes that came to different worlds.
+    In process 0, `lead(prepare)` runs a world to tick `ticks` (None: as many as its file says) and calls
+    `prepare(world)` before the first, as `runs.run.run_to_folder` does; in the others `build()` returns the
+    same world. Returns what `lead` does and the bands; None in the others. An error in one process ends all,
+    with exit code 1, or 2 for a wrong file; so does the RuntimeError of processes that came to different
+    worlds.
     """
     comm = mpi().COMM_WORLD if comm is None else comm
     led: list[World] = []
@@ -37,7 +38,7 @@ def together(lead: Callable[[Callable[[Any], None]], Any], build: Callable[[], W
 
     try:
         if comm.Get_rank():
-            _follow(build(), ticks, comm)
+            _follow(_built(build, comm), ticks, comm)
             return None
         result = lead(prepare)
         return result, _agreed(led[0], comm)
@@ -48,10 +49,20 @@ def together(lead: Callable[[Callable[[Any], None]], Any], build: Callable[[], W
         raise
 
 
-def _follow(world: World, ticks: int, comm: Any) -> None:
+def _built(build: Callable[[], World], comm: Any) -> World:
+    """Return the world of a process that follows; where there is none, let process 0 speak first: what is wrong
+    here is wrong there."""
+    try:
+        return build()
+    except Exception as error:
+        comm.allgather(f"no world ({error})")
+        raise
+
+
+def _follow(world: World, ticks: int | None, comm: Any) -> None:
     divide(world, comm)
     with stopping(world):
-        world.run(ticks - world.tick)
+        world.run((ticks or world.config.ticks) - world.tick)
     _agreed(world, comm)
 
 

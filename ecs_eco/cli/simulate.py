@@ -89,7 +89,7 @@ def run_in_bands(world: str, changes: list[str], ticks: int | None, seed: int | 
         run_world(world, changes, ticks, seed, out, quiet, threads, learn, policies, report, checkpoint_every,
                   keep, None, record, prepare)
 
-    led = together(lead, build, ticks or load(world, changes).ticks)
+    led = together(lead, build, ticks)
     if led is not None:
         bands = led[1]
         say(f"  {bands.size} processes, the same world in all; process 0 received "

@@ -44,7 +44,7 @@ def test_a_run_in_bands_leaves_the_folder_that_one_process_would_leave(mpirun, t
 @pytest.mark.slow
 @pytest.mark.parametrize(("case", "code", "text"), [
     ("error", 1, "ZeroDivisionError"), ("other", 1, "2 processes have 2 different worlds"),
-    ("stop", 0, "ended at 3")])
+    ("stop", 0, "ended at 4")])
 def test_what_ends_one_process_ends_all(mpirun, case, code, text):
     ended = mpirun(2, FAULT, case, timeout=120)
     assert ended.returncode == code, ended.stdout + ended.stderr
