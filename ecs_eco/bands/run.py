@@ -50,8 +50,8 @@ def together(lead: Callable[[Callable[[Any], None]], Any], build: Callable[[], W
 
 
 def _built(build: Callable[[], World], comm: Any) -> World:
-    """Return the world of a process that follows; where there is none, let process 0 speak first: what is wrong
-    here is wrong there."""
+    """Return the world of a process that follows; where there is none, let process 0 speak first: most
+    of what is wrong here is wrong there."""
     try:
         return build()
     except Exception as error:
