@@ -2,18 +2,19 @@
 
     mpiexec is called by it: python benchmarks/bands.py [--animals 20000] [--processes 1 2] [--short]
 
-Strong scaling: the same savanna in 1, 2, … processes. Weak: as many animals in each process as in the one. All run
-in turns, and the best turn counts, for others may use the machine; processes that wait keep a core busy, so
-that with other work on it the times of exchanges mean nothing. Every row says what its ticks were spent on: work
-that bands share, exchanging and waiting, and work that every process does alike (the rest). All processes must
-come to the same digest, that of one process.
+Strong scaling: the same savanna in 1, 2, … processes. Weak: as many animals in each process as in the one.
+All run in turns, and the best turn counts, for others may use the machine; processes that wait keep a core
+busy, so that with other work on it the times of exchanges mean nothing. Every row says what its ticks were
+spent on: work that bands share, exchanging and waiting, and work that every process does alike (the rest).
+All processes must come to the same digest, that of one process.
 
-The model: t(N, P) = N (shared / P + alike) + calls · latency · log2 P + N · bytes · (1 − 1/P) / bandwidth, the
-costs per animal from the runs of one process, latency and bandwidth from messages between two. Beside it is
-the cost of true bands, which would hold their own part of the world alone: N (shared + alike) / P, and the halo:
-who is within the widest sense of an edge goes to the neighbour, before sensing and after moving. The halo of a
-band of the savanna is packed and sent here, and what its animals sense with it alone is compared with what they
-sense in the whole world. A band is at least as high as the widest sense, which bounds P.
+The model: t(N, P) = N (shared / P + alike) + calls · latency · log2 P + N · bytes · (1 − 1/P) / bandwidth,
+the costs per animal from the runs of one process, latency and bandwidth from messages between two. Beside
+it is the cost of true bands, which would hold their own part of the world alone: N (shared + alike) / P,
+and the halo: who is within the widest sense of an edge goes to the neighbour, before sensing and after
+moving. The halo of a band of the savanna is packed and sent here, and what its animals sense with it alone
+is compared with what they sense in the whole world. A band is at least as high as the widest sense, which
+bounds P.
 """
 
 import argparse

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 import time
 import traceback
@@ -86,4 +87,6 @@ def _end_all(error: BaseException, comm: Any) -> None:
     text = (str(error) if isinstance(error, PLAIN)
             else "".join(traceback.format_exception(error)))
     print(f"process {comm.Get_rank()} of {comm.Get_size()}: {text}", file=sys.stderr, flush=True)
-    comm.Abort(2 if isinstance(error, ConfigError) else 1)
+    code = 2 if isinstance(error, ConfigError) else 1
+    comm.Abort(code)
+    os._exit(code)  # some libraries return before they have ended the process
