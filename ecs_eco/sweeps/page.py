@@ -66,7 +66,8 @@ def _head(sweep: Sweep, rows: Sequence[Row], failed: dict[int, str]) -> list[str
 def _responses(rows: Sequence[Row], keys: list[str], outcomes: list[Outcome], hue: dict[str, str],
                folder: Path) -> list[str]:
     """How outcomes respond to the values, as pictures."""
-    if not keys:
+    outcomes = [outcome for outcome in outcomes if len({row[outcome.column] for row in rows}) > 1]
+    if not keys or not outcomes:
         return []
     drawn = figures.responses(rows, keys[:4], outcomes, hue)
     each = all(len({str(row[key]) for row in rows}) <= figures.FEW for key in keys)

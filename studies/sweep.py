@@ -1,0 +1,209 @@
+"""A sweep ends with the same digests on every engine, whoever is killed on the way.
+
+The same plan is run on local processes, of which one is killed; on a Ray cluster of two nodes on this
+machine, where a worker is killed and then a node; and by jobs of a stand-in for SLURM, all of which are
+preempted twice by SIGTERM. Engines that are not installed are left out, with a note.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+from studies.common.study import Study, verdict
+
+SMALL = {"space.size": [60.0, 60.0], "species.grass.count": 270, "species.deer.count": 44,
+         "species.wolf.count": 5}  # fmt: skip
+SOON = {"health_check_initial_delay_ms": 1000, "health_check_period_ms": 1000}  # a lost node is found in 5 s
+ENGINES = ("bare", "local", "ray", "slurm")
+PREEMPTIONS = 2
+
+
+def plan_of(config: dict[str, Any]) -> dict[str, Any]:
+    """Return the plan: a grid of two numbers, with seeds."""
+    return {
+        "world": "predator-prey", "ticks": config["ticks"], "world_seeds": config["seeds"],
+        "policies": "random", "checkpoint_every": max(1, config["ticks"] // 8), "set": SMALL,
+        "grid": {"species.deer.reproduction.rate": config["rates"],
+                 "species.deer.metabolism.basal": config["basal"]},
+    }  # fmt: skip
+
+
+def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
+    """Do the sweep on one engine; return its digests in the order of jobs, and what happened."""
+    engine = case["engine"]
+    if engine == "ray" and importlib.util.find_spec("ray") is None:
+        return {"note": "ray is not installed", "digests": []}
+    with tempfile.TemporaryDirectory() as place:
+        begin = time.perf_counter()
+        note = {"bare": bare, "local": local, "ray": on_ray, "slurm": on_slurm}[engine](
+            plan_of(config), Path(place) / "sweep", config)
+        seconds = time.perf_counter() - begin
+        digests = (note.pop("digests") if engine == "bare" else collected(Path(place) / "sweep"))
+        return {**note, "digests": digests, "seconds": round(seconds, 2)}
+
+
+def bare(plan: dict[str, Any], folder: Path, config: dict[str, Any]) -> dict[str, Any]:
+    """Run the same worlds one after the other, without a sweep."""
+    from ecs_eco.config import load
+    from ecs_eco.record import run_to_folder
+    from ecs_eco.sweeps.design import design_of
+    from ecs_eco.sweeps.plan import read_plan
+
+    design, digests = design_of(read_plan(plan)), []
+    for job in design.jobs:
+        done = run_to_folder(load(design.base, job.values), seed=job.world_seed, ticks=config["ticks"],
+                             out=folder / str(job.number), policies="random", report=False)
+        digests.append(done["digest"])
+    return {"digests": digests}
+
+
+def collected(folder: Path) -> list[str]:
+    """Return the digests in the table of a sweep."""
+    from ecs_eco.sweeps.folder import read_sweep
+    from ecs_eco.sweeps.table import rows_of
+
+    return [row["digest"] for row in rows_of(read_sweep(folder))]
+
+
+def local(plan: dict[str, Any], folder: Path, config: dict[str, Any]) -> dict[str, Any]:
+    """On two processes, one of which is killed at a third of the jobs."""
+    from ecs_eco.experiments.pool import Pool
+    from ecs_eco.sweeps import run_sweep
+
+    killed: list[int] = []
+
+    def kill() -> None:
+        pid = wait_for(folder, config, lambda: pid_of_running(folder, but=os.getpid()))
+        killed.append(pid)
+        os.kill(pid, signal.SIGKILL)
+
+    thread = threading.Thread(target=kill, daemon=True)
+    thread.start()
+    with Pool(2) as pool:
+        outcome = run_sweep(plan, folder, executor=pool)
+    return {"killed workers": len(killed), "called again": outcome.retried, "failed": outcome.failed}
+
+
+def on_ray(plan: dict[str, Any], folder: Path, config: dict[str, Any]) -> dict[str, Any]:
+    """On a Ray cluster of two nodes: a worker is killed, then a node."""
+    from ray.cluster_utils import Cluster
+
+    from ecs_eco.sweeps import run_sweep
+
+    cluster = Cluster(initialize_head=True, head_node_args={"num_cpus": 1, "_system_config": SOON})
+    second = cluster.add_node(num_cpus=1)
+    os.environ["RAY_ADDRESS"] = cluster.address
+    lost: list[str] = []
+
+    def kill() -> None:
+        os.kill(wait_for(folder, config, lambda: pid_of_running(folder)), signal.SIGKILL)
+        lost.append("a worker")
+        time.sleep(2)
+        wait_for(folder, config, lambda: pid_of_running(folder))
+        cluster.remove_node(second, allow_graceful=False)
+        lost.append("a node")
+
+    thread = threading.Thread(target=kill, daemon=True)
+    thread.start()
+    try:
+        outcome = run_sweep(plan, folder, executor="ray")
+    finally:
+        thread.join(timeout=60)
+        cluster.shutdown()
+        del os.environ["RAY_ADDRESS"]
+    return {"killed": lost, "failed": outcome.failed}
+
+
+def on_slurm(plan: dict[str, Any], folder: Path, config: dict[str, Any]) -> dict[str, Any]:
+    """By `ecs-eco sweep job`, in two parts that are told to stop and are queued again, as SLURM does."""
+    from ecs_eco.sweeps.design import design_of
+    from ecs_eco.sweeps.folder import begin
+    from ecs_eco.sweeps.jobs import UNFINISHED
+    from ecs_eco.sweeps.plan import read_plan
+
+    sweep = begin(folder, design_of(read_plan(plan)))
+    parts = [[str(job.number) for job in sweep.jobs][i::2] for i in (0, 1)]
+    codes: list[int] = []
+    for attempt in range(PREEMPTIONS + 1):
+        command = [sys.executable, "-c", "from ecs_eco.cli import main; main()", "sweep", "job", str(folder)]
+        jobs = [subprocess.Popen([*command, *part], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+                for part in parts]
+        if attempt < PREEMPTIONS:
+            share = (attempt + 1) / (PREEMPTIONS + 1)
+            with suppress(TimeoutError):
+                wait_for(folder, config | {"at": share}, lambda: pid_of_running(folder))
+            for job in jobs:
+                job.send_signal(signal.SIGTERM)
+        codes += [job.wait() for job in jobs]
+    return {"preempted": codes.count(UNFINISHED), "codes": codes}
+
+
+# --- who runs what ------------------------------------------------------------------------------------------
+
+
+def wait_for(folder: Path, config: dict[str, Any], what: Callable[[], int]) -> int:
+    """Wait until a share of the jobs is done and something is there; return it."""
+    until = time.monotonic() + config["patience"]
+    enough = config.get("at", 1 / 3) * config["seeds"] * len(config["rates"]) * len(config["basal"])
+    while time.monotonic() < until:
+        if len(list(folder.glob("jobs/*/done.json"))) >= int(enough) and (found := what()):
+            return found
+        time.sleep(0.02)
+    raise TimeoutError(f"{folder}: nothing to kill within {config['patience']} s")
+
+
+def pid_of_running(folder: Path, but: int = 0) -> int:
+    """Return a process that has a job, 0 where there is none."""
+    from ecs_eco.record.claim import owner_of
+
+    owners = (owner_of(lock.parent) for lock in folder.glob("jobs/*/.lock"))
+    return next((int(owner["pid"]) for owner in owners if owner and owner["pid"] != but), 0)
+
+
+def summarise(cases: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Compare the digests with those of the bare runs."""
+    results = {case["case"]["engine"]: case["result"] for case in cases}
+    wanted = results["bare"]["digests"]
+    lines = []
+    for engine, result in results.items():
+        if engine == "bare" or "note" in result:
+            continue
+        same = sum(a == b for a, b in zip(result["digests"], wanted, strict=False))
+        lines.append(verdict(f"{engine}: runs with the digest of the bare run, of {len(wanted)}", same,
+                             f"{len(wanted)}", same == len(wanted) == len(result["digests"])))
+    if "local" in results:
+        killed = results["local"]["killed workers"]
+        lines.append(verdict("local: workers killed", killed, "1 or more", killed >= 1))
+    if "note" not in results.get("ray", {"note": ""}):
+        lines.append(verdict("ray: killed", ", ".join(results["ray"]["killed"]), "a worker, a node",
+                             results["ray"]["killed"] == ["a worker", "a node"]))
+    if "slurm" in results:
+        n = results["slurm"]["preempted"]
+        lines.append(verdict("slurm: jobs that ended unfinished when told to", n, "2 or more", n >= 2))
+    return lines
+
+
+STUDY = Study(
+    name="sweep",
+    claim="a sweep ends with the same digests on local processes, on Ray and on SLURM, whoever is killed",
+    config={"ticks": 1000, "seeds": 5, "rates": [0.006, 0.01, 0.014, 0.018, 0.022],
+            "basal": [0.003, 0.004, 0.005, 0.006, 0.007, 0.008, 0.009, 0.01], "patience": 3600},
+    cases=[{"engine": engine} for engine in ENGINES],
+    run=run, summarise=summarise,
+    short_config={"ticks": 40, "seeds": 2, "rates": [0.006, 0.02], "basal": [0.004, 0.008], "patience": 600},
+    short_cases=[{"engine": engine} for engine in ("bare", "local")],
+)  # fmt: skip
+
+if __name__ == "__main__":
+    STUDY.main()
