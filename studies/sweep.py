@@ -201,7 +201,7 @@ STUDY = Study(
             "basal": [0.003, 0.004, 0.005, 0.006, 0.007, 0.008, 0.009, 0.01], "patience": 3600},
     cases=[{"engine": engine} for engine in ENGINES],
     run=run, summarise=summarise,
-    short_config={"ticks": 40, "seeds": 2, "rates": [0.006, 0.02], "basal": [0.004, 0.008], "patience": 600},
+    short_config={"ticks": 40, "seeds": 2, "rates": [0.006, 0.02], "basal": [0.004], "patience": 600},
     short_cases=[{"engine": engine} for engine in ("bare", "local")],
 )  # fmt: skip
 
