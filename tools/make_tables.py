@@ -14,8 +14,8 @@ BENCHMARKS = ROOT / "benchmarks"
 PAGE, README = ROOT / "docs" / "benchmarks.md", ROOT / "README.md"
 MARKS = ("<!-- table: benchmarks -->", "<!-- end of table -->")
 ORDER = ("animals", "animals_threads", "breakdown", "animals_learning", "plants", "memory", "startup",
-         "checkpoints", "checkpoints_cost", "firm_ground", "ppo", "individual_ppo", "births",
-         "variable_births", "genomes", "viewer_cost", "viewer_frames", "page", "viewer_stall", "wolf_sheep",
+         "checkpoints", "checkpoints_cost", "bands", "bands_model", "firm_ground", "ppo", "individual_ppo",
+         "births", "variable_births", "genomes", "viewer_cost", "viewer_frames", "page", "viewer_stall", "wolf_sheep",
          "wolf_sheep_same", "wolf_sheep_profile")
 HEAD = """# How fast it is
 
