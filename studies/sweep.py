@@ -1,13 +1,14 @@
 """A sweep ends with the same digests on every engine, whoever is killed on the way.
 
 The same plan is run on local processes, of which one is killed; on a Ray cluster of two nodes on this
-machine, where a worker is killed and then a node; and by jobs of a stand-in for SLURM, all of which are
-preempted twice by SIGTERM. Engines that are not installed are left out, with a note.
+machine, where a worker is killed and then a node; and as a job array of a stand-in for SLURM, where those
+that run are preempted, and later told to stop. Engines that are not installed are left out, with a note.
 """
 
 from __future__ import annotations
 
 import importlib.util
+import json
 import os
 import signal
 import subprocess
@@ -15,8 +16,8 @@ import sys
 import tempfile
 import threading
 import time
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +27,6 @@ SMALL = {"space.size": [60.0, 60.0], "species.grass.count": 270, "species.deer.c
          "species.wolf.count": 5}  # fmt: skip
 SOON = {"health_check_initial_delay_ms": 1000, "health_check_period_ms": 1000}  # a lost node is found in 5 s
 ENGINES = ("bare", "local", "ray", "slurm")
-PREEMPTIONS = 2
 
 
 def plan_of(config: dict[str, Any]) -> dict[str, Any]:
@@ -126,33 +126,57 @@ def on_ray(plan: dict[str, Any], folder: Path, config: dict[str, Any]) -> dict[s
 
 
 def on_slurm(plan: dict[str, Any], folder: Path, config: dict[str, Any]) -> dict[str, Any]:
-    """By `ecs-eco sweep job`, in two parts that are told to stop and are queued again, as SLURM does."""
+    """As a job array of the stand-in: whoever runs is preempted once, and told to stop once."""
     from ecs_eco.sweeps.design import design_of
     from ecs_eco.sweeps.folder import begin
-    from ecs_eco.sweeps.jobs import UNFINISHED
     from ecs_eco.sweeps.plan import read_plan
+    from ecs_eco.sweeps.slurm import Options, submit
 
     sweep = begin(folder, design_of(read_plan(plan)))
-    parts = [[str(job.number) for job in sweep.jobs][i::2] for i in (0, 1)]
-    codes: list[int] = []
-    for attempt in range(PREEMPTIONS + 1):
-        command = [sys.executable, "-c", "from ecs_eco.cli import main; main()", "sweep", "job", str(folder)]
-        jobs = [subprocess.Popen([*command, *part], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-                for part in parts]
-        if attempt < PREEMPTIONS:
-            share = (attempt + 1) / (PREEMPTIONS + 1)
-            with suppress(TimeoutError):
-                wait_for(folder, config | {"at": share}, lambda: pid_of_running(folder))
-            for job in jobs:
-                job.send_signal(signal.SIGTERM)
-        codes += [job.wait() for job in jobs]
-    return {"preempted": codes.count(UNFINISHED), "codes": codes}
+    with stand_in(folder.parent / "slurm") as state:
+        (array,) = submit(folder, [job.number for job in sweep.jobs], Options(limit=2))
+
+        def tasks(*states: str) -> list[str]:
+            now = json.loads((state / "state.json").read_text())["arrays"][array]["tasks"]
+            return [index for index, task in now.items() if task["state"] in states]
+
+        for share, command in ((1 / 3, "preempt"), (2 / 3, "notice")):
+            for index in wait_for(folder, config | {"at": share}, lambda: tasks("RUNNING")):
+                subprocess.run([command, array, index], check=True)
+        wait_for(folder, config | {"at": 1.0}, lambda: not tasks("RUNNING", "PENDING"))
+        content = json.loads((state / "state.json").read_text())["arrays"][array]["tasks"]
+    words = [word for task in content.values() for word in task["log"]]
+    return {"preempted": words.count("preempt"), "told to stop": words.count("signalled"),
+            "restarts": sum(task["restarts"] for task in content.values())}
+
+
+@contextmanager
+def stand_in(place: Path) -> Iterator[Path]:
+    """Put the commands of a stand-in for SLURM on the path; give the folder of its state."""
+    place.mkdir()
+    root = Path(__file__).parents[1]
+    for name in ("sbatch", "squeue", "scontrol", "preempt", "notice"):
+        program = root / "tests" / "sweeps" / "slurm_stand_in.py"
+        (place / name).write_text(f'#!/bin/sh\nexec "{sys.executable}" "{program}" {name} "$@"\n')
+        (place / name).chmod(0o755)
+    paths = os.pathsep.join([str(root), *filter(None, [os.environ.get("PYTHONPATH")])])
+    own = {"PATH": f"{place}{os.pathsep}{os.environ['PATH']}", "SLURM_STAND_IN": str(place),
+           "PYTHONPATH": paths}  # fmt: skip
+    before = {name: os.environ.get(name) for name in own}
+    os.environ.update(own)
+    try:
+        yield place
+    finally:
+        for name, value in before.items():
+            os.environ.pop(name)
+            if value is not None:
+                os.environ[name] = value
 
 
 # --- who runs what ------------------------------------------------------------------------------------------
 
 
-def wait_for(folder: Path, config: dict[str, Any], what: Callable[[], int]) -> int:
+def wait_for(folder: Path, config: dict[str, Any], what: Callable[[], Any]) -> Any:
     """Wait until a share of the jobs is done and something is there; return it."""
     until = time.monotonic() + config["patience"]
     enough = config.get("at", 1 / 3) * config["seeds"] * len(config["rates"]) * len(config["basal"])
@@ -189,8 +213,9 @@ def summarise(cases: list[dict[str, Any]]) -> list[dict[str, Any]]:
         lines.append(verdict("ray: killed", ", ".join(results["ray"]["killed"]), "a worker, a node",
                              results["ray"]["killed"] == ["a worker", "a node"]))
     if "slurm" in results:
-        n = results["slurm"]["preempted"]
-        lines.append(verdict("slurm: jobs that ended unfinished when told to", n, "2 or more", n >= 2))
+        counts = [results["slurm"][word] for word in ("preempted", "told to stop", "restarts")]
+        lines.append(verdict("slurm: jobs preempted, told to stop, queued again", counts, "1 or more of each",
+                             min(counts) >= 1))
     return lines
 
 

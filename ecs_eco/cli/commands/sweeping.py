@@ -22,8 +22,8 @@ class PlanOrCommand(TyperGroup):
 
 sweep = typer.Typer(
     cls=PlanOrCommand, no_args_is_help=True, add_completion=False, rich_markup_mode=None,
-    help="Run a world under many values, seeds and treatments: sweep PLAN [--on local|ray] [--workers N] "
-         "[--out DIR] [--quiet] [--trust]; then status, resume and collect.",
+    help="Run a world under many values, seeds and treatments: sweep PLAN [--on local|slurm|ray] "
+         "[--workers N] [--sbatch OPTION] [--out DIR] [--quiet] [--trust]; then status, resume and collect.",
 )  # fmt: skip
 
 Folder = Annotated[Path, typer.Argument(metavar="DIR", help="The folder of a sweep.")]
