@@ -75,7 +75,7 @@ class Bands(OneBand):
         """Within, `World.split` over the entries of an index, or over the rows of its cells, runs for this
         process's band alone; afterwards the `outputs` [index.n, …] are completed."""
         # where both are as many it cannot be told which of them are meant
-        if index.n < self.least or index.n == index.space.n_cells // index.space.shape[0]:
+        if self.size == 1 or index.n < self.least or index.n == index.space.n_cells // index.space.shape[0]:
             return nullcontext()
         return self._over(index, outputs)
 
@@ -107,6 +107,8 @@ class Bands(OneBand):
 
     def share(self, arrays: dict[str, np.ndarray]) -> None:
         """Copy the array of each name from the process whose it is (`mine`) to all others."""
+        if self.size == 1:
+            return
         start = time.perf_counter()
         for k, array in enumerate(arrays.values()):
             self.comm.Bcast(array, root=k % self.size)
@@ -117,7 +119,7 @@ class Bands(OneBand):
     def _complete(self, array: np.ndarray, edges: Any) -> None:
         """Get the rows between edges[k] and edges[k + 1] from process k, for all k."""
         size = array.itemsize * int(np.prod(array.shape[1:]))
-        if not size:
+        if not size or self.size == 1:
             return
         start = time.perf_counter()
         counts = np.diff(edges)
