@@ -200,7 +200,7 @@ def row(kind: str, n: int, learn: bool, animals: int, ticks: int, turns: int) ->
 
 
 def predicted(one: dict[str, Any], two: dict[str, Any], wire: dict[str, float], strip: dict[str, Any],
-              processes: int) -> dict[str, float]:
+              processes: int) -> dict[str, Any]:
     """Return the model's speed-up of a world of the size of `one` over P processes, as it is (whole worlds)
     and with true bands, on the wire that was measured."""
     n, p = one["animals"], processes
@@ -214,7 +214,7 @@ def predicted(one: dict[str, Any], two: dict[str, Any], wire: dict[str, float], 
     true = n * (shared + alike) / p + send
     whole = n * (shared + alike)
     return {"animals": n, "processes": p, "whole worlds: speed-up": whole / now,
-            "true bands: speed-up": whole / true,
+            "true bands: speed-up": whole / true if side / p >= WIDEST else "bands too low",
             "bytes received per process and tick, whole worlds": n * each * (1 - 1 / p),
             "bytes of ghosts per band and tick": 4 * edge * GHOST, "height of a band [m]": side / p}
 
