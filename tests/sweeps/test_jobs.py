@@ -95,3 +95,20 @@ def test_a_job_that_was_killed_by_sigkill_ends_with_the_same_digest(tmp_path: Pa
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == -signal.SIGKILL
     assert not (sweep.job_folder(0) / "done.json").exists()
     assert run_job(sweep.folder, 0)["digest"] == run_job(other.folder, 0)["digest"]
+
+
+@pytest.mark.slow
+def test_policies_are_trained_once_by_the_first_job_that_needs_them_and_shared(tmp_path: Path) -> None:
+    small = {"species.grass.count": 60, "species.deer.count": 12, "species.wolf.count": 2,
+             "training.ticks": 3, "training.set": {}}
+    plan = {"world": "predator-prey", "ticks": 4, "set": small, "training_seeds": 1, "world_seeds": 2}
+    sweep = begin(tmp_path / "out", design_of(read_plan(plan)))
+    first = run_job(sweep.folder, 0)
+    (trained,) = (sweep.folder / "policies").glob("*/seed-1/training.json")
+    before = trained.stat().st_mtime_ns
+    second = run_job(sweep.folder, 1)
+    assert trained.stat().st_mtime_ns == before
+    assert first["weights"] == second["weights"]
+    assert set(first["weights"]) == {"deer", "wolf"}
+    assert first["digest"] != second["digest"]
+    assert not list((sweep.folder / "policies").glob("*/*.training"))
