@@ -12,6 +12,7 @@ from ecs_eco._lazy import find_former_names, lazy, listing
 if TYPE_CHECKING:
     from ecs_eco import (
         analysis,
+        archipelago,
         components,
         config,
         experiments,
@@ -49,7 +50,7 @@ if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
 
 __all__ = [
-    "PHASES", "System", "Table", "World", "analysis", "boolean", "column", "component",
+    "PHASES", "System", "Table", "World", "analysis", "archipelago", "boolean", "column", "component",
     "components", "config", "draw", "experiments", "f32", "f64", "genomes", "i8", "i16", "i32",
     "i64", "learning", "njit", "record", "runs", "search", "space", "systems", "testing", "u8",
     "u16", "u32", "u64", "view", "worlds",

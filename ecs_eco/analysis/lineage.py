@@ -16,7 +16,9 @@ from ecs_eco.analysis.gene_values import values_of
 from ecs_eco.analysis.genes import Course, Selection, course, generation_time, selection
 from ecs_eco.analysis.pedigree import ALIVE, Pedigree
 from ecs_eco.analysis.runs import parts, read_manifest
+from ecs_eco.engine.uids import island_of
 from ecs_eco.record import seal
+from ecs_eco.record.archipelago import ISLANDS, is_archipelago, read
 from ecs_eco.record.parquet import open_part, read_part
 
 __all__ = ["ALIVE", "Lineage"]
@@ -51,9 +53,12 @@ class Lineage(Pedigree):
         """The lineage of a run folder; FileNotFoundError where it holds no run,
         RecordingError for a damaged file.
 
-        A folder from before genomes were recorded does not list its founders:
-        those who died or had offspring are added.
+        A folder from before genomes were recorded does not list its founders: those who died or had offspring
+        are added. That of an archipelago has all islands in one. On one island those who came are there from
+        their arrival, without parents that they left behind, and those who left until then ("emigrated").
         """
+        if is_archipelago(folder):
+            return cls._of_islands(Path(folder))
         manifest = read_manifest(folder)
         sealed = seal.WORD in manifest
         births = _events(folder, "births", BIRTHS, sealed)
@@ -61,17 +66,39 @@ class Lineage(Pedigree):
         files = parts(folder, "births")
         if files and "genome" not in open_part(files[0]).schema_arrow.names:
             births = _with_founders(births, deaths)
+        if "island" in manifest:
+            births, deaths = _present(folder, births, deaths, sealed)
         end = max(manifest.get("done", manifest.get("ticks", 0)) - 1, 0)
         return cls._joined(births, deaths, end=end, dt=manifest.get("dt", 1.0),
                            genomes=manifest.get("genomes", {}))
 
     @classmethod
+    def _of_islands(cls, root: Path) -> Lineage:
+        """The lineage of all islands: who migrates was born on one of them and died on one."""
+        folders = [root / ISLANDS / name for name in read(root)["islands"]]
+        manifests = [read_manifest(folder) for folder in folders]
+        events = [[_events(folder, kind, columns, seal.WORD in manifest)
+                   for folder, manifest in zip(folders, manifests, strict=True)]
+                  for kind, columns in (("births", BIRTHS), ("deaths", DEATHS))]
+        births, deaths = ({name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+                          for parts in events)
+        first = manifests[0]
+        return cls._joined(births, deaths, end=max(first["done"] - 1, 0), dt=first["dt"],
+                           genomes=first.get("genomes", {}))
+
+    @classmethod
     def _joined(cls, births: dict[str, np.ndarray], deaths: dict[str, np.ndarray], **more: Any) -> Lineage:
-        order = np.argsort(births["uid"], kind="stable")
-        uid = births["uid"][order].astype(np.uint64)
+        uid = births["uid"].astype(np.uint64)
+        # parents first: on one island in the order of uids, else of births
+        one = not len(uid) or island_of(uid.min()) == island_of(uid.max())
+        first = births.get("order", births["tick"])
+        order = np.argsort(uid, kind="stable") if one else np.lexsort((uid, first))
+        uid = uid[order]
         died, cause = np.full(len(uid), ALIVE, np.int64), np.zeros(len(uid), deaths["cause"].dtype)
-        at = np.searchsorted(uid, deaths["uid"])
-        lost = deaths["uid"] != (uid[np.minimum(at, len(uid) - 1)] if len(uid) else 0)
+        by_uid = np.argsort(uid, kind="stable")
+        at = np.searchsorted(uid[by_uid], deaths["uid"])
+        at = by_uid[np.minimum(at, len(uid) - 1)] if len(uid) else at
+        lost = deaths["uid"] != (uid[at] if len(uid) else 0)
         if lost.any():
             raise ValueError(f"lineage: {deaths['uid'][lost][0]} died, of whom no birth is recorded")
         died[at], cause[at] = deaths["tick"], deaths["cause"]
@@ -132,6 +159,26 @@ def _events(folder: Path | str, kind: str, columns: dict[str, type],
     a column that is not there as 0 or ""."""
     tables = [read_part(file, needed=needed) for file in parts(folder, kind)]
     return {name: _column(tables, name, dtype) for name, dtype in columns.items()}
+
+
+def _present(folder: Path | str, births: dict[str, np.ndarray], deaths: dict[str, np.ndarray],
+             sealed: bool) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
+    """The births of an island with those who came, and its deaths with those who left for good."""
+    columns = BIRTHS | {"born": int}
+    came, left = (_events(folder, kind, columns, sealed) for kind in ("arrivals", "departures"))
+    last = dict(zip(came["uid"].tolist(), came["tick"].tolist(), strict=True))  # the last time of each
+    away = dict(zip(left["uid"].tolist(), range(len(left["uid"])), strict=True))
+    gone = np.array([i for uid, i in away.items() if left["tick"][i] > last.get(uid, -1)], np.int64)
+    _, first = np.unique(came["uid"], return_index=True)
+    new = first[~np.isin(came["uid"][first], births["uid"])]
+    births = {name: np.concatenate([column, came["born" if name == "order" else name][new]])
+              for name, column in (births | {"order": births["tick"]}).items()}
+    for parent in ("parent", "parent2"):
+        births[parent] = np.where(np.isin(births[parent], births["uid"]), births[parent],
+                                  births[parent].dtype.type(0))
+    more = {"tick": left["tick"][gone], "uid": left["uid"][gone], "species": left["species"][gone],
+            "cause": np.full(gone.size, "emigrated")}
+    return births, {name: np.concatenate([column, more[name]]) for name, column in deaths.items()}
 
 
 def _column(tables: list[pa.Table], name: str, dtype: type) -> np.ndarray:

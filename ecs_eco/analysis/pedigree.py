@@ -10,13 +10,15 @@ from typing import Any, Self
 import numpy as np
 
 from ecs_eco.engine.errors import UnknownName, unknown_name
+from ecs_eco.engine.uids import island_of
 
 ALIVE = -1
 
 
 @dataclass(frozen=True)
 class Pedigree:
-    """All organisms of a run in the order of their uids, an array entry each.
+    """All organisms of a run in the order of their uids, an array entry each; those of several islands in
+    the order of their births.
 
     `uid`, `parent`, `parent2` u64 (0: none); `species` and `cause` str ("" while alive); `born`, `died` i64
     [ticks] (died is −1 while alive); `genome` str objects ("" without one). Lived ticks are from `born` to
@@ -38,11 +40,14 @@ class Pedigree:
     genomes: dict[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        behind = np.flatnonzero(np.diff(self.uid.astype(np.int64)) <= 0)
+        several = len(np.unique(island_of(self.uid))) > 1
+        uid = np.sort(self.uid) if several else self.uid
+        behind = np.flatnonzero(np.diff(uid.astype(np.int64)) <= 0)
         if behind.size:
-            raise ValueError(f"lineage: the uid {self.uid[1:][behind[0]]} is there twice or out of order")
-        for parent in (self.parent, self.parent2):
-            late = np.flatnonzero(parent >= self.uid)
+            raise ValueError(f"lineage: the uid {uid[1:][behind[0]]} is there twice or out of order")
+        for parent, place in ((self.parent, self.mother), (self.parent2, self.father)):
+            same = island_of(parent) == island_of(self.uid)
+            late = np.flatnonzero((place >= np.arange(len(self))) | (same & (parent >= self.uid)))
             if late.size:
                 fault = f"the organism {self.uid[late[0]]} has the parent {parent[late[0]]}"
                 raise ValueError(f"lineage: {fault}; allowed are 0 and the uids of those born before it: "
@@ -80,12 +85,24 @@ class Pedigree:
     @cached_property
     def mother(self) -> np.ndarray:
         """Place of the first parent in the arrays, −1 where there is none: i64."""
-        return np.where(self.parent > 0, np.searchsorted(self.uid, self.parent), -1)
+        return self._places(self.parent)
 
     @cached_property
     def father(self) -> np.ndarray:
         """Place of the second parent in the arrays, −1 where there is none: i64."""
-        return np.where(self.parent2 > 0, np.searchsorted(self.uid, self.parent2), -1)
+        return self._places(self.parent2)
+
+    @cached_property
+    def _by_uid(self) -> np.ndarray:
+        return np.argsort(self.uid, kind="stable")
+
+    def _places(self, uids: np.ndarray) -> np.ndarray:
+        """Where organisms are in the arrays, −1 for 0 and for those that are not there: i64."""
+        if not len(self):
+            return np.full(len(uids), -1)
+        known = self.uid[self._by_uid]
+        at = np.minimum(np.searchsorted(known, uids), len(known) - 1)
+        return np.where((uids > 0) & (known[at] == uids), self._by_uid[at], -1)
 
     @property
     def founders(self) -> np.ndarray:
@@ -94,8 +111,8 @@ class Pedigree:
 
     def place(self, uid: int) -> int:
         """Where an organism is in the arrays; KeyError where it is not."""
-        at = int(np.searchsorted(self.uid, np.uint64(max(uid, 0))))
-        if at == len(self) or self.uid[at] != uid:
+        at = int(self._places(np.array([max(uid, 0)], np.uint64))[0])
+        if at < 0:
             raise KeyError(f"no organism of this lineage has the uid {uid}")
         return at
 

@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ecs_eco.engine.errors import CheckpointError
+from ecs_eco.engine.uids import island_of
+from ecs_eco.lifecycle.islands import is_island
 from ecs_eco.space import gate
 
 if TYPE_CHECKING:
@@ -80,7 +82,10 @@ class ArrayChecks:
         if type(capacity) is not int or not (rows[-1] if n else 0) < capacity <= MOST_ROWS:
             self.fail(f"{name} has a capacity of {capacity!r}, "
                       f"and its last row is {rows[-1] if n else 'none'}")
-        self.range(f"{prefix}/uid", uid, 1, self.meta["clock"]["next_uid"] - 1)
+        # on an island those of others live, too
+        next_uid = self.meta["clock"]["next_uid"]
+        mine = uid[(uid == 0) | (island_of(uid) == island_of(next_uid))] if is_island(self.world) else uid
+        self.range(f"{prefix}/uid", mine, 1, next_uid - 1)
         self.range(f"{prefix}/born", own["born"], np.iinfo(np.int64).min, self.meta["clock"]["tick"])
         self.range(f"{prefix}/cause", own["cause"], 0, len(self.meta["causes"]))
         for component, held in table.columns.items():

@@ -10,16 +10,18 @@ from ecs_eco.analysis.lineage import Lineage
 from ecs_eco.analysis.runs import parts
 from ecs_eco.cli.terminal import refuse, say
 from ecs_eco.engine.errors import listed, nearest
+from ecs_eco.record.archipelago import is_archipelago
 
 
 def tell_lineage(folder: Path, csv: Path | None, newick: Path | None, species: str | None,
                  living: bool) -> None:
     """Print founders, births, generations and surviving founder lines of each species,
     and write the files requested."""
-    if not (folder / "manifest.json").is_file():
+    islands = is_archipelago(folder)
+    if not islands and not (folder / "manifest.json").is_file():
         fault = "has no manifest.json" if folder.is_dir() else "no such folder"
         refuse("DIR", fault, str(folder), "a folder written by `ecs-eco run`")
-    if not parts(folder, "births"):
+    if not islands and not parts(folder, "births"):
         refuse("DIR", "holds no births", str(folder), "a run with organisms")
     for option, file in (("--csv", csv), ("--newick", newick)):
         if file is not None and (file.is_dir() or not file.parent.is_dir()):

@@ -11,10 +11,12 @@ from typing import Any
 
 import typer
 
+from ecs_eco.cli.archipelago import command_of, has_islands, resume_islands, run_islands
 from ecs_eco.cli.folders import known_policies, pages, results
 from ecs_eco.cli.terminal import FAILED, INTERRUPTED, complain, progress, refuse, say
 from ecs_eco.config import load
 from ecs_eco.experiments.engines import LOCAL, check_engine, engine
+from ecs_eco.record.archipelago import is_archipelago
 
 
 def run_world(
@@ -32,11 +34,15 @@ def run_world(
     keep: int = 3,
     shown: tuple[int, bool] | None = None,
     record: str | None = None,
+    workers: int | None = None,
+    on: str = LOCAL,
     prepare: Callable[[Any], None] | None = None,
 ) -> None:
-    """Run a world into a folder, and draw its figures; `shown`: the port of a viewer,
-    and whether to open the browser."""
+    """Run a world into a folder; `shown`: the port of a viewer, and whether to open the browser."""
     config = load(world, changes)
+    if has_islands(config, world, shown is not None or checkpoint_every is not None, workers, on):
+        return run_islands(config, world, changes, ticks, seed, out, quiet, threads, learn, policies, report,
+                           record, workers, on)
     seed, ticks = config.seed if seed is None else seed, ticks or config.ticks
     known_policies(policies, config)
     from ecs_eco.record.details import how_many
@@ -51,10 +57,7 @@ def run_world(
     ):
         out = claim.path
         try:
-            command = (f"ecs-eco run {shlex.quote(world)} --seed {seed} --ticks {ticks} --policies "
-                       f"{shlex.quote(policies)}")
-            command += "".join(f" --set {shlex.quote(change)}" for change in changes)
-            command += {None: "", True: " --learn", False: " --no-learn"}[learn] + " --out DIR"
+            command = command_of(world, seed, ticks, policies, changes, learn)
             more: dict[str, Any] = {"prepare": prepare if viewer is None else viewer.open}
             more |= {} if checkpoint_every is None else {"checkpoint_every": checkpoint_every, "keep": keep}
             more |= {} if record is None else {"record": record}
@@ -87,7 +90,7 @@ def run_in_bands(world: str, changes: list[str], ticks: int | None, seed: int | 
 
     def lead(prepare: Callable[[Any], None]) -> None:
         run_world(world, changes, ticks, seed, out, quiet, threads, learn, policies, report, checkpoint_every,
-                  keep, None, record, prepare)
+                  keep, None, record, prepare=prepare)
 
     led = together(lead, build, ticks)
     if led is not None:
@@ -132,11 +135,15 @@ def resume_run(
     threads: int,
     report: bool,
     shown: tuple[int, bool] | None = None,
+    workers: int | None = None,
+    on: str = LOCAL,
 ) -> None:
     """Resume a run in its folder, or fork it into another; `shown` is as for a run."""
     from ecs_eco.runs.run import fork, read_manifest, resume
 
     forks = from_tick is not None or bool(changes) or out is not None
+    if is_archipelago(folder):
+        return resume_islands(folder, until, forks, quiet, threads, report, workers, on)
     if forks and out is None:
         fault = "is missing: a fork is recorded in a folder of its own"
         refuse("--out", fault, "", "a folder, new or empty")
@@ -216,6 +223,11 @@ def tell_training(result: dict[str, Any]) -> None:
 
 def report_run(folder: Path, out: Path | None = None) -> None:
     """Write the report of a run folder there, or in `out`."""
+    if is_archipelago(folder):
+        from ecs_eco.analysis.report.archipelago import write_archipelago
+
+        pages(out, folder)
+        return say(f"written: {write_archipelago(folder, out)}")
     if not (folder / "manifest.json").is_file():
         fault = "has no manifest.json" if folder.is_dir() else "no such folder"
         refuse("DIR", fault, str(folder), "a folder written by `ecs-eco run`")

@@ -7,12 +7,14 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from ecs_eco.cli.archipelago import refuse_islands
 from ecs_eco.cli.folders import pages
 from ecs_eco.cli.terminal import printable, refuse, say
 
 
 def tell_why(folder: Path, out: Path | None, as_json: bool) -> None:
     """Explain a run folder in sentences or as JSON; write the page and the figure."""
+    refuse_islands(folder)
     if not (folder / "manifest.json").is_file():
         fault = "has no manifest.json" if folder.is_dir() else "no such folder"
         refuse("DIR", fault, str(folder), "a folder written by `ecs-eco run`")

@@ -11,6 +11,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
+from ecs_eco.config.archipelago import check_islands, seed_of
 from ecs_eco.config.checks.world import check
 from ecs_eco.config.document import Document, Key, read_document
 from ecs_eco.config.explain import problems_of, value_at
@@ -55,6 +56,7 @@ def load(
     if config is None or problems:
         raise document.refused(problems)
     problems = _check_training(config)
+    problems = problems or check_islands(config, island_of)
     if problems:
         raise document.refused(problems)
     return config
@@ -72,6 +74,19 @@ def for_training(config: WorldConfig, values: Mapping[str, Any] | None = None) -
     if not ramp:
         return new
     return new.model_copy(update={"training": new.training.model_copy(update={"ramp": config.training.ramp})})
+
+
+def island_of(config: WorldConfig, name: str) -> WorldConfig:
+    """The world of one island of an archipelago, with the values of its own, its seed among them; raises
+    ConfigError."""
+    plan = config.archipelago
+    assert plan is not None
+    data = config.model_dump()
+    data["archipelago"]["here"], data["seed"] = name, seed_of(config.seed, plan.names.index(name))
+    by = f"[archipelago] islands.{name}"
+    return load(
+        Document(data, config._source, config._folder, set_by=by, code=config._code), plan.islands[name]  # type: ignore[arg-type]
+    )
 
 
 def changed(config: WorldConfig, values: Overrides, folder: Path | None = None) -> WorldConfig:

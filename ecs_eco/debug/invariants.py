@@ -10,6 +10,7 @@ from ecs_eco.debug.columns import columns, more, owner_of
 from ecs_eco.debug.errors import DebugError
 from ecs_eco.engine.blocks import Blocked
 from ecs_eco.engine.system import System
+from ecs_eco.engine.uids import is_given
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
@@ -63,14 +64,14 @@ class Invariants:
         tables = list(self.world.tables.values())
         uid = np.concatenate([t.uid[t.alive] for t in tables]) if tables else np.zeros(0, np.uint64)
         uid.sort()
-        if not uid.size or (uid[-1] < self.world.next_uid and (uid[1:] != uid[:-1]).all()):
+        if not uid.size or (is_given(uid, self.world.next_uid).all() and (uid[1:] != uid[:-1]).all()):
             return
         for table in tables:
             for row in table.rows():
                 u = int(table.uid[row])
                 if u in seen:
                     self.fail(table, f"uid {u} lives in row {row} and in {seen[u]}; a uid is given once")
-                if u >= self.world.next_uid:
+                if not is_given(u, self.world.next_uid):
                     self.fail(table, f"uid {u} lives in row {row}, "
                                      f"but the next to be given is {self.world.next_uid}")
                 seen[u] = f"row {row} of {table.name!r}"

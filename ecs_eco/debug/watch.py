@@ -88,4 +88,7 @@ class Opening(esper.Processor):
             page, energy = (recorder._ledger[recorder._at, s],
                             budget(table := self.world.tables[name]).get("energy"))
             stock = 0.0 if energy is None else energy[table.rows()].sum(dtype=np.float64)
-            self.world.debug.drift[name] = stock - (recorder._stock[s] + page["endowed"] - page["lost"])
+            known = recorder._stock[s] + page["endowed"] - page["lost"]
+            if recorder.migrations is not None:
+                known += page["imported"] - page["exported"]
+            self.world.debug.drift[name] = stock - known

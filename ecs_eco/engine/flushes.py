@@ -1,4 +1,5 @@
-"""Steps of the world itself between systems: deaths and births take effect, and esper is kept up to date."""
+"""Steps of the world itself between systems: deaths and births take effect, migrants come and go, and esper
+is kept up to date."""
 
 import weakref
 from typing import Any
@@ -79,3 +80,19 @@ def bear(world: Any) -> None:
     if "birth" in registry.events:
         numbers = [number for table, rows in born for number in world._entities(table, rows)]
         world.context.tell("birth", numbers)
+
+
+def depart(world: Any, table: Table, rows: np.ndarray, to: np.ndarray) -> None:
+    """Free the rows i64[k] of migrants, by uid, that leave for islands `to` i64[k]; no death."""
+    for listen in world.on_departure:
+        listen(table, rows, to)
+    table.vacate(rows)
+
+
+def arrive(world: Any, table: Table, uid: np.ndarray, born: np.ndarray,
+           values: dict[tuple[type, str], np.ndarray], origin: np.ndarray) -> None:
+    """Give rows to migrants with these uids u64[k] and columns that come from islands `origin` i64[k]: no
+    birth."""
+    rows = table.settle(uid, born, values)
+    for listen in world.on_arrival:
+        listen(table, rows, origin)

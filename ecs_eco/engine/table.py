@@ -188,6 +188,13 @@ class Table:
         self._changed()
         return rows
 
+    def settle(self, uid: np.ndarray, born: np.ndarray, values: Values) -> np.ndarray:
+        """Bring entities that come from elsewhere to life in the lowest free rows, with their uids u64[k] and
+        ticks of birth i64[k]; return their rows."""
+        rows = self.occupy(uid.size, 0, 0, values)
+        self.uid[rows], self.born[rows] = uid, born
+        return rows
+
     def doomed(self) -> np.ndarray:
         """Return the rows that have a cause of death, ascending: i64[k]."""
         return self.cause[: self.high].nonzero()[0]

@@ -35,7 +35,9 @@ class World:
 
     Hooks are lists of functions: `before_tick` (no arguments, before each tick of `run`), `on_death` (table,
     rows), before the rows are freed, and `on_birth` (table, rows, uids of first and of second parents, 0 for
-    none), once the rows are filled. They are called in the order of the list; none of them is saved.
+    none), once the rows are filled; of migrants `on_departure` (table, rows, numbers of the islands that they
+    leave for) and `on_arrival` (table, rows, numbers of those that they come from). They are called in the
+    order of the list; none of them is saved.
     """
 
     def __init__(self, *, dt: float = 1.0, seed: int = 0, threads: int = 1, name: str = "world") -> None:
@@ -49,6 +51,8 @@ class World:
         self.before_tick: list[Callable[[], Any]] = []
         self.on_death: list[Callable[[Table, np.ndarray], Any]] = []
         self.on_birth: list[Callable[[Table, np.ndarray, np.ndarray, np.ndarray], Any]] = []
+        self.on_departure: list[Callable[[Table, np.ndarray, np.ndarray], Any]] = []
+        self.on_arrival: list[Callable[[Table, np.ndarray, np.ndarray], Any]] = []
         self.ticking = False  # whether a tick is under way
         self.stopping = False  # whether `run` is to return, as soon as it can
         self.stopped = False  # whether the last `run` returned early

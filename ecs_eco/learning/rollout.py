@@ -100,6 +100,15 @@ class Rollout:
         they expected values f32[n] of the rest."""
         self.end(rows, rewards + np.float32(self.discount) * values)
 
+    def leave(self, rows: np.ndarray) -> None:
+        """Forget rows that go elsewhere alive: what followed their last action counts as what was expected
+        then."""
+        self._cover(rows)
+        last = self.last[rows]
+        rest = np.where(last >= 0, self._steps["value"][last] - self._steps["reward"][last],
+                        0) if self.n else np.zeros(len(rows))
+        self.end(rows, rest.astype(np.float32))
+
     def advantages(self, rows: np.ndarray, values: np.ndarray, gae_lambda: float) -> None:
         """Fill in the advantages (Schulman et al. 2016, eq. 16);
         rows now alive expect values f32[n] of what comes."""

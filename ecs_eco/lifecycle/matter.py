@@ -13,6 +13,7 @@ import numpy as np
 
 from ecs_eco.components import Body, Chemistry, Matter, Shape
 from ecs_eco.engine.jit import njit
+from ecs_eco.lifecycle.islands import is_island
 from ecs_eco.space.shapes import volume as volume_of
 
 if TYPE_CHECKING:
@@ -34,7 +35,13 @@ FLOWS = {
 }
 """The flows of the ledger of matter → what they are; positive into what holds a substance [mol]."""
 
-NUMBER = {flow: i for i, flow in enumerate(FLOWS)}
+MIGRATION = {
+    "imported": "brought along by migrants from other islands",
+    "exported": "taken along by migrants to other islands",
+}
+"""Further flows of the ledger of matter of a world that is an island [mol]."""
+
+NUMBER = {flow: i for i, flow in enumerate([*FLOWS, *MIGRATION])}
 NO_RESIDUE = np.zeros((0, 0), np.float32)
 
 
@@ -88,7 +95,8 @@ class Books:
         fields = [name for name, field in world.fields.items() if field.substance is not None]
         self.holders = {("table", name): i for i, name in enumerate(tables)}
         self.holders |= {("field", name): len(tables) + i for i, name in enumerate(fields)}
-        self.flows = np.zeros((len(self.holders), len(world.substances), len(FLOWS)))
+        self.ways = [*FLOWS, *(MIGRATION if is_island(world) else ())]
+        self.flows = np.zeros((len(self.holders), len(world.substances), len(self.ways)))
         self.stock = stocks(world, self)
 
     @property
@@ -106,6 +114,14 @@ class Books:
         self.world = weakref.proxy(world)
         world.on_birth.append(self.born)
         world.on_death.append(self.died)
+        world.on_departure.append(lambda table, rows, to: self.moved(table, rows, "exported"))
+        world.on_arrival.append(lambda table, rows, origin: self.moved(table, rows, "imported"))
+
+    def moved(self, table: Table, rows: np.ndarray, flow: str) -> None:
+        """Book what migrants hold, "imported" or "exported": rows i64[k]."""
+        if ("table", table.name) in self.holders:
+            sign = 1 if flow == "imported" else -1
+            self.book(("table", table.name), flow, sign * total(rows, *bodies(table)))
 
     def born(self, table: Table, rows: np.ndarray, parents: np.ndarray, second: np.ndarray) -> None:
         """Book what newborn hold: rows i64[k]. Of objects, those that have a parent are its remains."""

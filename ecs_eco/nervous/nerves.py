@@ -240,6 +240,12 @@ class Nerves:
         if self.individuals is None and self.learner is not None:
             self.learner.rollout.end(rows, reward)
 
+    def leave(self, rows: np.ndarray) -> None:
+        """Let rows i64[k] go to another world: what those that learn together did stays with the others,
+        who learns alone takes its experience along."""
+        if self.individuals is None and self.learner is not None:
+            self.learner.rollout.leave(rows)
+
     def learn(self, table: Table, world: SpatialWorld) -> None:
         """Update the shared brain when its rollout is full, or those of the individuals whose own is."""
         try:

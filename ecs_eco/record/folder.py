@@ -82,7 +82,8 @@ class Folder:
             half.unlink(missing_ok=True)
 
     def _kinds(self) -> list[str]:
-        later = [folder.name for kind in ("matter", "learning", "actions", "details-*")
+        kinds = ("matter", "learning", "actions", "arrivals", "departures", "details-*")
+        later = [folder.name for kind in kinds
                  for folder in sorted(self.path.glob(kind))]
         return list(dict.fromkeys([*self.parts, *later]))
 
@@ -91,7 +92,7 @@ PARTS = "part-*.parquet"
 OURS = {  # what a run writes, by folder
     "": ("manifest.json", "report.html", "why.html", "why.json"), "series": (PARTS,), "births": (PARTS,),
     "deaths": (PARTS,), "snapshots": (PARTS,), "matter": (PARTS,), "learning": (PARTS,),
-    "actions": (PARTS,), "details-*": (PARTS,),
+    "actions": (PARTS,), "arrivals": (PARTS,), "departures": (PARTS,), "details-*": (PARTS,),
     "checkpoints": ("tick-*.safetensors",),
     "policies": ("*.safetensors",), "figures": ("*.png",),
 }  # fmt: skip

@@ -12,10 +12,17 @@ for one organism."""
 LEDGER = ("stock_before", "endowed", *FLOWS, "lost", "stock_after")
 """The columns of the ledger, in the order in which recordings and checkpoints hold them."""
 
+MIGRATION = ("imported", "exported")
+"""Further columns of the ledger of an island: the energy of those that came from others and left for them."""
+
+COUNTS_ROW = np.dtype([("n", np.int32), ("births", np.int32), ("deaths", np.int32)])
 LEDGER_ROW = np.dtype([(name, np.float64) for name in LEDGER])
 
 
 def imbalance(ledger: Mapping[str, Any] | np.ndarray | np.void) -> Any:
     """Return the imbalance of the ledger [energy], 0 if it closes; takes anything with its columns."""
     inflow = ledger["stock_before"] + ledger["endowed"] + ledger["taken_in"]
+    names: Any = getattr(getattr(ledger, "dtype", None), "names", None) or ledger
+    if "imported" in names:
+        inflow = inflow + ledger["imported"] - ledger["exported"]
     return inflow - ledger["burnt"] - ledger["given"] - ledger["lost"] - ledger["stock_after"]

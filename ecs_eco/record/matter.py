@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ecs_eco.lifecycle.matter import FLOWS, Books, stocks
+from ecs_eco.lifecycle.matter import FLOWS, MIGRATION, Books, stocks
 
 if TYPE_CHECKING:
     from ecs_eco.space.world import SpatialWorld
@@ -18,7 +18,8 @@ LEDGER = ("stock_before", *FLOWS, "stock_after")
 
 def imbalance(ledger: Mapping[str, Any]) -> Any:
     """Return the imbalance of the ledger of matter [mol], 0 if it closes; takes anything with its columns."""
-    return ledger["stock_before"] + sum(ledger[flow] for flow in FLOWS) - ledger["stock_after"]
+    flows = [*FLOWS, *(flow for flow in MIGRATION if flow in ledger)]
+    return ledger["stock_before"] + sum(ledger[flow] for flow in flows) - ledger["stock_after"]
 
 
 class MatterPages:
@@ -28,6 +29,7 @@ class MatterPages:
         self.books: Books = world.matter
         self.books.turn(stocks(world, self.books))
         self.substances = list(world.substances)
+        self.names = ("stock_before", *self.books.ways, "stock_after")
         self.blocks: list[dict[str, np.ndarray]] = []  # pages that stay in memory
         self.ticks: list[int] = []
         self.pages: list[np.ndarray] = []  # f64[holders, substances, columns]
@@ -43,11 +45,11 @@ class MatterPages:
     def columns(self) -> dict[str, np.ndarray]:
         """Return the pages as flat columns: by tick, then holder, then substance."""
         n, (h, s) = len(self.ticks), self.books.stock.shape
-        each = np.reshape(self.pages, (n * h * s, len(LEDGER)))
+        each = np.reshape(self.pages, (n * h * s, len(self.names)))
         out: dict[str, np.ndarray] = {"tick": np.repeat(np.array(self.ticks, np.int64), h * s),
                                       "holder": np.tile(np.repeat(np.arange(h, dtype=np.int16), s), n),
                                       "substance": np.tile(np.arange(s, dtype=np.int16), n * h)}
-        return out | {name: each[:, i].copy() for i, name in enumerate(LEDGER)}
+        return out | {name: each[:, i].copy() for i, name in enumerate(self.names)}
 
     @property
     def words(self) -> dict[str, list[str]]:

@@ -10,11 +10,14 @@ from numpy.lib.recfunctions import structured_to_unstructured, unstructured_to_s
 from ecs_eco.components import Metabolism, Nervous, Position
 from ecs_eco.engine.interruption import require_whole
 from ecs_eco.engine.system import System
+from ecs_eco.lifecycle.islands import is_island
 from ecs_eco.record.details import Details, how_many
+from ecs_eco.record.events import EVENTS, MIGRATION, as_numbers, as_text
 from ecs_eco.record.genomes import letters_of, texts_of
 from ecs_eco.record.learning import LearningPages
-from ecs_eco.record.ledger import FLOWS, LEDGER_ROW
+from ecs_eco.record.ledger import COUNTS_ROW, FLOWS, LEDGER_ROW
 from ecs_eco.record.matter import MatterPages
+from ecs_eco.record.migration import ISLAND_COUNTS_ROW, ISLAND_LEDGER_ROW, Migrations
 from ecs_eco.record.reports import Reports, absent
 from ecs_eco.record.sums import add_up, mean_depth
 
@@ -22,7 +25,6 @@ if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
     from ecs_eco.space.world import SpatialWorld
 
-COUNTS_ROW = np.dtype([("n", np.int32), ("births", np.int32), ("deaths", np.int32)])
 MOST_SPECIES = 128  # their numbers are written as i8
 NOTHING = np.zeros(0, np.float32)
 
@@ -59,10 +61,11 @@ class Recorder(System):
         self.place = {name: i for i, name in enumerate(self.names)}
         self.n_causes = 0
         self._tick = np.zeros((block, s), np.int64)
-        self._counts = np.zeros((block, s), COUNTS_ROW)
+        island = is_island(world)
+        self._counts = np.zeros((block, s), ISLAND_COUNTS_ROW if island else COUNTS_ROW)
         self.means = ("energy_mean", "happiness_mean", *(("depth_mean",) if world.space.volume else ()))
         self._means = np.zeros((block, s), np.dtype([(name, np.float32) for name in self.means]))
-        self._ledger = np.zeros((block, s), LEDGER_ROW)
+        self._ledger = np.zeros((block, s), ISLAND_LEDGER_ROW if island else LEDGER_ROW)
         self._died = np.zeros((block, s, 256), np.int32)
         self._stock = np.zeros(s)
         for name, i in self.place.items():
@@ -71,7 +74,7 @@ class Recorder(System):
                 self._stock[i] = table[Metabolism].energy[table.rows()].sum(dtype=np.float64)
         self._at, self._last = 0, -1  # the row to write next; the last tick that is over
         self._blocks: list[dict[str, np.ndarray]] = []
-        self._events: dict[str, list[tuple[np.ndarray, ...]]] = {"births": [], "deaths": [], "snapshots": []}
+        self._events: dict[str, list[tuple[np.ndarray, ...]]] = {kind: [] for kind in EVENTS}
         # of each species with a genome: a letter per number, "S1" or "U1"
         self._letters: dict[str, np.ndarray] = {}
         self.details = None if most == 0 else Details(world, most, sink)
@@ -82,6 +85,7 @@ class Recorder(System):
         self.reports = Reports(world, self.names, block) if world.reporters else None
         world.on_birth.append(self.born)
         world.on_death.append(self.died)
+        self.migrations = Migrations(self, world) if island else None
         world.recorder = self
         world.add_system(self)
 
@@ -230,7 +234,7 @@ class Recorder(System):
         for kind, names in EVENTS.items():
             if self._events[kind]:
                 columns = [np.concatenate(c) for c in zip(*self._events[kind], strict=True)]
-                out |= {f"{kind}/{name}": _as_numbers(column)
+                out |= {f"{kind}/{name}": as_numbers(column)
                         for name, column in zip(names, columns, strict=True)}
         if self.details is not None:
             out |= {f"details/{name}": column for name, column in self.details.state().items()}
@@ -251,7 +255,7 @@ class Recorder(System):
         self._events = {kind: [] for kind in EVENTS}
         for kind, names in EVENTS.items():
             if f"{kind}/tick" in state:
-                self._events[kind] = [tuple(_as_text(state[f"{kind}/{n}"])
+                self._events[kind] = [tuple(as_text(state[f"{kind}/{n}"])
                                             if n == "genome" else state[f"{kind}/{n}"] for n in names)]
         if self.details is not None:
             self.details.load(_part(state, "details/"))
@@ -312,6 +316,8 @@ class Recorder(System):
 
     def words(self, kind: str) -> dict[str, list[str]]:
         """Return what the numbers stand for in columns of a kind of block: column → words."""
+        if kind in MIGRATION and self.migrations is not None:
+            return self.learning.words | self.migrations.words
         return self._pages[kind].words if kind in self._pages else self.learning.words
 
 
@@ -320,11 +326,6 @@ def _part(state: dict[str, np.ndarray], prefix: str) -> dict[str, np.ndarray]:
 
 
 PAGES = ("counts", "means", "ledger", "died")
-EVENTS = {
-    "births": ("tick", "species", "uid", "x", "y", "z", "energy", "parent", "parent2", "genome"),
-    "deaths": ("tick", "species", "uid", "x", "y", "z", "energy", "cause", "killer", "age"),
-    "snapshots": ("tick", "species", "uid", "x", "y", "z", "energy", "heading", "happiness"),
-}
 
 
 def _as_plain(rows: np.ndarray) -> np.ndarray:
@@ -335,16 +336,3 @@ def _as_plain(rows: np.ndarray) -> np.ndarray:
 
 def _as_rows(array: np.ndarray, dtype: np.dtype[Any]) -> np.ndarray:
     return unstructured_to_structured(array, dtype) if dtype.names else array
-
-
-def _as_numbers(column: np.ndarray) -> np.ndarray:
-    """Return text as the numbers of its letters u32[n, letters], other columns as they are."""
-    if column.dtype.kind not in "SU":
-        return column
-    wide = np.ascontiguousarray(column.astype(f"U{max(1, int(np.char.str_len(column).max(initial=1)))}"))
-    return wide.view(np.uint32).reshape(len(column), -1)
-
-
-def _as_text(numbers: np.ndarray) -> np.ndarray:
-    text = np.ascontiguousarray(numbers).view(f"U{numbers.shape[1]}")[:, 0]
-    return text.astype("S") if numbers.size and numbers.max() < 128 else text

@@ -53,20 +53,20 @@ def _digest(part: memoryview, at: int) -> str:
     return digest.hexdigest()
 
 
-def write_manifest(folder: Path, manifest: Mapping[str, Any]) -> None:
+def write_manifest(folder: Path, manifest: Mapping[str, Any], name: str = "manifest.json") -> None:
     """Write the manifest of a run with its seal, completely, or leave the one before."""
     from ecs_eco.engine.files import write_json
 
     content = {key: value for key, value in manifest.items() if key != WORD}
-    write_json(folder / "manifest.json", content | {WORD: _of(content)})
+    write_json(folder / name, content | {WORD: _of(content)})
 
 
-def read_manifest(folder: Path) -> dict[str, Any]:
+def read_manifest(folder: Path, name: str = "manifest.json") -> dict[str, Any]:
     """Return the manifest of a run; FileNotFoundError where there is none,
     RecordingError where it is damaged or was changed."""
-    file = folder / "manifest.json"
+    file = folder / name
     if not file.is_file():
-        fault = "has no manifest.json" if folder.is_dir() else "no such folder"
+        fault = f"has no {name}" if folder.is_dir() else "no such folder"
         raise FileNotFoundError(
             f"{folder} is no run folder: {fault} (a folder written by `ecs-eco run --out`)"
         )

@@ -52,6 +52,9 @@ def repeat(path: str | Path, out: str | Path | Claim | None = None,
     if "forked" in manifest:
         raise RecordingError(f"{path}: is a fork of {manifest['forked']['from']}; repeat that one, "
                              "then fork it again")
+    if "island" in manifest:
+        raise RecordingError(f"{path}: is the island {manifest['island']} of an archipelago; "
+                             "run that again, and compare the digests")
     if not manifest.get("digest"):
         raise RecordingError(f"{path}: was killed before it could note its end; go on with: "
                              f"ecs-eco resume {path}")

@@ -75,17 +75,13 @@ def run_to_folder(config: Any, seed: int | None = None, ticks: int | None = None
     ticks = config.ticks if ticks is None else whole_number("ticks", ticks)
     every = snapshots(config, ticks) if snapshot_every is None else snapshot_every
     with begun(out) as claim:
-        world = _build(config, seed, policies, threads, learn, controls)
-        manifest = {
-            "format": belonging.FORMAT, "world": config.name, "title": config.title,
-            "config": config.resolved(),
-            "config_hash": config.config_hash, "seed": world.seed, "ticks": ticks, "dt": config.dt,
-            "policies": policies_as_json(policies), "learn": learn, "controls": list(controls),
-            "command": command, "versions": versions(), "git_commit": git_commit(), "snapshot_every": every,
-            "checkpoint_every": checkpoint_every, "keep": keep, "record": record, "wall_seconds": 0.0,
+        world = built(config, seed, policies, threads, learn, controls)
+        manifest = manifest_of(world, ticks, policies, learn, controls) | {
+            "command": command, "snapshot_every": every, "checkpoint_every": checkpoint_every, "keep": keep,
+            "record": record,
         }  # fmt: skip
         folder = begin(world, claim, manifest, weights_files(config, policies), prepare)
-        return _go(world, folder, manifest, ticks, progress, report, start)
+        return go_on(world, folder, manifest, ticks, progress, report, start)
 
 
 def resume(path: str | Path, until: int | None = None, progress: Progress | None = None, *, threads: int = 1,
@@ -104,13 +100,16 @@ def resume(path: str | Path, until: int | None = None, progress: Progress | None
     read_manifest(path)
     with Claim(path) as claim:
         manifest = _with_id(path, read_manifest(path))
+        if "island" in manifest:
+            raise RecordingError(f"{path}: is the island {manifest['island']} of an archipelago, which goes "
+                                 f"on as a whole: ecs-eco resume {path.parent.parent}")
         until = manifest["ticks"] if until is None else until
         newest = checkpoint.latest(path / "checkpoints", complain=complain, check=partial(_of_run, manifest))
         if newest is None and "forked" in manifest:
             raise CheckpointError(f"{path}: is a fork of {manifest['forked']['from']} without a checkpoint; "
                                   "fork that one again")
         world, folder = (_begin_anew(claim, manifest, threads, trust)
-                         if newest is None else _from(newest, claim, manifest, threads, trust))
+                         if newest is None else restored(newest, claim, manifest, threads, trust))
         if until < world.tick:
             raise RecordingError(f"{path}: is at tick {world.tick} already; "
                                  f"--until {until} lies before that. A fork goes on from an "
@@ -120,7 +119,7 @@ def resume(path: str | Path, until: int | None = None, progress: Progress | None
         folder.forget_later()
         if prepare is not None:
             prepare(world)
-        return _go(world, folder, manifest, until, progress, report, start)
+        return go_on(world, folder, manifest, until, progress, report, start)
 
 
 def fork(path: str | Path, out: str | Path | Claim, from_tick: int | None = None, changes: Any = (),
@@ -158,7 +157,7 @@ def fork(path: str | Path, out: str | Path | Claim, from_tick: int | None = None
                                     "changes": listed, "digest": world.digest()},
         }  # fmt: skip
         folder = begin(world, claim, manifest, {}, prepare)
-        return _go(world, folder, manifest, until, progress, report, start)
+        return go_on(world, folder, manifest, until, progress, report, start)
 
 
 def _world_at(path: Path, manifest: dict[str, Any], tick: int | None, threads: int,
@@ -206,12 +205,23 @@ def _of_run(manifest: dict[str, Any], path: Path, meta: dict[str, Any]) -> None:
     belonging.check_checkpoint(path, meta, manifest)
 
 
-def _build(config: Any, seed: Any, policies: Any, threads: int, learn: Any, controls: Sequence[str]) -> Any:
+def built(config: Any, seed: Any, policies: Any, threads: int, learn: Any, controls: Sequence[str]) -> Any:
     """Return the world of a run, built without a recorder."""
     from ecs_eco.ecosystem import World
 
     return World.from_config(config, seed=seed, policies=policies, threads=threads, learn=learn,
                              controls=controls, record=False)
+
+
+def manifest_of(world: Any, ticks: int, policies: Any, learn: Any, controls: Sequence[str]) -> dict[str, Any]:
+    """Return what a manifest says of a run of a world that was built so."""
+    config = world.config
+    return {
+        "format": belonging.FORMAT, "world": config.name, "title": config.title, "config": config.resolved(),
+        "config_hash": config.config_hash, "seed": world.seed, "ticks": ticks, "dt": config.dt,
+        "policies": policies_as_json(policies), "learn": learn, "controls": list(controls), "command": None,
+        "versions": versions(), "git_commit": git_commit(), "wall_seconds": 0.0,
+    }  # fmt: skip
 
 
 def snapshots(config: Any, ticks: int) -> int:
@@ -224,7 +234,7 @@ def snapshots(config: Any, ticks: int) -> int:
     return every
 
 
-def _from(file: Path, claim: Claim, manifest: dict[str, Any], threads: int,
+def restored(file: Path, claim: Claim, manifest: dict[str, Any], threads: int,
           trust: bool) -> tuple[Any, Folder]:
     """Restore a checkpoint of a run, and its recorder as it was then,
     after checking that all parts up to there are the run's."""
@@ -250,14 +260,14 @@ def _begin_anew(claim: Claim, manifest: dict[str, Any], threads: int, trust: boo
     from ecs_eco.record.recorder import Recorder
 
     start = start_of(claim.path, manifest, trust=trust)
-    world = _build(start.pop("config"), threads=threads, **start)
+    world = built(start.pop("config"), threads=threads, **start)
     folder = folder_of(claim, world, manifest)
     Recorder(world, folder.sink, snapshot_every=manifest["snapshot_every"], record=manifest.get("record"))
     folder.go_on_from({"parts": folder.parts, "heads": {}}, manifest)
     return world, folder
 
 
-def _go(world: World, folder: Folder, manifest: dict[str, Any], until: int, progress: Progress | None,
+def go_on(world: World, folder: Folder, manifest: dict[str, Any], until: int, progress: Progress | None,
         report: bool, begin: float) -> dict[str, Any]:
     """Let a recorded world run to a tick, with checkpoints; leave a consistent folder whatever happens."""
     every, path = manifest.get("checkpoint_every") or 0, folder.path

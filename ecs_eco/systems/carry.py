@@ -30,8 +30,9 @@ class Carry(System):
     phase = "move"
 
     def start(self, world: SpatialWorld) -> None:
-        """Let what the dying carry fall."""
+        """Let what the dying carry fall, and what those carry that leave for another island."""
         world.on_death.append(self.let_fall)
+        world.on_departure.append(lambda table, rows, to: self.let_fall(table, rows))
 
     def update(self, table: Table, world: SpatialWorld) -> None:
         """Let one species put down, pick up and carry."""

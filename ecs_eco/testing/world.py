@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ecs_eco.components import Position
+from ecs_eco.engine.uids import is_given
 from ecs_eco.record import matter
 from ecs_eco.record.ledger import LEDGER, imbalance
 from ecs_eco.testing.states import all_threads, difference, shuffle, state
@@ -89,7 +90,7 @@ def _check_identities(world: World, dead: set[int]) -> None:
     uids = (np.concatenate([t.uid[t.rows()] for t in world.tables.values()])
             if world.tables else np.zeros(0, np.uint64))
     where = f"{world.name}, tick {world.tick}"
-    if len(np.unique(uids)) != len(uids) or (uids == 0).any() or (uids >= world.next_uid).any():
+    if len(np.unique(uids)) != len(uids) or (uids == 0).any() or not is_given(uids, world.next_uid).all():
         raise AssertionError(f"{where}: the uids of the living are not unique numbers from 1 to "
                              f"{world.next_uid - 1}")
     if risen := dead.intersection(uids.tolist()):

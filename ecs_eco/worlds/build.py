@@ -110,7 +110,9 @@ def build(cls: Any, config: Any, *, seed: int | None = None, policies: Any = "tr
 
 
 def _surroundings(world: SpatialWorld, config: WorldConfig) -> None:
-    """Give a world its substances, fields and ground."""
+    """Give a world its substances, fields and ground, and the uids of its island."""
+    if config.archipelago is not None:
+        world.next_uid = config.archipelago.first_uid
     world.substances = list(config.substances)
     world.fields = {name: Field(world.space, f.cell) for name, f in config.fields.items()}
     if config.terrain is not None:

@@ -20,6 +20,7 @@ from ecs_eco.cli.options import (
     Ticks,
     Trust,
     Watch,
+    Workers,
     World,
 )
 from ecs_eco.cli.terminal import exits, path_of, whole
@@ -51,6 +52,8 @@ def run(
     port: Port = 0,
     no_browser: NoBrowser = False,
     trust: Trust = False,
+    workers: Workers = None,
+    on: On = "local",
     bands: Annotated[
         bool, typer.Option("--bands", help="Share its work with the other processes of `mpiexec -n N ecs-eco "
                                            "run … --bands`; the result is the same.")
@@ -66,7 +69,7 @@ def run(
                      checkpoint_every, keep, shown, record)
         return
     run_world(world, set_ or [], ticks, seed, out, quiet, threads, learn, policies, report, checkpoint_every,
-              keep, shown, record)
+              keep, shown, record, workers, on)
 
 
 @exits
@@ -134,13 +137,15 @@ def resume(
     port: Port = 0,
     no_browser: NoBrowser = False,
     trust: Trust = False,
+    workers: Workers = None,
+    on: On = "local",
 ) -> None:
     """Resume a run from its last checkpoint, or fork it with changed values."""
     allow(trust, folder)
     from ecs_eco.cli.simulate import resume_run
 
     shown = (port, not no_browser) if watch else None
-    resume_run(folder, until, from_tick, set_ or [], out, quiet, threads, report, shown)
+    resume_run(folder, until, from_tick, set_ or [], out, quiet, threads, report, shown, workers, on)
 
 
 @exits

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from itertools import islice
 from pathlib import Path
 
+from ecs_eco.config.checks.archipelago import check_archipelago
 from ecs_eco.config.checks.body import check_body, widest
 from ecs_eco.config.checks.chemistry import check_field_of_substance
 from ecs_eco.config.checks.code import check_code
@@ -58,6 +59,7 @@ def _all(config: WorldConfig, folder: Path, changed: Changed) -> Iterator[Proble
     yield from check_interventions(config, folder, changed)
     yield from check_land_use(config)
     yield from check_reporters(config)
+    yield from check_archipelago(config)
 
 
 def _check_names(config: WorldConfig) -> Iterator[Problem]:

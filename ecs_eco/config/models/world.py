@@ -9,6 +9,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, PrivateAttr
 
+from ecs_eco.config.models.archipelago import Archipelago
 from ecs_eco.config.models.interventions import AnyIntervention
 from ecs_eco.config.models.land_use import AnyUse
 from ecs_eco.config.models.reporters import Reporter
@@ -114,6 +115,9 @@ class WorldConfig(Section):
     )
     interventions: list[AnyIntervention] = table("interventions while it runs", list)
     land_use: list[AnyUse] = about("harvests and plantings that go on", [], exclude_if=is_empty)
+    archipelago: Archipelago | None = about(
+        "islands that exchange migrants, each a world as this file describes it; absent: there is one world",
+        None, exclude_if=is_absent)
     search: Search = Field(default_factory=Search, exclude=True,
                            description="settings of `ecs-eco search`; runs ignore them")
 
@@ -154,6 +158,8 @@ class WorldConfig(Section):
     def have_parents(self) -> frozenset[str]:
         """The species whose members must know whose children they are."""
         eggs = {name for name, species in self.species.items() if species.hatch is not None}
+        if self.archipelago is not None:  # those who wander keep their descent
+            eggs |= {one for name in self.archipelago.emigration for one in self.family(name)}
         return frozenset(eggs | {one for name, species in self.species.items() if species.knows_kin()
                                  for one in self.family(name)})
 

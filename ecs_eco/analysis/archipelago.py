@@ -1,0 +1,140 @@
+"""What became of an archipelago: numbers on each island, and migrants along each way."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ecs_eco.analysis.runs import Series, load_series, parts
+from ecs_eco.analysis.style import colors, panels, styled
+from ecs_eco.config.models.archipelago import Archipelago
+from ecs_eco.record import seal
+from ecs_eco.record.archipelago import ISLANDS, read
+from ecs_eco.record.parquet import read_part
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+@dataclass(frozen=True)
+class Islands:
+    """The record of an archipelago: series by island, and `moves`, a row per barrier, species, origin and
+    target with the number that arrived, i64[rows, 5]: tick, species, from, to, number."""
+
+    manifest: dict[str, Any]
+    plan: Archipelago
+    series: dict[str, Series]
+    moves: np.ndarray
+
+    @property
+    def species(self) -> tuple[str, ...]:
+        """The species, in the order of the world."""
+        return next(iter(self.series.values())).species
+
+    def moved(self, species: str | None = None) -> np.ndarray:
+        """How many went from each island to each other, all in all or of one species: i64[from, to]."""
+        out = np.zeros((len(self.series),) * 2, np.int64)
+        rows = self.moves if species is None else self.moves[self.moves[:, 1] == self.species.index(species)]
+        np.add.at(out, (rows[:, 2], rows[:, 3]), rows[:, 4])
+        return out
+
+    def over_time(self, species: str) -> tuple[np.ndarray, np.ndarray]:
+        """Barriers [tick], and how many of a species went somewhere at each."""
+        rows = self.moves[self.moves[:, 1] == self.species.index(species)]
+        every, end = self.plan.every, int(self.manifest["tick"])
+        ticks = np.arange(every, end, every)
+        return ticks, np.array([rows[rows[:, 0] == tick, 4].sum() for tick in ticks], np.int64)
+
+
+def load_islands(folder: Path | str) -> Islands:
+    """Read the folder of an archipelago; RecordingError where it holds none, or a file of it is damaged."""
+    root = Path(folder)
+    manifest = read(root)
+    plan = Archipelago.model_validate(manifest["config"]["archipelago"])
+    series = {name: load_series(root / ISLANDS / name) for name in plan.names}
+    species = next(iter(series.values())).species
+    moves: list[np.ndarray] = []
+    for number, name in enumerate(plan.names):
+        for path in parts(root / ISLANDS / name, "arrivals"):
+            part = read_part(path, needed=seal.WORD in series[name].manifest)
+            rows = np.stack([np.asarray(part["tick"].to_numpy(), np.int64),
+                             _codes(part["species"], species), _codes(part["origin"], plan.names)], 1)
+            found, count = np.unique(rows, axis=0, return_counts=True)
+            moves.append(np.column_stack([found, np.full(len(found), number), count]))
+    return Islands(manifest, plan, series, np.concatenate(moves) if moves else np.zeros((0, 5), np.int64))
+
+
+def places(plan: Archipelago) -> np.ndarray:
+    """Where the islands stand on a map of 0 to 1: in a grid as theirs is, else on a circle, f64[n, 2]."""
+    n = len(plan.names)
+    if plan.graph == "grid":
+        width = math.ceil(math.sqrt(n))
+        x, y = np.arange(n) % width, np.arange(n) // width
+        return np.stack([(x + 0.5) / width, 1 - (y + 0.5) / math.ceil(n / width)], 1)
+    angle = np.pi / 2 - 2 * np.pi * np.arange(n) / n
+    return 0.5 + 0.36 * np.stack([np.cos(angle), np.sin(angle)], 1)
+
+
+@styled
+def chart(islands: Islands) -> Figure:
+    """A map: an island is a disc whose sectors are its species that wander, an arrow is as wide as migrants
+    were many."""
+    from matplotlib.patches import FancyArrowPatch, Wedge
+
+    wander = [s for s in islands.species if s in islands.plan.emigration] or list(islands.species)
+    hue = colors(islands.species, next(iter(islands.series.values())).manifest.get("colors"))
+    figure, ((ax,),) = panels(1, 1, 6.4, 6.4)
+    at, moved = places(islands.plan), islands.moved()
+    now = {name: [series.n[-1][series.index(s)] for s in wander] for name, series in islands.series.items()}
+    most = max(max(sum(n) for n in now.values()), 1)
+    for i, targets in enumerate(islands.plan.neighbours()):
+        for j in targets:
+            ax.add_patch(FancyArrowPatch(
+                tuple(at[i]), tuple(at[j]), arrowstyle="-|>", mutation_scale=10, shrinkA=26, shrinkB=26,
+                connectionstyle="arc3,rad=0.12", color="#777777", alpha=0.8,
+                linewidth=0.4 + 3.6 * moved[i, j] / max(moved.max(), 1), zorder=1))
+    for (x, y), (name, n) in zip(at, now.items(), strict=True):
+        radius, total, turned = 0.025 + 0.04 * math.sqrt(sum(n) / most), max(sum(n), 1), 90.0
+        for species, count in zip(wander, n, strict=True):
+            ax.add_patch(Wedge((x, y), radius, turned - 360 * count / total, turned, color=hue[species],
+                               zorder=2))
+            turned -= 360 * count / total
+        ax.annotate(f"{name}\n{sum(n):,.0f}", (x, y), (0, -30), textcoords="offset points", ha="center",
+                    va="top", fontsize=8)
+    ax.legend(handles=[Wedge((0, 0), 1, 0, 1, color=hue[s], label=s) for s in wander], loc="upper right",
+              frameon=False)
+    ax.set(xlim=(-0.05, 1.05), ylim=(-0.08, 1.05), aspect="equal")
+    ax.axis("off")
+    return figure
+
+
+@styled
+def numbers(islands: Islands) -> Figure:
+    """The numbers of each species that wanders, a line for each island; below, its migrants."""
+    wander = [s for s in islands.species if s in islands.plan.emigration] or list(islands.species)[:1]
+    hue = colors(islands.species, next(iter(islands.series.values())).manifest.get("colors"))
+    figure, axes = panels(2, len(wander), 4.4 * max(len(wander), 1.6), 5.0, sharex=True)
+    for column, species in enumerate(wander):
+        top, bottom = axes[0, column], axes[1, column]
+        for name, series in islands.series.items():
+            top.plot(series.ticks, series.of(species), color=hue[species], alpha=0.6, linewidth=0.9,
+                     label=name)
+        total = np.sum([series.of(species) for series in islands.series.values()], axis=0)
+        top.plot(next(iter(islands.series.values())).ticks, total / len(islands.series), color="black",
+                 linewidth=1.6, label="mean")
+        top.set(title=species, ylabel="number on an island" if not column else "", ylim=(0, None))
+        ticks, count = islands.over_time(species)
+        bottom.bar(ticks, count, width=0.8 * islands.plan.every, color=hue[species])
+        bottom.set(xlabel="tick", ylabel="migrants at a barrier" if not column else "")
+    return figure
+
+
+def _codes(column: Any, words: Sequence[str]) -> np.ndarray:
+    """The numbers of words, i64[rows]."""
+    known = {word: i for i, word in enumerate(words)}
+    return np.array([known[word] for word in column.to_pylist()], np.int64)

@@ -1,0 +1,75 @@
+"""The worlds of an archipelago: what is wrong with the values of its islands, and their seeds."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any
+
+from ecs_eco.config.models.world import WorldConfig
+from ecs_eco.config.ranges import key_of
+from ecs_eco.engine.errors import ConfigError, Problem
+from ecs_eco.engine.random import mix_int
+
+FIXED = ("archipelago", "code", "dt", "format", "name", "ticks")
+"""Parts of a world that its islands share."""
+ALIKE: tuple[tuple[str, ...], ...] = (
+    ("genome",), ("sensors",), ("actions",), ("components",), ("policy", "kind"), ("policy", "hidden"),
+    ("policy", "network"), ("ppo", "horizon"))
+"""Parts of a species that wanders which must be the same on all islands: its columns follow from them."""
+
+
+def seed_of(seed: int, number: int) -> int:
+    """Return the seed of an island of this number, below 2^53; `seed` is that of the archipelago."""
+    return mix_int(mix_int(seed) + number) >> 11
+
+
+def check_islands(config: WorldConfig, world_of: Callable[[WorldConfig, str], WorldConfig]) -> list[Problem]:
+    """Return the problems of the islands' own values; `world_of(config, name)` is the world of an island, or
+    raises ConfigError."""
+    plan = config.archipelago
+    if plan is None or plan.here is not None:
+        return []
+    problems: list[Problem] = []
+    worlds: dict[str, WorldConfig] = {}
+    for name, own in plan.islands.items():
+        problems += [Problem(("archipelago", "islands", name, key), "is the same on all islands", value,
+                             "a key of the rest of the world, for example species.deer.count")
+                     for key, value in own.items() if key_of(key)[0] in FIXED]
+        if not problems:
+            try:
+                worlds[name] = world_of(config, name) if own or not worlds else config
+            except ConfigError as error:
+                problems += [_moved(p, name, own) for p in error.problems]
+    return problems or [p for name, world in worlds.items() for p in _unlike(config, world, name)]
+
+
+def _moved(problem: Problem, name: str, own: Mapping[str, Any]) -> Problem:
+    """The problem at the island's own value that it comes from."""
+    path = ".".join(map(str, problem.key))
+    written = next((key for key in own if key == path or path.startswith(f"{key}.")), None)
+    what = problem.what if written is not None else f"{problem.what}, at {problem.path}"
+    place = ("archipelago", "islands", name)
+    return problem.moved(key=place if written is None else (*place, written), what=what, source="", line=None)
+
+
+def _unlike(config: WorldConfig, world: WorldConfig, name: str) -> Iterator[Problem]:
+    """Problems of an island that could not take migrants, or give any."""
+    place = ("archipelago", "islands", name)
+    pairs: list[tuple[str, Any, Any]] = [
+        ("substances", list(config.substances), list(world.substances)),
+        ("space.size", config.dims, world.dims)]
+    for species in config.archipelago.emigration if config.archipelago is not None else ():
+        one, other = (w.species[species].model_dump(mode="json") for w in (config, world))
+        pairs += [(f"species.{species}.{'.'.join(path)}", _at(one, path), _at(other, path)) for path in ALIKE]
+        pairs += [(f"species.{species}.{part}", list(one[part]), list(other[part]))
+                  for part in ("properties", "substances")]
+    for key, before, now in pairs:
+        if before != now:
+            yield Problem((*place, key), "differs from the other islands, and migrants take it along",
+                          allowed="the same for all islands, or a species that stays")
+
+
+def _at(data: Any, path: tuple[str, ...]) -> Any:
+    for part in path:
+        data = data.get(part) if isinstance(data, dict) else None
+    return data

@@ -1,0 +1,85 @@
+"""Islands: worlds of one kind, with values of their own, that exchange migrants."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Annotated, Any, Literal
+
+from pydantic import BeforeValidator, Field
+
+from ecs_eco.engine.section import Name, Section, Share, about, is_absent, is_empty, quantity, table
+from ecs_eco.engine.uids import MOST_ISLANDS, first_uid
+
+Edge = Annotated[list[Name], Field(min_length=2, max_length=2)]
+
+
+def _named(islands: Any) -> Any:
+    """A number of islands as a table of so many, and tables within as dotted keys."""
+    if isinstance(islands, int) and not isinstance(islands, bool):
+        return {f"island_{i}": {} for i in range(1, min(islands, MOST_ISLANDS + 1) + 1)}
+    if isinstance(islands, dict):
+        return {name: dict(_flat(own, "")) if isinstance(own, dict) else own for name, own in islands.items()}
+    return islands
+
+
+def _flat(values: dict[str, Any], prefix: str) -> Iterator[tuple[str, Any]]:
+    """Dotted keys with their values; keys that hold a dot are dotted keys already."""
+    for key, value in values.items():
+        if isinstance(value, dict) and value:
+            yield from _flat(value, f"{prefix}{key}.")
+        else:
+            yield f"{prefix}{key}", value
+
+
+class Archipelago(Section):
+    """Islands: as many worlds as are named here, each on its own but for migrants, which leave and arrive at
+    barriers. Without values of its own an island is as the rest of the file says."""
+
+    islands: Annotated[
+        dict[Name, dict[str, Any]], BeforeValidator(_named), Field(min_length=2, max_length=MOST_ISLANDS)
+    ] = about("name = { dotted key = value of its own, … }, as with --set; or the number of islands that are "
+              "alike")
+    every: Annotated[int, Field(ge=1, le=10**12)] = quantity("from one barrier to the next", "ticks")
+    graph: Literal["ring", "grid", "full", "own"] = about(
+        "who is whose neighbour: ring, to the next and to the one before; grid, the four beside it in a "
+        "square that is filled row by row; full, all; own, as in edges", "ring")
+    edges: list[Edge] = about("[from, to] of each way, for graph = \"own\"; the way back is another",
+                              [], exclude_if=is_empty)
+    emigration: dict[Name, Share] = table(
+        "species = chance that one of its members leaves at a barrier, to a neighbour drawn evenly [1]", dict)
+    here: Name | None = about("the island that this world is; runs set it for each of them", None,
+                              exclude_if=is_absent)
+
+    @property
+    def names(self) -> list[str]:
+        """The islands by number, from 0."""
+        return list(self.islands)
+
+    @property
+    def number(self) -> int:
+        """The number of the island that this world is; 0 where it is none."""
+        return 0 if self.here is None else self.names.index(self.here)
+
+    @property
+    def first_uid(self) -> int:
+        """The first uid that this world gives."""
+        return first_uid(self.number)
+
+    def neighbours(self) -> list[list[int]]:
+        """The islands that each may send migrants to, by number and in ascending order."""
+        n, known = len(self.islands), {name: i for i, name in enumerate(self.islands)}
+        width = math.ceil(math.sqrt(n))
+        if self.graph == "own":
+            pairs = {(known[a], known[b]) for a, b in self.edges}
+        elif self.graph == "grid":
+            pairs = {(i, j) for i in range(n) for j in range(n)
+                     if abs(i // width - j // width) + abs(i % width - j % width) == 1}
+        else:
+            pairs = {(i, j) for i in range(n) for j in range(n)
+                     if i != j and (self.graph == "full" or (i - j) % n in (1, n - 1))}
+        return [sorted(j for i, j in pairs if i == origin) for origin in range(n)]
+
+    def meets(self, tick: int) -> bool:
+        """Whether migrants leave and arrive before a tick."""
+        return tick > 0 and tick % self.every == 0
