@@ -16,12 +16,13 @@ UNIT = "ticks of islands"
 
 
 def command_of(world: str, seed: int, ticks: int, policies: str, changes: list[str],
-               learn: bool | None) -> str:
+               learn: bool | None, record: str | None) -> str:
     """Return the command that runs a world so, as its manifest has it."""
     command = (f"ecs-eco run {shlex.quote(world)} --seed {seed} --ticks {ticks} --policies "
                f"{shlex.quote(policies)}")
     command += "".join(f" --set {shlex.quote(change)}" for change in changes)
-    return command + {None: "", True: " --learn", False: " --no-learn"}[learn] + " --out DIR"
+    command += {None: "", True: " --learn", False: " --no-learn"}[learn] + " --out DIR"
+    return command + ("" if record is None else f" --record {record}")
 
 
 def has_islands(config: Any, world: str, alive: bool, workers: int | None, on: str) -> bool:
@@ -46,7 +47,7 @@ def run_islands(config: Any, world: str, changes: list[str], ticks: int | None, 
     known_policies(policies, config)
     from ecs_eco.archipelago.run import Archipelago
 
-    command = command_of(world, seed, ticks, policies, changes, learn)
+    command = command_of(world, seed, ticks, policies, changes, learn, record)
     with results(out, f"{config.name}-{seed}") as claim, progress(config.name, quiet, UNIT) as bar:
         made = Archipelago.from_config(config, seed, ticks, claim, policies, learn, record=record,
                                        command=command)

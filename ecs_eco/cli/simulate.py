@@ -57,11 +57,11 @@ def run_world(
     ):
         out = claim.path
         try:
-            command = command_of(world, seed, ticks, policies, changes, learn)
-            more: dict[str, Any] = {"prepare": prepare if viewer is None else viewer.open}
+            command = command_of(world, seed, ticks, policies, changes, learn, record)
+            begin = prepare if viewer is None else viewer.open
+            more: dict[str, Any] = {} if begin is None else {"prepare": begin}
             more |= {} if checkpoint_every is None else {"checkpoint_every": checkpoint_every, "keep": keep}
             more |= {} if record is None else {"record": record}
-            command += "" if record is None else f" --record {record}"
             result = run_to_folder(
                 config, seed, ticks, claim, policies, learn, bar, threads=threads, report=report,
                 command=command, **more
