@@ -33,7 +33,7 @@ trap 'told=1; kill -TERM "$work" 2>/dev/null' TERM
 {command} "$((SLURM_ARRAY_TASK_ID + {offset}))" &
 work=$!
 wait "$work"; code=$?
-while kill -0 "$work" 2>/dev/null; do wait "$work"; code=$?; done  # the signal ended the first wait
+if [[ $told ]]; then wait "$work"; code=$?; fi  # the signal ended the first wait
 if [[ $code == {unfinished} || ( $told && $code == 143 ) ]]; then
     scontrol requeue "$SLURM_JOB_ID" 2>/dev/null  # whoever is preempted is queued again already
 fi
