@@ -8,6 +8,7 @@ first used, so importing the package is cheap. docs/explanation/architecture.md 
 from typing import TYPE_CHECKING
 
 from ecs_eco._lazy import find_former_names, lazy, listing
+from ecs_eco.engine.portable import begin as _begin_portable
 
 if TYPE_CHECKING:
     from ecs_eco import (
@@ -64,4 +65,5 @@ _ROOMS = [name for name in __all__ if name not in _HOME]
 __getattr__ = lazy(__name__, {name: f"ecs_eco.{module}" for name, module in _HOME.items()}, _ROOMS)
 __dir__ = listing(globals(), __all__)
 find_former_names()
+_begin_portable()  # before anything loads numpy, where ECS_ECO_PORTABLE asks for it
 __version__ = "0.2.0"

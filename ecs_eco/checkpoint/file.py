@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import warnings
 import zlib
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -18,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ecs_eco.checkpoint import freeze as frozen
-from ecs_eco.engine import files
+from ecs_eco.engine import files, portable
 from ecs_eco.engine.errors import CheckpointError
 
 if TYPE_CHECKING:
@@ -71,9 +72,12 @@ def restore(cls: Any, path: str | Path, *, threads: int = 1, config: Any = None,
     `config` is needed if the world was built from one with functions that no module names, `systems` if
     systems were passed as instances: both as they were. `prepare(world)` is called before the state is
     loaded, to add again what was added by hand. `trust` allows the code that it names to run in this process,
-    as it is now. Raises CheckpointError; ConfigError for code that nobody allowed.
+    as it is now. Warns where it was written in the other mode (`engine.portable`). Raises CheckpointError;
+    ConfigError for code that nobody allowed.
     """
     meta, arrays = read(path)
+    if why := portable.other_mode(meta):
+        warnings.warn(f"{path}: {why}", RuntimeWarning, stacklevel=3)
     world = frozen.thaw(cls, meta, threads, config, systems, str(path), trust)
     if prepare is not None:
         prepare(world)
@@ -91,6 +95,8 @@ def load(world: SpatialWorld, path: str | Path, *, trust: bool = False) -> None:
     Raises CheckpointError.
     """
     meta, arrays = read(path)
+    if why := portable.other_mode(meta):
+        warnings.warn(f"{path}: {why}", RuntimeWarning, stacklevel=3)
     frozen.load(world, meta, arrays, str(path), trust)
 
 

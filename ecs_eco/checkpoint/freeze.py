@@ -11,6 +11,7 @@ import numpy as np
 from ecs_eco.checkpoint.check_arrays import check_arrays
 from ecs_eco.checkpoint.plain import Arrays, freeze_plain, load_plain, of_code, put, take
 from ecs_eco.config.names import names_in
+from ecs_eco.engine import portable
 from ecs_eco.engine.code import NONE, Code, CodeError
 from ecs_eco.engine.errors import CheckpointError
 from ecs_eco.engine.interruption import require_whole, whole
@@ -33,7 +34,7 @@ def freeze(world: SpatialWorld) -> tuple[dict[str, Any], Arrays]:
     require_whole(world, "save")
     arrays: Arrays = {}
     meta: dict[str, Any] = {
-        "versions": versions(), "name": world.name,
+        "versions": versions(), "target": portable.target(), "name": world.name,
         "clock": {"tick": world.tick, "seed": world.seed, "dt": world.dt, "next_uid": world.next_uid},
         "config": None if world.config is None else world.config.resolved(),
         "folder": None if world.config is None else str(world.config.folder.absolute()),

@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from ecs_eco.cli.commands import asking, beginning, comparing, living, sweeping, telling
-from ecs_eco.cli.terminal import say
+from ecs_eco.cli.terminal import REFUSED, complain, say
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -33,8 +33,18 @@ def _options(
     version: Annotated[
         bool, typer.Option("--version", is_eager=True, callback=_version, help="Print the version and exit.")
     ] = False,
+    portable: Annotated[
+        bool, typer.Option("--portable", help="Give the same bytes on every x86-64 machine, more slowly; "
+                                              "as ECS_ECO_PORTABLE=1 does.")
+    ] = False,
 ) -> None:
-    pass
+    from ecs_eco.engine.portable import PortableError, check, enable
+
+    try:
+        enable() if portable else check()
+    except PortableError as error:
+        complain(str(error))
+        raise typer.Exit(REFUSED) from None
 
 
 for _command in (

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from ecs_eco.cli.terminal import FAILED, complain, progress, say
+from ecs_eco.engine import portable
 
 if TYPE_CHECKING:
     from ecs_eco.testing.self_test import Outcome
@@ -101,6 +102,8 @@ def _processor(here: Target) -> Facts:
     variables = [f"{name}={os.environ[name]}"
                  for name in sorted(os.environ) if name.startswith(("OMP_", "MKL_", "NUMBA_", "ECS_ECO_"))]
     return [
+        ("mode", "portable: the same bytes on every x86-64 machine" if portable.on() else
+                 "native: as fast as this processor allows; --portable gives the same bytes on all"),
         ("system", f"{platform.system()} {platform.release()}"),
         ("numba", f"{here.cpu}, {triple}, {len(features)} features ({here.features})"),
         ("torch", here.torch),

@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from ecs_eco.engine.elementary import arrays
 from ecs_eco.engine.errors import listed, nearest
 
 Values = Mapping[str, np.ndarray]
@@ -25,14 +26,14 @@ FUNCTIONS: dict[str, tuple[Callable[..., np.ndarray], int, int]] = {
     "min": (lambda *x: _fold(np.minimum, x), 2, 20),
     "max": (lambda *x: _fold(np.maximum, x), 2, 20),
     "abs": (np.abs, 1, 1),
-    "exp": (np.exp, 1, 1),
-    "log": (np.log, 1, 1),
+    "exp": (arrays.exp, 1, 1),
+    "log": (arrays.log, 1, 1),
     "sqrt": (np.sqrt, 1, 1),
-    "tanh": (np.tanh, 1, 1),
+    "tanh": (arrays.tanh, 1, 1),
     "clip": (lambda x, low, high: np.minimum(np.maximum(x, low), high), 3, 3),
 }
 OPERATIONS: dict[type[ast.AST], Callable[..., np.ndarray]] = {
-    ast.Add: np.add, ast.Sub: np.subtract, ast.Mult: np.multiply, ast.Div: np.divide, ast.Pow: np.power,
+    ast.Add: np.add, ast.Sub: np.subtract, ast.Mult: np.multiply, ast.Div: np.divide, ast.Pow: arrays.power,
     ast.USub: np.negative, ast.UAdd: np.positive, ast.Not: np.logical_not,
     ast.Lt: operator.lt, ast.LtE: operator.le, ast.Gt: operator.gt, ast.GtE: operator.ge,
     ast.Eq: operator.eq, ast.NotEq: operator.ne, ast.And: np.logical_and, ast.Or: np.logical_or,

@@ -7,19 +7,29 @@ from typing import Any
 
 import numba
 
+from ecs_eco.engine import portable
 from ecs_eco.engine.kernel_cache import Folder, KernelCache, cache_folder
 
 numba.core.config._config_fname = ""  # no .numba_config.yaml of the folder that a command happens to run in
 numba.config.reload_config()  # type: ignore[no-untyped-call]
+portable.check()
+if portable.on():
+    numba.config.CPU_NAME, numba.config.CPU_FEATURES = portable.CPU, ""  # type: ignore[attr-defined]
 FOLDER = Folder(cache_folder())
+if portable.on():
+    from ecs_eco.engine.linking import install
+
+    install(FOLDER)
 
 
 def njit(function: Callable[..., Any], *, fastmath: bool | set[str] = False) -> Any:
     """Compile a kernel on first use, keep it on disk, release the GIL while it runs,
     follow IEEE on division by 0.
 
-    A function without a source file, as one typed at a prompt, is compiled anew in each process.
+    A function without a source file, as one typed at a prompt, is compiled anew in each process. In the
+    portable mode `fastmath` is not heeded: what it permits is done by some processors and not by others.
     """
+    fastmath = False if portable.on() else fastmath
     kernel = numba.njit(nogil=True, error_model="numpy", fastmath=fastmath)(function)
     # else nothing is compiled: NUMBA_DISABLE_JIT
     if hasattr(kernel, "_cache") and os.path.isfile(function.__code__.co_filename):

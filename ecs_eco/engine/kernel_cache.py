@@ -24,6 +24,8 @@ from numba.core import config, serialize
 from numba.core.caching import NullCache
 from numba.core.compiler import CompileResult
 
+from ecs_eco.engine import portable
+
 SEAL = 32  # [bytes] of SHA-256, at the head of a file
 _SWITCHES = ("BOUNDSCHECK", "OPT", "LOOP_VECTORIZE", "SLP_VECTORIZE", "DEBUGINFO_DEFAULT",
              "DISABLE_INTEL_SVML", "FULL_TRACEBACKS")
@@ -34,11 +36,12 @@ def _sources_hash() -> str:
     """Return a hash of all sources with kernels: numba does not notice a change in a function
     that lives in another file."""
     digest = hashlib.sha256(
-        f"{numba.__version__} {[getattr(config, name, None) for name in _SWITCHES]}".encode()
+        f"{numba.__version__} {[getattr(config, name, None) for name in _SWITCHES]}"
+        f"{portable.CPU if portable.on() else ''}".encode()
     )
     for path in sorted(_PACKAGE.rglob("*.py")):
         source = path.read_bytes()
-        if b"njit" in source:
+        if b"njit" in source or b"CFunc" in source:
             digest.update(path.name.encode() + source)
     return digest.hexdigest()[:12]
 
@@ -50,7 +53,7 @@ def cache_folder() -> Path:
     if not parent:
         parent = os.path.join(os.environ.get("XDG_CACHE_HOME")
                               or os.path.join(os.path.expanduser("~"), ".cache"), "ecs-eco")
-    return Path(parent).absolute() / f"kernels-{_sources_hash()}"
+    return Path(parent).absolute() / f"kernels-{'portable-' * portable.on()}{_sources_hash()}"
 
 
 def why_not_private(folder: Path) -> str:

@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ecs_eco.engine.elementary import arrays, power, scalars
+
 if TYPE_CHECKING:
     from ecs_eco.genomes.models import Gene
     from ecs_eco.genomes.traits import Shapes, Trait
@@ -115,7 +117,7 @@ class Range(Code):
         self.log = gene.scale == "log"
         self.resolution = (self.high - self.low) / self.steps
         if self.log:
-            self.resolution = self.high * -math.expm1(-math.log(self.high / self.low) / self.steps)
+            self.resolution = self.high * -scalars.expm1(-scalars.log(self.high / self.low) / self.steps)
         if self.whole:
             self.dtype, self.resolution = np.int32, float(math.ceil(self.resolution - SLACK))
 
@@ -128,7 +130,7 @@ class Range(Code):
     def values(self, numbers: np.ndarray) -> np.ndarray:
         share = numbers.sum(axis=1) / self.steps
         if self.log:
-            return np.clip(self.low * (self.high / self.low) ** share, self.low, self.high)
+            return np.clip(self.low * power(self.high / self.low, share), self.low, self.high)
         out = np.clip(self.low + (self.high - self.low) * share, self.low, self.high)
         return np.rint(out) if self.whole else out
 
@@ -138,14 +140,14 @@ class Range(Code):
         if not clip and outside.any():
             raise self.refuse(values[outside][0], f"{self.low:g} to {self.high:g}")
         values = np.clip(values, self.low, self.high)
-        share = (np.log(values / self.low) / np.log(self.high / self.low)
+        share = (arrays.log(values / self.low) / arrays.log(self.high / self.low)
                  if self.log else (values - self.low) / (self.high - self.low))
         total = np.rint(share * self.steps).astype(np.int64)
         if self.log:  # the nearest logarithm need not be that of the nearest value
             ratio = self.high / self.low
             low = np.clip(np.floor(share * self.steps), 0, self.steps - 1)
-            below, above = (self.low * ratio ** (low / self.steps),
-                            self.low * ratio ** ((low + 1) / self.steps))
+            below, above = (self.low * power(ratio, low / self.steps),
+                            self.low * power(ratio, (low + 1) / self.steps))
             total = (low + (above - values < values - below)).astype(np.int64)
         n = self.codons.n
         return total[:, None] // n + (np.arange(n) < total[:, None] % n)
@@ -231,4 +233,4 @@ def n_coefficients(shape: tuple[int, ...], most: int) -> int:
 
 def _cosine(frequency: int, n: int) -> np.ndarray:
     scale = math.sqrt((1.0 if frequency == 0 else 2.0) / n)
-    return scale * np.cos(math.pi * (np.arange(n) + 0.5) * frequency / n)
+    return scale * arrays.cos(math.pi * (np.arange(n) + 0.5) * frequency / n)

@@ -16,7 +16,8 @@ from ecs_eco.engine.jit import njit
 fused_njit: Any = partial(njit, fastmath={"contract"})
 _f32, _i32 = np.float32, np.int32
 _LN2_HIGH = _f32(0.693359375)  # 10 bits: n * _LN2_HIGH is exact
-_LN2_LOW = _f32(np.log(2) - 0.693359375)
+_LN2_LOW = _f32(0.6931471805599453 - 0.693359375)  # numbers, for log(2) is the C library's
+_INVERSE_LN2 = _f32(1 / 0.6931471805599453)
 _ROOT_HALF = _i32(np.float32(np.sqrt(0.5)).view(np.int32))
 
 
@@ -42,7 +43,7 @@ def exp(x):
     """Return e**x to a relative 2e-7, x held in [-87, 88]: 2**n by exponent bits,
     Taylor's polynomial of the rest."""
     x = _f32(-87.0) if x < _f32(-87.0) else (_f32(88.0) if x > _f32(88.0) else x)
-    n = np.floor(x * _f32(1 / np.log(2)) + _f32(0.5))
+    n = np.floor(x * _INVERSE_LN2 + _f32(0.5))
     r = x - n * _LN2_HIGH - n * _LN2_LOW  # |r| <= ln(2) / 2
     p = _f32(1 / 5040) * r + _f32(1 / 720)
     p = p * r + _f32(1 / 120)

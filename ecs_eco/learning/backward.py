@@ -8,17 +8,27 @@ the ratio).
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from functools import partial
+from typing import Any, NamedTuple
 
 import numpy as np
 import torch
 
+from ecs_eco.engine import portable
 from ecs_eco.learning.arithmetic import fused_njit, tanh
 from ecs_eco.learning.brain import Brain
 from ecs_eco.learning.brain import Layer as BrainLayer
 
 # rows that go through the network at once: fixed, so that sums do not depend on the number of workers
 CHUNK = 2048
+
+_addmm: Any = torch.addmm
+_mm: Any = torch.mm
+_row_sums: Any = partial(torch.sum, dim=1, keepdim=True)
+if portable.on():
+    from ecs_eco.learning.products import addmm as _addmm
+    from ecs_eco.learning.products import mm as _mm
+    from ecs_eco.learning.products import row_sums as _row_sums
 
 
 class Layer(NamedTuple):
@@ -62,23 +72,23 @@ class Passes:
         for layers, levels, out in zip(self.layers, rows.towers, rows.outs, strict=True):
             below = rows.x
             for layer, level in zip(layers, levels, strict=False):
-                torch.addmm(layer.bias, below, layer.matrix, out=level.h)
+                _addmm(layer.bias, below, layer.matrix, out=level.h)
                 _tanh_all(level.h_numpy)
                 below = level.h
-            torch.addmm(layers[-1].bias, layers[-1].matrix, below.t(), out=out)
+            _addmm(layers[-1].bias, layers[-1].matrix, below.t(), out=out)
 
     def back(self, rows: Rows, gradient: Towers) -> None:
         """Turn the slopes of the loss in `rows.d_logits` and `rows.d_values` into the gradient
         of every weight."""
         for layers, into, levels, d_out in zip(self.layers, gradient, rows.towers, rows.d_outs, strict=True):
             d, matrix = d_out.t(), layers[-1].matrix
-            torch.mm(d_out, levels[-1].h, out=into[-1].matrix)
-            torch.sum(d_out, 1, keepdim=True, out=into[-1].bias)
+            _mm(d_out, levels[-1].h, out=into[-1].matrix)
+            _row_sums(d_out, out=into[-1].bias)
             for i in range(len(levels) - 1, -1, -1):
                 level = levels[i]
-                torch.mm(d, matrix, out=level.d)
+                _mm(d, matrix, out=level.d)
                 _through_tanh(level.d_numpy, level.h_numpy, into[i].bias_numpy)
-                torch.mm((levels[i - 1].h if i else rows.x).t(), level.d, out=into[i].matrix)
+                _mm((levels[i - 1].h if i else rows.x).t(), level.d, out=into[i].matrix)
                 d, matrix = level.d, layers[i].matrix.t()
 
 

@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ecs_eco.engine import portable
 from ecs_eco.engine.threads import one_blas_thread
 from ecs_eco.learning.continuous import laid_out, spreads
 from ecs_eco.learning.inference import infer
@@ -165,6 +166,10 @@ def _padded(n: int) -> int:
 def _orthogonal(generator: np.random.Generator, n_out: int, n_in: int) -> np.ndarray:
     """Return a random f64[n_out, n_in] with orthonormal rows or columns,
     whichever are fewer (Saxe et al. 2014)."""
+    if portable.on():
+        from ecs_eco.learning.products import orthogonal
+
+        return orthogonal(generator, n_out, n_in)
     with one_blas_thread():
         q, r = np.linalg.qr(generator.standard_normal((max(n_out, n_in), min(n_out, n_in))))
     q *= np.sign(np.diag(r))

@@ -15,6 +15,7 @@ import numpy as np
 import torch
 from torch.func import functional_call, grad_and_value, vmap
 
+from ecs_eco.engine.elementary import power
 from ecs_eco.engine.random import mix_int
 from ecs_eco.engine.threads import one_torch_thread
 from ecs_eco.learning.individual import Individuals, require_finite, summary
@@ -225,8 +226,8 @@ class IndividualModules(Individuals):
         first, second = moments
         first += torch.where(sound, 0.1 * (slope - first), 0.0)
         second += torch.where(sound, 0.001 * (slope * slope - second), 0.0)
-        pace = tensor((rate / (1 - 0.9**steps)).astype(np.float32))[:, None]
-        root = tensor((1 / np.sqrt(1 - 0.999**steps)).astype(np.float32))[:, None]
+        pace = tensor((rate / (1 - power(0.9, steps))).astype(np.float32))[:, None]
+        root = tensor((1 / np.sqrt(1 - power(0.999, steps))).astype(np.float32))[:, None]
         keep = tensor((1 - rate * ppo.weight_decay).astype(np.float32))[:, None]
         moved = weights * keep - pace * first / (second.sqrt() * root + ppo.adam_epsilon)
         weights.copy_(torch.where(sound, moved, weights))

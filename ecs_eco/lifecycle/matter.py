@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from ecs_eco.components import Body, Chemistry, Matter, Shape
+from ecs_eco.engine.elementary import arrays, power, scalars
 from ecs_eco.engine.jit import njit
 from ecs_eco.lifecycle.islands import is_island
 from ecs_eco.space.shapes import volume as volume_of
@@ -59,7 +60,7 @@ def litres(radius: Any, shape: Any = None) -> Any:
     metres."""
     r = np.asarray(radius, np.float64)
     if shape is None:
-        return 4000 * math.pi / 3 * r**3
+        return 4000 * math.pi / 3 * power(r, 3)
     length, width, height = (2 * np.asarray(half, np.float64) * r
                              for half in (shape.half_length, shape.half_width, shape.half_height))
     return 1000 * volume_of(length, width, height, np.asarray(shape.rounding, np.float64) * r)
@@ -216,7 +217,7 @@ def release(world: SpatialWorld, table: Table, amount: np.ndarray, x: np.ndarray
 
 def part_lost(rate: Any) -> Any:
     """Return the share that is gone after a tick, of what goes at a rate, 1 [1/tick]; f64[k] of f64[k]."""
-    return -np.expm1(-rate) if isinstance(rate, np.ndarray) else -math.expm1(-rate)
+    return -arrays.expm1(-rate) if isinstance(rate, np.ndarray) else -scalars.expm1(-rate)
 
 
 @njit

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ecs_eco.components import Body, Stature, Traits
+from ecs_eco.engine.elementary import power
 from ecs_eco.genomes.own_values import own_value
 
 if TYPE_CHECKING:
@@ -45,10 +46,10 @@ def of_size(table: Table, store: Any) -> Any:
     way = table.species.growth
     if way is None:
         return store
-    power = own_value(table, "growth.store", np.float32(way.store))
-    if not isinstance(power, np.ndarray) and power == 0:
+    exponent = own_value(table, "growth.store", np.float32(way.store))
+    if not isinstance(exponent, np.ndarray) and exponent == 0:
         return store
-    return np.asarray(store * share_of_adult(table) ** power, getattr(store, "dtype", np.float64))
+    return np.asarray(store * power(share_of_adult(table), exponent), getattr(store, "dtype", np.float64))
 
 
 def _bodies(table: Table, values: Values, n: int, share: Any) -> Values:
@@ -57,4 +58,4 @@ def _bodies(table: Table, values: Values, n: int, share: Any) -> Values:
     mass, radius = (np.broadcast_to(values.get((Stature, f), known[f]), n) for f in ("mass", "radius"))
     share = np.asarray(share, np.float64)
     return {(Body, "mass"): mass * share.astype(np.float32),
-            (Body, "radius"): radius * (share ** (1 / 3)).astype(np.float32)}
+            (Body, "radius"): radius * power(share, 1 / 3).astype(np.float32)}

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from ecs_eco.components import Motor, Nervous
+from ecs_eco.engine.elementary import arrays
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
@@ -110,5 +111,5 @@ def weighed(nerves: Any, logits: np.ndarray | None, choice: np.ndarray) -> tuple
 
 def softmax(logits: np.ndarray) -> np.ndarray:
     """Return the probabilities f64[k, options] of logits f32[k, options]."""
-    e = np.exp(logits.astype(np.float64) - logits.max(axis=1, keepdims=True))
+    e = arrays.exp(logits.astype(np.float64) - logits.max(axis=1, keepdims=True))
     return e / e.sum(axis=1, keepdims=True)

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from ecs_eco.config.models.interventions import coming
+from ecs_eco.engine import portable
 from ecs_eco.engine.errors import RecordingError
 from ecs_eco.record.claim import Claim
 from ecs_eco.record.folder import versions
@@ -69,5 +70,6 @@ def repeat(path: str | Path, out: str | Path | Claim | None = None,
     other = {k: v for k, v in versions().items() if manifest["versions"].get(k) != v}
     why = (f"; it was recorded with other versions: {', '.join(f'{k} {v}' for k, v in other.items())}"
            if other else "")
+    why += f"; it {mode}" if (mode := portable.other_mode(manifest)) else ""
     return {"world": config.name, "ticks": done, "interventions": len(config.interventions), "digest": digest,
             "recorded": manifest["digest"], "same": digest == manifest["digest"], "why": why}  # fmt: skip

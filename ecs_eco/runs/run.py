@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ecs_eco.checkpoint import file as checkpoint
+from ecs_eco.engine import portable
 from ecs_eco.engine.arguments import whole_number
 from ecs_eco.engine.errors import CheckpointError, RecordingError
 from ecs_eco.engine.hooks import listening
@@ -93,8 +94,9 @@ def resume(path: str | Path, until: int | None = None, progress: Progress | None
     `code` to run in this process, as it is now.
 
     Everything after that checkpoint is recorded again, with the same result. Raises RecordingError for a
-    folder without a run, or whose run is past `until`; FolderInUse if another process writes there;
-    ForeignFile if a checkpoint or a part belongs to another run; CheckpointError.
+    folder without a run, or whose run is past `until` or was begun in the other mode (`engine.portable`);
+    FolderInUse if another process writes there; ForeignFile if a checkpoint or a part belongs to another run;
+    CheckpointError.
     """
     start, path = time.perf_counter(), Path(path)
     read_manifest(path)
@@ -103,6 +105,8 @@ def resume(path: str | Path, until: int | None = None, progress: Progress | None
         if "island" in manifest:
             raise RecordingError(f"{path}: is the island {manifest['island']} of an archipelago, which goes "
                                  f"on as a whole: ecs-eco resume {path.parent.parent}")
+        if why := portable.other_mode(manifest):
+            raise RecordingError(f"{path}: {why}")
         until = manifest["ticks"] if until is None else until
         newest = checkpoint.latest(path / "checkpoints", complain=complain, check=partial(_of_run, manifest))
         if newest is None and "forked" in manifest:
@@ -152,9 +156,10 @@ def fork(path: str | Path, out: str | Path | Claim, from_tick: int | None = None
         manifest |= {
             "config": world.config.resolved(), "config_hash": world.config.config_hash, "ticks": until,
             "command": command,
-            "wall_seconds": 0.0, "versions": versions(), "git_commit": git_commit(), "asked": [], "parts": {},
-            "heads": {}, "forked": {"from": str(path), "id": manifest["id"], "tick": world.tick,
-                                    "changes": listed, "digest": world.digest()},
+            "wall_seconds": 0.0, "versions": versions(), "target": portable.target(),
+            "git_commit": git_commit(), "asked": [], "parts": {}, "heads": {},
+            "forked": {"from": str(path), "id": manifest["id"], "tick": world.tick, "changes": listed,
+                       "digest": world.digest()},
         }  # fmt: skip
         folder = begin(world, claim, manifest, {}, prepare)
         return go_on(world, folder, manifest, until, progress, report, start)
@@ -220,7 +225,7 @@ def manifest_of(world: Any, ticks: int, policies: Any, learn: Any, controls: Seq
         "format": belonging.FORMAT, "world": config.name, "title": config.title, "config": config.resolved(),
         "config_hash": config.config_hash, "seed": world.seed, "ticks": ticks, "dt": config.dt,
         "policies": policies_as_json(policies), "learn": learn, "controls": list(controls), "command": None,
-        "versions": versions(), "git_commit": git_commit(), "wall_seconds": 0.0,
+        "versions": versions(), "target": portable.target(), "git_commit": git_commit(), "wall_seconds": 0.0,
     }  # fmt: skip
 
 

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ecs_eco.components import Body, Position, Shape
+from ecs_eco.engine.elementary import arrays
 from ecs_eco.space import sight
 from ecs_eco.space.solids import Solids
 from ecs_eco.space.terrain import ROCK
@@ -88,7 +89,7 @@ def form_of(table: "Table", rows: np.ndarray) -> np.ndarray:
     p, radius, form = table[Position], table[Body].radius[rows], np.zeros((rows.size, 9), np.float32)
     for i, column in enumerate((p.x, p.y, p.z)):
         form[:, i] = column[rows]
-    form[:, 6], form[:, 7], form[:, 8] = radius, np.cos(p.heading[rows]), np.sin(p.heading[rows])
+    form[:, 6], form[:, 7], form[:, 8] = radius, arrays.cos(p.heading[rows]), arrays.sin(p.heading[rows])
     if Shape in table:
         s = table[Shape]
         for i, column in enumerate((s.half_length, s.half_width, s.half_height, s.rounding)):

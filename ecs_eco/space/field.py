@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from ecs_eco.engine.elementary import power, scalars
 from ecs_eco.engine.jit import njit
 from ecs_eco.space.geometry import Space, cell_of, floor_between
 
@@ -47,7 +48,7 @@ class Field:
         if self.initial is None or self.renewal == 0:
             return 0.0
         before = self.held()
-        self.value += (self.initial - self.value) * -math.expm1(-self.renewal * dt)
+        self.value += (self.initial - self.value) * -scalars.expm1(-self.renewal * dt)
         return self.held() - before
 
     def give(self, x: np.ndarray, y: np.ndarray, z: np.ndarray, amount: np.ndarray) -> None:
@@ -61,10 +62,10 @@ class Field:
     def pass_time(self, dt: float) -> None:
         """Let sources flow in and the field diffuse and decay for `dt` seconds,
         in as many explicit steps as are stable."""
-        rates = [self.diffusion * float(i) ** 2 for i in self.inverse]
+        rates = [self.diffusion * power(float(i), 2) for i in self.inverse]
         steps = max(1, math.ceil(dt * sum(rates) * 2 / 0.9))
         a = np.array([dt * r / steps for r in rates], np.float32)
-        keep = np.float32(math.exp(-self.decay * dt / steps))
+        keep = np.float32(scalars.exp(-self.decay * dt / steps))
         torus = self.space.torus
         self.value += self.source
         self.source[...] = 0

@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from ecs_eco.engine.elementary import arrays
+
 CORNERS = 64  # of the border of a circle
 
 
@@ -25,7 +27,7 @@ class Region:
         away = [np.asarray(v, float) - centre for v, centre in zip((x, y), self.numbers, strict=False)]
         if self.space.torus:
             away = [d - size * np.round(d / size) for d, size in zip(away, self.space.size, strict=False)]
-        return np.hypot(*away) <= self.numbers[2]
+        return arrays.hypot(*away) <= self.numbers[2]
 
     def places(self, u: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Return the places in it that two numbers in [0, 1) each stand for, all equally likely: f32[n, 2].
@@ -33,7 +35,7 @@ class Region:
         if self.round:
             x, y, radius = self.numbers
             r, angle = radius * np.sqrt(u), 2 * np.pi * v
-            place = np.stack([x + r * np.cos(angle), y + r * np.sin(angle)], 1)
+            place = np.stack([x + r * arrays.cos(angle), y + r * arrays.sin(angle)], 1)
         else:
             x0, y0, x1, y1 = self.numbers
             place = np.stack([x0 + u * (x1 - x0), y0 + v * (y1 - y0)], 1)
@@ -48,4 +50,4 @@ class Region:
             return np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1], [x0, y0]])
         x, y, radius = self.numbers
         angle = 2 * np.pi * (np.arange(CORNERS + 1) % CORNERS) / CORNERS
-        return np.stack([x + radius * np.cos(angle), y + radius * np.sin(angle)], 1)
+        return np.stack([x + radius * arrays.cos(angle), y + radius * arrays.sin(angle)], 1)

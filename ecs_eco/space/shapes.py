@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from ecs_eco.engine.elementary import power
 from ecs_eco.engine.jit import njit
 
 X, Y, Z, LENGTH, WIDTH, HEIGHT, ROUND, COS, SIN = range(9)
@@ -24,13 +25,13 @@ def volume(length: Any, width: Any, height: Any, rounding: Any) -> Any:
     (Steiner 1840); numbers or arrays."""
     flat = length * width + width * height + height * length
     return (length * width * height + 2 * rounding * flat
-            + math.pi * rounding**2 * (length + width + height) + 4 / 3 * math.pi * rounding**3)
+            + math.pi * power(rounding, 2) * (length + width + height) + 4 / 3 * math.pi * power(rounding, 3))
 
 
 def surface(length: Any, width: Any, height: Any, rounding: Any) -> Any:
     """Return the surface [m^2] of such a body."""
     flat = length * width + width * height + height * length
-    return (2 * flat + 2 * math.pi * rounding * (length + width + height) + 4 * math.pi * rounding**2)
+    return (2 * flat + 2 * math.pi * rounding * (length + width + height) + 4 * math.pi * power(rounding, 2))
 
 
 @njit

@@ -2,6 +2,8 @@
 
 import math
 
+from ecs_eco.engine.elementary import scalars
+
 HALF_DAY = 0.5
 
 
@@ -19,7 +21,7 @@ class Sun:
     def season(self, time: float) -> float:
         """Return the declination of the sun [rad] at a time [s]: sinusoidal over a year (Cooper 1969)."""
         return (self.declination if self.year is None
-                else self.declination * math.sin(2 * math.pi * (time / self.year + self.spring)))
+                else self.declination * scalars.sin(2 * math.pi * (time / self.year + self.spring)))
 
     def light(self, time: float) -> float:
         """Return the light at a time [s]; a year's seasons come also where days do not."""
@@ -35,15 +37,15 @@ def sine_of_elevation(share: float, latitude: float, declination: float) -> floa
     """Return the sine of the sun's elevation [rad, rad] at a share of the day since midnight (Iqbal 1983,
     eq. 1.5.1)."""
     hour_angle = 2 * math.pi * (share - HALF_DAY)
-    return (math.sin(latitude) * math.sin(declination)
-            + math.cos(latitude) * math.cos(declination) * math.cos(hour_angle))
+    return (scalars.sin(latitude) * scalars.sin(declination)
+            + scalars.cos(latitude) * scalars.cos(declination) * scalars.cos(hour_angle))
 
 
 def daily_mean(latitude: float, declination: float) -> float:
     """Return the mean over a day of the sine of the elevation while the sun is up (Iqbal 1983, eq. 4.2.15).
     """
-    up = math.sin(latitude) * math.sin(declination)
-    swing = math.cos(latitude) * math.cos(declination)
+    up = scalars.sin(latitude) * scalars.sin(declination)
+    swing = scalars.cos(latitude) * scalars.cos(declination)
     # [rad] hour angle; polar day and night
-    sunset = math.pi if up >= swing else (0.0 if up <= -swing else math.acos(-up / swing))
-    return (sunset * up + swing * math.sin(sunset)) / math.pi
+    sunset = math.pi if up >= swing else (0.0 if up <= -swing else scalars.acos(-up / swing))
+    return (sunset * up + swing * scalars.sin(sunset)) / math.pi

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ecs_eco.engine import random
+from ecs_eco.engine.elementary import arrays, power
 from ecs_eco.engine.jit import njit
 from ecs_eco.space.geometry import Space, cell_of, cells_of, floor_between, half_cells, into
 
@@ -60,7 +61,7 @@ class Terrain:
         if self.space.torus:
             x -= self.space.size[0] * np.round(x / self.space.size[0])
             y -= self.space.size[1] * np.round(y / self.space.size[1])
-        return np.clip(1 - np.hypot(x[None, :], y[:, None]) / place["radius"], 0, 1)
+        return np.clip(1 - arrays.hypot(x[None, :], y[:, None]) / place["radius"], 0, 1)
 
     def free(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
         """Return whether somebody can stand at each place [m]: bool[n]."""
@@ -182,10 +183,10 @@ class Road(NamedTuple):
             if space.torus:
                 dx = dx - space.size[0] * np.round(dx / space.size[0])
                 dy = dy - space.size[1] * np.round(dy / space.size[1])
-            length2 = (bx - ax) ** 2 + (by - ay) ** 2
+            length2 = power(bx - ax, 2) + power(by - ay, 2)
             along = (dx * (bx - ax) + dy * (by - ay)) / max(length2, 1e-30)
             along = np.clip(along, -0.5, 0.5)
-            out |= np.hypot(dx - along * (bx - ax), dy - along * (by - ay)) <= self.width / 2
+            out |= arrays.hypot(dx - along * (bx - ax), dy - along * (by - ay)) <= self.width / 2
         return out
 
 
@@ -221,9 +222,9 @@ def _hills(space: Space, nx: int, ny: int, seed: float = 0, amplitude: float = 5
     height = np.zeros((ny, nx))
     for angle, phase, stretch in u.T:
         waves = (0.5 + stretch) * np.array(space.size[:2]) / scale
-        kx, ky = (np.round(waves[0] * np.cos(2 * np.pi * angle)),
-                  np.round(waves[1] * np.sin(2 * np.pi * angle)))
-        height += np.sin(2 * np.pi * (kx * x[None, :] + ky * y[:, None] + phase))
+        kx, ky = (np.round(waves[0] * arrays.cos(2 * np.pi * angle)),
+                  np.round(waves[1] * arrays.sin(2 * np.pi * angle)))
+        height += arrays.sin(2 * np.pi * (kx * x[None, :] + ky * y[:, None] + phase))
     return (amplitude * height / np.sqrt(16)).astype(np.float32)
 
 

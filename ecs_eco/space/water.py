@@ -7,6 +7,7 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
+from ecs_eco.engine.elementary import arrays
 from ecs_eco.engine.jit import njit
 from ecs_eco.engine.per_row import of_row
 from ecs_eco.space.geometry import cell_of, into
@@ -56,7 +57,7 @@ class Water:
         a tanh from that of the surface to that of the deep."""
         if self.deep_temperature is None:
             return np.full(z.size, surface, np.float32)
-        share = 0.5 * (1 + np.tanh((np.float32(self.height) - z - self.thermocline) / self.width))
+        share = 0.5 * (1 + arrays.tanh((np.float32(self.height) - z - self.thermocline) / self.width))
         return (surface + (self.deep_temperature - surface) * share).astype(np.float32)
 
     def pressure(self, surface: float, z: np.ndarray) -> np.ndarray:

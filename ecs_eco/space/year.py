@@ -2,6 +2,8 @@
 
 import math
 
+from ecs_eco.engine.elementary import scalars
+
 
 class Year:
     """A year of `length` [s]; a share of 0 is the spring equinox, 0.25 midsummer, 0.5 the autumn equinox;
@@ -17,4 +19,4 @@ class Year:
 
     def warming(self, time: float) -> float:
         """Return how much warmer than its mean over the year it is at a time [s]: a sine wave [K]."""
-        return self.temperature * math.cos(2 * math.pi * (self.share(time) - self.warmest))
+        return self.temperature * scalars.cos(2 * math.pi * (self.share(time) - self.warmest))

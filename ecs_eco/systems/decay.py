@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ecs_eco.components import Metabolism
+from ecs_eco.engine.elementary import scalars
 from ecs_eco.engine.jit import njit
 from ecs_eco.engine.system import System
 
@@ -35,11 +36,11 @@ class Decay(System):
         store = table.species.store
         if store is None or store.decay == 0:
             return
-        last = math.inf if store.left == 0 else -math.log(store.left) / (store.decay * world.dt)
+        last = math.inf if store.left == 0 else -scalars.log(store.left) / (store.decay * world.dt)
         m = table[Metabolism]
         # the tick in which it came to be is not counted: that came after this system
         rot(table.alive[: table.high], table.born, world.tick, last,
-            np.float32(-math.expm1(-store.decay * world.dt)), world.cause(CAUSE), m.energy, m.burnt,
+            np.float32(-scalars.expm1(-store.decay * world.dt)), world.cause(CAUSE), m.energy, m.burnt,
             table.cause)
 
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ecs_eco.components import Chemistry, Matter, Position
+from ecs_eco.engine.elementary import scalars
 from ecs_eco.engine.jit import njit
 from ecs_eco.engine.system import System
 from ecs_eco.lifecycle.matter import bodies, held, hold, release
@@ -39,10 +40,10 @@ class Decompose(System):
             return
         rows, p = world.index(table).rows, table[Position]
         # in the tick of birth nothing decays: it comes after this system
-        last = math.ceil(-math.log(way.left) / (way.rate * world.dt))
+        last = math.ceil(-scalars.log(way.left) / (way.rate * world.dt))
         old = world.tick - table.born[rows] >= last
         amount = np.zeros((rows.size, len(world.substances)))
-        give_back(rows, old, -math.expm1(-way.rate * world.dt), *bodies(table), amount)
+        give_back(rows, old, -scalars.expm1(-way.rate * world.dt), *bodies(table), amount)
         release(world, table, amount, p.x[rows], p.y[rows], p.z[rows])
         ends = rows[old]
         table.cause[ends[table.cause[ends] == 0]] = world.cause(CAUSE)

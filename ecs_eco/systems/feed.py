@@ -8,6 +8,7 @@ import numpy as np
 
 from ecs_eco.components import Body, Defence, Matter, Metabolism, Nervous, Position, Shape
 from ecs_eco.engine import random
+from ecs_eco.engine.elementary import power
 from ecs_eco.engine.jit import njit
 from ecs_eco.engine.per_row import of_row
 from ecs_eco.engine.random import draw
@@ -98,7 +99,7 @@ def meal(table: Table, food: Any, dt: float) -> tuple[Any, ...]:
     if food.until is not None:
         keys[kind + "until"] = np.float32(food.until)
     reach, gain, efficiency, store, digestion, chance, *until = own_values(table, keys)
-    chance, store = 1 - (1 - chance) ** dt, of_size(table, store)
+    chance, store = 1 - power(1 - chance, dt), of_size(table, store)
     return (reach, chance.astype(np.float32) if isinstance(chance, np.ndarray) else np.float32(chance),
             until[0] if until else store, gain, efficiency, store, digestion)
 

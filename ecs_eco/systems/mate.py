@@ -10,6 +10,7 @@ import numpy as np
 from ecs_eco.components import Biology, Body, Genome, Gestation, Metabolism, Nervous, Position, Shape
 from ecs_eco.components.biology import FEMALE, MALE
 from ecs_eco.engine import random
+from ecs_eco.engine.elementary import power
 from ecs_eco.engine.jit import njit
 from ecs_eco.engine.per_row import of_row
 from ecs_eco.engine.random import draw, mix
@@ -114,7 +115,7 @@ class Mate(System):
         """Let `pairs` (rows of mother and father, i64[n, 2]) conceive by chance."""
         b, m, g = table[Biology], table[Metabolism], table[Gestation]
         own, _, _, energy_given, litter, _ = life_history(table, way)
-        chance = 1 - (1 - own_value(table, "reproduction.chance", way.chance)) ** world.dt
+        chance = 1 - power(1 - own_value(table, "reproduction.chance", way.chance), world.dt)
         chance = chance.astype(np.float32) if isinstance(chance, np.ndarray) else np.float32(chance)
         share, gestation, rest = own_values(table, {
             "reproduction.father_share": np.float32(way.father_share),

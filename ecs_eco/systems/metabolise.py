@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ecs_eco.components import Body, Metabolism, Velocity
+from ecs_eco.engine.elementary import power
 from ecs_eco.engine.jit import njit
 from ecs_eco.engine.per_row import of_row
 from ecs_eco.engine.system import System
@@ -39,9 +40,8 @@ class Metabolise(System):
         basal = np.float32(species.metabolism.basal if species is not None else 0.0)
         scale = NO_SCALE
         if (standard := table.species.standard_mass) is not None:
-            scale = (
-                (table[Body].mass[: table.high] / np.float32(standard)) ** np.float32(0.75)
-            ).astype(np.float32)
+            relative = table[Body].mass[: table.high] / np.float32(standard)
+            scale = power(relative, np.float32(0.75)).astype(np.float32)
         world.split(burn, table.high, table.alive, scale, cost, cost is not STILL,
                     own_value(table, "metabolism.basal", basal), np.float32(world.dt), least_energy(table),
                     m.energy, m.digesting, m.burnt)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ecs_eco.components import Motor, Nervous, Position, Velocity, Vigour
+from ecs_eco.engine.elementary import power
 from ecs_eco.engine.jit import njit
 from ecs_eco.engine.per_row import is_own, of_row, row_of
 from ecs_eco.engine.system import System
@@ -110,10 +111,10 @@ def paces(table: Table) -> np.ndarray:
     pace = table[Vigour].pace if Vigour in table else NO_VIGOUR
     if (growth := table.species.growth) is None:
         return pace
-    power = own_value(table, "growth.pace", np.float32(growth.pace))
-    if not isinstance(power, np.ndarray) and power == 0:
+    exponent = own_value(table, "growth.pace", np.float32(growth.pace))
+    if not isinstance(exponent, np.ndarray) and exponent == 0:
         return pace
-    young = (share_of_adult(table) ** power).astype(np.float32)
+    young = power(share_of_adult(table), exponent).astype(np.float32)
     return young * pace[: table.high] if pace.size else young
 
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ecs_eco.components import Position
 from ecs_eco.engine import random
+from ecs_eco.engine.elementary import scalars
 from ecs_eco.engine.system import System
 from ecs_eco.lifecycle.founders import newcomers
 
@@ -31,7 +31,7 @@ class Renew(System):
         missing = count - table.n - table.waiting
         if rate == 0 or missing <= 0:
             return
-        chance = -math.expm1(-rate * world.dt)
+        chance = -scalars.expm1(-rate * world.dt)
         salt = random.BIRTH + (3 << 8) + ((table.place + 1) << 20)
         come = int((random.draw_many(world.key, np.arange(missing, dtype=np.uint64), salt) < chance).sum())
         if come:

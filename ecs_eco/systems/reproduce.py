@@ -8,6 +8,7 @@ import numpy as np
 
 from ecs_eco.components import Biology, Body, Metabolism, Position
 from ecs_eco.engine import random
+from ecs_eco.engine.elementary import arrays
 from ecs_eco.engine.jit import njit
 from ecs_eco.engine.per_row import of_row
 from ecs_eco.engine.random import draw
@@ -75,7 +76,7 @@ class Reproduce(System):
 
 def chance_of(rate: Any, dt: float) -> Any:
     """Return the chance of a birth in a tick at a rate [1/s], or at each one's."""
-    chance = 1 - np.exp(-rate * dt)
+    chance = 1 - arrays.exp(-rate * dt)
     return chance.astype(np.float32) if isinstance(rate, np.ndarray) else np.float32(chance)
 
 

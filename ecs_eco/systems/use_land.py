@@ -9,6 +9,7 @@ import numpy as np
 
 from ecs_eco.components import Body, Position
 from ecs_eco.engine import random
+from ecs_eco.engine.elementary import scalars
 from ecs_eco.engine.system import System
 from ecs_eco.lifecycle.births import room
 from ecs_eco.lifecycle.founders import newcomers
@@ -61,7 +62,7 @@ class UseLand(System):
         rows = rows[(radius >= (use.least or 0.0)) & (radius <= (math.inf if use.most is None else use.most))]
         drawn = random.draw_many(world.key, table.uid[rows], random.CULL + ((i + 1) << 8))
         order = np.argsort(drawn, kind="stable")
-        rows = rows[order[drawn[order] < -math.expm1(-use.rate * world.dt)]]
+        rows = rows[order[drawn[order] < -scalars.expm1(-use.rate * world.dt)]]
         if use.quota is not None:
             rows = rows[: max(0, use.quota - int(self.taken[i, 1]))]
         table.cause[rows] = world.cause(use.cause)

@@ -9,6 +9,7 @@ import numpy as np
 
 from ecs_eco.components import Body, Position, Shape
 from ecs_eco.config.models.body import Body as BodyConfig
+from ecs_eco.engine.elementary import arrays
 
 if TYPE_CHECKING:
     from ecs_eco.config.models.surroundings import ObjectType
@@ -32,13 +33,13 @@ def placed(kind: ObjectType, space: Space) -> Iterator[Values]:
 def between(ways: np.ndarray, body: BodyConfig, space: Space) -> Values:
     """Return the columns of capsules or boxes that reach from place to place: ways f64[n, 4] [m] are
     x, y of one end and of the other; all else is as `body` says."""
-    ahead, length = ways[:, 2:] - ways[:, :2], np.hypot(*(ways[:, 2:] - ways[:, :2]).T)
+    ahead, length = ways[:, 2:] - ways[:, :2], arrays.hypot(*(ways[:, 2:] - ways[:, :2]).T)
     middle = ways[:, :2] + ahead / 2
     height = body.extents[2] / 2 if space.volume else 0.0
     bodies = [_as_long(body, float(one)) for one in length]
     values: Values = {(Position, "x"): middle[:, 0], (Position, "y"): middle[:, 1],
                       (Position, "z"): np.full(len(ways), height),
-                      (Position, "heading"): np.arctan2(ahead[:, 1], ahead[:, 0]) % (2 * np.pi),
+                      (Position, "heading"): arrays.arctan2(ahead[:, 1], ahead[:, 0]) % (2 * np.pi),
                       (Body, "radius"): np.array([one.radius for one in bodies]),
                       (Body, "mass"): np.array([one.mass for one in bodies])}
     values |= {(Shape, field): np.array([one.form[field] for one in bodies]) for field in body.form}

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ecs_eco.components import Shape
+from ecs_eco.engine.elementary import arrays, scalars
 from ecs_eco.engine.jit import njit
 from ecs_eco.nervous.sensors.kin import nearest_kin
 from ecs_eco.nervous.sensors.sense import Seekers, Sense, in_light, of_sensor, own_range, place_of
@@ -74,8 +75,8 @@ def see_nearest(target: str, reach: float, fov: float, occlusion: bool, number: 
 def half_view(fov: Any) -> Any:
     """Return the cosine of half a field of view [rad], f32, or f32[n] of many; −2 all round."""
     if isinstance(fov, np.ndarray):
-        return np.where(fov >= 2 * math.pi - 1e-5, -2.0, np.cos(fov / 2)).astype(np.float32)
-    return np.float32(-2.0 if fov >= 2 * math.pi - 1e-5 else math.cos(fov / 2))
+        return np.where(fov >= 2 * math.pi - 1e-5, -2.0, arrays.cos(fov / 2)).astype(np.float32)
+    return np.float32(-2.0 if fov >= 2 * math.pi - 1e-5 else scalars.cos(fov / 2))
 
 
 def look(world: "SpatialWorld", table: "Table", seekers: Seekers, eye: tuple[np.ndarray, ...], target: str,

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ecs_eco.components import Biology, Body, Chemistry, Load, Metabolism, Physical, Shape
+from ecs_eco.engine.elementary import power
 from ecs_eco.engine.jit import njit
 from ecs_eco.engine.per_row import of_row
 from ecs_eco.nervous.sensors.sense import Seekers, Sense, of_sensor, place_of
@@ -39,7 +40,7 @@ def own_column(table: "Table", name: str, substances: list[str]) -> np.ndarray:
         with np.errstate(over="ignore"):
             if Shape in table:
                 return volume(*extents(table)).astype(np.float32)
-            return np.float32(4 / 3 * np.pi) * table[Body].radius ** 3
+            return np.float32(4 / 3 * np.pi) * power(table[Body].radius, 3)
     return getattr(table[Physical], name)
 
 

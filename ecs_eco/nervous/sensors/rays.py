@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ecs_eco.components import Body, Shape
+from ecs_eco.engine.elementary import arrays
 from ecs_eco.nervous.sensors.sense import Seekers, Sense, in_light, of_sensor, own_range, place_of
 from ecs_eco.space import sight
 from ecs_eco.space.bodies import merged, opaque_ground, relief, solids, tops
@@ -69,7 +70,7 @@ def fan(count: int, fov: Any, angle: Any) -> tuple[np.ndarray, np.ndarray]:
     # no ray twice on a full circle
     turn = np.where(fov >= 2 * math.pi - 1e-5, fov, fov * count / max(count - 1, 1)) / count
     angles = steps * turn[..., None] + np.asarray(angle)[..., None]
-    return np.cos(angles).astype(np.float32), np.sin(angles).astype(np.float32)
+    return arrays.cos(angles).astype(np.float32), arrays.sin(angles).astype(np.float32)
 
 
 def trace(world: "SpatialWorld", table: "Table", seekers: Seekers, place: tuple[np.ndarray, ...],

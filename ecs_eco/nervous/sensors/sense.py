@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ecs_eco.components import Body, Position, Senses, Shape
+from ecs_eco.engine.elementary import arrays
 from ecs_eco.genomes.own_values import own_values
 from ecs_eco.space.bodies import extents
 from ecs_eco.space.geometry import back_into
@@ -23,7 +24,7 @@ class Seekers:
         self.index = world.index(table)
         self.rows = self.index.rows.copy()
         self.heading = table[Position].heading[self.rows]
-        self.cos, self.sin = np.cos(self.heading), np.sin(self.heading)
+        self.cos, self.sin = arrays.cos(self.heading), arrays.sin(self.heading)
         self.radius = table[Body].radius[self.rows] if Body in table else np.zeros(self.rows.size, np.float32)
         self.n = self.rows.size
         self.half: tuple[np.ndarray, ...] | None = None

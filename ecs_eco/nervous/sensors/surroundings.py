@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ecs_eco.engine.elementary import arrays
 from ecs_eco.nervous.sensors.sense import Seekers, Sense, of_sensor, place_of
 
 if TYPE_CHECKING:
@@ -25,7 +26,7 @@ def ambient(quantity: str, zero: float, scale: float, at: Sequence[float] = (), 
         base, unit = of_sensor(table, seekers, number, zero=np.float32(zero), scale=np.float32(scale))
         if dark is not None:
             threshold = of_sensor(table, seekers, number, dark=np.float32(dark))[0]
-            value = np.log10(np.float32(1) + value / threshold)
+            value = arrays.log10(np.float32(1) + value / threshold)
         out[:, column] = (value - base) / unit
 
     return sense

@@ -1,0 +1,102 @@
+"""The functions of the portable mode in the places of the C library's.
+
+Kernels call `exp`, `cosf` and others by name; LLVM asks here first where a name leads. So a kernel needs no
+word about it, and what it calls can be read off its object code (`undefined`).
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Callable
+from typing import Any
+
+import llvmlite.binding as llvm
+import numpy as np
+from numba import carray, types
+from numba.core.ccallback import CFunc
+
+from ecs_eco.engine import libm
+from ecs_eco.engine.kernel_cache import Folder, KernelCache
+
+NAMES = frozenset(f"{name}{kind}" for name in (*libm.ONE, *libm.TWO, "sincos") for kind in ("", "f"))
+"""The names of the C library that lead to functions of the portable mode."""
+EXACT = frozenset({"memcpy", "memset", "memmove", "fmod", "fmodf", "floor", "floorf", "ceil", "ceilf",
+                   "trunc", "truncf", "rint", "rintf", "sqrt", "sqrtf", "nearbyint", "nearbyintf", "round",
+                   "roundf", "fma", "fmaf", "ldexp", "ldexpf", "frexp", "frexpf"})  # fmt: skip
+"""Names of the C library whose results are the same everywhere: they are exact, or correctly rounded."""
+_kept: list[Any] = []  # machine code that names lead to
+
+
+def install(folder: Folder) -> None:
+    """Let the names lead to `libm`, in this process and for good; compiled forms are kept in the folder."""
+    if _kept:
+        return
+    for kind, suffix in ((types.float64, ""), (types.float32, "f")):
+        for name, function in libm.ONE.items():
+            _link(name + suffix, function, _of_one(function, kind is types.float32), kind(kind), folder)
+        for name, function in libm.TWO.items():
+            _link(name + suffix, function, _of_two(function, kind is types.float32), kind(kind, kind), folder)
+        place = types.CPointer(kind)  # type: ignore[no-untyped-call]
+        _link("sincos" + suffix, libm.sin, _sincos(kind is types.float32), types.void(kind, place, place),
+              folder)
+
+
+def _link(name: str, origin: Any, function: Callable[..., Any], signature: Any, folder: Folder) -> None:
+    """Let a name lead to a function; `origin` is what it is made of, and stands for it in the cache, for the
+    closure itself is another one in each process."""
+    options = {"nopython": True, "nogil": True, "error_model": "numpy"}
+    compiled: Any = CFunc(function, (signature.args, signature.return_type), {}, options)
+    compiled._cache = KernelCache(origin.py_func, folder, name)
+    compiled.compile()
+    llvm.add_symbol(name, compiled.address)
+    _kept.append(compiled)
+
+
+def _of_one(function: Any, single: bool) -> Callable[..., Any]:
+    def call(x):
+        return function(np.float64(x))
+
+    def call_single(x):
+        return np.float32(function(np.float64(x)))
+
+    return call_single if single else call
+
+
+def _of_two(function: Any, single: bool) -> Callable[..., Any]:
+    def call(x, y):
+        return function(np.float64(x), np.float64(y))
+
+    def call_single(x, y):
+        return np.float32(function(np.float64(x), np.float64(y)))
+
+    return call_single if single else call
+
+
+def _sincos(single: bool) -> Callable[..., Any]:
+    sin, cos = libm.sin, libm.cos
+
+    def call(x, at_sin, at_cos):
+        carray(at_sin, 1)[0] = sin(np.float64(x))
+        carray(at_cos, 1)[0] = cos(np.float64(x))
+
+    def call_single(x, at_sin, at_cos):
+        carray(at_sin, 1)[0] = np.float32(sin(np.float64(x)))
+        carray(at_cos, 1)[0] = np.float32(cos(np.float64(x)))
+
+    return call_single if single else call
+
+
+def undefined(code: bytes) -> set[str]:
+    """Return the names that object code (64-bit ELF) asks for."""
+    (sections,) = struct.unpack_from("<Q", code, 0x28)
+    size, count = struct.unpack_from("<HH", code, 0x3A)
+    table = [struct.unpack_from("<IIQQQQIIQQ", code, sections + i * size) for i in range(count)]
+    names = set()
+    for section in table:
+        if section[1] == 2:  # symbols
+            texts = table[section[6]][4]
+            for i in range(section[5] // 24):
+                name, _, _, home = struct.unpack_from("<IBBH", code, section[4] + 24 * i)
+                if name and home == 0:
+                    names.add(code[texts + name : code.index(b"\0", texts + name)].decode())
+    return names
