@@ -17,8 +17,8 @@ stand for islands. For policies, 64 observations drawn once are shown to all goa
 goats is the mean over observations of KL(p‖q) of their actions, both ways. The share between islands is
 (divergence of goats of different islands − that within islands) / the former.
 
-Hypotheses, written before the runs that decide (a pilot with the seed 91 set the sizes). Values at the end
-of a run, differences paired by seed with a 95 % t interval:
+Hypotheses, written before the runs that decide; sizes were set without a pilot. Values at the end of a run,
+differences paired by seed with a 95 % t interval:
   1. H_T is greater in `isolated` than in `panmictic`.
   2. H_S is less in `isolated` than in `panmictic`.
   3. F_ST is greater in `isolated` than in `few`, and greater in `few` than in `many`.

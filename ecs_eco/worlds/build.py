@@ -109,9 +109,18 @@ def build(cls: Any, config: Any, *, seed: int | None = None, policies: Any = "tr
     return world
 
 
+def _require_one(config: WorldConfig, training: bool) -> None:
+    """Raise ConfigError for islands, which are several worlds; policies are trained in one."""
+    if config.archipelago is not None and config.archipelago.here is None and not training:
+        raise ConfigError([Problem(("archipelago",), "several worlds where one is to be made",
+                                   ", ".join(config.archipelago.names),
+                                   "islands run by `ecs-eco run` or ecs_eco.archipelago.Archipelago")])
+
+
 def _surroundings(world: SpatialWorld, config: WorldConfig) -> None:
     """Give a world its substances, fields and ground, and the uids of its island."""
     if config.archipelago is not None:
+        _require_one(config, world.origin["training"])
         world.next_uid = config.archipelago.first_uid
     world.substances = list(config.substances)
     world.fields = {name: Field(world.space, f.cell) for name, f in config.fields.items()}

@@ -9,6 +9,7 @@ import time
 
 import pytest
 
+from ecs_eco import World
 from ecs_eco.analysis.lineage import Lineage
 from ecs_eco.analysis.runs import load_series
 from ecs_eco.archipelago import island
@@ -139,6 +140,8 @@ def test_an_island_goes_on_only_with_the_others(whole):
 def test_what_cannot_be_is_refused(menagerie, tmp_path, whole):
     with pytest.raises(ConfigError, match="this world has no islands"):
         Archipelago.from_config(menagerie(), out=tmp_path / "none")
+    with pytest.raises(ConfigError, match="several worlds where one is to be made"):
+        World.from_config(config(menagerie))
     with pytest.raises(RecordingError, match=r"no archipelago\.json"):
         Archipelago(whole.islands["a"])
     with pytest.raises(RecordingError, match="is at tick 20 already"):
