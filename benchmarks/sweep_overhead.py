@@ -2,7 +2,8 @@
 
     python benchmarks/sweep_overhead.py [--runs 20] [--ticks 1000] [--workers 2] [--on local] [--pairs 3]
 
-Both ways record into folders; a pair is done in alternating order, in processes that have their kernels.
+Both ways record into folders; a pair is done in alternating order, in workers that have their kernels.
+Bare runs are always done by local processes.
 """
 
 import argparse
@@ -60,14 +61,17 @@ def main() -> None:
     parser.add_argument("--on", default="local")
     asked = parser.parse_args()
     rows = []
-    with engine(asked.on, asked.workers) as pool, tempfile.TemporaryDirectory() as place:
-        for warm in (bare_runs, swept):
+    with (engine("local", asked.workers) as local, engine(asked.on, asked.workers) as other,
+          tempfile.TemporaryDirectory() as place):
+        pools = {bare_runs: local, swept: other}
+        for warm, pool in pools.items():
             warm(pool, Path(place) / f"warm-{warm.__name__}", 2 * asked.workers, 20)
         for pair in range(asked.pairs):
             seconds, digests = {}, {}
             for way in (bare_runs, swept) if pair % 2 == 0 else (swept, bare_runs):
                 start = time.perf_counter()
-                digests[way] = way(pool, Path(place) / f"{pair}-{way.__name__}", asked.runs, asked.ticks)
+                folder = Path(place) / f"{pair}-{way.__name__}"
+                digests[way] = way(pools[way], folder, asked.runs, asked.ticks)
                 seconds[way] = time.perf_counter() - start
             rows.append({"pair": pair + 1, "bare [s]": seconds[bare_runs], "sweep [s]": seconds[swept],
                          "overhead": seconds[swept] / seconds[bare_runs] - 1,

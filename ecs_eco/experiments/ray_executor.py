@@ -26,7 +26,8 @@ RETRIES = 20  # calls of a task whose worker or machine is lost, besides the fir
 PATIENCE = 150.0  # [s] to wait for a folder whose owner was lost: file servers keep its lock for a while
 ANSWER = 10.0  # [s] in which a cluster answers
 GRACE = 30.0  # [s] that calls have to write their checkpoint when they are told to stop
-SETTINGS = ("ECS_ECO_", "NUMBA_", "MKL_", "ATEN_CPU_")  # variables that results may depend on begin so
+# variables that results may depend on begin so
+SETTINGS = ("ECS_ECO_", "NUMBA_", "NPY_DISABLE_", "MKL_", "ONEDNN_MAX_", "OPENBLAS_CORETYPE", "ATEN_CPU_")
 LOCAL = "local"
 OF_A_MACHINE = ("ECS_ECO_CACHE", "NUMBA_CACHE_DIR")
 Result = TypeVar("Result")
