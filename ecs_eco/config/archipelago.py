@@ -8,7 +8,6 @@ from typing import Any
 from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.config.ranges import key_of
 from ecs_eco.engine.errors import ConfigError, Problem
-from ecs_eco.engine.random import mix_int
 
 FIXED = ("archipelago", "code", "dt", "format", "name", "ticks")
 """Parts of a world that its islands share."""
@@ -20,6 +19,8 @@ ALIKE: tuple[tuple[str, ...], ...] = (
 
 def seed_of(seed: int, number: int) -> int:
     """Return the seed of an island of this number, below 2^53; `seed` is that of the archipelago."""
+    from ecs_eco.engine.random import mix_int  # it loads numba
+
     return mix_int(mix_int(seed) + number) >> 11
 
 

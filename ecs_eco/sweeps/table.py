@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Any
 
 from ecs_eco.analysis.measures import WORLD
-from ecs_eco.engine import files
 from ecs_eco.sweeps.folder import Sweep
 from ecs_eco.sweeps.jobs import read_done
 
@@ -58,7 +57,8 @@ def _place(rows: list[dict[str, Any]]) -> Any:
 def write_table(rows: list[dict[str, Any]], path: Path) -> Path:
     """Write rows as a Parquet file, whole or not at all. Values of one key of several types become texts."""
     import pyarrow as pa
-    import pyarrow.parquet as pq
+
+    from ecs_eco.record.parquet import write_part
 
     columns = {}
     for name in rows[0]:
@@ -69,6 +69,5 @@ def write_table(rows: list[dict[str, Any]], path: Path) -> Path:
         elif any(isinstance(v, float) for v in values):
             values = [None if v is None else float(v) for v in values]
         columns[name] = values
-    with files.writing(path) as beside:
-        pq.write_table(pa.table(columns), beside, compression="zstd")
+    write_part(pa.table(columns), path)
     return path
