@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import BrokenExecutor
 from contextlib import contextmanager
@@ -13,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from ecs_eco.cli.folders import results
-from ecs_eco.cli.terminal import FAILED, INTERRUPTED, complain, refuse, say
+from ecs_eco.cli.terminal import FAILED, INTERRUPTED, complain, now_and_then, refuse, say
 from ecs_eco.config import load
 from ecs_eco.config.notes import notes
 from ecs_eco.config.overrides import ALIASES, parse
@@ -143,7 +142,7 @@ def _shown(name: str, quiet: bool) -> Iterator[Callable[[Search], None] | None]:
     if quiet:
         yield None
     elif not sys.stderr.isatty():
-        yield _lines(name)
+        yield now_and_then(lambda search: f"{name}: {search.phase}, {search.share:.0%}, {_status(search)}")
     else:
         from rich.console import Console
         from rich.progress import (
@@ -171,18 +170,6 @@ def _shown(name: str, quiet: bool) -> Iterator[Callable[[Search], None] | None]:
             yield lambda s: bar.update(
                 task, description=f"{name}: {s.phase}", completed=s.share, status=_status(s)
             )
-
-
-def _lines(name: str, every: float = 30.0) -> Callable[[Search], None]:
-    last = time.monotonic()
-
-    def show(search: Search) -> None:
-        nonlocal last
-        if time.monotonic() - last >= every:
-            last = time.monotonic()
-            complain(f"{name}: {search.phase}, {search.share:.0%}, {_status(search)}")
-
-    return show
 
 
 def _status(search: Search) -> str:

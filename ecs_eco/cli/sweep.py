@@ -5,7 +5,6 @@ from __future__ import annotations
 import signal
 import sys
 import threading
-import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -14,7 +13,7 @@ from typing import TYPE_CHECKING
 import typer
 
 from ecs_eco.cli.folders import results
-from ecs_eco.cli.terminal import FAILED, INTERRUPTED, complain, printable, refuse, say
+from ecs_eco.cli.terminal import FAILED, INTERRUPTED, complain, now_and_then, printable, refuse, say
 from ecs_eco.experiments.engines import SLURM, check_engine, engine
 from ecs_eco.record.claim import Claim
 from ecs_eco.sweeps.design import design_of
@@ -233,7 +232,7 @@ def shown(sweep: Sweep, quiet: bool) -> Iterator[None]:
 @contextmanager
 def _display(name: str) -> Iterator[Callable[[Status], None]]:
     if not sys.stderr.isatty():
-        yield _lines(name)
+        yield now_and_then(lambda status: f"{name}: {in_words(status)}")
         return
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
@@ -244,18 +243,6 @@ def _display(name: str) -> Iterator[Callable[[Status], None]]:
         task = bar.add_task(printable(name), total=1.0, text="")
         yield lambda status: bar.update(task, completed=status.ticks, total=status.ticks_in_all,
                                         text=in_words(status))
-
-
-def _lines(name: str, every: float = 30.0) -> Callable[[Status], None]:
-    last = time.monotonic()
-
-    def show(status: Status) -> None:
-        nonlocal last
-        if time.monotonic() - last >= every:
-            last = time.monotonic()
-            complain(f"{name}: {in_words(status)}")
-
-    return show
 
 
 def in_words(status: Status) -> str:

@@ -136,7 +136,7 @@ def progress(word: str, quiet: bool, unit: str = "ticks") -> Iterator[Progress]:
     if quiet:
         yield Progress()
     elif not sys.stderr.isatty():
-        yield Progress(_lines(word, unit))
+        yield Progress(now_and_then(lambda done, total: f"{word}: {done} of {total} {unit}"))
     else:
         from rich.console import Console
         from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
@@ -149,14 +149,14 @@ def progress(word: str, quiet: bool, unit: str = "ticks") -> Iterator[Progress]:
             yield Progress(lambda done, total: bar.update(task, completed=done, total=total))
 
 
-def _lines(word: str, unit: str, every: float = 30.0) -> Callable[[int, int], None]:
-    """Shows progress as a line every so many seconds."""
+def now_and_then(line: Callable[..., str], every: float = 30.0) -> Callable[..., None]:
+    """Return a function that says the line of its arguments, at most once in so many seconds."""
     last = time.monotonic()
 
-    def show(done: int, total: int) -> None:
+    def show(*told: Any) -> None:
         nonlocal last
         if time.monotonic() - last >= every:
             last = time.monotonic()
-            complain(f"{word}: {done} of {total} {unit}")
+            complain(line(*told))
 
     return show
