@@ -126,7 +126,7 @@ def on_ray(plan: dict[str, Any], folder: Path, config: dict[str, Any]) -> dict[s
 
 
 def on_slurm(plan: dict[str, Any], folder: Path, config: dict[str, Any]) -> dict[str, Any]:
-    """As a job array of the stand-in: whoever runs is preempted once, and told to stop once."""
+    """As a job array of the stand-in: twice those that run are preempted, and once told to stop."""
     from ecs_eco.sweeps.design import design_of
     from ecs_eco.sweeps.folder import begin
     from ecs_eco.sweeps.plan import read_plan
@@ -140,7 +140,7 @@ def on_slurm(plan: dict[str, Any], folder: Path, config: dict[str, Any]) -> dict
             now = json.loads((state / "state.json").read_text())["arrays"][array]["tasks"]
             return [index for index, task in now.items() if task["state"] in states]
 
-        for share, command in ((1 / 3, "preempt"), (2 / 3, "notice")):
+        for share, command in ((1 / 4, "preempt"), (1 / 2, "preempt"), (3 / 4, "notice")):
             for index in wait_for(folder, config | {"at": share}, lambda: tasks("RUNNING")):
                 subprocess.run([command, array, index], check=True)
         wait_for(folder, config | {"at": 1.0}, lambda: not tasks("RUNNING", "PENDING"))

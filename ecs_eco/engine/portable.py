@@ -45,6 +45,11 @@ def mode() -> str:
     return "portable" if _on else "native"
 
 
+def possible() -> bool:
+    """Return whether this machine is an x86-64 one."""
+    return platform.machine().lower() in ("x86_64", "amd64")
+
+
 def target() -> dict[str, str]:
     """Return the mode and the processor that kernels are compiled for, as LLVM calls it."""
     if _on:
@@ -104,7 +109,7 @@ def check() -> None:
                             "or 0")
     if not _on:
         return
-    if platform.machine().lower() not in ("x86_64", "amd64"):
+    if not possible():
         raise PortableError(f"the portable mode is for x86-64, and this machine is {platform.machine()}")
     if os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0"):
         raise PortableError("NUMBA_DISABLE_JIT: interpreted kernels compute in another precision; "

@@ -15,6 +15,7 @@ from typing import Any
 
 from ecs_eco.config import WorldConfig, load
 from ecs_eco.config.document import Document
+from ecs_eco.engine import portable
 from ecs_eco.engine.errors import ConfigError, ForeignFile, Problem, RecordingError
 from ecs_eco.engine.files import write_json
 from ecs_eco.experiments.arm import Arm
@@ -45,6 +46,11 @@ class Sweep:
     def ticks(self) -> int:
         """Length of each run."""
         return int(self.content["ticks"])
+
+    def check_mode(self) -> None:
+        """Raise ForeignFile where the sweep was begun in another mode than this process computes in."""
+        if why := portable.other_mode({"target": {"mode": self.content.get("mode", "native")}}):
+            raise ForeignFile(f"{self.folder / SWEEP}: {why}")
 
     @cached_property
     def jobs(self) -> tuple[Job, ...]:
@@ -137,7 +143,7 @@ def begin(folder: Path, design: Design) -> Sweep:
         "format": FORMAT, "hash": design.hash, "world": design.base.name,
         "title": design.file.plan.title or design.base.title, "source": design.file.document.source,
         "ticks": design.ticks, "checkpoint_every": design.file.plan.checkpoint_every,
-        "plan": design.settings, "home": str(home), "config": design.base.resolved(),
+        "plan": design.settings, "mode": portable.mode(), "home": str(home), "config": design.base.resolved(),
         "code": noted(sources(design.base)),
         "trainings": [as_json(one) for one in design.trainings],
         "jobs": [as_json(job) for job in design.jobs],
@@ -148,6 +154,7 @@ def begin(folder: Path, design: Design) -> Sweep:
 def check_plan(sweep: Sweep, design: Design) -> None:
     """Raise ForeignFile where a sweep is that of another plan."""
     if sweep.hash == design.hash:
+        sweep.check_mode()
         return
     before, now = sweep.content["plan"], design.settings
     different = [key for key in {**before, **now} if before.get(key) != now.get(key)] or ["its worlds"]

@@ -112,3 +112,15 @@ def test_policies_are_trained_once_by_the_first_job_that_needs_them_and_shared(t
     assert set(first["weights"]) == {"deer", "wolf"}
     assert first["digest"] != second["digest"]
     assert not list((sweep.folder / "policies").glob("*/*.training"))
+
+
+def test_a_sweep_that_was_begun_in_the_other_mode_is_refused(tmp_path: Path) -> None:
+    sweep = begun(tmp_path)
+    assert sweep.content["mode"] == "native"
+    text = (sweep.folder / "sweep.json").read_text()
+    (sweep.folder / "sweep.json").write_text(text.replace('"mode": "native"', '"mode": "portable"'))
+    for call, what in ((run_job, 0), (jobs.train, "any")):
+        with pytest.raises(ForeignFile, match=r"portable mode.*ECS_ECO_PORTABLE=1"):
+            call(sweep.folder, what)
+    with pytest.raises(ForeignFile, match="portable mode"):
+        begin(sweep.folder, design_of(read_plan(written(tmp_path, PLAN))))

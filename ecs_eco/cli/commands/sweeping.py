@@ -6,6 +6,7 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperGroup
 
+from ecs_eco.cli.mode import settle
 from ecs_eco.cli.options import Quiet
 from ecs_eco.cli.terminal import exits, path_of, whole
 
@@ -62,6 +63,7 @@ def run(
     trust: Trust = False,
 ) -> None:
     """Run all jobs of a plan; `sweep PLAN` is short for it."""
+    settle(on, out)
     from ecs_eco.cli.sweep import sweep_plan
 
     sweep_plan(plan, on, workers, out, quiet, trust, sbatch or [])
@@ -81,6 +83,7 @@ def status(folder: Folder) -> None:
 def resume(folder: Folder, on: On = "local", workers: Workers = None, sbatch: Sbatch = None,
            quiet: Quiet = False, trust: Trust = False) -> None:
     """Go on with the jobs that are not done, failed ones included."""
+    settle(None, folder)
     from ecs_eco.cli.sweep import resume_sweep
 
     resume_sweep(folder, on, workers, quiet, trust, sbatch or [])
@@ -100,6 +103,7 @@ def collect(folder: Folder, quiet: Quiet = False) -> None:
 def job(folder: Folder, numbers: Annotated[list[int], typer.Argument(metavar="NUMBER…")],
         trust: Trust = False) -> None:
     """Do jobs of a sweep, by their numbers, in this process; exit with 75 where it was told to stop."""
+    settle(None, folder)
     from ecs_eco.cli.sweep import do_jobs_here
 
     do_jobs_here(folder, numbers, trust)
