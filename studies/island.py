@@ -154,7 +154,8 @@ CASES = [{"arm": arm, "training": t, "seed": s, **({"ticks": 20_000} if arm == "
          for s in WORLDS for arm in ARMS for t in TRAINING if arm == "island" or s in FEWER]  # fmt: skip
 CONFIG = {"identity": config_hash(without_policies(world_of({}))), "arms": ARMS, "window": [1000, 4000]}
 STUDY = Study(name="island", claim="An island where animals thirst, freeze and tire lives on; hills, "
-              "scavengers and thirst each do what they should.", config=CONFIG, cases=CASES, run=run,
+              "scavengers and thirst each do what they should, hills do not.",
+              config=CONFIG, cases=CASES, run=run,
               summarise=summarise, short_config={"training ticks": 100, "window": [40, 120]},
               short_cases=[{"arm": arm, "training": 81, "seed": 8101} for arm in ARMS])
 

@@ -2,7 +2,8 @@
 
 Two training seeds whose worlds die out under the earlier recipe (studies/protocols.py), and two whose worlds
 do not, lend each other their deer and their wolves: every deer meets every wolf, in a world of half the area.
-The seeds were chosen for their outcome, so this says where it comes from and not how often.
+The seeds were chosen for their outcome, and there is one world seed: this says where it comes from in these
+four, and neither how often nor how; how well deer evade was not measured.
 """
 
 from typing import Any
@@ -57,8 +58,8 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
                                        "rows": rows}}  # fmt: skip
 
 
-STUDY = Study(name="swapped", claim="Where the training seed decides, it is the deer's policy that does: "
-                                    "deer that evade too well.",
+STUDY = Study(name="swapped", claim="Of four training seeds that were picked by the fate of their worlds, "
+                                    "those of the deer say more of that fate than those of the wolves.",
               config={"train": OLD, "life": HALF, "ticks": 8000, "short training": None},
               cases=[{"deer": d, "wolf": w, "seed": WORLD} for d in DIE + LIVE for w in DIE + LIVE], run=run,
               summarise=summarise, short_cases=[{"deer": 3, "wolf": 21, "seed": WORLD}],

@@ -8,12 +8,16 @@ python tools/make_results.py --check    fails where the file is not what the res
 from __future__ import annotations
 
 import argparse
+import importlib
 import json
 import sys
 from pathlib import Path
 from typing import Any
 
-from persistence import opening  # the file beside this one
+from claims import HEAD as CLAIMS_HEAD  # the files beside this one
+from claims import read as read_claims
+from claims import rows as rows_of_claims
+from persistence import opening
 
 ROOT = Path(__file__).parent.parent
 RESULTS = ROOT / "studies" / "results"
@@ -25,11 +29,21 @@ HEAD = """# Results
 
 <!-- Written by tools/make_results.py from studies/results/*.json: change those, not this page. -->
 
-Each claim has one script that tests it. Seeds are the replicates; a goal that was not met stays here. \
-What is told of worlds opens
-with the share of runs in which all persisted, an arm in which they were meant to die out included.
+What is claimed, and what it rests on. *Registered*: hypotheses, arms, seeds, statistic and margins were \
+committed before the first run
+(`studies/registered/`). *Explored*: seen first, or with a goal that was set or changed after a look; world \
+and settings may have been chosen
+on the way. Where nothing else is said policies are those that come with a world: one training seed.
 """
+STUDIES = """## All studies
 
+Each has one script that tests its claim. Seeds are the replicates; a goal that was not met stays here. \
+What is told of worlds opens
+with the share of runs in which all persisted, an arm in which they were meant to die out included. Lines \
+without a goal are reported, and not
+counted as met."""
+
+STALE = "**The world or the study has changed since: to be run again.**"
 SINCE = {  # what has changed since the commits at which a study was run, as far as it touches its figures
     "diel_migration": "Measured before krill lost their energy budget (commit `908e4ca`), which fell below 0 "
     "and meant nothing. Copepods and phytoplankton then lived as before to the last bit, in three runs of "
@@ -63,24 +77,65 @@ def table(head: list[str], rows: list[list[Any]]) -> str:
     return "\n".join("| " + " | ".join(text(x) for x in line) + " |" for line in lines)
 
 
+def counted(record: dict[str, Any]) -> str:
+    """How many goals were met, of those that there were."""
+    goals = [line for line in record["verdicts"] if not is_reported(line)]
+    return f"{sum(line['met'] for line in goals)} of {len(goals)}"
+
+
+def said(line: dict[str, Any]) -> str:
+    """What became of a line, for the first column."""
+    word = "reported" if is_reported(line) else "met" if line["met"] else "**not met**"
+    return f"{word}, registered" if "registered" in line else word
+
+
+def stale(name: str, record: dict[str, Any]) -> bool:
+    """Whether a result is of another configuration than its study has today."""
+    study = study_of(name)
+    return study is not None and bool(study.whole_config_hash() != record["config_hash"])
+
+
+def claim_of(record: dict[str, Any]) -> str:
+    """What a study claims today."""
+    study = study_of(record["name"])
+    return str(record["claim"] if study is None else study.claim)
+
+
+def study_of(name: str) -> Any:
+    """The study of a result, as its script has it today; None where it is none of studies/."""
+    return _module(name).STUDY if (ROOT / "studies" / f"{name}.py").is_file() else None
+
+
+def is_reported(line: dict[str, Any]) -> bool:
+    """Whether a line has no goal."""
+    return bool(_module("common.study").is_reported(line))
+
+
+def _module(name: str) -> Any:
+    if str(ROOT) not in sys.path:  # run as a script
+        sys.path.insert(0, str(ROOT))
+    return importlib.import_module(f"studies.{name}")
+
+
 def section(record: dict[str, Any]) -> str:
     """One study: claim, verdicts, table and where they come from."""
-    met = sum(line["met"] for line in record["verdicts"])
-    rows = [
-        ["met" if line["met"] else "**not met**", line["statement"], line["value"], line["goal"]]
-        for line in record["verdicts"]
-    ]
+    rows = [[said(line), line["statement"], line["value"], line["goal"]] for line in record["verdicts"]]
     blocks = [
         f"## {record['name']}",
-        record["claim"],
+        claim_of(record),
         *([f"**{summary}**"] if (summary := opening(record)) else []),
-        f"{met} of {len(rows)} goals met.",
+        f"{counted(record)} goals met.",
+        *([STALE] if stale(record["name"], record) else []),
         table(["", "statement", "measured", "goal"], rows),
     ]
     if record.get("table"):
         blocks.append(table(record["table"]["head"], record["table"]["rows"]))
     if record.get("notes"):
         blocks.append(record["notes"])
+    if "registration" in record:
+        noted = record["registration"]
+        blocks.append(f"Registered in [{noted['file']}](../{noted['file']}), sha256 "
+                      f"`{noted['sha256'][:12]}`, commit `{noted['commit'][:12]}`.")
     if record["name"] in SINCE:
         blocks.append(SINCE[record["name"]])
     commits = ", ".join(f"`{c[:12]}`" for c in record["commits"]) + (
@@ -125,16 +180,11 @@ def render(results: Path) -> str:
     shown = [record for record in records if "claim" in record and record["complete"] and not record["short"]]
     if not shown:
         return HEAD + "\nNo study has been run yet.\n"
-    rows = [
-        [
-            f"[{r['name']}](#{r['name'].replace(' ', '-')})",
-            r["claim"],
-            f"{sum(v['met'] for v in r['verdicts'])} of {len(r['verdicts'])}",
-        ]
-        for r in shown
-    ]
-    return ("\n\n".join([HEAD.rstrip(), table(["study", "claim", "goals met"], rows), *map(section, shown)])
-            + "\n")
+    rows = [[f"[{r['name']}](#{r['name']})", claim_of(r), counted(r)] for r in shown]
+    known = {r["name"]: r for r in shown}
+    claims = [claim for claim in read_claims() if results == RESULTS or claim["study"] in known]
+    return "\n\n".join([HEAD.rstrip(), table(CLAIMS_HEAD, rows_of_claims(known, claims)), STUDIES,
+                        table(["study", "claim", "goals met"], rows), *map(section, shown)]) + "\n"
 
 
 def main() -> int:

@@ -104,21 +104,6 @@ def carry(frequencies: Any) -> np.ndarray:
             if len(frequencies.values) == 2 else np.zeros(len(frequencies.ticks), np.int64))
 
 
-def drift_free(k: np.ndarray, n: np.ndarray, generation: np.ndarray, mutation: float,
-               share: float = 0.25) -> float:
-    """Selection coefficient per generation, with the pull of mutation taken off;
-    NaN where a gene has no variance.
-
-    sum (dp − m (q − p) dt) / sum p (1 − p) dt over samples: the least-squares estimate where a generation of
-    drift has the variance p (1 − p) / N. m is the rate at which letters are drawn anew, q the share of them
-    that are the gene.
-    """
-    p = k / np.maximum(n, 1)
-    dt, dp, before = np.diff(generation), np.diff(p), p[:-1]
-    weight = (before * (1 - before) * dt).sum()
-    return float((dp - mutation * (share - before) * dt).sum() / weight) if weight > 0 else float("nan")
-
-
 def text(x: np.ndarray) -> str:
     """Numbers as one line of JSON."""
     return " ".join(f"{v:g}" for v in np.round(x, 2))

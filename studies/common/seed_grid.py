@@ -20,12 +20,13 @@ a new arm leaves the others as they are. What an arm may say (all of it may be a
 """
 
 import hashlib
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from studies.common.moved import Policies, rates
 from studies.common.policies import trained, without_policies
 from studies.common.study import Study, canonical, verdict
 
@@ -85,7 +86,11 @@ def cell(config: Mapping[str, Any], case: Mapping[str, Any]) -> dict[str, Any]:
     living = _load(config["world"], says.get("set", {}) | says.get("life", {}))
     ticks = case.get("ticks", config["ticks"])
     policies = says.get("policies") or str(policies_of(config, says, case["training"]))
-    return record(live(living, case["seed"], policies, ticks, says.get("learn")), living)
+    began: list[Policies] = []
+    world = live(living, case["seed"], policies, ticks, says.get("learn"),
+                 lambda world: began.append(Policies(world)))
+    moved = {"moved": rates(began[0].moved(), world.tick)} if says.get("learn") else {}
+    return record(world, living) | moved
 
 
 def policies_of(config: Mapping[str, Any], says: Mapping[str, Any], seed: int) -> Path:
@@ -95,13 +100,15 @@ def policies_of(config: Mapping[str, Any], says: Mapping[str, Any], seed: int) -
     return trained(world, seed, config.get("short training") or says.get("training_ticks"))
 
 
-def live(config: Any, seed: int, policies: Any, ticks: int, learn: bool | None) -> Any:
+def live(config: Any, seed: int, policies: Any, ticks: int, learn: bool | None,
+         begin: Callable[[Any], object] = lambda world: None) -> Any:
     """Run a world until `ticks` or, to within CHUNK ticks, the first extinction of a consumer:
-    nothing brings it back."""
+    nothing brings it back. `begin` is called with the world before its first tick."""
     from ecs_eco import World
     from ecs_eco.analysis.cycles import consumers
 
     world = World.from_config(config, seed=seed, policies=policies, learn=learn)
+    begin(world)
     mortal = [s for s in consumers(config.resolved()) if world.tables[s].n]
     while world.tick < ticks and all(world.tables[s].n for s in mortal):
         world.run(min(CHUNK, ticks - world.tick))
@@ -192,6 +199,12 @@ def verdicts(arm: str, entries: Sequence[Entry], goal: float,
         out.append(verdict(f"{arm}: median lag {pair}, share of the period",
                            [m["median"], m["low"], m["high"]], f"{low} to {high}",
                            bool(m["n"]) and low <= m["median"] <= high))  # fmt: skip
+    moved = [r["moved"] for r in results if r.get("moved")]
+    for name in dict.fromkeys(name for one in moved for name in one):
+        nats = [one[name] for one in moved if one.get(name) is not None]
+        out.append(verdict(f"{arm}: nats that the policy of the {name} moves in 1,000 ticks, median of runs "
+                           "(KL of the first from the last)",
+                           float(np.median(nats)) if nats else None, "reported", True))  # fmt: skip
     return out
 
 

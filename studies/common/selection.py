@@ -77,6 +77,28 @@ def selection_coefficient(carriers: Numbers, reference: Numbers, n: Numbers, gen
     return float((x @ y) / (x @ x))
 
 
+def path_coefficient(carriers: Numbers, n: Numbers, generation: Numbers, mutation: float = 0.0,
+                     share: float = 0.25) -> float:
+    """Selection coefficient per generation of a gene by the likelihood of its path.
+
+    sum (dp − m (q − p) dt) / sum p (1 − p) dt over samples, where m is the rate at which letters are drawn
+    anew and q the share of these that are the gene. In the diffusion limit of the model of Wright and Fisher,
+    dp = (s p (1 − p) + m (q − p)) dt + noise of variance p (1 − p) dt / N (Crow and Kimura 1970, chapter 8),
+    this s is of the largest likelihood, whatever N is, if that is constant. A sample weighs by p (1 − p):
+    what is lost or fixed says no more, so the estimate does not depend on how long a run goes on after that.
+    NaN where the gene has no variance. Samples without living are left out.
+    """
+    k, n, x = (np.asarray(v, float) for v in (carriers, n, generation))
+    _same(carriers=k, n=n, generation=x)
+    if ((k < 0) | (k > n)).any():
+        raise ValueError("path_coefficient: carriers must be counts from 0 to n")
+    there = (n > 0) & np.isfinite(x)
+    p, x = k[there] / n[there], x[there]
+    dt, dp, before = np.diff(x), np.diff(p), p[:-1]
+    weight = (before * (1 - before) * dt).sum()
+    return float((dp - mutation * (share - before) * dt).sum() / weight) if weight > 0 else np.nan
+
+
 def pooled(values: Numbers) -> Pooled:
     """Mean of one number per run, with 95 % and 90 % intervals (Student's t)."""
     v = _finite("pooled", values)

@@ -22,8 +22,6 @@ import hashlib
 import json
 import math
 import os
-import platform
-import subprocess
 import sys
 import tempfile
 import time
@@ -32,14 +30,14 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, field
 from difflib import get_close_matches
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
 from ecs_eco.engine.errors import ConfigError
+from studies.common.provenance import commit, versions
+from studies.common.registration import Registration
 
 RESULTS = Path(__file__).parents[1] / "results"
-PACKAGES = ("ecs-eco", "esper", "numpy", "numba", "torch", "deap", "scipy")
 Case = Mapping[str, Any]
 
 
@@ -47,6 +45,16 @@ def verdict(statement: str, value: Any, goal: str, met: bool) -> dict[str, Any]:
     """One line of the conclusion: what is stated, what was measured, what had been asked for,
     and whether it holds."""
     return {"statement": statement, "value": value, "goal": goal, "met": bool(met)}
+
+
+def outcome(line: Mapping[str, Any]) -> str:
+    """What became of a line: reported where it has no goal, else met or NOT MET."""
+    return "reported" if is_reported(line) else "met" if line["met"] else "NOT MET"
+
+
+def is_reported(line: Mapping[str, Any]) -> bool:
+    """Whether a line has no goal, and so cannot be met."""
+    return str(line["goal"]).startswith("reported")
 
 
 @dataclass(frozen=True)
@@ -63,6 +71,7 @@ class Study:
     short_config: dict[str, Any] = field(default_factory=dict)  # what differs from config
     # what of config a case depends on; absent: all of it
     depends: Callable[[dict[str, Any], Case], Any] | None = None
+    registered: Registration | None = None  # what was said of it before it was run
 
     def main(self, argv: Sequence[str] | None = None) -> None:
         """The command line of a study script; exits with 1 where a case failed."""
@@ -97,7 +106,8 @@ class Study:
         incomplete results stay in NAME.partial.json.
 
         `executor` is "local", "ray", or an executor of your own."""
-        config = {**self.config, **self.short_config} if short else dict(self.config)
+        config = self.whole_config() | (self.short_config if short else {})
+        note = self.registered.note() if self.registered and not short else None
         cases = list(self.short_cases or self.cases[:2]) if short else list(self.cases)
         _check(self.name, cases)
         if results is None:
@@ -128,18 +138,30 @@ class Study:
             return record
         record |= _conclude(self.summarise(list(record["cases"])))
         record["complete"] = True
+        if note is not None:
+            record["registration"] = note
         write_json(path, record)
         partial.unlink(missing_ok=True)
         for line in record["verdicts"]:
-            print(
-                f"{'met    ' if line['met'] else 'NOT MET'}  {line['statement']}: {line['value']} (goal: "
-                f"{line['goal']})"
-            )
+            print(f"{outcome(line):8} {line['statement']}: {line['value']} (goal: {line['goal']})")
         return record
+
+    def whole_config(self) -> dict[str, Any]:
+        """The configuration, and the hash of what is registered."""
+        own = {} if self.registered is None else {"registered": self.registered.sha256}
+        return {**self.config, **own}
+
+    def whole_config_hash(self) -> str:
+        """The hash that a result of today has."""
+        return config_hash(self.whole_config())
 
     def _hash(self, config: dict[str, Any], case: Case) -> str:
         """sha256 of what of the configuration a case depends on."""
-        return config_hash(config if self.depends is None else self.depends(config, case))
+        if self.depends is None:
+            return config_hash(config)
+        of = self.depends(config, case)
+        own = None if self.registered is None else {"of": of, "registered": self.registered.sha256}
+        return config_hash(own or of)
 
     def _record(self, config: dict[str, Any], entries: list[dict[str, Any]], short: bool) -> dict[str, Any]:
         return {
@@ -173,43 +195,6 @@ def canonical(x: Any) -> str:
 def config_hash(config: Mapping[str, Any]) -> str:
     """sha256 of the canonical JSON of a configuration."""
     return hashlib.sha256(canonical(config).encode()).hexdigest()
-
-
-def versions() -> dict[str, str]:
-    """Versions of Python and of the packages that results depend on."""
-    versions_of = {"python": platform.python_version()}
-    for name in PACKAGES:
-        try:
-            versions_of[name] = version(name)
-        except PackageNotFoundError:
-            continue
-    return versions_of
-
-
-def commit() -> dict[str, Any]:
-    """The git commit that the study runs at and whether files that git knows differ from it (results
-    and docs aside)."""
-
-    def git(*words: str) -> str | None:
-        try:
-            done = subprocess.run(
-                ["git", *words], cwd=Path(__file__).parent, capture_output=True, text=True,
-                timeout=30, check=True
-            )
-        except (OSError, subprocess.SubprocessError):
-            return None
-        return done.stdout.strip()
-
-    changed = git(
-        "status",
-        "--porcelain",
-        "--untracked-files=no",
-        "--",
-        ":/",
-        ":(exclude,top)studies/results",
-        ":(exclude,top)docs",
-    )
-    return {"commit": git("rev-parse", "HEAD"), "dirty": changed is None or bool(changed)}
 
 
 def write_json(path: Path, content: Any) -> None:
@@ -267,15 +252,16 @@ def _kept(paths: Sequence[Path], hashes: Mapping[str, str]) -> dict[str, dict[st
 def _conclude(summary: Any) -> dict[str, Any]:
     out = {"verdicts": summary} if isinstance(summary, list) else dict(summary)
     out = plain(out)
-    allowed = ("statement", "value", "goal", "met")
+    needed = ("statement", "value", "goal", "met")
+    allowed = (*needed, "registered")
     for line in out.get("verdicts", []):
         for key in line:
             if key not in allowed:
                 near = get_close_matches(key, allowed, 1)
                 hint = f"; did you mean {near[0]!r}?" if near else ""
                 raise ValueError(f"verdict {line!r}: no {key!r}; allowed are {', '.join(allowed)}{hint}")
-        if set(line) != set(allowed):
-            raise ValueError(f"verdict {line!r} lacks {', '.join(sorted(set(allowed) - set(line)))}")
+        if lacking := set(needed) - set(line):
+            raise ValueError(f"verdict {line!r} lacks {', '.join(sorted(lacking))}")
     if not out.get("verdicts"):
         raise ValueError('summarise() must give at least one verdict("statement", value, "goal", met)')
     return out

@@ -7,7 +7,7 @@ import pytest
 from ecs_eco import World
 from ecs_eco.components import Genome, Metabolism, Policy, Position, Reflexes
 from ecs_eco.config import load
-from studies.common.goats import Family, carriers, drift_free
+from studies.common.goats import Family, carriers
 
 GENES = ("red", "yellow", "green", "blue")
 FEW = {
@@ -114,11 +114,3 @@ def test_only_those_born_late_are_in_a_late_book():
     whole, late = family.lineage(), family.lineage(since=150)
     assert late.uid.tolist() == whole.uid[whole.born >= 150].tolist()
     assert late.born.min() >= 150
-
-
-def test_selection_without_the_pull_of_mutation_by_hand():
-    n, generation = np.array([100, 100, 100]), np.array([0.0, 2.0, 3.0])
-    # dp 0.10, 0.15; pull 0.1 (0.25 − p) dt = −0.05, −0.035; p (1 − p) dt = 0.5, 0.24
-    k = np.array([50, 60, 75])
-    assert drift_free(k, n, generation, 0.1) == pytest.approx((0.15 + 0.185) / 0.74)
-    assert np.isnan(drift_free(np.zeros(3), n, generation, 0.1))

@@ -10,6 +10,7 @@ from studies.common.selection import (
     equivalence,
     frequency_increment_test,
     increments,
+    path_coefficient,
     poisson_interval,
     pooled,
     reappearances,
@@ -47,6 +48,45 @@ def test_samples_without_living_are_left_out_and_one_generation_says_nothing():
     whole = selection_coefficient([1, 3], [2, 2], [4, 4], [0, 2])
     assert selection_coefficient([1, 0, 3], [2, 0, 2], [4, 0, 4], [0, np.nan, 2]) == whole
     assert np.isnan(selection_coefficient([1, 3], [2, 2], [4, 4], [1, 1]))
+
+
+def mutating(s, mutation, n, generations, start, rng, share=0.25):
+    """Carriers, where a share of the letters is drawn anew in each generation besides."""
+    counts = [round(start * n)]
+    for _ in range(generations):
+        p = counts[-1] / n
+        p = p * (1 + s) / (1 + p * s)
+        counts.append(rng.binomial(n, p + mutation * (share - p)))
+    return np.array(counts)
+
+
+def test_the_likelihood_of_a_path_by_hand():
+    n, generation = np.array([100, 100, 100]), np.array([0.0, 2.0, 3.0])
+    # dp 0.10, 0.15; pull 0.1 (0.25 − p) dt = −0.05, −0.035; p (1 − p) dt = 0.5, 0.24
+    k = np.array([50, 60, 75])
+    assert path_coefficient(k, n, generation, 0.1) == pytest.approx((0.15 + 0.185) / 0.74)
+    assert np.isnan(path_coefficient(np.zeros(3), n, generation, 0.1))
+    assert path_coefficient([50, 0, 60, 75], [100, 0, 100, 100], [0, np.nan, 2, 3], 0.1) == pytest.approx(
+        (0.15 + 0.185) / 0.74)
+    with pytest.raises(ValueError, match="from 0 to n"):
+        path_coefficient([5, 3], [4, 4], [0, 1])
+
+
+@pytest.mark.parametrize("s", [0.0, 0.1, 0.4])
+def test_the_likelihood_of_a_path_says_the_same_of_a_longer_run_and_the_slope_does_not(s):
+    rng, n = np.random.default_rng(11), 330
+    paths = [(mutating(s, 0.01, n, 45, 0.25, rng), mutating(0, 0.01, n, 45, 0.25, rng)) for _ in range(200)]
+    found, slopes = {}, {}
+    for generations in (12, 24, 46):
+        sizes, x = np.full(generations, n), np.arange(generations)
+        found[generations] = np.mean([path_coefficient(k[:generations], sizes, x, 0.01) for k, _ in paths])
+        slopes[generations] = np.mean([selection_coefficient(k[:generations], r[:generations], sizes, x)
+                                       for k, r in paths])
+    # in discrete generations dp = s p (1 - p) / (1 + s p): somewhat less than s
+    assert all(0.75 * s - 0.015 <= value <= s + 0.015 for value in found.values()), found
+    assert max(found.values()) - min(found.values()) < 0.12 * s + 0.015, found
+    if s == 0.4:
+        assert slopes[46] < 0.4 * slopes[12], slopes
 
 
 @pytest.mark.parametrize("s", [-0.05, 0.0, 0.1])

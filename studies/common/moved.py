@@ -1,0 +1,56 @@
+"""How far learning moves a shared policy: KL divergence of what it was from what it is."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+
+def log_chances(logits: np.ndarray, groups: Sequence[int]) -> np.ndarray:
+    """Return logarithms of the chances of the options, of logits f[n, sum of groups]: f64 of that shape."""
+    parts = np.split(np.asarray(logits, float), np.cumsum(groups)[:-1], axis=1)
+    parts = [part - part.max(1, keepdims=True) for part in parts]
+    return np.concatenate([part - np.log(np.exp(part).sum(1, keepdims=True)) for part in parts], axis=1)
+
+
+def divergence(before: np.ndarray, after: np.ndarray, groups: Sequence[int]) -> float:
+    """Return the mean over observations of KL(before ‖ after) [nats], summed over the groups of actions,
+    which are drawn independently; NaN without observations."""
+    if not len(before):
+        return float("nan")
+    p, q = log_chances(before, groups), log_chances(after, groups)
+    return float((np.exp(p) * (p - q)).sum(1).mean())
+
+
+class Policies:
+    """The shared policies of a world as they are now, to be compared with what becomes of them."""
+
+    def __init__(self, world: Any) -> None:
+        nerves = {name: getattr(table.species, "nerves", None) for name, table in world.tables.items()}
+        self.world = world
+        self.modules = {name: world.policy(name) for name, own in nerves.items() if own and own.brain}
+
+    def moved(self) -> dict[str, float | None]:
+        """Return by species KL(then ‖ now) [nats] on what those that live sense now; None where none do."""
+        return {name: self._moved(name, module) for name, module in self.modules.items()}
+
+    def _moved(self, name: str, module: Any) -> float | None:
+        import torch
+
+        from ecs_eco.components import Sensor
+
+        table = self.world.tables[name]
+        if not table.n:
+            return None
+        seen = table[Sensor].readings[table.by_uid()]
+        seen = torch.from_numpy(seen[np.isfinite(seen).all(1)])  # the newborn have not sensed yet
+        with torch.no_grad():
+            before, after = (net(seen)[0].numpy() for net in (module, self.world.policy(name)))
+        return divergence(before, after, table.species.nerves.brain.groups)
+
+
+def rates(moved: Mapping[str, float | None], ticks: int) -> dict[str, float | None]:
+    """Return the same by 1,000 ticks."""
+    return {name: None if nats is None else 1000 * nats / max(1, ticks) for name, nats in moved.items()}

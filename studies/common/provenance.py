@@ -1,0 +1,48 @@
+"""Where a result comes from: versions of what computed it, and the commit of its code."""
+
+from __future__ import annotations
+
+import platform
+import subprocess
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+PACKAGES = ("ecs-eco", "esper", "numpy", "numba", "torch", "deap", "scipy")
+
+
+def versions() -> dict[str, str]:
+    """Versions of Python and of the packages that results depend on."""
+    versions_of = {"python": platform.python_version()}
+    for name in PACKAGES:
+        try:
+            versions_of[name] = version(name)
+        except PackageNotFoundError:
+            continue
+    return versions_of
+
+
+def commit() -> dict[str, Any]:
+    """The git commit that the study runs at and whether files that git knows differ from it (results
+    and docs aside)."""
+
+    def git(*words: str) -> str | None:
+        try:
+            done = subprocess.run(
+                ["git", *words], cwd=Path(__file__).parent, capture_output=True, text=True,
+                timeout=30, check=True
+            )
+        except (OSError, subprocess.SubprocessError):
+            return None
+        return done.stdout.strip()
+
+    changed = git(
+        "status",
+        "--porcelain",
+        "--untracked-files=no",
+        "--",
+        ":/",
+        ":(exclude,top)studies/results",
+        ":(exclude,top)docs",
+    )
+    return {"commit": git("rev-parse", "HEAD"), "dirty": changed is None or bool(changed)}

@@ -1,0 +1,61 @@
+"""Results are of today's studies, and what is called registered was registered before."""
+
+import importlib
+import json
+import shutil
+import subprocess
+
+import pytest
+
+from studies.common.registration import FOLDER, registration
+from studies.common.study import RESULTS
+
+# Results whose world has changed since they were computed. Run again, they leave this list; none may join it.
+BEING_RUN_AGAIN = {"contrast", "cycles", "from_scratch", "goats", "happiness", "inheritance", "lamb",
+                   "learning_in_life", "persistence", "ppo_cartpole", "protocols", "search"}
+NAMES = sorted(path.stem for path in RESULTS.glob("*.json")
+               if "verdicts" in json.loads(path.read_text()) and "." not in path.stem)
+
+
+def read(name):
+    return json.loads((RESULTS / f"{name}.json").read_text())
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_result_is_of_the_study_as_it_is_today(name):
+    study = importlib.import_module(f"studies.{name}").STUDY
+    same = study.whole_config_hash() == read(name)["config_hash"]
+    assert same != (name in BEING_RUN_AGAIN), "run it again" if not same else "it is up to date: off the list"
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_only_what_was_registered_is_called_so(name):
+    result = read(name)
+    called = {line["registered"]: line for line in result["verdicts"] if "registered" in line}
+    if "registration" not in result:
+        assert not called
+        return
+    file = registration(name)
+    assert result["registration"]["sha256"] == file.sha256
+    assert set(called) == set(file.hypotheses)  # none is left out, however it ended
+    for key, line in called.items():
+        of = file.hypotheses[key]
+        assert (line["statement"], line["goal"]) == (of["statement"], of["goal"])
+
+
+@pytest.mark.parametrize("name", [name for name in NAMES if "registration" in read(name)])
+def test_a_registration_is_older_than_its_first_result(name):
+    if shutil.which("git") is None or subprocess.run(["git", "rev-parse"], cwd=RESULTS, check=False,
+                                                     capture_output=True, timeout=60).returncode:
+        pytest.skip("no history of the sources is here")
+    result = read(name)
+    for commit in result["commits"]:
+        subprocess.run(["git", "merge-base", "--is-ancestor", result["registration"]["commit"], commit],
+                       cwd=RESULTS, check=True, timeout=60)
+
+
+@pytest.mark.parametrize("name", sorted(path.stem for path in FOLDER.glob("*.toml")))
+def test_what_is_registered_can_be_read_and_its_statistics_exist(name):
+    for of in registration(name).hypotheses.values():
+        module, function = of["statistic"].split(":")
+        assert callable(getattr(importlib.import_module(module), function))

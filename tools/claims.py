@@ -1,0 +1,74 @@
+"""The table that docs/results.md opens with: each claim, and the line of a study that it rests on.
+
+A claim is registered where its line is that of a hypothesis in studies/registered/, else explored: seen
+first, or with goals that were set after a look; or a test of the program, where it says so.
+"""
+
+import tomllib
+from collections.abc import Mapping
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Any
+
+CLAIMS = Path(__file__).parent.parent / "studies" / "claims.toml"
+HEAD = ["claim", "seen how", "training seeds × world seeds", "effect (95 %)", "goal", "verdict"]
+KEYS = ("id", "says", "study", "line", "of", "kind")
+
+
+def read(path: Path = CLAIMS) -> list[dict[str, Any]]:
+    """Return the claims. Raises ValueError naming what one lacks or has too many of."""
+    claims: list[dict[str, Any]] = tomllib.loads(path.read_text(encoding="utf-8"))["claim"]
+    for claim in claims:
+        name = claim.get("id", claim)
+        if odd := set(claim) - set(KEYS):
+            raise ValueError(f"{path}: claim {name!r}: no {sorted(odd)[0]!r}; allowed are {', '.join(KEYS)}")
+        if lacking := set(KEYS[:4]) - set(claim):
+            raise ValueError(f"{path}: claim {name!r} lacks {', '.join(sorted(lacking))}")
+    names = [claim["id"] for claim in claims]
+    if twice := {name for name in names if names.count(name) > 1}:
+        raise ValueError(f"{path}: twice: {', '.join(sorted(twice))}")
+    return claims
+
+
+def rows(records: Mapping[str, Mapping[str, Any]], claims: list[dict[str, Any]]) -> list[list[Any]]:
+    """Return a line of the table for each claim, from results by the name of their study."""
+    return [row(claim, _of(records, claim["study"], f"claim {claim['id']!r}")) for claim in claims]
+
+
+def row(claim: Mapping[str, Any], record: Mapping[str, Any]) -> list[Any]:
+    """Return the line of one claim. Raises ValueError where its line or its cases are not in the result."""
+    line = line_of(claim, record)
+    how = claim.get("kind", "registered" if "registered" in line else "explored")
+    study = claim["study"]
+    return [f'<a id="claim-{claim["id"]}"></a>{claim["says"]} [{study}](#{study})', how,
+            replicates(claim, record), line["value"], line["goal"], "met" if line["met"] else "**not met**"]
+
+
+def line_of(claim: Mapping[str, Any], record: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Return the verdict that a claim rests on."""
+    lines = {line["statement"]: line for line in record["verdicts"]}
+    found = [line for statement, line in lines.items() if statement.startswith(claim["line"])]
+    if len(found) != 1:
+        near = get_close_matches(claim["line"], lines, 1, 0.3)
+        raise ValueError(f"claim {claim['id']!r}: {len(found)} lines of {claim['study']} begin with "
+                         f"{claim['line']!r}" + (f"; did you mean {near[0]!r}?" if near else ""))
+    return found[0]
+
+
+def replicates(claim: Mapping[str, Any], record: Mapping[str, Any]) -> str:
+    """Return how many seeds of each kind a claim's cases have, and how many cases they are."""
+    wanted = claim.get("of", {})
+    cases = [entry["case"] for entry in record["cases"]
+             if all(entry["case"].get(key) == value for key, value in wanted.items())]
+    if not cases:
+        raise ValueError(f"claim {claim['id']!r}: no case of {claim['study']} has {wanted}")
+    training, worlds = ({case[key] for case in cases if key in case} for key in ("training", "seed"))
+    seeds = f"{len(training) or 1} × {len(worlds) or 1}"
+    return seeds if len(cases) == (len(training) or 1) * (len(worlds) or 1) else f"{seeds}, n = {len(cases)}"
+
+
+def _of(records: Mapping[str, Mapping[str, Any]], study: str, who: str) -> Mapping[str, Any]:
+    if study not in records:
+        near = get_close_matches(study, records, 1)
+        raise ValueError(f"{who}: no result of {study!r}" + (f"; did you mean {near[0]!r}?" if near else ""))
+    return records[study]
