@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from types import MappingProxyType
-from typing import Any, NoReturn, Self
+from typing import TYPE_CHECKING, Any, NoReturn, Self
 
 from ecs_eco import debug
 from ecs_eco._lazy import lazy
@@ -15,6 +15,9 @@ from ecs_eco.engine.interruption import require_whole
 from ecs_eco.engine.table import Table
 from ecs_eco.lifecycle.species import Species
 from ecs_eco.space.world import SpatialWorld
+
+if TYPE_CHECKING:
+    from ecs_eco.nervous.external import External
 
 _above = lazy(__name__, {"view": "ecs_eco.view.notebook"})  # rooms above, for methods that lead there
 
@@ -133,6 +136,17 @@ class World(SpatialWorld):
         from ecs_eco.worlds.policies import policy
 
         return policy(self, species, uid)
+
+    def external(self, species: str, partial: bool = False) -> External:
+        """Return the door through which a program beside the world decides for a species, tick by tick;
+        see `ecs_eco.nervous.external`.
+
+        `partial`: it decides for some only, and the species' own policy for the others; by chance where it
+        has no network. Raises UnknownName, ConfigError.
+        """
+        from ecs_eco.nervous.external import External
+
+        return External(self, species, partial)
 
     # --- kept on disk, copied -------------------------------------------------------------------------------
 

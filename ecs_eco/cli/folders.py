@@ -94,5 +94,5 @@ def known_policies(policies: str, config: WorldConfig) -> None:
     if not os.path.isdir(policies):
         refuse("--policies", "no such folder", policies, allowed, nearest(policies, POLICIES))
     for name, species in config.species.items():
-        if species.policy.kind != "none" and not (Path(policies) / f"{name}.safetensors").is_file():
+        if species.policy.thinks and not (Path(policies) / f"{name}.safetensors").is_file():
             refuse("--policies", f"{name}.safetensors is missing in the folder", policies, allowed)

@@ -178,7 +178,7 @@ def train_world(
     check_engine(on)
     config = load(world, changes)
     seed, ticks = config.seed if seed is None else seed, ticks or config.training.ticks
-    if not any(species.policy.kind != "none" for species in config.species.values()):
+    if not any(species.policy.thinks for species in config.species.values()):
         refuse("WORLD", "no species has a policy to train", world, 'a world with policy.kind = "shared"')
     from ecs_eco.analysis.report.training import write_training
     from ecs_eco.experiments.evaluation import train_and_evaluate

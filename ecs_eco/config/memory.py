@@ -62,7 +62,7 @@ def _of_species(config: WorldConfig, name: str, species: Species) -> Iterator[tu
         loci = (species.genome.longest or species.genome.loci
                 or sum(_loci(gene, species, config.dims) for gene in species.genome.genes))
         yield (*key, "genome"), 2.0 * rows * species.genome.ploidy * loci
-    if species.policy.kind == "none":
+    if not species.policy.thinks:
         return
     # what a module needs is known when it is made
     size = 0 if species.policy.network else n_weights(species, config.dims)

@@ -31,7 +31,7 @@ RULES: tuple[tuple[str, str], ...] = (
     ("species.*.genome.mutate**", ""), ("species.*.genome.insertion", ""), ("species.*.genome.deletion", ""),
     ("species.*.genome.duplication", ""), ("species.*.genome.loss", ""),
     ("species.*.genome**", SHAPE), ("species.*.policy.kind", SHAPE), ("species.*.policy.hidden**", SHAPE),
-    ("species.*.policy.network", SHAPE), ("species.*.policy.device", SHAPE),
+    ("species.*.policy.network", SHAPE), ("species.*.policy.function**", SHAPE), ("species.*.policy.device", SHAPE),
     ("species.*.policy.file", "World.from_config(…, policies=…)"),
     ("species.*.policy.*", ""), ("species.*.locomotion.**", ""), ("species.*.metabolism.*", ""),
     ("species.*.hatch", SHAPE), ("species.*.hatch.into", SHAPE), ("species.*.hatch.*", ""),

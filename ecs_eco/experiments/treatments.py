@@ -119,7 +119,7 @@ def find(name: str, config: WorldConfig) -> Treatment:
 
 def species_with_policy(config: WorldConfig) -> list[str]:
     """Return the names of the species that have a policy network."""
-    return [name for name, species in config.species.items() if species.policy.kind != "none"]
+    return [name for name, species in config.species.items() if species.policy.thinks]
 
 
 def refusal(fault: str, value: object, allowed: str, near: str = "", source: str = OPTION) -> ConfigError:

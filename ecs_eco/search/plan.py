@@ -77,7 +77,7 @@ def plan_of(config: WorldConfig) -> Plan:
         )
     config._code.require(config._source)
     problems = []
-    if search.policies in TRAINED and not any(s.policy.kind != "none" for s in config.species.values()):
+    if search.policies in TRAINED and not any(s.policy.thinks for s in config.species.values()):
         problems.append(
             Problem(("search", "policies"), "no species has a policy to train", search.policies, '"random"')
         )

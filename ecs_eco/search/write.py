@@ -84,7 +84,7 @@ def _policies(config: WorldConfig, trained: Path, beside: Path, training: bool) 
         shutil.copytree(folder, beside / folder.name)
     files = {}
     for name, species in config.species.items():
-        if species.policy.kind == "none":
+        if not species.policy.thinks:
             continue
         if sets and (sets[0] / f"{name}.safetensors").is_file():
             files[name] = f"{beside.name}/{sets[0].name}/{name}.safetensors"

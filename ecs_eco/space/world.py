@@ -48,6 +48,7 @@ class SpatialWorld(World):
         self.reporters: dict[str, Any] = {}  # what is measured in every tick, by name
         self.matter: Any = None  # the Books of its substances (ecs_eco.lifecycle.matter)
         self.origin: dict[str, Any] = {}  # the arguments of `build`
+        self.awaited: Any = None  # ecs_eco.nervous.external.Awaited, where choices come from outside
         self.intervened: list[tuple[int, Any]] = []  # (tick, intervention) carried out
         self.lock = threading.RLock()  # held while something is made that threads share
         self._looked: gate.Looked | None = None

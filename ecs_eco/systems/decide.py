@@ -34,9 +34,8 @@ class Decide(System):
         nerves = table.species.nerves
         n, groups, continuous = len(nerves.rows), len(nerves.offsets) - 1, len(nerves.ranges)
         choice, log_probability = np.zeros((n, groups), np.int16), np.empty(n, np.float32)
-        thinks = nerves.policy and n > 0
-        logits, values = nerves.think(table, world) if thinks else NO_THOUGHT
-        reaction = nerves.react(table)
+        thinks, logits, values, outside = _think(nerves, table, world)
+        decides, reaction = nerves.policy and n > 0, nerves.react(table)
         reacts, y = reaction is not None, NO_REFLEX if reaction is None else reaction
         uid, key, decision = table.uid[nerves.rows], world.key, table[Nervous].decision
         chance, numbers = np.empty((n, groups), np.float32), np.empty((n, continuous), np.float32)
@@ -46,26 +45,59 @@ class Decide(System):
                 uniforms(first, last, key, uid, 0, chance)
                 here = slice(first, last)
                 choose(logits[here], nerves.offsets, chance[here], choice[here], log_probability[here])
+            if outside is not None:
+                _follow(outside, outside.choice, choice, slice(first, last))
             decide(first, last, choice, nerves.offsets, nerves.targets, nerves.policy, y, reacts,
                    nerves.always, nerves.rows, decision)
 
         world.split(part, n)
         if continuous:
-            drawn = _draw(nerves, logits, key, uid, numbers, log_probability) if thinks else None
+            if thinks:
+                _draw(nerves, logits, key, uid, numbers, log_probability)
+            if outside is not None:
+                _follow(outside, outside.numbers, numbers, slice(None))
             ranges = nerves.ranges.of(table, nerves.rows)
-            table[Motor].command[nerves.rows] = ranges.command(drawn, nerves.shift)
+            table[Motor].command[nerves.rows] = ranges.command(numbers if decides else None, nerves.shift)
         if table.species.traits:
             disable(table, nerves.rows)
-        nerves.thoughts = Thoughts(world.tick, uid, logits if thinks else None, y if reacts else None, choice,
-                                   numbers if thinks else None, nerves.shift)
+        if outside is not None:
+            logits = _unknown(nerves, logits, outside.told)
+        nerves.thoughts = Thoughts(world.tick, uid, logits if decides else None, y if reacts else None, choice,
+                                   numbers if decides else None, nerves.shift)
         if thinks and nerves.learning:
             nerves.remember(table, choice, numbers, log_probability, values)
         if thinks:
             nerves.keep(table)
 
 
+def _think(nerves: Any, table: Table, world: SpatialWorld) -> tuple[bool, np.ndarray, np.ndarray, Any]:
+    """Return whether the network of a species is asked, what it says, and what somebody outside answers."""
+    if not nerves.policy or not len(nerves.rows):
+        return False, *NO_THOUGHT, None
+    outside = nerves.outside
+    answer = None if outside is None else outside.answer(nerves, table, world)
+    if answer is None or outside.partial:
+        return True, *nerves.think(table, world), answer
+    return False, *NO_THOUGHT, answer
+
+
+def _follow(answer: Any, given: np.ndarray, into: np.ndarray, here: slice) -> None:
+    """Put what was chosen outside, [n, …], in the place of what the network chose."""
+    if answer.told is None:
+        into[here] = given[here]
+    else:
+        into[here][answer.told[here]] = given[here][answer.told[here]]
+
+
+def _unknown(nerves: Any, logits: np.ndarray, told: np.ndarray | None) -> np.ndarray:
+    """Return logits f32[n, options] that are NaN for those whose choices were made outside."""
+    if told is None:
+        return np.full((len(nerves.rows), sum(nerves.choices)), np.nan, np.float32)
+    return np.where(told[:, None], np.float32(np.nan), logits)
+
+
 def _draw(nerves: Any, logits: np.ndarray, key: Any, uid: np.ndarray, numbers: np.ndarray,
-          log_probability: np.ndarray) -> np.ndarray:
+          log_probability: np.ndarray) -> None:
     """Draw numbers f32[n, k] for continuous actions, with equal chance over the range where there is no
     network, and add their log-probabilities; who draws what depends on seed, tick and uid alone."""
     chance = np.empty((len(uid), 2 * numbers.shape[1]), np.float32)
@@ -74,4 +106,3 @@ def _draw(nerves: Any, logits: np.ndarray, key: Any, uid: np.ndarray, numbers: n
         numbers[...] = 2 * chance[:, ::2] - 1
     else:
         draw_numbers(logits[:, nerves.offsets[-1]:], chance, numbers, log_probability)
-    return numbers

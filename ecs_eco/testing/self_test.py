@@ -90,7 +90,7 @@ def _config(case: Case, horizon: int) -> Any:
     """The world, with rollouts short enough for updates within the test."""
     from ecs_eco.config import load
 
-    learners = [name for name, species in load(case.world).species.items() if species.policy.kind != "none"]
+    learners = [name for name, species in load(case.world).species.items() if species.policy.thinks]
     return load(case.world, [f"species.{name}.ppo.horizon={horizon}" for name in learners])
 
 

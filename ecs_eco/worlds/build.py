@@ -45,6 +45,7 @@ from ecs_eco.worlds.policies import (
     fresh_brain,
     fresh_individuals,
     load_weights,
+    outside_of,
     require_policies,
     sources_in_words,
     take_weights,
@@ -219,6 +220,9 @@ def _networks(world: SpatialWorld, table: Table, species: Any, policies: Any, le
     if nerves is None or species.policy.kind == "none" or not nerves.choices:
         return None
     nerves.policy = True
+    if not species.policy.thinks:
+        nerves.outside = outside_of(world, table.name, species.policy)
+        return None
     source = policies.get(table.name) or "trained" if isinstance(policies, dict) else policies
     if isinstance(source, str) and source == "random":
         return None

@@ -56,6 +56,17 @@ def _refusals_of(name: str, policy: Any, shape: Shape) -> Iterator[None]:
                                    f"{shape[1]} (docs/explanation/learning.md)")]) from None  # fmt: skip
 
 
+def outside_of(world: SpatialWorld, name: str, policy: Any) -> Any:
+    """Return who decides for a species that has no network: a function, or nobody yet."""
+    from ecs_eco.nervous.external import expect
+    from ecs_eco.nervous.outside import Function, Nobody
+
+    if policy.kind == "function":
+        return Function(world.config.function(policy.function), policy.function)
+    expect(world)
+    return Nobody()
+
+
 def take_weights(brain: PolicyNetwork, module: Any, name: str) -> None:
     """Give a brain the weights of a module that was handed over."""
     from ecs_eco.learning.module_brain import as_brain
@@ -106,7 +117,7 @@ def weights_files(config: WorldConfig, policies: Any) -> dict[str, Path]:
     files = {}
     for name, species in config.species.items():
         source = policies.get(name, "trained") if isinstance(policies, dict) else policies
-        none = species.policy.kind == "none" or not isinstance(source, str | Path)
+        none = not species.policy.thinks or not isinstance(source, str | Path)
         path = None if none else weights_file(config, name, source)
         if path is not None:
             files[name] = path

@@ -21,7 +21,7 @@ ARGUMENTS = {  # by key, the number of arguments of a function; None: it is chec
     "species.*.reflex.function": 1,
     "species.*.happiness.function": 1, "water.current_function": 4, "search.objective": 1,
     "search.objective.*.of": 1, "reporters.*": 1,
-    "species.*.policy.network": None, "species.*.genome.mate.operator": None,
+    "species.*.policy.network": None, "species.*.policy.function": 2, "species.*.genome.mate.operator": None,
     "species.*.genome.mutate.operator": None,
 }  # fmt: skip
 

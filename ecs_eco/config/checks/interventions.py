@@ -10,7 +10,6 @@ from typing import Any
 from ecs_eco.config.checks.matter import Key, unknown
 from ecs_eco.config.models.interventions import REGION, Add, Cull, Dose, Fence, Road, Set, Switch
 from ecs_eco.config.models.reproduction import Spread
-from ecs_eco.config.models.species import THINKING
 from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.config.mutable_keys import refused
 from ecs_eco.engine.errors import ConfigError, Problem, listed
@@ -146,7 +145,7 @@ def _check_switch(config: WorldConfig, key: Key, switch: Switch) -> Iterator[Pro
 
 def learns(species: Section) -> bool:
     """Whether a species has what learning needs."""
-    return species.policy.kind in THINKING and species.happiness is not None  # type: ignore[attr-defined]
+    return species.policy.thinks and species.happiness is not None  # type: ignore[attr-defined]
 
 
 def _check_fences(config: WorldConfig) -> Iterator[Problem]:

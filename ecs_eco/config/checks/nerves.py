@@ -13,6 +13,7 @@ from ecs_eco.config.checks.body import farthest, too_wide, widest
 from ecs_eco.config.checks.matter import Key, unknown
 from ecs_eco.config.formula import FormulaError, compile_formula
 from ecs_eco.config.memory import n_weights
+from ecs_eco.config.models.nerves import Policy
 from ecs_eco.config.models.sensors import (
     Approach,
     Gradient,
@@ -28,7 +29,7 @@ from ecs_eco.config.models.sensors import (
 from ecs_eco.config.models.species import Species, ppo_defaults
 from ecs_eco.config.models.world import WorldConfig
 from ecs_eco.engine.errors import Problem, listed, nearest
-from ecs_eco.engine.section import LARGEST
+from ecs_eco.engine.section import LARGEST, function_name
 from ecs_eco.learning.words import WORDS
 
 MOST_WHOLE = 10**9  # of a whole number among the hyperparameters
@@ -200,25 +201,41 @@ def _check_policy(key: Key, species: Species, folder: Path, dims: int) -> Iterat
     if policy.network is not None and policy.hidden != type(policy).model_fields["hidden"].default:
         fault = "the network's own class says its layers"
         yield Problem((*key, "policy", "hidden"), fault, policy.hidden, "policy.network or policy.hidden")
-    if policy.kind != "none" and policy.network is None and (size := n_weights(species, dims)) > MOST_WEIGHTS:
+    if policy.thinks and policy.network is None and (size := n_weights(species, dims)) > MOST_WEIGHTS:
         fault = f"too large: the network would have {size:,} weights"
         yield Problem((*key, "policy", "hidden"), fault, policy.hidden,
                       f"at most {MOST_WEIGHTS:,} weights, as of [2048, 2048]")
-    if policy.kind == "none":
+    yield from _check_outside((*key, "policy"), policy)
+    if not policy.thinks:
         settings: dict[str, object] = {"ppo": species.ppo, "policy.file": policy.file,
                                        "policy.network": policy.network, "policy.learn": policy.learn}
         for word, value in settings.items():
             if value:
                 allowed = 'policy.kind = "shared" or "individual", or nothing here'
-                yield Problem((*key, *word.split(".")), "there is no policy to use it", value, allowed)
+                yield Problem((*key, *word.split(".")), "there is no network to use it", value, allowed)
+    if policy.kind == "none":
         return
     free = [a for a in species.action_list() if not {a[1], ".".join(a)} & set(species.automatic)]
-    for word, needed in {"sensors": species.sensors, "actions": free, "happiness": species.happiness}.items():
+    needs = {"sensors": species.sensors, "actions": free, "happiness": species.happiness}
+    for word, needed in needs.items():
+        if word == "happiness" and not policy.thinks:
+            continue
         if not needed:
             chosen = word == "actions" and species.actions
             fault = "the policy has nothing to choose" if chosen else "is missing: the policy needs it"
             yield Problem((*key, word), fault, allowed='an entry, or policy.kind = "none"')
-    yield from _check_ppo((*key, "ppo"), species)
+    if policy.thinks:
+        yield from _check_ppo((*key, "ppo"), species)
+
+
+def _check_outside(key: Key, policy: Policy) -> Iterator[Problem]:
+    """Problems of a policy that is a function."""
+    if policy.kind == "function" and policy.function is None:
+        yield Problem((*key, "function"), "is missing", allowed='"module:name" of a function of '
+                      "sensors (n, channels) and uids (n)")
+    if policy.kind != "function" and policy.function is not None:
+        yield Problem((*key, "function"), "there is no such policy to use it", function_name(policy.function),
+                      'policy.kind = "function", or nothing here')
 
 
 def _check_ppo(key: Key, species: Species) -> Iterator[Problem]:

@@ -14,6 +14,7 @@ from ecs_eco.engine.section import (
     Section,
     WithParameters,
     about,
+    is_absent,
     quantity,
     table,
 )
@@ -25,6 +26,9 @@ class Continuous(Section):
     continuous: Annotated[list[Real], Field(min_length=2, max_length=2)] = quantity(
         "least and most of the number", "unit of the group"
     )
+
+
+THINKING = ("shared", "individual")  # kinds of policies that are networks
 
 
 def _form(value: Any) -> str:
@@ -94,9 +98,14 @@ class Happiness(Section):
 class Policy(Section):
     """The policy network, the only one that learns."""
 
-    kind: Literal["shared", "individual", "none"] = about(
-        "shared: one network for all of the species; individual: one for each organism; none: no policy",
+    kind: Literal["shared", "individual", "external", "function", "none"] = about(
+        "shared: one network for all of the species; individual: one for each organism; external: a program "
+        "beside the world decides (world.external, ecs_eco.rl); function: a function does; none: no policy",
         "none"
+    )
+    function: WithParameters | None = about(
+        "module:name of a function of sensors (n, channels) and uids (n) to choices (n, groups), "
+        'of kind "function"', None, exclude_if=is_absent
     )
     inherit: Literal["none", "birth", "learned"] = about(
         "initial weights of an individual network: none: random; birth: those of its genome; learned: "
@@ -116,3 +125,8 @@ class Policy(Section):
     )
     learn: bool = about("whether it learns during a run", False)
     file: str | None = about("trained weights (.safetensors), relative to the world file", None)
+
+    @property
+    def thinks(self) -> bool:
+        """Whether it is a network."""
+        return self.kind in THINKING

@@ -12,7 +12,7 @@ from ecs_eco.config.models.body import Body
 from ecs_eco.config.models.heat import BodyHeat
 from ecs_eco.config.models.life import Breeding, Care, Growth, Hatching
 from ecs_eco.config.models.matter import AnyExchange, Emission, Reaction
-from ecs_eco.config.models.nerves import Continuous, Group, Happiness, Neutral, Policy, Reflex
+from ecs_eco.config.models.nerves import THINKING, Continuous, Group, Happiness, Neutral, Policy, Reflex
 from ecs_eco.config.models.objects import Build, Carry
 from ecs_eco.config.models.reproduction import AnyReproduction
 from ecs_eco.config.models.sensors import AnySensor, Smell, name_sensors
@@ -48,7 +48,6 @@ GROUPS: dict[str, tuple[str, ...] | None] = {
     "build": None,
 }
 MOTIONS = ("speed", "turn", "climb", "pitch")  # that may be continuous
-THINKING = ("shared", "individual")  # kinds of policies that are networks
 OWN = ("energy", "age", "fertility")  # values of every organism besides its properties and substances
 
 

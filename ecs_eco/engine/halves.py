@@ -1,0 +1,78 @@
+"""A tick in two halves: one who stands outside of the world sees it after the first, and acts before the
+second."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ecs_eco.engine import turns
+from ecs_eco.engine.context import priority_of
+from ecs_eco.engine.interruption import Patience, Underway, require_whole, stopped
+
+if TYPE_CHECKING:
+    from ecs_eco.engine.world import World
+
+
+class Halves:
+    """The ticks of one world, each up to a phase, and from it on.
+
+    Between the halves a tick is under way: the world can be looked at, and neither run nor saved. An error or
+    a second Ctrl-C within a half leaves a world that can only be inspected; the first Ctrl-C waits for its
+    end.
+    """
+
+    def __init__(self, phase: str) -> None:
+        self.border = priority_of(phase, 0)
+        self.begun = False  # whether the first half has passed, and the second has not
+        self.beginning = False  # whether hooks are called for a tick in halves
+
+    def begin(self, world: World) -> None:
+        """Let the first half pass, after the hooks of `before_tick`; nothing where it has passed already."""
+        if self.begun:
+            return
+        world._mine()
+        require_whole(world, "begin a tick")
+        world.admit(refuse=world.debug is None)
+        world.touch()
+        if world.tick == 0:
+            world.flush()
+        self._hooks(world)
+        self._pass(world, True)
+
+    def finish(self, world: World) -> None:
+        """Let the second half pass: the tick is over. Raises RuntimeError where none has begun."""
+        if not self.begun:
+            raise RuntimeError(f"world {world.name!r}: no tick has begun; begin one")
+        world._mine()
+        require_whole(world, "finish a tick", within=True)
+        self._pass(world, False)
+
+    def _hooks(self, world: World) -> None:
+        self.beginning = True
+        try:
+            for call in tuple(world.before_tick):
+                call()
+        finally:
+            self.beginning = False
+        world.stopped, world.stopping = world.stopping, False
+
+    def _pass(self, world: World, first: bool) -> None:
+        with Patience(world) as patience:
+            if first:
+                world.underway, world.ticking = Underway("tick"), True
+            try:
+                with world.context.inside():
+                    for processor in tuple(list.__iter__(world.context.registry.processors)):
+                        if (processor.priority > self.border) == first:
+                            processor.process()
+            except BaseException as error:
+                stopped(world, error)
+                self.begun = world.ticking = False
+                raise
+            self.begun = first
+            if not first:
+                world.tick += 1
+                world.ticking, world.underway = False, None
+            patience.over()
+        if turns.turn.waiting:
+            turns.turn.leave()

@@ -1,0 +1,264 @@
+"""A species whose choices come from outside of the world, as arrays: what all sense, then what all choose."""
+
+from __future__ import annotations
+
+import weakref
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from ecs_eco.components import Nervous
+from ecs_eco.engine.errors import ConfigError, Problem, listed
+from ecs_eco.engine.halves import Halves
+from ecs_eco.engine.interruption import require_whole
+from ecs_eco.nervous.outside import Answer, Nobody, Outside, options_of, taken
+
+if TYPE_CHECKING:
+    from ecs_eco.engine.table import Table
+    from ecs_eco.nervous.nerves import Nerves
+    from ecs_eco.space.world import SpatialWorld
+
+
+class Sensed(NamedTuple):
+    """What the members of a species sense in a tick, and what became of their last choices.
+
+    `x` is the matrix of the world itself, written over in the next tick. The dead are those that have chosen
+    and did not live to sense again.
+    """
+
+    x: np.ndarray  # f32[n, channels]
+    uid: np.ndarray  # u64[n]
+    reward: np.ndarray  # f32[n] of the last choice; 0 for the newborn
+    dead: np.ndarray  # u64[k]
+    dead_x: np.ndarray  # f32[k, channels] what they sensed last
+    dead_reward: np.ndarray  # f32[k] of their last choice: the least happiness minus what they felt
+    dead_cause: tuple[str, ...]  # [k]
+
+
+class Pending(Outside):
+    """What an external species was told for this tick, and who died of its members."""
+
+    def __init__(self, partial: bool) -> None:
+        self.partial = partial
+        self.given: Answer | None = None
+        self.uid = np.zeros(0, np.uint64)  # of those that sense in this tick
+        self.place = np.zeros(0, np.int64)  # of a row among them
+        self.dead: list[tuple[np.ndarray, np.ndarray, np.ndarray, tuple[str, ...]]] = []
+
+    def require(self, species: str) -> None:
+        """Raise ConfigError: a whole tick has no place for choices."""
+        raise ConfigError([Problem((species,), "its choices come from outside, between the halves of a tick",
+                                   allowed=f'`observe` and `act` of world.external("{species}"), or `close`',
+                                   source="run")])
+
+    def answer(self, nerves: Nerves, table: Table, world: SpatialWorld) -> Answer:
+        """Return the choices of this tick."""
+        answer, self.given = self.given, None
+        if answer is None:
+            self.require(table.name)
+        assert answer is not None
+        return answer
+
+    def note(self, nerves: Nerves, table: Table) -> None:
+        """Remember who senses in this tick."""
+        self.uid = table.uid[nerves.rows]
+        if len(self.place) < len(table.uid):
+            self.place = np.zeros(len(table.uid), np.int64)
+        self.place[nerves.rows] = np.arange(len(nerves.rows))
+
+    def mourn(self, world: SpatialWorld, table: Table, rows: np.ndarray) -> None:
+        """Note the dying rows i64[k], before they are free."""
+        nerves = table.species.nerves
+        if nerves is None or nerves.outside is not self or not len(self.uid):
+            return
+        at = np.minimum(self.place[rows], len(self.uid) - 1)
+        sensed = self.uid[at] == table.uid[rows]
+        rows, at = rows[sensed], at[sensed]
+        if rows.size:
+            causes = tuple(world.causes[cause - 1] for cause in table.cause[rows].tolist())
+            self.dead.append((table.uid[rows], nerves.x[at].copy(), table[Nervous].reward[rows], causes))
+
+
+class External:
+    """The door to a species whose choices are made outside of the world: `observe`, then `act`, once a tick.
+
+    `channels` are the names of what it senses, `options` the groups that are chosen in and the names of their
+    options; continuous groups have none and are between `low` and `high`. Of several species with doors, the
+    tick goes on when the last of them acts. Between `observe` and `act` a tick is under way: save and copy
+    the world after `act`.
+    """
+
+    def __init__(self, world: Any, species: str, partial: bool = False) -> None:
+        self.world, self.species, self._table = world, species, world.table(species)
+        nerves = self._nerves = _nerves_of(world, species)
+        self.channels, self.options = nerves.channels, options_of(nerves)
+        self.low, self.high = _ends(nerves)
+        self._awaited = expect(world)
+        require_whole(world, "open a door")
+        self._before, self._pending = nerves.outside, Pending(partial)
+        nerves.outside = self._pending
+        self._mourn = _mourner(world, self._pending)
+        world.on_death.append(self._mourn)
+
+    def __repr__(self) -> str:
+        return (f"<External {self.species!r}: {len(self.channels)} channels, "
+                f"{len(self.options)} groups, {self._table.n} living>")
+
+    def observe(self) -> Sensed:
+        """Let the tick begin, and return what those of the species sense; again the same until `act`."""
+        self._open()
+        self._awaited.begin(self.world)
+        nerves, pending = self._nerves, self._pending
+        dead = pending.dead
+        parts = [np.concatenate([part[k] for part in dead]) if dead else empty
+                 for k, empty in enumerate((np.zeros(0, np.uint64), nerves.x[:0].copy(),
+                                            np.zeros(0, np.float32)))]
+        causes = tuple(cause for part in dead for cause in part[3])
+        return Sensed(nerves.x, pending.uid, self._table[Nervous].reward[nerves.rows], *parts, causes)
+
+    def act(self, actions: Any, uid: Any = None) -> None:
+        """Choose for those that sense in this tick, and let it go on once all species that wait have chosen.
+
+        `actions` [n, groups]: numbers of options, or numbers within the range of a continuous group; rows in
+        the order of `observe`, or in that of `uid` u64[n]. Raises ConfigError, and changes nothing, where an
+        action is missing, for somebody who is not there, twice, or impossible.
+        """
+        self._open()
+        if not self._awaited.halves.begun:
+            raise RuntimeError(f'world.external("{self.species}"): act follows observe')
+        nerves, pending, table = self._nerves, self._pending, self._table
+        source = f"act, tick {self.world.tick}"
+        if uid is None:
+            pending.given = taken(nerves, table, nerves.rows, actions, source)
+        else:
+            uids = np.asarray(uid, np.uint64).reshape(-1)
+            places = self._places(uids, source)
+            answer = taken(nerves, table, nerves.rows[places], actions, source)
+            pending.given = _spread(answer, places, len(nerves.rows), pending.partial)
+        self._awaited.finish(self.world)
+
+    def close(self) -> None:
+        """Give the species back to who decided before; not between `observe` and `act`."""
+        if self._awaited.halves.begun:
+            raise RuntimeError(f'world.external("{self.species}"): a tick is under way; `act` first')
+        if self._nerves.outside is self._pending:
+            self._nerves.outside = self._before
+        if self._mourn in self.world.on_death:
+            self.world.on_death.remove(self._mourn)
+
+    def _open(self) -> None:
+        if self._nerves.outside is not self._pending:
+            raise RuntimeError(f'world.external("{self.species}"): this door is closed; open another')
+
+    def _places(self, uids: np.ndarray, source: str) -> np.ndarray:
+        """Return the places of uids u64[k] among those that sense; raises ConfigError."""
+        mine = self._pending.uid
+        order = np.argsort(mine)
+        at = np.minimum(np.searchsorted(mine[order], uids), max(0, len(mine) - 1))
+        places = order[at] if len(mine) else np.zeros(len(uids), np.int64)
+        there = mine[places] == uids if len(mine) else np.zeros(len(uids), np.bool_)
+        problems = []
+        if not there.all():
+            problems.append(self._problem("not among those that sense: dead, or of another kind",
+                                          uids[~there], source))
+        if len(np.unique(uids)) < len(uids):
+            one, count = np.unique(uids, return_counts=True)
+            problems.append(self._problem("told twice", one[count > 1], source))
+        if not self._pending.partial and len(missing := np.setdiff1d(mine, uids)):
+            problems.append(self._problem("no action", missing, source))
+        if problems:
+            raise ConfigError(problems)
+        return places
+
+    def _problem(self, fault: str, uids: np.ndarray, source: str) -> Problem:
+        every = "at most" * self._pending.partial or "exactly"
+        return Problem((self.species, "uid"), f"{fault} ({len(uids)} such)", listed(map(str, uids.tolist())),
+                       f"{every} one action for each of the {len(self._pending.uid)} {self.species} that "
+                       "`observe` named", source=source)
+
+
+class Awaited:
+    """The ticks of a world of which some species wait for choices from outside."""
+
+    def __init__(self, world: SpatialWorld) -> None:
+        self.world = weakref.proxy(world)
+        self.halves = Halves("decide")
+
+    def require(self) -> None:
+        """Raise ConfigError where a tick would find no choices; a hook before each tick."""
+        for name, nerves in self._waiting(self.world):
+            if not (self.halves.beginning and isinstance(nerves.outside, Pending)):
+                nerves.outside.require(name)
+
+    def begin(self, world: SpatialWorld) -> None:
+        """Let the tick pass up to where choices are needed; all that wait for them remember who senses."""
+        if self.halves.begun:
+            return
+        self.halves.begin(world)
+        for name, nerves in self._waiting(world):
+            if isinstance(nerves.outside, Pending):
+                nerves.outside.note(nerves, world.tables[name])
+
+    def finish(self, world: SpatialWorld) -> None:
+        """Let the tick go on where nobody is waited for any more."""
+        pending = [nerves.outside for _, nerves in self._waiting(world) if isinstance(nerves.outside, Pending)]
+        if all(one.given is not None for one in pending):
+            for one in pending:
+                one.dead = []
+            self.halves.finish(world)
+
+    def _waiting(self, world: SpatialWorld) -> list[tuple[str, Any]]:
+        return [(name, table.species.nerves) for name, table in world.tables.items()
+                if table.species.nerves is not None and table.species.nerves.outside is not None]
+
+
+def expect(world: SpatialWorld) -> Awaited:
+    """Return what a world knows of species that wait for choices; from now on it refuses ticks without them.
+    """
+    if world.awaited is None:
+        world.awaited = Awaited(world)
+        world.before_tick.append(world.awaited.require)
+    awaited: Awaited = world.awaited
+    return awaited
+
+
+def _mourner(world: SpatialWorld, pending: Pending) -> Any:
+    """Return a hook that lets `pending` note the dead, and keeps the world from nothing."""
+    of = weakref.proxy(world)
+
+    def mourn(table: Table, rows: np.ndarray) -> None:
+        pending.mourn(of, table, rows)
+
+    return mourn
+
+
+def _spread(answer: Answer, places: np.ndarray, n: int, partial: bool) -> Answer:
+    """Return an answer for n organisms, given for those at `places` i64[k]."""
+    choice = np.zeros((n, answer.choice.shape[1]), np.int16)
+    numbers, told = np.zeros((n, answer.numbers.shape[1]), np.float32), np.zeros(n, np.bool_)
+    choice[places], numbers[places], told[places] = answer.choice, answer.numbers, True
+    return Answer(choice, numbers, told if partial else None)
+
+
+def _ends(nerves: Nerves) -> tuple[np.ndarray, np.ndarray]:
+    """Return least and most of each group's choice: f32[groups]."""
+    sizes = np.diff(nerves.offsets)
+    return (np.concatenate([np.zeros(len(sizes), np.float32), nerves.ranges.low]),
+            np.concatenate([sizes - 1, nerves.ranges.high]).astype(np.float32))
+
+
+def _nerves_of(world: Any, species: str) -> Nerves:
+    """Return the nerves of a species that can be decided for; raises ConfigError."""
+    nerves: Nerves | None = world.table(species).species.nerves
+    fault = allowed = ""
+    if nerves is None or not nerves.policy:
+        fault, allowed = "the policy has nothing to choose here", 'policy.kind = "external"'
+    elif nerves.learning:
+        fault, allowed = "its own policy learns from its own choices", f'learn={{"{species}": False}}'
+    elif nerves.outside is not None and not isinstance(nerves.outside, Nobody):
+        fault, allowed = "somebody decides for it already", "one door, of which `close` gives it back"
+    elif world.bands.size > 1:
+        fault, allowed = "the world runs in several processes", "one process"
+    if fault or nerves is None:
+        raise ConfigError([Problem((species,), fault, allowed=allowed, source="external")])
+    return nerves
