@@ -326,8 +326,9 @@ def _policy(species: Species, dims: int) -> PolicyNode:
     if policy.kind == "none":
         return PolicyNode("none", (), False)
     free = [n for group, n in _options(species) if group]
-    network = function_name(policy.network).partition(":")[2] if policy.network else ""
-    hidden = [] if network else policy.hidden
+    named = policy.network or policy.function
+    network = function_name(named).partition(":")[2] if named else ""
+    hidden = [] if network or not policy.thinks else policy.hidden
     layers = (len(species.channels(dims)), *hidden, sum(free))
     return PolicyNode(policy.kind, layers, policy.learn, policy.inherit, network)
 

@@ -124,7 +124,8 @@ class _Drawing:
         self.pen.text(at.x_text, 0.3, d.species, 14, INK, bold=True)
         reflexes = len(d.reflexes) + bool(d.function)
         policy = {"none": "no policy network",
-                  "shared": "a shared policy network"}.get(d.policy.kind, "a policy network each")
+                  "shared": "a shared policy network", "external": "decided for from outside",
+                  "function": "a function as policy"}.get(d.policy.kind, "a policy network each")
         counts = [_count(len(d.channels), "channel"), _count(len(d.actions), "action"),
                   _count(reflexes, "reflex", "es")]
         self.pen.text(at.x_text, 0.54, f"{d.world}: {', '.join([*counts, policy])}", 8.5)

@@ -109,12 +109,10 @@ class External:
         self._open()
         self._awaited.begin(self.world)
         nerves, pending = self._nerves, self._pending
-        dead = pending.dead
-        parts = [np.concatenate([part[k] for part in dead]) if dead else empty
-                 for k, empty in enumerate((np.zeros(0, np.uint64), nerves.x[:0].copy(),
-                                            np.zeros(0, np.float32)))]
-        causes = tuple(cause for part in dead for cause in part[3])
-        return Sensed(nerves.x, pending.uid, self._table[Nervous].reward[nerves.rows], *parts, causes)
+        nobody = np.zeros(0, np.uint64), nerves.x[:0].copy(), np.zeros(0, np.float32), ()
+        uid, x, reward, causes = zip(*(pending.dead or [nobody]), strict=True)
+        return Sensed(nerves.x, pending.uid, self._table[Nervous].reward[nerves.rows], np.concatenate(uid),
+                      np.concatenate(x), np.concatenate(reward), sum(causes, ()))
 
     def act(self, actions: Any, uid: Any = None) -> None:
         """Choose for those that sense in this tick, and let it go on once all species that wait have chosen.
@@ -157,7 +155,7 @@ class External:
         at = np.minimum(np.searchsorted(mine[order], uids), max(0, len(mine) - 1))
         places = order[at] if len(mine) else np.zeros(len(uids), np.int64)
         there = mine[places] == uids if len(mine) else np.zeros(len(uids), np.bool_)
-        problems = []
+        problems: list[Problem] = []
         if not there.all():
             problems.append(self._problem("not among those that sense: dead, or of another kind",
                                           uids[~there], source))
@@ -201,7 +199,8 @@ class Awaited:
 
     def finish(self, world: SpatialWorld) -> None:
         """Let the tick go on where nobody is waited for any more."""
-        pending = [nerves.outside for _, nerves in self._waiting(world) if isinstance(nerves.outside, Pending)]
+        outside = [nerves.outside for _, nerves in self._waiting(world)]
+        pending = [one for one in outside if isinstance(one, Pending)]
         if all(one.given is not None for one in pending):
             for one in pending:
                 one.dead = []

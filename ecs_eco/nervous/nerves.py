@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from ecs_eco.learning.individual import Individuals
     from ecs_eco.learning.policy_network import PolicyNetwork
     from ecs_eco.learning.torch_ppo import TorchLearner
-    from ecs_eco.nervous.outside import Outside
     from ecs_eco.space.world import SpatialWorld
 
 
@@ -59,7 +58,7 @@ class Nerves:
         self.individuals: Individuals | None = None
         # whether there is a policy network; one without a brain draws every action with equal chance
         self.policy = False
-        self.outside: Outside | None = None  # who decides in the place of a network
+        self.outside: Any = None  # `nervous.outside.Outside`: who decides in the place of a network
         self.learning = False
         self.heads()
         self.shift: np.ndarray | None = None  # f32[n, continuous]: what the reflex adds in this tick

@@ -40,9 +40,14 @@ def begun(out: str | Path | Claim) -> Iterator[Claim]:
 
 def begin(world: World, claim: Claim, manifest: dict[str, Any], weights: Mapping[str, Path],
           prepare: Callable[[Any], None] | None) -> Folder:
-    """Begin a recording in a claimed folder: write policies, a first checkpoint and, last, the manifest."""
+    """Begin a recording in a claimed folder: write policies, a first checkpoint and, last, the manifest.
+
+    Raises ConfigError where a species waits for choices from outside.
+    """
     from ecs_eco.record.recorder import Recorder
 
+    if world.awaited is not None:
+        world.awaited.require()
     manifest["weights"] = {name: _copy(file, claim.path / POLICIES / f"{name}.safetensors")
                            for name, file in weights.items()}
     manifest["id"] = belonging.identity(manifest)

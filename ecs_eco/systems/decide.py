@@ -62,8 +62,8 @@ class Decide(System):
             disable(table, nerves.rows)
         if outside is not None:
             logits = _unknown(nerves, logits, outside.told)
-        nerves.thoughts = Thoughts(world.tick, uid, logits if decides else None, y if reacts else None, choice,
-                                   numbers if decides else None, nerves.shift)
+        nerves.thoughts = Thoughts(world.tick, uid, logits if decides else None, y if reacts else None,
+                                   choice, numbers if decides else None, nerves.shift)
         if thinks and nerves.learning:
             nerves.remember(table, choice, numbers, log_probability, values)
         if thinks:
