@@ -112,5 +112,5 @@ def test_a_species_whose_policy_is_external_waits_for_somebody(meadow):
 
 def test_a_run_of_such_a_world_is_refused_before_there_is_a_folder(meadow, tmp_path):
     with pytest.raises(ConfigError, match="nobody decides for it"):
-        run_to_folder(meadow(policy={"kind": "external"}).config, tmp_path / "out", ticks=2)
+        run_to_folder(meadow(policy={"kind": "external"}).config, ticks=2, out=tmp_path / "out")
     assert not (tmp_path / "out").exists()
