@@ -163,8 +163,6 @@ CASES: dict[str, tuple[str, str, str, str, str, str]] = {
                                    "goat.policy.learn", "true", "shared", ""),
     "hyperparameters of outsiders": ('policy = { kind = "shared", hidden = [8] }',
                                      'policy = { kind = "external" }', "goat.ppo", "{", "shared", ""),
-    "function of a network": ('hidden = [8]', 'function = "mine:act"', "goat.policy.function", '"mine:act"',
-                              'policy.kind = "function"', ""),
     "no function": ('kind = "shared", hidden = [8]', 'kind = "function"', "goat.policy.function", "",
                     "module:name", ""),
     "training": ("[species.grass]", '[training]\nset = { "species.goat.count" = -3 }\n[species.grass]',
