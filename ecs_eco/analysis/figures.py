@@ -309,10 +309,10 @@ def arms(runs: Mapping[str, Sequence[Series]]) -> Figure:
             x = np.linspace(members[0].ticks[0], members[0].ticks[length - 1], len(numbers[0]))
             ax.plot(x, np.transpose(numbers), color=hue[s], lw=0.6, alpha=0.5)
             ax.plot(x, np.median(numbers, axis=0), color=hue[s], lw=2)
-            ax.set_ylim(0, None)
             ax.margins(x=0)
         axes[0, column].set_title(f"{arm} (n = {len(members)})")
         axes[-1, column].set_xlabel("tick")
     for ax, s in zip(axes[:, 0], first.species, strict=True):
         ax.set_ylabel(f"number of {s}")
+        ax.set_ylim(0, None)  # only now: it ends the scaling of the whole row
     return figure

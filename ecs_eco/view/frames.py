@@ -1,4 +1,7 @@
 """Frames: all organisms of a tick in one binary message, 12 bytes each (see docs/how-to/watching.md).
+
+Where a uid needs more than 32 bits, as those of all islands but the first do, the frame says so, and the upper
+halves of all uids follow: 4 bytes more each.
 """
 
 from __future__ import annotations
@@ -14,6 +17,7 @@ from ecs_eco.engine.jit import njit
 
 MAGIC = 0x31434545  # "EEC1"
 HEADER = struct.Struct("<IIIIffI")
+WIDE = 3  # the word of the header that is 1 where upper halves of uids follow
 WORDS = 3  # u32 an organism: x and y; z, heading and value; uid
 
 
@@ -31,6 +35,8 @@ class Encoder:
         self._counts = np.zeros(kinds, np.uint32)
         self._words = np.zeros(self._head + WORDS * 1024, np.uint32)
         self._kind, self._end = 0, self._head
+        self._upper: list[tuple[np.ndarray, np.ndarray]] = []  # uids and who is alive, of each kind
+        self._wide = False  # whether a uid of this frame needs more than 32 bits
 
     def begin(self, number: int, tick: int, light: float = 1.0, sun: float = math.pi / 2) -> None:
         """Begin a frame: its number, its tick, light at the surface (0 to 1) and the sun's elevation [rad].
@@ -39,6 +45,7 @@ class Encoder:
         self._words[: HEADER.size // 4] = np.frombuffer(head, "<u4")
         self._counts[:] = 0
         self._kind, self._end = 0, self._head
+        self._upper, self._wide = [], False
 
     def add(self, x: np.ndarray, y: np.ndarray, z: np.ndarray, heading: np.ndarray, value: np.ndarray,
             uid: np.ndarray, alive: np.ndarray | None = None) -> None:
@@ -50,7 +57,9 @@ class Encoder:
             self._words = np.concatenate(
                 [self._words, np.zeros(max(needed, 2 * self._words.size) - self._words.size, np.uint32)]
             )
-        end = pack(alive, x, y, z, heading, value, uid, self._share, self._words, self._end)
+        end, upper = pack(alive, x, y, z, heading, value, uid, self._share, self._words, self._end)
+        self._upper.append((uid, alive))
+        self._wide |= bool(upper)
         self._counts[self._kind] = (end - self._end) // WORDS
         self._kind, self._end = self._kind + 1, end
 
@@ -58,15 +67,21 @@ class Encoder:
         """Return the frame; the buffer is free for the next one."""
         first = HEADER.size // 4
         self._words[first : self._head] = self._counts
+        self._words[WIDE] = self._wide
         words = self._words[: self._end]
+        if self._wide:
+            upper = [(uid[alive] >> np.uint64(32)).astype(np.uint32) for uid, alive in self._upper]
+            words = np.concatenate([words, *upper])
         return (words if sys.byteorder == "little" else words.byteswap()).tobytes()
 
 
 @njit
 def pack(alive, x, y, z, heading, value, uid, share, words, at):
-    """Write the living to `words` from `at` on, three words each; return the new end."""
+    """Write the living to `words` from `at` on, three words each; return the new end, and the upper halves of
+    all uids, combined by or."""
     top, turn = np.float32(65535.0), np.float32(256.0 / (2.0 * math.pi))
     half = np.float32(0.5)
+    upper = np.uint64(0)
     for row in range(alive.size):
         if not alive[row]:
             continue
@@ -79,8 +94,9 @@ def pack(alive, x, y, z, heading, value, uid, share, words, at):
         words[at] = px | (py << np.uint32(16))
         words[at + 1] = pz | (angle << np.uint32(16)) | (np.uint32(value[row]) << np.uint32(24))
         words[at + 2] = np.uint32(uid[row])
+        upper |= uid[row] >> np.uint64(32)
         at += 3
-    return at
+    return at, upper
 
 
 @njit

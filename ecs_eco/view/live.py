@@ -176,7 +176,8 @@ class Live:
     # --- curves ---------------------------------------------------------------------------------------------
 
     def sample(self) -> None:
-        """Note numbers, mean happiness, mean values of genes, the light, and what reporters said last."""
+        """Note numbers, mean happiness (before the first tick nobody has felt any), mean values of genes, the
+        light, and what reporters said last."""
         point: dict[tuple[str, ...], float] = {("light", ""): sky(self.world)[0]}
         for name in self.species:
             table = self.world.tables[name]
@@ -184,7 +185,7 @@ class Live:
             if not table.n:
                 continue
             rows = table.rows()
-            if Nervous in table and table.species.nerves.happiness is not None:
+            if self.tick and Nervous in table and table.species.nerves.happiness is not None:
                 point["happiness", name] = float(table[Nervous].happiness[rows].mean(dtype=np.float64))
             if self._genes[name]:
                 decoded = table.species.heredity.layout.decode(table[Genome].loci[rows], self._genes[name])

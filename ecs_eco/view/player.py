@@ -131,6 +131,9 @@ class Player:
             return now
         if not self.playing or self.source.done:
             self._steps = 0
+            if self.playing:  # time is over; going back does not let it pass again
+                self.playing = False
+                self._refresh_all()
             return math.inf
         if self.speed is None:
             return now

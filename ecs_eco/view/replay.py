@@ -278,7 +278,8 @@ class Replay:
         out: Message = {"kind": "series", "tick": tick.tolist(), "reports": r.curves["reports"],
                         "n": {n: v.astype(int).tolist() for n, v in r.curves["n"].items()}}
         feels = [name for name in r.species if r.manifest["config"]["species"][name].get("happiness")]
-        out["happiness"] = {name: [float(f"{v:.5g}") for v in r.curves["happiness"][name]] for name in feels}
+        out["happiness"] = {name: [float(f"{v:.5g}") if n else None for v, n in zip(
+            r.curves["happiness"][name], r.curves["n"][name], strict=True)] for name in feels}
         out["genes"] = self._mean_genes(tick) if self._genes and r.births.rows <= GENOMES else {}
         if self.hello()["day"] is not None:
             out["light"] = [round(self.sky(t)[0], 4) for t in tick.tolist()]

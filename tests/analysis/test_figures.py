@@ -109,3 +109,11 @@ def test_species_keep_the_colours_of_their_world_and_others_get_different_ones()
 def test_importing_the_figures_loads_no_matplotlib() -> None:
     code = "import sys, ecs_eco.analysis.figures; sys.exit('matplotlib' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+def test_no_arm_is_cut_off_where_another_has_smaller_numbers() -> None:
+    few, many = (load_series({"deer": np.full(50, n)}) for n in (10.0, 900.0))
+    figure = figures.arms({"few": [few], "many": [many]})
+    for ax in figure.axes:
+        assert ax.get_ylim()[0] == 0
+        assert ax.get_ylim()[1] > 900

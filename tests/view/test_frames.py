@@ -101,3 +101,19 @@ def test_the_extent_is_that_of_the_living():
     assert (low, high) == (2, 5)
     low, high = extent(np.zeros(2, np.bool_), f32(1, 2))
     assert low > high
+
+
+def test_upper_halves_of_uids_follow_all_kinds_where_one_needs_them():
+    encoder, none = Encoder([10.0, 10.0], 2), np.zeros(2, np.uint8)
+    far = np.array([7, 31 * 2**48 + 9], np.uint64)
+    for uids, upper in ((far, [0, 0, 31 << 16]), (far % np.uint64(2**32), [])):  # then none is left behind
+        encoder.begin(1, 1)
+        encoder.add(f32(1, 1), f32(1, 1), f32(0, 0), f32(0, 0), none, np.array([5, 6], np.uint64),
+                    np.array([False, True]))
+        encoder.add(f32(1, 1), f32(1, 1), f32(0, 0), f32(0, 0), none, uids)
+        frame = encoder.bytes()
+        assert struct.unpack_from("<I", frame, 12)[0] == bool(upper)
+        end = len(frame) - 4 * len(upper)
+        assert list(struct.unpack_from(f"<{len(upper)}I", frame, end)) == upper
+        _, (_, (first, second)) = read(frame[:end])
+        assert (first[5], second[5]) == (7, 9)

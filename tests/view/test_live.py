@@ -164,3 +164,13 @@ def test_roads_and_the_areas_in_which_land_is_used_are_told_as_they_come_and_go(
     world.intervene({"kind": "road", "remove": True})
     world.run(1)
     assert live.news()[0]["roads"] == []
+
+
+def test_nobody_has_felt_anything_before_the_first_tick():
+    world = small()
+    live = Live(world)
+    for _ in range(2):
+        live.sample()
+        world.run(1)
+    assert live.series(-1)["happiness"]["deer"][0] is None
+    assert live.series(-1)["happiness"]["deer"][1] > 0

@@ -1,6 +1,7 @@
 """The page in a real browser, against the real server: what is seen moves, and what is clicked happens."""
 
 import numpy as np
+import pytest
 
 from ecs_eco.testing.browser import until
 from tests.view.pages import IN_A_BROWSER, facts, pause, play, scene, select
@@ -88,3 +89,80 @@ def test_what_cannot_be_done_is_refused_by_the_browser_or_in_words(page):
     page.get_by_label("New value").fill("0.0001")
     page.get_by_role("button", name="Change").click()
     page.locator("#act .log li.error").wait_for()
+
+
+def test_a_hidden_kind_has_no_curve(page):
+    pause(page)
+    shown = "[...document.querySelectorAll('#charts .chart:first-child .key')].map(key => key.textContent)"
+    wolf = page.locator("#legend").get_by_title("Show or hide wolf")
+    until(page, f"{shown}.some(text => text.includes('wolf'))")
+    wolf.click()
+    until(page, f"!{shown}.some(text => text.includes('wolf')) && {shown}.some(text => text.includes('deer'))")
+    wolf.click()
+    until(page, f"{shown}.some(text => text.includes('wolf'))")
+
+
+def test_a_slider_keeps_the_keys_that_move_it(page):
+    pause(page)
+    uid = page.evaluate("ecs.uids('deer')[0]")
+    where = page.evaluate(f"ecs.screen({uid})")
+    page.locator("#speed").focus()
+    for key in ("PageUp", "Home", "ArrowRight"):
+        page.keyboard.press(key)
+    until(page, "ecs.still && document.querySelector('#speed').value === '1'")
+    page.locator("#speed").evaluate("it => { it.value = 3; it.dispatchEvent(new Event('input')) }")
+    assert page.evaluate(f"ecs.screen({uid})") == where
+
+
+def test_one_that_is_selected_while_time_stands_still_has_a_point_in_its_chart(page):
+    pause(page)
+    page.locator("#step").click()
+    until(page, "ecs.tick > 0 && ecs.still")
+    select(page, "wolf")
+    until(page, "document.querySelector('#organism .uplot canvas')")
+    assert page.evaluate(INK) > 20
+
+
+INK = """() => {
+  const canvas = document.querySelector("#organism .uplot canvas"), pen = canvas.getContext("2d");
+  const { data } = pen.getImageData(0, 0, canvas.width, canvas.height);
+  let n = 0; // pixels that are no grey: of the points, not of axes
+  for (let i = 0; i < data.length; i += 4) n += data[i + 3] > 200 && Math.max(data[i], data[i + 1], data[i + 2]) - Math.min(data[i], data[i + 1], data[i + 2]) > 60;
+  return n;
+}"""  # noqa: E501
+
+
+def test_no_name_in_the_nervous_system_is_cut(page):
+    pause(page)
+    page.locator("#step").click()
+    until(page, "ecs.tick > 0 && ecs.still")
+    select(page, "deer")
+    assert not [text for text in page.locator(".nerves text").all_text_contents() if "…" in text]
+    outside = """[...document.querySelectorAll(".nerves text")].filter((text) => {
+      const box = text.getBBox(), view = text.ownerSVGElement.viewBox.baseVal;
+      return box.x < view.x || box.x + box.width > view.x + view.width;
+    }).map((text) => text.textContent)"""
+    assert page.evaluate(outside) == []
+
+
+@pytest.mark.parametrize("eye", ["top", "side"])
+def test_all_of_the_world_is_clear_of_what_lies_over_the_scene(page, eye):
+    pause(page)
+    page.locator(f"[data-eye={eye}]").click()
+    until(page, "ecs.still")
+    corners = page.evaluate("ecs.corners()")
+    assert len(corners) >= 4
+    covered = "([x, y]) => document.elementFromPoint(x, y)?.id !== 'canvas'"
+    assert [corner for corner in corners if page.evaluate(covered, corner)] == []
+
+
+def test_the_dead_are_not_followed(page):
+    pause(page)
+    uid = select(page, "deer")
+    assert page.locator("[data-eye=follow]").is_enabled()
+    page.locator("#tab-act").click()
+    page.get_by_role("button", name="Remove the selected one").click()
+    page.locator("#step").click()
+    until(page, f"ecs.still && !ecs.place({uid}) && document.querySelector('[data-eye=follow]').disabled")
+    page.locator("#tab-organism").click()
+    until(page, "document.querySelector('#organism .who .button').disabled")

@@ -97,3 +97,27 @@ def test_all_words_stand_out_from_their_ground(page, shade):
     assert len(page.evaluate(CONTRAST)) == 1
     page.locator("#title").evaluate("title => title.style.color = ''")
     page.locator("#colour").select_option("species")
+
+
+@pytest.mark.parametrize("size", [(844, 390), (640, 400), (390, 844)])
+def test_the_world_has_room_on_phones_on_their_side_and_on_enlarged_pages(page, size):
+    page.set_viewport_size({"width": size[0], "height": size[1]})
+    box = page.locator("#stage").bounding_box()
+    assert box["width"] * box["height"] > 0.4 * size[0] * size[1]
+    assert box["height"] > 0.4 * size[1]
+    for button in ("#play", "#step", "#tab-charts"):
+        inside = page.locator(button).bounding_box()
+        assert inside["y"] + inside["height"] <= size[1]
+
+
+@pytest.mark.parametrize("shade", ["light", "dark"])
+def test_axe_finds_nothing_in_any_tab(page, shade):
+    axe = pytest.importorskip("axe_playwright_python.sync_playwright", reason="no axe-playwright-python here")
+    pause(page)
+    if page.evaluate("document.documentElement.dataset.shade") != shade:
+        page.locator("#theme").click()
+    select(page, "deer")
+    for panel in page.locator("[role=tab]:not([hidden])").all():
+        panel.click()
+        found = axe.Axe().run(page).response["violations"]
+        assert [(v["id"], [node["html"][:90] for node in v["nodes"][:3]]) for v in found] == [], panel

@@ -36,6 +36,24 @@ def test_each_reporter_has_a_chart_of_its_own(browser):
         run.process.terminate()
 
 
+def test_a_page_goes_on_with_another_address_after_the_server_was_started_again(browser):
+    with served("watch", "predator-prey", *SMALL) as run:
+        first = run.address()
+        port = first.split(":")[2].split("/")[0]
+        context = browser.new_context()
+        page = context.new_page()
+        page.goto(first)
+        until(page, "ecs.frames > 0 && ecs.connected")
+    with served("watch", "predator-prey", *SMALL, "--port", port) as run:
+        address = run.address()
+        until(page, "ecs.refused")
+        assert "started again" in page.locator("#notice").inner_text()
+        page.get_by_label("Address that the terminal shows now").fill(address)
+        page.get_by_role("button", name="Open").click()
+        until(page, "ecs.connected && ecs.frames > 0")
+        context.close()
+
+
 @pytest.fixture(scope="module")
 def recorded(browser, tmp_path_factory):
     """A run that is recorded, stopped as by Ctrl-C; meanwhile somebody clicks: its folder, the manifest,
@@ -129,6 +147,11 @@ def test_a_recorded_run_is_scrubbed_and_what_was_not_recorded_is_filled_in(brows
     with served("watch", str(out)) as run, opened(browser, run.address()) as page:
         assert page.evaluate("ecs.mode") == "replay"
         assert not page.locator("#tab-act").is_visible()
+        pause(page)
+        seek(page, manifest["done"] - 1)
+        until(page, "document.querySelector('#rate').textContent === 'the end'")
+        page.locator("#play").click()  # from the beginning
+        until(page, "ecs.playing && ecs.tick < 30")
         pause(page)
         seek(page, 3)
         page.locator("#play").click()

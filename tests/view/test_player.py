@@ -277,3 +277,10 @@ def test_a_closed_player_ends_the_world():
     player = Player(Numbers(), playing=False)
     player.close()
     assert player.turn() is False
+
+
+def test_at_the_end_nothing_plays_any_more():
+    player = Player(Numbers(last=3), speed=None)
+    page = Notes(player)
+    play(player, 0.15)
+    assert page.got("state")[-1]["playing"] is False

@@ -264,3 +264,12 @@ def test_the_sun_of_a_recording_stands_where_it_stood(plain):
         )
     series = plain.series(-1)
     assert series["light"][series["tick"].index(12)] == 0.8
+
+
+def test_the_extinct_are_not_said_to_be_unhappy(menagerie, tmp_path):
+    cull = {"kind": "cull", "species": "ram", "share": 1.0, "at": 4}
+    _run(menagerie(**MADE) | {}, tmp_path / "gone", ticks=8,
+         prepare=lambda world: world.intervene({k: v for k, v in cull.items() if k != "at"}))
+    series = Replay(tmp_path / "gone").series(-1)
+    assert series["n"]["ram"][-1] == 0
+    assert series["happiness"]["ram"][-1] is None

@@ -207,6 +207,7 @@ export interface Counters {
   uids(kind: string, most?: number): number[];
   place(uid: number): number[] | null;
   screen(uid: number): { x: number; y: number } | null;
+  corners(): [number, number][];
 }
 
 declare global {

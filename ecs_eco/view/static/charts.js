@@ -2,15 +2,15 @@
 
 import { uPlot } from "./vendor.js";
 import { $, h, number } from "./dom.js";
+import { genes } from "./colours.js";
 import { DASHES, stroke } from "./marks.js";
-import { css } from "./theme.js";
+import { css, isDark } from "./theme.js";
 
 /** @typedef {import("./protocol.js").Series} Series */
 /** @typedef {(number | null)[]} Line */
 
 const MOST = 12000; // points kept; then every second of the older half goes
 const WINDOWS = [["last 500", 500], ["last 2 000", 2000], ["last 10 000", 10000], ["all ticks", Infinity]];
-const GENES = ["#0072B2", "#E69F00", "#009E73", "#CC79A7", "#D55E00", "#56B4E9", "#999933", "#8866cc"];
 
 /** @type {{key: string, title: string}[]} */
 const CHARTS = [
@@ -39,6 +39,8 @@ export class Charts {
     this.lines = { n: {}, happiness: {}, genes: {} };
     /** @type {Set<string>} */
     this.hidden = new Set();
+    /** @type {Set<string>} kinds that the legend hides */
+    this.away = new Set();
     this.window = hello.mode === "replay" ? Infinity : 2000;
     this.log = false;
     /** @type {Map<string, {plot: uPlot, values: Map<string, HTMLElement>, signature: string}>} */
@@ -124,6 +126,13 @@ export class Charts {
     return [from, Math.max(newest, from + 10)];
   }
 
+  /** Shows or hides the curves of a kind. @param {string} name @param {boolean} shown */
+  show(name, shown) {
+    if (shown) this.away.delete(name);
+    else this.away.add(name);
+    this.rebuild();
+  }
+
   rebuild() {
     for (const { plot } of this.plots.values()) plot.destroy();
     this.plots.clear();
@@ -153,7 +162,7 @@ export class Charts {
 
   /** Lines with something to show. @param {string} key */
   names(key) {
-    return Object.keys(this.lines[key]).filter((name) => key === "n" || this.lines[key][name].some((value) => value !== null));
+    return Object.keys(this.lines[key]).filter((name) => !this.away.has(name.split(".")[0])).filter((name) => key === "n" || this.lines[key][name].some((value) => value !== null));
   }
 
   /**
@@ -176,8 +185,9 @@ export class Charts {
    * @param {string[]} names
    */
   build(key, title, names) {
-    const colours = names.map((name, i) => (key === "genes" ? GENES[i % GENES.length] : name ? this.colourOf(name) : css("--ink")));
-    const dashes = names.map((_, i) => (key === "genes" ? DASHES[Math.floor(i / GENES.length) % DASHES.length] : DASHES[i % 3]));
+    const hues = genes(isDark());
+    const colours = names.map((name, i) => (key === "genes" ? hues[i % hues.length] : name ? this.colourOf(name) : css("--ink")));
+    const dashes = names.map((_, i) => (key === "genes" ? DASHES[Math.floor(i / hues.length) % DASHES.length] : DASHES[i % 3]));
     /** @type {Map<string, HTMLElement>} */
     const values = new Map();
     const head = h("div", { class: "chart-head" }, h("h2", { text: title }));

@@ -5,6 +5,12 @@ import { DataTexture, LinearFilter, NoColorSpace, RGBAFormat, UnsignedByteType }
 /** Colours, and the hue [degrees] that each stands for. @type {[string, number][]} */
 const SAFE = [["#009E73", 125], ["#E69F00", 38], ["#D55E00", 2], ["#56B4E9", 198], ["#CC79A7", 308], ["#F0E442", 58], ["#0072B2", 225]];
 
+/** Colours of genes, none of them that of a species (Tol 2021, "muted", and greys of theirs): for a light ground and for a dark one. */
+const GENES = [["#332288", "#882255", "#117733", "#8a6d1f", "#AA4499", "#555555"], ["#b0a4ff", "#ff9ecb", "#9be3a5", "#DDCC77", "#88e0e8", "#c8c8c8"]];
+
+/** @param {boolean} dark */
+export const genes = (dark) => GENES[Number(dark)];
+
 /** Stops of ramps from low to high; their lightness rises steadily, or falls to both sides from the middle. */
 const RAMPS = {
   // as viridis, whose dark end would be lost on a dark ground

@@ -39,6 +39,12 @@ export class Eye {
     this.flight = null;
     /** @type {Vector3 | null} */
     this.followed = null;
+    /** @type {() => number[][]} left, top, right and bottom of what lies over the scene [px] */
+    this.cover = () => [];
+    /** @type {number[][]} the same, at the last look */
+    this.covered = [];
+    this.width = this.height = 1; // [px]
+    this.shift = [0, 0]; // of the picture, so that all of the world is clear of that [px]
   }
 
   /** The middle of the world. */
@@ -52,29 +58,64 @@ export class Eye {
     return this.size.length > 2 ? new Vector3(0.34, -1, 0.3).normalize() : new Vector3(0, -0.82, 0.86).normalize();
   }
 
+  /** Corners of the world, and points along its edges. @param {number} parts of an edge */
+  edges(parts) {
+    const points = [];
+    const ends = [[0, this.size[0]], [0, this.size[1]], this.levels];
+    for (let axis = 0; axis < 3; axis++)
+      for (const u of ends[(axis + 1) % 3])
+        for (const v of ends[(axis + 2) % 3])
+          for (let k = 0; k <= parts; k++) {
+            const point = new Vector3();
+            point.setComponent(axis, ends[axis][0] + ((ends[axis][1] - ends[axis][0]) * k) / parts);
+            points.push(point.setComponent((axis + 1) % 3, u).setComponent((axis + 2) % 3, v));
+          }
+    return points;
+  }
+
   /**
-   * Distance at which all of the world is in sight.
+   * Distance at which all of the world is in sight and clear of what lies over the scene, and the shift of the picture [px].
    * @param {Vector3} direction
    */
   fit(direction) {
+    const [w, h] = [this.width, this.height];
+    this.covered = this.cover();
     const probe = this.camera.clone();
+    probe.clearViewOffset();
     const middle = this.middle();
-    const corners = [];
-    for (const x of [0, this.size[0]]) for (const y of [0, this.size[1]]) for (const z of this.levels) corners.push(new Vector3(x, y, z));
-    let [near, far] = [this.span * 0.2, this.span * 10];
-    for (let k = 0; k < 24; k++) {
-      const distance = (near + far) / 2;
+    const points = this.edges(8);
+    const clear = (/** @type {number} */ distance, /** @type {number[]} */ [dx, dy]) => {
       probe.position.copy(middle).addScaledVector(direction, distance);
       probe.lookAt(middle);
       probe.updateMatrixWorld();
-      const inside = corners.every((corner) => {
-        const seen = corner.clone().project(probe);
-        return Math.abs(seen.x) < 0.94 && Math.abs(seen.y) < 0.86 && seen.z < 1;
+      return points.every((point) => {
+        const seen = point.clone().project(probe);
+        const [x, y] = [((seen.x + 1) / 2) * w + dx, ((1 - seen.y) / 2) * h + dy];
+        if (seen.z >= 1 || x < 0.02 * w || x > 0.98 * w || y < 0.02 * h || y > 0.98 * h) return false;
+        return !this.covered.some(([left, top, right, bottom]) => x > left && x < right && y > top && y < bottom);
       });
-      if (inside) far = distance;
-      else near = distance;
+    };
+    let best = { distance: this.span * 10, shift: [0, 0] };
+    for (const shift of this.shifts()) {
+      let [near, far] = [this.span * 0.2, best.distance];
+      if (!clear(far, shift)) continue;
+      for (let k = 0; k < 16; k++) {
+        const distance = (near + far) / 2;
+        if (clear(distance, shift)) far = distance;
+        else near = distance;
+      }
+      if (far < 0.99 * best.distance) best = { distance: far, shift };
     }
-    return far;
+    return best;
+  }
+
+  /** Shifts of the picture that may make more of the world's room. */
+  shifts() {
+    const [w, h] = [this.width, this.height];
+    const left = Math.max(0, ...this.covered.filter(([a]) => a < w / 3).map(([, , c]) => c));
+    const right = Math.max(0, ...this.covered.filter(([, , c]) => c > (2 * w) / 3).map(([a]) => w - a));
+    const top = Math.max(0, ...this.covered.filter(([, b]) => b < h / 3).map(([, , , d]) => d));
+    return [0, 0.25, 0.5].flatMap((down) => [[0, down * top], [(left - right) / 2, down * top]]);
   }
 
   /**
@@ -87,15 +128,23 @@ export class Eye {
     this.touched = false;
     const direction = this.direction(preset);
     let target = this.middle();
-    let distance = this.fit(direction);
+    let { distance, shift } = this.fit(direction);
     if (preset === "follow" && this.followed) {
       target = this.followed.clone();
+      shift = [0, 0];
       distance = Math.min(distance, Math.max(this.span * 0.14, this.controls.minDistance * 4));
     }
+    this.move(shift);
     const to = [target.clone().addScaledVector(direction, distance), target];
     const still = matchMedia("(prefers-reduced-motion: reduce)").matches;
     if (fly && !still) this.flight = { from: [this.camera.position.clone(), this.controls.target.clone()], to, start: performance.now() };
     else this.put(to);
+  }
+
+  /** Moves the picture. @param {number[]} shift [px] */
+  move(shift) {
+    this.shift = shift;
+    this.camera.setViewOffset(this.width, this.height, -shift[0], -shift[1], this.width, this.height);
   }
 
   /** @param {Vector3[]} places of camera and target */
@@ -166,8 +215,9 @@ export class Eye {
 
   /** @param {number} width @param {number} height */
   resize(width, height) {
-    this.camera.aspect = width / Math.max(1, height);
-    this.camera.updateProjectionMatrix();
+    [this.width, this.height] = [width, Math.max(1, height)];
+    this.camera.aspect = width / this.height;
+    this.move(this.shift);
     if (!this.touched) this.look(this.preset, false);
   }
 }

@@ -1,21 +1,35 @@
-// Binary frames: a header and, for each kind, 12 bytes an organism. Nothing is copied: blocks are views of the frame's bytes.
+// Binary frames: a header and, for each kind, 12 bytes an organism; behind all of them, where uids need it, 4 bytes more of each.
+// Nothing is copied: blocks are views of the frame's bytes.
 
 export const MAGIC = 0x31434545; // "EEC1"
 export const WORDS = 6; // 16-bit words an organism: x, y, z, heading | value << 8, uid (two words)
-export const LONGS = 3; // 32-bit words an organism; the last is the uid's offset
+export const LONGS = 3; // 32-bit words an organism; the last is the lower half of the uid
 
 /**
  * @typedef {object} Block The organisms of one kind.
  * @property {number} n
  * @property {Uint16Array} words
  * @property {Uint32Array} longs
+ * @property {Uint32Array | null} upper the upper halves of the uids, where one of the frame has any
  */
+
+const HALF = 2 ** 32;
+
+/** The uid of an organism: below 2^53, so that a number holds it. @param {Block} block @param {number} row */
+export const uidOf = ({ longs, upper }, row) => longs[row * LONGS + 2] + (upper ? upper[row] * HALF : 0);
+
+/** The row of an organism, −1 where it is not there. @param {Block} block @param {number} uid */
+export function rowOf({ n, longs, upper }, uid) {
+  const low = uid % HALF, high = Math.floor(uid / HALF);
+  if (high && !upper) return -1;
+  for (let row = 0; row < n; row++) if (longs[row * LONGS + 2] === low && (!upper || upper[row] === high)) return row;
+  return -1;
+}
 
 /**
  * @typedef {object} Frame
  * @property {number} frame number of the frame
  * @property {number} tick
- * @property {number} base to be added to each uid
  * @property {number} light at the surface, 0 … 1
  * @property {number} elevation of the sun [rad]
  * @property {Block[]} blocks in the order of species, then objects
@@ -31,16 +45,20 @@ export function decode(buffer) {
   if (view.getUint32(0, true) !== MAGIC) throw new Error("a binary message that is no frame");
   const kinds = view.getUint32(24, true);
   let at = 28 + 4 * kinds;
+  /** @type {Block[]} */
   const blocks = [];
   for (let kind = 0; kind < kinds; kind++) {
     const n = view.getUint32(28 + 4 * kind, true);
-    blocks.push({ n, words: new Uint16Array(buffer, at, n * WORDS), longs: new Uint32Array(buffer, at, n * LONGS) });
+    blocks.push({ n, words: new Uint16Array(buffer, at, n * WORDS), longs: new Uint32Array(buffer, at, n * LONGS), upper: null });
     at += 12 * n;
+  }
+  for (const block of view.getUint32(12, true) ? blocks : []) {
+    block.upper = new Uint32Array(buffer, at, block.n);
+    at += 4 * block.n;
   }
   return {
     frame: view.getUint32(4, true),
     tick: view.getUint32(8, true),
-    base: view.getUint32(12, true),
     light: view.getFloat32(16, true),
     elevation: view.getFloat32(20, true),
     blocks,

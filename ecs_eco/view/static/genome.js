@@ -1,8 +1,8 @@
 // The genome of one organism: its letters, genes marked in colour, and what they decode to.
 
+import { genes as hues } from "./colours.js";
 import { h, number } from "./dom.js";
-
-const HUES = ["#0072B2", "#E69F00", "#009E73", "#CC79A7", "#D55E00", "#56B4E9", "#b09f00"];
+import { isDark } from "./theme.js";
 
 /** @param {import("./protocol.js").Gene} gene */
 function decoded({ value, text }) {
@@ -19,7 +19,7 @@ export function drawGenome(genome) {
   const light = (/** @type {string} */ name, /** @type {boolean} */ on) => marked.get(name)?.forEach((mark) => mark.classList.toggle("lit", on));
   const root = h("div", {}, ...strings.map((string, s) => letters(string, genes, marked, s)));
   const list = h("ul", { class: "genes" }, ...genes.map((gene, i) => h("li", {
-    style: `--c:${HUES[i % HUES.length]}`, title: explain(gene),
+    style: `--c:${hues(isDark())[i % hues(isDark()).length]}`, title: explain(gene),
     onpointerenter: () => light(gene.name, true), onpointerleave: () => light(gene.name, false),
   }, h("i"), h("span", { text: gene.name }), h("b", { text: decoded(gene) }))));
   root.append(list);
@@ -43,7 +43,7 @@ function letters(string, genes, marked, s) {
   genes.forEach((gene, i) => {
     if ((gene.string ?? s) !== s || gene.to === gene.from) return;
     if (gene.from > at) root.append(string.slice(at, gene.from));
-    const mark = h("mark", { style: `--c:${HUES[i % HUES.length]}`, title: explain(gene), text: string.slice(Math.max(at, gene.from), gene.to) });
+    const mark = h("mark", { style: `--c:${hues(isDark())[i % hues(isDark()).length]}`, title: explain(gene), text: string.slice(Math.max(at, gene.from), gene.to) });
     marked.set(gene.name, [...(marked.get(gene.name) ?? []), mark]);
     root.append(mark);
     at = Math.max(at, gene.to);

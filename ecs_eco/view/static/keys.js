@@ -20,6 +20,7 @@ export function listen(keys) {
     if (event.ctrlKey || event.metaKey || event.altKey || document.querySelector("dialog[open]")) return;
     const typing = target.closest("input:not([type=range]), select, textarea") !== null;
     const arrows = event.key.startsWith("Arrow") || event.key === "Home";
+    if (target.matches("input[type=range]") && (arrows || event.key === "End" || event.key.startsWith("Page"))) return; // it moves itself
     if (typing && event.key !== "Escape") return;
     if (arrows && target.id !== "canvas" && target !== document.body) return;
     if (event.key === " " && target.closest("button, [role=tab]")) return;

@@ -5,13 +5,13 @@ import {
   InterleavedBufferAttribute, Mesh, Points, ShaderMaterial,
 } from "./vendor.js";
 import { box, capsule, dart } from "./body.js";
-import { LONGS, WORDS } from "./frame.js";
+import { WORDS, rowOf, uidOf } from "./frame.js";
 import { match, still } from "./match.js";
 import { BODY_FRAGMENT, BODY_VERTEX, POINT_FRAGMENT, POINT_VERTEX, SOLID_VERTEX } from "./shaders.js";
 
 const DARTS = 3000; // above so many, points
 const BOXES = 50000;
-const NOTHING = { n: 0, words: new Uint16Array(0), longs: new Uint32Array(0) };
+const NOTHING = { n: 0, words: new Uint16Array(0), longs: new Uint32Array(0), upper: null };
 
 /** @typedef {import("./frame.js").Block} Block */
 /** @typedef {{value: any}} Uniform */
@@ -26,7 +26,6 @@ export class Layer {
     this.kind = kind;
     this.group = group;
     this.room = 0;
-    this.base = 0;
     /** @type {Block} */
     this.block = NOTHING;
     this.now = new Uint16Array(0);
@@ -51,12 +50,10 @@ export class Layer {
   /**
    * Takes the organisms of a new frame.
    * @param {Block} block
-   * @param {number} base of the uids
    * @param {number} share how far the motion shown has come
    * @param {boolean} jump whether nothing moves smoothly from the last frame to this one
    */
-  take(block, base, share, jump) {
-    this.base = base;
+  take(block, share, jump) {
     const most = this.kind.shape === "box" ? BOXES : DARTS;
     const darts = Boolean(this.kind.moves || this.kind.shape) && block.n <= (this.form?.darts ? most * 1.2 : most);
     if (block.n > this.room || !this.form || this.form.darts !== darts) this.build(block.n, darts);
@@ -147,7 +144,7 @@ export class Layer {
 
   /** @param {number} row */
   uid(row) {
-    return this.base + this.block.longs[row * LONGS + 2];
+    return uidOf(this.block, row);
   }
 
   /**
@@ -155,9 +152,6 @@ export class Layer {
    * @param {number} uid
    */
   row(uid) {
-    const { n, longs } = this.block;
-    const offset = uid - this.base;
-    for (let row = 0; row < n; row++) if (longs[row * LONGS + 2] === offset) return row;
-    return -1;
+    return rowOf(this.block, uid);
   }
 }

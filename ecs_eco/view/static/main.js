@@ -3,11 +3,13 @@
 import { Act } from "./act.js";
 import { Charts } from "./charts.js";
 import { Connection } from "./connection.js";
+import { count } from "./counters.js";
 import { taken } from "./credential.js";
 import { $, announce, h, number } from "./dom.js";
 import { help, listen } from "./keys.js";
 import * as overlay from "./overlay.js";
 import { Panel } from "./panel.js";
+import { point } from "./pointer.js";
 import { Stage } from "./stage.js";
 import { onTheme, recallTheme, switchTheme } from "./theme.js";
 import { Timeline } from "./timeline.js";
@@ -51,7 +53,9 @@ connection.on("marks", (marks) => {
 });
 connection.on("params", ({ list }) => page?.act?.offer(list));
 connection.on("organism", (organism) => {
-  if (organism.uid === page?.stage.selected) page.panel.show(organism);
+  if (organism.uid !== page?.stage.selected) return;
+  page.panel.show(organism);
+  eyes();
 });
 connection.on("said", (said) => {
   page?.act?.note(said);
@@ -66,7 +70,7 @@ connection.onlink = (link) => {
   $("link").textContent = words[link];
   $("link").title = words[link];
   if (link === "ended") overlay.notice(connection.done || connection.greeted ? "The run has ended." : "No run answers here.", { text: "Try again", does: () => connection.again() });
-  else if (link === "refused") overlay.notice("This page is not let in: an address works once, and for ten minutes. Open the one that the terminal shows now.");
+  else if (link === "refused") overlay.door(connection.greeted ? "The run was started again, and does not know this page." : "This page is not let in: an address works once, and for ten minutes.");
   else if (link === "lost") overlay.notice("The connection is lost; trying again …");
   else overlay.notice(null);
 };
@@ -90,6 +94,7 @@ function begin(hello) {
   }) : null;
   $("tab-act").hidden = !act;
   page = { stage, charts, panel, timeline, act, hello };
+  stage.eye.cover = overlay.covered;
   stage.onrender = () => {
     overlay.follow(stage);
     updateLegend();
@@ -111,7 +116,7 @@ function paint(dark) {
   updateLegend = overlay.legend(page.stage, own, (chosen) => {
     own = chosen;
     paint(page?.stage.dark ?? dark);
-  });
+  }, (name, shown) => page?.charts.show(name, shown));
   page.charts.rebuild();
   page.panel.redraw();
 }
@@ -125,8 +130,9 @@ function show(now) {
     $("play").setAttribute("aria-label", now.playing ? "Pause" : "Play");
   }
   const over = now.done && page?.hello.mode === "live";
-  $("step").disabled = $("play").disabled = over;
-  $("rate").textContent = over ? "done" : now.playing ? `${number(now.rate, 2)} ticks/s` : "paused";
+  $("step").disabled = now.done;
+  $("play").disabled = over;
+  $("rate").textContent = over ? "done" : now.done ? "the end" : now.playing ? `${number(now.rate, 2)} ticks/s` : "paused";
   const slot = SPEEDS.indexOf(now.speed);
   const nearest = slot >= 0 ? slot : SPEEDS.findIndex((speed) => speed === null || speed >= (now.speed ?? Infinity));
   if (document.activeElement !== $("speed") || slot >= 0) $("speed").value = nearest;
@@ -152,7 +158,9 @@ function speed(slot) {
   connection.send({ kind: "speed", value });
 }
 
+/** Plays or pauses; at the end of a recorded run plays it again from its beginning. */
 function play() {
+  if (state?.done && page?.hello.mode === "replay") connection.send({ kind: "seek", tick: page.hello.first });
   connection.send({ kind: state?.playing ? "pause" : "play" });
 }
 
@@ -191,18 +199,21 @@ function next(by) {
 
 /** @param {"top" | "side" | "follow"} preset @param {boolean} [fly] */
 function look(preset, fly = true) {
-  if (!page || (preset === "follow" && page.stage.selected === null)) return;
+  if (!page || (preset === "follow" && !followable())) return;
   if (preset === "follow") page.stage.eye.followed = page.stage.place(/** @type {number} */ (page.stage.selected));
   page.stage.eye.look(preset, fly);
   page.stage.dirty = true;
   eyes();
 }
 
+/** Whether the selected one is there to be followed. */
+const followable = () => page?.stage.selected != null && page.panel.organism?.alive !== false && page.stage.place(page.stage.selected) !== null;
+
 function eyes() {
   for (const button of document.querySelectorAll("[data-eye]")) {
     const preset = /** @type {HTMLButtonElement} */ (button).dataset.eye;
     button.setAttribute("aria-pressed", String(preset === page?.stage.eye.preset));
-    if (preset === "follow") /** @type {HTMLButtonElement} */ (button).disabled = page?.stage.selected === null;
+    if (preset === "follow") /** @type {HTMLButtonElement} */ (button).disabled = !followable();
   }
 }
 
@@ -233,35 +244,6 @@ function flash(text) {
   clearTimeout(flashing);
   flashing = setTimeout(() => overlay.notice(null), 6000);
 }
-
-// ---- the pointer
-
-const canvas = $("canvas");
-/** @type {{x: number, y: number} | null} */
-let pressed = null;
-let hovered = 0;
-
-canvas.addEventListener("pointerdown", (/** @type {PointerEvent} */ event) => {
-  pressed = event.button === 0 ? { x: event.offsetX, y: event.offsetY } : null;
-});
-canvas.addEventListener("pointerup", (/** @type {PointerEvent} */ event) => {
-  if (!page || !pressed || Math.hypot(event.offsetX - pressed.x, event.offsetY - pressed.y) > 5) return;
-  if (page.act?.aiming) {
-    const place = page.stage.under(event.offsetX, event.offsetY);
-    if (place) page.act.placeAt(place);
-    return;
-  }
-  const found = page.stage.pick(event.offsetX, event.offsetY, event.pointerType === "touch" ? 26 : 15);
-  if (found && !found.kind.inanimate) select(found.uid);
-  else if (page.stage.selected !== null) select(null);
-});
-canvas.addEventListener("pointermove", (/** @type {PointerEvent} */ event) => {
-  if (!page || event.buttons || event.pointerType === "touch" || performance.now() - hovered < 80) return;
-  hovered = performance.now();
-  const found = page.act?.aiming ? null : page.stage.pick(event.offsetX, event.offsetY, 12);
-  overlay.tip(found ? { x: event.offsetX, y: event.offsetY } : null, found ? `${found.kind.name} #${found.uid}` : "");
-});
-canvas.addEventListener("pointerleave", () => overlay.tip(null));
 
 // ---- buttons and keys
 
@@ -324,39 +306,8 @@ listen([...KEYS, ...MOVES]);
 help(KEYS);
 $("helpOpen").addEventListener("click", () => $("help").showModal());
 
-// ---- what tests read
-
-window.ecs = {
-  get frames() { return page?.stage.frames ?? 0; },
-  get tick() { return page?.stage.tick ?? 0; },
-  get counts() { return Object.fromEntries((page?.stage.layers ?? []).map((layer) => [layer.kind.name, layer.block.n])); },
-  get decodeMs() { return page?.stage.decodeMs ?? 0; },
-  get renderMs() { return page?.stage.renderMs ?? 0; },
-  get renders() { return page?.stage.renders ?? 0; },
-  get selected() { return page?.stage.selected ?? null; },
-  get mode() { return page?.hello.mode ?? ""; },
-  get playing() { return state?.playing ?? false; },
-  get still() { return Boolean(page?.stage.still && state?.tick === page.stage.tick); },
-  get connected() { return $("link").dataset.link === "open"; },
-  get ended() { return $("link").dataset.link === "ended"; },
-  get refused() { return $("link").dataset.link === "refused"; },
-  get messages() { return connection.counts; },
-  get acts() { return page?.act?.sent ?? 0; },
-  uids(kind, most = 100) {
-    const layer = page?.stage.layers.find((one) => one.kind.name === kind);
-    return layer ? Array.from({ length: Math.min(most, layer.block.n) }, (_, row) => layer.uid(row)) : [];
-  },
-  place(uid) {
-    return page?.stage.place(uid)?.toArray() ?? null;
-  },
-  screen(uid) {
-    const place = page?.stage.place(uid);
-    const at = place && page?.stage.project(place);
-    const box = canvas.getBoundingClientRect();
-    return at ? { x: at.x + box.left, y: at.y + box.top } : null;
-  },
-};
-
+point($("canvas"), { page: () => page, select });
+count({ page: () => page, state: () => state, connection });
 window.addEventListener("hashchange", () => { // somebody put another address into this tab
   if (connection.socket === null) connection.again();
   else taken(); // it is in already

@@ -11,13 +11,13 @@ class Rows {
     this.keys = new Uint32Array(0);
     this.rows = new Int32Array(0);
     this.mask = 0;
+    /** @type {Uint32Array | null} the upper halves of the uids */
+    this.upper = null;
   }
 
-  /**
-   * @param {Uint32Array} longs
-   * @param {number} n
-   */
-  fill(longs, n) {
+  /** @param {import("./frame.js").Block} block */
+  fill({ longs, n, upper }) {
+    this.upper = upper;
     let room = 64;
     while (room < 2 * n) room *= 2;
     if (this.keys.length !== room) {
@@ -36,12 +36,12 @@ class Rows {
     }
   }
 
-  /** @param {number} uid */
-  get(uid) {
-    const { keys, mask } = this;
+  /** @param {number} uid its lower half @param {number} high its upper half */
+  get(uid, high) {
+    const { keys, mask, upper } = this;
     let slot = Math.imul(uid, 0x9e3779b1) & mask;
     while (keys[slot] !== NOBODY) {
-      if (keys[slot] === uid) return this.rows[slot];
+      if (keys[slot] === uid && (upper ? upper[this.rows[slot]] : 0) === high) return this.rows[slot];
       slot = (slot + 1) & mask;
     }
     return -1;
@@ -59,15 +59,15 @@ const table = new Rows();
  * @param {number} share how far the motion from oldBefore to old has come, 0 … 1
  */
 export function match(before, block, old, oldBefore, share) {
-  const { n, words, longs } = block;
+  const { n, words, longs, upper } = block;
   let filled = false;
   for (let i = 0; i < n; i++) {
-    const uid = longs[i * LONGS + 2];
+    const uid = longs[i * LONGS + 2], high = upper ? upper[i] : 0;
     let j = i;
-    if (i >= old.n || old.longs[i * LONGS + 2] !== uid) {
-      if (!filled) table.fill(old.longs, old.n);
+    if (i >= old.n || old.longs[i * LONGS + 2] !== uid || (old.upper ? old.upper[i] : 0) !== high) {
+      if (!filled) table.fill(old);
       filled = true;
-      j = table.get(uid);
+      j = table.get(uid, high);
     }
     const to = 4 * i;
     if (j < 0) {

@@ -6,8 +6,9 @@ import { rampColour } from "./colours.js";
 
 /** @typedef {import("./protocol.js").Nerves} Nerves */
 
-const WIDTH = 400;
 const STEP = 17;
+const LETTER = 6; // width of one [px], on average and at the most
+const LABEL = 88, ACTION = 40; // room for the names of sensors and of actions; longer ones make more
 const NODE = 142; // x of the sensors' nodes
 const BOX = [166, 62]; // x and width of the networks
 const Y = 272, P = 290, Z = 331, H = 348, NAME = 360;
@@ -20,7 +21,9 @@ const WORDS = { y: "y: the reflex forces (+1), leaves (0) or blocks (−1) the a
 export function drawNerves(nerves) {
   const rows = Math.max(nerves.sensors.length, nerves.actions.length + 1, 9);
   const height = 26 + rows * STEP + 4;
-  const root = s("svg", { class: "nerves", viewBox: `0 0 ${WIDTH} ${height}`, role: "img", "aria-label": describe(nerves) });
+  const left = Math.max(0, room(nerves.sensors) - LABEL);
+  const right = NAME + Math.max(ACTION, room(nerves.actions));
+  const root = s("svg", { class: "nerves", viewBox: `${-left} 0 ${left + right} ${height}`, role: "img", "aria-label": describe(nerves) });
   const spread = (/** @type {number} */ n, /** @type {number} */ i) => 26 + ((i + 0.5) * rows * STEP) / n;
   const wires = s("g", { fill: "none" });
   root.append(wires);
@@ -29,7 +32,7 @@ export function drawNerves(nerves) {
   /** @type {((nerves: Nerves) => void)[]} */
   const parts = [];
   nerves.sensors.forEach((sensor, i) => parts.push(sense(root, wires, sensor, i, spread(nerves.sensors.length, i), boxes)));
-  nerves.actions.forEach((action, i) => parts.push(act(root, wires, action, i, spread(nerves.actions.length, i), boxes, groupStarts(nerves, i))));
+  nerves.actions.forEach((action, i) => parts.push(act(root, wires, action, i, spread(nerves.actions.length, i), boxes, groupStarts(nerves, i) ? right : 0)));
   parts.push(joy(root, boxes.happiness));
   const update = (/** @type {Nerves} */ values) => parts.forEach((part) => part(values));
   update(nerves);
@@ -53,6 +56,9 @@ function describe(nerves) {
 function groupStarts(nerves, i) {
   return i > 0 && nerves.actions[i].group !== nerves.actions[i - 1].group;
 }
+
+/** Room for the longest of some names [px]. @param {{name: string}[]} named */
+const room = (named) => 6 + LETTER * Math.max(0, ...named.map(({ name }) => name.length));
 
 /** @param {SVGElement} root */
 function head(root) {
@@ -104,7 +110,7 @@ function sense(root, wires, sensor, i, y, boxes) {
   const lines = /** @type {const} */ (["reflex", "policy", "happiness"]).map((name) => s("path", { d: curve(NODE + 4, y, BOX[0], boxes[name] + ((i % 7) - 3) * boxes.half * 0.2) }));
   wires.append(...lines);
   root.append(s("g", {}, title, s("rect", { x: 0, y: y - 8, width: NODE + 4, height: 16, fill: "transparent" }),
-    s("text", { x: 88, y: y + 3.5, "font-size": 10.5, "text-anchor": "end" }, short(sensor.name, 17)),
+    s("text", { x: 88, y: y + 3.5, "font-size": 10.5, "text-anchor": "end" }, sensor.name),
     s("rect", { x: 94, y: y - 3, width: 40, height: 6, rx: 1.5, fill: "var(--line)" }), bar, node));
   let most = 1;
   let signed = false; // whether it has been below 0: then the bar begins in the middle
@@ -130,10 +136,10 @@ function sense(root, wires, sensor, i, y, boxes) {
  * @param {number} i
  * @param {number} y
  * @param {ReturnType<typeof networks>} boxes
- * @param {boolean} starts a group
+ * @param {number} line how far a line above it goes, where it starts a group; else 0
  * @returns {(nerves: Nerves) => void}
  */
-function act(root, wires, action, i, y, boxes, starts) {
+function act(root, wires, action, i, y, boxes, line) {
   const end = BOX[0] + BOX[1];
   const forced = s("path", { d: curve(end, boxes.reflex + ((i % 5) - 2) * boxes.half * 0.3, Y - 10, y) });
   const likely = s("path", { d: curve(end, boxes.policy + ((i % 5) - 2) * boxes.half * 0.3, Y - 10, y), stroke: "var(--accent)" });
@@ -143,11 +149,11 @@ function act(root, wires, action, i, y, boxes, starts) {
   const bar = s("rect", { x: P, y: y - 3, height: 6, rx: 1.5, fill: "var(--accent)" });
   const dot = s("circle", { cx: Z, cy: y, r: 3.6, stroke: "var(--accent)", "stroke-width": 1.4 });
   const lamp = s("rect", { x: H - 5, y: y - 5, width: 10, height: 10, rx: 2.5, stroke: "var(--ink)", "stroke-width": 1.4 });
-  const name = s("text", { x: NAME, y: y + 3.5, "font-size": 10.5 }, short(action.name, 8));
+  const name = s("text", { x: NAME, y: y + 3.5, "font-size": 10.5 }, action.name);
   const amount = s("text", { x: H + 6, y: y + 3.5, "font-size": 10.5, "text-anchor": "end" }); // of a continuous action
   const title = s("title", {});
-  if (starts) root.append(s("line", { x1: Y - 9, x2: WIDTH, y1: y - STEP * 0.5 - 1, y2: y - STEP * 0.5 - 1, stroke: "var(--line)" }));
-  root.append(s("g", {}, title, s("rect", { x: Y - 10, y: y - 8, width: WIDTH - Y + 10, height: 16, fill: "transparent" }), cell, sign,
+  if (line) root.append(s("line", { x1: Y - 9, x2: line, y1: y - STEP * 0.5 - 1, y2: y - STEP * 0.5 - 1, stroke: "var(--line)" }));
+  root.append(s("g", {}, title, s("rect", { x: Y - 10, y: y - 8, width: NAME + ACTION - Y + 10, height: 16, fill: "transparent" }), cell, sign,
     s("rect", { x: P, y: y - 3, width: 32, height: 6, rx: 1.5, fill: "var(--line)" }), bar, dot, lamp, amount, name));
   return (nerves) => {
     const { reflex, probability, chosen, decision, continuous } = nerves.actions[i];
@@ -190,9 +196,6 @@ function joy(root, y) {
     reward.style.fill = change < 0 ? "var(--minus)" : "var(--plus)";
   };
 }
-
-/** @param {string} text @param {number} most */
-const short = (text, most) => (text.length > most ? text.slice(0, most - 1) + "…" : text);
 
 /** @param {SVGElement} element @param {Record<string, string | number>} attributes */
 function set(element, attributes) {

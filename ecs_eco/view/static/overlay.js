@@ -12,14 +12,16 @@ import { sign } from "./marks.js";
  * @param {Stage} stage
  * @param {boolean} own
  * @param {(own: boolean) => void} onown
+ * @param {(name: string, shown: boolean) => void} onshow
  */
-export function legend(stage, own, onown) {
+export function legend(stage, own, onown, onshow) {
   const rows = stage.kinds.map((kind, k) => {
     const count = h("b", { text: "0" });
     const row = h("button", { class: "legend-row", type: "button", "aria-pressed": String(stage.layers[k].shown), title: `Show or hide ${kind.name}`, onclick: () => {
       stage.layers[k].show(!stage.layers[k].shown);
       stage.dirty = true;
       row.setAttribute("aria-pressed", String(stage.layers[k].shown));
+      onshow(kind.name, stage.layers[k].shown);
     } }, sign(kind, stage.colours[k]), h("span", { text: kind.name }), count);
     return { row, count };
   });
@@ -121,4 +123,31 @@ export function notice(text, button) {
   const root = $("notice");
   root.hidden = text === null;
   root.replaceChildren(text ?? "", ...(button ? [h("button", { type: "button", text: button.text, onclick: button.does })] : []));
+}
+
+/**
+ * This page is not let in: says why, and takes another address.
+ * @param {string} why
+ */
+export function door(why) {
+  const field = h("input", { class: "input", type: "text", placeholder: "http://127.0.0.1:…/#code=…", "aria-label": "Address that the terminal shows now", autocomplete: "off", spellcheck: "false" });
+  const form = h("form", {}, field, h("button", { type: "submit", text: "Open" }));
+  form.addEventListener("submit", (event) => {
+    event.preventDefault();
+    const code = field.value.split("#")[1] ?? "";
+    if (!code.startsWith("code=")) return field.focus();
+    const address = new URL(field.value, location.href);
+    if (address.origin === location.origin) location.hash = code; // main.js hears of it, and goes in
+    else if (address.protocol === "http:" && address.hostname === location.hostname) location.assign(address);
+  });
+  const root = $("notice");
+  root.hidden = false;
+  root.replaceChildren(`${why} Open the address that the terminal shows now:`, form);
+}
+
+/** What of the stage lies under cards: left, top, right and bottom of each [px]. */
+export function covered() {
+  const { left, top } = $("stage").getBoundingClientRect();
+  const boxes = ["legend", "cameras", "scale", "dial"].map((id) => $(id)).filter((card) => !card.hasAttribute("hidden")).map((card) => card.getBoundingClientRect());
+  return boxes.filter(({ width }) => width).map((box) => [box.left - left - 4, box.top - top - 4, box.right - left + 4, box.bottom - top + 4]);
 }

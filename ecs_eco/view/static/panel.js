@@ -29,6 +29,7 @@ export class Panel {
     /** @type {uPlot | null} */
     this.plot = null;
     this.kept = "";
+    this.points = false; // whether the chart of one life shows points
     new ResizeObserver(() => this.plot?.setSize({ width: Math.max(200, this.root.clientWidth - 32), height: 130 })).observe(this.root);
     this.empty();
   }
@@ -91,7 +92,7 @@ export class Panel {
     const kind = this.kind(organism);
     const head = h("div", { class: "who" }, sign(kind, this.calls.colourOf(organism.species)), h("strong", { text: `${organism.species} #${organism.uid}` }),
       h("span", { class: organism.alive ? "state" : "state dead", text: organism.alive ? "alive" : "dead" }), h("span", { class: "grow" }),
-      h("button", { class: "button", type: "button", text: "Follow", title: "Follow with the camera (3)", onclick: this.calls.follow }),
+      h("button", { class: "button", type: "button", text: "Follow", title: "Follow with the camera (3)", disabled: !organism.alive, onclick: this.calls.follow }),
       h("button", { class: "icon", type: "button", text: "✕", "aria-label": "Deselect", title: "Deselect (Esc)", onclick: () => this.calls.select(null) }));
     this.root.replaceChildren(head, ...this.note(organism), this.factsAt, this.diedAt, this.kinAt);
     if (this.nerves) this.root.append(part("Nervous system", this.nerves.root, h("button", { class: "plain", type: "button", text: "enlarge", onclick: () => this.enlarge() })));
@@ -124,14 +125,15 @@ export class Panel {
     const { energy, energy_max: most, place, nerves, died } = organism;
     const share = energy !== null && most ? Math.max(0, Math.min(1, energy / most)) : null;
     const energyAt = h("dd", { text: number(energy) + (most ? ` / ${number(most)}` : "") });
+    if (share !== null) energyAt.append(h("span", { class: "meter" }, h("i", { style: `width:${(100 * share).toFixed(1)}%` })));
     const items = [
       fact("age", organism.age === null ? "–" : `${number(organism.age)} s`),
-      h("div", {}, h("dt", { text: "energy" }), energyAt, share !== null && h("div", { class: "meter" }, h("i", { style: `width:${(100 * share).toFixed(1)}%` }))),
+      h("div", {}, h("dt", { text: "energy" }), energyAt),
       fact("happiness", number(nerves?.happiness ?? last(organism.trace?.happiness))),
       fact("sex", organism.sex === null || organism.sex === "" ? "–" : String(organism.sex)),
       fact("generation", number(organism.generation)),
       fact("born", organism.born === null ? "–" : `tick ${number(organism.born)}`),
-      fact("place [m]", place ? place.slice(0, this.hello.size.length).map((value) => value.toFixed(1)).join(", ") : "–"),
+      wide("place [m]", place ? place.slice(0, this.hello.size.length).map((value) => value.toFixed(1)).join(", ") : "–"),
       fact("heading", organism.heading === null ? "–" : `${Math.round((((organism.heading * 180) / Math.PI) % 360 + 360) % 360)}°`),
       ...(organism.size ? [fact("size [m]", organism.size.map((value) => number(value)).join(" × "))] : []),
       fact("reward", number(nerves?.reward)),
@@ -184,6 +186,7 @@ export class Panel {
     if (!trace?.tick.length || !this.traceAt) return;
     const data = [trace.tick, trace.happiness ?? trace.tick.map(() => null), trace.energy ?? trace.tick.map(() => null)];
     if (!this.plot) this.plot = this.draw(this.traceAt);
+    this.points = trace.tick.length < 3; // a line needs two
     this.plot.setData(/** @type {any} */ (data));
   }
 
@@ -191,6 +194,7 @@ export class Panel {
   draw(place) {
     const hues = ["#CC79A7", css("--accent")];
     const dash = [5, 3];
+    const points = { show: () => this.points, size: 6 };
     place.replaceChildren(h("div", { class: "chart-head" }, h("span", { class: "key" }, stroke(hues[0], []), "happiness (left)"), h("span", { class: "key" }, stroke(hues[1], dash), "energy (right)")));
     const axis = { stroke: css("--soft"), font: "11px " + css("--font"), ticks: { show: false }, grid: { stroke: css("--line"), width: 1 } };
     const text = (/** @type {uPlot} */ _, /** @type {number[]} */ splits) => splits.map((value) => number(value));
@@ -199,7 +203,7 @@ export class Panel {
       cursor: { y: false, drag: { x: false, y: false } },
       scales: { x: { time: false }, h: {}, e: {} },
       axes: [{ ...axis, size: 24, space: 70, values: text }, { ...axis, scale: "h", size: 42, space: 26, values: text }, { ...axis, scale: "e", side: 1, size: 42, space: 26, grid: { show: false }, values: text }],
-      series: [{}, { scale: "h", stroke: hues[0], width: 1.8, points: { show: false } }, { scale: "e", stroke: hues[1], width: 1.8, dash, points: { show: false } }],
+      series: [{}, { scale: "h", stroke: hues[0], width: 1.8, points }, { scale: "e", stroke: hues[1], width: 1.8, dash, points }],
     }, [[]], place);
   }
 
@@ -213,6 +217,9 @@ export class Panel {
 
 /** @param {string} name @param {string} text */
 const fact = (name, text) => h("div", {}, h("dt", { text: name }), h("dd", { text, title: text }));
+
+/** A fact whose words may take two lines. @param {string} name @param {string} text */
+const wide = (name, text) => h("div", {}, h("dt", { text: name }), h("dd", { text, class: "wraps" }));
 
 /** @param {(number | null)[] | undefined} list */
 const last = (list) => (list?.length ? list[list.length - 1] : null);

@@ -89,7 +89,7 @@ export class Stage {
     const share = this.share(start);
     const same = frame.tick === this.tick && !jump;
     if (!same) this.interval = Math.min(1000, Math.max(30, 0.7 * this.interval + 0.3 * (start - this.arrived)));
-    this.layers.forEach((layer, k) => frame.blocks[k] && layer.take(frame.blocks[k], frame.base, share, jump));
+    this.layers.forEach((layer, k) => frame.blocks[k] && layer.take(frame.blocks[k], share, jump));
     this.arrived = start;
     this.jump = false;
     this.tick = frame.tick;
@@ -336,6 +336,11 @@ export class Stage {
     }
     const inside = [at.x, at.y, at.z].slice(0, size.length).every((value, axis) => value >= 0 && value <= size[axis]);
     return inside ? [at.x, at.y, at.z].slice(0, size.length) : null;
+  }
+
+  /** Where the corners of the world are on the canvas [px]. */
+  corners() {
+    return this.eye.edges(1).map((corner) => this.project(corner)).filter((at) => at !== null);
   }
 
   /** Pixels of a metre where the camera looks. */

@@ -1,0 +1,38 @@
+// The pointer over the scene: what is clicked is selected, or placed; what is under it is named.
+
+import * as overlay from "./overlay.js";
+
+/** @typedef {{stage: import("./stage.js").Stage, act: import("./act.js").Act | null}} Page */
+
+/**
+ * @param {HTMLCanvasElement} canvas
+ * @param {{page: () => Page | null, select: (uid: number | null) => void}} calls
+ */
+export function point(canvas, calls) {
+  /** @type {{x: number, y: number} | null} */
+  let pressed = null;
+  let hovered = 0;
+  canvas.addEventListener("pointerdown", (event) => {
+    pressed = event.button === 0 ? { x: event.offsetX, y: event.offsetY } : null;
+  });
+  canvas.addEventListener("pointerup", (event) => {
+    const page = calls.page();
+    if (!page || !pressed || Math.hypot(event.offsetX - pressed.x, event.offsetY - pressed.y) > 5) return;
+    if (page.act?.aiming) {
+      const place = page.stage.under(event.offsetX, event.offsetY);
+      if (place) page.act.placeAt(place);
+      return;
+    }
+    const found = page.stage.pick(event.offsetX, event.offsetY, event.pointerType === "touch" ? 26 : 15);
+    if (found && !found.kind.inanimate) calls.select(found.uid);
+    else if (page.stage.selected !== null) calls.select(null);
+  });
+  canvas.addEventListener("pointermove", (event) => {
+    const page = calls.page();
+    if (!page || event.buttons || event.pointerType === "touch" || performance.now() - hovered < 80) return;
+    hovered = performance.now();
+    const found = page.act?.aiming ? null : page.stage.pick(event.offsetX, event.offsetY, 12);
+    overlay.tip(found ? { x: event.offsetX, y: event.offsetY } : null, found ? `${found.kind.name} #${found.uid}` : "");
+  });
+  canvas.addEventListener("pointerleave", () => overlay.tip(null));
+}
