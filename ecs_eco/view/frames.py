@@ -1,7 +1,7 @@
 """Frames: all organisms of a tick in one binary message, 12 bytes each (see docs/how-to/watching.md).
 
-Where a uid needs more than 32 bits, as those of all islands but the first do, the frame says so, and the upper
-halves of all uids follow: 4 bytes more each.
+Where a uid needs more than 32 bits, as those of all islands but the first do, the frame says so, and the
+upper halves of all uids follow: 4 bytes more each.
 """
 
 from __future__ import annotations
