@@ -126,6 +126,8 @@ def _states(world: SpatialWorld) -> Iterator[tuple[str, np.ndarray]]:
     if world.terrain is not None and world.terrain.fences:
         yield "ground", world.terrain.ground
         yield from ((f"fence {i}", corners) for i, corners in enumerate(world.terrain.fences))
+    if world.terrain is not None and world.terrain.land is not None:
+        yield "land", np.frombuffer(bytes.fromhex(world.terrain.land.sha256), np.uint8)
     for i, road in enumerate(() if world.terrain is None else world.terrain.roads):
         yield f"road {i}", np.array([*road.line.ravel(), road.width, road.pace, road.cost])
     for uid, thing in plain_components(world):

@@ -18,6 +18,7 @@ from ecs_eco.engine.interruption import require_whole, whole
 from ecs_eco.engine.section import Use, function_name
 from ecs_eco.lifecycle.matter import stocks
 from ecs_eco.record.code import FOLDER, check_code, noted, sources
+from ecs_eco.record.land import take_land
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
@@ -54,6 +55,8 @@ def freeze(world: SpatialWorld) -> tuple[dict[str, Any], Arrays]:
             kept[owner] = sorted(state)
             put(arrays, owner, state)
     meta["plain"] = freeze_plain(world, arrays)
+    if (land := getattr(world.config, "_land", None)) is not None:
+        meta["land"] = land.sha256
     meta["code"] = noted(sources(world.config, (name.partition(":")[0] for _, name in meta["plain"])))
     if world.recorder is not None:
         world.recorder.flush()
@@ -94,7 +97,7 @@ def thaw(cls: Any, meta: Mapping[str, Any], threads: int, config: Any, systems: 
             data["systems"] = [handed.get(name, name) if isinstance(name, str) else name
                                for name in data["systems"]]
             loaded = WorldConfig.model_validate(data)
-            loaded._folder, loaded._source = Path(meta["folder"]), where
+            take_land(loaded, meta, where)
             # else all of it was passed as objects
             if any(isinstance(value, str) for _, value in names_in(loaded)):
                 loaded._code = code_of(meta, where, trust)

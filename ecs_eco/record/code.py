@@ -8,11 +8,13 @@ from pathlib import Path
 from typing import Any
 
 from ecs_eco.config import WorldConfig, load
+from ecs_eco.config.document import read_document
 from ecs_eco.config.names import code_of
 from ecs_eco.engine import files
 from ecs_eco.engine.code import Code, Source, read
 from ecs_eco.engine.errors import CheckpointError, ConfigError, RecordingError
 from ecs_eco.engine.trust import allowed_here
+from ecs_eco.record.land import folder_of_land
 
 FOLDER = "code"  # within a run's
 Noted = list[dict[str, str]]
@@ -74,7 +76,9 @@ def recorded(path: Path, manifest: Mapping[str, Any], config: Any = None, trust:
     except CheckpointError as error:
         raise RecordingError(str(error)) from None
     try:
-        return load(manifest["config"] if config is None else config, trust=trust, places=[path / FOLDER])
+        document = read_document(manifest["config"] if config is None else config)
+        document.folder = folder_of_land(document.data, path, document.folder)
+        return load(document, trust=trust, places=[path / FOLDER])  # type: ignore[arg-type]
     except ConfigError as error:
         source = str(path / "manifest.json")
         problems = [p.moved(source=source) if p.source == "dict" else p for p in error.problems]

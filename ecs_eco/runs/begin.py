@@ -18,6 +18,7 @@ from ecs_eco.record.claim import Claim, claimed, remove_start
 from ecs_eco.record.code import keep_copies, noted, sources
 from ecs_eco.record.folder import Folder
 from ecs_eco.record.genomes import genes_of
+from ecs_eco.record.land import keep_land
 from ecs_eco.record.seal import write_manifest
 
 if TYPE_CHECKING:
@@ -62,6 +63,8 @@ def begin(world: World, claim: Claim, manifest: dict[str, Any], weights: Mapping
         "genomes": {name: genes for name in world.recorder.names if (genes := genes_of(world.tables[name]))},
     }  # fmt: skip
     keep_copies(sources(world.config), claim.path)
+    if (land := keep_land(world, claim.path)) is not None:
+        manifest["land"] = land
     keep_checkpoint(world, folder, manifest)
     manifest |= folder.written
     keep_manifest(folder, manifest)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -12,6 +12,9 @@ from ecs_eco.engine import random
 from ecs_eco.engine.elementary import arrays, power
 from ecs_eco.engine.jit import njit
 from ecs_eco.space.geometry import Space, cell_of, cells_of, floor_between, half_cells, into
+
+if TYPE_CHECKING:
+    from ecs_eco.space.land import LandMaps
 
 OPEN, WATER, ROCK, FENCE = 0, 1, 2, 3
 
@@ -38,7 +41,8 @@ class Terrain:
         self.declared = True  # declared in the world file; an intervention keeps the ground that it makes
         self.fences: list[np.ndarray] = []  # the corners of each, f64[k, 2] [m]
         self.roads: list[Road] = []
-        self.pace: np.ndarray | None = None  # f32[ny, nx], factor of speeds; None without roads
+        self.land: LandMaps | None = None  # what real land adds: see ecs_eco.space.land
+        self.pace: np.ndarray | None = None  # f32[ny, nx], factor of speeds; None where all are 1
         self.toll: np.ndarray | None = None  # f32[ny, nx], factor of costs
         if hills:
             self.height += _hills(space, nx, ny, **hills)
@@ -68,6 +72,11 @@ class Terrain:
         ny, nx = self.ground.shape
         i, j = cells_of(x, self.inverse[0], nx), cells_of(y, self.inverse[1], ny)
         return (self.ground[j, i] == OPEN) | (self.ground[j, i] == FENCE)
+
+    def wet(self) -> np.ndarray:
+        """Return where there is water to drink: lakes, sea and streams, bool[ny, nx]."""
+        water = self.ground == WATER
+        return water if self.land is None or self.land.wet is None else water | self.land.wet
 
     def within_sites(self, x: np.ndarray, y: np.ndarray, centre_x: np.ndarray,
                      centre_y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -107,7 +116,7 @@ class Terrain:
     def pave(self, corners: np.ndarray, width: float, pace: float, cost: float) -> None:
         """Lay a road along a line f64[k, 2] [m]: factors of the speed of those on it and of its costs."""
         self.roads.append(Road(np.asarray(corners, float), float(width), float(pace), float(cost)))
-        self._draw_roads()
+        self.draw_roads()
 
     def unpave(self, corners: np.ndarray | None = None) -> None:
         """Take a road away, or all of them; raises ValueError where none lies along this line."""
@@ -117,10 +126,16 @@ class Terrain:
                              f"there are {len(self.roads)} others")
         gone = same if corners is None else same[:1]
         self.roads = [road for i, road in enumerate(self.roads) if i not in gone]
-        self._draw_roads()
+        self.draw_roads()
 
-    def _draw_roads(self) -> None:
+    def draw_roads(self) -> None:
+        """Make the maps of pace and toll anew: of the land, and of the roads on it."""
         self.pace = self.toll = None
+        land = self.land
+        if land is not None and not (land.pace is None and land.cost is None):
+            one = np.ones(self.shape, np.float32)
+            self.pace = one if land.pace is None else land.pace.copy()
+            self.toll = one.copy() if land.cost is None else land.cost.copy()
         for road in self.roads:
             if self.pace is None or self.toll is None:
                 self.pace, self.toll = np.ones(self.shape, np.float32), np.ones(self.shape, np.float32)
@@ -157,7 +172,7 @@ class Terrain:
         self.fences = [line.copy() for line, n in zip(lines, lengths, strict=True) if n > 0]
         self.roads = [Road(line[:-2].copy(), float(line[-2, 0]), float(line[-2, 1]), float(line[-1, 0]))
                       for line, n in zip(lines, lengths, strict=True) if n < 0]
-        self._draw_roads()
+        self.draw_roads()
 
 
 class Road(NamedTuple):

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ecs_eco.components import Body, Defence, Matter, Metabolism, Nervous, Position, Shape
+from ecs_eco.components import Body, Defence, Matter, Metabolism, Nervous, Position, Shape, Velocity
 from ecs_eco.engine import random
 from ecs_eco.engine.elementary import power
 from ecs_eco.engine.jit import njit
@@ -18,6 +18,7 @@ from ecs_eco.lifecycle.causes import register_eaters
 from ecs_eco.lifecycle.ingestion import swallow
 from ecs_eco.lifecycle.sizes import of_size
 from ecs_eco.lifecycle.torpor import least_energy
+from ecs_eco.space.land import at_places
 from ecs_eco.space.nearest import nearest
 from ecs_eco.space.surfaces import nearest_surface
 
@@ -36,8 +37,8 @@ class Feed(System):
 
     Each proposes one item; an item goes to the nearest of those that want it, ties to the lower uid; the
     eaten die. An animal with an action `eat` eats when it decides to; one without eats whenever it can. Tough
-    food resists some bites, poison costs the eater energy, and deadly food kills it. Where the eater's body
-    holds substances, those of the eaten go into it.
+    food resists some bites, as does prey that land shelters; poison costs the eater energy, and deadly food
+    kills it. Where the eater's body holds substances, those of the eaten go into it.
     """
 
     needs = (Position, Body, Metabolism)
@@ -74,7 +75,7 @@ class Feed(System):
                                                 -1)
         decision = NO_DECISION if nerves is None else table[Nervous].decision
         best = np.full(foods.n, -1, np.int32)
-        toughness, poison = defences(prey)
+        toughness, poison = defences(world, prey)
         held = prey[Metabolism].energy if Metabolism in prey else NOTHING
         ingest(target, distance2, eaters.rows, eaters.uid, foods.rows, radius, food_radius,
                reach, decision, column, chance, ceiling, gain, efficiency, held, store, digestion, world.key,
@@ -104,7 +105,14 @@ def meal(table: Table, food: Any, dt: float) -> tuple[Any, ...]:
             until[0] if until else store, gain, efficiency, store, digestion)
 
 
-def defences(prey: Any) -> tuple[np.ndarray, np.ndarray]:
+def defences(world: SpatialWorld, prey: Any) -> tuple[np.ndarray, np.ndarray]:
+    """Return the share of bites that fail and the poison of each row, or arrays of one for all; empty if it
+    has no defence."""
+    toughness, poison = of_body(prey)
+    return sheltered(world, prey, toughness), poison
+
+
+def of_body(prey: Any) -> tuple[np.ndarray, np.ndarray]:
     """Return toughness and poison of each row, f32[capacity], or arrays of one for all;
     empty if it has no defence."""
     defence = getattr(prey.species.config, "defence", None)
@@ -113,6 +121,19 @@ def defences(prey: Any) -> tuple[np.ndarray, np.ndarray]:
     if defence is None or (defence.toughness == 0 and defence.poison == 0):
         return UNDEFENDED, UNDEFENDED
     return np.full(1, defence.toughness, np.float32), np.full(1, defence.poison, np.float32)
+
+
+def sheltered(world: SpatialWorld, prey: Any, toughness: np.ndarray) -> np.ndarray:
+    """Return the share of the bites that fail, f32[high], on prey that moves where the land shelters it; as
+    it is where it does not."""
+    terrain, high = world.terrain, prey.high
+    if terrain is None or terrain.land is None or terrain.land.shelter is None or Velocity not in prey:
+        return toughness
+    p = prey[Position]
+    left = np.float32(1) - at_places(terrain.land.shelter, terrain, p.x[:high], p.y[:high])
+    if toughness.size:
+        left *= np.float32(1) - (toughness if toughness.size == 1 else toughness[:high])
+    return np.float32(1) - left
 
 
 @njit

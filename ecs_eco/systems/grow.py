@@ -13,6 +13,7 @@ from ecs_eco.engine.system import System
 from ecs_eco.genomes.own_values import own_value
 from ecs_eco.lifecycle.defence import left_by_defence
 from ecs_eco.lifecycle.sizes import of_size
+from ecs_eco.space.land import at_places
 
 if TYPE_CHECKING:
     from ecs_eco.engine.table import Table
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
 class Grow(System):
     """A plant gains `growth` [energy/s] in full light, in proportion where there is less, until it is full.
 
-    The share that it spends on its defence does not grow.
+    The share that it spends on its defence does not grow. Classes of land cover multiply it.
     """
 
     needs = (Position, Metabolism)
@@ -41,6 +42,9 @@ class Grow(System):
         else:
             rate = species.metabolism.growth
         light = light * left_by_defence(table, high)
+        if world.terrain is not None and world.terrain.land is not None:
+            if (land := world.terrain.land.growth) is not None:
+                light = light * at_places(land, world.terrain, p.x[:high], p.y[:high])
         most = own_value(table, "metabolism.energy_max", np.float32(species.metabolism.energy_max))
         world.split(grow, high, table.alive, light, np.float32(rate * world.dt), of_size(table, most),
                     m.energy, m.taken)

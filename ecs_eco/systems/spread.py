@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from ecs_eco.space.world import SpatialWorld
 
 EVEN = np.zeros(0, np.float32)
+EVERYWHERE = np.ones((1, 1), np.float32)
 
 
 class Spread(System):
@@ -35,7 +36,8 @@ class Spread(System):
     probability rate·dt, which sprouts if a plant stands there; and one from the seed rain with probability
     seed_rain·dt. The share of a plant's seeds that sprout is that of its genes, and smaller the more it
     spends on its defence. A site of which rock or water covers the centre is closed; where it covers the
-    place of a plant within an open site, the plant stands at the centre. Plants come from nothing, whatever
+    place of a plant within an open site, the plant stands at the centre. Classes of land cover multiply both
+    rates. Plants come from nothing, whatever
     the light, except where they are born with what the soil holds: then a seed sprouts only where there is
     enough.
     """
@@ -56,12 +58,11 @@ class Spread(System):
         inverse = np.array([nx / space.size[0], ny / space.size[1]], np.float32)
         stands(table.alive[: table.high], p.x, p.y, inverse, taken)
         site, parent = np.empty(taken.size, np.int64), np.empty(taken.size, np.int64)
-        ground, ground_inverse = rocks(world)
         reach = 0 if way.place == "anywhere" else max(1, round((way.dispersal or way.spacing) / way.spacing))
         rate, vigour = seeds(table, own_value(table, "reproduction.rate", np.float32(way.rate)), way.rate)
         n = sprout(taken, np.float32(rate * world.dt), np.float32(way.seed_rain * world.dt), reach,
-                   space.torus, ground, ground_inverse,
-                   inverse, vigour, world.key, table.place << 20, site, parent)
+                   space.torus, *rocks(world), fertility(world), inverse, vigour, world.key,
+                   table.place << 20, site, parent)
         n = room(table, n)
         if n == 0:
             return
@@ -108,6 +109,13 @@ def seeds(table: Table, own: Any, rate: float) -> tuple[float, np.ndarray]:
     return highest, np.broadcast_to(each / np.float32(highest or 1.0), table.high).astype(np.float32)
 
 
+def fertility(world: SpatialWorld) -> np.ndarray:
+    """Return the factors f32[ny, nx] of the rates at which free sites are taken; a map of one cell is 1
+    everywhere."""
+    land = None if world.terrain is None else world.terrain.land
+    return EVERYWHERE if land is None or land.growth is None else land.growth
+
+
 @njit
 def stands(alive, x, y, inverse, taken):
     """Write the row of the plant on each site: i64[ny, nx], −1 where none stands."""
@@ -120,16 +128,22 @@ def stands(alive, x, y, inverse, taken):
 
 
 @njit
-def sprout(taken, rate, rain, reach, torus, ground, ground_inverse, inverse, vigour, key, salt, site, parent):
+def sprout(taken, everywhere, rain_everywhere, reach, torus, ground, ground_inverse, fertile, inverse, vigour,
+           key, salt, site, parent):
     """List the free sites on which a seed sprouts, and the row of its parent (−1: seed rain);
-    return how many."""
+    return how many. `fertile` f32[ny, nx] multiplies both rates; a map of one cell is 1 everywhere."""
     ny, nx = taken.shape
-    n = 0
+    n, rate, rain = 0, everywhere, rain_everywhere
     for s in range(taken.size):
         j, i = s // nx, s % nx
         if taken[j, i] >= 0:
             continue
         u = draw(key, s, random.SPREAD + salt)
+        if fertile.size > 1:
+            y, x = np.float32((j + 0.5) / inverse[1]), np.float32((i + 0.5) / inverse[0])
+            factor = fertile[cell_of(y * ground_inverse[1], fertile.shape[0]),
+                             cell_of(x * ground_inverse[0], fertile.shape[1])]
+            rate, rain = everywhere * factor, rain_everywhere * factor
         if u >= rate + rain:
             continue
         if ground.size > 1:

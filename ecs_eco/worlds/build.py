@@ -29,6 +29,7 @@ from ecs_eco.components import (
 )
 from ecs_eco.config import WorldConfig, for_training, load
 from ecs_eco.config.memory import require_memory
+from ecs_eco.config.models.land import RealLand
 from ecs_eco.engine.arguments import by_species
 from ecs_eco.engine.errors import ConfigError, Problem
 from ecs_eco.lifecycle.founders import newcomers
@@ -36,6 +37,7 @@ from ecs_eco.nervous.nerves import Nerves
 from ecs_eco.nervous.readings import Readings
 from ecs_eco.nervous.sensors import senses_of
 from ecs_eco.space import Field, Terrain
+from ecs_eco.space.land import lay
 from ecs_eco.systems.schedule import schedule
 from ecs_eco.worlds.apply import apply, apply_object, begin_learning, cell, learner_seed, matter, settings
 from ecs_eco.worlds.heredity import add_eggs, add_heredity
@@ -126,8 +128,11 @@ def _surroundings(world: SpatialWorld, config: WorldConfig) -> None:
     world.substances = list(config.substances)
     world.fields = {name: Field(world.space, f.cell) for name, f in config.fields.items()}
     if config.terrain is not None:
-        t = config.terrain.model_dump(exclude_none=True)
+        real = set(RealLand.model_fields)
+        t = config.terrain.model_dump(exclude_none=True, exclude=real)
         world.terrain = Terrain(world.space, t.pop("cell"), **t)
+        if config._land is not None:
+            lay(world.terrain, config._land, config.terrain)
 
 
 def _tables(world: SpatialWorld, config: WorldConfig) -> None:

@@ -12,7 +12,6 @@ from ecs_eco.config.models.matter import Emission
 from ecs_eco.lifecycle.matter import Books
 from ecs_eco.space.field import Field
 from ecs_eco.space.geometry import cells_of
-from ecs_eco.space.terrain import WATER
 
 if TYPE_CHECKING:
     from ecs_eco.space.world import SpatialWorld
@@ -37,7 +36,7 @@ def _lakes(world: SpatialWorld, field: Field) -> np.ndarray:
     if terrain is None:
         return np.zeros((ny, nx), np.bool_)
     j = cells_of(y, terrain.inverse[1], terrain.shape[0])
-    return terrain.ground[np.ix_(j, cells_of(x, terrain.inverse[0], terrain.shape[1]))] == WATER
+    return terrain.wet()[np.ix_(j, cells_of(x, terrain.inverse[0], terrain.shape[1]))]
 
 
 def add_matter(world: SpatialWorld, config: WorldConfig) -> None:

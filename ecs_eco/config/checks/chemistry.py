@@ -42,7 +42,8 @@ def check_field_of_substance(config: WorldConfig, name: str) -> Iterator[Problem
                           "a substance that the field holds, or none of these")
     if field.depth is not None and config.dims == 3:
         yield Problem((*key, "depth"), "a volume has a depth of its own", field.depth, "no depth")
-    if field.only == "lakes" and (config.terrain is None or not config.terrain.lakes):
+    ground = config.terrain
+    if field.only == "lakes" and (ground is None or not (ground.lakes or ground.raster)):
         yield Problem((*key, "only"), "there are no lakes", field.only, "terrain.lakes, or no `only`")
 
 

@@ -14,6 +14,7 @@ from ecs_eco.config.checks.code import check_code
 from ecs_eco.config.checks.genome import check_genome
 from ecs_eco.config.checks.inanimate import check_object, outside
 from ecs_eco.config.checks.interventions import Changed, check_interventions, check_line
+from ecs_eco.config.checks.land import check_land
 from ecs_eco.config.checks.land_use import check_land_use
 from ecs_eco.config.checks.life import check_year
 from ecs_eco.config.checks.nerves import check_nerves
@@ -45,8 +46,8 @@ def check(config: WorldConfig, folder: Path, changed: Changed) -> list[Problem]:
 
 def _all(config: WorldConfig, folder: Path, changed: Changed) -> Iterator[Problem]:
     yield from _check_causes(config)
-    for part in (_check_names, _check_space, _check_fields, _check_terrain, check_code, check_water,
-                 check_year):
+    for part in (_check_names, _check_space, _check_fields, _check_terrain, check_land, check_code,
+                 check_water, check_year):
         yield from part(config)
     for name, kind in config.objects.items():
         yield from check_object(config, name, kind)

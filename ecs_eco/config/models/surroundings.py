@@ -8,6 +8,7 @@ from pydantic import Field
 
 from ecs_eco.config.models.body import Body
 from ecs_eco.config.models.heat import Heat
+from ecs_eco.config.models.land import RealLand
 from ecs_eco.config.models.matter import AnyExchange, Decomposition, Emission, Reaction
 from ecs_eco.config.models.objects import Motion, Store
 from ecs_eco.engine.section import (
@@ -74,10 +75,11 @@ class Strip(Section):
     cost: NonNegative = quantity("factor of what moving costs them in a second", "1", 1.0)
 
 
-class Terrain(Section):
+class Terrain(RealLand):
     """The shape of the ground."""
 
-    cell: Positive = quantity("side of the cells of the height map", "m", 1.0)
+    cell: Positive = quantity("side of the cells of the height map, and of those of a raster that does not "
+                              "say its own", "m", 1.0)
     hills: Hills | None = about("smooth random hills", None)
     mountains: list[Landmark] = table("high ground, slow to climb", list)
     rocks: list[Landmark] = table("cannot be entered or seen through", list)

@@ -124,6 +124,7 @@ class WorldConfig(Section):
     _folder: Path = PrivateAttr(default_factory=Path)  # base of relative file names
     _source: str = PrivateAttr(default="dict")  # for messages
     _code: Code = PrivateAttr(default=NONE)  # the sources listed in `code`, as they were read
+    _land: Any = PrivateAttr(default=None)  # the Land of terrain.raster, as it was read
 
     @property
     def dims(self) -> int:
@@ -204,8 +205,9 @@ class WorldConfig(Section):
 
     @property
     def config_hash(self) -> str:
-        """SHA-256 of the resolved configuration and of the code that it lists, 64 hexadecimal digits."""
+        """SHA-256 of the resolved configuration, of the code that it lists and of its land, 64 hexadecimal
+        digits."""
         text = json.dumps(self.resolved(), separators=(",", ":"), allow_nan=False) + "".join(
             s.sha256 for s in self._code.sources
-        )
+        ) + (self._land.sha256 if self._land is not None else "")
         return hashlib.sha256(text.encode()).hexdigest()

@@ -1,0 +1,266 @@
+"""The land that a world covers: elevations, classes, lakes and lines, cut out of rasters and vector
+layers."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import zipfile
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property, lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ecs_eco.config.land.raster import Raster, RasterError, degrees, path_of, read_raster, refused
+from ecs_eco.config.models.surroundings import Terrain
+
+KEPT = "terrain.npz"  # in a run's folder: the land that it runs on
+WATER, ROCK = 1, 2  # as in ecs_eco.space.terrain
+Place = tuple[float, float, float, float]  # x, y of the world's corner, and their change with each metre
+
+
+@dataclass(frozen=True)
+class Land:
+    """Elevations f32[ny, nx] [m], the first row in the south; which of `classes` is where, u8[ny, nx], 0 for
+    none and i + 1 for the i-th; whether there is a lake by a vector layer; and the lines of roads and
+    fences."""
+
+    elevation: np.ndarray
+    kinds: np.ndarray
+    lakes: np.ndarray
+    lines: list[dict[str, Any]] = field(default_factory=list)
+    place: Place | None = None  # in units of `crs`
+    crs: str = ""
+
+    @cached_property
+    def sha256(self) -> str:
+        """Hash of all of it."""
+        h = hashlib.sha256(json.dumps([self.lines, self.place, self.crs]).encode())
+        for array in (self.elevation, self.kinds, self.lakes):
+            h.update(str((array.shape, array.dtype.str)).encode())
+            h.update(np.ascontiguousarray(array).tobytes())
+        return h.hexdigest()
+
+    def arrays(self) -> dict[str, np.ndarray]:
+        """It as arrays without objects."""
+        text = json.dumps({"lines": self.lines, "place": self.place, "crs": self.crs, "sha256": self.sha256})
+        return {"elevation": self.elevation, "kinds": self.kinds, "lakes": self.lakes,
+                "about": np.array(text)}
+
+    @classmethod
+    def of(cls, arrays: Mapping[str, np.ndarray]) -> Land:
+        """The land that `arrays()` gave."""
+        about = json.loads(str(arrays["about"]))
+        place = None if about["place"] is None else tuple(about["place"])
+        return cls(arrays["elevation"], arrays["kinds"], arrays["lakes"], about["lines"], place, about["crs"])
+
+    def part(self, nx: int, ny: int) -> Land:
+        """Its south-west part of so many cells; raises RasterError where it has less."""
+        if (ny, nx) == self.elevation.shape:
+            return self
+        _require_cells(self.elevation.shape, nx, ny)
+        return Land(self.elevation[:ny, :nx], self.kinds[:ny, :nx], self.lakes[:ny, :nx], self.lines,
+                    self.place, self.crs)
+
+    def coordinates(self, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Places of the world [m] in units of `crs`; as they are where the land does not say where it
+        lies."""
+        if self.place is None:
+            return x, y
+        west, south, per_x, per_y = self.place
+        return west + x * per_x, south + y * per_y
+
+
+def read_land(terrain: Terrain, size: Sequence[float], folder: Path) -> Land:
+    """Read the land of a world; from the folder of a run, the land that it runs on.
+
+    Raises RasterError, whose keys begin in `terrain`.
+    """
+    if (folder / KEPT).is_file() and (folder / "manifest.json").is_file():
+        return kept_land(folder).part(*cells(terrain, size))
+    names = [terrain.raster, terrain.cover, *(layer.file for layer in terrain.layers)]
+    stamps = tuple(_stamp(name, folder) for name in names if name)
+    return _read(terrain.model_dump_json(), tuple(size[:2]), folder, stamps)
+
+
+def kept_land(folder: Path) -> Land:
+    """The land in the folder of a run; raises RasterError where it is damaged."""
+    try:
+        with np.load(folder / KEPT, allow_pickle=False) as file:
+            land = Land.of({name: file[name] for name in ("elevation", "kinds", "lakes", "about")})
+            if json.loads(str(file["about"]))["sha256"] == land.sha256:
+                return land
+    except (OSError, ValueError, KeyError, TypeError, zipfile.BadZipFile) as error:
+        raise refused("raster", f"the land of this run cannot be read: {error}", str(folder / KEPT)) from None
+    raise refused("raster", "the land of this run was changed", str(folder / KEPT),
+                  "the file as it was written")
+
+
+def cells(terrain: Terrain, size: Sequence[float]) -> tuple[int, int]:
+    """How many cells the height map has along x and y."""
+    return max(1, round(size[0] / terrain.cell)), max(1, round(size[1] / terrain.cell))
+
+
+def _stamp(name: str, folder: Path) -> tuple[int, int]:
+    try:
+        status = path_of(name, folder).stat()
+    except (OSError, RasterError):
+        return 0, 0
+    return status.st_mtime_ns, status.st_size
+
+
+@lru_cache(maxsize=8)
+def _read(text: str, size: tuple[float, float], folder: Path, stamps: tuple[tuple[int, int], ...]) -> Land:
+    """Read the land that a section `terrain` in JSON describes; `stamps` only tell new files from old
+    ones."""
+    terrain = Terrain.model_validate_json(text)
+    assert terrain.raster is not None
+    raster = read_raster(terrain.raster, folder, terrain.band, terrain.crs)
+    frame = Frame(terrain, size, raster)
+    raw = frame.elevations(terrain.missing)
+    kinds = np.zeros(raw.shape, np.uint8)
+    codes = _codes(terrain, folder, frame) if terrain.cover else None
+    rise = np.hypot(*np.gradient(raw, frame.side)) if min(raw.shape) > 1 else np.zeros(raw.shape)
+    for i, land in enumerate(terrain.classes.values()):
+        there = np.ones(raw.shape, np.bool_)
+        if land.codes and codes is not None:
+            there &= np.isin(codes, land.codes)
+        if land.above is not None:
+            there &= raw >= land.above
+        if land.below is not None:
+            there &= raw < land.below
+        if land.steeper is not None:
+            there &= rise >= land.steeper
+        # a class without any condition is that of areas of a layer alone
+        if land.codes or any(v is not None for v in (land.above, land.below, land.steeper)):
+            kinds[there] = i + 1
+    lakes, lines = np.zeros(raw.shape, np.bool_), []
+    if terrain.layers:
+        from ecs_eco.config.land.layers import lay
+
+        lines = lay(terrain, folder, frame, kinds, lakes)
+    return Land((raw * (terrain.vertical or 1.0)).astype(np.float32), kinds, lakes, lines, frame.place,
+                raster.crs)
+
+
+class Frame:
+    """How the cells of a world's height map lie in a raster."""
+
+    def __init__(self, terrain: Terrain, size: Sequence[float], raster: Raster) -> None:
+        self.raster, scale = raster, terrain.scale or 1.0
+        self.nx, self.ny = cells(terrain, size)
+        self.size, self.side = (float(size[0]), float(size[1])), terrain.cell / scale  # [m] of the land
+        corner = terrain.corner or [0.0, 0.0]
+        per_x, per_y = metres(raster)
+        dx, dy = ((self.side, self.side) if raster.dx is None or raster.dy is None
+                  else (raster.dx * per_x, raster.dy * per_y))
+        rows, columns = raster.values.shape
+        wide, high = columns * dx, rows * dy
+        need = [size[0] / scale + corner[0], size[1] / scale + corner[1]]
+        if need[0] > wide * (1 + 1e-6) or need[1] > high * (1 + 1e-6):
+            raise _smaller(terrain, raster, (wide, high), need, scale)
+        # centres of the cells in cells of the raster, from its west and its south edge
+        self.x = ((np.arange(self.nx) + 0.5) * size[0] / self.nx / scale + corner[0]) / dx
+        self.y = ((np.arange(self.ny) + 0.5) * size[1] / self.ny / scale + corner[1]) / dy
+        self.place: Place | None = None
+        if raster.west is not None and raster.north is not None and raster.dx and raster.dy:
+            south = raster.north - rows * raster.dy
+            self.place = (raster.west + corner[0] / per_x, south + corner[1] / per_y, 1 / scale / per_x,
+                          1 / scale / per_y)
+
+    def elevations(self, missing: float | None) -> np.ndarray:
+        """Elevations f64[ny, nx] [m] at the centres of cells, linear between those of the raster."""
+        values = self.raster.values[::-1]
+        if missing is not None:
+            values = np.where(np.isnan(values), missing, values)
+        out = _between(_between(values, self.y).T, self.x).T
+        if (gaps := np.argwhere(np.isnan(out))).size:
+            j, i = gaps[0]
+            column, row = int(self.x[i]), len(values) - 1 - int(self.y[j])
+            raise refused("raster", f"{len(gaps):,} cells of the world have no elevation, the first at "
+                          f"column {column + 1}, row {row + 1} of the raster", float("nan"),
+                          "a part without gaps (`corner`, space.size), or `missing`: their elevation [m]")
+        return out
+
+    def nearest(self, other: Raster, part: str) -> np.ndarray:
+        """The values f64[ny, nx] of another raster at the centres of cells; raises RasterError where it does
+        not cover them."""
+        own, values = self.raster, other.values[::-1]
+        if other.west is None or own.west is None or self.place is None:
+            if values.shape != own.values.shape:
+                raise refused(part, f"has {values.shape[1]} × {values.shape[0]} cells, and says not where",
+                              "", f"as many as `raster`: {own.values.shape[1]} × {own.values.shape[0]}")
+            return values[np.ix_(self.y.astype(np.int64).clip(0, len(values) - 1),
+                                 self.x.astype(np.int64).clip(0, values.shape[1] - 1))]
+        if other.crs and own.crs and other.crs != own.crs:
+            raise refused(part, "has another coordinate system", other.crs,
+                          f"{own.crs}, as `raster` has; gdalwarp -t_srs brings it there")
+        dx, dy = _whole(other.dx), _whole(other.dy)
+        x = (own.west + self.x * _whole(own.dx) - other.west) / dx
+        south = _whole(own.north) - len(own.values) * _whole(own.dy)
+        y = (south + self.y * _whole(own.dy) - (_whole(other.north) - len(values) * dy)) / dy
+        if min(x[0], y[0]) < -1e-6 or x[-1] > values.shape[1] + 1e-6 or y[-1] > len(values) + 1e-6:
+            raise refused(part, "does not cover the world", "", "a raster of the same land")
+        return values[np.ix_(y.astype(np.int64).clip(0, len(values) - 1),
+                             x.astype(np.int64).clip(0, values.shape[1] - 1))]
+
+
+def metres(raster: Raster) -> tuple[float, float]:
+    """Metres to a unit of x and of y: of degrees, on the ellipsoid WGS 84 at its middle latitude (Snyder
+    1987, page 25)."""
+    if not raster.crs or not degrees(raster.crs):
+        return 1.0, 1.0
+    middle = 0.0 if raster.north is None else raster.north - len(raster.values) * _whole(raster.dy) / 2
+    a, e2, angle = 6_378_137.0, 0.00669437999014, np.radians(middle)
+    curved = 1 - e2 * np.sin(angle) ** 2
+    return (float(np.radians(1) * a * np.cos(angle) / np.sqrt(curved)),
+            float(np.radians(1) * a * (1 - e2) / curved**1.5))
+
+
+def _whole(value: float | None) -> float:
+    assert value is not None
+    return value
+
+
+def _codes(terrain: Terrain, folder: Path, frame: Frame) -> np.ndarray:
+    assert terrain.cover is not None
+    try:
+        other = read_raster(terrain.cover, folder, terrain.cover_band)
+    except RasterError as error:
+        at = {"raster": "cover", "band": "cover_band"}
+        raise RasterError([p.moved(key=tuple(at.get(str(k), k) for k in p.key))
+                           for p in error.problems]) from None
+    return np.nan_to_num(frame.nearest(other, "cover"), nan=-2.0**40).astype(np.int64)
+
+
+def _between(values: np.ndarray, places: np.ndarray) -> np.ndarray:
+    """Rows of a map at places in units of rows from its edge, linear between their middles."""
+    at = np.clip(places - 0.5, 0, len(values) - 1)
+    near = np.round(at)
+    at = np.where(np.abs(at - near) < 1e-6, near, at)
+    low = np.floor(at).astype(np.int64)
+    share = (at - low)[:, None]
+    high = np.where(share[:, 0] > 0, np.minimum(low + 1, len(values) - 1), low)
+    out: np.ndarray = (1 - share) * values[low] + share * values[high]
+    return out
+
+
+def _require_cells(shape: tuple[int, ...], nx: int, ny: int) -> None:
+    if nx > shape[1] or ny > shape[0]:
+        raise refused("raster", f"smaller than the world: this run kept {shape[1]} × {shape[0]} cells of it, "
+                      f"and the world has {nx} × {ny}", "", "space.size as it was, or less")
+
+
+def _smaller(terrain: Terrain, raster: Raster, has: tuple[float, float], need: list[float],
+             scale: float) -> RasterError:
+    corner = terrain.corner or [0.0, 0.0]
+    most = [max(0.0, (has[k] - corner[k]) * scale) for k in range(2)]
+    hint = ""
+    if raster.placed and not raster.crs and max(_whole(raster.dx), _whole(raster.dy)) < 0.1:
+        hint = ', or crs = "EPSG:4326" if it counts in degrees'
+    return refused("raster", f"smaller than the world: it covers {has[0]:,.6g} × {has[1]:,.6g} m, and the "
+                   f"world needs {need[0]:,.6g} × {need[1]:,.6g} m of it", terrain.raster,
+                   f"space.size up to [{most[0]:.6g}, {most[1]:.6g}]{hint}")

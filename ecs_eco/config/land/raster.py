@@ -1,0 +1,269 @@
+"""Reads rasters: NumPy's .npz and ESRI's ASCII grids by itself, GeoTIFF and all else that GDAL knows through
+rasterio."""
+
+from __future__ import annotations
+
+import importlib.util
+import io
+import re
+import zipfile
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ecs_eco.config.reading import read_bytes
+from ecs_eco.engine.errors import ConfigError, Problem, listed, nearest
+
+MOST_BYTES = 2_000_000_000
+MOST_CELLS = 100_000_000
+INSTALL = 'pip install "ecs-eco[geo]"'
+OWN = (".npz", ".asc", ".grd")
+DEGREES = ("EPSG:4326", "OGC:CRS84", "EPSG:4269", "EPSG:4258", "EPSG:4979")  # the usual ones
+LATITUDES, LONGITUDES = ("latitude", "lat", "y"), ("longitude", "lon", "x")
+
+
+class Raster(NamedTuple):
+    """Numbers on a grid, f64[ny, nx], the first row in the north, NaN where there is none.
+
+    `west` and `north` are the outer edges and `dx`, `dy` the sides of a cell, in units of `crs`; all four are
+    None where the file does not say them. `crs` is "" where it is not known.
+    """
+
+    values: np.ndarray
+    west: float | None = None
+    north: float | None = None
+    dx: float | None = None
+    dy: float | None = None
+    crs: str = ""
+
+    @property
+    def placed(self) -> bool:
+        """Whether the file says where it lies, or how large its cells are."""
+        return self.dx is not None
+
+
+class RasterError(ConfigError):
+    """A raster that cannot be read; the key of its problem is "raster", "band" or "crs"."""
+
+
+def refused(part: str, what: str, value: object, allowed: str = "", near: str = "") -> RasterError:
+    """The error of one problem."""
+    return RasterError([Problem((part,), what, value, allowed, near)])
+
+
+def path_of(name: str, folder: Path) -> Path:
+    """The path of a raster: of a file in `folder`, or, as "package:path", of one that comes with an installed
+    package; raises RasterError where there is no such package."""
+    package, colon, rest = name.partition(":")
+    if not (colon and re.fullmatch(r"[A-Za-z_]\w+", package)):
+        return folder / name
+    spec = importlib.util.find_spec(package)
+    if spec is None or not spec.submodule_search_locations:
+        raise refused("raster", f"the package {package} is not installed", name, "a file, or package:path")
+    return Path(next(iter(spec.submodule_search_locations))) / rest
+
+
+def read_raster(name: str, folder: Path, band: int | str | None = None, crs: str | None = None) -> Raster:
+    """Read one band of a raster file; `crs` is its coordinate system where the file does not say it.
+
+    Raises RasterError.
+    """
+    path = path_of(name, folder)
+    try:
+        status = path.stat()
+        raster = _read(path, status.st_mtime_ns, status.st_size, band)
+    except OSError as error:
+        raise refused("raster", f"cannot be read: {error.strerror or error}", name, _kinds()) from None
+    raster.values.flags.writeable = False
+    if raster.values.size == 0 or min(raster.values.shape) < 2:
+        raise refused("raster", f"has {raster.values.shape[1]} × {raster.values.shape[0]} cells", name,
+                      "2 cells at least along each side")
+    return raster if crs is None or raster.crs else raster._replace(crs=crs)
+
+
+def degrees(crs: str) -> bool:
+    """Whether a coordinate system counts in degrees; raises RasterError for one that nobody knows."""
+    if crs.upper() in DEGREES or re.match(r"\s*GEOG(CS|CRS|RAPHICCRS)\[", crs):
+        return True
+    try:
+        from rasterio.crs import CRS
+        from rasterio.errors import CRSError
+    except ImportError:
+        return False
+    try:
+        return bool(CRS.from_user_input(crs).is_geographic)
+    except CRSError as error:
+        raise refused("crs", f"no coordinate system that PROJ knows: {error}", crs,
+                      'such as "EPSG:4326" or "EPSG:32616"') from None
+
+
+@lru_cache(maxsize=4)
+def _read(path: Path, changed: int, size: int, band: int | str | None) -> Raster:
+    """Read a file; `changed` and `size` only tell a new file from the one in the cache."""
+    if path.suffix.lower() == ".npz":
+        return _of_npz(path, band)
+    if path.suffix.lower() in OWN:
+        return _of_ascii(path, band)
+    return _of_gdal(path, band)
+
+
+def _kinds() -> str:
+    return "a file ending in .npz, .asc or, with rasterio, .tif and others of GDAL"
+
+
+# --- .npz
+
+
+def _of_npz(path: Path, band: int | str | None) -> Raster:
+    try:
+        with np.load(io.BytesIO(read_bytes(path, MOST_BYTES)), allow_pickle=False) as file:
+            arrays = {name: file[name] for name in file.files}
+    except (ValueError, zipfile.BadZipFile, EOFError, KeyError) as error:
+        raise refused("raster", f"is no .npz of plain arrays: {error}", str(path), _kinds()) from None
+    grids = [name for name, array in arrays.items() if array.ndim == 2 and array.dtype.kind in "iufb"]
+    name = _chosen(band, grids)
+    values = _checked(arrays[name].astype(np.float64))
+    ny, nx = values.shape
+    south_first = False
+    axes = {}
+    for names, n in ((LONGITUDES, nx), (LATITUDES, ny)):
+        axis = next((arrays[k] for k in names if k in arrays and arrays[k].shape == (n,) and n > 1), None)
+        axes[names] = None if axis is None else axis.astype(np.float64)
+    x, y = axes[LONGITUDES], axes[LATITUDES]
+    crs = str(arrays["crs"]) if "crs" in arrays and arrays["crs"].ndim == 0 else ""
+    if x is not None and y is not None:
+        south_first = bool(y[1] > y[0])
+        dx, dy = abs(x[-1] - x[0]) / (nx - 1), abs(y[-1] - y[0]) / (ny - 1)
+        if x[-1] < x[0]:
+            values = values[:, ::-1]
+        if "longitude" in arrays or "lon" in arrays:
+            crs = crs or "EPSG:4326"
+        placed = Raster(values, min(x[0], x[-1]) - dx / 2, max(y[0], y[-1]) + dy / 2, dx, dy, crs)
+    else:
+        placed = Raster(values, *_edges(arrays), crs)
+    return placed._replace(values=np.ascontiguousarray(placed.values[::-1])) if south_first else placed
+
+
+def _edges(arrays: dict[str, np.ndarray]) -> tuple[float | None, float | None, float | None, float | None]:
+    """West, north and the sides of cells, from numbers named xmin, xmax, ymin, ymax, dx, dy."""
+    number = {name: float(a) for name, a in arrays.items() if a.ndim == 0 and a.dtype.kind in "iuf"}
+    if not {"dx", "dy"} <= set(number) or not (number["dx"] and number["dy"]):
+        return None, None, None, None
+    west = number.get("xmin")
+    north = max(number["ymin"], number["ymax"]) if {"ymin", "ymax"} <= set(number) else None
+    if west is None or north is None:
+        west = north = None
+    return west, north, abs(number["dx"]), abs(number["dy"])
+
+
+def _chosen(band: int | str | None, names: list[str]) -> str:
+    """The name of a band by its number or name; raises RasterError."""
+    if not names:
+        raise refused("raster", "has no array of two axes", "", "numbers on a grid")
+    if isinstance(band, str):
+        if band not in names:
+            raise refused("band", "no band of this name", band, listed(names), nearest(band, names))
+        return band
+    number = 1 if band is None else band
+    if number > len(names):
+        allowed = f"1 to {len(names)}" if len(names) > 1 else "1, the only one"
+        raise refused("band", "no such band", number, f"{allowed} ({listed(names)})")
+    return names[number - 1]
+
+
+def _checked(values: np.ndarray) -> np.ndarray:
+    if values.size > MOST_CELLS:
+        raise refused("raster", f"has {values.size:.3g} cells", "", f"at most {MOST_CELLS:.0e}")
+    values[~np.isfinite(values)] = np.nan
+    return values
+
+
+# --- ESRI ASCII grids
+
+
+def _of_ascii(path: Path, band: int | str | None) -> Raster:
+    if band not in (None, 1):
+        raise refused("band", "no such band", band, "1: a grid in text has one")
+    text = read_bytes(path, MOST_BYTES).decode("ascii", "replace")
+    head: dict[str, float] = {}
+    at = 0
+    for line in text.splitlines(keepends=True):
+        match = re.fullmatch(r"\s*([A-Za-z_]+)\s+(\S+)\s*", line)
+        if match is None:
+            break
+        try:
+            head[match[1].lower()] = float(match[2])
+        except ValueError:
+            raise refused("raster", f"{match[1]} is no number", match[2], "an ESRI ASCII grid") from None
+        at += len(line)
+    nx, ny = int(head.get("ncols", 0)), int(head.get("nrows", 0))
+    dx, dy = (head.get(name, head.get("cellsize", 0.0)) for name in ("dx", "dy"))
+    if nx < 1 or ny < 1 or not dx > 0 or not dy > 0:
+        missing = [n for n in ("ncols", "nrows", "cellsize") if n not in head]
+        raise refused("raster", f"is no ESRI ASCII grid: it lacks {listed(missing) or 'sizes above 0'}",
+                      str(path), "ncols, nrows, xllcorner, yllcorner, cellsize, then the rows")
+    try:
+        values = np.array(text[at:].split(), np.float64)
+    except ValueError as error:
+        raise refused("raster", f"is no ESRI ASCII grid: {error}", str(path), "numbers in rows") from None
+    if values.size != nx * ny:
+        raise refused("raster", f"has {values.size:,} numbers, and ncols × nrows are {nx * ny:,}", str(path),
+                      "as many as its head says")
+    values[values == head.get("nodata_value", -9999.0)] = np.nan
+    west = head["xllcorner"] if "xllcorner" in head else head.get("xllcenter", dx / 2) - dx / 2
+    south = head["yllcorner"] if "yllcorner" in head else head.get("yllcenter", dy / 2) - dy / 2
+    prj = path.with_suffix(".prj")
+    crs = prj.read_text(encoding="utf-8", errors="replace").strip() if prj.is_file() else ""
+    return Raster(_checked(values.reshape(ny, nx)), west, south + ny * dy, dx, dy, crs)
+
+
+# --- GDAL
+
+
+def _of_gdal(path: Path, band: int | str | None) -> Raster:
+    if not path.is_file():
+        raise OSError(2, "no such file")
+    try:
+        import rasterio
+    except ImportError:
+        raise refused("raster", "needs rasterio, which is not installed", str(path),
+                      f"{INSTALL}; or an .npz or .asc, which need nothing") from None
+    try:
+        with rasterio.open(path) as source:
+            names = [name or f"band {i + 1}" for i, name in enumerate(source.descriptions)]
+            number = names.index(_chosen(band, names)) + 1 if isinstance(band, str) else _number(band, names)
+            if source.width * source.height > MOST_CELLS:
+                raise refused("raster", f"has {source.width * source.height:.3g} cells", str(path),
+                              f"at most {MOST_CELLS:.0e}: cut out a part, as with gdal_translate -srcwin")
+            values = source.read(number, masked=True).astype(np.float64).filled(np.nan)
+            return _placed_by_gdal(source, _checked(values), path)
+    except rasterio.errors.RasterioError as error:
+        raise refused("raster", f"cannot be read: {error}", str(path), _kinds()) from None
+
+
+def _number(band: int | str | None, names: list[str]) -> int:
+    _chosen(band, names)
+    return 1 if band is None else int(band)
+
+
+def _placed_by_gdal(source: Any, values: np.ndarray, path: Path) -> Raster:
+    crs = "" if source.crs is None else (source.crs.to_string() or "")
+    t = source.transform
+    if t.is_identity:
+        return Raster(values, crs=crs)
+    if t.b or t.d:
+        raise refused("raster", "is turned: its rows do not run from west to east", str(path),
+                      "a raster with north up, as gdalwarp makes it")
+    unit = 1.0
+    if source.crs is not None and source.crs.is_projected:
+        unit = float(source.crs.linear_units_factor[1])
+    if unit != 1.0:
+        raise refused("raster", f"counts in units of {unit:g} m", str(path),
+                      "a coordinate system in metres or degrees, as gdalwarp makes it")
+    values = values[::-1] if t.e > 0 else values
+    values = values[:, ::-1] if t.a < 0 else values
+    north = t.f + (t.e * values.shape[0] if t.e > 0 else 0.0)
+    west = t.c + (t.a * values.shape[1] if t.a < 0 else 0.0)
+    return Raster(np.ascontiguousarray(values), west, north, abs(t.a), abs(t.e), crs)

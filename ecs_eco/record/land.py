@@ -1,0 +1,59 @@
+"""The ground that a run has, in its folder: relief, ground and real land, for figures and for going on."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ecs_eco.engine import files
+from ecs_eco.engine.errors import CheckpointError, ConfigError
+
+if TYPE_CHECKING:
+    from ecs_eco.space.world import SpatialWorld
+
+KEPT = "terrain.npz"  # as in ecs_eco.config.land.land, which needs numpy
+
+
+def keep_land(world: SpatialWorld, folder: Path) -> str | None:
+    """Write the ground of a world into the folder of its run; return the hash of its real land, if any."""
+    terrain, land = world.terrain, getattr(world.config, "_land", None)
+    if terrain is None or getattr(world.config, "terrain", None) is None:
+        return None
+    arrays: dict[str, Any] = {"height": terrain.height, "ground": terrain.ground}
+    if terrain.land is not None and terrain.land.wet is not None:
+        arrays["wet"] = terrain.land.wet
+    if land is not None:
+        arrays |= land.arrays()
+    content = io.BytesIO()
+    np.savez_compressed(content, allow_pickle=False, **arrays)
+    files.write(folder / KEPT, content.getvalue())
+    return None if land is None else str(land.sha256)
+
+
+def folder_of_land(config: Mapping[str, Any], run: Path, otherwise: Path) -> Path:
+    """The folder in which a world finds its land, by its configuration: that of its run, if it kept it
+    there."""
+    real = (config.get("terrain") or {}).get("raster")
+    return run if real and (run / KEPT).is_file() else otherwise
+
+
+def take_land(config: Any, meta: Mapping[str, Any], where: str) -> None:
+    """Give a configuration from a checkpoint its source, its folder, and the land that it was saved with, if
+    any; raises CheckpointError where that is another now."""
+    config._source = where
+    config._folder = folder_of_land(meta["config"], Path(where).parent.parent, Path(meta["folder"]))
+    if config.terrain is None or config.terrain.raster is None:
+        return
+    from ecs_eco.config.land.land import read_land
+
+    try:
+        land = read_land(config.terrain, config.space.size, config.folder)
+    except ConfigError as error:
+        raise CheckpointError(f"{where}: its land cannot be had: {error}") from None
+    if meta.get("land") != land.sha256:
+        raise CheckpointError(f"{where}: the land in {config.folder} has changed since it was saved")
+    config._land = land

@@ -1,0 +1,116 @@
+"""Rasters of three kinds hold the same numbers in the same order: the first row is in the north."""
+
+import numpy as np
+import pytest
+
+from ecs_eco.config.land.raster import RasterError, degrees, read_raster
+
+GRID = np.arange(12.0).reshape(3, 4)
+HEAD = "ncols 4\nnrows 3\nxllcorner 100\nyllcorner 200\ncellsize 10\nNODATA_value -1\n"
+
+
+def rows(values):
+    return "\n".join(" ".join(f"{v:g}" for v in row) for row in values) + "\n"
+
+
+def test_an_ascii_grid_begins_in_the_north_and_knows_where_it_lies(tmp_path):
+    grid = GRID.copy()
+    grid[1, 2] = -1
+    (tmp_path / "dem.asc").write_text(HEAD + rows(grid))
+    (tmp_path / "dem.prj").write_text('PROJCS["UTM"]')
+    raster = read_raster("dem.asc", tmp_path)
+    assert np.isnan(raster.values[1, 2])
+    assert raster.values[[0, 2], [0, 3]].tolist() == [0.0, 11.0]
+    assert raster[1:] == (100.0, 230.0, 10.0, 10.0, 'PROJCS["UTM"]')
+
+
+def test_the_corner_of_an_ascii_grid_may_be_the_centre_of_a_cell(tmp_path):
+    (tmp_path / "dem.asc").write_text(HEAD.replace("corner", "center") + rows(GRID))
+    assert read_raster("dem.asc", tmp_path)[1:3] == (95.0, 225.0)
+
+
+def test_rows_of_an_npz_whose_latitudes_rise_are_turned(tmp_path):
+    np.savez(tmp_path / "dem.npz", topo=GRID, latitude=[1.0, 2.0, 3.0], longitude=[5.0, 5.5, 6.0, 6.5])
+    raster = read_raster("dem.npz", tmp_path)
+    assert raster.values[0].tolist() == [8.0, 9.0, 10.0, 11.0]
+    assert raster[1:] == (4.75, 3.5, 0.5, 1.0, "EPSG:4326")
+
+
+def test_an_npz_may_have_several_bands_and_nothing_but_numbers(tmp_path):
+    np.savez(tmp_path / "dem.npz", first=GRID, other=-GRID, dx=2.0, dy=3.0, name="a word")
+    assert read_raster("dem.npz", tmp_path, 2).values[2, 3] == -11
+    assert read_raster("dem.npz", tmp_path, "other").values[2, 3] == -11
+    raster = read_raster("dem.npz", tmp_path)
+    assert raster.values[2, 3] == 11
+    assert raster[1:] == (None, None, 2.0, 3.0, "")
+    assert raster.placed
+
+
+@pytest.mark.parametrize(("band", "fault"), [
+    (3, "no such band; allowed: 1 to 2"), (99, "no such band"), ("othr", 'did you mean "other"?')])
+def test_a_band_that_is_not_there_is_refused_with_those_that_are(tmp_path, band, fault):
+    np.savez(tmp_path / "dem.npz", first=GRID, other=-GRID)
+    with pytest.raises(RasterError, match="band") as error:
+        read_raster("dem.npz", tmp_path, band)
+    assert fault in str(error.value)
+
+
+@pytest.mark.parametrize(("name", "content", "fault"), [
+    ("dem.asc", HEAD + "1 2 3\n", "has 3 numbers, and ncols × nrows are 12"),
+    ("dem.asc", HEAD + rows(GRID).replace("5", "wet"), "is no ESRI ASCII grid"),
+    ("dem.asc", "nrows 3\n1 2 3\n", "it lacks ncols, cellsize"),
+    ("dem.npz", "no zip", "is no .npz"),
+    ("gone.npz", None, "cannot be read"),
+])  # fmt: skip
+def test_files_that_hold_no_grid_are_refused(tmp_path, name, content, fault):
+    if content is not None:
+        (tmp_path / name).write_text(content)
+    with pytest.raises(RasterError, match="raster") as error:
+        read_raster(name, tmp_path)
+    assert fault in str(error.value)
+
+
+def test_an_npz_with_objects_is_refused(tmp_path):
+    np.savez(tmp_path / "dem.npz", topo=np.array([[None, {}]], object))
+    with pytest.raises(RasterError, match="plain arrays"):
+        read_raster("dem.npz", tmp_path)
+
+
+def test_a_changed_file_is_read_again(tmp_path):
+    np.savez(tmp_path / "dem.npz", topo=GRID)
+    assert read_raster("dem.npz", tmp_path).values[0, 1] == 1
+    np.savez(tmp_path / "dem.npz", topo=GRID * 2, more=GRID)
+    assert read_raster("dem.npz", tmp_path).values[0, 1] == 2
+
+
+def test_a_raster_may_come_with_an_installed_package(tmp_path):
+    name = "matplotlib:mpl-data/sample_data/jacksboro_fault_dem.npz"
+    raster = read_raster(name, tmp_path, crs="EPSG:4326")
+    assert raster.values.shape == (344, 403)
+    assert (np.nanmin(raster.values), np.nanmax(raster.values)) == (236, 1076)
+    assert raster.north == pytest.approx(36.73291667)
+    with pytest.raises(RasterError, match="not installed"):
+        read_raster("no_such_package:dem.npz", tmp_path)
+
+
+def test_degrees_are_told_from_metres():
+    assert degrees("EPSG:4326")
+    assert degrees('GEOGCS["WGS 84",DATUM["…"]]')
+
+
+def test_geotiff_is_read_through_rasterio(tmp_path):
+    rasterio = pytest.importorskip("rasterio", reason="needs the extra geo")
+    with rasterio.open(tmp_path / "dem.tif", "w", driver="GTiff", width=4, height=3, count=2, dtype="float32",
+                       crs="EPSG:32616", nodata=-99,
+                       transform=rasterio.Affine(10, 0, 100, 0, -20, 230)) as file:
+        file.write(GRID.astype("float32"), 1)
+        file.write(np.where(GRID == 5, -99, GRID).astype("float32"), 2)
+        file.set_band_description(2, "surface")
+    first, second = read_raster("dem.tif", tmp_path), read_raster("dem.tif", tmp_path, "surface")
+    assert np.array_equal(first.values, GRID)
+    assert np.isnan(second.values[1, 1])
+    assert first[1:] == (100.0, 230.0, 10.0, 20.0, "EPSG:32616")
+    assert degrees("EPSG:4617")
+    assert not degrees("EPSG:32616")
+    with pytest.raises(RasterError, match="1 to 2"):
+        read_raster("dem.tif", tmp_path, 3)
