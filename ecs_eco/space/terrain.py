@@ -89,7 +89,7 @@ class Terrain:
         """Put up a fence along a line f64[k, 2] [m], on open ground;
         beyond the edge of a torus it goes on at the other side."""
         self.fences.append(np.asarray(corners, float))
-        self._draw_fences()
+        self.draw_fences()
 
     def unfence(self, corners: np.ndarray | None = None) -> None:
         """Take a fence away, or all of them; raises ValueError where none stands along this line."""
@@ -100,9 +100,10 @@ class Terrain:
                              f"there are {len(self.fences)} others")
         gone = same if corners is None else same[:1]
         self.fences = [f for i, f in enumerate(self.fences) if i not in gone]
-        self._draw_fences()
+        self.draw_fences()
 
-    def _draw_fences(self) -> None:
+    def draw_fences(self) -> None:
+        """Mark the cells on which fences stand anew."""
         ny, nx = self.ground.shape
         self.ground[self.ground == FENCE] = OPEN
         for corners in self.fences:

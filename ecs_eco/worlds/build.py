@@ -37,10 +37,10 @@ from ecs_eco.nervous.nerves import Nerves
 from ecs_eco.nervous.readings import Readings
 from ecs_eco.nervous.sensors import senses_of
 from ecs_eco.space import Field, Terrain
-from ecs_eco.space.land import lay
 from ecs_eco.systems.schedule import schedule
 from ecs_eco.worlds.apply import apply, apply_object, begin_learning, cell, learner_seed, matter, settings
 from ecs_eco.worlds.heredity import add_eggs, add_heredity
+from ecs_eco.worlds.land import lay
 from ecs_eco.worlds.matter import add_matter, contain, keep_books
 from ecs_eco.worlds.placed import placed
 from ecs_eco.worlds.policies import (
