@@ -1,0 +1,112 @@
+"""What a cycle of hunted and hunter is like, in measures that any two series share: years or ticks, pelts or
+animals.
+
+The series may be short: two periods are enough to be measured, though not to be tested (`spectrum` tests).
+Compare with series as long and sampled as often, for what is measured depends on both.
+"""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+
+import numpy as np
+
+from ecs_eco.analysis.spectrum import detrend, thin
+
+FEWEST = 12
+"""Fewest samples that are measured."""
+FINE = 16
+"""Frequencies that are tried between two Fourier frequencies, and one more."""
+MEASURES = ("lag", "regularity", "prey swing", "predator swing")
+"""Those that do not depend on the unit of time."""
+
+
+@dataclass(frozen=True)
+class Signature:
+    """The cycle of a pair of series."""
+
+    period: float  # [samples]
+    lag: float  # of the predator behind its prey, a share of the period in [0, 1)
+    regularity: float  # share of the variance of both that a wave of this period explains, geometric mean
+    prey_swing: float  # standard deviation of log10 of the numbers, trend removed
+    predator_swing: float
+
+    def as_dict(self) -> dict[str, float]:
+        """Return the numbers by name, with spaces as in MEASURES."""
+        return {name.replace("_", " "): value for name, value in asdict(self).items()}
+
+
+def logarithms(numbers: np.ndarray) -> np.ndarray:
+    """Return log10 of numbers without their trend: f64[n]. Zeros count as half of the smallest number above.
+
+    Raises ValueError where all are zero, any is negative or no number, or there are fewer than FEWEST.
+    """
+    x = np.asarray(numbers, float)
+    if x.ndim != 1 or len(x) < FEWEST:
+        raise ValueError(f"a series of shape {x.shape}; at least {FEWEST} numbers in a row are needed")
+    if not np.isfinite(x).all() or (x < 0).any():
+        at = int(np.flatnonzero(~np.isfinite(x) | (x < 0))[0])
+        raise ValueError(f"sample {at} is {x[at]}; numbers of organisms are 0 or more")
+    if not x.any():
+        raise ValueError("all numbers are 0: there is no cycle to measure")
+    return detrend(np.log10(np.maximum(x, x[x > 0].min() / 2)))
+
+
+def period_of(*series: np.ndarray) -> float:
+    """Return the period [samples] of the wave that explains most of the variance of one series or, on
+    average, of several of the same times.
+
+    Waves have periods between 3 samples and two thirds of the series, and are fitted by least squares beside
+    a straight line: the Lomb-Scargle periodogram with a floating trend. Long series are thinned first.
+    """
+    thinned = [thin(np.asarray(x, float)) for x in series]
+    f, shares, _ = _waves([logarithms(x) for x, _ in thinned])
+    return float(thinned[0][1] / f[shares.sum(0).argmax()])
+
+
+def signature(prey: np.ndarray, predator: np.ndarray) -> Signature:
+    """Return the cycle of a prey and its predator: f[n] each, sampled at the same times.
+
+    Raises ValueError where the series differ in length, or one cannot be measured.
+    """
+    if len(prey) != len(predator):
+        raise ValueError(f"{len(prey)} numbers of the prey, {len(predator)} of the predator; they must be of "
+                         "the same times")
+    a, b = logarithms(prey), logarithms(predator)
+    f, shares, waves = _waves([a, b])
+    at = shares.sum(0).argmax()
+    turn = np.angle(waves[0, at] * waves[1, at].conj())
+    return Signature(float(1 / f[at]), float(turn / (2 * np.pi) % 1), float(np.sqrt(shares[:, at].prod())),
+                     float(a.std()), float(b.std()))
+
+
+def windows(prey: np.ndarray, predator: np.ndarray, samples: int, per_period: float) -> list[Signature]:
+    """Return the cycle in each of the stretches, one after the other, of a long pair of series f[ticks].
+
+    A stretch is sampled as a short series is: `samples` numbers, `per_period` of them in a period of the long
+    one. Stretches in which one of both is never there are left out.
+    """
+    step = period_of(prey, predator) / per_period
+    length = int(np.floor(step * samples))
+    at = np.floor(step * np.arange(samples)).astype(int)
+    starts = range(0, len(prey) - length + 1, length)
+    pairs = [(np.asarray(prey)[s + at], np.asarray(predator)[s + at]) for s in starts]
+    return [signature(x, y) for x, y in pairs if x.any() and y.any()]
+
+
+def _waves(series: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Fit waves to series f64[n] without a trend; return frequencies [1/sample], the share of variance that
+    each explains f64[series, frequency], and the waves, complex[series, frequency]."""
+    n = len(series[0])
+    f = np.arange(int(np.ceil(1.5 * FINE)), n * FINE // 3 + 1) / (FINE * n)
+    t = np.arange(n) - (n - 1) / 2
+    basis = np.stack([np.ones(n), t], 1)
+    waves = np.stack([np.cos(2 * np.pi * f[:, None] * t), np.sin(2 * np.pi * f[:, None] * t)], 2)
+    q, _ = np.linalg.qr(basis)
+    waves -= q @ (q.T @ waves)  # what a straight line cannot do
+    q, r = np.linalg.qr(waves)
+    y = np.stack(series, 1)
+    along = np.swapaxes(q, 1, 2) @ y  # [frequency, 2, series]
+    total = np.maximum((y**2).sum(0), 1e-300)
+    amplitudes = np.linalg.solve(r, along)
+    return f, ((along**2).sum(1) / total).T, (amplitudes[:, 0] - 1j * amplitudes[:, 1]).T
