@@ -1,0 +1,113 @@
+"""Vectors of 16 float32 within kernels, that stay in registers where a loop over an array would go to memory.
+
+A loop whose accumulators are rows of an array loads and stores them in every step, and asks each time whether
+rows overlap. A `Vector` is a local variable instead: load, add and multiply, store. LLVM makes of it what the
+processor has: one register of 512 bits, or several narrower ones. Without compilation they are numpy arrays.
+"""
+
+import operator
+from collections.abc import Callable
+from typing import Any
+
+import numba
+import numpy as np
+from llvmlite import ir
+from numba import types
+from numba.core.typing import templates as _templates
+from numba.extending import intrinsic, lower_builtin, models, register_model
+
+LANES = 16
+_typing: Any = _templates  # numba's are not annotated
+_lowered: Any = lower_builtin
+_LLVM: Any = ir.VectorType(ir.FloatType(), LANES)
+
+
+class Vector(types.Type):
+    """Numba's type of 16 float32."""
+
+    def __init__(self) -> None:
+        super().__init__("f32x16")
+
+
+_vector = Vector()
+
+
+@register_model(Vector)
+class _Model(models.PrimitiveModel):
+    def __init__(self, manager: Any, of: Any) -> None:
+        super().__init__(manager, of, _LLVM)  # type: ignore[no-untyped-call]
+
+
+def _place(context: Any, builder: Any, kind: Any, array: Any, at: Any) -> Any:
+    return builder.gep(context.make_array(kind)(context, builder, array).data, [at])
+
+
+def _load(typing: Any, array: Any, at: Any) -> Any:
+    """The numbers array[at] … array[at + 15] of a contiguous f32 array; `at` is not checked."""
+
+    def make(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        place = _place(context, builder, signature.args[0], *arguments)
+        vector = builder.load(builder.bitcast(place, _LLVM.as_pointer()))
+        vector.align = 4
+        return vector
+
+    return _vector(array, types.intp), make
+
+
+def _every(typing: Any, array: Any, at: Any) -> Any:
+    """The number array[at] of a contiguous f32 array, 16 times; `at` is not checked."""
+
+    def make(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        number = builder.load(_place(context, builder, signature.args[0], *arguments))
+        nothing, first = ir.Constant(_LLVM, ir.Undefined), ir.Constant(ir.IntType(32), 0)
+        return builder.shuffle_vector(builder.insert_element(nothing, number, first), nothing,
+                                      ir.Constant(ir.VectorType(ir.IntType(32), LANES), None))
+
+    return _vector(array, types.intp), make
+
+
+def _store(typing: Any, array: Any, at: Any, vector: Any) -> Any:
+    """Write a vector to array[at] … array[at + 15]; `at` is not checked."""
+
+    def make(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        place = _place(context, builder, signature.args[0], *arguments[:2])
+        builder.store(arguments[2], builder.bitcast(place, _LLVM.as_pointer())).align = 4
+        return context.get_dummy_value()
+
+    return types.void(array, types.intp, _vector), make
+
+
+def _operator(of: Callable[[Any, Any], Any], name: str) -> None:
+    """Let an operator of two vectors be LLVM's instruction of this name."""
+
+    @_typing.infer_global(of)
+    class Typing(_typing.AbstractTemplate):  # type: ignore[misc]
+        key = of
+
+        def generic(self, args: Any, kws: Any) -> Any:
+            return _typing.signature(_vector, *args) if args == (_vector, _vector) else None
+
+    def make(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        return getattr(builder, name)(*arguments)
+
+    _lowered(of, _vector, _vector)(make)
+
+
+if numba.config.DISABLE_JIT:  # type: ignore[attr-defined]
+
+    def load(array: np.ndarray, at: int) -> np.ndarray:
+        """Return array[at : at + 16]."""
+        return array[at : at + LANES].copy()
+
+    def every(array: np.ndarray, at: int) -> np.ndarray:
+        """Return array[at], 16 times."""
+        return np.full(LANES, array[at])
+
+    def store(array: np.ndarray, at: int, vector: np.ndarray) -> None:
+        """Write a vector to array[at : at + 16]."""
+        array[at : at + LANES] = vector
+
+else:
+    load, every, store = (intrinsic(make) for make in (_load, _every, _store))
+    _operator(operator.add, "fadd")
+    _operator(operator.mul, "fmul")
