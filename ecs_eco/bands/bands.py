@@ -121,6 +121,11 @@ class Bands(OneBand):
         size = array.itemsize * int(np.prod(array.shape[1:]))
         if not size or self.size == 1:
             return
+        if not array.flags.c_contiguous:
+            rows = np.ascontiguousarray(array)
+            self._complete(rows, edges)
+            array[...] = rows
+            return
         start = time.perf_counter()
         counts = np.diff(edges)
         self.comm.Allgatherv(self._in_place, [array, counts, np.asarray(edges)[:-1], self._row(size)])

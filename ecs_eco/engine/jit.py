@@ -6,12 +6,16 @@ from collections.abc import Callable
 from typing import Any
 
 import numba
+from numba.core.cpu import CPUTargetOptions
+from numba.core.options import TargetOptions
 
 from ecs_eco.engine import portable
 from ecs_eco.engine.kernel_cache import Folder, KernelCache, cache_folder
 
 numba.core.config._config_fname = ""  # no .numba_config.yaml of the folder that a command happens to run in
 numba.config.reload_config()  # type: ignore[no-untyped-call]
+# numba has the flag, and no option that sets it
+CPUTargetOptions.noalias = TargetOptions.Mapping("noalias")  # type: ignore[no-untyped-call]
 portable.check()
 if portable.on():
     numba.config.CPU_NAME, numba.config.CPU_FEATURES = portable.CPU, ""  # type: ignore[attr-defined]
@@ -22,17 +26,26 @@ if portable.on():
     install(FOLDER)
 
 
-def njit(function: Callable[..., Any], *, fastmath: bool | set[str] = False) -> Any:
+def njit(function: Callable[..., Any], *, fastmath: bool | set[str] = False, noalias: bool = False) -> Any:
     """Compile a kernel on first use, keep it on disk, release the GIL while it runs,
     follow IEEE on division by 0.
+
+    `noalias` promises that no array that the kernel writes overlaps another of its arrays. Loops that look
+    numbers up at computed places become vector code only then.
 
     A function without a source file, as one typed at a prompt, is compiled anew in each process. In the
     portable mode `fastmath` is not heeded: what it permits is done by some processors and not by others.
     """
     fastmath = False if portable.on() else fastmath
-    kernel = numba.njit(nogil=True, error_model="numpy", fastmath=fastmath)(function)
+    promises: dict[str, Any] = {"noalias": True} if noalias else {}
+    kernel = numba.njit(nogil=True, error_model="numpy", fastmath=fastmath, **promises)(function)
     # else nothing is compiled: NUMBA_DISABLE_JIT
     if hasattr(kernel, "_cache") and os.path.isfile(function.__code__.co_filename):
-        kernel._cache = KernelCache(function, FOLDER,
-                                    str(sorted(fastmath) if isinstance(fastmath, set) else fastmath))
+        options = str(sorted(fastmath) if isinstance(fastmath, set) else fastmath)
+        kernel._cache = KernelCache(function, FOLDER, options + "noalias" * noalias)
     return kernel
+
+
+def lone_njit(function: Callable[..., Any]) -> Any:
+    """`njit` with `noalias`: no array that the kernel writes overlaps another of its arrays."""
+    return njit(function, noalias=True)

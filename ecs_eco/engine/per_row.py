@@ -11,7 +11,7 @@ from numba import types
 from numba.extending import overload
 
 
-def of_row(value: Any, row: int) -> Any:
+def of_row(value: Any, row: Any) -> Any:
     """Return the value of a row: that of an array [rows], or the number itself."""
     return value[row] if isinstance(value, np.ndarray) else value
 

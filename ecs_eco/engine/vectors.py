@@ -59,11 +59,34 @@ def _every(typing: Any, array: Any, at: Any) -> Any:
 
     def make(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         number = builder.load(_place(context, builder, signature.args[0], *arguments))
-        nothing, first = ir.Constant(_LLVM, ir.Undefined), ir.Constant(ir.IntType(32), 0)
-        return builder.shuffle_vector(builder.insert_element(nothing, number, first), nothing,
-                                      ir.Constant(ir.VectorType(ir.IntType(32), LANES), None))
+        return _repeated(builder, number)
 
     return _vector(array, types.intp), make
+
+
+def _spread(typing: Any, number: Any) -> Any:
+    """A number, 16 times."""
+
+    def make(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        return _repeated(builder, arguments[0])
+
+    return _vector(types.float32), make
+
+
+def _repeated(builder: Any, number: Any) -> Any:
+    nothing, first = ir.Constant(_LLVM, ir.Undefined), ir.Constant(ir.IntType(32), 0)
+    return builder.shuffle_vector(builder.insert_element(nothing, number, first), nothing,
+                                  ir.Constant(ir.VectorType(ir.IntType(32), LANES), None))
+
+
+def _where_less(typing: Any, a: Any, b: Any, x: Any, y: Any) -> Any:
+    """The numbers of x where a < b, else those of y."""
+
+    def make(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        a, b, x, y = arguments
+        return builder.select(builder.fcmp_ordered("<", a, b), x, y)
+
+    return _vector(_vector, _vector, _vector, _vector), make
 
 
 def _store(typing: Any, array: Any, at: Any, vector: Any) -> Any:
@@ -103,11 +126,23 @@ if numba.config.DISABLE_JIT:  # type: ignore[attr-defined]
         """Return array[at], 16 times."""
         return np.full(LANES, array[at])
 
+    def spread(number: Any) -> np.ndarray:
+        """Return a number, 16 times."""
+        return np.full(LANES, number, np.float32)
+
+    def where_less(a: np.ndarray, b: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        """Return the numbers of x where a < b, else those of y."""
+        return np.where(a < b, x, y)
+
     def store(array: np.ndarray, at: int, vector: np.ndarray) -> None:
         """Write a vector to array[at : at + 16]."""
         array[at : at + LANES] = vector
 
 else:
-    load, every, store = (intrinsic(make) for make in (_load, _every, _store))
+    _made: Any = intrinsic
+    load, every, spread, where_less, store = (
+        _made(of) for of in (_load, _every, _spread, _where_less, _store)
+    )
     _operator(operator.add, "fadd")
+    _operator(operator.sub, "fsub")
     _operator(operator.mul, "fmul")

@@ -116,7 +116,9 @@ class Brain:
         if np.shape(observations) != (n, self.n_observations):
             raise ValueError(f"observations have shape {np.shape(observations)}; allowed is (n, "
                              f"{self.n_observations})")
-        x = np.ascontiguousarray(observations, np.float32)
+        x = np.asarray(observations, np.float32).T
+        if not x.flags.forc:
+            x = np.ascontiguousarray(x)
         logits, values = np.empty((n, self.n_logits), np.float32), np.empty(n, np.float32)
         for out, (widths, starts) in zip((logits, logits[:, :0].copy()), self._plans, strict=False):
             if split is None:

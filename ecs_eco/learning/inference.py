@@ -18,7 +18,7 @@ BLOCK = 64  # organisms: four vectors of the widest kind
 
 @fused_njit
 def infer(first, last, observations, weights, widths, starts, logits, values):
-    """Write the outputs of a tower for rows first to last of the observations f32[n, widths[0]]:
+    """Write the outputs of a tower for organisms first to last of the observations f32[widths[0], n]:
     logits f32[n, k], values f32[n].
 
     `widths` i64[layers + 1] are those of the observations, the hidden layers and the output; `starts` i64[2 *
@@ -31,7 +31,7 @@ def infer(first, last, observations, weights, widths, starts, logits, values):
         size = min(BLOCK, last - start)
         for k in range(widths[0]):
             for i in range(size):
-                below[k * BLOCK + i] = observations[start + i, k]
+                below[k * BLOCK + i] = observations[k, start + i]
         for level in range(n_layers):
             n_in, n_out = widths[level], widths[level + 1]
             matrix = weights[starts[2 * level] : starts[2 * level] + n_in * n_out]

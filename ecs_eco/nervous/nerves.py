@@ -10,7 +10,7 @@ import numpy as np
 
 from ecs_eco.components import Experience, Memory, Motor, Nervous, Plasticity, Policy, Traits
 from ecs_eco.learning.continuous import CONTINUOUS
-from ecs_eco.nervous.networks import Network
+from ecs_eco.nervous.networks import HappinessNetwork, Network, ReflexNetwork
 from ecs_eco.nervous.ranges import Ranges
 from ecs_eco.nervous.sensors.sense import Sense
 from ecs_eco.nervous.thoughts import Thoughts
@@ -64,8 +64,8 @@ class Nerves:
         self.shift: np.ndarray | None = None  # f32[n, continuous]: what the reflex adds in this tick
         self.rows = np.zeros(0, np.int64)
         self._later = np.zeros((0, 0), np.float32)  # the memories that follow from what is sensed now
-        self._x = np.zeros((0, len(self.channels)), np.float32)
-        self.x = self._x
+        self._x = np.zeros(0, np.float32)
+        self._rows = (self.readout(0), self._x)  # x, and the same by row
         self.thoughts: Thoughts | None = None  # of the last tick, for whoever looks on
         self.reports: list[dict[str, float]] = []
 
@@ -83,11 +83,19 @@ class Nerves:
         self.targets = np.array(targets, np.int64)  # the action that a head's option stands for; −1: none
 
     def readout(self, n: int) -> np.ndarray:
-        """Return the observation matrix f32[n, channels] to be filled."""
-        if len(self._x) < n:
-            self._x = np.zeros((n + n // 4, len(self.channels)), np.float32)
-        self.x = self._x[:n]
+        """Return the observation matrix f32[n, channels] to be filled; each channel lies in one piece."""
+        channels = len(self.channels)
+        if len(self._x) < n * channels:
+            self._x = np.zeros((n + n // 4) * channels, np.float32)
+        self.x = self._x[: n * channels].reshape(channels, n).T
         return self.x
+
+    @property
+    def x_by_row(self) -> np.ndarray:
+        """The observation matrix of this tick, with those of each organism in one piece."""
+        if self._rows[0] is not self.x:
+            self._rows = self.x, np.ascontiguousarray(self.x)
+        return self._rows[1]
 
     def column(self, action: str) -> int:
         """Return the column of an action, "run" or "speed.run", in the decision."""
@@ -139,7 +147,7 @@ class Nerves:
         Raises FloatingPointError with species, tick and organism where a number is not finite.
         """
         if self.individuals is not None:
-            thought = self._ask_each(table, world, self.rows, self.x)
+            thought = self._ask_each(table, world, self.rows, self.x_by_row)
         elif self.brain is not None:
             thought = self._ask(table, world)
         else:
@@ -157,7 +165,7 @@ class Nerves:
         if not brain.memory:
             return _divided(world, brain, len(self.x),
                             lambda here: brain.forward(self.x[here], world.split))
-        logits, values, self._later = brain.recall(self.x, table[Memory].state[self.rows], world.split)
+        logits, values, self._later = brain.recall(self.x_by_row, table[Memory].state[self.rows], world.split)
         return logits, values
 
     def _ask_each(self, table: Table, world: SpatialWorld, rows: np.ndarray,
@@ -223,7 +231,8 @@ class Nerves:
                 drawn = table[Motor].drawn[self.rows]
                 drawn[np.arange(len(drawn)), table[Experience].length[self.rows]] = numbers
                 table[Motor].drawn[self.rows] = drawn
-            self.individuals.store(table[Experience], self.rows, self.x, choice, log_probability, values)
+            self.individuals.store(table[Experience], self.rows, self.x_by_row, choice, log_probability,
+                                   values)
         elif self.learner is not None:
             memory = table[Memory].state[self.rows] if self.learner.rollout.memory.shape[1] else None
             self.learner.rollout.store(self.rows, self.x, choice, log_probability, values, memory, numbers)
@@ -272,7 +281,7 @@ class Nerves:
         minds = self.individuals
         assert minds is not None
         rows = self.rows[due]
-        _, values = self._ask_each(table, world, rows, self.x[due])
+        _, values = self._ask_each(table, world, rows, self.x_by_row[due])
         settings = None
         if Plasticity in table:
             own = table[Plasticity]
@@ -291,7 +300,8 @@ class Nerves:
 
     def _read(self, network: Network, table: Table, name: str, shape: tuple[int, ...]) -> np.ndarray:
         owner = getattr(network, "__self__", network)  # of a method
-        out = network(self.x, table, self.rows) if getattr(owner, "individual", False) else network(self.x)
+        x = self.x if isinstance(owner, ReflexNetwork | HappinessNetwork) else self.x_by_row
+        out = network(x, table, self.rows) if getattr(owner, "individual", False) else network(x)
         if np.shape(out) != shape or not isinstance(out, np.ndarray):
             raise ValueError(f"{table.name}: the {name} network gives {type(out).__name__} {np.shape(out)}; "
                              f"allowed: an array {shape}")

@@ -55,7 +55,8 @@ class ReflexNetwork:
             weight, threshold = ((table[Reflexes].weight, table[Reflexes].threshold)
                                  if own else (self.weight, self.threshold))
             which = rows if own and rows is not None else np.zeros(len(x), np.int64)
-            connect(x, self.channels, self.starts, self.actions, self.above, weight, threshold, which, total)
+            connect(x.T, self.channels, self.starts, self.actions, self.above, weight, threshold, which,
+                    total)
             if nerves.ranges.groups:
                 ends = nerves.ranges if table is None or rows is None else nerves.ranges.of(table, rows)
                 total[:, nerves.ranges.columns] *= ends.high - ends.low
@@ -90,7 +91,7 @@ class HappinessNetwork:
             own = self.individual and table is not None and Desires in table
             felt = np.empty(len(x), np.float32)
             which = rows if own and rows is not None else np.zeros(len(x), np.int64)
-            weigh(x, self.channels, self.starts, table[Desires].weight if own else self.weight, which, felt)
+            weigh(x.T, self.channels, self.starts, table[Desires].weight if own else self.weight, which, felt)
         least = self.least if table is None else own_value(table, "happiness.minimum", self.least)
         if isinstance(least, np.ndarray):
             least = least[rows]
@@ -100,6 +101,7 @@ class HappinessNetwork:
 def _asked(function: Any, word: str, x: np.ndarray, table: Any, rows: np.ndarray | None) -> np.ndarray:
     """Return what a function answers to x f32[n, channels]; of one that is a network of which genes hold the
     weights, with each one's own."""
+    x = np.ascontiguousarray(x)  # sums of libraries depend on it
     if table is None or Instincts not in table or not (own := getattr(table[Instincts], word)).shape[1]:
         return np.asarray(function(x))
     return np.asarray(function.each(x, own[rows]))
@@ -114,10 +116,10 @@ def _readings(rows: list[tuple[int, ...]]) -> tuple[np.ndarray, np.ndarray]:
 
 @njit
 def read(x, i, channels, first, last):
-    """Return the mean of some channels of organism i."""
+    """Return the mean of some channels of organism i, x f32[channels, n]."""
     total = np.float32(0.0)
     for k in range(first, last):
-        total += x[i, channels[k]]
+        total += x[channels[k], i]
     return total / np.float32(last - first)
 
 

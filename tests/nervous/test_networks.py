@@ -25,7 +25,7 @@ def test_connections_of_each_own_weights_are_their_slow_twin():
     weight, threshold, rows = _weights(rng, x, 50)
     actions, above = np.array([0, 2, 2, 1]), np.array([True, False, True, False])
     total = np.zeros((30, 3), F)
-    connect(x, flat, starts, actions, above, weight, threshold, rows, total)
+    connect(x.T, flat, starts, actions, above, weight, threshold, rows, total)
     slow = np.zeros((30, 3))
     for i, row in enumerate(rows):
         for c, reading in enumerate(readings):
@@ -40,7 +40,7 @@ def test_happiness_of_each_own_weights_is_its_slow_twin():
     rng, x, readings, flat, starts = _drawn(seed=2)
     weight, rows = rng.normal(size=(50, 4)).astype(F), rng.permutation(50)[:30]
     felt = np.empty(30, F)
-    weigh(x, flat, starts, weight, rows, felt)
+    weigh(x.T, flat, starts, weight, rows, felt)
     slow = [sum(weight[row, c] * x[i, list(r)].mean() for c, r in enumerate(readings))
             for i, row in enumerate(rows)]
     assert felt == pytest.approx(np.array(slow), abs=1e-5)

@@ -40,7 +40,7 @@ def feel_approach(target: str, radius: float, scale: float, number: int = 0) -> 
                         if Velocity in other else (heading, heading))
         world.split(close_in, seekers.n, mine.x, mine.y, mine.z, seekers.cos, seekers.sin, targets.x,
                     targets.y, targets.z, rows, heading, speed, climb, entries, speed_felt,
-                    space.lengths, space.torus, space.volume, out, column)
+                    space.lengths, space.torus, space.volume, out.T, column)
 
     return sense
 
@@ -52,7 +52,7 @@ def close_in(first, last, ox, oy, oz, cos, sin, tx, ty, tz, rows, heading, speed
     n = 4 if volume else 3
     for i in range(first, last):
         for c in range(n):
-            out[i, column + c] = 0
+            out[column + c, i] = 0
         j = entries[i]
         if j < 0:
             continue
@@ -62,8 +62,8 @@ def close_in(first, last, ox, oy, oz, cos, sin, tx, ty, tz, rows, heading, speed
         closing = -(speed[row] * (np.cos(heading[row]) * dx + np.sin(heading[row]) * dy)
                     + climb[row] * dz) * inverse
         if closing > 0:
-            out[i, column] = (dx * cos[i] + dy * sin[i]) * inverse
-            out[i, column + 1] = (dy * cos[i] - dx * sin[i]) * inverse
+            out[column, i] = (dx * cos[i] + dy * sin[i]) * inverse
+            out[column + 1, i] = (dy * cos[i] - dx * sin[i]) * inverse
             if volume:
-                out[i, column + 2] = dz * inverse
-            out[i, column + n - 1] = closing / of_row(scale, i)
+                out[column + 2, i] = dz * inverse
+            out[column + n - 1, i] = closing / of_row(scale, i)

@@ -22,7 +22,7 @@ def smell_gradient(field: str, span: float, scale: float, number: int = 0) -> Se
         width, least = of_sensor(table, seekers, number, span=np.float32(span), scale=np.float32(scale))
         f, mine, space = world.fields[field], seekers.index, world.space
         world.split(compare, seekers.n, f.value, f.inverse, mine.x, mine.y, mine.z, seekers.cos, seekers.sin,
-                    width * np.float32(0.5), least, space.lengths, space.torus, space.volume, out, column)
+                    width * np.float32(0.5), least, space.lengths, space.torus, space.volume, out.T, column)
 
     return sense
 
@@ -43,4 +43,4 @@ def compare(first, last, value, inverse, ox, oy, oz, cos, sin, half, scale, leng
                          into(oz[i] + dz, lengths[2], False), inverse, torus)
             b = field_at(value, into(ox[i] - dx, lengths[0], torus), into(oy[i] - dy, lengths[1], torus),
                          into(oz[i] - dz, lengths[2], False), inverse, torus)
-            out[i, column + axis] = (a - b) / (a + b + of_row(scale, i))
+            out[column + axis, i] = (a - b) / (a + b + of_row(scale, i))

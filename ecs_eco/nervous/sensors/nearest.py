@@ -8,7 +8,7 @@ import numpy as np
 
 from ecs_eco.components import Shape
 from ecs_eco.engine.elementary import arrays, scalars
-from ecs_eco.engine.jit import njit
+from ecs_eco.engine.jit import lone_njit
 from ecs_eco.nervous.sensors.kin import nearest_kin
 from ecs_eco.nervous.sensors.sense import Seekers, Sense, in_light, of_sensor, own_range, place_of
 from ecs_eco.space import sight
@@ -45,7 +45,7 @@ def see_nearest(target: str, reach: float, fov: float, occlusion: bool, number: 
                                                 occlusion)
             world.split(_bearings, seekers.n, *eye, seekers.cos, seekers.sin, *places,
                         entries, distance2, world.space.lengths, world.space.torus, world.space.volume, own,
-                        out, column)
+                        out.T, column)
             return
         if kin is None and not elsewhere:
             entries, distance2 = np.empty(seekers.n, np.int32), np.empty(seekers.n, np.float32)
@@ -66,7 +66,8 @@ def see_nearest(target: str, reach: float, fov: float, occlusion: bool, number: 
                         tops(world.tables[target], targets.rows), entries, distance2)
         world.split(_bearings, seekers.n, *eye, seekers.cos, seekers.sin, targets.x,
                     targets.y, targets.z, entries,
-                    distance2, world.space.lengths, world.space.torus, world.space.volume, own, out, column)
+                    distance2, world.space.lengths, world.space.torus, world.space.volume, own, out.T,
+                    column)
 
     sense.by_light = by_light is not None  # type: ignore[attr-defined]
     return sense
@@ -98,25 +99,24 @@ def look(world: "SpatialWorld", table: "Table", seekers: Seekers, eye: tuple[np.
     return places, entries, distance2
 
 
-@njit
+@lone_njit
 def _bearings(first, last, ox, oy, oz, cos, sin, tx, ty, tz, entries, distance2, lengths, torus, volume,
               radius, out, column):
-    for i in range(first, last):
-        j = entries[i]
-        if j < 0 or distance2[i] > radius[i] * radius[i]:
-            out[i, column] = 0
-            out[i, column + 1] = 0
-            out[i, column + 2] = 0
-            if volume:
-                out[i, column + 3] = 0
-            continue
+    """Write direction and nearness, 0 where nobody is in range; without branches and with unsigned indices,
+    so that it becomes vector code."""
+    zero, one, near = np.float32(0.0), np.float32(1.0), column + (3 if volume else 2)
+    if tx.size == 0:
+        out[column : near + 1, first:last] = 0
+        return
+    for k in range(last - first):
+        i = np.uint64(first + k)
+        none = (entries[i] < 0) | (distance2[i] > radius[i] * radius[i])
+        j = np.uint32(max(entries[i], 0))
         dx, dy, dz = sight.offset(ox[i], oy[i], oz[i], tx[j], ty[j], tz[j], lengths, torus)
         distance = np.sqrt(distance2[i])
-        inverse = np.float32(1.0) / max(distance, np.float32(1e-6))
-        out[i, column] = (dx * cos[i] + dy * sin[i]) * inverse
-        out[i, column + 1] = (dy * cos[i] - dx * sin[i]) * inverse
-        c = column + 2
+        inverse = one / max(distance, np.float32(1e-6))
+        out[column, i] = zero if none else (dx * cos[i] + dy * sin[i]) * inverse
+        out[column + 1, i] = zero if none else (dy * cos[i] - dx * sin[i]) * inverse
         if volume:
-            out[i, c] = dz * inverse
-            c += 1
-        out[i, c] = np.float32(1.0) - distance / radius[i]
+            out[column + 2, i] = zero if none else dz * inverse
+        out[near, i] = zero if none else one - distance / radius[i]

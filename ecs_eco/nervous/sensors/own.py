@@ -7,7 +7,7 @@ import numpy as np
 
 from ecs_eco.components import Biology, Body, Chemistry, Load, Metabolism, Physical, Shape
 from ecs_eco.engine.elementary import power
-from ecs_eco.engine.jit import njit
+from ecs_eco.engine.jit import lone_njit
 from ecs_eco.engine.per_row import of_row
 from ecs_eco.nervous.sensors.sense import Seekers, Sense, of_sensor, place_of
 from ecs_eco.space.bodies import extents
@@ -59,12 +59,13 @@ def own(property: str, scale: float, substances: list[str], number: int = 0,
             value = value.copy()
             value[seekers.rows] = world.surroundings(
                 "pressure", *place_of(table, seekers, number, at, world.space))
-        world.split(_own, seekers.n, value, seekers.rows, factor, out, column)
+        world.split(_own, seekers.n, value, seekers.rows, factor, out.T, column)
 
     return sense
 
 
-@njit
+@lone_njit
 def _own(first, last, value, rows, factor, out, column):
-    for i in range(first, last):
-        out[i, column] = value[rows[i]] * of_row(factor, i)
+    for k in range(last - first):
+        i = np.uint64(first + k)
+        out[column, i] = value[np.uint64(rows[i])] * of_row(factor, i)

@@ -48,7 +48,7 @@ def feel_property(property: str, of: list[str], radius: float, decay: str, repor
                          world.split)
         if differs:
             total -= weight * base
-        world.split(_write, seekers.n, total, weight, report == "mean", 1.0 / unit, out, column)
+        world.split(_write, seekers.n, total, weight, report == "mean", 1.0 / unit, out.T, column)
 
     return sense
 
@@ -60,4 +60,4 @@ def _write(first, last, total, weight, mean, factor, out, column):
         share = 1.0
         if mean:
             share = 1.0 / weight[i] if weight[i] > 0 else 0.0
-        out[i, column] = total[i] * share * of_row(factor, i)
+        out[column, i] = total[i] * share * of_row(factor, i)

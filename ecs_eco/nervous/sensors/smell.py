@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ecs_eco.components import Senses
-from ecs_eco.engine.jit import njit
+from ecs_eco.engine.jit import lone_njit, njit
 from ecs_eco.engine.per_row import of_row
 from ecs_eco.nervous.sensors.sense import Seekers, Sense, nose, of_sensor, place_of
 from ecs_eco.space.field import at as field_at
@@ -35,15 +35,15 @@ def smell(field: str, at: list[float], scale: float, number: int = 0) -> Sense:
         half = of_sensor(table, seekers, number, scale=np.float32(scale))[0]
         if space.volume:
             world.split(_sniff_volume, seekers.n, f.value, f.inverse, x, y, z, *body, high,
-                        half, space.lengths, space.torus, out, column)
+                        half, space.lengths, space.torus, out.T, column)
         else:
             world.split(_sniff_plane, seekers.n, f.value[0], f.inverse, x, y, *body, half,
-                        space.torus, out, column)
+                        space.torus, out.T, column)
 
     return sense
 
 
-@njit
+@lone_njit
 def _sniff_plane(first, last, value, inverse, ox, oy, radius, cos, sin, forward, left, scale, torus,
                  out, column):
     """Read the field f32[ny, nx] at the noses; without branches and with unsigned indices,
@@ -53,7 +53,8 @@ def _sniff_plane(first, last, value, inverse, ox, oy, radius, cos, sin, forward,
     half, zero, one, fnx, fny = (np.float32(0.5), np.float32(0.0), np.float32(1.0), np.float32(nx),
                                  np.float32(ny))
     last_x, last_y = fnx - one, fny - one
-    for i in range(first, last):
+    for k in range(last - first):
+        i = np.uint64(first + k)
         r = radius[i]
         gx = (ox[i] + r * (forward * cos[i] - left * sin[i])) * inverse[0] - half
         gy = (oy[i] + r * (forward * sin[i] + left * cos[i])) * inverse[1] - half
@@ -75,7 +76,7 @@ def _sniff_plane(first, last, value, inverse, ox, oy, radius, cos, sin, forward,
         south, north = ((one - fx) * flat[j0 + i0] + fx * flat[j0 + i1],
                         (one - fx) * flat[j1 + i0] + fx * flat[j1 + i1])
         c = (one - fy) * south + fy * north
-        out[i, column] = c / (c + of_row(scale, i))
+        out[column, i] = c / (c + of_row(scale, i))
 
 
 @njit
@@ -88,4 +89,4 @@ def _sniff_volume(first, last, value, inverse, ox, oy, oz, radius, cos, sin, for
         y = into(oy[i] + r * (forward * sin[i] + left * cos[i]), lengths[1], torus)
         z = into(oz[i] + r * up, lengths[2], False)
         c = field_at(value, x, y, z, inverse, torus)
-        out[i, column] = c / (c + of_row(scale, i))
+        out[column, i] = c / (c + of_row(scale, i))

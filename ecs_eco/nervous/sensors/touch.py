@@ -30,18 +30,18 @@ def touch(targets: list[str] | None, wall: bool, at: list[float], reach: float =
             me, others = solids(world, [table.name]), solids(world, shaped)
             world.split(_touch_solids, seekers.n, me.form, me.uid, seekers.heading, others.form, others.uid,
                         *space.shape, space.inverse, space.lengths, space.torus, space.volume, *others.cells,
-                        np.float32(reach), np.float32(at[0]), np.float32(at[1]), out, column)
+                        np.float32(reach), np.float32(at[0]), np.float32(at[1]), out.T, column)
         if names := [n for n in names if n not in shaped]:
             bodies = merged(world, names)
             widest = float(seekers.radius.max(initial=0.0)) + bodies.largest + reach
             world.split(_touch, seekers.n, mine.x, mine.y, mine.z, mine.uid, seekers.radius, seekers.heading,
                         bodies.x, bodies.y, bodies.z, bodies.radius, bodies.uid, bodies.start, *space.shape,
                         space.inverse, space.lengths, space.torus, space.reach(widest), np.float32(reach),
-                        np.float32(at[0]), np.float32(at[1]), out, column)
+                        np.float32(at[0]), np.float32(at[1]), out.T, column)
         if wall and (space.volume or not space.torus):
             _touch_walls(mine.x, mine.y, mine.z, *sides(world, table, seekers), seekers.heading,
-                         space.lengths, space.torus, space.volume, np.float32(at[0]), np.float32(at[1]), out,
-                         column)
+                         space.lengths, space.torus, space.volume, np.float32(at[0]), np.float32(at[1]),
+                         out.T, column)
 
     return sense
 
@@ -92,7 +92,7 @@ def _touch(first, last, ox, oy, oz, ou, radius, heading, bx, by, bz, br, bu, bst
             s = r + br[e] + reach
             if dx * dx + dy * dy + dz * dz <= s * s and within(np.float32(np.arctan2(dy, dx)) - heading[i],
                                                                begin, end):
-                out[i, column] = 1
+                out[column, i] = 1
                 break
 
 
@@ -113,7 +113,7 @@ def _touch_solids(first, last, form, uid, heading, other, other_uid, nx, ny, nz,
             gap, wx, wy, _ = touching(form, i, other, e, x - other[e, 0], y - other[e, 1], z - other[e, 2],
                                       lengths, torus, volume)
             if gap <= reach and within(np.float32(np.arctan2(wy, wx)) - heading[i], begin, end):
-                out[i, column] = 1
+                out[column, i] = 1
                 break
 
 
@@ -123,11 +123,11 @@ def _touch_walls(ox, oy, oz, ex, ey, ez, heading, lengths, torus, volume, begin,
     for i in range(heading.size):
         h = heading[i]
         if volume and (oz[i] <= ez[i] or oz[i] >= lengths[2] - ez[i]):
-            out[i, column] = 1
+            out[column, i] = 1
         if torus:
             continue
         if ((ox[i] >= lengths[0] - ex[i] and within(-h, begin, end))
                 or (ox[i] <= ex[i] and within(half + half - h, begin, end))
                 or (oy[i] >= lengths[1] - ey[i] and within(half - h, begin, end))
                 or (oy[i] <= ey[i] and within(-half - h, begin, end))):
-            out[i, column] = 1
+            out[column, i] = 1
