@@ -47,12 +47,12 @@ def measured(name: str) -> tuple[np.ndarray, np.ndarray]:
     with open(DATA / of["file"], encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     if "treatment" in of:
-        rows = [row for row in rows if row["Treatment"] == of["treatment"]]
-        kinds = [[float(r["Individuals"]) for r in rows if r["Species"].startswith(kind)]
-                 for kind in ("Prey", "Predator")]  # fmt: skip
-        return np.array(kinds[0]), np.array(kinds[1])
-    both = [(float(row[of["prey"]] or "nan"), float(row[of["predator"]] or "nan")) for row in rows]
-    prey, predator = longest(np.array(both)).T
+        mine = [row for row in rows if row["Treatment"] == of["treatment"]]
+        both = [[float(row["Individuals"] or "nan") for row in mine if row["Species"].startswith(kind)]
+                for kind in ("Prey", "Predator")]  # fmt: skip
+    else:
+        both = [[float(row[of[kind]] or "nan") for row in rows] for kind in ("prey", "predator")]
+    prey, predator = longest(np.array(both).T).T
     return prey, predator
 
 
@@ -129,8 +129,8 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
 
 
 NOTES = (
-    "Lags are shares of a period, from the prey to its predator; regularity is the share of the variance that "
-    "one wave explains; swings are standard deviations of log10. Sources of the series: "
+    "Lags are shares of a period, from the prey to its predator; regularity is the share of the variance "
+    "that one wave explains; swings are standard deviations of log10. Sources of the series: "
     "studies/data/SOURCES.md. The long series of lynx (1821-1934) has no prey beside it and is drawn only."
 )
 WORLD_SEEDS: dict[str, list[int]] = REGISTERED.content["seeds"]["world"]
