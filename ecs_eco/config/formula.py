@@ -64,8 +64,9 @@ class Formula:
         given = {name: np.asarray(values[name], np.float32) for name in self.names}
         with np.errstate(all="ignore"):
             result = np.asarray(self._run(given), np.float32)
-        shape = np.broadcast_shapes(*(np.shape(v) for v in values.values()))
-        return np.ascontiguousarray(np.broadcast_to(result, shape))
+        shapes = {v.shape if type(v) is np.ndarray else np.shape(v) for v in values.values()}
+        shape = shapes.pop() if len(shapes) == 1 else np.broadcast_shapes(*shapes)
+        return np.ascontiguousarray(result if result.shape == shape else np.broadcast_to(result, shape))
 
     def __repr__(self) -> str:
         return f"Formula({self.text!r})"
@@ -129,7 +130,7 @@ class Compiler:
             raise self._error(f'unknown name "{name}"', tree, listed(self.names, 30),
                               nearest(name, self.names))
         self.used.add(name)
-        return lambda values: values[name]
+        return operator.itemgetter(name)
 
     def _attribute(self, tree: ast.Attribute) -> Node:
         """Component.field, as the sensor of a field of a component is called."""
@@ -159,6 +160,12 @@ class Compiler:
 
     def _binop(self, tree: ast.BinOp) -> Node:
         operation, left, right = self._operation(tree, tree.op), self.node(tree.left), self.node(tree.right)
+        if isinstance(tree.left, ast.Constant):
+            factor = left({})
+            return lambda values: operation(factor, right(values))
+        if isinstance(tree.right, ast.Constant):
+            number = right({})
+            return lambda values: operation(left(values), number)
         return lambda values: operation(left(values), right(values))
 
     def _unaryop(self, tree: ast.UnaryOp) -> Node:

@@ -74,8 +74,10 @@ def bear(world: Any) -> None:
                 world.next_uid += parents.size
                 if given is not None:
                     registry.bear(request, table, int(rows[0]))
+                if second is None:
+                    second = np.zeros(parents.shape, parents.dtype)
                 for listen in world.on_birth:
-                    listen(table, rows, parents, np.zeros_like(parents) if second is None else second)
+                    listen(table, rows, parents, second)
                 born.append((table, rows))
     if "birth" in registry.events:
         numbers = [number for table, rows in born for number in world._entities(table, rows)]

@@ -2,6 +2,7 @@
 
 from typing import Any
 
+from ecs_eco.engine.noted import Noted
 from ecs_eco.engine.phases import Scheduled
 from ecs_eco.engine.table import Table
 from ecs_eco.engine.world import World
@@ -19,12 +20,17 @@ class System(Scheduled):
     needs: tuple[type, ...] = ()
     acts: tuple[str, ...] = ()
     world: World
+    # the tables that have what it needs, and what that was found from
+    _fitting: tuple[tuple[Any, ...], list[Table]] = ((), [])
 
     def process(self, *args: Any, **kwargs: Any) -> None:
         """Update every table that has the needed components."""
-        for table in self.world.tables.values():
-            if table.has(self.needs):
-                self.update(table, self.world)
+        world = self.world
+        now = Noted.changes, self.needs, world
+        if self._fitting[0] != now:
+            self._fitting = now, [t for t in world.tables.values() if t.has(self.needs)]
+        for table in self._fitting[1]:
+            self.update(table, world)
 
     def update(self, table: Table, world: Any) -> None:
         """Change one table's columns by one tick."""

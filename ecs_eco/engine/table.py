@@ -9,6 +9,7 @@ import numpy as np
 from ecs_eco.engine.blocks import Blocked
 from ecs_eco.engine.errors import UnknownName, unknown_name
 from ecs_eco.engine.jit import njit
+from ecs_eco.engine.noted import Noted
 from ecs_eco.engine.schema import Columns, Handle
 
 Values = Mapping[tuple[type, str], Any]
@@ -41,9 +42,9 @@ class Table:
         self.entity = np.zeros(capacity, np.int64)  # esper's number, local to the process
         self.entity_uid = np.zeros(capacity, np.uint64)  # uid that this number belongs to
         self.registry: Any = None  # esper's entities, which are stale when rows change their owners
-        self.columns: dict[type[Any], Columns] = {}
+        self.columns: dict[type[Any], Columns] = Noted()
         # components that are made of other things when somebody looks; never saved
-        self.derived: dict[type[Any], Columns] = {}
+        self.derived: dict[type[Any], Columns] = Noted()
         self.defaults: dict[type[Any], dict[str, np.ndarray]] = {}
         self.births: list[tuple[np.ndarray, np.ndarray | None, dict[tuple[type, str], np.ndarray]]] = []
         self.limits: dict[bool, Any] = {}  # of its fields, as the gate knows them
@@ -108,9 +109,6 @@ class Table:
     def renew_handles(self) -> None:
         """Let esper's handles be looked at anew: rows or columns are others."""
         self.entity_uid[self.entity_uid != 0] = np.uint64(0xFFFFFFFFFFFFFFFF)
-        self._changed()
-
-    def _changed(self) -> None:
         if self.registry is not None:
             self.registry.stale = True
 
@@ -158,7 +156,8 @@ class Table:
         does not fit.
         """
         for (component, name), array in values.items():
-            self[component]  # raises the error that names what there is
+            if component not in self.columns:
+                self[component]  # raises the error that names what there is
             if component in self.derived:
                 raise TypeError(f"newborn of {self.name!r}: {component.__name__} is read, not written: "
                                 "nobody is born with it")
@@ -168,15 +167,17 @@ class Table:
                 raise UnknownName(unknown_name(f"{component.__name__} in table {self.name!r}", "field",
                                                name, known))
             wanted = (len(parents), *default.shape)
-            if np.shape(array) != wanted:
+            shape = array.shape if type(array) is np.ndarray else np.shape(array)
+            if shape != wanted:
                 where = f"newborn of {self.name!r}: {component.__name__}.{name}"
-                raise ValueError(f"{where} has the shape {np.shape(array)}; allowed is {wanted}")
+                raise ValueError(f"{where} has the shape {shape}; allowed is {wanted}")
         self.births.append((parents, second, dict(values)))
 
     def occupy(self, k: int, first_uid: int, tick: int, values: Values) -> np.ndarray:
         """Bring `k` entities to life in the lowest free rows, with uids from `first_uid` on;
         return their rows."""
-        self.reserve(self.n + k)
+        if self.n + k > self.capacity:
+            self.reserve(self.n + k)
         rows = np.empty(k, np.int64)
         self.high = _occupy(rows, self.alive, self.uid, self.born, first_uid, tick, self.high)
         for component, columns in self.columns.items():
@@ -185,7 +186,8 @@ class Table:
                 arrays[field][rows] = values.get((component, field), default)
         self.n += k
         self.version += 1
-        self._changed()
+        if self.registry is not None:
+            self.registry.stale = True
         return rows
 
     def settle(self, uid: np.ndarray, born: np.ndarray, values: Values) -> np.ndarray:
@@ -204,7 +206,8 @@ class Table:
         self.high = _vacate(rows, self.alive, self.uid, self.cause, self.killer, self.high)
         self.n -= rows.size
         self.version += 1
-        self._changed()
+        if self.registry is not None:
+            self.registry.stale = True
 
     def reorder(self, rows: np.ndarray) -> None:
         """Move the entity of row `rows[i]` to row i, for all living; this changes no organism's fate.

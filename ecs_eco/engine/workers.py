@@ -5,7 +5,7 @@ Their number changes no result.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from concurrent.futures import Future, ThreadPoolExecutor, wait
 from typing import Any
 
@@ -25,6 +25,9 @@ class Workers:
     def split(self, kernel: Callable[..., Any], n: int, *arguments: Any, work: int | None = None) -> None:
         """Run `kernel(first, last, *arguments)` over 0…n, in parts on all threads
         where `work` items are worth it."""
+        if self.pool is None and self.own is None:
+            kernel(0, n, *arguments)
+            return
         start, stop = (0, n) if self.own is None else self.own(n)
         pool = self.pool
         if pool is None or self.all_busy or (n if work is None else work) < PARALLEL_FROM:
@@ -34,11 +37,11 @@ class Workers:
         others = [pool.submit(kernel, a, b, *arguments) for a, b in zip(bounds[1:], bounds[2:], strict=False)]
         _here_and(others, lambda: kernel(start, bounds[1], *arguments))
 
-    def together(self, organisms: int, *work: Callable[[], Any]) -> None:
-        """Do independent pieces of work, on all threads where there are many organisms;
+    def together(self, tables: Iterable[Any], *work: Callable[[], Any]) -> None:
+        """Do independent pieces of work, on all threads where there are many organisms in the tables;
         they must not share what they write."""
         pool = self.pool
-        if pool is None or self.all_busy or organisms < PARALLEL_FROM or not work:
+        if pool is None or self.all_busy or not work or sum(t.n for t in tables) < PARALLEL_FROM:
             for piece in work:
                 piece()
             return

@@ -18,6 +18,7 @@ from ecs_eco.engine.context import LAST, Context, priority_of, switch_back
 from ecs_eco.engine.errors import UnknownName, unknown_name
 from ecs_eco.engine.flushes import Births, Deaths, Touched, bear, bury
 from ecs_eco.engine.interruption import Underway, require_whole, whole
+from ecs_eco.engine.noted import Noted
 from ecs_eco.engine.phases import PHASES, Scheduled
 from ecs_eco.engine.running import live
 from ecs_eco.engine.schema import C
@@ -44,7 +45,7 @@ class World:
         self.name, self.dt, self.seed = name, positive("dt", dt, "seconds"), seed_number(seed)
         self.threads = whole_number("threads", threads, 1)
         self.tick = 0
-        self.tables: dict[str, Table] = {}
+        self.tables: dict[str, Table] = Noted()
         self.systems: list[Scheduled] = []
         self.causes: list[str] = ["culled"]
         self.next_uid = 1
@@ -64,6 +65,8 @@ class World:
         turns.enter(self)
         self.context, self._workers = Context(self), Workers(self.threads)
         self.bands = OneBand()  # more than one: ecs_eco.bands
+        if type(self).split is World.split:
+            self.split = self._workers.split  # type: ignore[method-assign]  # without a call in between
         self._places = 0  # in the phases, that systems have taken
         self._outer: list[str] = []
         self.context.add(Deaths(self), "die", LAST)
@@ -337,9 +340,8 @@ class World:
         self._workers.split(kernel, n, *arguments, work=work)
 
     def together(self, *work: Callable[[], Any]) -> None:
-        """Do independent pieces of work, on all threads if the world is large enough;
-        no two may write to the same array."""
-        self._workers.together(sum(t.n for t in self.tables.values()), *work)
+        """Do independent pieces of work, on all threads where it pays; no two may write to the same array."""
+        self._workers.together(self.tables.values(), *work)
 
 
 def _forget(context: Context, workers: Workers, within: list[str], thread: int) -> None:

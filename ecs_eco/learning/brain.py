@@ -113,9 +113,9 @@ class Brain:
         nor on the threads of `split`.
         """
         n = len(observations)
-        if np.shape(observations) != (n, self.n_observations):
-            raise ValueError(f"observations have shape {np.shape(observations)}; allowed is (n, "
-                             f"{self.n_observations})")
+        shape = observations.shape if type(observations) is np.ndarray else np.shape(observations)
+        if shape != (n, self.n_observations):
+            raise ValueError(f"observations have shape {shape}; allowed is (n, {self.n_observations})")
         x = np.asarray(observations, np.float32).T
         if not x.flags.forc:
             x = np.ascontiguousarray(x)

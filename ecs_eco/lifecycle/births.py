@@ -79,9 +79,10 @@ def bring_forth(table: Table, world: SpatialWorld, way: Any, parents: np.ndarray
     Each newborn gets the energy `given` f32[k]; the caller takes it from the parent. `fathers` are uids
     u64[k], dead or alive, `sperm` u8[k, loci] their genomes.
     """
-    n = room(table, int(number.sum()))
-    which = np.repeat(np.arange(parents.size), number)[:n]
-    nth = (np.arange(number.sum()) - np.repeat(np.cumsum(number) - number, number))[:n]
+    wanted = int(np.add.reduce(number))
+    n = room(table, wanted)
+    which = np.arange(parents.size).repeat(number)[:n]
+    nth = (np.arange(wanted) - (number.cumsum() - number).repeat(number))[:n]
     if not which.size:
         return np.zeros(parents.size, np.int64)
     mothers = parents[which]
@@ -89,7 +90,8 @@ def bring_forth(table: Table, world: SpatialWorld, way: Any, parents: np.ndarray
     name(table.uid[mothers], nth, identity)
     places = find_places(table, world, mothers, identity, way)
     placed = places[:, 3] > 0
-    which, mothers, identity, places = which[placed], mothers[placed], identity[placed], places[placed]
+    if np.count_nonzero(placed) < placed.size:
+        which, mothers, identity, places = which[placed], mothers[placed], identity[placed], places[placed]
     if which.size:
         nest, second = table.species.eggs, None if fathers is None else fathers[which]
         values = newborn(table if nest is None else nest, world, places, identity, given[which])
@@ -143,20 +145,23 @@ def find_places(table: Table, world: SpatialWorld, parents: np.ndarray,
     ground, inverse = rocks(world)
     near = np.float32(-1.0 if way.place == "anywhere" else way.dispersal or 4 * radius)
     keys = {"reproduction.spacing": np.float32(way.spacing), "reproduction.dispersal": near}
-    spacing, near = (each[parents] if isinstance(each, np.ndarray) else each
-                     for each in own_values(table, keys))
-    widest = max(float(np.max(spacing)) if isinstance(spacing, np.ndarray) else way.spacing, 1e-3)
+    spacing, near = own_values(table, keys)
+    widest = way.spacing
+    if isinstance(spacing, np.ndarray):
+        spacing, near = spacing[parents], near[parents]
+        widest = float(spacing.max())
+    widest, x, y, z = max(widest, 1e-3), p.x[parents], p.y[parents], p.z[parents]
     homeless = np.arange(parents.size)
     for attempt in range(TRIES):
         out[homeless, 3] = 0
-        _place(homeless, identity, p.x[parents], p.y[parents], p.z[parents], near, spacing,
+        _place(homeless, identity, x, y, z, near, spacing,
                own.x, own.y, own.z, own.start,
                space.reach(widest), *space.shape, space.inverse, space.lengths, space.torus,
                space.volume, ground, inverse, world.key, attempt, out)
         taken = np.zeros(parents.size, np.bool_)
         for other in world.tables.values():
-            if other.n and other.species.opaque and Body in other:
-                if Shape in other:
+            if other.n and other.species.opaque and Body in other.columns:
+                if Shape in other.columns:
                     bodies = solids(world, [other.name])
                     _occupied_by_solids(out, bodies.form, *space.shape, space.inverse, space.lengths,
                                         space.torus, space.volume, *bodies.cells, np.float32(radius), POINT,
@@ -166,7 +171,7 @@ def find_places(table: Table, world: SpatialWorld, parents: np.ndarray,
                 s = np.float32(radius + other.species.radius)
                 _occupied(out, index.x, index.y, index.z, index.start, s, space.reach(float(s)), *space.shape,
                           space.inverse, space.lengths, space.torus, taken)
-        homeless = np.flatnonzero(taken)
+        (homeless,) = taken.nonzero()
         if not homeless.size:
             return out
     out[homeless, 3] = 0

@@ -20,7 +20,8 @@ def own_gaits(table: Table) -> tuple[Any, ...]:
     f32[k], and the drag, as `worlds.apply.gaits` makes them; where a gene codes for any of these, all as
     arrays [high, k] and drag [high], each organism's own."""
     shared: Any = table.species.gaits
-    if shared is None or not any(key.startswith("locomotion.") for key in table.species.traits):
+    traits = table.species.traits
+    if shared is None or not traits or not any(key.startswith("locomotion.") for key in traits):
         return shared
     layout, _, _, _, _, _, drag = shared
     way, groups = table.species.config.locomotion, table.species.nerves.groups

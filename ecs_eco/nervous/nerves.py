@@ -3,6 +3,7 @@ Definition 3)."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -46,6 +47,8 @@ class Nerves:
                               for group, (start, _) in self.columns.items() if group in (ranges or {})})
         self.neutral = {g: (actions.index(neutral[g]) if g in neutral and g not in self.ranges.groups else -1)
                         for g, actions in groups.items()}
+        # the action that eats; −1 if none does
+        self.eats = next((i for i, (_, action) in enumerate(self.actions) if action == "eat"), -1)
         self.automatic = np.array([a in automatic or f"{g}.{a}" in automatic for g, a in self.actions],
                                   np.bool_)
         self.always = self.automatic.copy()  # what is on unless a reflex blocks it
@@ -136,7 +139,11 @@ class Nerves:
     def reading(self, name: str, x: np.ndarray) -> np.ndarray:
         """Return what a name of a formula stands for: a channel, or the mean over several: f32[n]."""
         rows = self.readings[name]
-        return x[:, rows[0]] if len(rows) == 1 else x[:, list(rows)].mean(axis=1, dtype=np.float32)
+        if len(rows) == 1:
+            return x[:, rows[0]]
+        total = np.add.reduce(x[:, list(rows)], axis=1, dtype=np.float32)
+        mean: np.ndarray = np.true_divide(total, len(rows), out=total, casting="unsafe")
+        return mean
 
     # --- thinking and learning, together or alone -----------------------------------------------------------
 
@@ -154,7 +161,7 @@ class Nerves:
             return (np.zeros((len(self.rows), sum(self.choices)), np.float32),
                     np.zeros(len(self.rows), np.float32))
         # a sum is quick, and not finite where one number is not
-        if not np.isfinite(thought[0].sum() + thought[1].sum()):
+        if not math.isfinite(np.add.reduce(thought[0], None) + np.add.reduce(thought[1])):
             self._complain(table, world, thought)
         return thought
 
@@ -163,6 +170,8 @@ class Nerves:
         brain = self.brain
         assert brain is not None
         if not brain.memory:
+            if world.bands.size == 1:
+                return brain.forward(self.x, world.split)
             return _divided(world, brain, len(self.x),
                             lambda here: brain.forward(self.x[here], world.split))
         logits, values, self._later = brain.recall(self.x_by_row, table[Memory].state[self.rows], world.split)
@@ -302,7 +311,7 @@ class Nerves:
         owner = getattr(network, "__self__", network)  # of a method
         x = self.x if isinstance(owner, ReflexNetwork | HappinessNetwork) else self.x_by_row
         out = network(x, table, self.rows) if getattr(owner, "individual", False) else network(x)
-        if np.shape(out) != shape or not isinstance(out, np.ndarray):
+        if not isinstance(out, np.ndarray) or out.shape != shape:
             raise ValueError(f"{table.name}: the {name} network gives {type(out).__name__} {np.shape(out)}; "
                              f"allowed: an array {shape}")
         return out

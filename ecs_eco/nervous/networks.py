@@ -85,8 +85,9 @@ class HappinessNetwork:
         if self.function is not None:
             felt = _asked(self.function, "happiness", x, table if self.individual else None, rows)
         elif self.formula is not None:
-            felt = np.broadcast_to(self.formula({n: self.nerves.reading(n, x) for n in self.formula.names}),
-                                   len(x))
+            felt = self.formula({n: self.nerves.reading(n, x) for n in self.formula.names})
+            if felt.shape != (len(x),):
+                felt = np.broadcast_to(felt, len(x))
         else:
             own = self.individual and table is not None and Desires in table
             felt = np.empty(len(x), np.float32)

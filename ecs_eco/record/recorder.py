@@ -2,6 +2,7 @@
 every birth and death on demand."""
 
 from collections.abc import Callable
+from operator import add
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,7 +16,7 @@ from ecs_eco.record.details import Details, how_many
 from ecs_eco.record.events import EVENTS, MIGRATION, as_numbers, as_text
 from ecs_eco.record.genomes import letters_of, texts_of
 from ecs_eco.record.learning import LearningPages
-from ecs_eco.record.ledger import COUNTS_ROW, FLOWS, LEDGER_ROW
+from ecs_eco.record.ledger import COUNTS_ROW, FLOWS, LEDGER, LEDGER_ROW
 from ecs_eco.record.matter import MatterPages
 from ecs_eco.record.migration import ISLAND_COUNTS_ROW, ISLAND_LEDGER_ROW, Migrations
 from ecs_eco.record.reports import Reports, absent
@@ -67,7 +68,7 @@ class Recorder(System):
         self._means = np.zeros((block, s), np.dtype([(name, np.float32) for name in self.means]))
         self._ledger = np.zeros((block, s), ISLAND_LEDGER_ROW if island else LEDGER_ROW)
         self._died = np.zeros((block, s, 256), np.int32)
-        self._stock = np.zeros(s)
+        self._stock, self._totals = np.zeros(s), np.zeros(5)
         for name, i in self.place.items():
             table = world.tables[name]
             if Metabolism in table:
@@ -110,7 +111,7 @@ class Recorder(System):
         self._counts["births"][self._at, s] += rows.size
         energy = table[Metabolism].energy[rows] if Metabolism in table else None
         if energy is not None:
-            self._ledger["endowed"][self._at, s] += energy.sum(dtype=np.float64)
+            self._ledger["endowed"][self._at, s] += np.add.reduce(energy, dtype=np.float64)
         if self.keeps:
             self._events["births"].append((*self._where(table, s, rows, energy), parents, second,
                                            self._genomes(table, rows)))
@@ -124,7 +125,7 @@ class Recorder(System):
             return
         causes = table.cause[rows]
         self._counts["deaths"][self._at, s] += rows.size
-        np.add.at(self._died[self._at, s], causes, 1)
+        self._died[self._at, s] += np.bincount(causes, minlength=256)
         energy = None
         if Metabolism in table:
             m = table[Metabolism]
@@ -132,8 +133,8 @@ class Recorder(System):
             page = self._ledger[self._at, s]
             # between ticks their flows are in the ledger already
             for name, field in FLOWS.items() if self.world.ticking else ():
-                page[name] += getattr(m, field)[rows].sum(dtype=np.float64)
-            page["lost"] += energy.sum(dtype=np.float64)
+                page[name] += np.add.reduce(getattr(m, field)[rows], dtype=np.float64)
+            page["lost"] += np.add.reduce(energy, dtype=np.float64)
         if self.keeps:
             age = ((self.world.tick - table.born[rows]) * self.world.dt).astype(np.float32)
             self._events["deaths"].append(self._where(table, s, rows, energy)
@@ -169,14 +170,14 @@ class Recorder(System):
                 continue
             m = table[Metabolism]
             happiness = table[Nervous].happiness if Nervous in table else NOTHING
-            total = add_up(table.alive[: table.high], m.energy, m.taken, m.burnt, m.given, happiness)
-            page, means = self._ledger[at, s], self._means[at, s]
-            page["stock_before"] = self._stock[s]
-            for flow in FLOWS:
-                page[flow] += getattr(total, flow)
-            page["stock_after"] = self._stock[s] = total.energy
-            means["energy_mean"], means["happiness_mean"] = (total.energy / max(table.n, 1),
-                                                             total.happiness / max(table.n, 1))
+            add_up(table.alive[: table.high], m.energy, m.taken, m.burnt, m.given, happiness, self._totals)
+            energy, *flows, mood = self._totals.tolist()
+            # by LEDGER: what was endowed, the flows of the dead and what they lost are there already
+            _, endowed, *dead, lost, _ = (page := self._ledger[at, s].item())[: len(LEDGER)]
+            self._ledger[at, s] = (self._stock[s], endowed, *map(add, dead, flows), lost, energy,
+                                   *page[len(LEDGER) :])
+            n, (_, _, *depth) = max(table.n, 1), self._means[at, s].item()
+            self._stock[s], self._means[at, s] = energy, (energy / n, mood / n, *depth)
         if self.snapshot_every and world.tick % self.snapshot_every == 0:
             self._snapshot()
         if self.details is not None:

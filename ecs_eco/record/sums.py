@@ -1,23 +1,12 @@
 """Sums over the living of one species, as a tick of the record has them."""
 
-from typing import NamedTuple
-
 from ecs_eco.engine.jit import njit
 
 
-class Totals(NamedTuple):
-    """Sums over the living of one species, in float64; the flows are named as in the ledger."""
-
-    energy: float
-    taken_in: float
-    burnt: float
-    given: float
-    happiness: float
-
-
 @njit
-def add_up(alive, energy, taken, burnt, given, happiness):
-    """Return the Totals of the living."""
+def add_up(alive, energy, taken, burnt, given, happiness, totals):
+    """Write the sums over the living to `totals` f64[5]: energy, then what was taken in, burnt and given in
+    this tick, then happiness."""
     e, t, b, g, h = 0.0, 0.0, 0.0, 0.0, 0.0
     feels = happiness.size > 0
     for row in range(alive.size):
@@ -28,7 +17,7 @@ def add_up(alive, energy, taken, burnt, given, happiness):
             g += given[row]
             if feels:
                 h += happiness[row]
-    return Totals(e, t, b, g, h)
+    totals[0], totals[1], totals[2], totals[3], totals[4] = e, t, b, g, h
 
 
 @njit

@@ -20,7 +20,7 @@ POINT = np.array([[0, 0, 0, 0, 0, 0, 0, 1, 0]], np.float32)  # the form of a bod
 def barriers(world: "SpatialWorld") -> Solids | None:
     """Return the solid capsules and boxes that cannot move; None where there is none."""
     names = [n for n, t in world.tables.items()
-             if t.has((Position, Body, Shape)) and t.species.solid and t.n
+             if t.n and t.species.solid and t.has((Position, Body, Shape))
              and Velocity not in t and not t.species.pushed]
     return solids(world, names) if names else None
 

@@ -15,15 +15,20 @@ if TYPE_CHECKING:
     from ecs_eco.space.world import SpatialWorld
 
 
+NO_SCALE = np.zeros(2, np.float32)
+
+
 def rocks(world: "SpatialWorld") -> tuple[np.ndarray, np.ndarray]:
     """Return the ground map and its scale; a map of one cell stands for open ground."""
     if world.terrain is None:
-        return sight.NO_GROUND, np.zeros(2, np.float32)
+        return sight.NO_GROUND, NO_SCALE
     return world.terrain.ground, world.terrain.inverse
 
 
 def opaque_ground(world: "SpatialWorld") -> tuple[np.ndarray, np.ndarray]:
     """Return the ground map and its scale, for those who look; a map of one cell where no rock is."""
+    if world.terrain is None:
+        return sight.NO_GROUND, NO_SCALE
     ground, inverse = rocks(world)
     return ground if (ground == ROCK).any() else sight.NO_GROUND, inverse
 
@@ -55,7 +60,14 @@ def opaque_solids(world: "SpatialWorld") -> Solids:
 
 def opaque_kinds(world: "SpatialWorld") -> list[str]:
     """Return the names of the tables whose bodies hide what is behind them."""
-    return [n for n, t in world.tables.items() if Body in t and t.species.opaque is not False]
+    return [n for n, t in world.tables.items() if t.species.opaque is not False and Body in t.columns]
+
+
+def has_opaque_solids(world: "SpatialWorld") -> bool:
+    """Return whether some bodies that hide what is behind them are no spheres."""
+    if not [t for t in world.tables.values() if Shape in t.columns]:
+        return False
+    return opaque_solids(world).uid.size > 0
 
 
 def merged(world: "SpatialWorld", names: list[str]) -> sight.Bodies:
@@ -63,9 +75,10 @@ def merged(world: "SpatialWorld", names: list[str]) -> sight.Bodies:
 
     def build() -> sight.Bodies:
         parts = []
-        for table in (world.tables[name] for name in names):
-            rows, p = world.index(table).rows, table[Position]
-            parts.append((p.x[rows], p.y[rows], p.z[rows], table[Body].radius[rows], table.uid[rows]))
+        for name in names:
+            table = world.tables[name]
+            index = world.index(table)
+            parts.append((index.x, index.y, index.z, table[Body].radius[index.rows], index.uid))
         return sight.Bodies(world.space, parts)
 
     return world.merged(tuple(names), build)

@@ -1,6 +1,7 @@
 """A scalar field over the space: emitted, diffusing and decaying, as a smell or a dissolved substance."""
 
 import math
+from typing import Any
 
 import numpy as np
 
@@ -25,6 +26,7 @@ class Field:
         self.value = np.zeros(self.shape[::-1], np.float32)
         self.source = np.zeros_like(self.value)
         self._next = np.zeros_like(self.value)
+        self._steps: tuple[Any, ...] = ((), 0, (), np.float32(0))
         self.inverse = np.array([n[i] / space.size[i] if i < len(space.size) else 0.0 for i in range(3)],
                                 np.float32)
 
@@ -62,16 +64,23 @@ class Field:
     def pass_time(self, dt: float) -> None:
         """Let sources flow in and the field diffuse and decay for `dt` seconds,
         in as many explicit steps as are stable."""
+        if self._steps[0] != (dt, self.diffusion, self.decay):
+            self._steps = (dt, self.diffusion, self.decay), *self._plan(dt)
+        _, steps, a, keep = self._steps
+        torus = self.space.torus
+        self.value += self.source
+        self.source.fill(0)
+        for _ in range(steps):
+            _diffuse(self.value, self._next, *a, keep, torus)
+            self.value, self._next = self._next, self.value
+
+    def _plan(self, dt: float) -> tuple[int, tuple[np.float32, ...], np.float32]:
+        """Return the number of steps in `dt` seconds, and of each what flows along each axis and what does
+        not decay."""
         rates = [self.diffusion * power(float(i), 2) for i in self.inverse]
         steps = max(1, math.ceil(dt * sum(rates) * 2 / 0.9))
         a = np.array([dt * r / steps for r in rates], np.float32)
-        keep = np.float32(scalars.exp(-self.decay * dt / steps))
-        torus = self.space.torus
-        self.value += self.source
-        self.source[...] = 0
-        for _ in range(steps):
-            _diffuse(self.value, self._next, a[0], a[1], a[2], keep, torus)
-            self.value, self._next = self._next, self.value
+        return steps, (a[0], a[1], a[2]), np.float32(scalars.exp(-self.decay * dt / steps))
 
     def sample(self, x: np.ndarray, y: np.ndarray, z: np.ndarray, out: np.ndarray) -> None:
         """Write the field at places f32[n] [m] to `out` f32[n], linear between the centres of cells."""

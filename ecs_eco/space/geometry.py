@@ -26,12 +26,8 @@ class Space:
         self.torus = edges == "torus"
         self.lengths = np.array([*self.size, 0.0][:3], np.float32)  # z is 0 on a plane
         self.wrap = (self.torus, self.torus, False)
+        self.volume = len(self.size) == 3  # whether the space has a third dimension
         self.set_cell(cell if cell is not None else max(min(self.size[:2]) / 32, 1e-3))
-
-    @property
-    def volume(self) -> bool:
-        """Whether the space has a third dimension."""
-        return len(self.size) == 3
 
     def set_cell(self, cell: float) -> None:
         """Choose the side of the index cells [m]; at most 4 million cells are made."""
@@ -49,11 +45,12 @@ class Space:
                                  n[2] / self.size[2] if self.volume else 0.0],
                                 np.float32)
         self.n_cells = self.shape[0] * self.shape[1] * self.shape[2]
+        self._side = min(s / n for s, n in zip(self.size, self.shape, strict=False))  # the shortest of a cell
+        self._most = max(self.shape)
 
     def reach(self, radius: float) -> int:
         """Return how many cells a search of `radius` [m] spans to each side."""
-        cells, most = (radius / min(s / n for s, n in zip(self.size, self.shape, strict=False)),
-                       max(self.shape))
+        cells, most = radius / self._side, self._most
         # none for what is no number
         return max(math.ceil(cells - 1e-6), 0) if cells < most else most * (cells >= most)
 

@@ -39,9 +39,8 @@ class Index:
         sort_cells(alive, x, y, z, uid, nx, ny, nz, self.space.inverse, self._cell, self.start,
                    self._rows, self._x, self._y, self._z, self._uid)
         self.n = n = int(self.start[-1])
-        self.rows, self.x, self.y, self.z, self.uid = (
-            a[:n] for a in (self._rows, self._x, self._y, self._z, self._uid)
-        )
+        self.rows, self.x, self.y, self.z, self.uid = (self._rows[:n], self._x[:n], self._y[:n], self._z[:n],
+                                                       self._uid[:n])
 
 
 @njit

@@ -20,18 +20,18 @@ class Bodies:
 
     def __init__(self, space: Space, tables: Sequence[tuple[np.ndarray, ...]]) -> None:
         """Sort `tables`: a sequence of (x, y, z, radius, uid), each over the living of one table."""
-        x, y, z, radius, uid = (np.concatenate([t[i] for t in tables]) if tables else np.zeros(0, np.float32)
-                                for i in range(5))
-        kinds = np.repeat(np.arange(len(tables)), [t[0].size for t in tables]).astype(np.int32)
+        x, y, z, radius, uid = (map(np.concatenate, zip(*tables, strict=True)) if tables
+                                else [np.zeros(0, np.float32)] * 5)
+        kinds = np.arange(len(tables), dtype=np.int32).repeat([t[0].size for t in tables])
         n = x.size
         self.start = np.zeros(space.n_cells + 1, np.int64)
         rows = np.empty(n, np.int64)
-        self.x, self.y, self.z = (np.empty(n, np.float32) for _ in range(3))
+        self.x, self.y, self.z = np.empty((3, n), np.float32)
         self.uid = np.empty(n, np.uint64)
         nx, ny, nz = space.shape
-        sort_cells(np.ones(n, np.bool_), x, y, z, uid.astype(np.uint64), nx, ny, nz, space.inverse,
-                   np.empty(n, np.int32), self.start, rows, self.x, self.y, self.z, self.uid)
-        self.radius, self.kind = radius[rows].astype(np.float32), kinds[rows]
+        sort_cells(np.ones(n, np.bool_), x, y, z, uid.astype(np.uint64, copy=False), nx, ny, nz,
+                   space.inverse, np.empty(n, np.int32), self.start, rows, self.x, self.y, self.z, self.uid)
+        self.radius, self.kind = radius[rows].astype(np.float32, copy=False), kinds[rows]
         self.largest = float(radius.max()) if n else 0.0
 
 

@@ -80,6 +80,9 @@ class SpatialWorld(World):
     def index(self, table: Table) -> Index:
         """Return the neighbour index of a table that has Position, as things stand now; any thread may ask.
         """
+        index = self._indexes.get(table.name)
+        if index is not None and index.version == table.version and index.space is self.space:
+            return index
         if self.threads > 1 and not self._workers.all_busy and self._index_of(table).version != table.version:
             stale = [t for t in self.tables.values() if Position in t and t is not table]
             self.together(*(lambda t=t: self._build(t) for t in [table, *stale]))
@@ -155,7 +158,7 @@ class SpatialWorld(World):
         """Return the bodies of several tables in one index of a kind, as things stand now:
         those that `build()` returned, or does now."""
         with self.lock:  # several threads may want it at once
-            version = tuple(self.tables[name].version for name in names)
+            version = tuple([self.tables[name].version for name in names])
             kept = self._merged.get((kind, names))
             if kept is None or kept[0] != version:
                 kept = self._merged[kind, names] = (version, build())

@@ -37,7 +37,7 @@ class Collide(System):
     def process(self, *_: Any) -> None:
         """Push all solid bodies apart, once."""
         world = self.world
-        solid = [t for t in world.tables.values() if t.has((Position, Body)) and t.species.solid]
+        solid = [t for t in world.tables.values() if t.species.solid and t.has((Position, Body))]
         pushes = []
         for table in solid:
             if not moves(table) or not table.n:
@@ -56,6 +56,8 @@ class Collide(System):
                             bodies.start, *world.space.shape, world.space.inverse,
                             world.space.lengths, world.space.torus, reach, share, push)
             pushes.append((table, index.rows.copy(), push))
+        if not pushes:
+            return
         ground, inverse = rocks(world)
         walls = barriers(world)
         for table, rows, push in pushes:

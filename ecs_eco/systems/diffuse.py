@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -34,7 +35,7 @@ class Diffuse(System):
             for name in table.species.emissions:
                 self.emanate(name, table)
         mine = list(world.fields) if world.bands.size == 1 else self.mine()
-        world.together(*(lambda name=name: self.spread(name, emitters) for name in mine))
+        world.together(*[partial(self.spread, name, emitters) for name in mine])
         if world.bands.size > 1:
             self.share(mine)
 
@@ -74,8 +75,11 @@ class Diffuse(System):
             if name in table.species.emits:
                 index = world.index(table)
                 each = own_value(table, f"emits.{name}", table.species.emits[name])
-                amounts = ((each[index.rows] * world.dt).astype(np.float32) if isinstance(each, np.ndarray)
-                           else np.full(index.n, np.float32(each * world.dt), np.float32))
+                if isinstance(each, np.ndarray):
+                    amounts = (each[index.rows] * world.dt).astype(np.float32)
+                else:
+                    amounts = np.empty(index.n, np.float32)
+                    amounts.fill(np.float32(each * world.dt))
                 field.emit(index.x, index.y, index.z, amounts)
         before = 0.0 if field.substance is None else field.held()
         field.pass_time(world.dt)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -44,6 +45,11 @@ class Feed(System):
     needs = (Position, Body, Metabolism)
     phase = "interact"
 
+    @cached_property
+    def _meals(self) -> dict[tuple[str, int], tuple[tuple[Any, ...], tuple[Any, ...]]]:
+        """By eater and food: what its meals are made of, and what they then are."""
+        return {}
+
     def start(self, world: SpatialWorld) -> None:
         """Register the causes of death in the order of species."""
         for table in world.tables.values():
@@ -60,7 +66,7 @@ class Feed(System):
             return
         eaters, foods = world.index(table), world.index(prey)
         b, m, nerves = table[Body], table[Metabolism], table.species.nerves
-        reach, chance, ceiling, gain, efficiency, store, digestion = meal(table, food, world.dt)
+        reach, chance, ceiling, gain, efficiency, store, digestion = self.meal(table, food, number, world.dt)
         furthest = highest(reach, table.alive) if isinstance(reach, np.ndarray) else food.reach
         target, distance2 = np.empty(eaters.n, np.int32), np.empty(eaters.n, np.float32)
         radius, food_radius = b.radius, prey[Body].radius
@@ -68,13 +74,17 @@ class Feed(System):
             target, distance2 = nearest_surface(world, table, prey, furthest)
             radius, food_radius = np.zeros_like(radius), np.zeros_like(food_radius)
         else:
-            widest = float(b.radius[: table.high].max() + prey[Body].radius[: prey.high].max()) + furthest
-            with world.bands.over(eaters, target, distance2):
+            largest = np.maximum.reduce
+            widest = float(largest(radius[: table.high]) + largest(food_radius[: prey.high])) + furthest
+            if world.bands.size == 1:
                 nearest(eaters, foods, widest, target, distance2, world.split)
-        column = -1 if nerves is None else next((i for i, (_, a) in enumerate(nerves.actions) if a == "eat"),
-                                                -1)
+            else:
+                with world.bands.over(eaters, target, distance2):
+                    nearest(eaters, foods, widest, target, distance2, world.split)
+        column = -1 if nerves is None else nerves.eats
         decision = NO_DECISION if nerves is None else table[Nervous].decision
-        best = np.full(foods.n, -1, np.int32)
+        best = np.empty(foods.n, np.int32)
+        best.fill(-1)
         toughness, poison = defences(world, prey)
         held = prey[Metabolism].energy if Metabolism in prey else NOTHING
         ingest(target, distance2, eaters.rows, eaters.uid, foods.rows, radius, food_radius,
@@ -88,6 +98,18 @@ class Feed(System):
             share = own_value(table, f"diet.{food.eats}.assimilation",
                               1.0 if food.assimilation is None else food.assimilation)
             swallow(world, table, eaters.rows[best[eaten]], prey, foods.rows[eaten], share)
+
+    def meal(self, table: Table, food: Any, number: int, dt: float) -> tuple[Any, ...]:
+        """Return what `meal` does, found anew only where it is another, or where it is each one's own."""
+        way = table.species.config.metabolism
+        if table.species.traits or table.species.growth is not None:
+            return meal(table, food, dt)
+        given = (food.reach, food.gain, food.efficiency, food.chance, food.until, way.energy_max,
+                 way.digestion, dt)
+        known = self._meals.get((table.name, number))
+        if known is None or known[0] != given:
+            known = self._meals[table.name, number] = given, meal(table, food, dt)
+        return known[1]
 
 
 def meal(table: Table, food: Any, dt: float) -> tuple[Any, ...]:

@@ -52,9 +52,9 @@ class Reproduce(System):
                   age_min, energy_given, litter, chance, world.key, parents, number)
         if n == 0:
             return
-        order = np.argsort(table.uid[parents[:n]])
+        order = table.uid[parents[:n]].argsort()
         parents, number = parents[order], number[order]
-        given = energy_given[parents] if own else np.full(n, energy_given[0], np.float32)
+        given = energy_given[parents] if own else energy_given.repeat(n)
         born = bring_forth(table, world, way, parents, number, given)
         before = m.energy[parents]
         m.energy[parents] = before - born.astype(np.float32) * given

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
 from ecs_eco.components import Nervous, Position, Sensor
@@ -14,6 +16,8 @@ if TYPE_CHECKING:
     from ecs_eco.space.world import SpatialWorld
 
 SHIPPED = "ecs_eco.nervous.sensors."
+Share = list[tuple[Any, int]]  # senses, and the first column of each
+NOBODY: tuple[Any, ...] = ((), [], [])
 
 
 class Sense(System):
@@ -22,37 +26,54 @@ class Sense(System):
     needs = (Position, Nervous)
     phase = "sense"
 
+    @cached_property
+    def _shares(self) -> dict[str, tuple[tuple[Any, ...], list[Share], Share]]:
+        """By table: what its members sense, on how many threads and processes; and who reads what."""
+        return {}
+
     def update(self, table: Table, world: SpatialWorld) -> None:
         """Fill the observation matrix of one species."""
         nerves = table.species.nerves
         seekers = Seekers(world, table)
-        out, column = nerves.readout(seekers.n), 0
+        out = nerves.readout(seekers.n)
         nerves.rows = seekers.rows
         seen: Any = table.derived.get(Sensor)  # Readings, which only keeps what it is handed
         if seen is not None:
             seen.take(seekers.index.uid[:0], out[:0])
-        # whole senses for each thread, wide ones first
-        shares: list[list[tuple[Any, int]]] = [[] for _ in range(world.threads)]
-        undivided: list[tuple[Any, int]] = shares[0] if world.bands.size == 1 else []
-        columns: list[tuple[Any, int, int]] = []
-        for sense, width in nerves.senses:
-            columns.append((sense, width, column))
-            column += width
-        for place, (sense, _, first) in enumerate(sorted(columns, key=lambda c: -c[1])):
-            # functions of the user's own run on the world's thread
-            own = (not sense.__module__.startswith(SHIPPED) or sense.__qualname__.startswith("ambient")
-                   or getattr(sense, "by_light", False))
-            (undivided if own else shares[place % world.threads]).append((sense, first))
+        asked = (*nerves.senses, world.threads, world.bands.size)
+        if self._shares.get(table.name, NOBODY)[0] != asked:
+            self._shares[table.name] = asked, *shared_out(nerves.senses, world.threads, world.bands.size == 1)
+        _, shares, undivided = self._shares[table.name]
 
-        def read(share: list[tuple[Any, int]]) -> None:
+        def read(share: Share) -> None:
             for sense, first in share:
                 sense(world, table, seekers, out, first)
 
-        with world.bands.over(seekers.index, out):
-            world.together(*(lambda share=share: read(share) for share in shares if share))
-        if undivided is not shares[0]:
+        if len(shares) == 1 and not undivided and world.bands.size == 1:
+            read(shares[0])
+        else:
+            with world.bands.over(seekers.index, out):
+                world.together(*[partial(read, share) for share in shares])
             read(undivided)
         if table.species.traits:
             blind(table, seekers.rows, out)
         if seen is not None:
             seen.take(seekers.index.uid.copy(), out)
+
+
+def shared_out(senses: Sequence[tuple[Any, int]], threads: int, alone: bool) -> tuple[list[Share], Share]:
+    """Return whole senses for each thread, wide ones first; and those that are read after them, by every
+    process where this one is not alone."""
+    shares: list[Share] = [[] for _ in range(threads)]
+    undivided: Share = shares[0] if alone else []
+    columns, column = [], 0
+    for sense, width in senses:
+        columns.append((sense, width, column))
+        column += width
+    columns.sort(key=lambda one: -one[1])
+    for place, (sense, _, first) in enumerate(columns):
+        # functions of the user's own run on the world's thread
+        own = (not sense.__module__.startswith(SHIPPED) or sense.__qualname__.startswith("ambient")
+               or getattr(sense, "by_light", False))
+        (undivided if own else shares[place % threads]).append((sense, first))
+    return [share for share in shares if share], [] if alone else undivided

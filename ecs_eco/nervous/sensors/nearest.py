@@ -12,7 +12,7 @@ from ecs_eco.engine.jit import lone_njit
 from ecs_eco.nervous.sensors.kin import nearest_kin
 from ecs_eco.nervous.sensors.sense import Seekers, Sense, in_light, of_sensor, own_range, place_of
 from ecs_eco.space import sight
-from ecs_eco.space.bodies import opaque, opaque_ground, opaque_solids, relief, solids, tops
+from ecs_eco.space.bodies import has_opaque_solids, opaque, opaque_ground, opaque_solids, relief, solids, tops
 from ecs_eco.space.nearest import nearest
 from ecs_eco.space.solid_sight import nearest_in_sight
 
@@ -40,7 +40,7 @@ def see_nearest(target: str, reach: float, fov: float, occlusion: bool, number: 
         if by_light is not None:
             own = in_light(world, table, seekers, number, eye, own, by_light, blind)
             radius = max(float(own.max(initial=0.0)), 1e-6)
-        if kin is None and (Shape in world.tables[target] or (occlusion and opaque_solids(world).uid.size)):
+        if kin is None and (Shape in world.tables[target] or (occlusion and has_opaque_solids(world))):
             places, entries, distance2 = look(world, table, seekers, eye, target, radius, cos_half_fov,
                                                 occlusion)
             world.split(_bearings, seekers.n, *eye, seekers.cos, seekers.sin, *places,
@@ -53,7 +53,7 @@ def see_nearest(target: str, reach: float, fov: float, occlusion: bool, number: 
         else:
             entries, distance2 = nearest_kin(seekers, table, world.tables[target], targets, kin, eye, own,
                                              cos_half_fov, world.split)
-        if kin is None and (occlusion or (not elsewhere and np.max(cos_half_fov, initial=-2) > -1)):
+        if kin is None and (occlusion or (not elsewhere and narrow(cos_half_fov))):
             space, ground, inverse = world.space, *opaque_ground(world)
             bodies: Any = opaque(world) if occlusion else targets
             radii = bodies.radius if occlusion else targets.x
@@ -78,6 +78,11 @@ def half_view(fov: Any) -> Any:
     if isinstance(fov, np.ndarray):
         return np.where(fov >= 2 * math.pi - 1e-5, -2.0, arrays.cos(fov / 2)).astype(np.float32)
     return np.float32(-2.0 if fov >= 2 * math.pi - 1e-5 else scalars.cos(fov / 2))
+
+
+def narrow(cos_half_fov: Any) -> bool:
+    """Return whether some field of view is less than all round, by the cosine of its half."""
+    return bool((cos_half_fov.max(initial=-2) if isinstance(cos_half_fov, np.ndarray) else cos_half_fov) > -1)
 
 
 def look(world: "SpatialWorld", table: "Table", seekers: Seekers, eye: tuple[np.ndarray, ...], target: str,

@@ -52,7 +52,9 @@ def own_range(table: "Table", seekers: Seekers, number: int, radius: float) -> t
     """Return how far the sensor reaches at most, and for each seeker f32[n] [m];
     `radius` where that is not its own."""
     if number not in table.species.own_ranges or not seekers.n:
-        return radius, np.full(seekers.n, radius, np.float32)
+        all_equal = np.empty(seekers.n, np.float32)
+        all_equal.fill(radius)
+        return radius, all_equal
     own = table[Senses].radius[seekers.rows, number]
     return float(own.max()), own
 
@@ -74,10 +76,10 @@ def place_of(table: "Table", seekers: Seekers, number: int, at: Sequence[Any],
     or box in halves of its length, width and height.
     """
     x, y, z = seekers.index.x, seekers.index.y, seekers.index.z
-    forward, left, up = (np.float32(v) for v in [*at, 0.0, 0.0, 0.0][:3])
     own = number in table.species.own_places
-    if not (own or np.any(forward) or np.any(left) or np.any(up)):
+    if not (own or any(map(np.float32, at[:3]))):
         return x, y, z
+    forward, left, up = (np.float32(v) for v in [*at, 0.0, 0.0, 0.0][:3])
     ahead, aside = ((table[Senses].forward[seekers.rows, number], table[Senses].left[seekers.rows, number])
                     if own else (forward, left))
     x, y = nose(seekers, ahead, aside, space)

@@ -1,0 +1,34 @@
+"""Dicts that count their changes: what was derived from all of them holds as long as the count stands."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+K = TypeVar("K")
+V = TypeVar("V")
+
+
+class Noted(dict[K, V]):
+    """A dict of which every change raises `Noted.changes`, one number for all such dicts of the process.
+
+    The tables of a world and the components of a table are such dicts, so that who has looked at them all
+    sees by one number whether that still holds. Reading costs what it does in any dict.
+    """
+
+    changes = 0
+
+
+def _noting(name: str) -> Callable[..., Any]:
+    change = getattr(dict, name)
+
+    def method(self: Noted[Any, Any], *arguments: Any, **named: Any) -> Any:
+        Noted.changes += 1
+        return change(self, *arguments, **named)
+
+    method.__name__, method.__doc__ = name, change.__doc__
+    return method
+
+
+for _name in ("__setitem__", "__delitem__", "__ior__", "clear", "pop", "popitem", "setdefault", "update"):
+    setattr(Noted, _name, _noting(_name))
