@@ -1,6 +1,7 @@
 """What the studies of goats share: the world with one thing changed, who lived and carried what,
 and what the genes did."""
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -73,10 +74,11 @@ def identity() -> str:
     return hashlib.sha256(str(load("reflexes").resolved()).encode()).hexdigest()[:16]
 
 
-def live(seed: int, ticks: int, arm: str = "goats", also: dict[str, Any] | None = None) -> Family:
+def live(seed: int, ticks: int, arm: str = "goats", also: dict[str, Any] | None = None,
+         look: Callable[[Any], object] = lambda world: None) -> Family:
     """Let the world of an arm live; it ends early where the goats die out.
 
-    `also` are further changes of the world file.
+    `also` are further changes of the world file; `look` is called with the world every 100 ticks.
     """
     from ecs_eco import World
     from ecs_eco.config import load
@@ -87,6 +89,7 @@ def live(seed: int, ticks: int, arm: str = "goats", also: dict[str, Any] | None 
     family = Family(world, "goat")
     while world.tick < ticks and family.table.n:
         world.run(min(100, ticks - world.tick))
+        look(world)
     return family
 
 

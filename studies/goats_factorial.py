@@ -1,0 +1,150 @@
+"""Which reflex genes spread among goats, by what they learn and what they inherit of it: three ways of
+inheritance, learning or none, genes that say something or nothing.
+
+What is asked is in registered/goats_factorial.toml. Inheritance: "none", a newborn draws a random brain;
+"birth", its birth weights are genes; "learned", it has the brain of a parent as that is then. The coefficient
+of a gene is that of the largest likelihood of its path, over the same ticks in all arms.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from studies.common.goats import GENES, carriers, identity, live
+from studies.common.registration import registration
+from studies.common.selection import path_coefficient, pooled
+from studies.common.study import Study, verdict
+from studies.inheritance import change
+
+REGISTERED = registration("goats_factorial")
+NEWBORN = 10  # ticks of life: learning, every 32 ticks, has not begun
+ASKED = {"touch_yellow": 1.0, "energy": 0.6}  # what a newborn is asked about; all else is absent
+WITH = [name for name, of in REGISTERED.arms.items() if of["genes"]]
+TRAITS = 3  # red, yellow and green; blue says nothing in any arm
+
+
+def run(config: dict[str, Any], case: dict[str, Any]) -> dict[str, Any]:
+    """Let the goats of an arm live; return coefficients and ends of genes, and what newborn would eat."""
+    of = REGISTERED.arms[case["arm"]]
+    changes = change(of["inherit"]) | {"species.goat.policy.learn": of["learn"]}
+    if not of["genes"]:
+        changes |= silenced(changes)
+    asked: list[float] = []
+    family = live(case["seed"], config["ticks"], also=changes,
+                  look=lambda world: asked.extend(eating(world, config["last"], config["ticks"])))
+    counts = carriers(family.lineage(), config["every"])
+    n, generation, tail = counts["n"], counts["generation"], -max(1, config["last"] // config["every"])
+    causes = {c: int((family.lineage().cause == c).sum()) for c in family.world.causes}
+    return {
+        "s": {g: path_coefficient(counts[g], n, generation, config["mutation"]) for g in GENES},
+        "end": {g: float(counts[g][tail:].sum() / max(1, n[tail:].sum())) for g in GENES},
+        "n": float(n.mean()), "generations": float(generation[n > 0][-1]), "extinct": not family.table.n,
+        "newborn": len(asked), "eat yellow": float(np.mean(asked)) if asked else None,
+        "died": {c: k for c, k in causes.items() if k},
+    }  # fmt: skip
+
+
+def silenced(changes: dict[str, Any]) -> dict[str, Any]:
+    """Return changes with which the genes of reflexes say nothing."""
+    from ecs_eco.config import load
+
+    genes = changes.get("species.goat.genome.genes") or [
+        dict(gene) for gene in load("reflexes").species["goat"].genome.model_dump(exclude_none=True)["genes"]]
+    mute = [gene | {"values": [0, 0, 0, 0]} if i < TRAITS else gene for i, gene in enumerate(genes)]
+    return {"species.goat.genome.genes": mute}
+
+
+def eating(world: Any, last: int, ticks: int) -> list[float]:
+    """Return, for each newborn of the last ticks of a run, its policy's chance to eat yellow that it touches.
+    """
+    from ecs_eco.components import Policy
+
+    goat = world.tables["goat"]
+    if world.tick <= ticks - last or not goat.n:
+        return []
+    rows = goat.by_uid()
+    rows = rows[world.tick - goat.born[rows] < NEWBORN]
+    minds, channels = goat.species.nerves.individuals, goat.species.nerves.channels
+    seen = np.zeros((len(rows), len(channels)), np.float32)
+    for name, value in ASKED.items():
+        seen[:, channels.index(name)] = value
+    if not len(rows):
+        return []
+    logits, _ = minds.forward(goat[Policy], rows, seen, world.split)
+    start, stop = minds.offsets[:2]
+    of = list(goat.species.nerves.groups["speed"]).index("eat")
+    chances = np.exp(logits[:, start:stop].astype(float))
+    return [float(x) for x in chances[:, of] / chances.sum(1)]
+
+
+def coefficient(results: list[dict[str, Any]], gene: str) -> list[float]:
+    """Return mean and 95 % interval of a gene's coefficient over runs."""
+    over = pooled([r["s"][gene] for r in results if r["s"][gene] is not None])
+    return [over.mean, *over.interval95]
+
+
+def gap(of: dict[int, float], than: dict[int, float]) -> list[float]:
+    """Return mean and 95 % interval of the differences of two arms, paired by seed."""
+    both = sorted(set(of) & set(than))
+    over = pooled([of[seed] - than[seed] for seed in both])
+    return [over.mean, *over.interval95]
+
+
+def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
+    """Decide what was registered; a table of all arms."""
+    arms = {name: {e["case"]["seed"]: e["result"] for e in cases if e["case"]["arm"] == name}
+            for name in REGISTERED.arms}
+    arms = {name: runs for name, runs in arms.items() if runs}
+    rows = [[name, len(runs), sum(r["extinct"] for r in runs.values()),
+             np.mean([r["n"] for r in runs.values()]), np.mean([r["generations"] for r in runs.values()]),
+             *(coefficient(list(runs.values()), g) for g in GENES),
+             np.nanmean([r["eat yellow"] or np.nan for r in runs.values()])]
+            for name, runs in arms.items() if len(runs) > 1]  # fmt: skip
+    head = ["arm", "runs", "died out", "goats", "generations", *(f"s of {g}" for g in GENES),
+            "newborn eat yellow"]
+    whole = len(arms) == len(REGISTERED.arms) and all(len(runs) > 1 for runs in arms.values())
+    lines = decided(arms) if whole else []
+    lines.append(verdict("arms of which two or more runs are done", len(rows), "reported", True))
+    return {"verdicts": lines, "table": {"head": head, "rows": rows}}
+
+
+def decided(arms: dict[str, dict[int, dict[str, Any]]]) -> list[dict[str, Any]]:
+    """The lines of all hypotheses."""
+    def of(name: str, gene: str) -> dict[int, float]:
+        return {seed: r["s"][gene] for seed, r in arms[name].items() if r["s"][gene] is not None}
+
+    def newborn(name: str) -> dict[int, float]:
+        return {seed: r["eat yellow"] for seed, r in arms[name].items() if r["eat yellow"] is not None}
+
+    s = {(name, g): coefficient(list(arms[name].values()), g) for name in WITH for g in GENES}
+    learned, none, frozen = (f"{how}, genes" for how in (
+        "learned, learning", "none, learning", "none, frozen"))
+    low, high = min(s[name, "red"][1] for name in WITH), max(s[name, "green"][2] for name in WITH)
+    alone = gap(of(none, "yellow"), of(learned, "yellow"))
+    slows = gap(of(frozen, "red"), of(none, "red"))
+    habits = gap(newborn("birth, learning, no genes"), newborn("birth, frozen, no genes"))
+    return [
+        REGISTERED.verdict("red", low, low > 0),
+        REGISTERED.verdict("yellow-inherited", s[learned, "yellow"][2], s[learned, "yellow"][2] < 0.05),
+        REGISTERED.verdict("yellow-none", alone, alone[1] > 0),
+        REGISTERED.verdict("yellow-frozen", s[frozen, "yellow"], s[frozen, "yellow"][1] > 0),
+        REGISTERED.verdict("green", high, high < 0),
+        REGISTERED.verdict("baldwin-red", slows, slows[1] > 0),
+        REGISTERED.verdict("assimilated", habits, habits[2] < 0),
+    ]
+
+
+STUDY = Study(
+    name="goats_factorial", claim=REGISTERED.content["claim"], registered=REGISTERED,
+    config={"world": "reflexes", "identity": identity(), "ticks": REGISTERED.content["ticks"], "every": 20,
+            "last": 1000, "mutation": 0.01},
+    cases=[{"arm": arm, "seed": seed} for seed in REGISTERED.content["seeds"]["world"]
+           for arm in REGISTERED.arms],
+    run=run, summarise=summarise, short_config={"ticks": 300, "last": 200},
+    short_cases=[{"arm": arm, "seed": 11001} for arm in ("birth, learning, no genes", "none, frozen, genes")],
+)  # fmt: skip
+
+if __name__ == "__main__":
+    STUDY.main()
