@@ -3,7 +3,6 @@ Definition 3)."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -11,7 +10,7 @@ import numpy as np
 
 from ecs_eco.components import Experience, Memory, Motor, Nervous, Plasticity, Policy, Traits
 from ecs_eco.learning.continuous import CONTINUOUS
-from ecs_eco.nervous.networks import HappinessNetwork, Network, ReflexNetwork
+from ecs_eco.nervous.networks import HappinessNetwork, Network, ReflexNetwork, mean_of
 from ecs_eco.nervous.ranges import Ranges
 from ecs_eco.nervous.sensors.sense import Sense
 from ecs_eco.nervous.thoughts import Thoughts
@@ -47,8 +46,7 @@ class Nerves:
                               for group, (start, _) in self.columns.items() if group in (ranges or {})})
         self.neutral = {g: (actions.index(neutral[g]) if g in neutral and g not in self.ranges.groups else -1)
                         for g, actions in groups.items()}
-        # the action that eats; −1 if none does
-        self.eats = next((i for i, (_, action) in enumerate(self.actions) if action == "eat"), -1)
+        self.eats = next((i for i, (_, action) in enumerate(self.actions) if action == "eat"), -1)  # −1: none
         self.automatic = np.array([a in automatic or f"{g}.{a}" in automatic for g, a in self.actions],
                                   np.bool_)
         self.always = self.automatic.copy()  # what is on unless a reflex blocks it
@@ -138,12 +136,7 @@ class Nerves:
 
     def reading(self, name: str, x: np.ndarray) -> np.ndarray:
         """Return what a name of a formula stands for: a channel, or the mean over several: f32[n]."""
-        rows = self.readings[name]
-        if len(rows) == 1:
-            return x[:, rows[0]]
-        total = np.add.reduce(x[:, list(rows)], axis=1, dtype=np.float32)
-        mean: np.ndarray = np.true_divide(total, len(rows), out=total, casting="unsafe")
-        return mean
+        return mean_of(x, self.readings[name])
 
     # --- thinking and learning, together or alone -----------------------------------------------------------
 
@@ -161,7 +154,7 @@ class Nerves:
             return (np.zeros((len(self.rows), sum(self.choices)), np.float32),
                     np.zeros(len(self.rows), np.float32))
         # a sum is quick, and not finite where one number is not
-        if not math.isfinite(np.add.reduce(thought[0], None) + np.add.reduce(thought[1])):
+        if not np.isfinite(np.add.reduce(thought[0], None) + np.add.reduce(thought[1])):
             self._complain(table, world, thought)
         return thought
 
@@ -170,8 +163,6 @@ class Nerves:
         brain = self.brain
         assert brain is not None
         if not brain.memory:
-            if world.bands.size == 1:
-                return brain.forward(self.x, world.split)
             return _divided(world, brain, len(self.x),
                             lambda here: brain.forward(self.x[here], world.split))
         logits, values, self._later = brain.recall(self.x_by_row, table[Memory].state[self.rows], world.split)

@@ -99,6 +99,15 @@ class HappinessNetwork:
         return np.maximum(felt.astype(np.float32, copy=False), least)
 
 
+def mean_of(x: np.ndarray, channels: tuple[int, ...]) -> np.ndarray:
+    """Return one channel of x f32[n, channels], or the mean over several: f32[n]."""
+    if len(channels) == 1:
+        return x[:, channels[0]]
+    total = np.add.reduce(x[:, list(channels)], axis=1, dtype=np.float32)
+    mean: np.ndarray = np.true_divide(total, len(channels), out=total, casting="unsafe")
+    return mean
+
+
 def _asked(function: Any, word: str, x: np.ndarray, table: Any, rows: np.ndarray | None) -> np.ndarray:
     """Return what a function answers to x f32[n, channels]; of one that is a network of which genes hold the
     weights, with each one's own."""
