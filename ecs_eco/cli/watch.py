@@ -58,7 +58,7 @@ def _live(world: str, changes: list[str], ticks: int | None, seed: int | None, t
     config = load(world, changes)
     known_policies(policies, config)
     return Live(World.from_config(config, seed=seed, policies=policies, threads=threads,
-                                  learn=learn, record=False),
+                                  learn=learn),
                 ticks)
 
 

@@ -75,6 +75,8 @@ class Recorder(System):
                 self._stock[i] = table[Metabolism].energy[table.rows()].sum(dtype=np.float64)
         self._at, self._last = 0, -1  # the row to write next; the last tick that is over
         self._blocks: list[dict[str, np.ndarray]] = []
+        # blocks of the series that stay in memory; None: all without a sink, else none
+        self.remembered: int | None = None
         self._events: dict[str, list[tuple[np.ndarray, ...]]] = {kind: [] for kind in EVENTS}
         # of each species with a genome: a letter per number, "S1" or "U1"
         self._letters: dict[str, np.ndarray] = {}
@@ -207,8 +209,9 @@ class Recorder(System):
             block = self._columns(self._at)
             if self.sink is not None:
                 self.sink("series", block)
-            else:
+            if self.sink is None or self.remembered:
                 self._blocks.append(block)
+                del self._blocks[: -self.remembered if self.remembered else 0]
             for pages in self._pages.values():
                 pages.flush(self.sink)
             for array in (self._counts, self._means, self._ledger, self._died):
@@ -241,7 +244,7 @@ class Recorder(System):
             out |= {f"details/{name}": column for name, column in self.details.state().items()}
         for kind, pages in self._pages.items():
             out |= {f"{kind}/{name}": array for name, array in pages.state().items()}
-        for name in dict.fromkeys(n for b in self._blocks for n in b):
+        for name in dict.fromkeys(n for b in self._blocks for n in b if self.sink is None):
             out[f"series/{name}"] = np.concatenate([b.get(name, absent(name, b["tick"].size))
                                                     for b in self._blocks])
         return out

@@ -12,11 +12,14 @@ import numpy as np
 from ecs_eco.components import Biology, Genome, Metabolism, Nervous, Position
 from ecs_eco.engine.errors import ConfigError
 from ecs_eco.engine.hooks import listening
+from ecs_eco.view.account import REMEMBERED, of_world
 from ecs_eco.view.frames import Encoder, extent, grade
 from ecs_eco.view.pedigree import PedigreeLog
 from ecs_eco.view.scene import coloured_genes, describe, drawn, kinds_of, land_of, sky, uses_of
+from ecs_eco.view.sentence import sentence
 from ecs_eco.view.series import Curves
 from ecs_eco.view.source import Message
+from ecs_eco.view.tally import Tally
 
 if TYPE_CHECKING:
     from ecs_eco.ecosystem import World
@@ -37,7 +40,10 @@ class Live:
         self.world, self.last = world, last
         self.species, self.objects = kinds_of(world)
         self.names = [*self.species, *self.objects]
-        self.pedigree = PedigreeLog(world)
+        self.pedigree, self.tally = PedigreeLog(world), Tally(world, self.species)
+        self._told: tuple[int, int] | None = None  # how far the story has been told
+        if world.recorder is not None:
+            world.recorder.remembered = REMEMBERED
         self._encoder = Encoder(world.space.size, len(self.names))
         self._genes = {name: coloured_genes(world.tables[name]) for name in self.species}
         self._ranges: dict[tuple[str, str], tuple[float, float]] = {}
@@ -78,15 +84,29 @@ class Live:
         genes = dict.fromkeys(f"gene:{gene}" for names in self._genes.values() for gene in names)
         scene = describe(self.world, self.species, self.objects, self._genes)
         return {"kind": "hello", "mode": "live", "first": 0, "last": self.last, "tick": self.tick,
-                "acts": True,
+                "acts": True, "foods": self.tally.foods,
                 "colours": ["species", "energy", "happiness", "age", *genes], **scene}  # fmt: skip
 
     def greeting(self) -> list[Message]:
-        """Return the interventions so far."""
-        return [self._marks()]
+        """Return the interventions and the story so far."""
+        return [self._marks(), {"kind": "story", "entries": self.tally.story.entries}]
+
+    def passed(self) -> None:
+        """Take note of a tick that has passed."""
+        self.tally.passed()
 
     def news(self) -> list[Message]:
-        """Return the marks again after an intervention."""
+        """Return the marks again after an intervention, and the story where it has gone on."""
+        return [*self._new_marks(), *self._new_story()]
+
+    def _new_story(self) -> list[Message]:
+        entries = self.tally.story.entries
+        if not entries or self._told == (entries[-1]["tick"], len(entries)):
+            return []
+        self._told = entries[-1]["tick"], len(entries)
+        return [{"kind": "story", "entries": entries}]
+
+    def _new_marks(self) -> list[Message]:
         now = len(self.world.intervened), uses_of(self.world)
         if self._announced == now:
             return []
@@ -194,7 +214,7 @@ class Live:
         for name, said in self._reports().items():
             for species, value in (said if isinstance(said, dict) else {"": said}).items():
                 point["reports", name, species] = value
-        self._curves.add(self.tick, point)
+        self._curves.add(self.tick, point | self.tally.rates())
 
     def _reports(self) -> dict[str, float | dict[str, float]]:
         """Return what reporters said last; of a world that is not recorded, what they say now."""
@@ -215,7 +235,14 @@ class Live:
 
         state = state_of(self.world, uid, lives=self.pedigree)
         happy = None if state.get("nerves") is None else state["nerves"].get("happiness")
-        return state | {"kind": "organism", "trace": self._trace(uid, happy, state.get("energy"))}
+        words = sentence(state, *self._web(state["species"]))
+        return state | {"kind": "organism", "sentence": words,
+                        "trace": self._trace(uid, happy, state.get("energy"))}
+
+    def _web(self, species: str) -> tuple[list[str], list[str]]:
+        """Return what a species eats, and what eats it."""
+        foods = self.tally.foods
+        return foods.get(species, []), [eater for eater, eaten in foods.items() if species in eaten]
 
     def _trace(self, uid: int, happiness: float | None, energy: float | None) -> Message:
         """Add a point to an organism's trace and return the trace;
@@ -238,6 +265,8 @@ class Live:
         kind = request["kind"]
         if kind == "act":
             return [self._act(request.get("what"))]
+        if kind == "why":
+            return [of_world(self.world, self.pedigree)]
         if kind == "params":
             from ecs_eco.view.params import parameters
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -84,6 +85,19 @@ class PedigreeLog:
         killer = int(c["killer"][row])
         return {"tick": int(c["died"][row]), "cause": self.world.causes[c["cause"][row] - 1],
                 "killer": killer or None}
+
+    def deaths(self, names: Sequence[str]) -> dict[str, dict[str, np.ndarray]]:
+        """Return tick, age [s] and cause of each death of some species that is known, by species."""
+        self._settle()
+        c, out = {name: column[: self.n] for name, column in self._columns.items()}, {}
+        words = np.array(["", *self.world.causes])
+        for name in names:
+            rows = np.flatnonzero((c["kind"] == self.names.index(name)) & (c["died"] >= 0))
+            rows = rows[np.argsort(c["died"][rows], kind="stable")]
+            if rows.size:
+                age = (c["died"][rows] - c["born"][rows]) * self.world.dt
+                out[name] = {"tick": c["died"][rows], "age": age, "cause": words[c["cause"][rows]]}
+        return out
 
     def _row(self, uid: int) -> int | None:
         self._settle()

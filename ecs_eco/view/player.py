@@ -24,7 +24,7 @@ FASTEST_FRAMES = 0.05  # [s] from frame to frame
 PATIENCE = 0.25  # [s] from state to state, and longest wait
 SHARE = 0.03  # share of the time that frames, charts and panels may take from a running world
 SPEEDS = (0.01, 100_000.0)
-ELSEWHERE = ("act", "params", "seek", "fill")  # what the source answers
+ELSEWHERE = ("act", "params", "seek", "fill", "why")  # what the source answers
 
 
 class Page(Protocol):
@@ -64,6 +64,7 @@ class Player:
         self._steps = 0
         self._next = time.monotonic()  # when the next tick is due
         self._looks = -math.inf, -math.inf  # when pages are served next: if the tick stays, if it changes
+        self._passed = -1  # the tick that the source has been told of
         self._served = -1  # the tick when they were last served
         # the last frame of each colour: tick, number, bytes
         self._made: dict[str, tuple[int, int, bytes]] = {}
@@ -100,6 +101,9 @@ class Player:
     def poll(self) -> tuple[bool, float]:
         """Serve the pages and return at once: whether a tick is due, else in how many seconds to ask again.
         """
+        if self.source.tick != self._passed:
+            self._passed = self.source.tick
+            self.source.passed()
         while self.inbox:
             self._answer(*self.inbox.popleft())
             self._looks = -math.inf, -math.inf

@@ -10,14 +10,19 @@ from typing import Any
 import numpy as np
 
 from ecs_eco.analysis.style import own_colors
+from ecs_eco.view.account import of_run
 from ecs_eco.view.frames import Encoder, extent, grade
+from ecs_eco.view.gene_values import GeneValues
 from ecs_eco.view.interpolate import Organisms
 from ecs_eco.view.life import Lives
 from ecs_eco.view.parts import Cache
 from ecs_eco.view.recording import COMPARED, Recording, overlaid
 from ecs_eco.view.rerun import Rerun, Stretch
-from ecs_eco.view.scene import coloured_genes, describe, drawn, size_in, sized, sky
+from ecs_eco.view.scene import describe, drawn, size_in, sized, sky
+from ecs_eco.view.sentence import sentence
 from ecs_eco.view.source import Message
+from ecs_eco.view.story import foods_of
+from ecs_eco.view.told import Told
 
 STRETCHES = 3  # that are kept
 GENOMES = 500_000  # beyond so many births, mean values of genes are not computed
@@ -33,15 +38,12 @@ class Replay:
         self.stretches: list[Stretch] = []
         self.lives = Lives(r, self.stretches)
         self._tick = r.first
-        self._genes = {} if r.scene is None else {name: coloured_genes(r.scene.tables[name])
-                                                  for name in r.species}
-        self._genes = {name: genes for name, genes in self._genes.items() if genes}
-        # values of genes, by species, of the uids shown lately
-        self._gene_values: dict[str, tuple[np.ndarray, dict[str, np.ndarray]]] = {}
+        self._genes = GeneValues(r)
         self._ranges: dict[tuple[str, str], tuple[float, float]] = {}
         self._encoder = Encoder(r.size, len(r.species) + len(r.objects))
         self._rerun = Rerun(r.path, r.manifest, r.last)
         self._land = r.land(r.first)
+        self._foods, self._past = foods_of(r.manifest.get("config")), Told(r)
         self._hello: Message | None = None
         self._curves: Message | None = None
         self.frame(0, "happiness")  # compiles kernels before anybody waits
@@ -70,8 +72,9 @@ class Replay:
         """Return what a page needs to know of the run."""
         if self._hello is None:
             r = self.recording
-            genes = dict.fromkeys(f"gene:{gene}" for names in self._genes.values() for gene in names)
+            genes = dict.fromkeys(f"gene:{gene}" for names in self._genes.codes.values() for gene in names)
             self._hello = {"kind": "hello", "mode": "replay", "first": r.first, "last": r.last, "acts": False,
+                           "foods": self._foods,
                            "snapshot_every": r.every,
                            "colours": ["species", "energy", "happiness", "age", *genes], "note": self.note(),
                            **self._scene()}  # fmt: skip
@@ -92,7 +95,7 @@ class Replay:
         colors, config = own_colors(r.manifest.get("colors")), r.manifest["config"]
         if r.scene is not None:
             message = describe(r.scene, r.species, list(r.objects),
-                               {name: dict.fromkeys(g) for name, g in self._genes.items()})
+                               {name: dict.fromkeys(g) for name, g in self._genes.codes.items()})
             learn = r.manifest.get("learn")
             for kind in message["species"]:
                 policy = config["species"][kind["name"]]["policy"]
@@ -116,10 +119,11 @@ class Replay:
                 "species": kinds, "objects": sized(things, r.poses, OBJECT_UID), "terrain": None}  # fmt: skip
 
     def greeting(self) -> list[Message]:
-        """Return births and deaths along the time line, and interventions."""
+        """Return births and deaths along the time line, interventions, and the story."""
+        both = [self._marks(), {"kind": "story", "entries": self._past.entries}]
         if self.recording.scene is not None:
-            return [self._marks()]
-        return [self._marks(), _message("warning", f"this world cannot be built here: {self.recording.why}")]
+            return both
+        return [*both, _message("warning", f"this world cannot be built here: {self.recording.why}")]
 
     def _marks(self) -> Message:
         r = self.recording
@@ -229,37 +233,11 @@ class Replay:
                 ((self._tick - self.recording.born(organisms.uid)) * self.recording.dt).astype(np.float32),
                 0.0, None
             )
-        code = (self._genes.get(name, {}).get(colour.removeprefix("gene:"))
+        code = (self._genes.codes.get(name, {}).get(colour.removeprefix("gene:"))
                 if colour.startswith("gene:") else None)
         if code is None:
             return None, None, None
-        return self._expressed(name, organisms.uid, code.name), float(code.low), float(code.high)
-
-    def _expressed(self, name: str, uid: np.ndarray, gene: str) -> np.ndarray:
-        """Return a gene's values of organisms (uids ascending): f32[n]."""
-        kept, decoded = self._gene_values.get(name, (np.zeros(0, np.uint64), {}))
-        if not np.isin(uid, kept).all():
-            fresh = uid[~np.isin(uid, kept)]
-            values = self._decoded(name, fresh)
-            old = np.isin(kept, uid)
-            order = np.argsort(np.concatenate([kept[old], fresh]), kind="stable")
-            decoded = {g: np.concatenate([decoded[g][old] if g in decoded else np.zeros(0, np.float32),
-                                          values[g]])[order]
-                       for g in values}
-            kept = np.concatenate([kept[old], fresh])[order]
-            self._gene_values[name] = kept, decoded
-        return decoded[gene][np.searchsorted(kept, uid)]
-
-    def _decoded(self, name: str, uid: np.ndarray) -> dict[str, np.ndarray]:
-        layout = self.recording.scene.tables[name].species.heredity.layout
-        texts = self.recording.genomes(uid)
-        known = np.array([bool(text) for text in texts], np.bool_)
-        out = {gene: np.full(uid.size, np.nan, np.float32) for gene in self._genes[name]}
-        if known.any():
-            loci = layout.rows([text for text in texts if text])
-            for gene, values in layout.decode(loci, list(self._genes[name])).items():
-                out[gene][known] = values
-        return out
+        return self._genes.expressed(name, organisms.uid, code.name), float(code.low), float(code.high)
 
     # --- curves ---------------------------------------------------------------------------------------------
 
@@ -280,41 +258,33 @@ class Replay:
         feels = [name for name in r.species if r.manifest["config"]["species"][name].get("happiness")]
         out["happiness"] = {name: [float(f"{v:.5g}") if n else None for v, n in zip(
             r.curves["happiness"][name], r.curves["n"][name], strict=True)] for name in feels}
-        out["genes"] = self._mean_genes(tick) if self._genes and r.births.rows <= GENOMES else {}
+        out |= self._past.rates(tick)
+        out["genes"] = self._genes.means(tick) if self._genes.codes and r.births.rows <= GENOMES else {}
         if self.hello()["day"] is not None:
             out["light"] = [round(self.sky(t)[0], 4) for t in tick.tolist()]
-        return out
-
-    def _mean_genes(self, tick: np.ndarray) -> dict[str, list[float | None]]:
-        """Return the mean of each gene over the living at these ticks, by "species.gene"."""
-        from ecs_eco.analysis.lineage import Lineage
-
-        lineage = Lineage.read(self.recording.path)
-        out: dict[str, list[float | None]] = {}
-        for name, genes in self._genes.items():
-            mask = (lineage.species == name) & (lineage.genome != "")
-            values = self._decoded(name, lineage.uid[mask])
-            n = lineage.living_sums(tick, mask=mask)
-            for gene in genes:
-                weights = np.zeros(len(lineage))
-                weights[mask] = values[gene]
-                mean = lineage.living_sums(tick, weights, mask) / np.where(n, n, np.nan)
-                out[f"{name}.{gene}"] = [float(f"{v:.5g}") if math.isfinite(v) else None for v in mean]
         return out
 
     # --- one organism, and what pages ask for ---------------------------------------------------------------
 
     def organism(self, uid: int) -> Message:
         """Return the state of one organism at this tick; KeyError for one that was never born."""
-        return self.lives.organism(uid, self._tick)
+        state = self.lives.organism(uid, self._tick)
+        foods, name = self._foods, state["species"]
+        eaters = [eater for eater, eaten in foods.items() if name in eaten]
+        return state | {"sentence": sentence(state, foods.get(name, []), eaters)}
+
+    def passed(self) -> None:
+        """Do nothing: what passed was recorded."""
 
     def handle(self, request: Message) -> list[Message]:
-        """Go to a tick, or fill in what was not recorded; interventions are refused."""
+        """Go to a tick, fill in what was not recorded, or say why; interventions are refused."""
         kind = request["kind"]
         if kind == "seek":
             return self._seek(request.get("tick"))
         if kind == "fill":
             return self._fill(request.get("uid"))
+        if kind == "why":
+            return [of_run(self.recording.path, self._tick)]
         if kind == "params":
             return [{"kind": "params", "list": []}]
         how = "ecs-eco resume DIR --from-tick T --set KEY=VALUE --out NEW"

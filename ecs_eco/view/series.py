@@ -42,7 +42,7 @@ class Curves:
             if species:
                 out.setdefault(group, {}).setdefault(name, {})[species[0]] = values
             elif name:
-                out[group][name] = values
+                out.setdefault(group, {})[name] = values
             else:
                 out[group] = values
         return out

@@ -40,6 +40,9 @@ class Source(Protocol):
         """Return messages for all pages since the last call, such as `marks` of a new intervention;
         cheap if there are none."""
 
+    def passed(self) -> None:
+        """Take note of a tick that has passed; called before every tick, and cheap."""
+
     def counts(self) -> dict[str, int]:
         """Return the number of each species and object type, for `state`."""
 
@@ -62,5 +65,5 @@ class Source(Protocol):
         KeyError if it never existed."""
 
     def handle(self, request: Message) -> list[Message]:
-        """Carry out `act`, `params`, `seek`, `fill` and return the answers to the page that asked;
+        """Carry out `act`, `params`, `seek`, `fill`, `why` and return the answers to the page that asked;
         refusals are `said`."""

@@ -174,3 +174,49 @@ def test_nobody_has_felt_anything_before_the_first_tick():
         world.run(1)
     assert live.series(-1)["happiness"]["deer"][0] is None
     assert live.series(-1)["happiness"]["deer"][1] > 0
+
+
+def test_a_watched_world_tells_births_and_deaths_and_why():
+    world = World.from_config(load("predator-prey", SMALL), seed=5, policies="random")
+    live = Live(world)
+    for _ in range(30):
+        live.passed()
+        live.sample()
+        world.run(1)
+    live.sample()
+    series = live.series(-1)
+    deer, n = series["n"]["deer"], len(series["tick"])
+    births, deaths = (series[kind]["deer"][1:] for kind in ("births", "deaths"))
+    change = sum(b - d for b, d in zip(births, deaths, strict=True))
+    assert deer[-1] - deer[0] == round(change)
+    by_cause = [sum(line[i] or 0 for line in series["causes"]["deer"].values()) for i in range(1, n)]
+    assert by_cause == deaths
+    (why,) = live.handle({"kind": "why"})
+    assert "What happened" in why["sections"]
+    assert why["sections"]["What limited whom"]
+    assert {"key", "value", "turn", "effect"} == set(why["turns"][0])
+    json.dumps([why, live.hello(), live.greeting()], allow_nan=False)
+
+
+def test_an_extinction_is_news_with_its_cause():
+    world = small()
+    live = Live(world)
+    live.passed()
+    live.news()
+    world.intervene({"kind": "cull", "species": "wolf", "share": 1.0})
+    world.run(2)
+    live.passed()
+    (story,) = [message for message in live.news() if message["kind"] == "story"]
+    assert [(e["kind"], e["species"]) for e in story["entries"]] == [("extinct", "wolf")]
+    assert "100% culled" in story["entries"][0]["cause"]
+    assert not [message for message in live.news() if message["kind"] == "story"]
+
+
+def test_what_a_watched_world_remembers_does_not_grow():
+    world = World.from_config(load("predator-prey", SMALL), seed=5, policies="random")
+    Live(world)
+    recorder = world.recorder
+    recorder.remembered = 2
+    recorder.block = 5
+    world.run(40)
+    assert 10 <= recorder.series().num_rows // 3 <= 20

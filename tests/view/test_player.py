@@ -56,6 +56,9 @@ class Numbers:
     def news(self):
         return []
 
+    def passed(self):
+        pass
+
     def counts(self):
         return {"deer": self.tick}
 

@@ -47,6 +47,7 @@ export interface Hello {
   terrain: Terrain | null;
   colours: string[];
   acts: boolean;
+  foods?: Record<string, string[]>; // what each species eats and gains by
   snapshot_every?: number | null;
 }
 
@@ -71,6 +72,9 @@ export interface Series {
   /** By reporter, then by species, or "" for a number of the world. */
   reports?: Record<string, Record<string, (number | null)[]>>;
   light?: (number | null)[];
+  births?: Record<string, (number | null)[]>; // a tick
+  deaths?: Record<string, (number | null)[]>;
+  causes?: Record<string, Record<string, (number | null)[]>>; // deaths a tick, by species and cause
 }
 
 export interface Mark {
@@ -98,6 +102,38 @@ export interface Strip {
 export interface Area {
   kind: "harvest" | "plant";
   border: number[][];
+}
+
+/** What happened to a species, or what people did. */
+export interface Entry {
+  tick: number;
+  kind: "birth" | "boom" | "crash" | "extinct" | "return" | "act";
+  species: string;
+  n: number;
+  text: string;
+  cause: string;
+  before?: number; // the number that it boomed, crashed or died out from
+}
+
+export interface StoryMessage {
+  kind: "story";
+  entries: Entry[];
+}
+
+export interface TurnTo {
+  key: string;
+  value: unknown;
+  turn: string;
+  effect: string;
+}
+
+/** The account that `ecs-eco why` gives, of the ticks from first to tick. */
+export interface Why {
+  kind: "why";
+  tick: number;
+  first: number;
+  sections: Record<string, string[]>;
+  turns: TurnTo[];
 }
 
 export interface Gene {
@@ -162,6 +198,7 @@ export interface Organism {
   trace: { tick: number[]; happiness?: (number | null)[]; energy?: (number | null)[] } | null;
   detail: "full" | "snapshot" | "record";
   note?: string | null;
+  sentence?: string;
 }
 
 export interface Said {
@@ -185,7 +222,7 @@ export interface Params {
   list: Parameter[];
 }
 
-export type Message = Hello | State | Series | Marks | Organism | Said | Params;
+export type Message = Hello | State | Series | Marks | Organism | Said | Params | StoryMessage | Why;
 
 /** What tests may read of the page, as `window.ecs`; see docs/how-to/watching.md. */
 export interface Counters {

@@ -62,6 +62,7 @@ export class Charts {
       this.rebuild();
     } });
     this.chooser = h("div", { class: "row", role: "group", "aria-label": "Charts shown" });
+    this.choice = choice;
     return h("div", { class: "row tools" }, this.chooser, choice);
   }
 
@@ -114,6 +115,16 @@ export class Charts {
     this.tick = tick;
     if (this.hello.mode === "replay") for (const { plot } of this.plots.values()) this.window === Infinity ? plot.redraw(false) : plot.setData(plot.data);
     this.values();
+  }
+
+  /** Points at a tick in all charts, so that what was there can be read. @param {number} tick */
+  point(tick) {
+    if (this.window !== Infinity && (this.ticks[this.ticks.length - 1] ?? 0) - tick > this.window) {
+      this.window = Infinity;
+      if (this.choice) this.choice.selectedIndex = WINDOWS.length - 1;
+      this.draw();
+    }
+    for (const { plot } of this.plots.values()) plot.setCursor({ left: plot.valToPos(tick, "x"), top: 10 });
   }
 
   /** First and last tick on the axis. @returns {[number, number]} */

@@ -11,6 +11,7 @@ import * as overlay from "./overlay.js";
 import { Panel } from "./panel.js";
 import { point } from "./pointer.js";
 import { Stage } from "./stage.js";
+import { Story } from "./story.js";
 import { onTheme, recallTheme, switchTheme } from "./theme.js";
 import { Timeline } from "./timeline.js";
 
@@ -24,7 +25,7 @@ const PAUSE = '<svg viewBox="0 0 16 16" aria-hidden="true"><path d="M3.5 2.5h3v1
 const STEP = '<svg viewBox="0 0 16 16" aria-hidden="true"><path d="M3 2.5v11L10 8zM11 2.5h2.5v11H11z"/></svg>';
 
 const connection = new Connection();
-/** @type {{stage: Stage, charts: Charts, panel: Panel, timeline: Timeline, act: Act | null, hello: Hello} | null} */
+/** @type {{stage: Stage, charts: Charts, panel: Panel, timeline: Timeline, story: Story, act: Act | null, hello: Hello} | null} */
 let page = null;
 /** @type {State | null} */
 let state = null;
@@ -48,9 +49,12 @@ connection.on("state", show);
 connection.on("series", (series) => page?.charts.add(series));
 connection.on("marks", (marks) => {
   page?.timeline.mark(marks);
+  page?.story.mark(marks.interventions ?? []);
   page?.stage.ground.fence(marks.fences ?? []);
   page?.stage.ground.use(marks.roads ?? [], marks.areas ?? []);
 });
+connection.on("story", ({ entries }) => page?.story.add(entries));
+connection.on("why", (why) => page?.story.show(why));
 connection.on("params", ({ list }) => page?.act?.offer(list));
 connection.on("organism", (organism) => {
   if (organism.uid !== page?.stage.selected) return;
@@ -60,6 +64,7 @@ connection.on("organism", (organism) => {
 connection.on("said", (said) => {
   page?.act?.note(said);
   if (said.field === "select") page?.panel.refuse(said.text);
+  if (said.field === "why") page?.story.refuse();
   announce(said.text);
   if (said.field !== "select" && $("act").hidden) flash(said.text);
 });
@@ -86,6 +91,8 @@ function begin(hello) {
   const charts = new Charts(hello, colourOf);
   const panel = new Panel(hello, { select, fill: (uid) => connection.send({ kind: "fill", uid }), follow: () => look("follow"), colourOf });
   const timeline = new Timeline(hello, (tick) => connection.send({ kind: "seek", tick }));
+  const story = new Story(hello, { jump, colourOf, ask: () => connection.send({ kind: "why" }), tell: (entry) =>
+    flash(`${entry.text}.`, { text: "Why?", does: () => open("why") }) });
   const act = hello.acts ? new Act(hello, {
     send: (what) => connection.send({ kind: "act", what }),
     aim: (on) => $("canvas").classList.toggle("aim", on),
@@ -93,7 +100,7 @@ function begin(hello) {
     selected: () => (panel.organism?.alive ? panel.organism : null),
   }) : null;
   $("tab-act").hidden = !act;
-  page = { stage, charts, panel, timeline, act, hello };
+  page = { stage, charts, panel, timeline, story, act, hello };
   stage.eye.cover = overlay.covered;
   stage.onrender = () => {
     overlay.follow(stage);
@@ -101,6 +108,7 @@ function begin(hello) {
     $("tick").textContent = number(stage.tick);
     timeline.at(stage.tick);
     charts.at(stage.tick);
+    story.at(stage.tick);
   };
   stage.onlight = () => overlay.sky(stage);
   onTheme((dark) => paint(dark));
@@ -226,21 +234,34 @@ function colour(name) {
   connection.send({ kind: "colour", by: name });
 }
 
-/** @param {"charts" | "organism" | "act"} name of a panel */
+/** To where something happened: in time, where time can be chosen, else in the charts. @param {import("./protocol.js").Entry} entry */
+function jump(entry) {
+  if (page?.hello.mode === "replay") connection.send({ kind: "seek", tick: Math.min(entry.tick, page.hello.last ?? entry.tick) });
+  else {
+    open("charts");
+    page?.charts.point(entry.tick);
+  }
+}
+
+/** @typedef {"charts" | "why" | "organism" | "act"} PanelName */
+const PANELS = /** @type {const} */ (["charts", "why", "organism", "act"]);
+
+/** @param {PanelName} name of a panel */
 function open(name) {
-  for (const other of ["charts", "organism", "act"]) {
+  for (const other of PANELS) {
     $(other).hidden = other !== name;
     $(`tab-${other}`).setAttribute("aria-selected", String(other === name));
     $(`tab-${other}`).tabIndex = other === name ? 0 : -1;
   }
   if (name !== "act") page?.act?.aim(false);
+  if (name === "why") page?.story.open();
 }
 
 let flashing = 0;
 
-/** @param {string} text */
-function flash(text) {
-  overlay.notice(text);
+/** @param {string} text @param {{text: string, does: () => void}} [button] */
+function flash(text, button) {
+  overlay.notice(text, button);
   clearTimeout(flashing);
   flashing = setTimeout(() => overlay.notice(null), 6000);
 }
@@ -259,7 +280,7 @@ $("colour").addEventListener("change", () => colour($("colour").value));
 for (const button of document.querySelectorAll("[data-eye]")) {
   button.addEventListener("click", () => look(/** @type {"top"} */ (/** @type {HTMLElement} */ (button).dataset.eye)));
 }
-for (const name of /** @type {const} */ (["charts", "organism", "act"])) $(`tab-${name}`).addEventListener("click", () => open(name));
+for (const name of PANELS) $(`tab-${name}`).addEventListener("click", () => open(name));
 $("side").querySelector("[role=tablist]").addEventListener("keydown", (/** @type {KeyboardEvent} */ event) => {
   if (event.key !== "ArrowLeft" && event.key !== "ArrowRight") return;
   const tabs = /** @type {HTMLElement[]} */ ([...document.querySelectorAll("[role=tab]:not([hidden])")]);
@@ -288,6 +309,7 @@ const KEYS = [
     colour(all[(all.indexOf(by) + 1) % all.length]);
   } },
   { keys: ["g"], shown: "G", about: "charts", does: () => open("charts") },
+  { keys: ["w"], shown: "W", about: "what happened, and why", does: () => open("why") },
   { keys: ["o"], shown: "O", about: "the organism", does: () => open("organism") },
   { keys: ["a"], shown: "A", about: "act", does: () => page?.act && open("act") },
   { keys: ["t"], shown: "T", about: "dark or light", does: switchTheme },

@@ -71,6 +71,7 @@ export class Panel {
     if (kept !== this.kept) this.build(organism);
     this.kept = kept;
     this.organism = organism;
+    if (this.saidAt) this.saidAt.textContent = organism.sentence ?? "";
     this.facts(organism);
     this.kin(organism);
     if (organism.nerves) {
@@ -85,6 +86,7 @@ export class Panel {
     this.plot?.destroy();
     this.plot = null;
     this.nerves = organism.nerves ? drawNerves(organism.nerves) : null;
+    this.saidAt = h("p", { class: "said" });
     this.factsAt = h("dl", { class: "facts" });
     this.diedAt = h("dl", { class: "facts died", hidden: true });
     this.kinAt = h("div");
@@ -94,7 +96,7 @@ export class Panel {
       h("span", { class: organism.alive ? "state" : "state dead", text: organism.alive ? "alive" : "dead" }), h("span", { class: "grow" }),
       h("button", { class: "button", type: "button", text: "Follow", title: "Follow with the camera (3)", disabled: !organism.alive, onclick: this.calls.follow }),
       h("button", { class: "icon", type: "button", text: "✕", "aria-label": "Deselect", title: "Deselect (Esc)", onclick: () => this.calls.select(null) }));
-    this.root.replaceChildren(head, ...this.note(organism), this.factsAt, this.diedAt, this.kinAt);
+    this.root.replaceChildren(head, this.saidAt, ...this.note(organism), this.factsAt, this.diedAt, this.kinAt);
     if (this.nerves) this.root.append(part("Nervous system", this.nerves.root, h("button", { class: "plain", type: "button", text: "enlarge", onclick: () => this.enlarge() })));
     this.root.append(part("Happiness and energy", this.traceAt));
     if (organism.genome) this.root.append(part("Genome", drawGenome(organism.genome)));

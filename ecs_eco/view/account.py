@@ -1,0 +1,62 @@
+"""Why: the account that `ecs-eco why` gives of a run, for the viewer's page."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ecs_eco.view.source import Message
+
+if TYPE_CHECKING:
+    from ecs_eco.ecosystem import World
+    from ecs_eco.view.pedigree import PedigreeLog
+
+REMEMBERED = 20  # blocks of 1,000 ticks of a living world
+
+
+def of_run(folder: Path, tick: int) -> Message:
+    """Return the account of a recorded run, all of it: {"kind": "why", …}."""
+    from ecs_eco.analysis.why import Case
+
+    return _told(Case.read(folder), tick)
+
+
+def of_world(world: World, lives: PedigreeLog) -> Message:
+    """Return the account of a living world so far, of the ticks that its recorder remembers."""
+    from ecs_eco.analysis.runs import Series, load_series
+    from ecs_eco.analysis.why import Case
+    from ecs_eco.analysis.why.case import in_force
+
+    if world.recorder is None or world.config is None:
+        return _nothing(world.tick, "This world is not recorded: there is nothing to account for.")
+    series = load_series(world.recorder.series())
+    if len(series.ticks) < 2:
+        return _nothing(world.tick, "Too little has happened yet.")
+    manifest = {"config": world.config.model_dump(mode="json"), "intervened": list(world.intervened),
+                "dt": world.dt, "species": list(series.species)}
+    known = Series(series.ticks, series.species, series.columns, manifest)
+    config = in_force(manifest)
+    animals = [name for name, values in config["species"].items() if values.get("diet")]
+    return _told(Case(known, config, lives.deaths(animals)), world.tick)
+
+
+def _nothing(tick: int, text: str) -> Message:
+    return {"kind": "why", "tick": tick, "first": tick, "sections": {"What happened": [text]}, "turns": []}
+
+
+def _told(case: Any, tick: int) -> Message:
+    from ecs_eco.analysis.compare import clean
+    from ecs_eco.analysis.why import explain, sentences
+
+    with np.errstate(all="ignore"):
+        findings = explain(case)
+    sections: Mapping[str, Any] = sentences(case, findings)
+    turns = clean(findings["parameters"])
+    ticks = case.series.ticks
+    return {"kind": "why", "tick": tick, "first": int(ticks[0]) if len(ticks) else 0,
+            "sections": {head: list(lines) for head, lines in sections.items() if head != "What to turn"},
+            "turns": [{"key": t["key"], "value": t["value"], "turn": t["turn"], "effect": t["effect"]}
+                      for t in turns]}

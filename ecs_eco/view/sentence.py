@@ -1,0 +1,90 @@
+"""One sentence about an organism: who it is, how it fares, what it sees, what it does, and by what."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+STARVING, HUNGRY, FED = 0.15, 0.45, 0.8  # shares of the energy that it can hold
+SEEN = 0.02  # a reading of nearness below this is nothing
+IDLE = {"none", "still", "rest"}
+
+
+def sentence(state: Mapping[str, Any], foods: Sequence[str] = (), enemies: Sequence[str] = ()) -> str:
+    """Return a sentence about a message "organism"; `foods` are what it eats, `enemies` what eats it."""
+    name = str(state["species"]).capitalize()
+    died = state.get("died")
+    if not state["alive"] and died:
+        killer = f", by #{died['killer']}" if died.get("killer") else ""
+        return f"{name}, {_cause(died['cause'])} at tick {died['tick']:,}{killer}{_aged(state)}."
+    if not state["alive"]:
+        return f"{name}, not alive at this tick."
+    parts = [f"{name}{_aged(state)}{_fed(state)}"]
+    nerves = state.get("nerves")
+    if nerves:
+        parts += [text for text in (_seen(nerves["sensors"], foods, enemies), _does(nerves["actions"]))
+                  if text]
+    return "; ".join(parts) + "."
+
+
+def _cause(cause: str) -> str:
+    return cause if cause.split()[0].endswith(("ed", "en")) else f"died ({cause})"
+
+
+def _aged(state: Mapping[str, Any]) -> str:
+    return "" if state.get("age") is None else f", {state['age']:,.0f} s old"
+
+
+def _fed(state: Mapping[str, Any]) -> str:
+    energy, most = state.get("energy"), state.get("energy_max")
+    if energy is None or not most:
+        return ""
+    share = energy / most
+    words = {STARVING: "starving", HUNGRY: "hungry", FED: "fed"}
+    return ", " + next((word for limit, word in words.items() if share < limit), "full")
+
+
+def _seen(sensors: Sequence[Mapping[str, Any]], foods: Sequence[str], enemies: Sequence[str]) -> str:
+    """Say which of its kinds of targets is nearest, and where."""
+    value = {s["name"]: s["value"] or 0.0 for s in sensors}
+    near = {name.removesuffix("_near"): v for name, v in value.items()
+            if name.endswith("_near") and v > SEEN}
+    if not near:
+        return ""
+    lines = []
+    for target in sorted(near, key=lambda t: (t not in enemies, -near[t]))[:2]:
+        word = " (an enemy)" if target in enemies else " (food)" if target in foods else ""
+        lines.append(f"{target}{word} {_where(value, target)}")
+    return "sees " + " and ".join(lines)
+
+
+def _where(value: Mapping[str, float], target: str) -> str:
+    ahead, left = value.get(f"{target}_forward", 0.0), value.get(f"{target}_left", 0.0)
+    side = "left" if left > 0 else "right"
+    if abs(left) < 0.4 * abs(ahead):
+        return "ahead" if ahead > 0 else "behind"
+    if abs(ahead) < 0.4 * abs(left):
+        return f"to the {side}"
+    return f"{'ahead' if ahead > 0 else 'behind'} to the {side}"
+
+
+def _does(actions: Sequence[Mapping[str, Any]]) -> str:
+    """Say what it does, and whether reflex or policy decided."""
+    done = [a for a in actions if not a.get("continuous") and a["decision"] and a["name"] not in IDLE]
+    if not done:
+        return "does nothing" if actions and not actions[0].get("continuous") else ""
+    forced = [a for a in done if a["reflex"] > 0]
+    chosen = [a for a in done if a["reflex"] <= 0]
+    parts = []
+    if forced:
+        parts.append("its reflex makes it " + " and ".join(_act(a) for a in forced))
+    if chosen:
+        parts.append("its policy chose to " + " and ".join(
+            _act(a) + ("" if a["probability"] is None else f" ({a['probability']:.0%})") for a in chosen))
+    return "; ".join(parts)
+
+
+def _act(action: Mapping[str, Any]) -> str:
+    """An action in words: "turn left", "walk", "eat"."""
+    group, name = action["group"], action["name"]
+    return f"{group} {name}" if group in ("turn", "climb") else str(name)

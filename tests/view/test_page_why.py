@@ -1,0 +1,53 @@
+"""What happens is told as it happens, with its cause, and the page says why."""
+
+import pytest
+
+from ecs_eco.testing.browser import served, until
+from tests.view.pages import IN_A_BROWSER, SMALL, opened, pause, select
+
+pytestmark = IN_A_BROWSER
+END = "species.wolf.lethal.1.max=30"  # [s]: all wolves die of age at tick 30
+
+
+@pytest.fixture(scope="module")
+def doomed(browser):
+    """A park whose wolves grow too old within seconds."""
+    with (served("watch", "predator-prey", *SMALL, "--set", END) as run,
+          opened(browser, run.address()) as page):
+        yield page
+
+
+def test_an_extinction_is_announced_with_its_cause_and_the_page_says_why(doomed):
+    page = doomed
+    until(page, "ecs.counts.wolf === 0")
+    until(page, "document.querySelector('#announce').textContent.includes('died out')")
+    pause(page)
+    page.locator("#tab-why").click()
+    story = page.locator(".story li.extinct")
+    assert "Wolf died out" in story.inner_text()
+    assert "100% too old" in story.locator("p").inner_text()
+    until(page, "document.querySelectorAll('.account h3').length > 2")
+    assert "wolf died out" in page.locator(".account").inner_text()
+    story.locator(".jump").click()
+    assert page.locator("#tab-charts").get_attribute("aria-selected") == "true"
+
+
+def test_what_people_do_is_told_too(page):
+    pause(page)
+    page.locator("#tab-act").click()
+    page.get_by_label("Kind to cull").select_option("deer")
+    page.get_by_role("button", name="Cull", exact=True).click()
+    page.locator("#step").click()
+    page.locator("#tab-why").click()
+    page.locator(".story li.act").first.wait_for()
+    assert "cull 20 % of deer" in page.locator(".story").inner_text()
+
+
+def test_an_organism_has_a_sentence_first(page):
+    pause(page)
+    page.locator("#step").click()
+    until(page, "ecs.tick > 0 && ecs.still")
+    select(page, "deer")
+    said = page.locator("#organism .said").inner_text()
+    assert said.startswith("Deer, ")
+    assert "its policy" in said or "does nothing" in said

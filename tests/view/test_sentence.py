@@ -1,0 +1,42 @@
+"""One sentence says who an organism is, what it sees and what it does."""
+
+from ecs_eco.view.sentence import sentence
+
+DEER = {"species": "deer", "alive": True, "age": 500.0, "energy": 0.3, "energy_max": 1.0, "nerves": None,
+        "died": None}
+
+
+def sees(**values):
+    return [{"name": name, "value": value} for name, value in values.items()]
+
+
+def act(group, name, probability=0.71, reflex=0, decision=1):
+    return {"group": group, "name": name, "reflex": reflex, "probability": probability, "decision": decision}
+
+
+def test_who_is_hungry_and_turns_to_its_food_is_said_so():
+    nerves = {"sensors": sees(grass_forward=0.1, grass_left=0.6, grass_near=0.5),
+              "actions": [act("speed", "walk", 0.5), act("turn", "left"), act("turn", "none", decision=0)]}
+    said = sentence(DEER | {"nerves": nerves}, ["grass"], ["wolf"])
+    assert said == ("Deer, 500 s old, hungry; sees grass (food) to the left; "
+                    "its policy chose to walk (50%) and turn left (71%).")
+
+
+def test_enemies_come_first_and_reflexes_are_told_from_the_policy():
+    nerves = {"sensors": sees(grass_near=0.9, grass_forward=1.0,
+                              wolf_near=0.1, wolf_forward=-0.5, wolf_left=-0.5),
+              "actions": [act("speed", "run", reflex=1), act("eat", "eat", None)]}
+    said = sentence(DEER | {"nerves": nerves}, ["grass"], ["wolf"])
+    assert "sees wolf (an enemy) behind to the right and grass (food) ahead" in said
+    assert said.endswith("its reflex makes it run; its policy chose to eat.")
+
+
+def test_the_dead_are_told_by_their_cause():
+    dead = DEER | {"alive": False, "died": {"tick": 1420, "cause": "eaten by wolf", "killer": 7}}
+    assert sentence(dead) == "Deer, eaten by wolf at tick 1,420, by #7, 500 s old."
+    old = dead | {"died": {"tick": 3, "cause": "too old", "killer": None}}
+    assert sentence(old).startswith("Deer, died (too old) at tick 3")
+
+
+def test_plants_and_those_without_energy_have_a_sentence_too():
+    assert sentence(DEER | {"species": "grass", "age": None, "energy": None}) == "Grass."
