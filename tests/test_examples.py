@@ -118,3 +118,10 @@ def test_no_example_is_left_out() -> None:
     assert len(EXAMPLES) >= 10
     text = "".join(page.read_text(encoding="utf-8") for page in PAGES)
     assert [e.name for e in EXAMPLES if e.name not in text] == []
+
+
+@pytest.mark.parametrize("name", ["jacksboro", "coast"])
+def test_worlds_on_real_land_live_on(name: str) -> None:
+    world = World.from_config(ROOT / "examples" / f"{name}.toml").run(60)
+    assert world.tables["deer"].n > 250
+    assert world.tables["grass"].n > 1000

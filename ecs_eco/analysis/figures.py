@@ -12,6 +12,7 @@ import numpy as np
 
 from ecs_eco.analysis.cycles import Surrogates, cross_correlation, living_stretch
 from ecs_eco.analysis.land import Land, draw_land
+from ecs_eco.analysis.relief import Relief, draw_relief
 from ecs_eco.analysis.runs import DIED, Series
 from ecs_eco.analysis.spectrum import Peak, smooth, thin, transform
 from ecs_eco.analysis.style import DASHES, PALETTE, colors, colors_of, panels, save, styled
@@ -231,9 +232,10 @@ def energy(series: Series) -> Figure:
 
 @styled
 def positions(at: Mapping[str, np.ndarray], size: Sequence[float], hue: Mapping[str, str],
-              title: str = "", land: Land | None = None) -> Figure:
+              title: str = "", land: Land | None = None, relief: Relief | None = None) -> Figure:
     """Map of all organisms: positions (n, 3) [m] by species, later species on top; a volume is seen from the
-    side (x, z). On a plane the roads, fences and areas of `land` lie below them."""
+    side (x, z). On a plane the roads, fences and areas of `land` lie below them, on the ground as `relief`
+    says."""
     volume = len(size) > 2 and size[2] > 0
     high = size[2] if volume else size[1]
     figure, ((ax,),) = panels(1, 1, 6.6, 6.0 * float(np.clip(high / size[0], 0.3, 1.2)) + 0.7)
@@ -260,6 +262,8 @@ def positions(at: Mapping[str, np.ndarray], size: Sequence[float], hue: Mapping[
     )
     if land is not None and not volume:
         draw_land(ax, land)
+    if relief is not None and not volume:
+        draw_relief(ax, relief, size)
     ax.grid(visible=False)
     for side in ("top", "right"):
         ax.spines[side].set_visible(True)

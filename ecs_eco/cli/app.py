@@ -55,6 +55,7 @@ for _command in (
     app.command()(_command)
 app.add_typer(sweeping.sweep, name="sweep")
 app.command()(beginning.new)
+app.add_typer(beginning.world, name="world")
 app.command("list")(asking.list_)
 app.command()(asking.check)
 app.command()(asking.doctor)

@@ -4,6 +4,7 @@ Their texts are the files in the folders here, with `.template` at the end where
 code of this package. Shipped worlds, which have results, belong to `ecs_eco.worlds`.
 """
 
+from ecs_eco.templates.from_raster import world_from_raster
 from ecs_eco.templates.write import ORIGINS, new_package, new_world
 
-__all__ = ["ORIGINS", "new_package", "new_world"]
+__all__ = ["ORIGINS", "new_package", "new_world", "world_from_raster"]

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ecs_eco.analysis.land import draw_land
+from ecs_eco.analysis.relief import LAND, Relief, draw_relief
 from ecs_eco.analysis.style import as_delivered
 from ecs_eco.engine import files
 from ecs_eco.view.hues import safe
@@ -18,7 +19,7 @@ from ecs_eco.view.outlines import outlines
 from ecs_eco.view.replay import Replay
 
 INK, SOFT, PAPER = "#22282e", "#7a838c", "#ffffff"
-LAND, WATER, ROCK, NIGHT = (0.955, 0.955, 0.925), (0.66, 0.80, 0.90), (0.60, 0.59, 0.57), (0.05, 0.07, 0.16)
+NIGHT = (0.05, 0.07, 0.16)
 DEEP, BRIGHT = (0.03, 0.06, 0.15), (0.72, 0.87, 0.95)  # of the sea without light, in full light
 # of length 1 ahead, as the page draws who moves
 DART = np.array([[1.0, 0.0], [-0.75, 0.58], [-0.4, 0.0], [-0.75, -0.58]])
@@ -140,8 +141,8 @@ class Painter:
         if self.volume:
             at = [t for t in ax.get_yticks() if 0 <= t <= h]
             ax.set_yticks([h - t for t in at], [f"{t:g}" for t in at])
-        elif (ground := self._ground()) is not None:
-            ax.imshow(ground, extent=(0, w, 0, h), origin="lower", interpolation="nearest", aspect="auto")
+        elif (terrain := getattr(self.replay.recording.scene, "terrain", None)) is not None:
+            draw_relief(ax, Relief.of(terrain), self.extent)
         for name, places in self.replay.recording.objects.items():
             kind = next(kind for kind in self.replay.hello()["objects"] if kind["name"] == name)
             if kind.get("shape"):
@@ -153,22 +154,6 @@ class Painter:
             radius = kind["radius"]
             size = max(radius * self.scale, LEAST["moves"])
             self._discs(ax, places[:, 0], places[:, 2 if self.volume else 1], size, self.hues[name], 0.6)
-
-    def _ground(self) -> np.ndarray | None:
-        """Return the ground as colours f64[ny, nx, 3]: shaded hills, water, rock;
-        None where the world is flat and open."""
-        terrain = getattr(self.replay.recording.scene, "terrain", None)
-        if terrain is None:
-            return None
-        height = terrain.height.astype(float)
-        dy, dx = np.gradient(np.pad(height, 1, mode="wrap" if self.replay.recording.torus else "edge"))
-        slope = (dx - dy)[1:-1, 1:-1] * float(terrain.inverse[0]) * 0.7  # light comes from the upper left
-        high = (height - height.min()) / max(float(np.ptp(height)), 1e-9)
-        colour = (np.array(LAND) - 0.16 * high[..., None] * np.array([0.55, 0.75, 1.3])
-                  - np.clip(slope, -0.12, 0.2)[..., None])
-        for code, hue in ((1, WATER), (2, ROCK)):
-            colour[terrain.ground == code] = hue
-        return np.clip(colour, 0, 1)
 
     def _strip(self, kind: dict[str, Any], place: Place, ticks: np.ndarray, n: np.ndarray,
                labelled: bool) -> None:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ecs_eco.analysis.land import Land, land_at
+from ecs_eco.analysis.relief import Relief
 from ecs_eco.components import Position, Shape, Velocity
 from ecs_eco.config.models.body import Body
 from ecs_eco.space.bodies import extents
@@ -99,16 +100,26 @@ def sizes_of(table: Table) -> dict[str, Any]:
 
 
 def ground(world: World) -> dict[str, Any] | None:
-    """Return heights and landmarks; None where the world is flat and open."""
+    """Return heights and landmarks, and the colours of real land; None where the world is flat and open."""
     terrain, config = world.terrain, getattr(world.config, "terrain", None)
     if terrain is None:
         return None
     ny, nx = terrain.height.shape
     every = max(1, math.ceil(math.sqrt(ny * nx / CELLS)))
-    heights = np.ascontiguousarray(terrain.height[every // 2 :: every, every // 2 :: every]).astype("<f4")
-    marks = {kind: [p.model_dump() for p in getattr(config, kind, ())] for kind in ("rocks", "lakes")}
+    heights = _coarser(terrain.height, every).astype("<f4")
+    marks: dict[str, Any] = {kind: [p.model_dump() for p in getattr(config, kind, ())]
+                             for kind in ("rocks", "lakes")}
+    if terrain.land is not None:  # real land stands on its lowest ground, and is painted as on maps
+        heights -= heights.min()
+        painted = (255 * _coarser(Relief.of(terrain).colours(), every)).astype(np.uint8)
+        marks["colours"] = base64.b64encode(painted.tobytes()).decode()
     return {"cell": every * world.space.size[0] / nx, "nx": heights.shape[1], "ny": heights.shape[0],
             "heights": base64.b64encode(heights.tobytes()).decode(), **marks}  # fmt: skip
+
+
+def _coarser(cells: np.ndarray, every: int) -> np.ndarray:
+    """Return one of so many cells along each side."""
+    return np.ascontiguousarray(cells[every // 2 :: every, every // 2 :: every])
 
 
 def uses_of(world: World) -> list[dict[str, Any]]:

@@ -220,3 +220,20 @@ def test_what_a_watched_world_remembers_does_not_grow():
     recorder.block = 5
     world.run(40)
     assert 10 <= recorder.series().num_rows // 3 <= 20
+def test_real_land_stands_on_its_lowest_ground_and_is_painted_as_on_maps(tmp_path, monkeypatch):
+    from ecs_eco import World
+    from ecs_eco.view.scene import ground
+
+    monkeypatch.chdir(tmp_path)
+    np.savez("dem.npz", z=np.add.outer(np.zeros(30), np.linspace(500.0, 560.0, 40)))
+    sent = ground(World.from_config({
+        "format": 1, "name": "real", "space": {"size": [400.0, 300.0], "edges": "walls"},
+        "terrain": {"raster": "dem.npz", "cell": 10.0, "drainage": {"sea": 510.0}},
+        "species": {"ox": {"count": 1, "body": {"radius": 1.0}}}}))
+    heights = np.frombuffer(base64.b64decode(sent["heights"]), "<f4").reshape(30, 40)
+    assert heights.min() == 0
+    assert heights.max() == pytest.approx(50)  # above the sea, which is at 510 m
+    colours = np.frombuffer(base64.b64decode(sent["colours"]), np.uint8).reshape(30, 40, 3)
+    red, _, blue = colours[15, 0].tolist()
+    assert blue > red  # the sea
+    assert colours[15, 20].min() > 150

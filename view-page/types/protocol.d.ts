@@ -26,6 +26,8 @@ export interface Terrain {
   nx: number;
   ny: number;
   heights: string;
+  /** red, green and blue of each cell, of real land: bytes in base64 */
+  colours?: string;
   rocks?: Landmark[];
   lakes?: Landmark[];
 }

@@ -10,6 +10,7 @@ from ecs_eco.analysis import figures, measures
 from ecs_eco.analysis.cycles import CycleStatistics
 from ecs_eco.analysis.land import land_at
 from ecs_eco.analysis.page import picture
+from ecs_eco.analysis.relief import Relief
 from ecs_eco.analysis.report.recorded import last_snapshot
 from ecs_eco.analysis.runs import DIED, Series
 
@@ -66,8 +67,10 @@ def _places(run: Path, series: Series) -> Iterator[Drawn]:
     if size and snapshot:
         hue = figures.colors(series.species, series.manifest.get("colors"))
         land = land_at(series.manifest["config"], series.manifest.get("intervened", ()), snapshot[0])
+        relief = Relief.kept(run, series.manifest["config"])
         seen = [word for word, there in (
+            ("hills in the light of the upper left, blue is water", relief is not None),
             ("strips are roads", land["roads"]), ("dashed lines fences", land["fences"]),
             ("dotted borders areas of harvest (red) and planting (green)", land["areas"])) if there]
-        yield ("positions", figures.positions(snapshot[1], size, hue, land=land),
+        yield ("positions", figures.positions(snapshot[1], size, hue, land=land, relief=relief),
                f"All organisms at tick {snapshot[0]:,}{'; ' * bool(seen)}{', '.join(seen)}.")

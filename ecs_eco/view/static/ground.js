@@ -109,7 +109,7 @@ export class Ground {
 
   hills() {
     const { nx, ny, size } = this.relief;
-    const most = 160;
+    const most = this.hello.terrain?.colours ? 256 : 160;
     const [mx, my] = [Math.min(most, nx), Math.min(most, ny)];
     const geometry = new PlaneGeometry(size[0], size[1], mx, my);
     const at = geometry.getAttribute("position");
@@ -288,6 +288,8 @@ export class Ground {
     const geometry = this.mountains;
     if (!geometry || this.painted === dark) return;
     this.painted = dark;
+    const cells = this.hello.terrain?.colours;
+    const land = cells && Uint8Array.from(atob(cells), (letter) => letter.charCodeAt(0));
     const stops = (dark ? ["#20302a", "#2c3b2e", "#4a4a3c", "#77736a"] : ["#dbe5cf", "#e6e8d2", "#ddd3bb", "#f3f1ec"]).map((hex) => new Color(hex));
     const [at, colour] = [geometry.getAttribute("position"), geometry.getAttribute("color")];
     const span = Math.max(1e-6, this.relief.highest - this.relief.lowest);
@@ -296,6 +298,12 @@ export class Ground {
       const level = 2.999 * Math.min(1, Math.max(0, (at.getZ(k) - this.relief.lowest) / span));
       const i = Math.floor(level);
       mixed.copy(stops[i]).lerp(stops[i + 1], level - i);
+      if (land) {
+        const { nx, ny, size } = this.relief;
+        const cell = (/** @type {number} */ at, /** @type {number} */ n) => Math.min(n - 1, Math.max(0, Math.floor(at * n)));
+        const c = 3 * (cell(at.getY(k) / size[1], ny) * nx + cell(at.getX(k) / size[0], nx));
+        mixed.setHex(land[c] * 65536 + land[c + 1] * 256 + land[c + 2]).multiplyScalar(dark ? 0.3 : 1);
+      }
       colour.setXYZ(k, mixed.r, mixed.g, mixed.b);
     }
     colour.needsUpdate = true;

@@ -1,0 +1,96 @@
+"""The ground as colours: hills shaded by the sun, water, rock, and the colours of land-cover classes."""
+
+from __future__ import annotations
+
+import zipfile
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+LAND, WATER, ROCK = (0.955, 0.955, 0.925), (0.66, 0.80, 0.90), (0.60, 0.59, 0.57)
+SUN = 315.0, 45.0  # where light comes from on maps: from the upper left, halfway up [degrees]
+STEEP = 0.5  # the slope that steep ground is drawn with, however steep it is
+
+
+class Relief(NamedTuple):
+    """The ground of a world, the first row in the south: heights f32[ny, nx] [m], what it is u8[ny, nx] (1
+    water, 2 rock), the side of a cell [m]; by class of land cover its number u8[ny, nx] and its colour; and
+    streams, bool[ny, nx]."""
+
+    height: np.ndarray
+    ground: np.ndarray
+    side: float
+    torus: bool = False
+    kinds: np.ndarray | None = None
+    colors: Sequence[str | None] = ()
+    wet: np.ndarray | None = None
+
+    @classmethod
+    def of(cls, terrain: Any) -> Relief:
+        """The ground of a living world."""
+        land = terrain.land
+        more = () if land is None else (land.kinds, land.colors, land.wet)
+        return cls(terrain.height, terrain.ground, 1 / float(terrain.inverse[0]), terrain.space.torus, *more)
+
+    @classmethod
+    def kept(cls, run: Path, config: Mapping[str, Any]) -> Relief | None:
+        """The ground in a run's folder; None where it is flat and open, or was not kept."""
+        terrain, space = config.get("terrain"), config["space"]
+        try:
+            with np.load(run / "terrain.npz", allow_pickle=False) as file:
+                names = {"height", "ground", "kinds", "wet"} & set(file.files)
+                held = {name: file[name] for name in names}
+            height, ground = held["height"], held["ground"]
+        except (OSError, ValueError, KeyError, zipfile.BadZipFile):
+            return None
+        colors = [kind.get("color") for kind in ((terrain or {}).get("classes") or {}).values()]
+        return cls(height, ground, space["size"][0] / height.shape[1], space["edges"] == "torus",
+                   held.get("kinds"), colors, held.get("wet"))
+
+    def shade(self) -> np.ndarray:
+        """How bright the ground is in the sun, beside flat ground: f64[ny, nx], about −0.7 to 0.3 (Horn
+        1981).
+        """
+        from matplotlib.colors import LightSource
+
+        high = np.pad(self.height.astype(float), 1, mode="wrap" if self.torus else "edge")[::-1]
+        slope = np.hypot(*np.gradient(high, self.side))
+        steep = float(np.percentile(slope, 98))
+        times = STEEP / steep if steep > 0 else 1.0
+        # matplotlib stretches contrast to 0 … 1; at these illuminations it does not
+        normal = LightSource(*SUN)
+        dy, dx = np.gradient(times * high, -self.side, self.side)
+        length = np.sqrt(1 + dx * dx + dy * dy)
+        lit = (np.stack([-dx, -dy, np.ones_like(dx)], -1) * normal.direction).sum(-1) / length
+        out: np.ndarray = (lit - normal.direction[2])[1:-1, 1:-1][::-1]
+        return out
+
+    def colours(self) -> np.ndarray:
+        """The ground as colours f64[ny, nx, 3], 0 to 1."""
+        high = (self.height - self.height.min()) / max(float(np.ptp(self.height)), 1e-9)
+        colour = np.array(LAND) - 0.16 * high[..., None] * np.array([0.55, 0.75, 1.3])
+        for i, code in enumerate(self.colors):
+            if code is not None and self.kinds is not None:
+                colour[self.kinds == i + 1] = 0.35 * np.array(LAND) + 0.65 * _rgb(code)
+        colour[self.ground == 2] = ROCK
+        colour = colour * (1 + 0.75 * self.shade()[..., None])
+        if self.wet is not None:
+            colour[self.wet] = WATER
+        own = self.kinds if self.kinds is not None else np.zeros(self.ground.shape, np.uint8)
+        colour[(self.ground == 1) & ~np.isin(own, self._coloured())] = WATER
+        return np.clip(colour, 0, 1)
+
+    def _coloured(self) -> list[int]:
+        return [i + 1 for i, code in enumerate(self.colors) if code is not None]
+
+
+def draw_relief(ax: Any, relief: Relief, size: Sequence[float]) -> Any:
+    """Draw the ground below everything else on axes in metres; return what was drawn."""
+    return ax.imshow(relief.colours(), extent=(0, size[0], 0, size[1]), origin="lower", zorder=0.4,
+                     interpolation="nearest", aspect=ax.get_aspect())
+
+
+def _rgb(code: str) -> np.ndarray:
+    return np.array([int(code[k : k + 2], 16) for k in (1, 3, 5)]) / 255
