@@ -38,6 +38,14 @@ class Index:
         nx, ny, nz = self.space.shape
         sort_cells(alive, x, y, z, uid, nx, ny, nz, self.space.inverse, self._cell, self.start,
                    self._rows, self._x, self._y, self._z, self._uid)
+        self._show()
+
+    def thin(self, alive: np.ndarray) -> None:
+        """Take out the rows that are not alive any more, where nothing else has changed."""
+        take_out(alive, self.start, self._rows, self._x, self._y, self._z, self._uid)
+        self._show()
+
+    def _show(self) -> None:
         self.n = n = int(self.start[-1])
         self.rows, self.x, self.y, self.z, self.uid = (self._rows[:n], self._x[:n], self._y[:n], self._z[:n],
                                                        self._uid[:n])
@@ -81,3 +89,17 @@ def sort_cells(alive, x, y, z, uid, nx, ny, nz, inverse, cell, start, rows, sx, 
         sx[i] = x[row]
         sy[i] = y[row]
         sz[i] = z[row]
+
+
+@njit
+def take_out(alive, start, rows, x, y, z, uid):
+    """Close the gaps that dead rows leave in an index; the others keep their order."""
+    kept, first = 0, 0
+    for c in range(start.size - 1):
+        end = start[c + 1]
+        for i in range(first, end):
+            if alive[rows[i]]:
+                if kept < i:
+                    rows[kept], x[kept], y[kept], z[kept], uid[kept] = rows[i], x[i], y[i], z[i], uid[i]
+                kept += 1
+        first, start[c + 1] = end, kept
