@@ -47,7 +47,7 @@ def _pass(world: Any, mark: Underway) -> None:
     with turns.turn:
         outside = esper.current_world
         world.context.show()
-        world.context.process()
+        world._workers.tick(world.context.process, lambda: sum(t.n for t in world.tables.values()))
         world.tick += 1
         if world.apart:
             esper.switch_world(outside)
