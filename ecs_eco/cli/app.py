@@ -49,7 +49,7 @@ def _options(
 
 for _command in (
     living.run, living.watch, living.repeat, living.resume, living.train,
-    telling.report, telling.why, telling.lineage, comparing.compare, comparing.search,
+    telling.report, telling.why, telling.lineage, telling.tracks, comparing.compare, comparing.search,
     telling.draw, telling.picture, telling.video,
 ):  # fmt: skip
     app.command()(_command)

@@ -34,6 +34,7 @@ class Table:
         self.n = 0  # entities alive
         self.high = 0  # this row and all after it are free
         self.version = 0  # changes when a place or the set of the living does
+        self.thinned = (-1, -1)  # two versions between which nothing but deaths took effect
         self.alive = np.zeros(capacity, np.bool_)
         self.uid = np.zeros(capacity, np.uint64)
         self.born = np.zeros(capacity, np.int64)
@@ -205,7 +206,9 @@ class Table:
         """Free the rows of the dead."""
         self.high = _vacate(rows, self.alive, self.uid, self.cause, self.killer, self.high)
         self.n -= rows.size
+        first = self.thinned[0] if self.thinned[1] == self.version else self.version
         self.version += 1
+        self.thinned = first, self.version
         if self.registry is not None:
             self.registry.stale = True
 

@@ -265,8 +265,7 @@ class World:
     def flush_deaths(self) -> None:
         """Free the rows of all that have a cause of death; hooks see them first, in the order of uids."""
         for table in self.tables.values():
-            rows = table.doomed()
-            if rows.size:
+            if (rows := table.doomed()).size:
                 self.bury(table, rows)
 
     def bury(self, table: Table, rows: np.ndarray) -> None:

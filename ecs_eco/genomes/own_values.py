@@ -28,7 +28,7 @@ def own_values(table: Table, shared: Mapping[str, Any]) -> tuple[Any, ...]:
 
 def own_value(table: Table, key: str, shared: Any) -> Any:
     """Return the value of one key as it is given, or where a gene codes for it an array [table.high]."""
-    return own_values(table, {key: shared})[0]
+    return own_values(table, {key: shared})[0] if table.species.traits else shared
 
 
 def highest(value: Any, alive: np.ndarray) -> float:

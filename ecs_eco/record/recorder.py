@@ -152,11 +152,14 @@ class Recorder(System):
     def _where(self, table: "Table", s: int, rows: np.ndarray, energy: np.ndarray | None,
                tick: np.ndarray | None = None) -> tuple[np.ndarray, ...]:
         k = rows.size
-        zero = np.zeros(k, np.float32)
+        zero, which = np.zeros(k, np.float32), np.empty(k, np.int8)
+        which.fill(s)
         p = table[Position] if Position in table else None
         place = (p.x[rows], p.y[rows], p.z[rows]) if p is not None else (zero, zero, zero)
-        tick = np.full(k, self.world.tick, np.int64) if tick is None else tick
-        return (tick, np.full(k, s, np.int8), table.uid[rows], *place, zero if energy is None else energy)
+        if tick is None:
+            tick = np.empty(k, np.int64)
+            tick.fill(self.world.tick)
+        return (tick, which, table.uid[rows], *place, zero if energy is None else energy)
 
     def process(self, *_: Any) -> None:
         """Write this tick's row of each species."""

@@ -99,13 +99,17 @@ class SpatialWorld(World):
 
     def _build(self, table: Table) -> Index:
         """Bring an index up to date; of several threads that want it, one does, and the others wait."""
-        index = self._index_of(table)
+        index = self._indexes.get(table.name)
+        if index is None or index.space is not self.space:
+            index = self._index_of(table)
         if index.version != table.version:
             with index.lock:
-                if index.version != table.version:
+                if (index.version, table.version) == table.thinned:
+                    index.thin(table.alive)
+                elif index.version != table.version:
                     p, high = table[Position], table.high
                     index.build(table.alive[:high], p.x[:high], p.y[:high], p.z[:high], table.uid[:high])
-                    index.version = table.version
+                index.version = table.version
         return index
 
     def pairs(self, table: Table | str, other: Table | str, radius: Any) -> Pairs:

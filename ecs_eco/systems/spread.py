@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     from ecs_eco.space.world import SpatialWorld
 
 EVEN = np.zeros(0, np.float32)
-SITES = 256  # whose numbers are drawn at once
 EVERYWHERE = np.ones((1, 1), np.float32)
 
 
@@ -52,7 +51,7 @@ class Spread(System):
         if way is None or way.kind != "spread":
             return
         space, p = world.space, table[Position]
-        nx, ny = (max(1, round(s / way.spacing)) for s in space.size[:2])
+        nx, ny = [max(1, round(s / way.spacing)) for s in space.size[:2]]
         taken = table.species.sites
         if taken is None or taken.shape != (ny, nx):
             taken = table.species.sites = np.empty((ny, nx), np.int64)
@@ -68,23 +67,18 @@ class Spread(System):
         if n == 0:
             return
         site, parent = site[:n], parent[:n]
-        identity = site.astype(np.uint64)
-        salt = random.SPREAD + (table.place << 20)
-        u, v = (random.draw_many(world.key, identity, salt + (3 << 8)),
-                random.draw_many(world.key, identity, salt + (4 << 8)))
-        x = np.minimum(((site % nx) + u) / inverse[0],
-                       np.nextafter(space.lengths[0], np.float32(0))).astype(np.float32)
-        y = np.minimum(((site // nx) + v) / inverse[1],
-                       np.nextafter(space.lengths[1], np.float32(0))).astype(np.float32)
+        x, y, z = np.zeros((3, n), np.float32)
+        parents = np.zeros(n, np.uint64)
+        scatter(site, parent, nx, inverse, space.lengths, table.uid, world.key, table.place << 20, x, y,
+                parents)
         if world.terrain is not None:
             x, y = world.terrain.within_sites(x, y, *(((cells + 0.5) / inverse[axis]).astype(np.float32)
                                                       for axis, cells in enumerate((site % nx, site // nx))))
-        z = np.zeros(n, np.float32)
-        parents = np.where(parent >= 0, table.uid[np.maximum(parent, 0)], np.uint64(0))
         values: dict[tuple[type, str], np.ndarray] = {(Position, "x"): x, (Position, "y"): y,
                                                       (Position, "z"): z}
         if (heredity := table.species.heredity) is not None:
             own, grown = parent < 0, np.flatnonzero(parent >= 0)
+            identity = site.astype(np.uint64)
             fresh = heredity.founders(world, table, identity[own])
             inherited = heredity.offspring(world, table, parent[grown], None, identity[grown])
             for name, some in fresh.items():
@@ -101,7 +95,7 @@ def seeds(table: Table, own: Any, rate: float) -> tuple[float, np.ndarray]:
     """Return the highest rate [1/s] at which a plant takes free sites,
     and each one's share of it f32[high]; empty if all are equal."""
     left = left_by_defence(table, table.high)
-    if Growth not in table and np.ndim(left) == 0 and np.ndim(own) == 0:
+    if Growth not in table and not (isinstance(left, np.ndarray) or isinstance(own, np.ndarray)):
         return rate * float(left), EVEN
     each = np.asarray(
         own * (table[Growth].spread[: table.high] if Growth in table else np.float32(1)) * left
@@ -134,17 +128,12 @@ def sprout(taken, everywhere, rain_everywhere, reach, torus, ground, ground_inve
     """List the free sites on which a seed sprouts, and the row of its parent (−1: seed rain);
     return how many. `fertile` f32[ny, nx] multiplies both rates; a map of one cell is 1 everywhere."""
     ny, nx = taken.shape
-    n, rate, rain, luck = 0, everywhere, rain_everywhere, np.empty(SITES, np.float32)
+    n, rate, rain = 0, everywhere, rain_everywhere
     for s in range(taken.size):
-        if s % SITES == 0:
-            for k in range(SITES):  # of those beyond the last site, too: this becomes vector code
-                luck[k] = draw(key, s + k, random.SPREAD + salt)
-        u = luck[s % SITES]
-        if fertile.size <= 1 and u >= rate + rain:
-            continue
         j, i = s // nx, s % nx
         if taken[j, i] >= 0:
             continue
+        u = draw(key, s, random.SPREAD + salt)
         if fertile.size > 1:
             y, x = np.float32((j + 0.5) / inverse[1]), np.float32((i + 0.5) / inverse[0])
             factor = fertile[cell_of(y * ground_inverse[1], fertile.shape[0]),
@@ -175,3 +164,17 @@ def sprout(taken, everywhere, rain_everywhere, reach, torus, ground, ground_inve
         parent[n] = row
         n += 1
     return n
+
+
+@njit
+def scatter(site, parent, nx, inverse, lengths, uid, key, salt, x, y, parents):
+    """Write where on its site each seed sprouts, x and y f32[n] [m], and its parent's uid u64[n], 0 for seed
+    rain."""
+    for i in range(site.size):
+        s = site[i]
+        u, v = (draw(key, s, random.SPREAD + salt + (3 << 8)), draw(key, s, random.SPREAD + salt + (4 << 8)))
+        x[i] = min((np.float64(s % nx) + np.float64(u)) / np.float64(inverse[0]),
+                   np.float64(np.nextafter(lengths[0], np.float32(0.0))))
+        y[i] = min((np.float64(s // nx) + np.float64(v)) / np.float64(inverse[1]),
+                   np.float64(np.nextafter(lengths[1], np.float32(0.0))))
+        parents[i] = uid[parent[i]] if parent[i] >= 0 else np.uint64(0)

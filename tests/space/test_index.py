@@ -54,6 +54,34 @@ def test_an_index_is_made_anew_when_someone_moved_was_born_or_died_and_only_then
     assert world.index(table).uid.tolist() == [1]
 
 
+@pytest.mark.parametrize("between", ["nothing", "another death", "a move", "a birth"])
+def test_an_index_after_deaths_is_the_one_that_is_made_anew(between):
+    rng = np.random.default_rng(3)
+    world = World((10, 6), cell=1.5)
+    table = world.add_table("ant", Position)
+    for x, y in rng.random((80, 2)):
+        world.spawn("ant", Position(x=10 * x, y=6 * y))
+    world.flush()
+    world.index(table)
+    for uid in (3, 4, 40, 80):
+        world.kill(uid)
+    world.flush()
+    if between == "another death":
+        world.kill(41)
+        world.flush()
+    elif between == "a move":
+        table[Position].x[5] = 0.1
+        table.version += 1
+    elif between == "a birth":
+        world.spawn("ant", Position(x=1, y=1))
+        world.flush()
+    kept, anew, p = world.index(table), Index(world.space), table[Position]
+    anew.build(table.alive, p.x, p.y, p.z, table.uid)
+    assert kept.n == anew.n == table.n
+    for name in ("rows", "x", "y", "z", "uid", "start"):
+        assert getattr(kept, name).tolist() == getattr(anew, name).tolist()
+
+
 def test_order_depends_on_places_and_uids_and_not_on_rows():
     world = World((10, 10), cell=2.0)
     table = world.add_table("ant", Position)

@@ -1,4 +1,4 @@
-"""Commands that describe and draw a run: report, why, lineage, draw, picture, video."""
+"""Commands that describe and draw a run: report, why, lineage, tracks, draw, picture, video."""
 
 from pathlib import Path
 from typing import Annotated
@@ -55,6 +55,25 @@ def lineage(
     from ecs_eco.cli.lineage import tell_lineage
 
     tell_lineage(folder, csv, newick, species, living)
+
+
+@exits
+def tracks(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="A folder written by `run`.")],
+    file: Annotated[Path, typer.Argument(
+        metavar="FILE", parser=path_of,
+        help="Ends in .gpkg (GeoPackage, needs pyogrio), .parquet (GeoParquet) or .csv.")],
+    species: Annotated[str | None, typer.Option(metavar="NAME", help="One species alone.")] = None,
+    lines: Annotated[bool, typer.Option("--lines",
+                                        help="Write the way of each organism, not its places.")] = False,
+) -> None:
+    """Write where organisms were, as geographic data."""
+    from ecs_eco.cli.terminal import say
+    from ecs_eco.record.geodata import write_tracks
+
+    written = write_tracks(folder, file, species, lines)
+    say(f"{written.places:,} places of {written.individuals:,} organisms in {file}, in "
+        f"{written.crs or 'metres from the south-west corner of the world'}")
 
 
 @exits

@@ -1,0 +1,106 @@
+"""README's main job, `ecs-eco run predator-prey --seed 1`: 10,000 ticks, and what each asks of Python.
+
+    python benchmarks/main_job.py [--before COMMIT] [--ticks 10000] [--pairs 3]
+
+Processes of this commit, and of another where one is given, run in turns, each a world of its own with its
+record on disk: the seconds of `World.run`, of the wall clock and of the processor, without the start of the
+process. `Python calls a tick` counts the functions of Python and the kernels that are called in ticks 1,001
+to 1,070, without what belongs to `run` itself. Both commits come to the same end, or it is an error.
+"""
+
+import argparse
+import os
+import statistics
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+from typing import Any
+
+sys.path.insert(0, str(Path(__file__).parent))
+import _bench
+
+_bench.pin_threads()
+
+import before_after
+
+ROOT = Path(__file__).parents[1]
+JOB = """
+import json, sys, tempfile, time
+from ecs_eco import World
+from ecs_eco.config import load
+
+ticks, counted = json.loads(sys.argv[1])
+with tempfile.TemporaryDirectory() as folder:
+    world = World.from_config(load("predator-prey"), seed=1, record=folder + "/run")
+    world.run(20)  # reads the kernels
+    calls = [0]
+
+    def count(frame, event, argument):
+        calls[0] += event == "call"
+
+    def calls_of(n):
+        calls[0] = 0
+        sys.setprofile(count)
+        world.run(n)
+        sys.setprofile(None)
+        return calls[0]
+
+    if counted:
+        world.run(1000 - world.tick)
+        few, many = calls_of(10), calls_of(60)
+        print(json.dumps([(many - few) / 50, str(world)]))
+    else:
+        wall, own = time.perf_counter(), time.process_time()
+        world.run(ticks - world.tick)
+        print(json.dumps([time.perf_counter() - wall, time.process_time() - own, str(world), world.digest()]))
+"""
+
+
+def pairs(places: dict[str, Path], ticks: int, n: int) -> list[dict[str, Any]]:
+    """Return a row for each place: seconds of n runs in turns, medians; raises where ends differ."""
+    took: dict[str, list[list[float]]] = {name: [] for name in places}
+    ends = {}
+    for number in range(n):
+        order = list(places) if number % 2 else list(reversed(places))
+        for name in order:
+            wall, own, *ends[name] = before_after.call(places[name], JOB, [ticks, False])
+            took[name].append([wall, own])
+            print(name, round(wall, 2), round(own, 2), ends[name], flush=True)
+    if len({str(end) for end in ends.values()}) > 1:
+        raise RuntimeError(f"the runs come to different ends: {ends}")
+    first = next(iter(places))
+    rows = []
+    for name, place in places.items():
+        ratios = [own[1] / other[1] for own, other in zip(took[name], took[first], strict=True)]
+        calls, _ = before_after.call(place, JOB, [ticks, True])
+        rows.append({"commit": name, "ticks": ticks, "pairs": n,
+                     "wall [s]": statistics.median(t[0] for t in took[name]),
+                     "processor [s]": statistics.median(t[1] for t in took[name]),
+                     "times the first": statistics.median(ratios),
+                     "from": min(ratios), "to": max(ratios), "Python calls a tick": calls})
+    return rows
+
+
+def main() -> None:
+    """Measure this commit, beside another where one is given."""
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
+    parser.add_argument("--before", metavar="COMMIT")
+    parser.add_argument("--ticks", type=int, default=10_000)
+    parser.add_argument("--pairs", type=int, default=3)
+    given = parser.parse_args()
+    with tempfile.TemporaryDirectory() as folder:
+        places = {}
+        if given.before is not None:
+            files = subprocess.run(["git", "archive", given.before], cwd=ROOT, capture_output=True,
+                                   check=True).stdout
+            subprocess.run(["tar", "x", "-C", folder], input=files, check=True)
+            places[given.before] = Path(folder)
+        places["this"] = ROOT
+        rows = pairs(places, given.ticks, given.pairs)
+    _bench.save("main_job", "README's main job: predator-prey, recorded, one core", rows,
+                {"load before": round(os.getloadavg()[0], 2)})
+
+
+if __name__ == "__main__":
+    main()
