@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import zipfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+
+from ecs_eco.config.land.raster import DAMAGED
 
 LAND, WATER, ROCK = (0.955, 0.955, 0.925), (0.66, 0.80, 0.90), (0.60, 0.59, 0.57)
 SUN = 315.0, 45.0  # where light comes from on maps: from the upper left, halfway up [degrees]
@@ -43,7 +44,7 @@ class Relief(NamedTuple):
                 names = {"height", "ground", "kinds", "wet"} & set(file.files)
                 held = {name: file[name] for name in names}
             height, ground = held["height"], held["ground"]
-        except (OSError, ValueError, KeyError, zipfile.BadZipFile):
+        except DAMAGED:
             return None
         colors = [kind.get("color") for kind in ((terrain or {}).get("classes") or {}).values()]
         return cls(height, ground, space["size"][0] / height.shape[1], space["edges"] == "torus",

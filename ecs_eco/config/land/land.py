@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-import zipfile
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from ecs_eco.config.land.raster import Raster, RasterError, degrees, path_of, read_raster, refused
+from ecs_eco.config.land.raster import DAMAGED, Raster, RasterError, degrees, path_of, read_raster, refused
 from ecs_eco.config.models.surroundings import Terrain
 
 KEPT = "terrain.npz"  # in a run's folder: the land that it runs on
@@ -93,7 +93,7 @@ def kept_land(folder: Path) -> Land:
             land = Land.of({name: file[name] for name in ("elevation", "kinds", "lakes", "about")})
             if json.loads(str(file["about"]))["sha256"] == land.sha256:
                 return land
-    except (OSError, ValueError, KeyError, TypeError, zipfile.BadZipFile) as error:
+    except DAMAGED as error:
         raise refused("raster", f"the land of this run cannot be read: {error}", str(folder / KEPT)) from None
     raise refused("raster", "the land of this run was changed", str(folder / KEPT),
                   "the file as it was written")
@@ -107,7 +107,7 @@ def cells(terrain: Terrain, size: Sequence[float]) -> tuple[int, int]:
 def _stamp(name: str, folder: Path) -> tuple[int, int]:
     try:
         status = path_of(name, folder).stat()
-    except (OSError, RasterError):
+    except (OSError, ValueError, RasterError):
         return 0, 0
     return status.st_mtime_ns, status.st_size
 
@@ -123,7 +123,8 @@ def _read(text: str, size: tuple[float, float], folder: Path, stamps: tuple[tupl
     raw = frame.elevations(terrain.missing)
     kinds = np.zeros(raw.shape, np.uint8)
     codes = _codes(terrain, folder, frame) if terrain.cover else None
-    rise = np.hypot(*np.gradient(raw, frame.side)) if min(raw.shape) > 1 else np.zeros(raw.shape)
+    north, east = np.gradient(raw, frame.side) if min(raw.shape) > 1 else np.zeros((2, *raw.shape))
+    rise = np.sqrt(north * north + east * east)
     for i, land in enumerate(terrain.classes.values()):
         there = np.ones(raw.shape, np.bool_)
         if land.codes and codes is not None:
@@ -214,10 +215,19 @@ def metres(raster: Raster) -> tuple[float, float]:
     if not raster.crs or not degrees(raster.crs):
         return 1.0, 1.0
     middle = 0.0 if raster.north is None else raster.north - len(raster.values) * _whole(raster.dy) / 2
-    a, e2, angle = 6_378_137.0, 0.00669437999014, np.radians(middle)
-    curved = 1 - e2 * np.sin(angle) ** 2
-    return (float(np.radians(1) * a * np.cos(angle) / np.sqrt(curved)),
-            float(np.radians(1) * a * (1 - e2) / curved**1.5))
+    a, e2, cosine = 6_378_137.0, 0.00669437999014, _cosine(middle * math.pi / 180)
+    curved = 1 - e2 * (1 - cosine * cosine)
+    degree = math.pi / 180 * a / math.sqrt(curved)
+    return degree * cosine, degree * (1 - e2) / curved
+
+
+def _cosine(angle: float) -> float:
+    """The cosine of an angle of at most a right one [rad], by its series: the same bits on every machine."""
+    term = total = 1.0
+    for k in range(1, 30, 2):
+        term *= -angle * angle / (k * (k + 1))
+        total += term
+    return total
 
 
 def _whole(value: float | None) -> float:

@@ -5,8 +5,11 @@ from __future__ import annotations
 
 import importlib.util
 import io
+import os
 import re
+import tokenize
 import zipfile
+import zlib
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -21,6 +24,9 @@ MOST_CELLS = 100_000_000
 INSTALL = 'pip install "ecs-eco[geo]"'
 OWN = (".npz", ".asc", ".grd")
 DEGREES = ("EPSG:4326", "OGC:CRS84", "EPSG:4269", "EPSG:4258", "EPSG:4979")  # the usual ones
+DAMAGED = (OSError, ValueError, KeyError, TypeError, EOFError, NotImplementedError, RuntimeError,
+           SyntaxError, MemoryError, OverflowError, tokenize.TokenError, zlib.error, zipfile.BadZipFile)
+"""What numpy raises for an .npz that is none."""
 LATITUDES, LONGITUDES = ("latitude", "lat", "y"), ("longitude", "lon", "x")
 
 
@@ -59,7 +65,10 @@ def path_of(name: str, folder: Path) -> Path:
     package, colon, rest = name.partition(":")
     if not (colon and re.fullmatch(r"[A-Za-z_]\w+", package)):
         return folder / name
-    spec = importlib.util.find_spec(package)
+    try:
+        spec = importlib.util.find_spec(package)
+    except (ImportError, ValueError):
+        spec = None
     if spec is None or not spec.submodule_search_locations:
         raise refused("raster", f"the package {package} is not installed", name, "a file, or package:path")
     return Path(next(iter(spec.submodule_search_locations))) / rest
@@ -72,7 +81,7 @@ def read_raster(name: str, folder: Path, band: int | str | None = None, crs: str
     """
     path = path_of(name, folder)
     try:
-        status = path.stat()
+        status = os.stat(path) if "\0" not in name else os.stat("")
         raster = _read(path, status.st_mtime_ns, status.st_size, band)
     except OSError as error:
         raise refused("raster", f"cannot be read: {error.strerror or error}", name, _kinds()) from None
@@ -118,9 +127,15 @@ def _kinds() -> str:
 
 def _of_npz(path: Path, band: int | str | None) -> Raster:
     try:
-        with np.load(io.BytesIO(read_bytes(path, MOST_BYTES)), allow_pickle=False) as file:
+        content = io.BytesIO(read_bytes(path, MOST_BYTES))
+        with zipfile.ZipFile(content) as parts:
+            if sum(part.file_size for part in parts.infolist()) > 2 * MOST_BYTES:
+                raise ValueError(f"it unpacks to more than {2 * MOST_BYTES:,} bytes")
+        with np.load(content, allow_pickle=False) as file:
             arrays = {name: file[name] for name in file.files}
-    except (ValueError, zipfile.BadZipFile, EOFError, KeyError) as error:
+    except DAMAGED as error:
+        if isinstance(error, OSError) and error.errno is not None:
+            raise
         raise refused("raster", f"is no .npz of plain arrays: {error}", str(path), _kinds()) from None
     grids = [name for name, array in arrays.items() if array.ndim == 2 and array.dtype.kind in "iufb"]
     name = _chosen(band, grids)
@@ -195,6 +210,8 @@ def _of_ascii(path: Path, band: int | str | None) -> Raster:
             break
         try:
             head[match[1].lower()] = float(match[2])
+            if not abs(head[match[1].lower()]) < 1e18:
+                raise ValueError
         except ValueError:
             raise refused("raster", f"{match[1]} is no number", match[2], "an ESRI ASCII grid") from None
         at += len(line)

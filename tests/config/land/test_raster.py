@@ -61,6 +61,9 @@ def test_a_band_that_is_not_there_is_refused_with_those_that_are(tmp_path, band,
     ("dem.asc", "nrows 3\n1 2 3\n", "it lacks ncols, cellsize"),
     ("dem.npz", "no zip", "is no .npz"),
     ("gone.npz", None, "cannot be read"),
+    ("go\0ne.npz", None, "cannot be read"),
+    ("dem.asc", HEAD.replace("4", "1e300") + rows(GRID), "ncols is no number"),
+    ("dem.asc", HEAD.replace("4", "nan") + rows(GRID), "ncols is no number"),
 ])  # fmt: skip
 def test_files_that_hold_no_grid_are_refused(tmp_path, name, content, fault):
     if content is not None:
@@ -74,6 +77,20 @@ def test_an_npz_with_objects_is_refused(tmp_path):
     np.savez(tmp_path / "dem.npz", topo=np.array([[None, {}]], object))
     with pytest.raises(RasterError, match="plain arrays"):
         read_raster("dem.npz", tmp_path)
+
+
+def test_damaged_npz_are_refused_or_hold_numbers(tmp_path):
+    np.savez_compressed(tmp_path / "dem.npz", topo=np.random.default_rng(3).random((40, 40)))
+    whole = (tmp_path / "dem.npz").read_bytes()
+    outcomes = set()
+    for at in range(0, len(whole), len(whole) // 60):
+        (tmp_path / f"{at}.npz").write_bytes(whole[:at] + bytes([whole[at] ^ 0x55]) + whole[at + 1 :])
+        try:
+            outcomes.add(read_raster(f"{at}.npz", tmp_path).values.shape)
+        except RasterError:
+            outcomes.add("refused")
+    assert outcomes <= {"refused", (40, 40)}
+    assert "refused" in outcomes
 
 
 def test_a_changed_file_is_read_again(tmp_path):
