@@ -12,6 +12,7 @@ from ecs_eco.components import Metabolism, Nervous, Position
 from ecs_eco.engine.interruption import require_whole
 from ecs_eco.engine.system import System
 from ecs_eco.lifecycle.islands import is_island
+from ecs_eco.record.dead import dead, total
 from ecs_eco.record.details import Details, how_many
 from ecs_eco.record.events import EVENTS, MIGRATION, as_numbers, as_text
 from ecs_eco.record.genomes import letters_of, texts_of
@@ -113,7 +114,7 @@ class Recorder(System):
         self._counts["births"][self._at, s] += rows.size
         energy = table[Metabolism].energy[rows] if Metabolism in table else None
         if energy is not None:
-            self._ledger["endowed"][self._at, s] += np.add.reduce(energy, dtype=np.float64)
+            self._ledger["endowed"][self._at, s] += total(energy)
         if self.keeps:
             self._events["births"].append((*self._where(table, s, rows, energy), parents, second,
                                            self._genomes(table, rows)))
@@ -125,22 +126,25 @@ class Recorder(System):
         s = self.place.get(table.name)
         if s is None:
             return
-        causes = table.cause[rows]
+        one = dead(table, rows, self.world.tick, self.world.dt)
         self._counts["deaths"][self._at, s] += rows.size
-        self._died[self._at, s] += np.bincount(causes, minlength=256)
-        energy = None
+        self._died[self._at, s] += np.bincount(one.cause, minlength=256)
         if Metabolism in table:
-            m = table[Metabolism]
-            energy = m.energy[rows]
             page = self._ledger[self._at, s]
             # between ticks their flows are in the ledger already
-            for name, field in FLOWS.items() if self.world.ticking else ():
-                page[name] += np.add.reduce(getattr(m, field)[rows], dtype=np.float64)
-            page["lost"] += np.add.reduce(energy, dtype=np.float64)
+            for name, flow in zip(FLOWS, one.flows, strict=True) if self.world.ticking else ():
+                page[name] += total(flow)
+            page["lost"] += total(one.energy)
         if self.keeps:
-            age = ((self.world.tick - table.born[rows]) * self.world.dt).astype(np.float32)
-            self._events["deaths"].append(self._where(table, s, rows, energy)
-                                          + (causes, table.killer[rows], age))
+            self._events["deaths"].append((*self._when(s, rows.size), one.uid, one.x, one.y, one.z,
+                                           one.energy, one.cause, one.killer, one.age))
+
+    def _when(self, s: int, k: int) -> tuple[np.ndarray, np.ndarray]:
+        """Return this tick and a species' number, k times each."""
+        tick, which = np.empty(k, np.int64), np.empty(k, np.int8)
+        tick.fill(self.world.tick)
+        which.fill(s)
+        return tick, which
 
     def _genomes(self, table: "Table", rows: np.ndarray) -> np.ndarray:
         """Return the genomes of rows as text: bytes[k], or str[k] where a letter is none of ASCII;
@@ -152,14 +156,11 @@ class Recorder(System):
     def _where(self, table: "Table", s: int, rows: np.ndarray, energy: np.ndarray | None,
                tick: np.ndarray | None = None) -> tuple[np.ndarray, ...]:
         k = rows.size
-        zero, which = np.zeros(k, np.float32), np.empty(k, np.int8)
-        which.fill(s)
+        zero, (now, which) = np.zeros(k, np.float32), self._when(s, k)
         p = table[Position] if Position in table else None
         place = (p.x[rows], p.y[rows], p.z[rows]) if p is not None else (zero, zero, zero)
-        if tick is None:
-            tick = np.empty(k, np.int64)
-            tick.fill(self.world.tick)
-        return (tick, which, table.uid[rows], *place, zero if energy is None else energy)
+        return (now if tick is None else tick, which, table.uid[rows], *place,
+                zero if energy is None else energy)
 
     def process(self, *_: Any) -> None:
         """Write this tick's row of each species."""

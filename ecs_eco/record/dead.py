@@ -1,0 +1,66 @@
+"""What a record keeps of the dying, read in one pass over their rows."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from ecs_eco.components import Metabolism, Position
+from ecs_eco.engine.jit import njit
+from ecs_eco.record.ledger import FLOWS
+
+if TYPE_CHECKING:
+    from ecs_eco.engine.table import Table
+
+NOTHING = np.zeros(0, np.float32)
+
+
+class Dead(NamedTuple):
+    """Of each of the dying, in their order: uid u64[k], x, y, z [m], energy, age [s], all f32[k], cause
+    u8[k], killer u64[k]; and their flows of this tick, an f32[k] each, in the order of FLOWS."""
+
+    uid: np.ndarray
+    x: np.ndarray
+    y: np.ndarray
+    z: np.ndarray
+    energy: np.ndarray
+    age: np.ndarray
+    cause: np.ndarray
+    killer: np.ndarray
+    flows: list[np.ndarray]
+
+
+def dead(table: Table, rows: np.ndarray, tick: int, dt: float) -> Dead:
+    """Return what is kept of rows i64[k]; zeros where the table lacks the component."""
+    columns: Any = table.columns
+    k = rows.size
+    p, m = columns.get(Position), columns.get(Metabolism)
+    place = (NOTHING,) * 3 if p is None else (p.x, p.y, p.z)
+    held = (NOTHING,) * 4 if m is None else (m.energy, *[getattr(m, flow) for flow in FLOWS.values()])
+    numbers, who, cause = np.zeros((8, k), np.float32), np.empty((2, k), np.uint64), np.empty(k, np.uint8)
+    gather(rows, tick, dt, table.uid, table.born, table.cause, table.killer, *place, *held,
+           numbers, who, cause)
+    x, y, z, energy, age, *flows = numbers
+    return Dead(who[0], x, y, z, energy, age, cause, who[1], flows)
+
+
+@njit
+def gather(rows, tick, dt, uid, born, cause, killer, x, y, z, energy, taken, burnt, given,
+           numbers, who, causes):
+    """Write what `Dead` holds of each row: numbers f32[8, k] place, energy, age and flows, who u64[2, k] uid
+    and killer, causes u8[k]."""
+    for i in range(rows.size):
+        row = rows[i]
+        if x.size:
+            numbers[0, i], numbers[1, i], numbers[2, i] = x[row], y[row], z[row]
+        if energy.size:
+            numbers[3, i] = energy[row]
+            numbers[5, i], numbers[6, i], numbers[7, i] = taken[row], burnt[row], given[row]
+        numbers[4, i] = np.float32((tick - born[row]) * dt)
+        who[0, i], who[1, i], causes[i] = uid[row], killer[row], cause[row]
+
+
+def total(values: Any) -> Any:
+    """Return the sum of values f32[k], in float64."""
+    return np.add.reduce(values, dtype=np.float64)
