@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.stats import t
+from scipy.special import stdtrit
 
 from ecs_eco.analysis import figures, genes_figures
 from ecs_eco.analysis.genes import few_valued, generation_time, haldanes, quantitative, selection_of
@@ -153,7 +153,7 @@ def bands(gene: Gene) -> dict[str, Band]:
         there = np.where(n, n, np.nan)
         mean = np.nansum(table, axis=0) / there
         square = np.nansum((table - mean) ** 2, axis=0)
-        half = t.ppf(0.975, np.maximum(n - 1, 1)) * np.sqrt(square / np.maximum(n - 1, 1) / there)
+        half = stdtrit(np.maximum(n - 1, 1), 0.975) * np.sqrt(square / np.maximum(n - 1, 1) / there)
         half = np.where(n > 1, half, np.nan)
         out[arm] = Band(np.arange(length) * gene.every, mean, mean - half, mean + half)
     return out

@@ -14,7 +14,7 @@ import pyarrow as pa
 
 from ecs_eco.config.models.reporters import is_reporter
 from ecs_eco.record import belonging, seal
-from ecs_eco.record.parquet import read_part
+from ecs_eco.record.parquet import read_part, to_numpy
 
 DIED = "died: "
 """Prefix of the series columns that count deaths by cause."""
@@ -147,12 +147,12 @@ def _pivot(table: pa.Table, manifest: dict[str, Any]) -> Series:
         names = names.combine_chunks()
     seen = names.dictionary.to_pylist()
     species = [*manifest.get("species", []), *(s for s in seen if s not in manifest.get("species", []))]
-    ticks, row = np.unique(table["tick"].to_numpy(), return_inverse=True)
+    ticks, row = np.unique(to_numpy(table["tick"]), return_inverse=True)
     code = np.array([species.index(s) for s in seen], dtype=np.int64)
-    column = code[names.indices.to_numpy(zero_copy_only=False)] if len(seen) else np.zeros(0, np.int64)
+    column = code[to_numpy(pa.chunked_array([names.indices]))] if len(seen) else np.zeros(0, np.int64)
     columns = {}
     for name in table.column_names:
         if name not in ("tick", "species"):
             columns[name] = np.zeros((len(ticks), len(species)))
-            columns[name][row, column] = table[name].fill_null(0).to_numpy()
+            columns[name][row, column] = to_numpy(table[name])
     return Series(ticks, tuple(species), columns, manifest)

@@ -16,7 +16,7 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from scipy.stats import norm, t
+from scipy.special import ndtri, stdtrit
 
 from ecs_eco.analysis.cycles import CycleStatistics, living_stretch
 from ecs_eco.analysis.extinction import lifetime
@@ -143,7 +143,7 @@ def mean_interval(table: np.ndarray, level: float = 0.95) -> Interval:
     error, df = spread_of_mean(y)
     if df <= 0:
         return Interval(float(y.mean()), np.nan, np.nan)
-    half = float(t.ppf(0.5 + level / 2, df)) * error
+    half = float(stdtrit(df, 0.5 + level / 2)) * error
     return Interval(float(y.mean()), float(y.mean()) - half, float(y.mean()) + half)
 
 
@@ -161,7 +161,7 @@ def effective_runs(table: np.ndarray, level: float = 0.95) -> float:
     if share in (0.0, 1.0) or df <= 0:
         return float(y.shape[0])
     n = min(share * (1 - share) / error**2, float(y.size)) if error > 0 else float(y.size)
-    return float(n * (norm.ppf(0.5 + level / 2) / t.ppf(0.5 + level / 2, df)) ** 2)
+    return float(n * (ndtri(0.5 + level / 2) / stdtrit(df, 0.5 + level / 2)) ** 2)
 
 
 def share_interval(table: np.ndarray, level: float = 0.95) -> Interval:

@@ -9,9 +9,10 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from scipy.stats import CensoredData, ecdf, logrank, norm, t
+from scipy.special import ndtri, stdtrit
 
 if TYPE_CHECKING:
+    from scipy.stats import CensoredData
     from scipy.stats._survival import EmpiricalDistributionFunction
 
 Numbers = Sequence[float] | np.ndarray
@@ -79,6 +80,8 @@ def survival_function(durations: Numbers, died: Flags) -> EmpiricalDistributionF
                          f"got shapes {t.shape} and {d.shape}")
     if (t < 0).any() or np.isnan(t).any():
         raise ValueError(f"durations must be 0 or more, got {t[(t < 0) | np.isnan(t)][0]}")
+    from scipy.stats import ecdf  # which takes a second to load
+
     return ecdf(_censored(t, d)).sf
 
 
@@ -87,6 +90,8 @@ def log_rank(one: tuple[Numbers, Flags], other: tuple[Numbers, Flags]) -> tuple[
     """
     if not np.any(one[1]) and not np.any(other[1]):
         return 0.0, 1.0
+    from scipy.stats import logrank
+
     with np.errstate(invalid="ignore"):
         test = logrank(_censored(*one), _censored(*other))
     if np.isnan(test.statistic):  # nobody died while both groups were under observation
@@ -95,6 +100,8 @@ def log_rank(one: tuple[Numbers, Flags], other: tuple[Numbers, Flags]) -> tuple[
 
 
 def _censored(durations: Numbers, died: Flags) -> CensoredData:
+    from scipy.stats import CensoredData
+
     t, d = np.asarray(durations, float), np.asarray(died, bool)
     return CensoredData(uncensored=t[d], right=t[~d])
 
@@ -108,7 +115,7 @@ def wilson(successes: float, n: float, level: float = 0.95) -> Interval:
         raise ValueError(f"successes must lie in 0 … {n}, got {successes}")
     if n == 0:
         return Interval(np.nan, 0.0, 1.0)
-    z2, share = norm.ppf(0.5 + level / 2) ** 2, successes / n
+    z2, share = ndtri(0.5 + level / 2) ** 2, successes / n
     centre = (share + z2 / (2 * n)) / (1 + z2 / n)
     half = np.sqrt(z2 * (share * (1 - share) / n + z2 / (4 * n * n))) / (1 + z2 / n)
     return Interval(share, float(max(0.0, centre - half)), float(min(1.0, centre + half)))
@@ -166,6 +173,6 @@ def bootstrap_difference(
         scale += drawn.var() ** 2 / (len(v) - 1)
     if not variance:
         return Interval(value, value, value)
-    expand = t.ppf(0.5 + level / 2, variance**2 / scale) / norm.ppf(0.5 + level / 2)
+    expand = stdtrit(variance**2 / scale, 0.5 + level / 2) / ndtri(0.5 + level / 2)
     low, high = np.quantile(off, [0.5 - level / 2, 0.5 + level / 2]) * expand
     return Interval(value, value + float(low), value + float(high))

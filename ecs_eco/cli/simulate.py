@@ -258,11 +258,14 @@ def numbers(result: dict[str, Any]) -> str:
 def populations(out: Path) -> str:
     """Whether all species persisted, which died out of what, the numbers of each species at the end of a run,
     and what was measured."""
-    from ecs_eco.analysis import measures
     from ecs_eco.analysis.extinction import opening
     from ecs_eco.analysis.runs import load_series
 
     series = load_series(out)
-    return "".join(f"\n  {line}" for line in opening(series)) + "\n  at the end: " + ", ".join(
-        f"{n:.0f} {name}" for name, n in zip(series.species, series.n[-1], strict=True)
-    ) + "".join(f"\n  {line}" for line in measures.lines(series))
+    lines = [*opening(series), "at the end: " + ", ".join(
+        f"{n:.0f} {name}" for name, n in zip(series.species, series.n[-1], strict=True))]
+    if series.reporters:
+        from ecs_eco.analysis import measures
+
+        lines += measures.lines(series)
+    return "".join(f"\n  {line}" for line in lines)

@@ -22,13 +22,14 @@ from typing import Any
 import numba
 from numba.core import config, serialize
 from numba.core.caching import NullCache
-from numba.core.compiler import CompileResult
 
 from ecs_eco.engine import portable
+from ecs_eco.engine.compiled import from_bytes, to_bytes
 
 SEAL = 32  # [bytes] of SHA-256, at the head of a file
 _SWITCHES = ("BOUNDSCHECK", "OPT", "LOOP_VECTORIZE", "SLP_VECTORIZE", "DEBUGINFO_DEFAULT",
              "DISABLE_INTEL_SVML", "FULL_TRACEBACKS")
+_FORMAT = ("compiled.py", "elf.py")  # what files of the cache look like
 _PACKAGE = Path(__file__).parent.parent
 
 
@@ -41,7 +42,7 @@ def _sources_hash() -> str:
     )
     for path in sorted(_PACKAGE.rglob("*.py")):
         source = path.read_bytes()
-        if b"njit" in source or b"CFunc" in source:
+        if b"njit" in source or b"CFunc" in source or path.name in _FORMAT:
             digest.update(path.name.encode() + source)
     return digest.hexdigest()[:12]
 
@@ -174,7 +175,6 @@ class KernelCache(NullCache):
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """Return the compiled form for a signature; None if it is missing, damaged, or of a module that this
         process does not have."""
-        target_context.refresh()
         if not self.folder.usable():
             return None
         path = self._path(sig, target_context.codegen())
@@ -186,8 +186,7 @@ class KernelCache(NullCache):
         if hashlib.sha256(path.name.encode() + content).digest() != seal:
             return None
         try:
-            return CompileResult._rebuild(target_context,  # type: ignore[no-untyped-call]
-                                          *serialize.loads(content))
+            return from_bytes(content, target_context)
         except ModuleNotFoundError:
             return None
 
@@ -202,7 +201,7 @@ class KernelCache(NullCache):
             or any(not lifted.can_cache for lifted in data.lifted)):
             return
         path = self._path(sig, data.codegen)
-        content = serialize.dumps(data._reduce())  # type: ignore[no-untyped-call]
+        content = to_bytes(data)
         try:
             _write(path, hashlib.sha256(path.name.encode() + content).digest() + content)
         except OSError as error:

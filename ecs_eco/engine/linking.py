@@ -1,12 +1,11 @@
 """The functions of the portable mode in the places of the C library's.
 
 Kernels call `exp`, `cosf` and others by name; LLVM asks here first where a name leads. So a kernel needs no
-word about it, and what it calls can be read off its object code (`undefined`).
+word about it, and what it calls can be read off its object code (`ecs_eco.engine.elf`).
 """
 
 from __future__ import annotations
 
-import struct
 from collections.abc import Callable
 from typing import Any
 
@@ -84,19 +83,3 @@ def _sincos(single: bool) -> Callable[..., Any]:
         carray(at_cos, 1)[0] = np.float32(cos(np.float64(x)))
 
     return call_single if single else call
-
-
-def undefined(code: bytes) -> set[str]:
-    """Return the names that object code (64-bit ELF) asks for."""
-    (sections,) = struct.unpack_from("<Q", code, 0x28)
-    size, count = struct.unpack_from("<HH", code, 0x3A)
-    table = [struct.unpack_from("<IIQQQQIIQQ", code, sections + i * size) for i in range(count)]
-    names = set()
-    for section in table:
-        if section[1] == 2:  # symbols
-            texts = table[section[6]][4]
-            for i in range(section[5] // 24):
-                name, _, _, home = struct.unpack_from("<IBBH", code, section[4] + 24 * i)
-                if name and home == 0:
-                    names.add(code[texts + name : code.index(b"\0", texts + name)].decode())
-    return names

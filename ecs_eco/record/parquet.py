@@ -25,13 +25,43 @@ def to_arrow(columns: Mapping[str, np.ndarray], words: Mapping[str, Sequence[str
     arrays = {}
     for name, array in columns.items():
         if name in words:
-            indices = pa.array(array.astype(np.int32))
-            arrays[name] = pa.DictionaryArray.from_arrays(indices, pa.array(list(words[name]) or [""]))
+            known = _texts(list(words[name]) or [""])
+            arrays[name] = pa.DictionaryArray.from_arrays(_numbers(array.astype(np.int32)), known)
         elif array.dtype.kind in "SU":
-            arrays[name] = pa.array(array, mask=array == array.dtype.type()).cast(pa.string())
+            arrays[name] = _texts(array.tolist(), null=True)
         else:
-            arrays[name] = pa.array(np.ascontiguousarray(array))
+            arrays[name] = _numbers(array)
     return pa.table(arrays)
+
+
+# `pa.array` and `to_numpy` would load pandas, for a quarter of a second, to ask whether what it is given is of it
+
+
+def _texts(texts: Sequence[str | bytes], null: bool = False) -> pa.Array:
+    """Return texts as an Arrow array of strings; `null`: null where they are empty."""
+    letters = [text.encode() if isinstance(text, str) else text for text in texts]
+    ends = np.cumsum([0, *map(len, letters)])
+    if ends[-1] >= 1 << 31:
+        return pa.array(texts, pa.string())
+    there = np.packbits(np.array([len(text) > 0 for text in letters], bool), bitorder="little")
+    return pa.StringArray.from_buffers(len(letters), pa.py_buffer(ends.astype(np.int32)),
+                                       pa.py_buffer(b"".join(letters)), pa.py_buffer(there) if null else None)
+
+
+def _numbers(array: np.ndarray) -> pa.Array:
+    """Return numbers as an Arrow array."""
+    if array.ndim != 1 or array.dtype.kind not in "biuf" or not array.dtype.isnative:
+        return pa.array(np.ascontiguousarray(array))
+    bits = np.packbits(array, bitorder="little") if array.dtype.kind == "b" else np.ascontiguousarray(array)
+    return pa.Array.from_buffers(pa.from_numpy_dtype(array.dtype), array.size, [None, pa.py_buffer(bits)])
+
+
+def to_numpy(column: pa.ChunkedArray) -> np.ndarray:
+    """Return the numbers of a column, 0 where there is none."""
+    if column.null_count or not (pa.types.is_integer(column.type) or pa.types.is_floating(column.type)):
+        return np.asarray(column.fill_null(0).to_numpy())
+    parts = [np.from_dlpack(chunk) for chunk in column.chunks if len(chunk)]
+    return np.concatenate(parts) if parts else np.zeros(0, column.type.to_pandas_dtype())
 
 
 def write_part(table: pa.Table, path: Path, mark: Mark | None = None) -> str:

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from ecs_eco.engine import portable
-from ecs_eco.engine.linking import EXACT, NAMES, undefined
+from ecs_eco.engine.elf import undefined
+from ecs_eco.engine.linking import EXACT, NAMES
 
 CHILD = """
 import json, math

@@ -1,0 +1,97 @@
+"""A compiled kernel as bytes, and back.
+
+numba's own way back first loads all that it would need to compile, with it scipy's linear algebra, for half a
+second. A kernel that is ready needs its machine code and the functions of numba's runtime that it calls.
+"""
+
+from __future__ import annotations
+
+import sys
+from functools import cache
+from typing import Any
+
+import llvmlite.binding as llvm
+from numba.core import serialize
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import CompileResult, compile_result
+from numba.core.environment import Environment, lookup_environment
+
+from ecs_eco.engine.elf import undefined
+
+
+def to_bytes(result: Any) -> bytes:
+    """Return a compiled form as bytes."""
+    library, description, own, signature, objects, lifted, _, reload, environments = result._reduce()
+    name, _, (code, bitcode) = library
+    module = result.library._get_module_for_linking()
+    symbols = [symbol.name for group in (module.functions, module.global_variables)
+               for symbol in group if not symbol.is_declaration]
+    called = undefined(code) if sys.platform == "linux" else None
+    bare = [one.env_name for one in environments if _is_bare(one)]
+    others = [one for one in environments if not _is_bare(one)]
+    content = (name, code, bitcode, symbols, called,
+               (description, own, signature, objects, lifted, reload), bare, others)
+    return bytes(serialize.dumps(content))  # type: ignore[no-untyped-call]
+
+
+def from_bytes(content: bytes, target_context: Any) -> CompileResult:
+    """Return a compiled form, its machine code loaded; ModuleNotFoundError where its module is not there."""
+    name, code, bitcode, symbols, called, rest, bare, others = serialize.loads(content)
+    _provide_runtime()
+    if called is None or not all(map(llvm.address_of_symbol, called)):
+        target_context.refresh()  # numba's modules for compiling make known what machine code may call
+    description, own, signature, objects, lifted, reload = rest
+    for call in reload or ():
+        call()
+    codegen = target_context.codegen()
+    library = _Library(codegen, name, code, bitcode, symbols)
+    function = target_context.get_executable(library, description, own)
+    environments = (*others, *map(_without_constants, bare))  # held, for machine code has their addresses
+    for one in environments:
+        codegen.set_env(one.env_name, one)
+    return compile_result(  # type: ignore[no-untyped-call]
+        target_context=target_context, typing_context=target_context.typing_context, library=library,
+        environment=own, entry_point=function, fndesc=description, type_annotation="", signature=signature,
+        objectmode=objects, lifted=lifted, reload_init=reload,
+        referenced_envs=environments)
+
+
+class _Library(JITCodeLibrary):
+    """Machine code that is there; its form for linking is read when another kernel is compiled with it."""
+
+    def __init__(self, codegen: Any, name: str, code: bytes, bitcode: bytes, symbols: list[str]) -> None:
+        super().__init__(codegen, name)  # type: ignore[no-untyped-call]
+        self._bitcode = bitcode
+        self.enable_object_caching()  # type: ignore[no-untyped-call]
+        self._set_compiled_object(code)  # type: ignore[no-untyped-call]
+        self._finalize_final_module()  # type: ignore[no-untyped-call]
+        codegen._engine._defined_symbols.update(symbols)
+
+    def _get_module_for_linking(self) -> Any:
+        if self._shared_module is None:
+            self._shared_module = llvm.parse_bitcode(self._bitcode)
+        return self._shared_module
+
+
+@cache
+def _provide_runtime() -> None:
+    """Let machine code find the functions of numba's runtime, as `rtsys.initialize` does before it compiles
+    others."""
+    from numba.core.runtime import _nrt_python  # type: ignore[attr-defined]
+
+    for name, address in _nrt_python.c_helpers.items():
+        llvm.add_symbol(name if name.startswith("_") else f"NRT_{name}", address)
+
+
+def _is_bare(environment: Any) -> bool:
+    """Whether it is one of a function of numba's own that keeps no constants: nothing is read of it, and its
+    module need not be loaded."""
+    return not environment.consts and environment.globals["__name__"].startswith("numba.")
+
+
+def _without_constants(name: str) -> Any:
+    known = lookup_environment(name)  # type: ignore[no-untyped-call]
+    if known is None:
+        known = Environment({})
+        known.env_name = name
+    return known
