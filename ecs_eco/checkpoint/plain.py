@@ -56,15 +56,11 @@ def freeze_plain(world: SpatialWorld, arrays: Arrays) -> list[list[Any]]:
 def plain_components(world: SpatialWorld) -> list[tuple[int, Any]]:
     """Return (uid, component) of all components on esper's entities that are no columns,
     in the order of uids and of names."""
-    from ecs_eco.engine.schema import Handle
-
     plain: list[tuple[int, Any]] = []
     for table in world.tables.values():
         rows = table.rows()
         for row in rows[table.entity[rows] != 0].tolist():
-            things = world.context.registry.of(table, row)
-            plain += [(int(table.uid[row]), thing)
-                      for thing in things.values() if not isinstance(thing, Handle)]
+            plain += [(int(table.uid[row]), thing) for thing in world.context.registry.plain(table, row)]
     return sorted(plain, key=lambda f: (f[0], function_name(type(f[1]))))
 
 

@@ -12,56 +12,18 @@ from __future__ import annotations
 import weakref
 from collections.abc import Iterator
 from types import MethodType
-from typing import Any, NoReturn
+from typing import Any
 
 import esper
 
+from ecs_eco.engine.entity import Entity, Members, is_column
 from ecs_eco.engine.interruption import whole
-from ecs_eco.engine.schema import Handle
 
-WAITING = -1  # the row of an entity that is not born yet
 _item = dict.__getitem__  # asked for each entity of a loop: `super()` would take as long again
 
 
-class Entity(dict[Any, Any]):
-    """The components of one entity by their types; whose handles they are: table, row, uid."""
-
-    __slots__ = ("number", "registry", "request", "row", "table", "uid")
-
-    def __init__(self, registry: Any, number: int, table: str, things: Any = ()) -> None:
-        super().__init__(things)
-        self.registry, self.number, self.table = registry, number, table
-        self.row, self.uid = WAITING, 0
-        self.request: Any = None  # what was asked of the table, while it is not born yet
-
-    def __setitem__(self, kind: Any, thing: Any) -> None:
-        """What `esper.add_component` does with it: a plain object is taken, a column refused."""
-        if not (is_column(kind) or isinstance(thing, Handle)):
-            super().__setitem__(kind, thing)
-            return
-        if kind not in self:
-            self.registry.strike(kind, self.number)
-        name, own = name_of(kind), kind in self
-        how = (f"its {name} is there: write into its fields, as in esper.component_for_entity({self.number}, "
-               f"{name}).{_first(kind)} = …")
-        if not own:
-            how = f"a component belongs to all of a table: world.table({self.table!r}).add_component({name})"
-        raise TypeError(f"esper.add_component: entity {self.number} is one of the table {self.table!r}, "
-                        f"and {how}")
-
-    def pop(self, kind: Any, *default: Any) -> Any:
-        """What `esper.remove_component` does with it: a plain object goes, a column stays."""
-        if kind not in self or not is_column(kind):
-            return super().pop(kind, *default)
-        self.registry.enlist(kind, self.number)
-        raise TypeError(f"esper.remove_component: entity {self.number} is one of the table {self.table!r}, "
-                        f"all of which have {name_of(kind)}; "
-                        "give what it says another value, or keep those without it in a table of their own: "
-                        "world.add_table(…)")
-
-
 class Components(dict[Any, Any]):
-    """Which entities have a component: a set of numbers for each type."""
+    """Which entities have a component: a set of numbers for each type of plain objects."""
 
     __slots__ = ("registry",)
     registry: Any
@@ -69,7 +31,19 @@ class Components(dict[Any, Any]):
     def get(self, kind: Any, default: Any = None) -> Any:
         """Return the set of a type, as things stand now."""
         self.registry.refresh()
-        return super().get(kind, default)
+        return Members(self.registry, kind) if is_column(kind) else super().get(kind, default)
+
+    def __contains__(self, kind: object) -> bool:
+        return is_column(kind) or super().__contains__(kind)
+
+    def __missing__(self, kind: Any) -> Members:
+        if not is_column(kind):
+            raise KeyError(kind)
+        return Members(self.registry, kind)
+
+    def __delitem__(self, kind: Any) -> None:
+        if not is_column(kind):
+            super().__delitem__(kind)
 
     def clear(self) -> None:
         """What `esper.clear_database` comes to first: a refusal."""
@@ -80,7 +54,7 @@ class Components(dict[Any, Any]):
 
 
 class Entities(dict[Any, Any]):
-    """All entities by their numbers."""
+    """All entities by their numbers; one is made when it is looked at."""
 
     __slots__ = ("registry",)
     registry: Any
@@ -90,23 +64,24 @@ class Entities(dict[Any, Any]):
             self.registry.refresh()
         return _item(self, number)
 
-    def __missing__(self, number: Any) -> NoReturn:
+    def __missing__(self, number: Any) -> Entity:
+        if (entity := self.registry.made(number)) is not None:
+            return entity
         for kind in tuple(self.registry.components):  # esper.add_component has put it there first
             self.registry.strike(kind, number)
         raise KeyError(f"{self.registry.called} has no entity {number}: it has died, or never lived")
 
     def __contains__(self, number: object) -> bool:
         self.registry.refresh()
-        return super().__contains__(number)
+        return super().__contains__(number) or self.registry.find(number) is not None
 
     def __iter__(self) -> Iterator[Any]:
         self.registry.refresh()
-        return iter(tuple(super().__iter__()))
+        return iter(self.registry.all_numbers())
 
     def get(self, number: Any, default: Any = None) -> Any:
         """Return the components of an entity, as things stand now."""
-        self.registry.refresh()
-        return super().get(number, default)
+        return self[number] if number in self else default
 
     def __setitem__(self, number: Any, things: Any) -> None:
         """What `esper.create_entity` does with it: a spawn."""
@@ -121,7 +96,7 @@ class Entities(dict[Any, Any]):
     def __delitem__(self, number: Any) -> None:
         """What `esper.delete_entity(number, immediate=True)` does with it,
         after it has taken it off all sets."""
-        for kind in super().__getitem__(number):
+        for kind in dict.keys(super().__getitem__(number)):
             self.registry.enlist(kind, number)
         self.registry.delete(number, immediate=True)
 
@@ -270,17 +245,3 @@ class Tick(esper.Processor):
             raise TypeError(f"esper.process: systems of the world {self.world.name!r} take no arguments; "
                             "world.dt is the length of a tick")
         self.world.run(1)
-
-
-def is_column(kind: Any) -> bool:
-    """Return whether a type is a component that tables keep as columns."""
-    return isinstance(kind, type) and issubclass(kind, Handle)
-
-
-def name_of(kind: Any) -> str:
-    """Return the name of a type, for messages."""
-    return getattr(kind, "__name__", repr(kind))
-
-
-def _first(kind: Any) -> str:
-    return next(iter(getattr(kind, "fields", ())), "field")

@@ -10,6 +10,7 @@ from numba.core.cpu import CPUTargetOptions
 from numba.core.options import TargetOptions
 
 from ecs_eco.engine import portable
+from ecs_eco.engine.kernel import Kernel, kernel
 from ecs_eco.engine.kernel_cache import Folder, KernelCache, cache_folder
 
 numba.core.config._config_fname = ""  # no .numba_config.yaml of the folder that a command happens to run in
@@ -38,12 +39,13 @@ def njit(function: Callable[..., Any], *, fastmath: bool | set[str] = False, noa
     """
     fastmath = False if portable.on() else fastmath
     promises: dict[str, Any] = {"noalias": True} if noalias else {}
-    kernel = numba.njit(nogil=True, error_model="numpy", fastmath=fastmath, **promises)(function)
+    made = kernel(function, nogil=True, error_model="numpy", fastmath=fastmath, **promises)
     # else nothing is compiled: NUMBA_DISABLE_JIT
-    if hasattr(kernel, "_cache") and os.path.isfile(function.__code__.co_filename):
-        options = str(sorted(fastmath) if isinstance(fastmath, set) else fastmath)
-        kernel._cache = KernelCache(function, FOLDER, options + "noalias" * noalias)
-    return kernel
+    if isinstance(made, Kernel) and os.path.isfile(function.__code__.co_filename):
+        options = str(sorted(fastmath) if isinstance(fastmath, set) else fastmath) + "noalias" * noalias
+        made._cache = KernelCache(function, FOLDER, options)
+        made.inner._cache = KernelCache(function, FOLDER, f"{options} inner")
+    return made
 
 
 def lone_njit(function: Callable[..., Any]) -> Any:

@@ -4,26 +4,14 @@ brought up to date when somebody looks again."""
 from __future__ import annotations
 
 import gc
-import itertools
 import weakref
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
 
-from ecs_eco.engine.doors import (
-    WAITING,
-    Cache,
-    Components,
-    Dead,
-    Entities,
-    Entity,
-    Events,
-    Kinds,
-    Processors,
-    is_column,
-    name_of,
-)
+from ecs_eco.engine.doors import Cache, Components, Dead, Entities, Events, Kinds, Processors
+from ecs_eco.engine.entity import WAITING, Entity, is_column, name_of
 from ecs_eco.engine.errors import listed
 from ecs_eco.engine.interruption import require_whole, whole
 from ecs_eco.engine.schema import Handle
@@ -37,13 +25,15 @@ class Registry:
 
     def __init__(self, world: Any) -> None:
         self.world: Any = weakref.ref(world)
-        self.numbers = itertools.count(1)
+        self.numbers = Numbers()
         self.components, self.entities, self.dead = Components(), Entities(), Dead()
         self.caches = Cache(), Cache()
         self.processors, self.kinds = Processors(), Kinds()
         self.events = Events()
         # whether somebody was born, died or moved to another row since esper was brought up to date
         self.stale = False
+        self.places: dict[str, tuple[np.ndarray, np.ndarray]] = {}  # by table: numbers ascending, their rows
+        self.looked_at: tuple[int, Table, int] | None = None  # the one that esper's loop stands at
         self.due = False  # whether the next to go through the processors is a tick of the world
         self.waiting: dict[int, Entity] = {}  # not born yet, by the identity of what was asked of the table
         parts: tuple[Any, ...] = (self.components, self.entities, self.dead, *self.caches, self.processors,
@@ -70,11 +60,13 @@ class Registry:
     # --- who is in it ---------------------------------------------------------------------------------------
 
     def enlist(self, kind: Any, number: int) -> None:
-        """Put an entity on the list of those that have a component."""
+        """Put an entity on the list of those that have a plain component."""
+        if is_column(kind):
+            return
         self.components.setdefault(kind, set()).add(number)
 
     def strike(self, kind: Any, number: int) -> None:
-        """Take an entity off the list of those that have a component."""
+        """Take an entity off the list of those that have a plain component."""
         if (numbers := dict.get(self.components, kind)) is not None:
             numbers.discard(number)
             if not numbers:
@@ -86,42 +78,43 @@ class Registry:
             world.sync()
 
     def sync(self, tables: Iterable[Table]) -> None:
-        """Bring esper's entities up to date: one for each living organism, with a handle for each component.
-        """
+        """Bring esper's entities up to date: a number for each living organism; the rest is made when it is
+        looked at."""
         self.stale = False
-        changed = [t for t in tables if (t.entity_uid != t.uid).any()]
-        if not changed:
-            return
-        collecting = gc.isenabled()
-        gc.disable()  # a collection while 100,000 handles are made would look at all of them, again and again
-        for table in changed:
+        for table in tables:
             rows = np.flatnonzero(table.entity_uid != table.uid)
-            for row in rows.tolist():
-                self._leave(table, row)
-            for row in rows[table.uid[rows] != 0].tolist():
-                self._enter(table, row)
-        if collecting:
-            gc.enable()
-        self._changed()
+            if not rows.size and not table.renewed:
+                continue
+            for number in table.entity[rows[table.entity_uid[rows] != 0]].tolist():
+                self._drop(number)
+            living = rows[table.uid[rows] != 0]
+            table.entity[rows] = 0
+            table.entity[living] = self.numbers.take(living.size)
+            table.entity_uid[rows] = table.uid[rows]
+            if table.renewed:
+                table.renewed = False
+                self._renew(table)
+            self._changed()
 
     def number(self, table: Table, row: int) -> int:
         """Return the number of the living entity of a row, which it gets where it has none yet."""
         if table.entity_uid[row] != table.uid[row]:
-            self._leave(table, row)
-            self._enter(table, row)
+            self._drop(int(table.entity[row]))
+            table.entity[row], table.entity_uid[row] = next(self.numbers), table.uid[row]
             self._changed()
-        return int(table.entity[row])
+        number = int(table.entity[row])
+        if self.held(number) is None:
+            self._make(number, table, row)
+        return number
 
     def held(self, number: int) -> Entity | None:
         """Return what esper holds of a number, which is not brought up to date."""
         return dict.get(self.entities, number)
 
-    def of(self, table: Table, row: int) -> dict[Any, Any]:
-        """Return what esper holds of a living row's owner, which has nothing to itself
-        where nobody has looked."""
+    def plain(self, table: Table, row: int) -> list[Any]:
+        """Return the components of a living row's owner that are no columns."""
         entity = self.held(int(table.entity[row]))
-        return (entity if entity is not None and entity.uid == table.uid[row]
-                and entity.table == table.name else {})
+        return entity.plain() if entity is not None and table.entity_uid[row] == table.uid[row] else []
 
     def empty(self, table: Table) -> None:
         """Forget all entities of a table, and what esper alone knows of them."""
@@ -131,43 +124,107 @@ class Registry:
         self.stale = True
 
     def _changed(self) -> None:
+        self.places.clear()
         for cache in self.caches:
             cache.clear()
 
-    def _leave(self, table: Table, row: int) -> None:
-        """Drop the entity of a row where its owner no longer lives there."""
-        if (number := int(table.entity[row])) and not (table.uid[row] and self.of(table, row)):
-            self._drop(number)
-        if not table.uid[row]:
-            table.entity_uid[row] = 0
-
-    def _enter(self, table: Table, row: int) -> None:
-        """Give the owner of a row its entity: the one that it has, with handles of this row, or a new one."""
-        entity = self.held(int(table.entity[row])) if self.of(table, row) else None
-        if entity is None:
-            entity = Entity(self, next(self.numbers), table.name)
-            dict.__setitem__(self.entities, entity.number, entity)
-        self._settle(entity, table, row)
-
-    def _settle(self, entity: Entity, table: Table, row: int) -> None:
-        """Let the handles of an entity, which stay the objects that they are, mean a row of a table."""
-        world = self.world()
+    def _make(self, number: int, table: Table, row: int) -> Entity:
+        entity = Entity(self, number, table.name)
         entity.row, entity.uid = row, int(table.uid[row])
-        table.entity[row], table.entity_uid[row] = entity.number, entity.uid
-        for kind in [kind for kind in entity if is_column(kind) and kind not in table]:
-            dict.pop(entity, kind)
-            self.strike(kind, entity.number)
-        for kind in (*table.columns, *table.derived):
-            handle = world._handle(table, row, kind)
-            if kind in entity:
-                entity[kind]._columns, entity[kind]._row = handle._columns, row
-            else:
-                dict.__setitem__(entity, kind, handle)
-                self.enlist(kind, entity.number)
+        dict.__setitem__(self.entities, number, entity)
+        return entity
+
+    def _renew(self, table: Table) -> None:
+        """Let the handles that were made mean the rows and columns of now."""
+        rows = table.rows()
+        for number, row in zip(table.entity[rows].tolist(), rows.tolist(), strict=True):
+            if (entity := self.held(number)) is not None:
+                entity.settle(row, int(table.uid[row]))
 
     def _drop(self, number: int) -> None:
-        for kind in dict.pop(self.entities, number, {}):
-            self.strike(kind, number)
+        if (entity := dict.pop(self.entities, number, None)) is not None:
+            for kind in dict.keys(entity):
+                self.strike(kind, number)
+
+    # --- what is looked at ----------------------------------------------------------------------------------
+
+    def made(self, number: Any) -> Entity | None:
+        """Return the entity of a number, made now; None where nobody has it."""
+        place = self.find(number)
+        return None if place is None else self._make(number, *place)
+
+    def find(self, number: Any) -> tuple[Table, int] | None:
+        """Return the table and the row of a number, by the tables; None where nobody there has it."""
+        if self.looked_at is not None and self.looked_at[0] == number:
+            return self._if_there(*self.looked_at)
+        if not isinstance(number, int):
+            return None
+        for table in self._tables():
+            if table.name not in self.places:
+                rows = table.rows()
+                order = np.argsort(table.entity[rows])
+                self.places[table.name] = table.entity[rows][order], rows[order]
+            numbers, rows = self.places[table.name]
+            at = int(np.searchsorted(numbers, number))
+            if at < numbers.size and numbers[at] == number:
+                return self._if_there(number, table, int(rows[at]))
+        return None
+
+    def _if_there(self, number: int, table: Table, row: int) -> tuple[Table, int] | None:
+        there = table.entity[row] == number and table.entity_uid[row] == table.uid[row]
+        return (table, row) if there else None
+
+    def numbers_with(self, kind: Any) -> Iterator[int]:
+        """Yield the numbers of all that have a component of columns; what is asked of each is soon found."""
+        collecting = gc.isenabled()
+        gc.disable()  # a collection while 100,000 handles are made would look at all of them, again and again
+        try:
+            for table in self._tables():
+                if kind in table.columns or kind in table.derived:
+                    rows = table.rows()
+                    for number, row in zip(table.entity[rows].tolist(), rows.tolist(), strict=True):
+                        self.looked_at = number, table, row
+                        yield number
+            yield from [one.number for one in self.waiting.values() if kind in one]
+        finally:
+            self.looked_at = None
+            if collecting:
+                gc.enable()
+
+    def count_with(self, kind: Any) -> int:
+        """Return how many have a component of columns."""
+        return (sum(table.n for table in self._tables() if kind in table.columns or kind in table.derived)
+                + sum(kind in one for one in self.waiting.values()))
+
+    def all_numbers(self) -> tuple[int, ...]:
+        """Return the numbers of all entities."""
+        return tuple(number for table in self._tables() for number in table.entity[table.rows()].tolist()) + (
+            tuple(one.number for one in self.waiting.values()))
+
+    def kinds_of(self, entity: Entity) -> list[Any]:
+        """Return the components of columns that an entity has."""
+        table = self._table_of(entity)
+        return [] if table is None else [*table.columns, *table.derived]
+
+    def is_in_table(self, entity: Entity, kind: Any) -> bool:
+        """Return whether a component is one of the columns of an entity's table."""
+        table = self._table_of(entity)
+        return table is not None and (kind in table.columns or kind in table.derived)
+
+    def handle(self, entity: Entity, kind: Any) -> Any:
+        """Return a handle of an entity's row; None where its table has no such columns."""
+        table = self._table_of(entity)
+        if table is None or not (kind in table.columns or kind in table.derived):
+            return None
+        return self.world()._handle(table, entity.row, kind)
+
+    def _table_of(self, entity: Entity) -> Table | None:
+        world = self.world()
+        return None if world is None or entity.row == WAITING else world.tables[entity.table]
+
+    def _tables(self) -> Iterable[Table]:
+        world = self.world()
+        return () if world is None else world.tables.values()
 
     # --- who comes and goes ---------------------------------------------------------------------------------
 
@@ -216,9 +273,10 @@ class Registry:
     def bear(self, request: Any, table: Table, row: int) -> None:
         """Let the entity that has waited for this birth be that of a row."""
         if (entity := self.waiting.pop(id(request), None)) is not None:
-            self._leave(table, row)
+            self._drop(int(table.entity[row]))
             entity.request = None
-            self._settle(entity, table, row)
+            table.entity[row], table.entity_uid[row] = entity.number, table.uid[row]
+            entity.settle(row, int(table.uid[row]))
             self._changed()
 
     def delete(self, number: int, immediate: bool = False) -> None:
@@ -243,6 +301,21 @@ class Registry:
 
     def doomed(self, number: object) -> bool:
         """Return whether an entity has a cause of death."""
-        entity, world = dict.get(self.entities, number), self.world()
-        return (entity is not None and entity.row != WAITING
-                and bool(world.tables[entity.table].cause[entity.row]))
+        place = self.find(number)
+        return place is not None and bool(place[0].cause[place[1]])
+
+
+class Numbers:
+    """The numbers of entities to come, as esper counts them."""
+
+    def __init__(self) -> None:
+        self.next = 1
+
+    def __next__(self) -> int:
+        self.next += 1
+        return self.next - 1
+
+    def take(self, n: int) -> np.ndarray:
+        """Return the next `n` numbers: i64[n]."""
+        self.next += n
+        return np.arange(self.next - n, self.next)

@@ -42,6 +42,7 @@ class Table:
         self.killer = np.zeros(capacity, np.uint64)
         self.entity = np.zeros(capacity, np.int64)  # esper's number, local to the process
         self.entity_uid = np.zeros(capacity, np.uint64)  # uid that this number belongs to
+        self.renewed = False  # whether rows or columns are others than those of esper's handles
         self.registry: Any = None  # esper's entities, which are stale when rows change their owners
         self.columns: dict[type[Any], Columns] = Noted()
         # components that are made of other things when somebody looks; never saved
@@ -109,7 +110,7 @@ class Table:
 
     def renew_handles(self) -> None:
         """Let esper's handles be looked at anew: rows or columns are others."""
-        self.entity_uid[self.entity_uid != 0] = np.uint64(0xFFFFFFFFFFFFFFFF)
+        self.renewed = True
         if self.registry is not None:
             self.registry.stale = True
 

@@ -74,8 +74,9 @@ def softmax(logits, low, high, p, log_sum_exp, entropy):
     """Write each column's probabilities p[low:high, n], log_sum_exp = log(sum(exp(logits)))
     and `entropy` [nat]."""
     total = np.zeros_like(log_sum_exp)
-    log_sum_exp[:] = logits[low]
-    entropy[:] = 0
+    for i in range(len(log_sum_exp)):  # a row assigned as a whole takes 2 s more to compile
+        log_sum_exp[i] = logits[low, i]
+        entropy[i] = 0
     for k in range(low + 1, high):
         for i in range(len(log_sum_exp)):
             log_sum_exp[i] = logits[k, i] if logits[k, i] > log_sum_exp[i] else log_sum_exp[i]

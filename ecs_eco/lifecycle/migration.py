@@ -7,7 +7,7 @@ what their new island takes; only the place is new. Leaving is no death, and arr
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -115,12 +115,8 @@ def _values(table: Table, columns: Mapping[str, np.ndarray]) -> dict[tuple[type,
 
 
 def _refuse_plain(world: SpatialWorld, table: Table, rows: np.ndarray) -> None:
-    from ecs_eco.engine.schema import Handle
-
     for row in rows[table.entity[rows] != 0].tolist():
-        things: Mapping[Any, Any] = world.context.registry.of(table, row)
-        for thing in things.values():
-            if not isinstance(thing, Handle):
-                raise RuntimeError(f"organism {table.uid[row]} of {table.name!r} has a plain "
-                                   f"{type(thing).__name__}, which cannot go to another island; declare it "
-                                   "with @component, and name it in `components`")
+        for thing in world.context.registry.plain(table, row):
+            raise RuntimeError(f"organism {table.uid[row]} of {table.name!r} has a plain "
+                               f"{type(thing).__name__}, which cannot go to another island; declare it "
+                               "with @component, and name it in `components`")

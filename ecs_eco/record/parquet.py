@@ -34,7 +34,7 @@ def to_arrow(columns: Mapping[str, np.ndarray], words: Mapping[str, Sequence[str
     return pa.table(arrays)
 
 
-# `pa.array` and `to_numpy` would load pandas, for a quarter of a second, to ask whether what it is given is of it
+# `pa.array` and `to_numpy` would load pandas to ask whether it made what they get
 
 
 def _texts(texts: Sequence[str | bytes], null: bool = False) -> pa.Array:

@@ -1,0 +1,135 @@
+"""What esper is handed for one entity, and for all that have a component: made of the tables, when asked.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from ecs_eco.engine.schema import Handle
+
+WAITING = -1  # the row of an entity that is not born yet
+
+
+class Entity(dict[Any, Any]):
+    """The components of one entity by their types, whose handles they are: table, row, uid. A handle is made
+    when it is looked at."""
+
+    __slots__ = ("number", "registry", "request", "row", "table", "uid")
+
+    def __init__(self, registry: Any, number: int, table: str, things: Any = ()) -> None:
+        super().__init__(things)
+        self.registry, self.number, self.table = registry, number, table
+        self.row, self.uid = WAITING, 0
+        self.request: Any = None  # what was asked of the table, while it is not born yet
+
+    def __missing__(self, kind: Any) -> Any:
+        handle = self.registry.handle(self, kind)
+        if handle is None:
+            raise KeyError(kind)
+        super().__setitem__(kind, handle)
+        return handle
+
+    def __contains__(self, kind: Any) -> bool:
+        return super().__contains__(kind) or self.registry.is_in_table(self, kind)
+
+    def get(self, kind: Any, default: Any = None) -> Any:
+        """Return the component of a type."""
+        return self[kind] if kind in self else default
+
+    def __iter__(self) -> Iterator[Any]:
+        return iter(self.all())
+
+    def __len__(self) -> int:
+        return len(self.all())
+
+    def keys(self) -> Any:
+        """Return the types of all components."""
+        return self.all().keys()
+
+    def values(self) -> Any:
+        """Return all components, what `esper.components_for_entity` asks for."""
+        return self.all().values()
+
+    def items(self) -> Any:
+        """Return all components by their types."""
+        return self.all().items()
+
+    def all(self) -> dict[Any, Any]:
+        """Return all components by their types: columns in the order of the table, then plain objects."""
+        held = dict(super().items())
+        return {kind: self[kind] for kind in self.registry.kinds_of(self)} | held
+
+    def plain(self) -> list[Any]:
+        """Return the components that are no columns."""
+        return [thing for thing in super().values() if not isinstance(thing, Handle)]
+
+    def settle(self, row: int, uid: int) -> None:
+        """Let its handles, which stay the objects that they are, mean a row of its table."""
+        self.row, self.uid = row, uid
+        for kind, handle in list(super().items()):
+            if is_column(kind):
+                if (new := self.registry.handle(self, kind)) is None:
+                    super().pop(kind)
+                else:
+                    handle._columns, handle._row = new._columns, row
+
+    def __setitem__(self, kind: Any, thing: Any) -> None:
+        """What `esper.add_component` does with it: a plain object is taken, a column refused."""
+        if not (is_column(kind) or isinstance(thing, Handle)):
+            super().__setitem__(kind, thing)
+            return
+        own = kind in self
+        if not own:
+            self.registry.strike(kind, self.number)
+        name = name_of(kind)
+        how = (f"its {name} is there: write into its fields, as in esper.component_for_entity({self.number}, "
+               f"{name}).{_first(kind)} = …")
+        if not own:
+            how = f"a component belongs to all of a table: world.table({self.table!r}).add_component({name})"
+        raise TypeError(f"esper.add_component: entity {self.number} is one of the table {self.table!r}, "
+                        f"and {how}")
+
+    def pop(self, kind: Any, *default: Any) -> Any:
+        """What `esper.remove_component` does with it: a plain object goes, a column stays."""
+        if kind not in self or not is_column(kind):
+            return super().pop(kind, *default)
+        raise TypeError(f"esper.remove_component: entity {self.number} is one of the table {self.table!r}, "
+                        f"all of which have {name_of(kind)}; "
+                        "give what it says another value, or keep those without it in a table of their own: "
+                        "world.add_table(…)")
+
+
+class Members:
+    """The numbers of all entities that have a component of columns, as the tables say."""
+
+    __slots__ = ("kind", "registry")
+
+    def __init__(self, registry: Any, kind: Any) -> None:
+        self.registry, self.kind = registry, kind
+
+    def __iter__(self) -> Iterator[int]:
+        return self.registry.numbers_with(self.kind)
+
+    def __len__(self) -> int:
+        return self.registry.count_with(self.kind)
+
+    def add(self, number: int) -> None:
+        """What `esper.create_entity` does with it first: the table will say it."""
+
+    def discard(self, number: int) -> None:
+        """What `esper.delete_entity` and `esper.remove_component` do with it first: the table says it."""
+
+
+def is_column(kind: Any) -> bool:
+    """Return whether a type is a component that tables keep as columns."""
+    return isinstance(kind, type) and issubclass(kind, Handle)
+
+
+def name_of(kind: Any) -> str:
+    """Return the name of a type, for messages."""
+    return getattr(kind, "__name__", repr(kind))
+
+
+def _first(kind: Any) -> str:
+    return next(iter(getattr(kind, "fields", ())), "field")
