@@ -2,7 +2,7 @@
 
     python benchmarks/before_after.py digests --before COMMIT
     python benchmarks/before_after.py times --before COMMIT [--sets 8]
-    python benchmarks/before_after.py starts --before COMMIT [--pairs 12]
+    python benchmarks/before_after.py starts --before COMMIT [--pairs 12] [--firsts 3]
 
 `digests`: ten runs of 500 ticks, of all shipped worlds, with learning on and off, brains shared and
 individual: a hash of where all organisms are, what they have and who they are. `times`: processes with
@@ -11,7 +11,8 @@ the same number have the same seed, so all have the same organisms even where la
 The ratio is that of this commit's seconds to the other's. A second process of the other commit is the
 control: what its ratio is beside 1 comes from how processes lie in memory. All are started anew after every
 few turns, and the interval of 95 % is a bootstrap's over these sets of processes. `starts`: whole processes
-in turns. Results go to benchmarks/results/before_after_<what>.json.
+in turns, without and with their report, and with an empty cache. Results go to
+benchmarks/results/before_after_<what>.json.
 """
 
 import argparse
@@ -83,6 +84,16 @@ for turn, _ in enumerate(sys.stdin):
         world.run(ticks)
     print(time.perf_counter() - start, flush=True)
     del world
+"""
+
+
+START = """
+import json, sys
+from ecs_eco.cli import app
+
+app(sys.argv[1:], standalone_mode=False)
+heavy = ("torch", "pandas", "matplotlib", "scipy.stats", "scipy.linalg", "pyarrow", "pydantic")
+print(json.dumps({"modules": len(sys.modules), "of these": [name for name in heavy if name in sys.modules]}))
 """
 
 
@@ -161,38 +172,61 @@ def living(places: list[Path], asked: Any) -> Iterator[Callable[[int], list[floa
             process.communicate()
 
 
-def starts(before: Path, pairs: int) -> dict[str, Any]:
-    """Return the same of whole processes: a frozen run of 100 ticks, and whether it loads torch."""
-    code = "import sys; from ecs_eco.cli import app; app(sys.argv[1:], standalone_mode=False); " \
-           "print('torch' in sys.modules)"
-    torch = {}
+def starts(before: Path, pairs: int, firsts: int) -> dict[str, Any]:
+    """Return the same of whole processes: runs of 100 ticks with kernels compiled before, without and with
+    their report; first starts, into an empty cache; and what is loaded and compiled."""
+    out: dict[str, Any] = {}
+    with tempfile.TemporaryDirectory() as folder:
+        caches = {place: Path(folder) / name for place, name in ((before, "before"), (ROOT, "after"))}
+        for place, cache in caches.items():
+            start(place, cache, True)  # compiles
+            done = start(place, cache, False)[1]
+            out.setdefault("loads", {})["before" if place == before else "after"] = done
+        for name, report in (("without its report", False), ("with its report", True)):
+            def second(place: Path, report: bool = report) -> float:
+                return start(place, caches[place], report)[0]
 
-    def start(place: Path) -> float:
-        with tempfile.TemporaryDirectory() as folder:
-            words = ["run", "predator-prey", "--ticks", "100", "--no-report", "--quiet"]
-            command = [sys.executable, "-c", code, *words, "--out", f"{folder}/run"]
-            begin = time.perf_counter()
-            done = subprocess.run(command, cwd=place, env=environment(place), check=True,
-                                  capture_output=True, text=True)
-            torch[place] = done.stdout.splitlines()[-1] == "True"
-            return time.perf_counter() - begin
-
-    for place in (before, ROOT):
-        start(place)  # compiles
-    ratio, seconds = paired(before, pairs, start)
-    return {"a frozen run of 100 ticks as a process": ratio | {"s": round(seconds, 3)},
-            "loads torch": {"before": torch[before], "after": torch[ROOT]}}
+            ratio, took = paired(before, pairs, second)
+            out[f"100 ticks, second start, {name}"] = ratio | {"s": took}
+        if firsts:
+            ratio, took = paired(before, firsts, first)
+            out["100 ticks, first start"] = ratio | {"s": took}
+    return out
 
 
-def paired(before: Path, pairs: int, measure: Callable[[Path], float]) -> tuple[dict[str, Any], float]:
-    """Return the median ratio of this commit's seconds to the other's, with its interval; and the seconds."""
+def start(place: Path, cache: Path, report: bool) -> tuple[float, dict[str, Any]]:
+    """Return the seconds of a frozen run of 100 ticks as a process, with the kernels of a folder,
+    and what it loaded."""
+    with tempfile.TemporaryDirectory() as folder:
+        words = ["run", "predator-prey", "--ticks", "100", "--quiet", *([] if report else ["--no-report"])]
+        command = [sys.executable, "-c", START, *words, "--out", f"{folder}/run"]
+        surroundings = environment(place) | {"ECS_ECO_CACHE": str(cache)}
+        surroundings.pop("PYTHONDONTWRITEBYTECODE", None)
+        begin = time.perf_counter()
+        done = subprocess.run(command, cwd=place, env=surroundings, check=True,
+                              capture_output=True, text=True)
+        took = time.perf_counter() - begin
+    return took, json.loads(done.stdout.splitlines()[-1]) | {"kernels": len(list(cache.rglob("*.nbc")))}
+
+
+def first(place: Path) -> float:
+    """Return the seconds of a run without its report that begins with an empty cache."""
+    with tempfile.TemporaryDirectory() as folder:
+        return start(place, Path(folder) / "cache", False)[0]
+
+
+def paired(before: Path, pairs: int, measure: Callable[[Path], float]) -> tuple[dict[str, Any], Any]:
+    """Return the median ratio of this commit's seconds to the other's, with its interval; and the median
+    seconds of both."""
     ratios, seconds = [], []
     for number in range(pairs):
         order = (before, ROOT) if number % 2 else (ROOT, before)
         took = {place: measure(place) for place in order}
         ratios.append(took[ROOT] / took[before])
-        seconds.append(took[ROOT])
-    return interval(ratios) | {"pairs": pairs}, statistics.median(seconds)
+        seconds.append((took[before], took[ROOT]))
+        print(f"{took[before]:.2f} s before, {took[ROOT]:.2f} s after", flush=True)
+    middle = [round(statistics.median(column), 3) for column in zip(*seconds, strict=True)]
+    return interval(ratios) | {"pairs": pairs}, dict(zip(("before", "after"), middle, strict=True))
 
 
 def interval(ratios: list[float]) -> dict[str, float]:
@@ -209,6 +243,7 @@ def main() -> int:
     parser.add_argument("what", choices=["digests", "times", "starts"])
     parser.add_argument("--before", required=True, metavar="COMMIT")
     parser.add_argument("--pairs", type=int, default=12, help="of starts")
+    parser.add_argument("--firsts", type=int, default=3, help="pairs of first starts")
     parser.add_argument("--sets", type=int, default=8, help="of processes whose turns are timed")
     given = parser.parse_args()
     git = {name: subprocess.run(["git", "rev-parse", "--short", name], cwd=ROOT, capture_output=True,
@@ -221,7 +256,7 @@ def main() -> int:
         place = Path(folder)
         result = (digests(place) if given.what == "digests"
                   else times(place, given.sets) if given.what == "times"
-                  else starts(place, given.pairs))
+                  else starts(place, given.pairs, given.firsts))
     record = {"before": git[given.before], "after": git["HEAD"], "load": os.getloadavg()[0], **result}
     (RESULTS / f"before_after_{given.what}.json").write_text(json.dumps(record, indent=1) + "\n",
                                                              encoding="utf-8")

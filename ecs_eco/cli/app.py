@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from ecs_eco.cli.commands import asking, beginning, comparing, living, sweeping, telling
+from ecs_eco.cli.commands import asking, beginning, caching, comparing, living, sweeping, telling
 from ecs_eco.cli.terminal import REFUSED, complain, say
 
 app = typer.Typer(
@@ -54,6 +54,7 @@ for _command in (
 ):  # fmt: skip
     app.command()(_command)
 app.add_typer(sweeping.sweep, name="sweep")
+app.add_typer(caching.cache, name="cache")
 app.command()(beginning.new)
 app.add_typer(beginning.world, name="world")
 app.command("list")(asking.list_)

@@ -46,11 +46,12 @@ def run_world(
     seed, ticks = config.seed if seed is None else seed, ticks or config.ticks
     known_policies(policies, config)
     from ecs_eco.record.details import how_many
+    from ecs_eco.runs.run import run_to_folder
+    from ecs_eco.worlds.first_start import known_to_list, two_processes
 
     how_many(record)
-    from ecs_eco.runs.run import run_to_folder
-
     with (
+        nullcontext() if prepare else two_processes(known_to_list(config.name)) as kernels,
         results(out, f"{config.name}-{seed}") as claim,
         progress(config.name, quiet) as bar,
         _viewer(config.title or config.name, ticks, shown) as viewer,
@@ -58,17 +59,21 @@ def run_world(
         out = claim.path
         try:
             command = command_of(world, seed, ticks, policies, changes, learn, record)
-            begin = prepare if viewer is None else viewer.open
-            more: dict[str, Any] = {} if begin is None else {"prepare": begin}
-            more |= {} if checkpoint_every is None else {"checkpoint_every": checkpoint_every, "keep": keep}
-            more |= {} if record is None else {"record": record}
+            more = _given(prepare=prepare if viewer is None else viewer.open, record=record,
+                          checkpoint_every=checkpoint_every, keep=checkpoint_every and keep)
             result = run_to_folder(
                 config, seed, ticks, claim, policies, learn, bar, threads=threads, report=report,
                 command=command, **more
             )
         except KeyboardInterrupt:
             stopped(bar.done, ticks, out)
-    say(f"{ticks} ticks of {config.name}, seed {seed}, in {out}{numbers(result)}{populations(out)}")
+    say(f"{ticks} ticks of {config.name}, seed {seed}, in {out}{numbers(result)}{kernels or ''}"
+        f"{populations(out)}")
+
+
+def _given(**options: Any) -> dict[str, Any]:
+    """Those options that are given."""
+    return {name: value for name, value in options.items() if value is not None}
 
 
 def run_in_bands(world: str, changes: list[str], ticks: int | None, seed: int | None, out: Path | None,

@@ -1,36 +1,52 @@
 """A kernel: compiled on first use, for Python and for other kernels apart.
 
-What Python calls needs code that takes numbers out of Python's objects, and with thirty arrays that is most of
-its code. What other kernels call needs none, so it is compiled by itself, without.
+What Python calls needs code that takes numbers out of Python's objects: with thirty arrays that is most of
+it. What other kernels call needs none, so it is compiled by itself, without.
 """
 
 from __future__ import annotations
 
 import gc
 from collections.abc import Callable
-from typing import Any
+from typing import Any, ClassVar
 
 import numba
 from numba import types
 from numba.core.registry import CPUDispatcher
 
+from ecs_eco.engine.kernel_cache import KernelCache
 
-class Kernel(CPUDispatcher):  # type: ignore[misc]
+
+class Kernel(CPUDispatcher):
     """numba's dispatcher for Python's calls; kernels that call this one get `inner`."""
 
-    inner: Inner
+    inner: Any
+    _cache: Any
+    calls: ClassVar[list[tuple[Kernel, tuple[Any, ...]]]] = []
+    """What Python has called in this process, in the order of first calls, with types."""
 
     @property
     def _numba_type_(self) -> Any:
-        return types.Dispatcher(self.inner)  # type: ignore[no-untyped-call]
+        return types.Dispatcher(self.inner)
 
     def compile(self, sig: Any) -> Any:
         """Return the function for these types, found or compiled."""
+        cache = self._cache
+        Kernel.calls.append((self, sig))
+        if isinstance(cache, KernelCache) and cache.folder.shared:
+            with cache.claimed(sig, self.targetctx):
+                return _without_collections(super().compile, sig)
         return _without_collections(super().compile, sig)
 
+    def known(self, sig: Any) -> bool:
+        """Return whether a compiled form for these types is kept, or another process makes it."""
+        return isinstance(self._cache, KernelCache) and self._cache.known(sig, self.targetctx)
 
-class Inner(CPUDispatcher):  # type: ignore[misc]
+
+class Inner(CPUDispatcher):
     """numba's dispatcher for calls from other kernels."""
+
+    _cache: Any
 
     def compile(self, sig: Any) -> Any:
         """Return the function for these types, found or compiled."""
@@ -39,10 +55,11 @@ class Inner(CPUDispatcher):  # type: ignore[misc]
 
 def kernel(function: Callable[..., Any], **options: Any) -> Any:
     """Return a function as a kernel; as it is where numba is told to compile nothing (NUMBA_DISABLE_JIT)."""
-    made = numba.njit(**options, no_cfunc_wrapper=True)(function)
-    if isinstance(made, CPUDispatcher):
+    njit: Any = numba.njit  # these options are not annotated
+    made: Any = njit(**options, no_cfunc_wrapper=True)(function)
+    if hasattr(made, "_cache"):
         made.__class__ = Kernel
-        made.inner = numba.njit(**options, no_cfunc_wrapper=True, no_cpython_wrapper=True)(function)
+        made.inner = njit(**options, no_cfunc_wrapper=True, no_cpython_wrapper=True)(function)
         made.inner.__class__ = Inner
     return made
 

@@ -12,9 +12,10 @@ import os
 import stat
 import sys
 import tempfile
+import time
 import warnings
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -27,6 +28,7 @@ from ecs_eco.engine import portable
 from ecs_eco.engine.compiled import from_bytes, to_bytes
 
 SEAL = 32  # [bytes] of SHA-256, at the head of a file
+CLAIM, PATIENCE = ".claim", 120.0  # of a process that compiles; how long another waits for it [s]
 _SWITCHES = ("BOUNDSCHECK", "OPT", "LOOP_VECTORIZE", "SLP_VECTORIZE", "DEBUGINFO_DEFAULT",
              "DISABLE_INTEL_SVML", "FULL_TRACEBACKS")
 _FORMAT = ("compiled.py", "elf.py")  # what files of the cache look like
@@ -112,6 +114,7 @@ class Folder:
 
     def __init__(self, path: Path) -> None:
         self.path, self._usable, self._full = path, None if os.name == "posix" else True, False
+        self.shared = False  # whether another process compiles for it now: what one does, the other leaves
 
     def usable(self) -> bool:
         """Return whether files may be read from it."""
@@ -207,10 +210,46 @@ class KernelCache(NullCache):
         except OSError as error:
             self.folder.stop_writing(error)
 
+    def known(self, sig: Any, target_context: Any) -> bool:
+        """Return whether a compiled form is there, or another process makes it."""
+        path = self._path(sig, target_context.codegen())
+        return path.exists() or path.with_suffix(CLAIM).exists()
+
+    @contextmanager
+    def claimed(self, sig: Any, target_context: Any) -> Iterator[None]:
+        """Within, no other process that shares the folder compiles this; begins when none does."""
+        claim = self._path(sig, target_context.codegen()).with_suffix(CLAIM)
+        own = _take(claim)
+        began = time.monotonic()
+        while not own and claim.exists() and time.monotonic() - began < PATIENCE:
+            time.sleep(0.01)
+        try:
+            yield
+        finally:
+            if own:
+                claim.unlink(missing_ok=True)
+
     def _path(self, sig: Any, codegen: Any) -> Path:
         key = self._source.copy()
         key.update(repr((str(sig), codegen.magic_tuple())).encode())
         return self.folder.path / f"{self._name}-{key.hexdigest()[:24]}.nbc"
+
+
+def _take(claim: Path) -> bool:
+    """Make a file that says who compiles; False where a living process has made it."""
+    try:
+        with suppress(FileNotFoundError, ValueError):
+            os.kill(int(claim.read_text() or os.getpid()), 0)
+    except ProcessLookupError:
+        claim.unlink(missing_ok=True)
+    except OSError:
+        return False
+    try:
+        with open(os.open(claim, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w") as file:
+            file.write(str(os.getpid()))
+    except OSError:
+        return False
+    return True
 
 
 @cache

@@ -1,0 +1,41 @@
+"""The types of a kernel's arguments as text, as numba writes them, and back."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+import numba
+
+types: Any = numba.types  # not annotated throughout
+_ARRAY = re.compile(r"(unaligned )?(readonly )?array\((\w+), (\d+)d, ([CFA])\)")
+_SCALAR = re.compile(r"(?:u?int|float)(?:8|16|32|64)|bool|none")
+
+
+def text(signature: tuple[Any, ...]) -> str:
+    """Return the types of arguments as text; "" where `read` would not make the same of it."""
+    written = "; ".join(map(str, signature))
+    try:
+        return written if read(written) == signature else ""
+    except ValueError:
+        return ""
+
+
+def read(written: str) -> tuple[Any, ...]:
+    """Return the types of arguments; ValueError for a text that names others than numbers, arrays and tuples.
+    """
+    return tuple(_type(one) for one in written.split("; ")) if written else ()
+
+
+def _type(written: str) -> Any:
+    if _SCALAR.fullmatch(written):
+        return {"bool": types.boolean}.get(written) or getattr(types, written)
+    if match := _ARRAY.fullmatch(written):
+        unaligned, readonly, of, axes, layout = match.groups()
+        return types.Array(_type(of), int(axes), layout, readonly is not None, aligned=unaligned is None)
+    if match := re.fullmatch(r"UniTuple\((.+) x (\d+)\)", written):
+        return types.UniTuple(_type(match[1]), int(match[2]))
+    if match := re.fullmatch(r"Tuple\((.+)\)", written):
+        parts = re.split(r", (?![^()]*\))", match[1])
+        return types.Tuple([_type(part) for part in parts])
+    raise ValueError(f"{written!r} names no number, array or tuple of them")

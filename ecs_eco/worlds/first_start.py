@@ -1,0 +1,149 @@
+"""The first start: two processes compile the kernels of a world, one from its first kernel on, the other from
+its last.
+
+Which kernels a world calls, with which types, is known before it lives only where somebody has written it
+down: `tools/make_kernels.py` does, for the shipped worlds. A line of the list that no longer holds costs
+nothing but that kernel's share, and a kernel that is not listed is compiled when it is called.
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+from ecs_eco.config.shipped import shipped
+
+LIST, MARK = Path(__file__).with_name("kernels.txt"), ".warm"
+
+
+@dataclass
+class Compiled:
+    """How many kernels were compiled for a run, by all processes."""
+
+    before: int = 0
+    number: int = 0
+    processes: int = 1
+
+    def __str__(self) -> str:
+        if not self.number:
+            return ""
+        plural = "" if self.number == 1 else "s"
+        return f"\n  {self.number} kernel{plural} compiled" + ", by two processes" * (self.processes > 1)
+
+
+def listed(world: str) -> list[tuple[str, str]]:
+    """Return (function, types) of the kernels that a world calls, in the order of first calls; those of most
+    shipped worlds where it is none of these."""
+    head, *lines = LIST.read_text(encoding="utf-8").splitlines()
+    names = head.removeprefix("# worlds: ").split(", ")
+    out = []
+    for line in lines:
+        where, function, types = line.split("\t")
+        callers = {names[int(number)] for number in where.split(",")}
+        if world in callers or (world not in names and 2 * len(callers) > len(names)):
+            out.append((function, types))
+    return out
+
+
+def kernel_of(function: str) -> Any:
+    """Return a kernel by `module:name`; raises ImportError or AttributeError where there is none."""
+    module, _, name = function.partition(":")
+    return getattr(import_module(module), name)
+
+
+def compile_listed(worlds: Sequence[str], share: int = 0, of: int = 1, backwards: bool = False,
+                   progress: Callable[[int, int], Any] | None = None) -> None:
+    """Compile what the list says of these worlds and no other process has done or is doing.
+
+    Where several processes do so, each begins with a `share` of its own, 0 … `of` - 1.
+    """
+    from ecs_eco.engine import jit, signatures
+    from ecs_eco.engine.kernel import Kernel
+
+    jit.FOLDER.shared = True
+    lines = list(dict.fromkeys(line for world in worlds for line in listed(world)))
+    first = len(lines) * share // of
+    lines = lines[::-1] if backwards else lines[first:] + lines[:first]
+    for done, (function, types) in enumerate(lines):
+        if progress is not None:
+            progress(done, len(lines))
+        with suppress(Exception):  # one that has changed is compiled when it is called
+            kernel, signature = kernel_of(function), signatures.read(types)
+            if isinstance(kernel, Kernel) and not kernel.known(signature):
+                kernel.compile(signature)
+    for world in worlds:
+        _mark(world).touch()
+
+
+def warm(worlds: Sequence[str], processes: int, progress: Callable[[int, int], Any] | None = None) -> None:
+    """Compile what the list says of these worlds, in so many processes."""
+    others = [_start(["share", str(share), str(processes), *worlds]) for share in range(1, processes)]
+    try:
+        compile_listed(worlds, 0, processes, progress=progress)
+        for other in others:
+            other.wait()
+    finally:
+        for other in others:
+            other.terminate()
+            other.wait()
+
+
+def known_to_list(world: str) -> str:
+    """Return the name that the list has for a world: its own for a shipped one, else "others"."""
+    return world if world in shipped() else "others"
+
+
+def _mark(world: str) -> Path:
+    """The file that says that what is listed of a world was compiled."""
+    from ecs_eco.engine.jit import FOLDER
+
+    return FOLDER.path / f"{world}{MARK}"
+
+
+def _start(arguments: Sequence[str]) -> subprocess.Popen[bytes]:
+    return subprocess.Popen([sys.executable, "-m", "ecs_eco.worlds.first_start", *arguments],
+                            stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+
+
+@contextmanager
+def two_processes(world: str) -> Iterator[Compiled]:
+    """Within, a second process compiles too, where this is the first start of a world and there is a second
+    core; says afterwards how many kernels were compiled."""
+    from ecs_eco.engine import jit
+
+    path, helper = jit.FOLDER.path, None
+    out = Compiled(before=len(list(path.glob("*.nbc"))))
+    try:
+        if not _mark(world).exists() and cores() > 1 and _compiles() and jit.FOLDER.writable():
+            jit.FOLDER.shared, out.processes = True, 2
+            helper = _start(["backwards", world])
+        yield out
+    finally:
+        if helper is not None:
+            jit.FOLDER.shared = False
+            helper.terminate()
+            helper.wait()
+        out.number = len(list(path.glob("*.nbc"))) - out.before
+
+
+def cores() -> int:
+    """Return how many cores this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def _compiles() -> bool:
+    return os.environ.get("NUMBA_DISABLE_JIT", "0") in ("", "0")
+
+
+if __name__ == "__main__":
+    if sys.argv[1] == "backwards":
+        compile_listed(sys.argv[2:], backwards=True)
+    else:
+        compile_listed(sys.argv[4:], int(sys.argv[2]), int(sys.argv[3]))

@@ -1,0 +1,99 @@
+"""The first start: what two processes compile, and that neither does what the other has done."""
+
+import os
+import subprocess
+import sys
+import threading
+import time
+
+import pytest
+
+from ecs_eco.config.shipped import shipped
+from ecs_eco.engine import jit, signatures
+from ecs_eco.engine.kernel import Kernel
+from ecs_eco.engine.kernel_cache import CLAIM, Folder
+from ecs_eco.worlds import first_start
+from tools import make_kernels
+
+KERNEL = """
+from ecs_eco.engine.jit import njit
+
+
+@njit
+def triple(x):
+    return 3 * x
+
+
+@njit
+def quarter(x):
+    return x / 4
+"""
+
+
+@pytest.fixture
+def two_kernels(tmp_path, monkeypatch):
+    """A module with two kernels, a list of them, and an empty cache."""
+    monkeypatch.setattr(jit, "FOLDER", Folder(tmp_path / "cache" / "kernels-1"))
+    (tmp_path / "two_kernels.py").write_text(KERNEL)
+    monkeypatch.syspath_prepend(tmp_path)
+    listed = tmp_path / "kernels.txt"
+    listed.write_text("# worlds: meadow, sea\n0,1\ttwo_kernels:triple\tfloat64\n"
+                      "1\ttwo_kernels:quarter\tfloat64\n1\ttwo_kernels:gone\tfloat64\n")
+    monkeypatch.setattr(first_start, "LIST", listed)
+    yield tmp_path / "cache" / "kernels-1"
+    sys.modules.pop("two_kernels", None)
+
+
+def test_the_list_names_worlds_that_are_shipped_and_kernels_that_are_there():
+    head = first_start.LIST.read_text(encoding="utf-8").splitlines()[0]
+    assert set(head.removeprefix("# worlds: ").split(", ")) <= set(shipped())
+    assert make_kernels.check() == 0
+    assert len(first_start.listed("predator-prey")) > 20
+
+
+def test_a_world_of_ones_own_gets_what_most_worlds_call(two_kernels):
+    names = [function for function, _ in first_start.listed("sea")]
+    assert names == ["two_kernels:triple", "two_kernels:quarter", "two_kernels:gone"]
+    assert first_start.listed("others") == [("two_kernels:triple", "float64")]
+
+
+def test_what_is_listed_is_compiled_once_and_what_is_gone_stops_nothing(two_kernels):
+    def made():
+        return {path: path.stat().st_mtime_ns for path in two_kernels.glob("*.nbc")}
+
+    first_start.compile_listed(["sea"], backwards=True)
+    kept = made()
+    assert len(kept) == 2
+    assert (two_kernels / "sea.warm").exists()
+    first_start.compile_listed(["sea"])
+    assert made() == kept
+
+
+def test_a_kernel_that_another_process_compiles_is_waited_for(two_kernels):
+    two_kernels.mkdir(parents=True)
+    jit.FOLDER.shared = True
+    kernel = first_start.kernel_of("two_kernels:triple")
+    assert isinstance(kernel, Kernel)
+    signature = signatures.read("float64")
+    assert not kernel.known(signature)
+    claim = kernel._cache._path(signature, kernel.targetctx.codegen()).with_suffix(CLAIM)
+    claim.write_text(str(os.getppid()))
+    assert kernel.known(signature)
+    ended = []
+    threading.Timer(0.3, lambda: (ended.append(time.monotonic()), claim.unlink())).start()
+    assert kernel(2.0) == 6
+    assert ended
+    assert time.monotonic() >= ended[0]
+
+
+def test_the_claim_of_a_process_that_has_ended_stops_nobody(two_kernels):
+    two_kernels.mkdir(parents=True)
+    jit.FOLDER.shared = True
+    kernel = first_start.kernel_of("two_kernels:triple")
+    ended = subprocess.Popen([sys.executable, "-c", ""])
+    ended.wait()
+    claim = kernel._cache._path(signatures.read("float64"),
+                                kernel.targetctx.codegen()).with_suffix(CLAIM)
+    claim.write_text(str(ended.pid))
+    assert kernel(2.0) == 6
+    assert not claim.exists()
